@@ -1,0 +1,223 @@
+//! Equilibrium of a pair: meshing points and load to residual and Jacobian.
+//!
+//! - here: the equations;
+//! - [`solve`]: their solution, [`PairState`](solve::PairState);
+//! - [`report`]: what it means at each meshing point, [`PairSolution`](report::PairSolution).
+//!
+//! Unknowns: approach d, rotation alpha and, where the plate floats sideways, its shift t. Per diagonal
+//! delta = (d + zeta) sin(beta) + g +- (a alpha + p + t) cos(beta), N = k max(delta, 0)^1.5 (or another exponent n:
+//! N = k delta_0^1.5 (delta/delta_0)^n with `delta_0` = 1 um).
+//!
+//! - axial:     sum N sin(beta) = N_Z - k_c (d - d0)
+//! - torque:    sum +- N cos(beta) a = M0
+//! - sideways:  sum +- N cos(beta) = 0
+//!
+//! These are the gradient of the convex energy sum of k delta^2.5/2.5 + k_c (d - d0)^2/2 - N_Z d - M0 alpha, so below
+//! the holding limit there is one solution and no other.
+//!
+//! Numerically the axial load is moved to its line of action: with the pivot A = M0/N_Z and d = w - A alpha the unknowns
+//! are (w, alpha, t), a diagonal's lever on alpha becomes +- a cos(beta) - A sin(beta), and the torque equation's right
+//! side is 0. Near the holding limit d and a alpha are large and nearly cancel; w and these levers do not.
+//!
+//! Scaling: forces by N_Z, torques by N_Z max(|a| cot beta); w by the unloaded approach, alpha and t so that the scaled
+//! equations stay a gradient. The scaled residual is what [`crate::Status`] is judged by.
+
+pub mod report;
+pub mod solve;
+
+use nalgebra::{SMatrix, SVector};
+
+use crate::pair::{HERTZ_EXPONENT, MeshingPoint, MeshingPoints, REFERENCE_DEFORMATION_M};
+use crate::solver::problem::{Evaluation, Problem};
+
+/// Unknowns of a pair in SI units: approach, rotation, sideways shift.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct State {
+    /// Rotation alpha of the output plate, rad.
+    pub rotation_rad: f64,
+    /// Sideways shift t of a floating plate, m; 0 for every other pair.
+    pub sideways_m: f64,
+    /// Approach w at the load's line of action, m.
+    pivot_approach_m: f64,
+    /// Distance A = M0/N_Z of that line from the axis, m.
+    pivot_m: f64,
+}
+
+impl State {
+    /// A state from approach d (m), rotation alpha (rad) and sideways shift t (m).
+    pub fn new(approach_m: f64, rotation_rad: f64, sideways_m: f64) -> Self {
+        Self { rotation_rad, sideways_m, pivot_approach_m: approach_m, pivot_m: 0.0 }
+    }
+
+    /// Axial approach d of the two plates at their axis, m.
+    pub fn approach_m(&self) -> f64 {
+        self.pivot_approach_m - self.pivot_m * self.rotation_rad
+    }
+
+    /// Deformation of a diagonal, m; below 0 the ball has parted from it by that much.
+    pub fn deformation_m(&self, point: &MeshingPoint) -> f64 {
+        let [axial, rotation, sideways] = levers(point, self.pivot_m);
+        axial * self.pivot_approach_m
+            + rotation * self.rotation_rad
+            + sideways * (self.sideways_m + point.in_plane_offset_m)
+            + axial * point.axial_offset_m
+            + point.normal_offset_m
+    }
+}
+
+/// What a diagonal's deformation gains per unit of approach, rotation about the pivot and sideways shift; its force
+/// acts on each equation with the same levers.
+fn levers(point: &MeshingPoint, pivot_m: f64) -> [f64; 3] {
+    let in_plane = point.diagonal.sign() * point.cos_beta;
+    [point.sin_beta, in_plane * point.arm_m - pivot_m * point.sin_beta, in_plane]
+}
+
+/// Force of a contact law and its derivative with the deformation.
+#[derive(Debug, Clone, Copy)]
+pub struct ContactLaw {
+    exponent: f64,
+    /// Factor on k: `delta_0`^(1.5 - n), 1 for Hertz.
+    factor: f64,
+}
+
+impl ContactLaw {
+    /// N = k `delta_0`^(1.5 - n) delta^n.
+    pub fn new(exponent: f64) -> Self {
+        Self { exponent, factor: REFERENCE_DEFORMATION_M.powf(HERTZ_EXPONENT - exponent) }
+    }
+
+    /// Force (N) of a diagonal of stiffness `stiffness` at `deformation_m`; 0 where it has parted.
+    pub fn force_N(&self, stiffness: f64, deformation_m: f64) -> f64 {
+        if deformation_m <= 0.0 { 0.0 } else { stiffness * self.factor * self.power(deformation_m) }
+    }
+
+    fn power(&self, deformation_m: f64) -> f64 {
+        // Exactly Hertz in nearly every call, and a square root is far cheaper than a power.
+        #[allow(clippy::float_cmp)]
+        if self.exponent == HERTZ_EXPONENT {
+            deformation_m * deformation_m.sqrt()
+        } else {
+            deformation_m.powf(self.exponent)
+        }
+    }
+}
+
+/// A pair under a load, scaled, in N = 2 (approach, rotation) or 3 (and sideways shift) unknowns.
+#[derive(Debug, Clone)]
+pub struct PairEquilibrium<'a> {
+    points: &'a MeshingPoints,
+    law: ContactLaw,
+    preload_N: f64,
+    /// A = M0/N_Z.
+    pivot_m: f64,
+    unloaded_approach_m: f64,
+    /// Size of each unknown: m, rad, m.
+    unknown_scale: [f64; 3],
+    /// Size of each equation: N, N m, N.
+    equation_scale: [f64; 3],
+}
+
+impl<'a> PairEquilibrium<'a> {
+    /// Scales the equations. `unloaded_approach_m` is d0, from which the axial spring is relaxed.
+    ///
+    /// `None` where no meshing point exists: nothing carries the preload.
+    pub fn new(
+        points: &'a MeshingPoints,
+        torque_Nm: f64,
+        preload_N: f64,
+        unloaded_approach_m: f64,
+    ) -> Option<Self> {
+        let law = ContactLaw::new(points.exponent);
+        let torque_scale = points
+            .points
+            .iter()
+            .filter(|point| point.exists())
+            .map(|point| point.torque_per_preload_m().abs())
+            .fold(0.0, f64::max);
+        if torque_scale <= 0.0 {
+            return None;
+        }
+        let approach = rigid_approach_m(points, law, preload_N);
+        let cot = points.points.iter().map(|p| p.cos_beta / p.sin_beta).fold(0.0, f64::max);
+        Some(Self {
+            points,
+            law,
+            preload_N,
+            pivot_m: torque_Nm / preload_N,
+            unloaded_approach_m,
+            unknown_scale: [approach, approach / torque_scale, approach / cot],
+            equation_scale: [preload_N, preload_N * torque_scale, preload_N * cot],
+        })
+    }
+
+    /// The cold start: plates pressed together, no rotation.
+    pub fn start<const N: usize>() -> SVector<f64, N> {
+        SVector::from_fn(|i, _| if i == 0 { 1.0 } else { 0.0 })
+    }
+
+    /// Scaled unknowns to SI.
+    pub fn state<const N: usize>(&self, x: &SVector<f64, N>) -> State {
+        State {
+            pivot_approach_m: x[0] * self.unknown_scale[0],
+            pivot_m: self.pivot_m,
+            rotation_rad: x[1] * self.unknown_scale[1],
+            sideways_m: if N > 2 { x[2] * self.unknown_scale[2] } else { 0.0 },
+        }
+    }
+
+    /// Jacobian of the unscaled equations (N, N m, N by w in m, rad, m) from the scaled one.
+    pub fn unscaled_jacobian<const N: usize>(&self, scaled: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
+        SMatrix::from_fn(|i, j| scaled[(i, j)] * self.equation_scale[i] / self.unknown_scale[j])
+    }
+}
+
+impl<const N: usize> Problem<N> for PairEquilibrium<'_> {
+    fn evaluate(&self, x: &SVector<f64, N>) -> Evaluation<N> {
+        let state = self.state(x);
+        let n = self.law.exponent;
+        let mut energy = 0.0;
+        let mut residual = SVector::<f64, N>::zeros();
+        let mut jacobian = SMatrix::<f64, N, N>::zeros();
+        for point in self.points.points.iter().filter(|point| point.exists()) {
+            let deformation = state.deformation_m(point);
+            if deformation <= 0.0 {
+                continue;
+            }
+            let force = self.law.force_N(point.stiffness, deformation);
+            let slope = n * force / deformation;
+            energy += force * deformation / (n + 1.0);
+            let lever = levers(point, self.pivot_m);
+            for i in 0..N {
+                residual[i] += force * lever[i];
+                for j in 0..N {
+                    jacobian[(i, j)] += slope * lever[i] * lever[j];
+                }
+            }
+        }
+        let spring = self.points.axial_spring_N_per_m;
+        let travel = state.approach_m() - self.unloaded_approach_m;
+        let lever = [1.0, -self.pivot_m, 0.0];
+        energy += 0.5 * spring * travel * travel - self.preload_N * state.pivot_approach_m;
+        residual[0] -= self.preload_N;
+        for i in 0..N {
+            residual[i] += spring * travel * lever[i];
+            for j in 0..N {
+                jacobian[(i, j)] += spring * lever[i] * lever[j];
+            }
+        }
+        Evaluation {
+            energy: energy / (self.preload_N * self.unknown_scale[0]),
+            residual: SVector::from_fn(|i, _| residual[i] / self.equation_scale[i]),
+            jacobian: SMatrix::from_fn(|i, j| {
+                jacobian[(i, j)] * self.unknown_scale[j] / self.equation_scale[i]
+            }),
+        }
+    }
+}
+
+/// Approach of the plates under the preload alone if they could not rotate and no point had an offset, m.
+fn rigid_approach_m(points: &MeshingPoints, law: ContactLaw, preload_N: f64) -> f64 {
+    let axial: f64 =
+        points.points.iter().map(|point| law.force_N(point.stiffness, point.sin_beta) * point.sin_beta).sum();
+    (preload_N / axial).powf(1.0 / law.exponent)
+}

@@ -1,0 +1,114 @@
+//! Largest elastic angle of a drive over a period (the paper's `alpha_dmax`).
+//!
+//! The two pairs repeat with different periods of the crank, 2 pi/Z1 and 2 pi Z3/(Z1 Zd) with the hypocycloid plate as
+//! output (2 pi/Z3 and 2 pi Z1/(Z3 Zd) with the epicycloid plate), so the drive repeats only after many of each. On a
+//! grid that both periods divide, each pair needs few solutions and the sum is a look-up; the best grid point is then
+//! refined on the drive itself.
+
+use std::f64::consts::TAU;
+
+use crate::drive::{Drive, EqualSpeed, Load, OutputPlate};
+use crate::error::InvalidInput;
+use crate::period;
+use crate::solver::status::Status;
+
+/// Place and size of the largest elastic angle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LargestAngle {
+    /// Elastic angle with the sign of the torque, rad.
+    pub elastic_angle_rad: f64,
+    /// Crank angle where it occurs, rad.
+    pub input_angle_rad: f64,
+    /// Largest minus smallest size of the elastic angle on the grid, rad.
+    pub amplitude_rad: f64,
+    /// Crank angle after which the drive repeats, rad.
+    pub period_rad: f64,
+}
+
+/// Samples of one deceleration period per ball of the other pair's share.
+const SAMPLES: u32 = 24;
+
+impl Drive {
+    /// Largest elastic angle over a period of the drive at torque M0 (N m) and preload N_Z (N).
+    ///
+    /// Without a solution at some angle there is no maximum: the second element is `None` and the status says why.
+    ///
+    /// # Errors
+    /// [`InvalidInput`] for a torque or preload that cannot be.
+    pub fn largest_elastic_angle(
+        &self,
+        torque_Nm: f64,
+        preload_N: f64,
+    ) -> Result<(Status, Option<LargestAngle>), InvalidInput> {
+        Load::new(torque_Nm, preload_N, 0.0)?;
+        let sign = if torque_Nm < 0.0 { -1.0 } else { 1.0 };
+        let pair = self.deceleration();
+        let own_lobes = match pair.output_plate {
+            OutputPlate::Hypocycloid => pair.epicycloid_lobes(),
+            OutputPlate::Epicycloid => pair.hypocycloid_lobes(),
+        };
+        // Deceleration periods (q) and equal-speed periods (w) in one period of the drive.
+        let (q, w) = match self.equal_speed() {
+            EqualSpeed::RingGroove(ring) => {
+                let other_lobes = 2 * pair.ball_count - own_lobes as u32;
+                let common = greatest_common_divisor(other_lobes, ring.ball_count);
+                (other_lobes / common, ring.ball_count / common)
+            }
+            EqualSpeed::CrossSlide(_) if self.equal_speed_period_rad().is_none() => (1, 1),
+            EqualSpeed::CrossSlide(_) => (own_lobes as u32, 1),
+        };
+        let period_rad = TAU / own_lobes * f64::from(q);
+        let per_deceleration = (w * SAMPLES) as usize;
+        let per_equal_speed = (q * SAMPLES) as usize;
+        let step = period_rad / f64::from(q * w * SAMPLES);
+        let mut status = Status::Solved;
+        let mut parts = |count: usize, part: fn(&crate::Angles) -> f64| -> Vec<f64> {
+            (0..count)
+                .map(|i| {
+                    let (here, angles) = self.points(i as f64 * step).angles(torque_Nm, preload_N);
+                    status = status.worse(here);
+                    angles.map_or(f64::NAN, |angles| sign * part(&angles))
+                })
+                .collect()
+        };
+        let decelerating = parts(per_deceleration, |angles| angles.deceleration_rad);
+        let equal = parts(per_equal_speed, |angles| angles.equal_speed_rad);
+        if crate::geometry::findings::undercuts(self) {
+            status = Status::Undercut;
+        }
+        if !status.has_solution() {
+            return Ok((status, None));
+        }
+        let total = |i: usize| decelerating[i % per_deceleration] + equal[i % per_equal_speed];
+        let count = (q * w * SAMPLES) as usize;
+        let (mut best, mut smallest) = (0, f64::INFINITY);
+        for i in 0..count {
+            if total(i) > total(best) {
+                best = i;
+            }
+            smallest = smallest.min(total(i));
+        }
+        let middle = best as f64 * step;
+        let mut angle_at = |angle: f64| {
+            self.points(angle)
+                .angles(torque_Nm, preload_N)
+                .1
+                .map_or(f64::NEG_INFINITY, |a| sign * a.elastic_angle_rad())
+        };
+        let refined = period::golden_section(middle - step, middle + step, &mut angle_at);
+        let (at, value) = if refined.1 > total(best) { refined } else { (middle, total(best)) };
+        Ok((
+            status,
+            Some(LargestAngle {
+                elastic_angle_rad: sign * value,
+                input_angle_rad: at.rem_euclid(period_rad),
+                amplitude_rad: value - smallest,
+                period_rad,
+            }),
+        ))
+    }
+}
+
+fn greatest_common_divisor(a: u32, b: u32) -> u32 {
+    if b == 0 { a } else { greatest_common_divisor(b, a % b) }
+}

@@ -1,0 +1,275 @@
+//! What a designer should know before building: each finding with its numbers and the remedy.
+
+use std::f64::consts::PI;
+
+use super::wall::remaining_room;
+use crate::drive::{Deceleration, Drive, EqualSpeed, GrooveSection, Load, RingGroove, TrackCurvature};
+use crate::equilibrium::report::PairSolution;
+
+/// How bad a finding is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// Worth knowing; the model has been told to look past it.
+    Note,
+    /// The drive works, under conditions that are stated.
+    Warning,
+    /// The drive cannot be built or will fail.
+    Error,
+}
+
+impl Severity {
+    /// `note`, `warning` or `error`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Note => "note",
+            Self::Warning => "warning",
+            Self::Error => "error",
+        }
+    }
+}
+
+/// One finding.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Finding {
+    /// Stable name: `undercut`, `inside_wall_missing`, `balls_touch`, `rings_overlap`, `edge_contact`, `peak_pressure`.
+    pub code: &'static str,
+    /// How bad it is.
+    pub severity: Severity,
+    /// `deceleration` or `equal_speed`.
+    pub pair: &'static str,
+    /// What was found, with the numbers.
+    pub message: String,
+    /// What to change.
+    pub remedy: String,
+}
+
+impl Drive {
+    /// Findings of the design; with a load also of the contacts under it (peak pressure, contact at the groove's edge).
+    ///
+    /// Sorted with the worst first.
+    pub fn findings(&self, load: Option<&Load>) -> Vec<Finding> {
+        let mut found = Vec::new();
+        found.extend(undercut(self));
+        if let EqualSpeed::RingGroove(ring) = self.equal_speed() {
+            found.extend(inside_wall(self, ring));
+            found.extend(rings_overlap(self, ring));
+        }
+        let decelerating = self.deceleration();
+        found.extend(balls_touch(
+            "deceleration",
+            decelerating.ball_count,
+            decelerating.pitch_radius_m(),
+            &decelerating.groove,
+        ));
+        let equal = self.equal_speed();
+        found.extend(balls_touch("equal_speed", equal.ball_count(), equal.pitch_radius_m(), equal.groove()));
+        if let Some(load) = load {
+            let solution = self.solve(load);
+            if let Some(pair) = &solution.deceleration {
+                found.extend(under_load(
+                    self,
+                    "deceleration",
+                    &decelerating.groove,
+                    pair,
+                    &[decelerating.contact_angle_rad; 2],
+                ));
+            }
+            if let Some(pair) = &solution.equal_speed {
+                let angles = match equal {
+                    EqualSpeed::RingGroove(ring) => {
+                        [ring.outside_contact_angle_rad, ring.inside_contact_angle_rad]
+                    }
+                    EqualSpeed::CrossSlide(slide) => [slide.contact_angle_rad; 2],
+                };
+                found.extend(under_load(self, "equal_speed", equal.groove(), pair, &angles));
+            }
+        }
+        found.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
+        found
+    }
+}
+
+/// Whether a wall of the deceleration pair is missing anywhere round its grooves, and the model counts curvature.
+pub(crate) fn undercuts(drive: &Drive) -> bool {
+    drive.track_curvature() == TrackCurvature::Exact && smallest_room(drive.deceleration()) <= 0.0
+}
+
+fn smallest_room(pair: &Deceleration) -> f64 {
+    remaining_room(&pair.groove, largest_curvature_per_m(pair), pair.contact_angle_rad)
+}
+
+/// Largest curvature of either sign of both tracks, anywhere round the groove, 1/m.
+///
+/// kappa = (A + B c)/(R (1 + K^2 - 2 K c)^1.5) with c = cos(phi) has its extremes at c = -1, c = 1 and where its
+/// derivative vanishes: c = -(B (1 + K^2) + 3 K A)/(K B).
+fn largest_curvature_per_m(pair: &Deceleration) -> f64 {
+    let k = pair.short_amplitude_coefficient;
+    let z2 = f64::from(pair.ball_count);
+    let mut largest: f64 = 0.0;
+    for (a, b) in [(1.0 + z2 * k * k, -(1.0 + z2) * k), (1.0 - z2 * k * k, (z2 - 1.0) * k)] {
+        let stationary = -(b * (1.0 + k * k) + 3.0 * k * a) / (k * b);
+        for c in [-1.0, 1.0, stationary.clamp(-1.0, 1.0)] {
+            let d: f64 = 1.0 + k * k - 2.0 * k * c;
+            largest = largest.max(((a + b * c) / (d * d.sqrt())).abs());
+        }
+    }
+    largest / pair.pitch_radius_m()
+}
+
+fn undercut(drive: &Drive) -> Option<Finding> {
+    let pair = drive.deceleration();
+    if smallest_room(pair) > 0.0 {
+        return None;
+    }
+    let smallest_radius = 1.0 / largest_curvature_per_m(pair);
+    let needed = pair.groove.ball_radius_m * pair.contact_angle_rad.cos();
+    let counted = drive.track_curvature() == TrackCurvature::Exact;
+    Some(Finding {
+        code: "undercut",
+        severity: if counted { Severity::Error } else { Severity::Note },
+        pair: "deceleration",
+        message: format!(
+            "the smallest radius of the groove's centreline is {:.3} mm, below the {:.3} mm (ball radius times cosine of \
+             the contact angle) that its walls need: part of a wall is cut away{}",
+            smallest_radius * 1e3,
+            needed * 1e3,
+            if counted { "" } else { "; the tracks are taken as straight (track_curvature = \"neglect\")" },
+        ),
+        remedy:
+            "enlarge the rolling-circle radius, or lower the short-amplitude coefficient or the ball radius"
+                .into(),
+    })
+}
+
+fn inside_wall(drive: &Drive, ring: &RingGroove) -> Option<Finding> {
+    let e = drive.deceleration().eccentricity_m();
+    if remaining_room(&ring.groove, 1.0 / e, ring.inside_contact_angle_rad) > 0.0 {
+        return None;
+    }
+    let needed = ring.groove.ball_radius_m * ring.inside_contact_angle_rad.cos();
+    let counted = drive.track_curvature() == TrackCurvature::Exact;
+    let consequence = if counted {
+        "the inside meshing points carry nothing; the pair still transmits on its outside walls, but only if bearings \
+         take the in-plane force N_Z cot(beta) and the tilt couple M0 tan(beta)"
+    } else {
+        "the walls are taken as straight all the same (track_curvature = \"neglect\")"
+    };
+    Some(Finding {
+        code: "inside_wall_missing",
+        severity: if counted { Severity::Warning } else { Severity::Note },
+        pair: "equal_speed",
+        message: format!(
+            "the ring radius e = {:.3} mm is not above {:.3} mm (ball radius times cosine of the contact angle): the ring \
+             grooves have no inside wall; {consequence}",
+            e * 1e3,
+            needed * 1e3,
+        ),
+        remedy: "enlarge the eccentricity (short-amplitude coefficient times rolling-circle radius) or take smaller balls"
+            .into(),
+    })
+}
+
+fn rings_overlap(drive: &Drive, ring: &RingGroove) -> Option<Finding> {
+    let e = drive.deceleration().eccentricity_m();
+    let width = 2.0 * (e + ring.groove.ball_radius_m);
+    let pitch = 2.0 * ring.pitch_radius_m * (PI / f64::from(ring.ball_count)).sin();
+    (width >= pitch).then(|| Finding {
+        code: "rings_overlap",
+        severity: Severity::Error,
+        pair: "equal_speed",
+        message: format!(
+            "neighbouring ring grooves overlap: each is {:.3} mm wide, their centres are {:.3} mm apart",
+            width * 1e3,
+            pitch * 1e3
+        ),
+        remedy: "take fewer or smaller balls, a larger pitch radius or a smaller eccentricity".into(),
+    })
+}
+
+fn balls_touch(
+    pair: &'static str,
+    count: u32,
+    pitch_radius_m: f64,
+    groove: &GrooveSection,
+) -> Option<Finding> {
+    let diameter = 2.0 * groove.ball_radius_m;
+    let pitch = 2.0 * pitch_radius_m * (PI / f64::from(count)).sin();
+    (diameter >= pitch).then(|| Finding {
+        code: "balls_touch",
+        severity: Severity::Error,
+        pair,
+        message: format!(
+            "neighbouring balls touch: their diameter is {:.3} mm, their centres are {:.3} mm apart",
+            diameter * 1e3,
+            pitch * 1e3
+        ),
+        remedy: "take fewer or smaller balls, or a larger pitch radius".into(),
+    })
+}
+
+fn under_load(
+    drive: &Drive,
+    name: &'static str,
+    groove: &GrooveSection,
+    pair: &PairSolution,
+    contact_angles_rad: &[f64],
+) -> Vec<Finding> {
+    let mut found = Vec::new();
+    let limit = drive.material().pressure_limit_Pa;
+    if pair.peak_pressure_Pa > limit {
+        found.push(Finding {
+            code: "peak_pressure",
+            severity: Severity::Warning,
+            pair: name,
+            message: format!(
+                "the peak contact pressure is {:.2} GPa, above the limit of {:.2} GPa",
+                pair.peak_pressure_Pa * 1e-9,
+                limit * 1e-9
+            ),
+            remedy: "lower the preload or the torque, or take more or larger balls or a closer conformity"
+                .into(),
+        });
+    }
+    if let Some(depth) = groove.groove_depth_m {
+        let semi_axis = pair
+            .points
+            .iter()
+            .flat_map(|point| point.walls.iter().flatten())
+            .map(|wall| wall.major_semi_axis_m)
+            .fold(0.0, f64::max);
+        let room = contact_angles_rad
+            .iter()
+            .map(|angle| distance_to_edge_m(groove, depth, *angle))
+            .fold(f64::INFINITY, f64::min);
+        if semi_axis >= room {
+            found.push(Finding {
+                code: "edge_contact",
+                severity: Severity::Warning,
+                pair: name,
+                message: format!(
+                    "the contact ellipse reaches {:.3} mm from its centre, the edge of the groove is {:.3} mm away",
+                    semi_axis * 1e3,
+                    room.max(0.0) * 1e3
+                ),
+                remedy: "deepen the groove, lower the contact angle or lower the load".into(),
+            });
+        }
+    }
+    found
+}
+
+/// Distance along the wall from the middle of the contact to the groove's edge, m; below 0 past the edge.
+///
+/// The two walls of a groove are arcs of radius g = beta* r whose centres lie (g - r) beyond the ball's centre along
+/// each contact normal; they meet in the groove's bottom, and the face of the plate is `depth` above that.
+fn distance_to_edge_m(groove: &GrooveSection, depth_m: f64, contact_angle_rad: f64) -> f64 {
+    let r = groove.ball_radius_m;
+    let g = groove.groove_conformity * r;
+    let (sin, cos) = contact_angle_rad.sin_cos();
+    // Heights from the arc's centre, downwards.
+    let bottom = (g * g - ((g - r) * cos).powi(2)).sqrt();
+    let face = bottom - depth_m;
+    let edge_angle = (face / g).clamp(-1.0, 1.0).asin();
+    debug_assert!(sin >= 0.0);
+    g * (contact_angle_rad - edge_angle)
+}

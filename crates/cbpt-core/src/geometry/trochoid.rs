@@ -1,0 +1,91 @@
+//! The deceleration pair's tracks: epicycloid and hypocycloid groove centrelines at a ball.
+//!
+//! Ball i stands at phi from the ray O2 -> P about the centre O2 of the ball circle. Every in-plane normal passes
+//! through the pitch point P, at Z2 e from O2 and at Zo e from the centre of the output plate. With
+//! D = 1 + K^2 - 2 K cos(phi):
+//! - signed arm about the centre of the output plate: a = Zo e sin(phi) / sqrt(D);
+//! - direction from the ball to P: (K - cos(phi), -sin(phi)) / sqrt(D);
+//! - signed in-plane curvature, above 0 with the centre of curvature on P's side:
+//!   epicycloid [1 + Z2 K^2 - (1 + Z2) K cos(phi)] / (R D^1.5),
+//!   hypocycloid [1 - Z2 K^2 + (Z2 - 1) K cos(phi)] / (R D^1.5).
+
+use crate::drive::Deceleration;
+
+/// Where a ball stands on the two tracks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BallOnTracks {
+    /// Signed arm of the contact normals about the centre of the output plate, m.
+    pub arm_m: f64,
+    /// Unit vector from the ball to the pitch point: along and across the line of centres.
+    pub to_pitch_point: [f64; 2],
+    /// Curvature of the epicycloid track, 1/m, above 0 with its centre on the pitch point's side.
+    pub epicycloid_curvature_per_m: f64,
+    /// Curvature of the hypocycloid track, 1/m, with the same sign rule.
+    pub hypocycloid_curvature_per_m: f64,
+}
+
+impl BallOnTracks {
+    /// The ball at `phi_rad` from the ray through the pitch point.
+    pub fn at(pair: &Deceleration, phi_rad: f64) -> Self {
+        let z2 = f64::from(pair.ball_count);
+        let k = pair.short_amplitude_coefficient;
+        let (sin, cos) = phi_rad.sin_cos();
+        // (1 - K)^2 + 2 K (1 - cos) keeps its digits where K is near 1 and phi near 0.
+        let d = (1.0 - k).powi(2) + 4.0 * k * (0.5 * phi_rad).sin().powi(2);
+        let root = d.sqrt();
+        let scale = pair.pitch_radius_m() * d * root;
+        Self {
+            arm_m: pair.output_lobes() * pair.eccentricity_m() * sin / root,
+            to_pitch_point: [(k - cos) / root, -sin / root],
+            epicycloid_curvature_per_m: (1.0 + z2 * k * k - (1.0 + z2) * k * cos) / scale,
+            hypocycloid_curvature_per_m: (1.0 - z2 * k * k + (z2 - 1.0) * k * cos) / scale,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Drive;
+
+    /// Limit K -> 0: both tracks become the ball circle, of curvature 1/R, with the centre on P's side at phi = 180.
+    #[test]
+    fn small_amplitude_gives_the_ball_circle() {
+        let pair =
+            Deceleration { short_amplitude_coefficient: 1e-9, ..*Drive::paper_base_case().deceleration() };
+        let ball = BallOnTracks::at(&pair, 2.0);
+        let expected = 1.0 / pair.pitch_radius_m();
+        for found in [ball.epicycloid_curvature_per_m, ball.hypocycloid_curvature_per_m] {
+            assert!((found / expected - 1.0).abs() < 1e-6, "{found} {expected}");
+        }
+    }
+
+    /// The curvature formulas against the tracks themselves, differentiated numerically in each plate's own frame:
+    /// epicycloid (R cos t - e cos Z2 t, R sin t - e sin Z2 t), hypocycloid (R cos t + e cos Z2 t, R sin t - e sin Z2 t);
+    /// the ball at t sees the pitch point at phi = (Z2 - 1) t and (Z2 + 1) t.
+    #[test]
+    fn curvature_is_that_of_the_track() {
+        let pair = *Drive::paper_base_case().deceleration();
+        let (radius, e, z2) = (pair.pitch_radius_m(), pair.eccentricity_m(), f64::from(pair.ball_count));
+        for (sign, lobes) in [(-1.0, z2 - 1.0), (1.0, z2 + 1.0)] {
+            let track = |t: f64| {
+                [radius * t.cos() + sign * e * (z2 * t).cos(), radius * t.sin() - e * (z2 * t).sin()]
+            };
+            for t in [0.003, 0.01, 0.05, 0.1, 0.2] {
+                let h = 2e-5;
+                let (m, c, p) = (track(t - h), track(t), track(t + h));
+                let first: Vec<f64> = (0..2).map(|i| (p[i] - m[i]) / (2.0 * h)).collect();
+                let second: Vec<f64> = (0..2).map(|i| (p[i] - 2.0 * c[i] + m[i]) / (h * h)).collect();
+                let cross = first[0] * second[1] - first[1] * second[0];
+                let expected = cross / (first[0] * first[0] + first[1] * first[1]).powf(1.5);
+                let ball = BallOnTracks::at(&pair, lobes * t);
+                let found = if sign < 0.0 {
+                    ball.epicycloid_curvature_per_m
+                } else {
+                    ball.hypocycloid_curvature_per_m
+                };
+                assert!((found - expected).abs() < 1e-4 * expected.abs().max(1.0), "{t}: {found} {expected}");
+            }
+        }
+    }
+}

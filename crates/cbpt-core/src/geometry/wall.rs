@@ -1,0 +1,41 @@
+//! A groove wall as a contact.
+//!
+//! A wall is an arc of radius g = beta* r swept along the track; the ball touches it at r cos(beta) beside the path
+//! of its centre. Relative curvatures of ball and wall:
+//! - across the track: 1/r - 1/g;
+//! - along the track, for the wall on the side of the track's centre of curvature (kappa > 0 as seen from that wall):
+//!   1/r + kappa cos(beta) / (1 - kappa r cos(beta)) (Meusnier's theorem); the other wall sees -kappa.
+//!
+//! Where 1 - kappa r cos(beta) <= 0 the groove has cut that wall away: it does not exist.
+
+use crate::drive::{GrooveSection, TrackCurvature};
+use crate::hertz::HertzContact;
+
+/// The contact of a ball with a wall that sees the track's curvature as `curvature_per_m` (1/m, above 0 with the
+/// centre of curvature on the wall's side), at contact angle `contact_angle_rad`; `None` where the wall is missing.
+pub fn wall_contact(
+    groove: &GrooveSection,
+    curvature_per_m: f64,
+    contact_angle_rad: f64,
+    contact_modulus_Pa: f64,
+    track: TrackCurvature,
+) -> Option<HertzContact> {
+    let ball = 1.0 / groove.ball_radius_m;
+    let across = ball * (1.0 - 1.0 / groove.groove_conformity);
+    let along = match track {
+        TrackCurvature::Neglect => ball,
+        TrackCurvature::Exact => {
+            let room = remaining_room(groove, curvature_per_m, contact_angle_rad);
+            if room <= 0.0 {
+                return None;
+            }
+            ball + curvature_per_m * contact_angle_rad.cos() / room
+        }
+    };
+    HertzContact::new(along, across, contact_modulus_Pa)
+}
+
+/// 1 - kappa r cos(beta): what the track's curvature leaves of a wall; 0 or less means that the wall is missing.
+pub fn remaining_room(groove: &GrooveSection, curvature_per_m: f64, contact_angle_rad: f64) -> f64 {
+    1.0 - curvature_per_m * groove.ball_radius_m * contact_angle_rad.cos()
+}

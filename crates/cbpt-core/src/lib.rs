@@ -1,0 +1,37 @@
+#![doc = include_str!("../README.md")]
+//!
+//! # Map
+//! Data runs one way: drive -> meshing points -> equilibrium -> angles.
+//! - [`drive`]: the drive and the load as data, checked once;
+//! - [`geometry`]: tracks, walls, design findings; [`hertz`]: curvatures to stiffness and pressure;
+//! - [`pair`]: each kind of pair to its meshing points;
+//! - [`equilibrium`]: meshing points and load to equations, their solution and what it means point by point;
+//! - [`solver`]: Newton with Levenberg-Marquardt for convex problems; knows no ball and no groove;
+//! - [`transmission`]: the whole drive; [`extremes`]: its largest elastic angle over a period;
+//! - [`preload`]: the three thresholds; [`sweep`]: many loads on all cores;
+//! - [`error`]: bad input. A load that cannot be carried is a [`Status`], not an error.
+//!
+//! SI units and radians inside; every public name carries its unit.
+
+pub mod drive;
+pub mod equilibrium;
+pub mod error;
+pub mod extremes;
+pub mod geometry;
+pub mod hertz;
+pub mod pair;
+mod period;
+pub mod preload;
+pub mod solver;
+pub mod sweep;
+pub mod transmission;
+
+pub use drive::{
+    CrossSlide, CrossSlideForm, CrossSlideShare, Deceleration, Drive, Elasticity, EqualSpeed, GrooveSection,
+    Load, Material, OutputPlate, RingGroove, TrackCurvature,
+};
+pub use error::InvalidInput;
+pub use geometry::findings::{Finding, Severity};
+pub use preload::{DriveThresholds, PreloadThresholds};
+pub use solver::status::Status;
+pub use transmission::{Angles, Solution};

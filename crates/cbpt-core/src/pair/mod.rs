@@ -1,0 +1,171 @@
+//! From a pair of grooved plates to its meshing points.
+//!
+//! - [`deceleration`], [`ring_groove`], [`cross_slide`]: geometry and contact of each kind of pair at one phase;
+//! - here: what they all make, [`MeshingPoints`].
+//!
+//! Every ball touches four walls. A wall of one plate and the opposite wall of the other squeeze the ball along one
+//! line, a *diagonal*: two contacts in series that carry the same force. Each ball has two, `Plus` and `Minus`. The
+//! deformation of a diagonal is a linear function of the pair's unknowns, approach d, rotation alpha and, where the
+//! plate may shift sideways, t:
+//!
+//! delta = (d + zeta) sin(beta) + g +- (a alpha + p + t) cos(beta), N = k max(delta, 0)^1.5.
+//!
+//! zeta, g, p and a law other than the 1.5th power are where effects act (tilt, ball size, groove pitch, roughness);
+//! they are neutral by default.
+
+pub mod cross_slide;
+pub mod deceleration;
+pub mod ring_groove;
+
+use crate::hertz::{HertzContact, in_series};
+
+/// Hertz's exponent of a point contact.
+pub const HERTZ_EXPONENT: f64 = 1.5;
+
+/// Deformation at which a law with another exponent keeps Hertz's force: N = k delta_0^1.5 (delta/delta_0)^n.
+pub const REFERENCE_DEFORMATION_M: f64 = 1e-6;
+
+/// Which of a ball's two diagonals: a positive rotation squeezes `Plus` where the arm is positive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Diagonal {
+    /// delta grows with + a alpha.
+    Plus,
+    /// delta grows with - a alpha.
+    Minus,
+}
+
+impl Diagonal {
+    /// +1 or -1.
+    pub fn sign(self) -> f64 {
+        match self {
+            Self::Plus => 1.0,
+            Self::Minus => -1.0,
+        }
+    }
+}
+
+/// One diagonal of one ball: the two meshing points at its ends and the place where they act.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MeshingPoint {
+    /// Number of the ball, from 0.
+    pub ball: usize,
+    /// Which diagonal of the ball.
+    pub diagonal: Diagonal,
+    /// Signed arm a about the centre of the output plate, m.
+    pub arm_m: f64,
+    /// Sine of the contact angle of this diagonal.
+    pub sin_beta: f64,
+    /// Cosine of the contact angle of this diagonal.
+    pub cos_beta: f64,
+    /// Stiffness k of the diagonal (two contacts in series), N/m^1.5; 0 where a wall is missing.
+    pub stiffness: f64,
+    /// The contacts at the two ends, first the wall of the driving (epicycloid, planet) plate; `None`: wall missing.
+    pub walls: [Option<HertzContact>; 2],
+    /// Unit vector in which the output plate pushes the ball along its plus diagonal: along and across the line of
+    /// centres. The minus diagonal is pushed the other way.
+    pub direction: [f64; 2],
+    /// Axial gap closed at this ball beyond the approach (tilt): zeta, m.
+    pub axial_offset_m: f64,
+    /// Interference along the normal (ball size): g, m.
+    pub normal_offset_m: f64,
+    /// Shift in the plane of the plates (groove pitch): p, m.
+    pub in_plane_offset_m: f64,
+}
+
+impl MeshingPoint {
+    /// A meshing point without offsets; its stiffness is that of its two walls in series.
+    pub fn new(
+        ball: usize,
+        diagonal: Diagonal,
+        arm_m: f64,
+        contact_angle_rad: f64,
+        walls: [Option<HertzContact>; 2],
+        direction: [f64; 2],
+    ) -> Self {
+        let stiffness = |wall: Option<HertzContact>| wall.map_or(0.0, |contact| contact.stiffness);
+        Self {
+            ball,
+            diagonal,
+            arm_m,
+            sin_beta: contact_angle_rad.sin(),
+            cos_beta: contact_angle_rad.cos(),
+            stiffness: in_series(stiffness(walls[0]), stiffness(walls[1])),
+            walls,
+            direction,
+            axial_offset_m: 0.0,
+            normal_offset_m: 0.0,
+            in_plane_offset_m: 0.0,
+        }
+    }
+
+    /// Whether both walls exist.
+    pub fn exists(&self) -> bool {
+        self.stiffness > 0.0
+    }
+
+    /// Arm with the sign of the diagonal, m: above 0 where a positive rotation squeezes.
+    pub fn signed_arm_m(&self) -> f64 {
+        self.diagonal.sign() * self.arm_m
+    }
+
+    /// Torque held per newton of preload by this point alone: signed arm times cot(beta), m.
+    pub fn torque_per_preload_m(&self) -> f64 {
+        self.signed_arm_m() * self.cos_beta / self.sin_beta
+    }
+}
+
+/// All meshing points of a pair at one phase, and what its plates may do.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeshingPoints {
+    /// The diagonals, ball by ball, plus before minus.
+    pub points: Vec<MeshingPoint>,
+    /// Exponent n of the contact law, 1.5 by Hertz.
+    pub exponent: f64,
+    /// Stiffness of what holds the preload: the preload that reaches the points is N_Z - k_c (d - d0), N/m.
+    pub axial_spring_N_per_m: f64,
+    /// Whether a plate is held across its grooves by the balls alone, so that it shifts until it is in balance.
+    pub floats_sideways: bool,
+    /// How many equal copies of this row are in series; their angles add.
+    pub rows: u32,
+    /// Ball radius, m: the scale of what "small displacement" means.
+    pub ball_radius_m: f64,
+}
+
+impl MeshingPoints {
+    /// Points of a pair by Hertz's law with a constant preload.
+    pub fn new(points: Vec<MeshingPoint>, ball_radius_m: f64) -> Self {
+        Self {
+            points,
+            exponent: HERTZ_EXPONENT,
+            axial_spring_N_per_m: 0.0,
+            floats_sideways: false,
+            rows: 1,
+            ball_radius_m,
+        }
+    }
+
+    /// Largest distance of a meshing point's normal from the axis, m.
+    pub fn largest_arm_m(&self) -> f64 {
+        self.points.iter().map(|point| point.arm_m.abs()).fold(0.0, f64::max)
+    }
+
+    /// Torque that a preload of 1 N can hold in the direction of `torque_sign`, m; 0 where nothing holds.
+    ///
+    /// One contact carries all: max of the signed arm times cot(beta) over the existing points. A plate that floats
+    /// sideways must also balance across its grooves, so a plus and a minus point share the load half and half.
+    pub fn holding_arm_m(&self, torque_sign: f64) -> f64 {
+        let best = |wanted: Option<Diagonal>| {
+            self.points
+                .iter()
+                .filter(|point| point.exists() && wanted.is_none_or(|diagonal| point.diagonal == diagonal))
+                .map(|point| torque_sign * point.torque_per_preload_m())
+                .fold(f64::NEG_INFINITY, f64::max)
+        };
+        let arm = if self.floats_sideways {
+            0.5 * (best(Some(Diagonal::Plus)) + best(Some(Diagonal::Minus)))
+        } else {
+            best(None)
+        };
+        arm.max(0.0)
+    }
+}

@@ -1,0 +1,204 @@
+//! Minimum preload: three thresholds of a pair, each the preload of its own defining state.
+//!
+//! Below a threshold's preload, at the same torque:
+//! 1. **hold**: the balls slip out; one contact carries all (see [`MeshingPoints::holding_arm_m`]);
+//! 2. **continuous transmission** (the 2017 paper's minimum APF): the state d = 0, in which the diagonals that the
+//!    torque loads carry all and the others have just parted; below it balls with small arms come loose;
+//! 3. **zero backlash**: the state in which the first diagonal is about to part.
+//!
+//! States 2 and 3 are rays: with d = A |alpha| every deformation is |alpha| (A sin beta + s cos beta), s the arm with
+//! the signs of diagonal and torque, so the ratio of preload to torque follows from A alone:
+//!
+//! N_Z/|M0| = sum k (A sin beta + s cos beta)^n sin beta / sum k (A sin beta + s cos beta)^n s cos beta,
+//!
+//! over what touches; A = 0 for state 2, A = max(-s cot beta) for state 3. This holds for unlike contact angles too.
+//! Where a plate floats sideways, s contains its shift, found from the balance across the grooves.
+
+use std::f64::consts::TAU;
+
+use crate::drive::{Drive, EqualSpeed};
+use crate::equilibrium::ContactLaw;
+use crate::pair::{MeshingPoint, MeshingPoints};
+use crate::period;
+
+/// The three preloads that a torque needs, N; infinite where no preload does it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PreloadThresholds {
+    /// More than this holds the torque at all, N.
+    pub hold_N: f64,
+    /// From here on no ball comes loose: continuous transmission, the paper's minimum APF, N.
+    pub continuous_N: f64,
+    /// From here on no diagonal parts: zero backlash, N.
+    pub zero_backlash_N: f64,
+}
+
+impl PreloadThresholds {
+    /// The larger of each.
+    #[must_use]
+    pub fn max(self, other: Self) -> Self {
+        Self {
+            hold_N: self.hold_N.max(other.hold_N),
+            continuous_N: self.continuous_N.max(other.continuous_N),
+            zero_backlash_N: self.zero_backlash_N.max(other.zero_backlash_N),
+        }
+    }
+
+    fn map(self, f: impl Fn(f64) -> f64) -> Self {
+        Self {
+            hold_N: f(self.hold_N),
+            continuous_N: f(self.continuous_N),
+            zero_backlash_N: f(self.zero_backlash_N),
+        }
+    }
+}
+
+/// Thresholds of both pairs and of the drive, all in terms of the drive's M0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DriveThresholds {
+    /// Of the deceleration pair.
+    pub deceleration: PreloadThresholds,
+    /// Of the equal-speed pair.
+    pub equal_speed: PreloadThresholds,
+}
+
+impl DriveThresholds {
+    /// Of the drive: the larger of each, because both pairs share one preload.
+    pub fn drive(&self) -> PreloadThresholds {
+        self.deceleration.max(self.equal_speed)
+    }
+}
+
+/// Thresholds of a pair without offsets and axial spring, at torque M0 (N m).
+pub fn pair_thresholds(points: &MeshingPoints, torque_Nm: f64) -> PreloadThresholds {
+    if torque_Nm == 0.0 {
+        return PreloadThresholds { hold_N: 0.0, continuous_N: 0.0, zero_backlash_N: 0.0 };
+    }
+    let torque_sign = torque_Nm.signum();
+    let row = Row { points, torque_sign, law: ContactLaw::new(points.exponent) };
+    PreloadThresholds {
+        hold_N: 1.0 / points.holding_arm_m(torque_sign),
+        continuous_N: row.preload_per_torque(|_| 0.0),
+        zero_backlash_N: row.preload_per_torque(|shift| row.touching_ratio(shift)),
+    }
+    .map(|per_torque| per_torque * torque_Nm.abs())
+}
+
+/// A row of meshing points seen from one direction of torque.
+struct Row<'a> {
+    points: &'a MeshingPoints,
+    torque_sign: f64,
+    law: ContactLaw,
+}
+
+impl Row<'_> {
+    fn existing(&self) -> impl Iterator<Item = &MeshingPoint> {
+        self.points.points.iter().filter(|point| point.exists())
+    }
+
+    /// Arm with the signs of diagonal and torque, and with a sideways shift of the plate, m.
+    fn arm(&self, point: &MeshingPoint, shift_m: f64) -> f64 {
+        self.torque_sign * point.diagonal.sign() * (point.arm_m + shift_m)
+    }
+
+    /// A = max(-s cot beta): the approach per rotation at which the first diagonal is about to part, m.
+    fn touching_ratio(&self, shift_m: f64) -> f64 {
+        self.existing()
+            .map(|point| -self.arm(point, shift_m) * point.cos_beta / point.sin_beta)
+            .fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// N_Z/|M0| (1/m) of the state with approach per rotation `ratio(shift)`.
+    fn preload_per_torque(&self, ratio: impl Fn(f64) -> f64) -> f64 {
+        let shift = if self.points.floats_sideways { self.balanced_shift_m(&ratio) } else { 0.0 };
+        let (axial, torque, _) = self.sums(ratio(shift), shift);
+        if torque > 0.0 { axial / torque } else { f64::INFINITY }
+    }
+
+    /// Sums of axial force, torque and sideways force per unit of rotation^n.
+    fn sums(&self, ratio: f64, shift_m: f64) -> (f64, f64, f64) {
+        self.existing().fold((0.0, 0.0, 0.0), |(axial, torque, sideways), point| {
+            let arm = self.arm(point, shift_m);
+            let force = self.law.force_N(point.stiffness, ratio * point.sin_beta + arm * point.cos_beta);
+            (
+                axial + force * point.sin_beta,
+                torque + force * arm * point.cos_beta,
+                sideways + force * point.diagonal.sign() * point.cos_beta,
+            )
+        })
+    }
+
+    /// The shift per rotation at which the forces across the grooves balance, by bisection: the sideways force rises
+    /// with the shift (falls for a negative torque, whose rotation is negative too).
+    fn balanced_shift_m(&self, ratio: &impl Fn(f64) -> f64) -> f64 {
+        let limit = self.points.largest_arm_m();
+        let (mut low, mut high) = (-limit, limit);
+        for _ in 0..200 {
+            let middle = 0.5 * (low + high);
+            if middle <= low || middle >= high {
+                break;
+            }
+            if self.torque_sign * self.sums(ratio(middle), middle).2 < 0.0 {
+                low = middle
+            } else {
+                high = middle
+            }
+        }
+        0.5 * (low + high)
+    }
+}
+
+impl Drive {
+    /// The three thresholds at one angle of the input crank (rad) for torque M0 (N m).
+    pub fn preload_thresholds_at(&self, torque_Nm: f64, input_angle_rad: f64) -> DriveThresholds {
+        let points = self.points(input_angle_rad);
+        DriveThresholds {
+            deceleration: pair_thresholds(&points.deceleration, torque_Nm),
+            equal_speed: rows_thresholds(&points.equal_speed, torque_Nm * points.equal_speed_share),
+        }
+    }
+
+    /// The three thresholds for torque M0 (N m), each as its maximum over a period of its pair.
+    pub fn preload_thresholds(&self, torque_Nm: f64) -> DriveThresholds {
+        let share = self.equal_speed_share();
+        let deceleration = |phase: f64| pair_thresholds(&self.deceleration_points(phase), torque_Nm);
+        // The paper's cross-slide form shifts with the crank itself; every other pair depends on its own phase alone.
+        let equal_speed =
+            |phase: f64| rows_thresholds(&self.equal_speed_points(phase, phase), torque_Nm * share);
+        DriveThresholds {
+            deceleration: largest(self.deceleration_period_rad(), deceleration),
+            equal_speed: match self.equal_speed_period_rad() {
+                Some(period) => largest(period, equal_speed),
+                None => equal_speed(0.0),
+            },
+        }
+    }
+
+    /// Period of the deceleration pair in its phase Phi, 2 pi/Z2, rad.
+    pub fn deceleration_period_rad(&self) -> f64 {
+        TAU / f64::from(self.deceleration().ball_count)
+    }
+
+    /// Period of the equal-speed pair in its phase psi, rad: 2 pi/Zd for ring grooves, `None` for the cross-slide,
+    /// which is constant (2 pi of the crank in the paper's form).
+    pub fn equal_speed_period_rad(&self) -> Option<f64> {
+        match self.equal_speed() {
+            EqualSpeed::RingGroove(ring) => Some(TAU / f64::from(ring.ball_count)),
+            EqualSpeed::CrossSlide(slide) => {
+                (slide.form == crate::drive::CrossSlideForm::Paper).then_some(TAU)
+            }
+        }
+    }
+}
+
+fn rows_thresholds(rows: &[MeshingPoints], torque_Nm: f64) -> PreloadThresholds {
+    let none = PreloadThresholds { hold_N: 0.0, continuous_N: 0.0, zero_backlash_N: 0.0 };
+    rows.iter().map(|row| pair_thresholds(row, torque_Nm)).fold(none, PreloadThresholds::max)
+}
+
+fn largest(period_rad: f64, at: impl Fn(f64) -> PreloadThresholds) -> PreloadThresholds {
+    PreloadThresholds {
+        hold_N: period::maximum(period_rad, |phase| at(phase).hold_N).1,
+        continuous_N: period::maximum(period_rad, |phase| at(phase).continuous_N).1,
+        zero_backlash_N: period::maximum(period_rad, |phase| at(phase).zero_backlash_N).1,
+    }
+}

@@ -1,0 +1,94 @@
+//! How a solution attempt ended.
+
+use std::fmt;
+
+/// Outcome of a solve. Only [`Status::Solved`] and [`Status::OutsideSmallDisplacements`] come with numbers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Status {
+    /// The equations hold to the tolerance.
+    Solved,
+    /// The equations hold, but the displacements are no longer small against the ball radius: the linear geometry
+    /// behind them fails first, so the value is that of the equations, not of the drive.
+    OutsideSmallDisplacements,
+    /// The torque is at or beyond what this preload can hold: balls slip out of their grooves.
+    BeyondHold {
+        /// Preload at which this torque would just slip; more than this is needed, N. Infinite where no preload holds.
+        hold_preload_N: f64,
+    },
+    /// A groove of the deceleration pair undercuts: part of a wall does not exist, so neither does the drive.
+    Undercut,
+    /// The iteration stopped above the tolerance; the numbers are withheld.
+    NotConverged {
+        /// Scaled residual where it stopped.
+        residual: f64,
+    },
+}
+
+impl Status {
+    /// Whether numbers come with this status.
+    pub fn has_solution(&self) -> bool {
+        matches!(self, Self::Solved | Self::OutsideSmallDisplacements)
+    }
+
+    /// Short stable name, as in tables and JSON.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Solved => "ok",
+            Self::OutsideSmallDisplacements => "outside_small_displacements",
+            Self::BeyondHold { .. } => "beyond_hold",
+            Self::Undercut => "undercut",
+            Self::NotConverged { .. } => "not_converged",
+        }
+    }
+
+    /// The status of a whole from the statuses of its parts: the worse of the two.
+    #[must_use]
+    pub fn worse(self, other: Self) -> Self {
+        let rank = |status: &Self| match status {
+            Self::Solved => 0,
+            Self::OutsideSmallDisplacements => 1,
+            Self::NotConverged { .. } => 2,
+            Self::BeyondHold { .. } => 3,
+            Self::Undercut => 4,
+        };
+        if let (Self::BeyondHold { hold_preload_N: a }, Self::BeyondHold { hold_preload_N: b }) =
+            (self, other)
+        {
+            return Self::BeyondHold { hold_preload_N: a.max(b) };
+        }
+        if rank(&self) >= rank(&other) { self } else { other }
+    }
+}
+
+impl fmt::Display for Status {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Solved => write!(f, "solved"),
+            Self::OutsideSmallDisplacements => write!(
+                f,
+                "solved, but outside small displacements (more than 5 % of the ball radius): the linear geometry \
+                 fails here; raise the preload"
+            ),
+            Self::BeyondHold { hold_preload_N } if hold_preload_N.is_finite() => write!(
+                f,
+                "no solution: the torque is at or beyond what this preload can hold; more than {hold_preload_N:.6} N \
+                 of preload is needed"
+            ),
+            Self::BeyondHold { .. } => {
+                write!(
+                    f,
+                    "no solution: no preload can hold a torque in this direction, its walls are missing"
+                )
+            }
+            Self::Undercut => write!(
+                f,
+                "no solution: a groove of the deceleration pair undercuts, part of its wall does not exist; enlarge the \
+                 rolling circle, lower the short-amplitude coefficient or the ball radius, or set \
+                 track_curvature = \"neglect\" to take the tracks as straight"
+            ),
+            Self::NotConverged { residual } => {
+                write!(f, "no solution: the iteration stopped at a scaled residual of {residual:.2e}")
+            }
+        }
+    }
+}
