@@ -123,17 +123,17 @@ impl Deceleration {
     }
 
     /// Lobes Z1 = Z2 - 1 of the epicycloid groove.
-    pub fn epicycloid_lobes(&self) -> f64 {
-        f64::from(self.ball_count) - 1.0
+    pub fn epicycloid_lobes(&self) -> u32 {
+        self.ball_count - 1
     }
 
     /// Lobes Z3 = Z2 + 1 of the hypocycloid groove.
-    pub fn hypocycloid_lobes(&self) -> f64 {
-        f64::from(self.ball_count) + 1.0
+    pub fn hypocycloid_lobes(&self) -> u32 {
+        self.ball_count + 1
     }
 
     /// Lobes Zo of the groove of the output plate.
-    pub fn output_lobes(&self) -> f64 {
+    pub fn output_lobes(&self) -> u32 {
         match self.output_plate {
             OutputPlate::Hypocycloid => self.hypocycloid_lobes(),
             OutputPlate::Epicycloid => self.epicycloid_lobes(),
@@ -344,8 +344,8 @@ impl Drive {
     /// Transmission ratio i: input turns for one turn of the output, negative where they turn against each other.
     pub fn transmission_ratio(&self) -> f64 {
         match self.deceleration.output_plate {
-            OutputPlate::Hypocycloid => self.deceleration.hypocycloid_lobes() / 2.0,
-            OutputPlate::Epicycloid => -self.deceleration.epicycloid_lobes() / 2.0,
+            OutputPlate::Hypocycloid => f64::from(self.deceleration.hypocycloid_lobes()) / 2.0,
+            OutputPlate::Epicycloid => -f64::from(self.deceleration.epicycloid_lobes()) / 2.0,
         }
     }
 

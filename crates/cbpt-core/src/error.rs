@@ -2,6 +2,8 @@
 //!
 //! A load that no preload state can carry is not bad input; it is a [`crate::Status`] of a solution.
 
+use std::fmt::Display;
+
 /// A number of the drive or of the load that cannot be: names the field, the value and the rule.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{field} = {found}: {required}")]
@@ -16,7 +18,7 @@ pub struct InvalidInput {
 
 impl InvalidInput {
     /// Names the field, the value found and what is required instead.
-    pub fn new(field: impl Into<String>, found: impl ToString, required: impl Into<String>) -> Self {
+    pub fn new(field: impl Into<String>, found: impl Display, required: impl Into<String>) -> Self {
         Self { field: field.into(), found: found.to_string(), required: required.into() }
     }
 }
@@ -27,11 +29,6 @@ pub(crate) fn require_positive(field: &str, value: f64) -> Result<(), InvalidInp
 }
 
 /// States a rule for one field.
-pub(crate) fn require(
-    holds: bool,
-    field: &str,
-    value: impl ToString,
-    rule: &str,
-) -> Result<(), InvalidInput> {
+pub(crate) fn require(holds: bool, field: &str, value: impl Display, rule: &str) -> Result<(), InvalidInput> {
     if holds { Ok(()) } else { Err(InvalidInput::new(field, value, rule)) }
 }

@@ -50,14 +50,14 @@ impl Drive {
         // Deceleration periods (q) and equal-speed periods (w) in one period of the drive.
         let (q, w) = match self.equal_speed() {
             EqualSpeed::RingGroove(ring) => {
-                let other_lobes = 2 * pair.ball_count - own_lobes as u32;
+                let other_lobes = 2 * pair.ball_count - own_lobes;
                 let common = greatest_common_divisor(other_lobes, ring.ball_count);
                 (other_lobes / common, ring.ball_count / common)
             }
             EqualSpeed::CrossSlide(_) if self.equal_speed_period_rad().is_none() => (1, 1),
-            EqualSpeed::CrossSlide(_) => (own_lobes as u32, 1),
+            EqualSpeed::CrossSlide(_) => (own_lobes, 1),
         };
-        let period_rad = TAU / own_lobes * f64::from(q);
+        let period_rad = TAU / f64::from(own_lobes) * f64::from(q);
         let per_deceleration = (w * SAMPLES) as usize;
         let per_equal_speed = (q * SAMPLES) as usize;
         let step = period_rad / f64::from(q * w * SAMPLES);

@@ -138,9 +138,9 @@ impl Row<'_> {
                 break;
             }
             if self.torque_sign * self.sums(ratio(middle), middle).2 < 0.0 {
-                low = middle
+                low = middle;
             } else {
-                high = middle
+                high = middle;
             }
         }
         0.5 * (low + high)

@@ -75,15 +75,15 @@ impl Drive {
         let pair = self.deceleration();
         let z2 = f64::from(pair.ball_count);
         match pair.output_plate {
-            OutputPlate::Hypocycloid => -input_angle_rad * pair.epicycloid_lobes() / z2,
-            OutputPlate::Epicycloid => input_angle_rad * pair.hypocycloid_lobes() / z2,
+            OutputPlate::Hypocycloid => -input_angle_rad * f64::from(pair.epicycloid_lobes()) / z2,
+            OutputPlate::Epicycloid => input_angle_rad * f64::from(pair.hypocycloid_lobes()) / z2,
         }
     }
 
     /// Planet angle psi against the line of centres at a crank angle, rad.
     pub fn equal_speed_phase_rad(&self, input_angle_rad: f64) -> f64 {
         let pair = self.deceleration();
-        let (z1, z3) = (pair.epicycloid_lobes(), pair.hypocycloid_lobes());
+        let (z1, z3) = (f64::from(pair.epicycloid_lobes()), f64::from(pair.hypocycloid_lobes()));
         match pair.output_plate {
             OutputPlate::Hypocycloid => -input_angle_rad * z1 / z3,
             OutputPlate::Epicycloid => input_angle_rad * z3 / z1,
@@ -95,7 +95,8 @@ impl Drive {
     pub fn equal_speed_share(&self) -> f64 {
         match self.equal_speed() {
             EqualSpeed::CrossSlide(CrossSlide { share: CrossSlideShare::Carried, .. }) => {
-                self.deceleration().epicycloid_lobes() / self.deceleration().hypocycloid_lobes()
+                let pair = self.deceleration();
+                f64::from(pair.epicycloid_lobes()) / f64::from(pair.hypocycloid_lobes())
             }
             _ => 1.0,
         }

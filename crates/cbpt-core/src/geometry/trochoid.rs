@@ -35,7 +35,7 @@ impl BallOnTracks {
         let root = d.sqrt();
         let scale = pair.pitch_radius_m() * d * root;
         Self {
-            arm_m: pair.output_lobes() * pair.eccentricity_m() * sin / root,
+            arm_m: f64::from(pair.output_lobes()) * pair.eccentricity_m() * sin / root,
             to_pitch_point: [(k - cos) / root, -sin / root],
             epicycloid_curvature_per_m: (1.0 + z2 * k * k - (1.0 + z2) * k * cos) / scale,
             hypocycloid_curvature_per_m: (1.0 - z2 * k * k + (z2 - 1.0) * k * cos) / scale,

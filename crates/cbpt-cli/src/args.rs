@@ -1,0 +1,178 @@
+//! The tree of verbs and flags. Every flag carries its unit.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+
+use crate::units::{AngleUnit, ForceUnit, LengthUnit, PressureUnit, TorqueUnit};
+
+/// Elastic angle of a cycloid ball planetary transmission.
+#[derive(Debug, Parser)]
+#[command(
+    name = "cbpt",
+    version,
+    propagate_version = true,
+    after_help = "A CASE is a TOML file that describes the drive; `cbpt schema --example` prints one to start from.\n\
+                  Exit codes: 0 done, 1 cannot write, 2 bad input, 3 no solution, 4 design error."
+)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub verb: Verb,
+}
+
+/// The verbs.
+#[derive(Debug, Subcommand)]
+pub enum Verb {
+    /// Elastic angle under one load, with every meshing point
+    Solve(Solve),
+    /// Preload that a torque needs: to hold, for continuous transmission, for zero backlash
+    Preload(Preload),
+    /// Elastic angle over grids of torque, preload and input angle, on all cores
+    Sweep(Sweep),
+    /// Design findings: undercut, missing walls, touching balls, pressure
+    Check(Check),
+    /// JSON Schema of case files for editors, the table of keys, or an example
+    Schema(Schema),
+    /// Model against a table of readings: bias, RMSE, where it fails (Python package)
+    #[command(disable_help_flag = true)]
+    Compare(Elsewhere),
+}
+
+/// Anything: the verb is implemented elsewhere.
+#[derive(Debug, Args)]
+pub struct Elsewhere {
+    /// Handed on.
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true, hide = true)]
+    pub rest: Vec<String>,
+}
+
+/// The case file.
+#[derive(Debug, Args)]
+pub struct CaseFile {
+    /// Case file (TOML)
+    #[arg(value_name = "CASE")]
+    pub path: PathBuf,
+}
+
+/// Units and form of the output.
+#[derive(Debug, Args)]
+pub struct OutputOptions {
+    /// Print one JSON object instead of tables
+    #[arg(long)]
+    pub json: bool,
+    /// Write to FILE.csv or FILE.json as well
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Unit of elastic angles
+    #[arg(long, value_enum, default_value = "arcsec", value_name = "UNIT")]
+    pub angle_unit: AngleUnit,
+    /// Unit of forces
+    #[arg(long, value_enum, default_value = "N", value_name = "UNIT")]
+    pub force_unit: ForceUnit,
+    /// Unit of torques
+    #[arg(long, value_enum, default_value = "Nm", value_name = "UNIT")]
+    pub torque_unit: TorqueUnit,
+    /// Unit of deformations and contact ellipses
+    #[arg(long, value_enum, default_value = "um", value_name = "UNIT")]
+    pub length_unit: LengthUnit,
+    /// Unit of contact pressures
+    #[arg(long, value_enum, default_value = "GPa", value_name = "UNIT")]
+    pub pressure_unit: PressureUnit,
+}
+
+/// A load; what is not given comes from the case's `[load]`.
+#[derive(Debug, Args)]
+pub struct LoadOptions {
+    /// Resistance torque on the output, N m
+    #[arg(long = "torque-Nm", value_name = "T", allow_negative_numbers = true)]
+    pub torque_Nm: Option<f64>,
+    /// Axial preload, N
+    #[arg(long = "preload-N", value_name = "F")]
+    pub preload_N: Option<f64>,
+    /// Angle of the input crank from the line of centres, degrees [default: the case's, else 0]
+    #[arg(long = "input-angle-deg", value_name = "A", allow_negative_numbers = true)]
+    pub input_angle_deg: Option<f64>,
+}
+
+/// `cbpt solve`.
+#[derive(Debug, Args)]
+pub struct Solve {
+    /// The case file.
+    #[command(flatten)]
+    pub case: CaseFile,
+    /// The load.
+    #[command(flatten)]
+    pub load: LoadOptions,
+    /// List every meshing point
+    #[arg(long)]
+    pub points: bool,
+    /// Form of the output.
+    #[command(flatten)]
+    pub output: OutputOptions,
+}
+
+/// `cbpt preload`.
+#[derive(Debug, Args)]
+pub struct Preload {
+    /// The case file.
+    #[command(flatten)]
+    pub case: CaseFile,
+    /// Resistance torque on the output, N m
+    #[arg(long = "torque-Nm", value_name = "T", allow_negative_numbers = true)]
+    pub torque_Nm: Option<f64>,
+    /// Take the thresholds at this angle of the input crank, degrees, instead of the maxima over a period
+    #[arg(long = "input-angle-deg", value_name = "A", allow_negative_numbers = true)]
+    pub input_angle_deg: Option<f64>,
+    /// Form of the output.
+    #[command(flatten)]
+    pub output: OutputOptions,
+}
+
+/// `cbpt sweep`.
+#[derive(Debug, Args)]
+pub struct Sweep {
+    /// The case file.
+    #[command(flatten)]
+    pub case: CaseFile,
+    /// Torques, N m: a list `1,2,5`, a range `0:10:0.5` (start:stop:step), or both mixed
+    #[arg(long = "torque-Nm", value_name = "LIST", allow_hyphen_values = true)]
+    pub torque_Nm: Option<String>,
+    /// Preloads, N, in the same form
+    #[arg(long = "preload-N", value_name = "LIST")]
+    pub preload_N: Option<String>,
+    /// Angles of the input crank, degrees, in the same form
+    #[arg(long = "input-angle-deg", value_name = "LIST", allow_hyphen_values = true)]
+    pub input_angle_deg: Option<String>,
+    /// Form of the output.
+    #[command(flatten)]
+    pub output: OutputOptions,
+}
+
+/// `cbpt check`.
+#[derive(Debug, Args)]
+pub struct Check {
+    /// The case file.
+    #[command(flatten)]
+    pub case: CaseFile,
+    /// A load, to check pressure and contact at the groove's edge as well.
+    #[command(flatten)]
+    pub load: LoadOptions,
+    /// Form of the output.
+    #[command(flatten)]
+    pub output: OutputOptions,
+}
+
+/// `cbpt schema`.
+#[derive(Debug, Args)]
+pub struct Schema {
+    /// Print the table of keys (Markdown) instead
+    #[arg(long, conflicts_with = "example")]
+    pub keys: bool,
+    /// Print an example case file instead
+    #[arg(long)]
+    pub example: bool,
+    /// Write to FILE instead of standard output
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+}

@@ -1,0 +1,157 @@
+//! The effects of a case: built-in ones by their ids, the user's own by an expression.
+
+use super::document::{Content, Entry, Node};
+use super::error::{Mistake, Notes};
+use super::fields::{self, EFFECTS, PARAMETERS, dotted};
+use super::parse::Reader;
+use super::suggest;
+use super::{EffectEntry, OwnParameter};
+
+/// Reads all entries `[[effect]]`.
+pub(super) fn read(entry: &Entry, notes: &mut Notes<'_>) -> Vec<EffectEntry> {
+    let key = &entry.key;
+    let mut effects = Vec::new();
+    let items: &[Node] = if let Content::List(items) = &entry.node.content { items } else { &[] };
+    for (index, item) in items.iter().enumerate() {
+        match &item.content {
+            Content::Table(entries) => {
+                effects.extend(one(&format!("{key}[{index}]"), item.at, entries, notes));
+            }
+            _ => notes.add(item.at, no_effect(format!("{key}[{index}]"), item)),
+        }
+    }
+    if !matches!(entry.node.content, Content::List(_)) {
+        notes.add(entry.at, no_effect(key.clone(), &entry.node));
+    }
+    effects
+}
+
+fn no_effect(key: String, node: &Node) -> Mistake {
+    let allowed = "expected an entry of its own for each effect, headed [[effect]]".into();
+    Mistake { key, found: node.written.clone(), allowed, ..Mistake::default() }
+}
+
+fn one(path: &str, at: Option<usize>, entries: &[Entry], notes: &mut Notes<'_>) -> Option<EffectEntry> {
+    let section = fields::effect();
+    let mut reader = Reader::new(notes);
+    let others = reader.take(section, path, entries.iter().filter(|entry| entry.key != PARAMETERS));
+    reader.complete(section, path, at);
+    let text = |name| reader.values.text(name).map(str::to_owned);
+    let (id, port, expression) = (text("effect.id")?, text("effect.port"), text("effect.expression"));
+    let mut effect = EffectEntry { id, port, expression, numbers: Vec::new(), parameters: Vec::new() };
+    let parameters = entries.iter().find(|entry| entry.key == PARAMETERS);
+    let id_node = entries.iter().find(|entry| entry.key == "id").map(|entry| &entry.node);
+
+    if effect.expression.is_some() {
+        for other in others {
+            reader.unknown(section, path, other);
+        }
+        check_own(&effect, path, at, id_node, reader.notes);
+        effect.parameters =
+            parameters.map(|entry| own_parameters(path, entry, reader.notes)).unwrap_or_default();
+    } else {
+        check_built_in(&effect, path, id_node, reader.notes);
+        effect.numbers = others.iter().filter_map(|entry| number(path, entry, reader.notes)).collect();
+        if let Some(entry) = parameters {
+            let problem = "only an own effect, which has an expression, has parameters".into();
+            let allowed = "the numbers of a built-in effect are keys of its own".into();
+            let key = dotted(path, &entry.key);
+            reader.notes.add(entry.at, Mistake { key, problem, allowed, ..Mistake::default() });
+        }
+    }
+    Some(effect)
+}
+
+fn check_own(effect: &EffectEntry, path: &str, at: Option<usize>, id: Option<&Node>, notes: &mut Notes<'_>) {
+    if EFFECTS.contains(&&*effect.id) {
+        let problem = "a built-in effect has this id".into();
+        let allowed = "give the own effect another id, or leave out its expression".into();
+        let found = id.map(|id| id.written.clone()).unwrap_or_default();
+        let key = dotted(path, "id");
+        notes.add(id.and_then(|id| id.at), Mistake { key, found, problem, allowed, ..Mistake::default() });
+    }
+    if effect.port.is_none() {
+        let problem = "missing; an own effect must say where it acts".into();
+        let allowed = expected("port");
+        notes.add(at, Mistake { key: dotted(path, "port"), problem, allowed, ..Mistake::default() });
+    }
+}
+
+/// What a key of an effect takes.
+fn expected(key: &str) -> String {
+    let found = fields::effect().find(key);
+    found.map(|(key, unit)| format!("expected {}", key.expected(unit))).unwrap_or_default()
+}
+
+fn check_built_in(effect: &EffectEntry, path: &str, id: Option<&Node>, notes: &mut Notes<'_>) {
+    if !EFFECTS.contains(&&*effect.id) {
+        let problem = "no built-in effect has this id".into();
+        let allowed = format!("an own effect needs an expression; built-in are {}", EFFECTS.join(", "));
+        let nearest = suggest::nearest(&effect.id, EFFECTS.iter().copied());
+        let found = id.map(|id| id.written.clone()).unwrap_or_default();
+        let key = dotted(path, "id");
+        let mistake = Mistake { key, found, problem, allowed, nearest, ..Mistake::default() };
+        notes.add(id.and_then(|id| id.at), mistake);
+    }
+}
+
+/// A number of a built-in effect.
+fn number(path: &str, entry: &Entry, notes: &mut Notes<'_>) -> Option<(String, f64)> {
+    match entry.node.content {
+        Content::Number(number) if number.is_finite() => Some((entry.key.clone(), number)),
+        _ => {
+            let allowed = "expected a finite number, a parameter of the effect".into();
+            let (key, found) = (dotted(path, &entry.key), entry.node.written.clone());
+            notes.add(entry.node.at, Mistake { key, found, allowed, ..Mistake::default() });
+            None
+        }
+    }
+}
+
+fn own_parameters(path: &str, entry: &Entry, notes: &mut Notes<'_>) -> Vec<OwnParameter> {
+    let path = dotted(path, &entry.key);
+    if let Content::Table(entries) = &entry.node.content {
+        entries.iter().filter_map(|entry| own_parameter(&path, entry, notes)).collect()
+    } else {
+        let (allowed, found) = (expected(PARAMETERS), entry.node.written.clone());
+        notes.add(entry.node.at, Mistake { key: path, found, allowed, ..Mistake::default() });
+        Vec::new()
+    }
+}
+
+fn own_parameter(path: &str, entry: &Entry, notes: &mut Notes<'_>) -> Option<OwnParameter> {
+    let section = fields::parameter();
+    let (path, name) = (dotted(path, &entry.key), entry.key.clone());
+    if !is_identifier(&name) {
+        let problem =
+            "a parameter is named as in the expression: letters, digits and _, no digit first".into();
+        notes.add(entry.at, Mistake { key: path.clone(), problem, ..Mistake::default() });
+    }
+    let Content::Table(entries) = &entry.node.content else {
+        let allowed =
+            "expected a table such as { unit = \"rad\", start = 1e-6, min = 0.0, max = 1e-3 }".into();
+        let found = entry.node.written.clone();
+        notes.add(entry.node.at, Mistake { key: path, found, allowed, ..Mistake::default() });
+        return None;
+    };
+    let mut reader = Reader::new(notes);
+    for other in reader.take(section, &path, entries) {
+        reader.unknown(section, &path, other);
+    }
+    reader.complete(section, &path, entry.at);
+    let values = reader.values;
+    let (min, max) = (values.real("effect.parameters.min"), values.real("effect.parameters.max"));
+    let unit = values.text("effect.parameters.unit")?.to_owned();
+    let start = values.real("effect.parameters.start")?;
+    if min.is_some_and(|min| min > start) || max.is_some_and(|max| max < start) {
+        let allowed = "min, start and max must be in this order".into();
+        notes.add(entry.at, Mistake { key: path, allowed, ..Mistake::default() });
+    }
+    Some(OwnParameter { name, unit, start, min, max })
+}
+
+/// Whether an expression can hold the name.
+fn is_identifier(name: &str) -> bool {
+    let letter = |c: char| c.is_ascii_alphabetic() || c == '_';
+    name.starts_with(letter) && name.chars().all(|c| letter(c) || c.is_ascii_digit())
+}

@@ -1,0 +1,158 @@
+//! What is wrong with a case file: all of it at once, each mistake with its line, its key and what to write instead.
+
+use std::fmt;
+
+/// A case file that cannot be read, with every mistake in it.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{}", report(.name, .mistakes))]
+pub struct CaseError {
+    /// Name of the file; empty where the case did not come from a file.
+    pub name: String,
+    /// The mistakes in the order of the file, at most [`CaseError::MOST`].
+    pub mistakes: Vec<Mistake>,
+}
+
+impl CaseError {
+    /// Reading stops after so many mistakes.
+    pub const MOST: usize = 100;
+
+    /// The file as a whole cannot be read.
+    pub(super) fn whole(name: &str, problem: impl Into<String>) -> Self {
+        Self { name: name.into(), mistakes: vec![Mistake { problem: problem.into(), ..Mistake::default() }] }
+    }
+
+    /// A file that stops being UTF-8 after these bytes.
+    pub(super) fn not_utf8(name: &str, valid: &[u8]) -> Self {
+        let mut notes = Notes::of(std::str::from_utf8(valid).unwrap_or_default());
+        let problem = "not UTF-8 text".into();
+        let allowed = "save the file as UTF-8".into();
+        notes.add(Some(valid.len()), Mistake { problem, allowed, ..Mistake::default() });
+        Self { name: name.into(), mistakes: notes.mistakes }
+    }
+}
+
+/// One mistake. Its text is one line without the name of the file.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Mistake {
+    /// Line, from 1; none for a case that did not come from a file, and for what the file lacks.
+    pub line: Option<usize>,
+    /// Column in characters, from 1.
+    pub column: Option<usize>,
+    /// Dotted key as it was written; empty where the whole file is meant.
+    pub key: String,
+    /// The value as it was written; empty where the key itself is the mistake.
+    pub found: String,
+    /// What is wrong; empty where `allowed` says it all.
+    pub problem: String,
+    /// What is allowed instead.
+    pub allowed: String,
+    /// The nearest right key or word.
+    pub nearest: Option<String>,
+}
+
+impl fmt::Display for Mistake {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut lead = "";
+        if !self.key.is_empty() {
+            f.write_str(&self.key)?;
+            lead = ": ";
+        }
+        if !self.found.is_empty() {
+            write!(f, " = {}", self.found)?;
+        }
+        if !self.problem.is_empty() {
+            write!(f, "{lead}{}", self.problem)?;
+            lead = "; ";
+        }
+        if let Some(nearest) = &self.nearest {
+            write!(f, "{lead}did you mean {nearest}?")?;
+            lead = " ";
+        }
+        let mut allowed = self.allowed.chars();
+        match allowed.next() {
+            Some(first) if lead == " " => write!(f, " {}{}", first.to_uppercase(), allowed.as_str()),
+            Some(_) => write!(f, "{lead}{}", self.allowed),
+            None => Ok(()),
+        }
+    }
+}
+
+fn report(name: &str, mistakes: &[Mistake]) -> String {
+    let mut lines: Vec<String> = mistakes
+        .iter()
+        .map(|mistake| match (name, mistake.line) {
+            ("", _) => mistake.to_string(),
+            (_, None) => format!("{name}: {mistake}"),
+            (_, Some(line)) => format!("{name}:{line}: {mistake}"),
+        })
+        .collect();
+    if mistakes.len() >= CaseError::MOST {
+        lines.push(format!("only the first {} mistakes are listed", CaseError::MOST));
+    }
+    lines.join("\n")
+}
+
+/// Collects mistakes while a case is read, and finds their lines.
+pub(super) struct Notes<'t> {
+    text: &'t str,
+    mistakes: Vec<Mistake>,
+}
+
+impl<'t> Notes<'t> {
+    /// For the text that the offsets of the mistakes refer to.
+    pub(super) fn of(text: &'t str) -> Self {
+        Self { text, mistakes: Vec::new() }
+    }
+
+    /// Notes a mistake at a byte of the text.
+    pub(super) fn add(&mut self, at: Option<usize>, mistake: Mistake) {
+        if !self.full() {
+            let (line, column) = at.map(|at| position(self.text, at)).unzip();
+            let key = shortened(&mistake.key);
+            self.mistakes.push(Mistake { line, column, key, ..mistake });
+        }
+    }
+
+    /// Line of a byte of the text.
+    pub(super) fn line(&self, at: usize) -> usize {
+        position(self.text, at).0
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.mistakes.is_empty()
+    }
+
+    /// Whether no more mistakes are noted.
+    pub(super) fn full(&self) -> bool {
+        self.mistakes.len() >= CaseError::MOST
+    }
+
+    /// The error, or `whole` where there is no mistake.
+    pub(super) fn or<T>(mut self, name: &str, whole: Option<T>) -> Result<T, CaseError> {
+        match whole {
+            Some(whole) if self.mistakes.is_empty() => Ok(whole),
+            _ => {
+                self.mistakes.sort_by_key(|mistake| (mistake.line.is_none(), mistake.line, mistake.column));
+                Err(CaseError { name: name.into(), mistakes: self.mistakes })
+            }
+        }
+    }
+}
+
+/// The first line, so far as a message can hold it.
+pub(super) fn shortened(written: &str) -> String {
+    const LONGEST: usize = 80;
+    let line = written.lines().next().unwrap_or_default();
+    let mut short: String = line.chars().take(LONGEST).collect();
+    if short.len() < written.len() {
+        short.push_str("...");
+    }
+    short
+}
+
+/// Line and column of a byte, from 1.
+fn position(text: &str, at: usize) -> (usize, usize) {
+    let before = text.get(..at).unwrap_or(text);
+    let start = before.rfind('\n').map_or(0, |newline| newline + 1);
+    (before.matches('\n').count() + 1, before[start..].chars().count() + 1)
+}

@@ -1,0 +1,563 @@
+//! The table of sections and keys. Reading, messages, JSON Schema, reference and writing all follow it.
+
+use std::borrow::Cow;
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
+use std::ops::Bound::{self, Excluded, Included, Unbounded};
+use std::ops::RangeBounds;
+use std::sync::LazyLock;
+
+use cbpt_core::{Elasticity, Material};
+
+use super::units::{Dimension, PLAIN, Unit};
+
+/// A table of the file. The keys above the first section stand in the section without a name.
+pub(super) struct Section {
+    pub(super) name: &'static str,
+    pub(super) required: bool,
+    /// Whether the mechanics check its numbers; the parser checks those of the other sections.
+    pub(super) mechanics: bool,
+    pub(super) meaning: &'static str,
+    pub(super) keys: Vec<Key>,
+}
+
+/// A key of a section.
+#[derive(Clone)]
+pub(super) struct Key {
+    /// The key without its unit.
+    pub(super) stem: Cow<'static, str>,
+    pub(super) kind: Kind,
+    pub(super) need: Need,
+    /// Numbers that are allowed, in SI.
+    pub(super) range: Range,
+    /// A value that stands in where the one in the file cannot be used, so that the rest is still checked.
+    pub(super) example: Value,
+    pub(super) meaning: Cow<'static, str>,
+    /// The kind of equal-speed pair that has this key, if not every kind has it.
+    pub(super) only: Option<&'static str>,
+}
+
+/// What a key takes.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Kind {
+    /// A number with a unit; beside the dimension the unit that is usual.
+    Quantity(Dimension, &'static str),
+    /// A number without a unit.
+    Number,
+    /// A whole number.
+    Count,
+    /// One of these words.
+    Choice(&'static [&'static str]),
+    /// Any text.
+    Text,
+    /// The table of the parameters of an own effect.
+    Parameters,
+}
+
+/// Whether a key may be left out.
+#[derive(Clone)]
+pub(super) enum Need {
+    Required,
+    /// Required unless these keys of the same section are all given.
+    RequiredUnless(&'static [&'static str]),
+    Optional,
+    Default(Value),
+}
+
+/// The value of a key, in SI.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Value {
+    Real(f64),
+    Count(u32),
+    Text(String),
+}
+
+pub(super) type Range = (Bound<f64>, Bound<f64>);
+const ANY: Range = (Unbounded, Unbounded);
+const POSITIVE: Range = (Excluded(0.0), Unbounded);
+const NOT_NEGATIVE: Range = (Included(0.0), Unbounded);
+const ACUTE: Range = (Excluded(0.0), Excluded(FRAC_PI_2));
+const BALLS: Range = (Included(3.0), Included(10_000.0));
+
+/// Ids of the built-in effects.
+pub const EFFECTS: &[&str] = &[
+    "contact_stiffness",
+    "contact_angle",
+    "torque_scale",
+    "preload_scale",
+    "sensor_gain",
+    "sensor_nonlinearity",
+    "run_offset",
+    "drift",
+    "eccentric_bearing",
+    "bearing_play",
+    "output_torsion",
+    "friction_hysteresis",
+    "preload_loss",
+    "preload_spring",
+    "thermal_preload",
+    "eccentricity_error",
+    "groove_pitch_error",
+    "ball_diameter_lot",
+    "plate_tilt",
+    "rough_contact",
+    "run_in",
+    "wear",
+    "creep",
+];
+
+impl Key {
+    fn new(stem: &'static str, kind: Kind, example: Value, meaning: &'static str) -> Self {
+        Self {
+            stem: stem.into(),
+            kind,
+            need: Need::Required,
+            range: ANY,
+            example,
+            meaning: meaning.into(),
+            only: None,
+        }
+    }
+
+    /// A number greater than 0 with a unit.
+    fn quantity(
+        stem: &'static str,
+        dimension: Dimension,
+        usual: &'static str,
+        example: f64,
+        meaning: &'static str,
+    ) -> Self {
+        Self::new(stem, Kind::Quantity(dimension, usual), Value::Real(example), meaning).within(POSITIVE)
+    }
+
+    fn number(stem: &'static str, example: f64, meaning: &'static str) -> Self {
+        Self::new(stem, Kind::Number, Value::Real(example), meaning)
+    }
+
+    /// Number of balls of a row.
+    fn balls(example: u32, meaning: &'static str) -> Self {
+        Self::new("ball_count", Kind::Count, Value::Count(example), meaning).within(BALLS)
+    }
+
+    /// The first word is the example.
+    fn choice(stem: &'static str, words: &'static [&'static str], meaning: &'static str) -> Self {
+        Self::new(stem, Kind::Choice(words), Value::Text(words[0].into()), meaning)
+    }
+
+    fn text(stem: &'static str, example: &str, meaning: &'static str) -> Self {
+        Self::new(stem, Kind::Text, Value::Text(example.into()), meaning)
+    }
+
+    fn within(self, range: Range) -> Self {
+        Self { range, ..self }
+    }
+
+    fn optional(self) -> Self {
+        Self { need: Need::Optional, ..self }
+    }
+
+    fn unless(self, given: &'static [&'static str]) -> Self {
+        Self { need: Need::RequiredUnless(given), ..self }
+    }
+
+    /// The example is the default.
+    fn by_default(self) -> Self {
+        Self { need: Need::Default(self.example.clone()), ..self }
+    }
+
+    fn only(self, kind: &'static str) -> Self {
+        Self { only: Some(kind), ..self }
+    }
+
+    /// The units the key may carry, the SI unit first; one without a name for a key without unit.
+    pub(super) fn units(&self) -> &'static [Unit] {
+        match self.kind {
+            Kind::Quantity(dimension, _) => dimension.units(),
+            _ => PLAIN,
+        }
+    }
+
+    /// The unit people use.
+    pub(super) fn usual_unit(&self) -> &'static Unit {
+        let units = self.units();
+        match self.kind {
+            Kind::Quantity(_, usual) => units.iter().find(|unit| unit.suffix == usual).unwrap_or(&units[0]),
+            _ => &units[0],
+        }
+    }
+
+    /// The key as it is written with a unit.
+    pub(super) fn with(&self, unit: &Unit) -> String {
+        let join = if unit.suffix.is_empty() { "" } else { "_" };
+        format!("{}{join}{}", self.stem, unit.suffix)
+    }
+
+    /// Every way to write the key.
+    pub(super) fn names(&self) -> impl Iterator<Item = String> {
+        self.units().iter().map(|unit| self.with(unit))
+    }
+
+    /// The key in its usual unit.
+    pub(super) fn usual(&self) -> String {
+        self.with(self.usual_unit())
+    }
+
+    /// The key in SI.
+    pub(super) fn si(&self) -> String {
+        self.with(&self.units()[0])
+    }
+
+    /// The unit of a written key, if it is this key.
+    fn unit_of(&self, written: &str) -> Option<&'static Unit> {
+        written.strip_prefix(&*self.stem)?;
+        self.units().iter().find(|unit| self.with(unit) == written)
+    }
+
+    /// Whether the range of the key has the number, in SI.
+    pub(super) fn allows(&self, value: f64) -> bool {
+        self.range.contains(&value)
+    }
+
+    /// What the key takes, in words, its numbers in the unit that is written.
+    pub(super) fn expected(&self, unit: &Unit) -> String {
+        let what = match self.kind {
+            Kind::Quantity(..) => format!("a finite number in {}", unit.suffix),
+            Kind::Number => "a finite number".into(),
+            Kind::Count => "a whole number".into(),
+            Kind::Choice(words) => {
+                words.iter().map(|word| format!("\"{word}\"")).collect::<Vec<_>>().join(" or ")
+            }
+            Kind::Text => "a text in quotes".into(),
+            Kind::Parameters => "a table of parameters, each { unit, start, min, max }".into(),
+        };
+        let low = match self.range.0 {
+            Excluded(low) => format!(" greater than {}", unit.of_si(low)),
+            Included(low) => format!(" not less than {}", unit.of_si(low)),
+            Unbounded => String::new(),
+        };
+        let high = match self.range.1 {
+            Excluded(high) => format!(" less than {}", unit.of_si(high)),
+            Included(high) => format!(" not more than {}", unit.of_si(high)),
+            Unbounded => String::new(),
+        };
+        let and = if low.is_empty() || high.is_empty() { "" } else { " and" };
+        format!("{what}{low}{and}{high}")
+    }
+}
+
+impl Section {
+    /// The value's name in SI, as the mechanics name it: `deceleration.ball_radius_m`.
+    pub(super) fn si_name(&self, key: &Key) -> String {
+        dotted(self.name, &key.si())
+    }
+
+    /// The key that is written so, and its unit.
+    pub(super) fn find(&self, written: &str) -> Option<(&Key, &'static Unit)> {
+        self.keys.iter().find_map(|key| key.unit_of(written).map(|unit| (key, unit)))
+    }
+
+    /// The section in a sentence.
+    pub(super) fn place(&self) -> String {
+        match self.name {
+            "" => "the lines above the first section".into(),
+            "effect" => "[[effect]]".into(),
+            name => format!("[{name}]"),
+        }
+    }
+}
+
+/// A key with the path of its section.
+pub(super) fn dotted(path: &str, key: &str) -> String {
+    if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") }
+}
+
+/// All sections in the order in which they are written.
+pub(super) fn sections() -> &'static [Section] {
+    &SECTIONS
+}
+
+/// The keys above the first section.
+pub(super) fn top() -> &'static Section {
+    &SECTIONS[0]
+}
+
+/// A section by its name.
+pub(super) fn section(name: &str) -> Option<&'static Section> {
+    SECTIONS.iter().find(|section| section.name == name && !name.is_empty())
+}
+
+/// The section of each effect.
+pub(super) fn effect() -> &'static Section {
+    &SECTIONS[SECTIONS.len() - 1]
+}
+
+/// One parameter of the user's own effect.
+pub(super) fn parameter() -> &'static Section {
+    &PARAMETER
+}
+
+/// The numbers of the drive whose standard uncertainty can be stated, with their sections.
+pub(super) fn uncertain() -> impl Iterator<Item = (&'static Section, &'static Key)> {
+    let numbers = |section: &'static Section| section.keys.iter().map(move |key| (section, key));
+    SECTIONS
+        .iter()
+        .filter(|section| DRIVE.contains(&section.name))
+        .flat_map(numbers)
+        .filter(|(_, key)| uncertain_key(key))
+}
+
+const DRIVE: [&str; 3] = ["material", "deceleration", "equal_speed"];
+
+/// Limits of checks have no part in the elastic angle, so nothing is lost by their uncertainty.
+const LIMITS: [&str; 2] = ["contact_pressure_limit", "groove_depth"];
+
+fn uncertain_key(key: &Key) -> bool {
+    matches!(key.kind, Kind::Quantity(..) | Kind::Number) && !LIMITS.contains(&&*key.stem)
+}
+
+/// Name in [uncertainty] of a number of the drive.
+pub(super) fn uncertainty_of(dotted: &str) -> String {
+    dotted.replacen('.', "_", 1)
+}
+
+static SECTIONS: LazyLock<Vec<Section>> = LazyLock::new(|| {
+    let drive = [material(), deceleration(), equal_speed()];
+    let uncertainty = uncertainty(&drive);
+    let top = Section {
+        name: "",
+        required: false,
+        mechanics: true,
+        meaning: "One setting of the whole drive; it may as well stand in [deceleration] or in [equal_speed].",
+        keys: vec![track_curvature().by_default()],
+    };
+    let [material, deceleration, equal_speed] = drive;
+    vec![top, material, deceleration, equal_speed, load(), measurement(), uncertainty, effects()]
+});
+
+fn track_curvature() -> Key {
+    let meaning = "whether the curvature of the grooves along their tracks counts; \"neglect\" takes every wall as \
+                   straight, which designs that undercut need";
+    Key::choice("track_curvature", &["exact", "neglect"], meaning)
+}
+
+fn material() -> Section {
+    let modulus = |stem, meaning| {
+        let steel = Elasticity::BEARING_STEEL.youngs_modulus_Pa;
+        Key::quantity(stem, Dimension::Stress, "GPa", steel, meaning).optional()
+    };
+    let ratio = |stem, meaning| {
+        let steel = Elasticity::BEARING_STEEL.poissons_ratio;
+        Key::number(stem, steel, meaning).within((Excluded(-1.0), Excluded(0.5))).optional()
+    };
+    let limit = Material::default().pressure_limit_Pa;
+    Section {
+        name: "material",
+        required: false,
+        mechanics: true,
+        meaning: "What balls and plates are made of; bearing steel where nothing is said.",
+        keys: vec![
+            modulus("youngs_modulus", "Young's modulus of balls and plates").by_default(),
+            ratio("poissons_ratio", "Poisson's ratio of balls and plates").by_default(),
+            modulus("ball_youngs_modulus", "Young's modulus of the balls, where it is another"),
+            ratio("ball_poissons_ratio", "Poisson's ratio of the balls, where it is another"),
+            modulus("plate_youngs_modulus", "Young's modulus of the plates, where it is another"),
+            ratio("plate_poissons_ratio", "Poisson's ratio of the plates, where it is another"),
+            Key::quantity(
+                "contact_pressure_limit",
+                Dimension::Stress,
+                "GPa",
+                limit,
+                "highest peak contact pressure before a finding is raised (ISO 76)",
+            )
+            .by_default(),
+        ],
+    }
+}
+
+/// Keys of the ball and of the section of its groove.
+fn groove(radius: &'static str) -> [Key; 3] {
+    let conformity = "groove conformity beta*: groove-arc radius over ball radius, typically 1.03 to 1.1";
+    let depth =
+        "depth of the groove below the face of the plate; only the check of the groove's edge needs it";
+    [
+        Key::quantity("ball_radius", Dimension::Length, "mm", 1.5e-3, radius),
+        Key::number("groove_conformity", 1.08, conformity).within((Excluded(1.0), Unbounded)),
+        Key::quantity("groove_depth", Dimension::Length, "mm", 1e-3, depth).optional(),
+    ]
+}
+
+fn contact_angle(stem: &'static str, meaning: &'static str) -> Key {
+    Key::quantity(stem, Dimension::Angle, "deg", FRAC_PI_4, meaning).within(ACUTE)
+}
+
+fn deceleration() -> Section {
+    let [ball_radius, groove_conformity, groove_depth] = groove("ball radius rd");
+    Section {
+        name: "deceleration",
+        required: true,
+        mechanics: true,
+        meaning: "The pair with the cycloid grooves.",
+        keys: vec![
+            Key::balls(20, "number of balls Z2"),
+            Key::number("short_amplitude_coefficient", 0.5, "short-amplitude coefficient K")
+                .within((Excluded(0.0), Excluded(1.0))),
+            Key::quantity("rolling_circle_radius", Dimension::Length, "mm", 4e-3, "rolling-circle radius r0"),
+            ball_radius,
+            groove_conformity,
+            contact_angle("contact_angle", "angle beta between a contact normal and the plane of the plates"),
+            groove_depth,
+            Key::choice(
+                "output_plate",
+                &["hypocycloid", "epicycloid"],
+                "the plate that drives the output; a cross-slide needs the hypocycloid plate",
+            )
+            .by_default(),
+            track_curvature().optional(),
+        ],
+    }
+}
+
+fn equal_speed() -> Section {
+    let [ball_radius, groove_conformity, groove_depth] = groove("ball radius, rq or rs");
+    Section {
+        name: "equal_speed",
+        required: true,
+        mechanics: true,
+        meaning: "The pair that passes the planet's rotation on (ring grooves) or holds it (cross-slide).",
+        keys: vec![
+            Key::choice("kind", &["ring_groove", "cross_slide"], "the kind of the pair"),
+            Key::balls(14, "number of balls, Zd or ZS; of one row for the cross-slide"),
+            Key::quantity(
+                "pitch_radius",
+                Dimension::Length,
+                "mm",
+                40e-3,
+                "radius of the circle of balls, Rw or RS",
+            ),
+            ball_radius,
+            groove_conformity,
+            contact_angle("contact_angle", "angle between a contact normal and the plane of the plates")
+                .unless(&["outside_contact_angle", "inside_contact_angle"]),
+            contact_angle("outside_contact_angle", "contact angle at the outside walls, where it is another")
+                .optional()
+                .only("ring_groove"),
+            contact_angle("inside_contact_angle", "contact angle at the inside walls, where it is another")
+                .optional()
+                .only("ring_groove"),
+            groove_depth,
+            Key::choice(
+                "form",
+                &["balanced", "paper"],
+                "arms by statics, or as the 2017 paper has them, to compare with it",
+            )
+            .by_default()
+            .only("cross_slide"),
+            Key::choice(
+                "torque_share",
+                &["carried", "paper"],
+                "torque and angle by statics, or as the 2017 paper has them, to compare with it",
+            )
+            .by_default()
+            .only("cross_slide"),
+            track_curvature().optional(),
+        ],
+    }
+}
+
+fn load() -> Section {
+    let torque = "resistance torque M0 on the output, either sign";
+    let angle = "angle of the input crank, 0 on the line of centres";
+    Section {
+        name: "load",
+        required: false,
+        mechanics: true,
+        meaning: "The load where the command line or the table of readings says nothing else.",
+        keys: vec![
+            Key::quantity("torque", Dimension::Torque, "Nm", 5.0, torque).within(ANY).optional(),
+            Key::quantity("preload", Dimension::Force, "N", 600.0, "axial preload").optional(),
+            Key::quantity("input_angle", Dimension::Angle, "deg", 0.0, angle).within(ANY).optional(),
+        ],
+    }
+}
+
+fn measurement() -> Section {
+    let zero = "one zero of the angle for all runs, or one for each run";
+    let lever = "radius at which the displacement sensor reads, needed for readings of displacement";
+    Section {
+        name: "measurement",
+        required: false,
+        mechanics: false,
+        meaning: "How the readings were taken.",
+        keys: vec![
+            Key::choice("zero", &["common", "per_run"], zero).by_default(),
+            Key::quantity("lever_arm", Dimension::Length, "mm", 0.1, lever).optional(),
+        ],
+    }
+}
+
+/// Besides its own keys, one for every number of the drive.
+fn uncertainty(drive: &[Section]) -> Section {
+    let relative =
+        |stem, default, meaning| Key::number(stem, default, meaning).within(NOT_NEGATIVE).by_default();
+    let angle = "standard uncertainty of all contact angles together";
+    let mut keys = vec![
+        relative("contact_stiffness_rel", 0.10, "relative standard uncertainty of the contact stiffness"),
+        Key::quantity("contact_angle", Dimension::Angle, "deg", 0.5 / 180.0 * PI, angle)
+            .within(NOT_NEGATIVE)
+            .by_default(),
+        relative("torque_gain_rel", 0.01, "relative standard uncertainty of the torque readings' gain"),
+        relative("preload_gain_rel", 0.02, "relative standard uncertainty of the preload readings' gain"),
+        relative("sensor_gain_rel", 0.005, "relative standard uncertainty of the angle sensor's gain"),
+    ];
+    for section in drive {
+        keys.extend(section.keys.iter().filter(|key| uncertain_key(key)).map(|key| Key {
+            stem: uncertainty_of(&dotted(section.name, &key.stem)).into(),
+            need: Need::Optional,
+            range: NOT_NEGATIVE,
+            meaning:
+                format!("standard uncertainty of [{}] {}, exact if absent", section.name, key.stem).into(),
+            ..key.clone()
+        }));
+    }
+    Section {
+        name: "uncertainty",
+        required: false,
+        mechanics: false,
+        meaning: "Standard uncertainties (k = 1) from outside the readings; every fit takes them as priors.",
+        keys,
+    }
+}
+
+fn effects() -> Section {
+    Section {
+        name: "effect",
+        required: false,
+        mechanics: false,
+        meaning: "An effect to be added to the model, as often as needed. A built-in effect takes its numbers as \
+                  further keys, for example `stiffness_N_per_m = 1e8`; an own effect has an expression, a port and \
+                  parameters.",
+        keys: vec![
+            Key::text("id", EFFECTS[0], "id of a built-in effect, or a new name for an own one"),
+            Key::choice("port", &["load", "gap", "contact", "series", "reading"], "where the effect acts")
+                .optional(),
+            Key::text("expression", "a * torque_Nm", "formula of an own effect").optional(),
+            Key::new(PARAMETERS, Kind::Parameters, Value::Text(String::new()), "parameters of an own effect")
+                .optional(),
+        ],
+    }
+}
+
+/// The one key that holds a table.
+pub(super) const PARAMETERS: &str = "parameters";
+
+static PARAMETER: LazyLock<Section> = LazyLock::new(|| Section {
+    name: "effect.parameters",
+    required: false,
+    mechanics: false,
+    meaning: "One parameter of an own effect: `parameters = { a = { unit = \"rad/(N m)\", start = 1e-7 } }`.",
+    keys: vec![
+        Key::text("unit", "", "unit of the parameter, for reports; \"\" for a plain number"),
+        Key::number("start", 1.0, "value the fit starts from"),
+        Key::number("min", 0.0, "least value").optional(),
+        Key::number("max", 1.0, "greatest value").optional(),
+    ],
+});

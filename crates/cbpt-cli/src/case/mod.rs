@@ -1,0 +1,191 @@
+//! Case files: a drive and what belongs to it, in TOML with the unit in every key. This is their one parser.
+//!
+//! - `fields` is the table of sections and keys. All else follows it:
+//! - `document` makes one tree of TOML text or a JSON value, `parse` reads the tree by the table, `effect` its effects,
+//!   `build` turns values into a [`Case`] and back, `write` writes it;
+//! - `units` knows the suffixes of keys, `suggest` what a wrong key may have meant, `error` how mistakes are told;
+//! - `reference` makes of the table the JSON Schema for editors and the page of all keys.
+
+mod build;
+mod document;
+mod effect;
+mod error;
+mod fields;
+mod parse;
+mod reference;
+mod suggest;
+#[cfg(test)]
+mod tests;
+mod units;
+mod write;
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{ErrorKind, Read};
+use std::path::Path;
+
+use cbpt_core::Drive;
+
+pub use error::{CaseError, Mistake};
+pub use fields::EFFECTS;
+pub use reference::{json_schema, key_table};
+
+/// A drive with its loads, its measurement, what is known of its numbers, and effects. SI units.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Case {
+    /// The drive, checked.
+    pub drive: Drive,
+    /// The load where nothing else is said.
+    pub load: LoadDefaults,
+    /// How readings were taken.
+    pub measurement: Measurement,
+    /// Standard uncertainties from outside the readings.
+    pub uncertainty: Uncertainty,
+    /// Effects in the order of the file.
+    pub effects: Vec<EffectEntry>,
+}
+
+/// `[load]`: each number may be absent.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct LoadDefaults {
+    /// Resistance torque M0 on the output, N m.
+    pub torque_Nm: Option<f64>,
+    /// Axial preload, N.
+    pub preload_N: Option<f64>,
+    /// Angle of the input crank, rad.
+    pub input_angle_rad: Option<f64>,
+}
+
+/// `[measurement]`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Measurement {
+    /// What the angles are counted from.
+    pub zero: Zero,
+    /// Radius at which a displacement sensor reads, m.
+    pub lever_arm_m: Option<f64>,
+}
+
+/// What measured angles are counted from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Zero {
+    /// One zero for all runs.
+    Common,
+    /// One zero for each run.
+    PerRun,
+}
+
+/// `[uncertainty]`: standard uncertainties (k = 1).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Uncertainty {
+    /// Relative, of the contact stiffness.
+    pub contact_stiffness_rel: f64,
+    /// Of all contact angles together, rad.
+    pub contact_angle_rad: f64,
+    /// Relative, of the gain of the torque readings.
+    pub torque_gain_rel: f64,
+    /// Relative, of the gain of the preload readings.
+    pub preload_gain_rel: f64,
+    /// Relative, of the gain of the angle sensor.
+    pub sensor_gain_rel: f64,
+    /// Of single numbers of the drive by their names in SI (`deceleration.ball_radius_m`); exact where absent.
+    pub of_drive: BTreeMap<String, f64>,
+}
+
+/// One `[[effect]]`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EffectEntry {
+    /// One of [`EFFECTS`], or the name of an own effect.
+    pub id: String,
+    /// Where the effect acts: load, gap, contact, series or reading. An own effect has one.
+    pub port: Option<String>,
+    /// Formula of an own effect; a built-in effect has none.
+    pub expression: Option<String>,
+    /// Numbers of a built-in effect as written, in the order of the file, the unit in the name.
+    pub numbers: Vec<(String, f64)>,
+    /// Parameters of an own effect in the order of the file.
+    pub parameters: Vec<OwnParameter>,
+}
+
+/// A parameter of an own effect.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OwnParameter {
+    /// Name in the expression.
+    pub name: String,
+    /// Unit, for reports.
+    pub unit: String,
+    /// Value the fit starts from.
+    pub start: f64,
+    /// Least value.
+    pub min: Option<f64>,
+    /// Greatest value.
+    pub max: Option<f64>,
+}
+
+/// A case file is a few kilobytes; what is larger is another file.
+const LARGEST: usize = 1 << 20;
+
+impl Case {
+    /// Reads the text of a case file; `name` is the file's name in messages.
+    ///
+    /// # Errors
+    /// [`CaseError`] lists every mistake of the text with its line and what is allowed instead.
+    pub fn from_toml(text: &str, name: &str) -> Result<Self, CaseError> {
+        if text.len() > LARGEST {
+            return Err(CaseError::whole(name, "larger than 1 MiB, which no case file is"));
+        }
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let mut notes = error::Notes::of(text);
+        let case =
+            document::from_toml(text, &mut notes).and_then(|document| parse::case(&document, &mut notes));
+        notes.or(name, case)
+    }
+
+    /// Reads a case file.
+    ///
+    /// # Errors
+    /// As [`Case::from_toml`], and where the file cannot be read as text.
+    pub fn read(path: &Path) -> Result<Self, CaseError> {
+        let name = path.display().to_string();
+        let bytes = bytes(path).map_err(|problem| CaseError::whole(&name, problem))?;
+        match std::str::from_utf8(&bytes) {
+            Ok(text) => Self::from_toml(text, &name),
+            Err(error) => Err(CaseError::not_utf8(&name, &bytes[..error.valid_up_to()])),
+        }
+    }
+
+    /// Reads a case from a JSON object with the keys of a case file.
+    ///
+    /// # Errors
+    /// As [`Case::from_toml`], without lines.
+    pub fn from_json(value: &serde_json::Value) -> Result<Self, CaseError> {
+        let mut notes = error::Notes::of("");
+        let case =
+            document::from_json(value, &mut notes).and_then(|document| parse::case(&document, &mut notes));
+        notes.or("", case)
+    }
+
+    /// The case as the text of a case file in SI units. Reading it gives the very same case.
+    pub fn to_toml(&self) -> String {
+        write::toml(self)
+    }
+
+    /// A drive as the text of a case file in SI units. Reading it gives the very same drive.
+    pub fn drive_to_toml(drive: &Drive) -> String {
+        write::drive_toml(drive)
+    }
+}
+
+/// The bytes of a file, never many more than a case file may have.
+fn bytes(path: &Path) -> Result<Vec<u8>, String> {
+    if path.is_dir() {
+        return Err("is a directory, not a case file".into());
+    }
+    let cannot = |error: std::io::Error| match error.kind() {
+        ErrorKind::NotFound => "file not found".to_owned(),
+        _ => format!("cannot be read: {error}"),
+    };
+    let mut bytes = Vec::new();
+    let file = File::open(path).map_err(cannot)?;
+    file.take(LARGEST as u64 + 1).read_to_end(&mut bytes).map_err(cannot)?;
+    Ok(bytes)
+}

@@ -1,0 +1,179 @@
+//! The table of keys as a JSON Schema for editors and as a page to read.
+
+use std::fmt::Write;
+use std::ops::Bound::{Excluded, Included, Unbounded};
+
+use serde_json::{Map, Value as Json, json};
+
+use super::fields::{self, EFFECTS, Key, Kind, Need, PARAMETERS, Section, Value};
+use super::units::Unit;
+
+/// JSON Schema (draft 2020-12) of case files.
+pub fn json_schema() -> Json {
+    let mut properties = properties(fields::top());
+    for section in fields::sections().iter().filter(|section| !section.name.is_empty()) {
+        let schema = match section.name {
+            "effect" => json!({"type": "array", "description": section.meaning, "items": effect(section)}),
+            _ => table(section),
+        };
+        properties.insert(section.name.into(), schema);
+    }
+    let required: Vec<&str> =
+        fields::sections().iter().filter(|section| section.required).map(|section| section.name).collect();
+    json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "Case file of a cycloid ball planetary transmission",
+        "type": "object",
+        "properties": properties,
+        "required": required,
+        "additionalProperties": false,
+    })
+}
+
+fn table(section: &'static Section) -> Json {
+    let plain =
+        section.keys.iter().filter(|key| matches!(key.need, Need::Required) && key.units().len() == 1);
+    let required: Vec<&str> = plain.map(|key| &*key.stem).collect();
+    let mut rules: Vec<Json> = section.keys.iter().filter_map(|key| rule(section, key)).collect();
+    rules.extend(foreign(section, "ring_groove"));
+    rules.extend(foreign(section, "cross_slide"));
+    let mut schema = json!({
+        "type": "object",
+        "description": section.meaning,
+        "properties": properties(section),
+        "required": required,
+        "additionalProperties": false,
+    });
+    if !rules.is_empty() {
+        schema["allOf"] = rules.into();
+    }
+    schema
+}
+
+/// Built-in effects take numbers, own effects what the table says.
+fn effect(section: &'static Section) -> Json {
+    let mut own = properties(section);
+    own.insert(
+        PARAMETERS.into(),
+        json!({
+            "type": "object",
+            "propertyNames": {"pattern": "^[A-Za-z_][A-Za-z0-9_]*$"},
+            "additionalProperties": table(fields::parameter()),
+        }),
+    );
+    own["id"]["not"] = json!({"enum": EFFECTS});
+    let mut built_in = properties(section);
+    built_in.retain(|key, _| key != "expression" && key != PARAMETERS);
+    built_in.insert("id".into(), json!({"description": "id of a built-in effect", "enum": EFFECTS}));
+    json!({
+        "type": "object",
+        "required": ["id"],
+        "if": {"required": ["expression"]},
+        "then": {"properties": own, "required": ["port"], "additionalProperties": false},
+        "else": {"properties": built_in, "additionalProperties": {"type": "number"}},
+    })
+}
+
+/// Every way to write every key.
+fn properties(section: &'static Section) -> Map<String, Json> {
+    let ways = |key: &'static Key| key.units().iter().map(move |unit| (key.with(unit), property(key, unit)));
+    section.keys.iter().flat_map(ways).collect()
+}
+
+fn property(key: &Key, unit: &Unit) -> Json {
+    let mut schema = json!({"description": key.meaning});
+    match key.kind {
+        Kind::Quantity(..) | Kind::Number => schema["type"] = "number".into(),
+        Kind::Count => schema["type"] = "integer".into(),
+        Kind::Choice(words) => schema["enum"] = words.into(),
+        Kind::Text => schema["type"] = "string".into(),
+        Kind::Parameters => schema["type"] = "object".into(),
+    }
+    match key.range.0 {
+        Excluded(low) => schema["exclusiveMinimum"] = unit.of_si(low).into(),
+        Included(low) => schema["minimum"] = unit.of_si(low).into(),
+        Unbounded => {}
+    }
+    match key.range.1 {
+        Excluded(high) => schema["exclusiveMaximum"] = unit.of_si(high).into(),
+        Included(high) => schema["maximum"] = unit.of_si(high).into(),
+        Unbounded => {}
+    }
+    if let Need::Default(value) = &key.need {
+        schema["default"] = match value {
+            Value::Real(value) => unit.of_si(*value).into(),
+            Value::Count(count) => (*count).into(),
+            Value::Text(text) => text.as_str().into(),
+        };
+    }
+    schema
+}
+
+/// Of the units of a key one at most may stand in its section, and one must where the key is required.
+fn rule(section: &Section, key: &Key) -> Option<Json> {
+    if key.units().len() == 1 {
+        return None;
+    }
+    let ways = once(key);
+    let mut none = json!({"not": {"anyOf": ways}});
+    if let Need::RequiredUnless(stems) = &key.need {
+        let others = section.keys.iter().filter(|key| stems.contains(&&*key.stem));
+        none["allOf"] = others.map(|key| json!({"anyOf": once(key)})).collect();
+    }
+    let none = (!matches!(key.need, Need::Required)).then_some(none);
+    Some(json!({"oneOf": ways.into_iter().chain(none).collect::<Vec<_>>()}))
+}
+
+/// One condition for each way to write the key.
+fn once(key: &Key) -> Vec<Json> {
+    key.names().map(|name| json!({"required": [name]})).collect()
+}
+
+/// The keys that a pair of this kind does not have.
+fn foreign(section: &Section, kind: &str) -> Option<Json> {
+    section.keys.iter().find(|key| key.stem == "kind")?;
+    let foreign = section.keys.iter().filter(|key| key.only.is_some_and(|only| only != kind));
+    let none: Map<String, Json> = foreign.flat_map(Key::names).map(|name| (name, false.into())).collect();
+    Some(json!({"if": {"properties": {"kind": {"const": kind}}}, "then": {"properties": none}}))
+}
+
+/// Reference of all keys in Markdown.
+pub fn key_table() -> String {
+    let mut page = String::new();
+    for section in fields::sections().iter().chain([fields::parameter()]) {
+        let title = match section.name {
+            "" => "Above the first section".into(),
+            "effect.parameters" => "`parameters` of an `[[effect]]`".into(),
+            _ => format!("`{}`", section.place()),
+        };
+        let required = if section.required { " Required." } else { "" };
+        // Writing to a string cannot fail.
+        let _ = write!(page, "## {title}\n\n{}{required}\n\n", section.meaning);
+        page.push_str("| key | units | takes | default | meaning |\n|---|---|---|---|---|\n");
+        for key in &section.keys {
+            let units: Vec<&str> = key.units().iter().map(|unit| unit.suffix).collect();
+            let only = key.only.map(|kind| format!("; `kind = \"{kind}\"` only")).unwrap_or_default();
+            let expected = key.expected(key.usual_unit());
+            let (name, units, need, meaning) = (key.usual(), units.join(", "), need(key), &key.meaning);
+            let _ = writeln!(page, "| `{name}` | {units} | {expected} | {need} | {meaning}{only} |");
+        }
+        page.push('\n');
+    }
+    let _ = writeln!(page, "Built-in effects: {}.", EFFECTS.join(", "));
+    page
+}
+
+/// Default of a key in its usual unit, or whether it is required.
+fn need(key: &Key) -> String {
+    let unit = key.usual_unit();
+    match &key.need {
+        Need::Required => "required".into(),
+        Need::RequiredUnless(stems) => format!("required unless {} are given", stems.join(" and ")),
+        Need::Optional => String::new(),
+        Need::Default(Value::Real(value)) => {
+            format!("{} {}", unit.of_si(*value), unit.suffix).trim_end().into()
+        }
+        Need::Default(Value::Count(count)) => count.to_string(),
+        Need::Default(Value::Text(text)) => format!("\"{text}\""),
+    }
+}

@@ -1,0 +1,354 @@
+//! What is refused, and how it is told.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::super::{Case, CaseError, LARGEST};
+use super::{RING, edited, message, messages, read};
+
+#[test]
+fn a_wrong_key_is_told_what_it_may_have_meant() {
+    let circle = "rolling_circle_radius_mm = 2.5";
+    let keys = "ball_count, short_amplitude_coefficient, rolling_circle_radius_mm, ball_radius_mm, \
+                groove_conformity, contact_angle_deg, groove_depth_mm, output_plate, track_curvature";
+    assert_eq!(
+        message(&edited(circle, "rolling_circle_radus_mm = 2.5")),
+        format!(
+            "drive.toml:8: deceleration.rolling_circle_radus_mm: unknown key; \
+             did you mean rolling_circle_radius_mm? Allowed here: {keys}"
+        )
+    );
+    assert_eq!(
+        message(&edited(circle, "rolling_circle_radius_inch = 0.1")),
+        "drive.toml:8: deceleration.rolling_circle_radius_inch: unit inch is not read; use m, cm, mm, um, nm"
+    );
+    assert_eq!(
+        message(&edited(circle, "rolling_circle_radius_MM = 0.1")),
+        "drive.toml:8: deceleration.rolling_circle_radius_MM: unit MM is not read; \
+         did you mean rolling_circle_radius_mm? Use m, cm, mm, um, nm"
+    );
+    assert_eq!(
+        message(&edited(circle, "rolling_circle_radius = 2.5")),
+        "drive.toml:8: deceleration.rolling_circle_radius: the key needs a unit; write one of \
+         rolling_circle_radius_m, rolling_circle_radius_cm, rolling_circle_radius_mm, rolling_circle_radius_um, \
+         rolling_circle_radius_nm"
+    );
+    assert_eq!(
+        message(&edited("groove_conformity = 1.08", "groove_conformity_mm = 1.08")),
+        "drive.toml:10: deceleration.groove_conformity_mm: the key has no unit; write groove_conformity"
+    );
+    assert_eq!(
+        message(&edited(circle, &format!("{circle}\npitch_radius_mm = 35"))),
+        format!(
+            "drive.toml:9: deceleration.pitch_radius_mm: the key belongs to [equal_speed]; allowed here: {keys}"
+        )
+    );
+    assert_eq!(
+        message(&edited(circle, &format!("{circle}\nnumber = 35"))),
+        format!("drive.toml:9: deceleration.number: unknown key; allowed here: {keys}")
+    );
+    assert_eq!(
+        message(&edited(circle, &format!("{circle}\nrolling_circle_radius_um = 2500"))),
+        "drive.toml:9: deceleration.rolling_circle_radius_um: the same quantity is already given as \
+         deceleration.rolling_circle_radius_mm on line 8; keep one of them"
+    );
+    assert_eq!(
+        message(&format!("track_curvatur = \"exact\"\n{RING}")),
+        "drive.toml:1: track_curvatur: unknown key; did you mean track_curvature? Allowed here: track_curvature"
+    );
+    let error =
+        Case::from_toml(&edited(circle, "  rolling_circle_radus_mm = 2.5"), "drive.toml").unwrap_err();
+    let mistake = &error.mistakes[0];
+    assert_eq!((mistake.line, mistake.column), (Some(8), Some(3)));
+    assert_eq!(mistake.nearest.as_deref(), Some("rolling_circle_radius_mm"));
+}
+
+#[test]
+fn a_wrong_section_is_told_what_it_may_have_meant() {
+    let sections = "material, deceleration, equal_speed, load, measurement, uncertainty, effect";
+    assert_eq!(
+        message(&edited("[deceleration]", "[decelaration]")),
+        format!(
+            "drive.toml:5: decelaration: unknown section; did you mean deceleration? Allowed: {sections}"
+        )
+    );
+    assert_eq!(
+        message(&edited("[material]", "[plot]")),
+        format!("drive.toml:1: plot: unknown section; allowed: {sections}")
+    );
+    assert_eq!(
+        messages("[equal_speed]\n"),
+        [
+            "drive.toml:1: equal_speed.kind: missing; expected \"ring_groove\" or \"cross_slide\"",
+            "drive.toml:1: equal_speed.ball_count: missing; \
+             expected a whole number not less than 3 and not more than 10000",
+            "drive.toml:1: equal_speed.pitch_radius: missing; write one of pitch_radius_m, pitch_radius_cm, \
+             pitch_radius_mm, pitch_radius_um, pitch_radius_nm",
+            "drive.toml:1: equal_speed.ball_radius: missing; write one of ball_radius_m, ball_radius_cm, \
+             ball_radius_mm, ball_radius_um, ball_radius_nm",
+            "drive.toml:1: equal_speed.groove_conformity: missing; expected a finite number greater than 1",
+            "drive.toml:1: equal_speed.contact_angle: missing; write one of contact_angle_rad, contact_angle_mrad, \
+             contact_angle_deg, contact_angle_arcmin, contact_angle_arcsec, \
+             or both outside_contact_angle and inside_contact_angle",
+            "drive.toml: deceleration: the section is missing; it needs ball_count, short_amplitude_coefficient, \
+             rolling_circle_radius_mm, ball_radius_mm, groove_conformity, contact_angle_deg",
+        ]
+    );
+    assert_eq!(
+        message(&edited("[material]", "[[material]]")),
+        "drive.toml:1: material = an array: expected one section [material]"
+    );
+    assert_eq!(message(&format!("load = 5\n{RING}")), "drive.toml:1: load = 5: expected one section [load]");
+    assert_eq!(
+        message(&format!("{RING}[effect]\nid = \"creep\"")),
+        "drive.toml:24: effect = a table: expected an entry of its own for each effect, headed [[effect]]"
+    );
+}
+
+#[test]
+fn a_wrong_value_is_told_what_is_expected() {
+    for (line, by, expected) in [
+        (
+            "groove_conformity = 1.08",
+            "groove_conformity = \"wide\"",
+            "10: deceleration.groove_conformity = \"wide\": expected a finite number greater than 1",
+        ),
+        (
+            "ball_radius_mm = 1.2",
+            "ball_radius_mm = nan",
+            "9: deceleration.ball_radius_mm = nan: expected a finite number in mm greater than 0",
+        ),
+        (
+            "ball_radius_mm = 1.2",
+            "ball_radius_mm = -inf",
+            "9: deceleration.ball_radius_mm = -inf: expected a finite number in mm greater than 0",
+        ),
+        (
+            "youngs_modulus_GPa = 208.0",
+            "youngs_modulus_GPa = 1e300",
+            "2: material.youngs_modulus_GPa = 1e300: expected a finite number in GPa greater than 0",
+        ),
+        (
+            "contact_angle_deg = 45.0",
+            "contact_angle_deg = true",
+            "11: deceleration.contact_angle_deg = true: expected a finite number in deg greater than 0 and less than 90",
+        ),
+        (
+            "ball_count = 20",
+            "ball_count = 20.5",
+            "6: deceleration.ball_count = 20.5: expected a whole number not less than 3 and not more than 10000",
+        ),
+        (
+            "ball_count = 20",
+            "ball_count = -20",
+            "6: deceleration.ball_count = -20: expected a whole number not less than 3 and not more than 10000",
+        ),
+        (
+            "kind = \"ring_groove\"",
+            "kind = \"ring_grove\"",
+            "14: equal_speed.kind = \"ring_grove\": did you mean ring_groove? Expected \"ring_groove\" or \"cross_slide\"",
+        ),
+        (
+            "sensor_gain_rel = 0.05",
+            "sensor_gain_rel = -0.05",
+            "23: uncertainty.sensor_gain_rel = -0.05: expected a finite number not less than 0",
+        ),
+    ] {
+        assert_eq!(message(&edited(line, by)), format!("drive.toml:{expected}"));
+    }
+}
+
+#[test]
+fn what_the_mechanics_refuse_is_told_in_the_words_of_the_file() {
+    for (line, by, expected) in [
+        (
+            "ball_radius_mm = 1.2",
+            "ball_radius_um = -1_200",
+            "9: deceleration.ball_radius_um = -1_200: must be a finite number greater than 0",
+        ),
+        ("ball_count = 12", "ball_count = 2", "15: equal_speed.ball_count = 2: must lie between 3 and 10000"),
+        (
+            "youngs_modulus_GPa = 208.0",
+            "youngs_modulus_MPa = 0",
+            "2: material.youngs_modulus_MPa = 0: must be a finite number greater than 0",
+        ),
+        (
+            "poissons_ratio = 0.3",
+            "ball_poissons_ratio = 0.5",
+            "3: material.ball_poissons_ratio = 0.5: must lie between -1 and 0.5, 0.3 for steel",
+        ),
+        (
+            "poissons_ratio = 0.3",
+            "contact_pressure_limit_GPa = -1",
+            "3: material.contact_pressure_limit_GPa = -1: must be a finite number greater than 0",
+        ),
+        (
+            "[material]",
+            "[load]\npreload_kN = -0.6\n[material]",
+            "2: load.preload_kN = -0.6: must be a finite number greater than 0",
+        ),
+    ] {
+        assert_eq!(message(&edited(line, by)), format!("drive.toml:{expected}"));
+    }
+    let angle = message(&RING.replace("contact_angle_deg = 45.0\n\n[unc", "contact_angle_deg = 90\n\n[unc"));
+    assert!(
+        angle.starts_with("drive.toml:19: equal_speed.contact_angle_deg = 90: must lie between"),
+        "{angle}"
+    );
+    let plate =
+        RING.replace("ring_groove", "cross_slide").replace("[equal", "output_plate = \"epicycloid\"\n[equal");
+    let plate = message(&plate);
+    assert!(
+        plate.starts_with("drive.toml:13: deceleration.output_plate = \"epicycloid\": a cross-slide"),
+        "{plate}"
+    );
+}
+
+#[test]
+fn one_reading_finds_all_mistakes_in_the_order_of_the_file() {
+    let text = RING
+        .replace("poissons_ratio = 0.3", "poissons_ratio = 0.6")
+        .replace("rolling_circle_radius_mm = 2.5", "rolling_circle_radus_mm = 2.5")
+        .replace("groove_conformity = 1.08", "groove_conformity = 0.9")
+        .replace("kind = \"ring_groove\"", "kind = 3")
+        .replace("contact_stiffness_rel", "contact_stiffness");
+    let starts = [
+        "drive.toml:3: material.poissons_ratio = 0.6: must",
+        "drive.toml:8: deceleration.rolling_circle_radus_mm: unknown key",
+        "drive.toml:10: deceleration.groove_conformity = 0.9: must",
+        "drive.toml:14: equal_speed.kind = 3: expected",
+        "drive.toml:18: equal_speed.groove_conformity = 0.9: must",
+        "drive.toml:22: uncertainty.contact_stiffness: unknown key; did you mean contact_stiffness_rel?",
+    ];
+    let messages = messages(&text);
+    assert_eq!(messages.len(), starts.len(), "{messages:#?}");
+    for (message, start) in messages.iter().zip(starts) {
+        assert!(message.starts_with(start), "{message}");
+    }
+}
+
+#[test]
+fn a_key_of_the_other_kind_says_so() {
+    assert_eq!(
+        message(&edited("ball_count = 12", "ball_count = 12\nform = \"paper\"")),
+        "drive.toml:16: equal_speed.form: only a pair with kind = \"cross_slide\" has it; \
+         this pair has kind = \"ring_groove\""
+    );
+    let slide = RING.replace("ring_groove", "cross_slide");
+    let angles = "outside_contact_angle_deg = 45\ninside_contact_angle_deg = 45\n\n[unc";
+    let messages = messages(&slide.replace("contact_angle_deg = 45.0\n\n[unc", angles));
+    assert_eq!(messages.len(), 3, "{messages:#?}");
+    assert!(messages[0].contains("equal_speed.contact_angle: missing"), "{messages:#?}");
+    assert!(messages[1].contains("outside_contact_angle_deg: only a pair with"), "{messages:#?}");
+    let uncertain = message(&format!("{slide}equal_speed_inside_contact_angle_deg = 1\n"));
+    assert!(uncertain.contains("only a pair with kind = \"ring_groove\""), "{uncertain}");
+}
+
+#[test]
+fn a_wrong_effect_is_told_what_is_expected() {
+    let effect = |lines: &str| messages(&format!("{RING}[[effect]]\n{lines}\n"));
+    let one = |lines: &str, expected: &str| {
+        let found = effect(lines);
+        assert!(found.len() == 1 && found[0].starts_with(expected), "{found:#?}");
+    };
+    one("u_um = 1", "drive.toml:24: effect[0].id: missing; expected a text in quotes");
+    one(
+        "id = \"eccentric_baering\"",
+        "drive.toml:25: effect[0].id = \"eccentric_baering\": no built-in effect has this id; \
+         did you mean eccentric_bearing? An own effect needs an expression; built-in are contact_stiffness,",
+    );
+    one("id = \"creep\"\nc = \"1\"", "drive.toml:26: effect[0].c = \"1\": expected a finite number");
+    one("id = \"creep\"\nc = nan", "drive.toml:26: effect[0].c = nan: expected a finite number");
+    one("id = \"creep\"\nparameters = {}", "drive.toml:26: effect[0].parameters: only an own effect");
+    one(
+        "id = \"mine\"\nexpression = \"1\"",
+        "drive.toml:24: effect[0].port: missing; an own effect must say",
+    );
+    let own = "id = \"mine\"\nport = \"series\"\nexpression = \"a\"";
+    one(
+        &own.replace("mine", "creep"),
+        "drive.toml:25: effect[0].id = \"creep\": a built-in effect has this id",
+    );
+    one(&own.replace("series", "serie"), "drive.toml:26: effect[0].port = \"serie\": did you mean series?");
+    one(
+        &format!("{own}\na = 1"),
+        "drive.toml:28: effect[0].a: unknown key; allowed here: id, port, expression,",
+    );
+    one(&format!("{own}\nparameters = 1"), "drive.toml:28: effect[0].parameters = 1: expected a table of");
+    let parameter = |text: &str, expected: &str| one(&format!("{own}\nparameters = {text}"), expected);
+    parameter("{ a = 1 }", "drive.toml:28: effect[0].parameters.a = 1: expected a table such as");
+    parameter("{ a = { start = 1 } }", "drive.toml:28: effect[0].parameters.a.unit: missing");
+    parameter(
+        "{ a = { unit = \"\", strt = 1 } }",
+        "drive.toml:28: effect[0].parameters.a.strt: unknown key; did you mean start?",
+    );
+    parameter(
+        "{ a = { unit = \"\", start = 1, min = 2 } }",
+        "drive.toml:28: effect[0].parameters.a: min, start and max",
+    );
+    parameter(
+        "{ 2a = { unit = \"\", start = 1 } }",
+        "drive.toml:28: effect[0].parameters.2a: a parameter is named",
+    );
+}
+
+#[test]
+fn syntax_errors_have_their_line() {
+    for (line, by, expected) in [
+        (
+            "kind = \"ring_groove\"",
+            "kind = ring_groove",
+            "drive.toml:14: not valid TOML: string values must be quoted, expected literal string, in `kind = ring_groove`",
+        ),
+        (
+            "[deceleration]",
+            "[deceleration",
+            "drive.toml:5: not valid TOML: unclosed table, expected `]`, in `[deceleration`",
+        ),
+        (
+            "ball_radius_mm = 1.2",
+            "ball_radius_mm = 1,2",
+            "drive.toml:9: not valid TOML: unexpected key or value, expected newline, `#`, in `ball_radius_mm = 1,2`; write 1.5, not 1,5",
+        ),
+        (
+            "poissons_ratio = 0.3",
+            "youngs_modulus_GPa = 1",
+            "drive.toml:3: not valid TOML: duplicate key, in `youngs_modulus_GPa = 1`; each key and each section stands once",
+        ),
+    ] {
+        assert_eq!(message(&edited(line, by)), expected);
+    }
+}
+
+#[test]
+fn a_file_that_cannot_be_read_says_why() {
+    let folder = std::env::temp_dir().join(format!("cbpt-case-{}", std::process::id()));
+    fs::create_dir_all(&folder).unwrap();
+    let written = |name: &str, bytes: &[u8]| -> PathBuf {
+        let path = folder.join(name);
+        fs::write(&path, bytes).unwrap();
+        path
+    };
+    let refused =
+        |path: &Path| Case::read(path).unwrap_err().to_string().replace(&path.display().to_string(), "FILE");
+    assert_eq!(Case::read(&written("good.toml", RING.as_bytes())), Ok(read(RING)));
+    assert_eq!(refused(&folder.join("none.toml")), "FILE: file not found");
+    assert_eq!(refused(&folder), "FILE: is a directory, not a case file");
+    assert_eq!(
+        refused(&written("latin.toml", b"# x\n# \xe4\n")),
+        "FILE:2: not UTF-8 text; save the file as UTF-8"
+    );
+    assert_eq!(
+        refused(&written("large.toml", &vec![b'\n'; LARGEST + 1])),
+        "FILE: larger than 1 MiB, which no case file is"
+    );
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn a_flood_of_mistakes_stops() {
+    let text = (0..10_000).map(|n| format!("key{n} = 1")).collect::<Vec<_>>().join("\n");
+    let error = Case::from_toml(&text, "drive.toml").unwrap_err();
+    assert_eq!(error.mistakes.len(), CaseError::MOST);
+    assert!(error.to_string().ends_with("only the first 100 mistakes are listed"));
+}

@@ -1,0 +1,76 @@
+//! The canonical text of a case: every key of the table that has a value, in SI.
+
+use super::build::Values;
+use super::fields::{self, Key, Section, Value};
+use super::{Case, EffectEntry, OwnParameter, build};
+use cbpt_core::Drive;
+
+/// TOML that reads back as the very same case.
+pub(super) fn toml(case: &Case) -> String {
+    let sections = sections(&build::values(case));
+    sections.into_iter().chain(case.effects.iter().map(effect)).collect::<Vec<_>>().join("\n")
+}
+
+/// TOML of a case that has this drive and nothing else.
+pub(super) fn drive_toml(drive: &Drive) -> String {
+    sections(&build::drive_values(drive)).join("\n")
+}
+
+fn sections(values: &Values) -> Vec<String> {
+    let section = |section: &Section| {
+        let line = |key: &Key| Some((key.si(), literal(values.get(&section.si_name(key))?)));
+        let lines: Vec<_> = section.keys.iter().filter_map(line).collect();
+        let head = if section.name.is_empty() { String::new() } else { format!("[{}]\n", section.name) };
+        (!lines.is_empty()).then(|| block(head, lines))
+    };
+    fields::sections().iter().filter_map(section).collect()
+}
+
+fn effect(entry: &EffectEntry) -> String {
+    let EffectEntry { id, port, expression, numbers, parameters } = entry;
+    let mut lines = vec![("id".into(), quoted(id))];
+    lines.extend(port.as_ref().map(|port| ("port".into(), quoted(port))));
+    lines.extend(expression.as_ref().map(|expression| ("expression".into(), quoted(expression))));
+    lines.extend(numbers.iter().map(|(name, number)| (bare(name), format!("{number:?}"))));
+    if !parameters.is_empty() {
+        let parameters: Vec<String> = parameters.iter().map(parameter).collect();
+        lines.push((fields::PARAMETERS.into(), format!("{{ {} }}", parameters.join(", "))));
+    }
+    block("[[effect]]\n".into(), lines)
+}
+
+fn block(head: String, lines: Vec<(String, String)>) -> String {
+    lines.into_iter().fold(head, |text, (key, value)| text + &key + " = " + &value + "\n")
+}
+
+fn parameter(parameter: &OwnParameter) -> String {
+    let OwnParameter { name, unit, start, min, max } = parameter;
+    let bound =
+        |name, bound: &Option<f64>| bound.map(|bound| format!(", {name} = {bound:?}")).unwrap_or_default();
+    let (min, max) = (bound("min", min), bound("max", max));
+    format!("{} = {{ unit = {}, start = {start:?}{min}{max} }}", bare(name), quoted(unit))
+}
+
+/// A value as TOML; the shortest number that reads back the same.
+fn literal(value: &Value) -> String {
+    match value {
+        Value::Real(number) => format!("{number:?}"),
+        Value::Count(count) => count.to_string(),
+        Value::Text(text) => quoted(text),
+    }
+}
+
+/// A key, in quotes where it needs them.
+fn bare(key: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+    if !key.is_empty() && key.chars().all(plain) { key.to_owned() } else { quoted(key) }
+}
+
+fn quoted(text: &str) -> String {
+    let escaped = |c: char| match c {
+        '"' | '\\' => format!("\\{c}"),
+        c if c.is_control() => format!("\\u{:04X}", u32::from(c)),
+        c => c.to_string(),
+    };
+    format!("\"{}\"", text.chars().map(escaped).collect::<String>())
+}

@@ -1,0 +1,68 @@
+//! `cbpt check`: design findings.
+
+use cbpt_core::{Drive, Finding, Severity};
+use serde_json::{Value, json};
+
+use super::load;
+use crate::args::Check;
+use crate::case::Case;
+use crate::exit::{Exit, Failure};
+use crate::report::{Report, Table, six_digits};
+
+/// Runs the verb.
+pub fn run(verb: &Check) -> Result<Exit, Failure> {
+    let case = Case::read(&verb.case.path)?;
+    // Pressure needs a whole load; without one the design alone is checked.
+    let given = |flag: Option<f64>, key: Option<f64>| flag.or(key).is_some();
+    let whole =
+        given(verb.load.torque_Nm, case.load.torque_Nm) && given(verb.load.preload_N, case.load.preload_N);
+    let load = if whole { Some(load(&case, &verb.load)?) } else { None };
+    let findings = case.drive.findings(load.as_ref());
+    report(&case.drive, &findings, load.is_some()).deliver(&verb.output)?;
+    let failed = findings.iter().any(|finding| finding.severity == Severity::Error);
+    Ok(if failed { Exit::DesignError } else { Exit::Success })
+}
+
+/// What the findings have to say.
+pub fn report(drive: &Drive, findings: &[Finding], with_load: bool) -> Report {
+    let pair = drive.deceleration();
+    let mut text = format!(
+        "Transmission ratio {}; eccentricity {} mm; circle of {} deceleration balls of radius {} mm\n",
+        six_digits(drive.transmission_ratio()),
+        six_digits(pair.eccentricity_m() * 1e3),
+        pair.ball_count,
+        six_digits(pair.pitch_radius_m() * 1e3),
+    );
+    if findings.is_empty() {
+        text.push_str("No findings: walls, spacing and conformity are sound");
+        text.push_str(if with_load { ", pressure too." } else { ". Give a load to check pressure as well." });
+    }
+    let mut table = Table::new(["severity", "code", "pair", "message", "remedy"]);
+    for finding in findings {
+        let severity = finding.severity.name();
+        text +=
+            &format!("{severity} ({}): {}.\n  Remedy: {}.\n", finding.pair, finding.message, finding.remedy);
+        table.rows.push(
+            [severity, finding.code, finding.pair, &finding.message, &finding.remedy]
+                .map(|cell| json!(cell))
+                .to_vec(),
+        );
+    }
+    let json = json!({
+        "transmission_ratio": drive.transmission_ratio(),
+        "checked_under_load": with_load,
+        "findings": findings.iter().map(finding_document).collect::<Value>(),
+    });
+    Report { text, json, table }
+}
+
+/// A finding as JSON.
+pub fn finding_document(finding: &Finding) -> Value {
+    json!({
+        "code": finding.code,
+        "severity": finding.severity.name(),
+        "pair": finding.pair,
+        "message": finding.message,
+        "remedy": finding.remedy,
+    })
+}

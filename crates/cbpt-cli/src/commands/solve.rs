@@ -1,0 +1,259 @@
+//! `cbpt solve`: elastic angle under one load, with every meshing point.
+
+use cbpt_core::equilibrium::report::PairSolution;
+use cbpt_core::hertz::LoadedContact;
+use cbpt_core::pair::Diagonal;
+use cbpt_core::{Drive, Finding, Severity, Solution};
+use serde_json::{Value, json};
+
+use super::{Units, load};
+use crate::args::Solve;
+use crate::case::Case;
+use crate::exit::{Exit, Failure};
+use crate::report::{Report, Table, number, object, six_digits};
+
+/// Runs the verb.
+pub fn run(verb: &Solve) -> Result<Exit, Failure> {
+    let case = Case::read(&verb.case.path)?;
+    let load = load(&case, &verb.load)?;
+    let solution = case.drive.solve(&load);
+    let units = Units::from(&verb.output);
+    let mut report = report(&case.drive, &solution, &units);
+    if verb.points && solution.status.has_solution() {
+        report.text.push_str(
+            "\n\nMeshing points (one row a diagonal: the two points at its ends carry the same force)\n",
+        );
+        report.text.push_str(&report.table.text());
+    }
+    report.deliver(&verb.output)?;
+    Ok(if solution.status.has_solution() { Exit::Success } else { Exit::NoSolution })
+}
+
+/// What a solution has to say.
+pub fn report(drive: &Drive, solution: &Solution, units: &Units) -> Report {
+    let findings = drive.findings(Some(&solution.load));
+    Report {
+        text: text(drive, solution, &findings, units),
+        json: document(drive, solution, &findings, units),
+        table: points_table(solution, units),
+    }
+}
+
+fn pairs(solution: &Solution) -> impl Iterator<Item = (&'static str, &PairSolution)> {
+    let named = [("deceleration", &solution.deceleration), ("equal_speed", &solution.equal_speed)];
+    named.into_iter().filter_map(|(name, pair)| pair.as_ref().map(|pair| (name, pair)))
+}
+
+/// The summary, as `print(solution)` and `cbpt solve` show it.
+pub fn text(drive: &Drive, solution: &Solution, findings: &[Finding], units: &Units) -> String {
+    let load = &solution.load;
+    let mut lines = vec![format!(
+        "Load: {} N m, preload {} N, input angle {} deg; transmission ratio {}",
+        six_digits(load.torque_Nm()),
+        six_digits(load.preload_N()),
+        six_digits(load.input_angle_rad().to_degrees()),
+        six_digits(drive.transmission_ratio()),
+    )];
+    match &solution.angles {
+        Some(angles) => {
+            let angle = |rad: f64| format!("{} {}", six_digits(rad * units.angle.per_si), units.angle.suffix);
+            lines.push(format!("Elastic angle: {}", angle(angles.elastic_angle_rad())));
+            lines.push(format!(
+                "  deceleration pair {}, equal-speed pair {} (the part that reaches the output)",
+                angle(angles.deceleration_rad),
+                angle(angles.equal_speed_rad)
+            ));
+            if let Some(stiffness) = solution.torsional_stiffness_Nm_per_rad {
+                let (unit, value) = stiffness_unit(units, stiffness);
+                lines.push(format!("Torsional stiffness at this load: {} {unit}", six_digits(value)));
+            }
+            lines.push(format!("Status: {} (scaled residual {:.1e})", solution.status, angles.residual));
+            lines.push(String::new());
+            lines.push(pair_table(solution, units).text());
+        }
+        None => lines.push(format!("Status: {}", solution.status)),
+    }
+    for finding in findings.iter().filter(|finding| finding.severity > Severity::Note) {
+        lines.push(format!(
+            "{}: {} ({}).\n  Remedy: {}.",
+            finding.severity.name(),
+            finding.message,
+            finding.pair,
+            finding.remedy
+        ));
+    }
+    lines.join("\n")
+}
+
+fn stiffness_unit(units: &Units, stiffness_Nm_per_rad: f64) -> (String, f64) {
+    let unit = format!("{}_per_{}", units.torque.suffix, units.angle.suffix);
+    (unit, stiffness_Nm_per_rad * units.torque.per_si / units.angle.per_si)
+}
+
+fn pair_table(solution: &Solution, units: &Units) -> Table {
+    let mut table = Table::new([
+        "pair".to_owned(),
+        format!("angle_{}", units.angle.suffix),
+        format!("approach_{}", units.length.suffix),
+        format!("stiffness_{}", stiffness_unit(units, 0.0).0),
+        format!("in_plane_along_{}", units.force.suffix),
+        format!("in_plane_across_{}", units.force.suffix),
+        format!("tilt_couple_{}", units.torque.suffix),
+        "carrying".to_owned(),
+        format!("peak_pressure_{}", units.pressure.suffix),
+    ]);
+    for (name, pair) in pairs(solution) {
+        table.rows.push(vec![
+            json!(name),
+            number(Some(pair.rotation_rad * units.angle.per_si)),
+            number(Some(pair.approach_m * units.length.per_si)),
+            number(Some(stiffness_unit(units, pair.torsional_stiffness_Nm_per_rad).1)),
+            number(Some(pair.in_plane_force_N[0] * units.force.per_si)),
+            number(Some(pair.in_plane_force_N[1] * units.force.per_si)),
+            number(Some(pair.tilt_couple_Nm * units.torque.per_si)),
+            json!(format!("{} of {}", pair.carrying, pair.points.len())),
+            number(Some(pair.peak_pressure_Pa * units.pressure.per_si)),
+        ]);
+    }
+    table
+}
+
+/// The JSON object: angles null where there is no solution.
+pub fn document(drive: &Drive, solution: &Solution, findings: &[Finding], units: &Units) -> Value {
+    let load = &solution.load;
+    let angle = |rad: Option<f64>| number(rad.map(|rad| rad * units.angle.per_si));
+    let suffix = units.angle.suffix;
+    let (stiffness_suffix, _) = stiffness_unit(units, 0.0);
+    let of_pairs = object(pairs(solution).map(|(name, pair)| (name.to_owned(), pair_document(pair, units))));
+    object([
+        ("status".to_owned(), json!(solution.status.name())),
+        ("message".to_owned(), json!(solution.status.to_string())),
+        (format!("elastic_angle_{suffix}"), angle(solution.elastic_angle_rad())),
+        (format!("alpha_deceleration_{suffix}"), angle(solution.angles.map(|a| a.deceleration_rad))),
+        (format!("alpha_equal_speed_{suffix}"), angle(solution.angles.map(|a| a.equal_speed_rad))),
+        ("residual".to_owned(), number(solution.angles.map(|a| a.residual))),
+        (
+            "hold_preload_N".to_owned(),
+            match solution.status {
+                cbpt_core::Status::BeyondHold { hold_preload_N } => number(Some(hold_preload_N)),
+                _ => Value::Null,
+            },
+        ),
+        (
+            format!("torsional_stiffness_{stiffness_suffix}"),
+            number(solution.torsional_stiffness_Nm_per_rad.map(|k| stiffness_unit(units, k).1)),
+        ),
+        (
+            "load".to_owned(),
+            json!({
+                "torque_Nm": load.torque_Nm(),
+                "preload_N": load.preload_N(),
+                "input_angle_deg": load.input_angle_rad().to_degrees(),
+            }),
+        ),
+        ("transmission_ratio".to_owned(), json!(drive.transmission_ratio())),
+        ("pairs".to_owned(), of_pairs),
+        ("findings".to_owned(), findings.iter().map(super::check::finding_document).collect()),
+    ])
+}
+
+fn pair_document(pair: &PairSolution, units: &Units) -> Value {
+    let (stiffness_suffix, stiffness) = stiffness_unit(units, pair.torsional_stiffness_Nm_per_rad);
+    let force = |value: f64| json!(value * units.force.per_si);
+    object([
+        (format!("angle_{}", units.angle.suffix), json!(pair.rotation_rad * units.angle.per_si)),
+        (format!("torque_{}", units.torque.suffix), json!(pair.torque_Nm * units.torque.per_si)),
+        (format!("approach_{}", units.length.suffix), json!(pair.approach_m * units.length.per_si)),
+        (format!("sideways_{}", units.length.suffix), json!(pair.sideways_m * units.length.per_si)),
+        (format!("torsional_stiffness_{stiffness_suffix}"), json!(stiffness)),
+        (format!("in_plane_force_along_{}", units.force.suffix), force(pair.in_plane_force_N[0])),
+        (format!("in_plane_force_across_{}", units.force.suffix), force(pair.in_plane_force_N[1])),
+        (format!("tilt_couple_{}", units.torque.suffix), json!(pair.tilt_couple_Nm * units.torque.per_si)),
+        ("carrying".to_owned(), json!(pair.carrying)),
+        (
+            format!("peak_pressure_{}", units.pressure.suffix),
+            json!(pair.peak_pressure_Pa * units.pressure.per_si),
+        ),
+        ("residual".to_owned(), json!(pair.residual)),
+        ("steps".to_owned(), json!(pair.steps)),
+        ("points".to_owned(), pair.points.iter().map(|point| point_document(point, units)).collect()),
+    ])
+}
+
+fn diagonal_name(diagonal: Diagonal) -> &'static str {
+    match diagonal {
+        Diagonal::Plus => "plus",
+        Diagonal::Minus => "minus",
+    }
+}
+
+fn point_document(point: &cbpt_core::equilibrium::report::LoadedPoint, units: &Units) -> Value {
+    let wall = |contact: &Option<LoadedContact>| match contact {
+        None => Value::Null,
+        Some(contact) => object([
+            (format!("approach_{}", units.length.suffix), json!(contact.approach_m * units.length.per_si)),
+            (
+                format!("major_semi_axis_{}", units.length.suffix),
+                json!(contact.major_semi_axis_m * units.length.per_si),
+            ),
+            (
+                format!("minor_semi_axis_{}", units.length.suffix),
+                json!(contact.minor_semi_axis_m * units.length.per_si),
+            ),
+            (
+                format!("peak_pressure_{}", units.pressure.suffix),
+                json!(contact.peak_pressure_Pa * units.pressure.per_si),
+            ),
+        ]),
+    };
+    object([
+        ("ball".to_owned(), json!(point.ball)),
+        ("diagonal".to_owned(), json!(diagonal_name(point.diagonal))),
+        ("role".to_owned(), json!(point.role.name())),
+        ("contact".to_owned(), json!(point.contact.name())),
+        (format!("deformation_{}", units.length.suffix), json!(point.deformation_m * units.length.per_si)),
+        (format!("gap_{}", units.length.suffix), json!(point.gap_m * units.length.per_si)),
+        (format!("force_{}", units.force.suffix), json!(point.force_N * units.force.per_si)),
+        ("walls".to_owned(), point.walls.iter().map(wall).collect()),
+    ])
+}
+
+/// One row a diagonal; the wall columns come twice, first the driving plate's wall.
+fn points_table(solution: &Solution, units: &Units) -> Table {
+    let mut columns: Vec<String> =
+        ["pair", "ball", "diagonal", "role", "contact"].map(str::to_owned).to_vec();
+    columns.push(format!("deformation_{}", units.length.suffix));
+    columns.push(format!("gap_{}", units.length.suffix));
+    columns.push(format!("force_{}", units.force.suffix));
+    for wall in 1..=2 {
+        columns.push(format!("wall{wall}_semi_axes_{}", units.length.suffix));
+        columns.push(format!("wall{wall}_peak_pressure_{}", units.pressure.suffix));
+    }
+    let mut table = Table::new(columns);
+    for (name, pair) in pairs(solution) {
+        for point in &pair.points {
+            let mut row = vec![
+                json!(name),
+                json!(point.ball),
+                json!(diagonal_name(point.diagonal)),
+                json!(point.role.name()),
+                json!(point.contact.name()),
+                number(Some(point.deformation_m * units.length.per_si)),
+                number(Some(point.gap_m * units.length.per_si)),
+                number(Some(point.force_N * units.force.per_si)),
+            ];
+            for wall in &point.walls {
+                row.push(wall.map_or(Value::Null, |w| {
+                    json!(format!(
+                        "{} x {}",
+                        six_digits(w.major_semi_axis_m * units.length.per_si),
+                        six_digits(w.minor_semi_axis_m * units.length.per_si)
+                    ))
+                }));
+                row.push(number(wall.map(|w| w.peak_pressure_Pa * units.pressure.per_si)));
+            }
+            table.rows.push(row);
+        }
+    }
+    table
+}

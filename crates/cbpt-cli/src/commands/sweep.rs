@@ -1,0 +1,195 @@
+//! `cbpt sweep`: elastic angle over grids of torque, preload and input angle.
+
+use std::io::IsTerminal;
+use std::thread;
+use std::time::Duration;
+
+use cbpt_core::Load;
+use cbpt_core::sweep::{Progress, Row, solve_all};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde_json::{Value, json};
+
+use super::{Units, missing};
+use crate::args::Sweep;
+use crate::case::Case;
+use crate::exit::{Exit, Failure};
+use crate::report::{Report, Table, number, object};
+
+/// More rows than this are for a file, not for a screen.
+const MOST_ROWS_ON_SCREEN: usize = 60;
+/// Far beyond what a screen or a single file of this verb is for; keeps a slip in a step from eating all memory.
+const MOST_ROWS: usize = 20_000_000;
+
+/// Runs the verb.
+pub fn run(verb: &Sweep) -> Result<Exit, Failure> {
+    let case = Case::read(&verb.case.path)?;
+    let torques = axis(verb.torque_Nm.as_deref(), case.load.torque_Nm, "--torque-Nm", "torque_Nm")?;
+    let preloads = axis(verb.preload_N.as_deref(), case.load.preload_N, "--preload-N", "preload_N")?;
+    let case_angle = case.load.input_angle_rad.unwrap_or(0.0).to_degrees();
+    let angles =
+        axis(verb.input_angle_deg.as_deref(), Some(case_angle), "--input-angle-deg", "input_angle_deg")?;
+    let rows = torques.len().saturating_mul(preloads.len()).saturating_mul(angles.len());
+    if rows > MOST_ROWS {
+        return Err(Failure::Usage(format!(
+            "the sweep has {rows} rows; {MOST_ROWS} is the most: take larger steps"
+        )));
+    }
+    let mut loads = Vec::with_capacity(rows);
+    // The angle outermost, so that neighbours share their geometry.
+    for angle in &angles {
+        for preload in &preloads {
+            for torque in &torques {
+                loads.push(Load::new(*torque, *preload, angle.to_radians())?);
+            }
+        }
+    }
+    let solved = with_progress_bar(loads.len(), |progress| solve_all(&case.drive, &loads, progress))
+        .ok_or_else(|| Failure::Usage("the sweep was cancelled".into()))?;
+    let any = solved.iter().any(|(status, _)| status.has_solution());
+    report(&loads, &solved, &Units::from(&verb.output)).deliver(&verb.output)?;
+    Ok(if any { Exit::Success } else { Exit::NoSolution })
+}
+
+/// What a sweep has to say.
+fn report(loads: &[Load], solved: &[Row], units: &Units) -> Report {
+    let suffix = units.angle.suffix;
+    let mut table = Table::new([
+        "torque_Nm".to_owned(),
+        "preload_N".to_owned(),
+        "input_angle_deg".to_owned(),
+        format!("elastic_angle_{suffix}"),
+        format!("alpha_deceleration_{suffix}"),
+        format!("alpha_equal_speed_{suffix}"),
+        "residual".to_owned(),
+        "status".to_owned(),
+    ]);
+    for (load, (status, angles)) in loads.iter().zip(solved) {
+        let angle = |rad: Option<f64>| number(rad.map(|rad| rad * units.angle.per_si));
+        table.rows.push(vec![
+            json!(load.torque_Nm()),
+            json!(load.preload_N()),
+            json!(load.input_angle_rad().to_degrees()),
+            angle(angles.map(|a| a.elastic_angle_rad())),
+            angle(angles.map(|a| a.deceleration_rad)),
+            angle(angles.map(|a| a.equal_speed_rad)),
+            number(angles.map(|a| a.residual)),
+            json!(status.name()),
+        ]);
+    }
+    let failed = solved.iter().filter(|(status, _)| !status.has_solution()).count();
+    let mut shown = table.clone();
+    shown.rows.truncate(MOST_ROWS_ON_SCREEN);
+    let mut text = shown.text();
+    if table.rows.len() > MOST_ROWS_ON_SCREEN {
+        text += &format!("\n... {} rows in all; --out FILE.csv writes them", table.rows.len());
+    }
+    if failed > 0 {
+        text += &format!("\n{failed} of {} loads have no solution; the status column says why", solved.len());
+    }
+    let columns = table.columns.iter().enumerate().map(|(index, column)| {
+        (column.clone(), table.rows.iter().map(|row| row[index].clone()).collect::<Value>())
+    });
+    let json = object(columns);
+    Report { text, json, table }
+}
+
+/// A list `1,2,5`, a range `start:stop:step`, or both mixed.
+fn axis(flag: Option<&str>, default: Option<f64>, name: &str, key: &str) -> Result<Vec<f64>, Failure> {
+    let Some(text) = flag else {
+        return default.map(|value| vec![value]).ok_or_else(|| missing(name, key));
+    };
+    let wrong = |part: &str, why: &str| {
+        Failure::Usage(format!(
+            "{name} {text}: `{part}` {why}; give numbers `1,2,5` or a range `start:stop:step`"
+        ))
+    };
+    let number = |part: &str| {
+        part.trim()
+            .parse::<f64>()
+            .ok()
+            .filter(|value| value.is_finite())
+            .ok_or_else(|| wrong(part, "is not a number"))
+    };
+    let mut values = Vec::new();
+    for part in text.split(',') {
+        let bounds: Vec<&str> = part.split(':').collect();
+        match bounds.as_slice() {
+            [single] => values.push(number(single)?),
+            [start, stop, step] => {
+                let (start, stop, step) = (number(start)?, number(stop)?, number(step)?);
+                let count = ((stop - start) / step + 1e-9).floor();
+                if step == 0.0 || !(0.0..1e8).contains(&count) {
+                    return Err(wrong(part, "is not a range that its step leads through"));
+                }
+                // Checked to lie between 0 and 1e8 just above.
+                #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+                let count = count as u32;
+                values.extend((0..=count).map(|i| start + f64::from(i) * step));
+            }
+            _ => return Err(wrong(part, "is neither a number nor a range")),
+        }
+    }
+    Ok(values)
+}
+
+/// Runs `work` and shows a progress bar on a terminal once it has taken a second.
+fn with_progress_bar<T: Send>(total: usize, work: impl FnOnce(&Progress) -> T + Send) -> T {
+    let progress = Progress::default();
+    if !std::io::stderr().is_terminal() {
+        return work(&progress);
+    }
+    thread::scope(|scope| {
+        let worker = scope.spawn(|| work(&progress));
+        let bar = ProgressBar::with_draw_target(Some(total as u64), ProgressDrawTarget::hidden());
+        if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} {per_sec} left {eta}") {
+            bar.set_style(style);
+        }
+        let mut ticks = 0_u32;
+        while !worker.is_finished() {
+            thread::sleep(Duration::from_millis(50));
+            ticks += 1;
+            if ticks == 20 {
+                bar.set_draw_target(ProgressDrawTarget::stderr());
+            }
+            bar.set_position(progress.done() as u64);
+        }
+        bar.finish_and_clear();
+        match worker.join() {
+            Ok(result) => result,
+            Err(panic) => std::panic::resume_unwind(panic),
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn read(text: &str) -> Result<Vec<f64>, String> {
+        axis(Some(text), None, "--torque-Nm", "torque_Nm").map_err(|failure| failure.to_string())
+    }
+
+    #[test]
+    fn lists_and_ranges() {
+        assert_eq!(read("1,2.5,-3").unwrap(), [1.0, 2.5, -3.0]);
+        assert_eq!(read("0:1:0.25").unwrap(), [0.0, 0.25, 0.5, 0.75, 1.0]);
+        assert_eq!(read("0:0.3:0.1").unwrap().len(), 4);
+        assert_eq!(read("2:0:-1,7").unwrap(), [2.0, 1.0, 0.0, 7.0]);
+    }
+
+    #[test]
+    fn mistakes_name_the_part() {
+        for (text, part) in [
+            ("1,x", "`x`"),
+            ("0:1", "`0:1`"),
+            ("0:1:0", "`0:1:0`"),
+            ("0:1:-1", "`0:1:-1`"),
+            ("nan", "`nan`"),
+            ("", "``"),
+        ] {
+            let message = read(text).unwrap_err();
+            assert!(message.contains(part), "{message}");
+        }
+    }
+}

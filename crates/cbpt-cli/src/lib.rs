@@ -1,0 +1,55 @@
+//! Command line of CBPT, as a library: the same verbs serve the plain binary and the `cbpt` command of the Python
+//! package.
+//!
+//! - [`case`]: case files in TOML, the one parser; JSON Schema and key table come from the same list of keys;
+//! - [`args`]: the tree of verbs and flags;
+//! - [`commands`]: one file a verb: case and flags to a [`report::Report`];
+//! - [`report`]: what a verb has to say, as a table, as JSON and as CSV; [`units`]: the units it says it in;
+//! - [`run`]: arguments to exit code.
+
+pub mod args;
+pub mod case;
+pub mod commands;
+pub mod exit;
+pub mod report;
+pub mod units;
+
+use std::ffi::OsString;
+
+use clap::Parser;
+
+use args::{Cli, Verb};
+use exit::{Exit, Failure};
+
+/// Runs one command line, program name first; prints to standard output and error, and returns the exit code.
+///
+/// Exit codes are listed at [`Exit`].
+pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    let cli = match Cli::try_parse_from(arguments) {
+        Ok(cli) => cli,
+        Err(error) => {
+            // Help and version are "errors" to the parser and belong on standard output, with success.
+            let code = if error.use_stderr() { Exit::BadInput } else { Exit::Success };
+            // Nothing is left to do where even this cannot be printed.
+            let _ = error.print();
+            return code.code();
+        }
+    };
+    let outcome = match &cli.verb {
+        Verb::Solve(verb) => commands::solve::run(verb),
+        Verb::Preload(verb) => commands::preload::run(verb),
+        Verb::Sweep(verb) => commands::sweep::run(verb),
+        Verb::Check(verb) => commands::check::run(verb),
+        Verb::Schema(verb) => commands::schema::run(verb),
+        Verb::Compare(_) => Err(Failure::needs_python("compare")),
+    };
+    match outcome {
+        Ok(exit) => exit.code(),
+        // A reader that has closed the pipe (`| head`) has seen enough.
+        Err(Failure::Closed) => Exit::Success.code(),
+        Err(failure) => {
+            eprintln!("cbpt: {failure}");
+            failure.exit().code()
+        }
+    }
+}

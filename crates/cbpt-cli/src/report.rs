@@ -1,0 +1,175 @@
+//! What a verb has to say, once: as text with tables, as one JSON object, as CSV.
+
+use std::fs;
+use std::io::{self, Write};
+use std::path::Path;
+
+use comfy_table::presets::UTF8_FULL_CONDENSED;
+use comfy_table::{CellAlignment, ContentArrangement, Table as Drawn};
+use serde_json::{Map, Value, json};
+
+use crate::args::OutputOptions;
+use crate::exit::Failure;
+
+/// A table: headers and cells as JSON values, so that CSV keeps every digit and text rounds.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Table {
+    /// Column names, with units.
+    pub columns: Vec<String>,
+    /// Cells, row by row.
+    pub rows: Vec<Vec<Value>>,
+}
+
+impl Table {
+    /// A table with these columns and no row yet.
+    pub fn new(columns: impl IntoIterator<Item = impl Into<String>>) -> Self {
+        Self { columns: columns.into_iter().map(Into::into).collect(), rows: Vec::new() }
+    }
+
+    /// As text; numbers to six significant digits.
+    pub fn text(&self) -> String {
+        let mut drawn = Drawn::new();
+        drawn.load_style(UTF8_FULL_CONDENSED).set_content_arrangement(ContentArrangement::Disabled);
+        drawn.set_header(&self.columns);
+        for row in &self.rows {
+            drawn.add_row(row.iter().map(cell_text));
+        }
+        for (index, column) in drawn.column_iter_mut().enumerate() {
+            if self.rows.iter().any(|row| row.get(index).is_some_and(Value::is_number)) {
+                column.set_cell_alignment(CellAlignment::Right);
+            }
+        }
+        drawn.trim_fmt()
+    }
+
+    /// As CSV; numbers to their last digit, an empty cell where there is none.
+    pub fn csv(&self) -> Result<Vec<u8>, io::Error> {
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        writer.write_record(&self.columns)?;
+        for row in &self.rows {
+            writer.write_record(row.iter().map(|cell| match cell {
+                Value::Null => String::new(),
+                Value::String(text) => text.clone(),
+                other => other.to_string(),
+            }))?;
+        }
+        writer.into_inner().map_err(|error| io::Error::other(error.to_string()))
+    }
+}
+
+/// The whole of a verb's answer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Report {
+    /// For people.
+    pub text: String,
+    /// For programs.
+    pub json: Value,
+    /// What goes to a CSV file.
+    pub table: Table,
+}
+
+impl Report {
+    /// Prints the answer and writes the file that was asked for.
+    pub fn deliver(&self, options: &OutputOptions) -> Result<(), Failure> {
+        if let Some(path) = &options.out {
+            let contents = match extension(path).as_deref() {
+                Some("csv") => {
+                    self.table.csv().map_err(|error| Failure::Write { path: path.clone(), error })?
+                }
+                Some("json") => pretty(&self.json).into_bytes(),
+                _ => {
+                    return Err(Failure::Usage(format!(
+                        "--out {}: the name must end in .csv or .json",
+                        path.display()
+                    )));
+                }
+            };
+            write_file(path, &contents)?;
+        }
+        print(&if options.json { pretty(&self.json) } else { self.text.clone() })
+    }
+}
+
+/// Prints to standard output, with a line end.
+pub fn print(text: &str) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    let printed = out
+        .write_all(text.as_bytes())
+        .and_then(|()| if text.ends_with('\n') { Ok(()) } else { out.write_all(b"\n") });
+    printed.and_then(|()| out.flush()).map_err(|error| match error.kind() {
+        io::ErrorKind::BrokenPipe => Failure::Closed,
+        _ => Failure::Write { path: "standard output".into(), error },
+    })
+}
+
+/// Writes a file whole.
+pub fn write_file(path: &Path, contents: &[u8]) -> Result<(), Failure> {
+    fs::write(path, contents).map_err(|error| Failure::Write { path: path.to_owned(), error })
+}
+
+/// JSON as people and programs both read it.
+pub fn pretty(value: &Value) -> String {
+    format!("{value:#}")
+}
+
+/// A number as JSON, null where there is none or it is not finite.
+pub fn number(value: Option<f64>) -> Value {
+    value.filter(|v| v.is_finite()).map_or(Value::Null, |v| json!(v))
+}
+
+/// An object from key and value pairs, in their order.
+pub fn object(entries: impl IntoIterator<Item = (String, Value)>) -> Value {
+    Value::Object(entries.into_iter().collect::<Map<_, _>>())
+}
+
+/// Six significant digits, without an exponent where a plain number is shorter.
+pub fn six_digits(value: f64) -> String {
+    if value == 0.0 {
+        return "0".into();
+    }
+    let magnitude = value.abs();
+    if !(1e-4..1e7).contains(&magnitude) {
+        return format!("{value:.5e}");
+    }
+    // The magnitude lies between 1e-4 and 1e7, so its logarithm fits any integer.
+    #[allow(clippy::cast_possible_truncation)]
+    let digits = (5 - magnitude.log10().floor() as i32).clamp(0, 9);
+    let text = format!("{value:.*}", usize::try_from(digits).unwrap_or(0));
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+fn cell_text(cell: &Value) -> String {
+    match cell {
+        Value::Null => "-".into(),
+        Value::String(text) => text.clone(),
+        Value::Number(value) => match (value.as_i64(), value.as_f64()) {
+            (Some(whole), _) => whole.to_string(),
+            (None, Some(real)) => six_digits(real),
+            _ => value.to_string(),
+        },
+        other => other.to_string(),
+    }
+}
+
+fn extension(path: &Path) -> Option<String> {
+    path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn six_digits_are_short_and_right() {
+        for (value, text) in [
+            (0.0, "0"),
+            (12.460_454_9, "12.4605"),
+            (-600.0, "-600"),
+            (0.000_123_456_78, "0.000123457"),
+            (1e-9, "1.00000e-9"),
+            (123_456.7, "123457"),
+        ] {
+            assert_eq!(six_digits(value), text);
+        }
+    }
+}

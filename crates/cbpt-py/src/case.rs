@@ -1,0 +1,392 @@
+//! Case files and drives.
+
+use std::path::PathBuf;
+
+use cbpt_cli::case::{Case as RustCase, Zero};
+use cbpt_core::{Load, Severity};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::Reduced;
+use crate::error::{case_error, invalid_input};
+use crate::preload::{PreloadThresholds, Thresholds};
+use crate::solution::{LargestAngle, Solution};
+
+/// One finding about a design: its code, severity (note, warning, error), the pair, a message and the remedy.
+#[pyclass(frozen, eq, get_all, module = "cbpt._core")]
+#[derive(Clone, PartialEq)]
+pub struct Finding {
+    /// Stable name, for example ``undercut``.
+    code: String,
+    /// ``note``, ``warning`` or ``error``.
+    severity: String,
+    /// ``deceleration`` or ``equal_speed``.
+    pair: String,
+    /// What was found, with the numbers.
+    message: String,
+    /// What to change.
+    remedy: String,
+}
+
+#[pymethods]
+impl Finding {
+    #[new]
+    fn new(code: String, severity: String, pair: String, message: String, remedy: String) -> Self {
+        Self { code, severity, pair, message, remedy }
+    }
+
+    fn __reduce__(slf: &Bound<'_, Self>) -> Reduced<(String, String, String, String, String)> {
+        let f = slf.get();
+        let fields =
+            (f.code.clone(), f.severity.clone(), f.pair.clone(), f.message.clone(), f.remedy.clone());
+        Ok((slf.get_type().into_any().unbind(), fields))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("{} in {}: {}. Remedy: {}.", self.severity, self.pair, self.message, self.remedy)
+    }
+}
+
+impl From<&cbpt_core::Finding> for Finding {
+    fn from(finding: &cbpt_core::Finding) -> Self {
+        Self {
+            code: finding.code.into(),
+            severity: finding.severity.name().into(),
+            pair: finding.pair.into(),
+            message: finding.message.clone(),
+            remedy: finding.remedy.clone(),
+        }
+    }
+}
+
+/// A cycloid ball planetary transmission, checked and frozen.
+///
+/// Make one with :meth:`Drive.from_file`, :meth:`Drive.from_toml` or :meth:`Drive.from_dict`; the keys are those of a
+/// case file.
+#[pyclass(frozen, eq, module = "cbpt._core")]
+#[derive(Clone, PartialEq)]
+pub struct Drive {
+    drive: cbpt_core::Drive,
+}
+
+impl Drive {
+    pub fn rust(&self) -> &cbpt_core::Drive {
+        &self.drive
+    }
+
+    fn new(case: RustCase) -> Self {
+        Self { drive: case.drive }
+    }
+}
+
+#[pymethods]
+impl Drive {
+    /// Reads the drive of a case file.
+    ///
+    /// Raises ``CaseError`` with file, line, key, what was found and what is allowed.
+    #[staticmethod]
+    fn from_file(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        RustCase::read(&path).map(Self::new).map_err(|error| case_error(py, &error))
+    }
+
+    /// Reads the drive of a case given as TOML text.
+    ///
+    /// Raises ``CaseError`` with line, key, what was found and what is allowed.
+    #[staticmethod]
+    fn from_toml(py: Python<'_>, text: &str) -> PyResult<Self> {
+        RustCase::from_toml(text, "<text>").map(Self::new).map_err(|error| case_error(py, &error))
+    }
+
+    /// Makes a drive from a dict with the sections and keys of a case file, for example
+    /// ``{"deceleration": {"ball_count": 20, "rolling_circle_radius_mm": 4, ...}, "equal_speed": {...}}``.
+    ///
+    /// Raises ``CaseError`` with key, what was found and what is allowed.
+    #[staticmethod]
+    fn from_dict(py: Python<'_>, case: &Bound<'_, PyDict>) -> PyResult<Self> {
+        Ok(Self::new(case_from_dict(py, case)?))
+    }
+
+    /// The drive as a case file in SI units; ``from_toml`` of it gives the same drive to the last bit.
+    fn to_toml(&self) -> String {
+        RustCase::drive_to_toml(&self.drive)
+    }
+
+    /// Input turns for one turn of the output, below 0 where they turn against each other.
+    #[getter]
+    fn transmission_ratio(&self) -> f64 {
+        self.rust().transmission_ratio()
+    }
+
+    /// Eccentricity e = K r0, m.
+    #[getter]
+    fn eccentricity_m(&self) -> f64 {
+        self.rust().deceleration().eccentricity_m()
+    }
+
+    /// Number of deceleration balls.
+    #[getter]
+    fn deceleration_ball_count(&self) -> u32 {
+        self.rust().deceleration().ball_count
+    }
+
+    /// Number of equal-speed balls (of one row of a cross-slide).
+    #[getter]
+    fn equal_speed_ball_count(&self) -> u32 {
+        self.rust().equal_speed().ball_count()
+    }
+
+    /// Solves the drive under one load.
+    ///
+    /// ``torque_Nm``: resistance torque on the output, either sign; ``preload_N``: axial preload, above 0;
+    /// ``input_angle_deg``: angle of the input crank from the line of centres. Returns a :class:`Solution`, whose
+    /// ``status`` says whether there is one; its angles are ``None`` where there is not. Raises ``InvalidInputError``
+    /// for a number that cannot be.
+    #[pyo3(signature = (torque_Nm, preload_N, input_angle_deg = 0.0))]
+    fn solve(
+        &self,
+        py: Python<'_>,
+        torque_Nm: f64,
+        preload_N: f64,
+        input_angle_deg: f64,
+    ) -> PyResult<Solution> {
+        let load = Load::new(torque_Nm, preload_N, input_angle_deg.to_radians())
+            .map_err(|error| invalid_input(py, &error))?;
+        Ok(py.detach(|| Solution::solve(self.clone(), &load, input_angle_deg)))
+    }
+
+    /// Preload that a torque (N m) needs: to hold, for continuous transmission, for zero backlash, of each pair and of
+    /// the drive; maxima over a period, or at ``input_angle_deg`` where it is given.
+    #[pyo3(signature = (torque_Nm, input_angle_deg = None))]
+    fn preload(
+        &self,
+        py: Python<'_>,
+        torque_Nm: f64,
+        input_angle_deg: Option<f64>,
+    ) -> PyResult<PreloadThresholds> {
+        Load::new(torque_Nm, 1.0, input_angle_deg.unwrap_or(0.0))
+            .map_err(|error| invalid_input(py, &error))?;
+        let found = py.detach(|| match input_angle_deg {
+            Some(angle) => self.rust().preload_thresholds_at(torque_Nm, angle.to_radians()),
+            None => self.rust().preload_thresholds(torque_Nm),
+        });
+        Ok(PreloadThresholds::new(
+            torque_Nm,
+            input_angle_deg,
+            Thresholds::from(found.deceleration),
+            Thresholds::from(found.equal_speed),
+        ))
+    }
+
+    /// Largest elastic angle over a period of the drive at a torque (N m) and preload (N); ``None`` where some angle of
+    /// the crank has no solution.
+    fn largest_elastic_angle(
+        &self,
+        py: Python<'_>,
+        torque_Nm: f64,
+        preload_N: f64,
+    ) -> PyResult<Option<LargestAngle>> {
+        let found = py.detach(|| self.rust().largest_elastic_angle(torque_Nm, preload_N));
+        Ok(found.map_err(|error| invalid_input(py, &error))?.1.map(LargestAngle::from))
+    }
+
+    /// Design findings, the worst first; with a torque and a preload also those of the contacts under load.
+    #[pyo3(signature = (torque_Nm = None, preload_N = None, input_angle_deg = 0.0))]
+    fn findings(
+        &self,
+        py: Python<'_>,
+        torque_Nm: Option<f64>,
+        preload_N: Option<f64>,
+        input_angle_deg: f64,
+    ) -> PyResult<Vec<Finding>> {
+        let load = match (torque_Nm, preload_N) {
+            (Some(torque), Some(preload)) => Some(
+                Load::new(torque, preload, input_angle_deg.to_radians())
+                    .map_err(|error| invalid_input(py, &error))?,
+            ),
+            _ => None,
+        };
+        Ok(self.rust().findings(load.as_ref()).iter().map(Finding::from).collect())
+    }
+
+    fn __reduce__(slf: &Bound<'_, Self>) -> Reduced<(String,)> {
+        Ok((slf.get_type().getattr("from_toml")?.unbind(), (slf.get().to_toml(),)))
+    }
+
+    fn __hash__(&self) -> u64 {
+        hash(&self.to_toml())
+    }
+
+    fn __repr__(&self) -> String {
+        let drive = self.rust();
+        let (pair, equal) = (drive.deceleration(), drive.equal_speed());
+        let kind = match equal {
+            cbpt_core::EqualSpeed::RingGroove(_) => "ring grooves",
+            cbpt_core::EqualSpeed::CrossSlide(_) => "cross-slide",
+        };
+        let findings = drive.findings(None);
+        let worst = findings.iter().map(|f| f.severity).max().filter(|s| *s > Severity::Note);
+        format!(
+            "Drive(ratio {}, {} deceleration balls of radius {:.4} mm, eccentricity {:.4} mm; {kind} with {} balls on {:.4} mm{})",
+            drive.transmission_ratio(),
+            pair.ball_count,
+            pair.groove.ball_radius_m * 1e3,
+            pair.eccentricity_m() * 1e3,
+            equal.ball_count(),
+            equal.pitch_radius_m() * 1e3,
+            worst.map_or(String::new(), |s| format!("; {} finding: see findings()", s.name())),
+        )
+    }
+}
+
+/// One entry of ``[[effect]]``: an id, its port and expression where it is the user's own, and its numbers.
+#[pyclass(frozen, eq, get_all, module = "cbpt._core")]
+#[derive(Clone, PartialEq)]
+pub struct Effect {
+    /// Name of the effect.
+    id: String,
+    /// Where it acts, for an effect of the user's own.
+    port: Option<String>,
+    /// Its expression, for an effect of the user's own.
+    expression: Option<String>,
+    /// Numbers as given, name with unit and value.
+    values: Vec<(String, f64)>,
+}
+
+#[pymethods]
+impl Effect {
+    #[new]
+    fn new(id: String, port: Option<String>, expression: Option<String>, values: Vec<(String, f64)>) -> Self {
+        Self { id, port, expression, values }
+    }
+
+    #[allow(clippy::type_complexity)] // the fields, one by one
+    fn __reduce__(
+        slf: &Bound<'_, Self>,
+    ) -> Reduced<(String, Option<String>, Option<String>, Vec<(String, f64)>)> {
+        let e = slf.get();
+        let fields = (e.id.clone(), e.port.clone(), e.expression.clone(), e.values.clone());
+        Ok((slf.get_type().into_any().unbind(), fields))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Effect({:?}, {:?})", self.id, self.values)
+    }
+}
+
+/// A case file: the drive and, where they are given, load, measurement, uncertainties and effects.
+#[pyclass(frozen, eq, module = "cbpt._core")]
+#[derive(Clone, PartialEq)]
+pub struct Case {
+    case: RustCase,
+}
+
+#[pymethods]
+impl Case {
+    /// Reads a case file. Raises ``CaseError`` with file, line, key, what was found and what is allowed.
+    #[staticmethod]
+    fn from_file(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        RustCase::read(&path).map(|case| Self { case }).map_err(|error| case_error(py, &error))
+    }
+
+    /// Reads a case from TOML text; ``name`` stands for the file in messages.
+    #[staticmethod]
+    #[pyo3(signature = (text, name = "<text>"))]
+    fn from_toml(py: Python<'_>, text: &str, name: &str) -> PyResult<Self> {
+        RustCase::from_toml(text, name).map(|case| Self { case }).map_err(|error| case_error(py, &error))
+    }
+
+    /// Makes a case from a dict with the sections and keys of a case file.
+    #[staticmethod]
+    fn from_dict(py: Python<'_>, case: &Bound<'_, PyDict>) -> PyResult<Self> {
+        Ok(Self { case: case_from_dict(py, case)? })
+    }
+
+    /// The case as a file in SI units; ``from_toml`` of it gives the same case to the last bit.
+    fn to_toml(&self) -> String {
+        self.case.to_toml()
+    }
+
+    /// The drive.
+    #[getter]
+    fn drive(&self) -> Drive {
+        Drive::new(self.case.clone())
+    }
+
+    /// Torque of ``[load]``, N m, or ``None``.
+    #[getter]
+    fn torque_Nm(&self) -> Option<f64> {
+        self.case.load.torque_Nm
+    }
+
+    /// Preload of ``[load]``, N, or ``None``.
+    #[getter]
+    fn preload_N(&self) -> Option<f64> {
+        self.case.load.preload_N
+    }
+
+    /// Input angle of ``[load]``, degrees, or ``None``.
+    #[getter]
+    fn input_angle_deg(&self) -> Option<f64> {
+        self.case.load.input_angle_rad.map(f64::to_degrees)
+    }
+
+    /// Whether all runs share one zero of the angle (``common``) or each has its own (``per_run``).
+    #[getter]
+    fn zero(&self) -> &'static str {
+        match self.case.measurement.zero {
+            Zero::Common => "common",
+            Zero::PerRun => "per_run",
+        }
+    }
+
+    /// Lever arm of a displacement sensor, mm, or ``None``.
+    #[getter]
+    fn lever_arm_mm(&self) -> Option<f64> {
+        self.case.measurement.lever_arm_m.map(|m| m * 1e3)
+    }
+
+    /// Effects that the case adds to the drive.
+    #[getter]
+    fn effects(&self) -> Vec<Effect> {
+        self.case
+            .effects
+            .iter()
+            .map(|effect| Effect {
+                id: effect.id.clone(),
+                port: effect.port.clone(),
+                expression: effect.expression.clone(),
+                values: effect.numbers.clone(),
+            })
+            .collect()
+    }
+
+    fn __reduce__(slf: &Bound<'_, Self>) -> Reduced<(String,)> {
+        Ok((slf.get_type().getattr("from_toml")?.unbind(), (slf.get().to_toml(),)))
+    }
+
+    fn __hash__(&self) -> u64 {
+        hash(&self.to_toml())
+    }
+
+    fn __repr__(&self) -> String {
+        let effects: Vec<&str> = self.case.effects.iter().map(|effect| effect.id.as_str()).collect();
+        let with =
+            if effects.is_empty() { String::new() } else { format!(", effects {}", effects.join(", ")) };
+        format!("Case({}{with})", self.drive().__repr__())
+    }
+}
+
+fn case_from_dict(py: Python<'_>, case: &Bound<'_, PyDict>) -> PyResult<RustCase> {
+    let text: String = py.import("json")?.call_method1("dumps", (case,))?.extract()?;
+    let value = serde_json::from_str(&text).map_err(|error| {
+        pyo3::exceptions::PyValueError::new_err(format!("the dict is not a case: {error}"))
+    })?;
+    RustCase::from_json(&value).map_err(|error| case_error(py, &error))
+}
+
+fn hash(text: &str) -> u64 {
+    use std::hash::{DefaultHasher, Hash, Hasher};
+    let mut hasher = DefaultHasher::new();
+    text.hash(&mut hasher);
+    hasher.finish()
+}

@@ -1,0 +1,33 @@
+//! Long calls: without the GIL, and stopped by Ctrl-C.
+
+use std::thread;
+use std::time::Duration;
+
+use cbpt_core::sweep::Progress;
+use pyo3::prelude::*;
+
+/// How often Ctrl-C is looked for.
+const POLL: Duration = Duration::from_millis(20);
+
+/// Runs `work` on its own thread without the GIL; a signal cancels it and raises what the signal raises.
+pub fn without_gil<T: Send>(py: Python<'_>, work: impl FnOnce(&Progress) -> T + Send) -> PyResult<T> {
+    let progress = Progress::default();
+    thread::scope(|scope| {
+        let worker = scope.spawn(|| work(&progress));
+        // Short work is done before the first look.
+        let mut pause = Duration::from_micros(50);
+        while !worker.is_finished() {
+            py.detach(|| thread::sleep(pause));
+            pause = (2 * pause).min(POLL);
+            if let Err(signal) = py.check_signals() {
+                progress.cancel();
+                let _ = py.detach(|| worker.join());
+                return Err(signal);
+            }
+        }
+        match py.detach(|| worker.join()) {
+            Ok(result) => Ok(result),
+            Err(panic) => std::panic::resume_unwind(panic),
+        }
+    })
+}

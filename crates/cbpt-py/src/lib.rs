@@ -1,0 +1,48 @@
+//! Python extension module `cbpt._core`: conversions only; a formula here is a defect.
+//!
+//! - [`error`]: each Rust error to one Python class; [`interrupt`]: long calls without the GIL that mind Ctrl-C;
+//! - [`case`]: case files and drives; [`solution`]: a solved load; [`preload`]: thresholds; [`angles`]: many loads.
+
+// The macros of pyo3 write the unsafe code that an extension module needs.
+#![allow(unsafe_code)]
+// pyo3 takes arguments by value and returns `PyResult` by its conventions.
+#![allow(clippy::needless_pass_by_value, clippy::unnecessary_wraps)]
+
+mod angles;
+mod case;
+mod error;
+mod interrupt;
+mod preload;
+mod solution;
+
+use pyo3::prelude::*;
+
+/// What `__reduce__` returns: a callable and its arguments.
+type Reduced<T> = PyResult<(Py<PyAny>, T)>;
+
+/// Mechanics of a cycloid ball planetary transmission, compiled.
+#[pymodule]
+mod _core {
+    #[pymodule_export]
+    use super::angles::solve_angles;
+    #[pymodule_export]
+    use super::case::{Case, Drive, Effect, Finding};
+    #[pymodule_export]
+    use super::preload::{PreloadThresholds, Thresholds};
+    #[pymodule_export]
+    use super::solution::{LargestAngle, PairSolution, Solution};
+    #[pymodule_export]
+    use super::{example_case, run_command_line};
+}
+
+/// The example case file: the base case of the 2017 paper, as TOML text.
+#[pyfunction]
+fn example_case() -> &'static str {
+    cbpt_cli::commands::schema::EXAMPLE
+}
+
+/// Runs the Rust verbs of the command line (program name first) and returns the exit code.
+#[pyfunction]
+fn run_command_line(py: Python<'_>, arguments: Vec<String>) -> u8 {
+    py.detach(|| cbpt_cli::run(arguments.into_iter().map(Into::into)))
+}

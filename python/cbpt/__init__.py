@@ -1,0 +1,85 @@
+"""Elastic angle of a cycloid ball planetary transmission (CBPT).
+
+    >>> import cbpt
+    >>> drive = cbpt.Drive.from_toml(cbpt.example_case())
+    >>> solution = drive.solve(torque_Nm=5, preload_N=600)
+
+Map:
+
+- `Drive`, `Case`: the drive, from a case file, TOML text or a dict;
+- `Drive.solve` -> `Solution` -> `PairSolution`: one load, every meshing point;
+- `Drive.preload` -> `PreloadThresholds`: the preload that a torque needs;
+- `solve_many` -> `Angles`: arrays of loads on all cores;
+- `read_readings` -> `Readings`, `compare` -> `Comparison`: model against measurement;
+- `errors`: everything that can be raised, under `CbptError`.
+
+Input is in the unit that its name ends in; inside everything is SI and radians.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from importlib.metadata import version as _version
+from typing import TYPE_CHECKING, Any
+
+from cbpt._core import (
+    Case,
+    Drive,
+    Finding,
+    LargestAngle,
+    PairSolution,
+    PreloadThresholds,
+    Solution,
+    Thresholds,
+    example_case,
+)
+from cbpt.errors import CaseError, CbptError, InvalidInputError, ReadingsError
+
+if TYPE_CHECKING:
+    from cbpt.lab.compare import Comparison, compare
+    from cbpt.lab.readings import Readings, read_readings
+    from cbpt.results import Angles, solve_many
+
+__version__ = _version("cbpt")
+
+# Loaded when first asked for, so that `import cbpt` stays light.
+_LAZY = {
+    "Angles": "cbpt.results",
+    "Comparison": "cbpt.lab.compare",
+    "Readings": "cbpt.lab.readings",
+    "compare": "cbpt.lab.compare",
+    "read_readings": "cbpt.lab.readings",
+    "solve_many": "cbpt.results",
+}
+
+__all__ = [
+    "Angles",
+    "Case",
+    "CaseError",
+    "CbptError",
+    "Comparison",
+    "Drive",
+    "Finding",
+    "InvalidInputError",
+    "LargestAngle",
+    "PairSolution",
+    "PreloadThresholds",
+    "Readings",
+    "ReadingsError",
+    "Solution",
+    "Thresholds",
+    "compare",
+    "example_case",
+    "read_readings",
+    "solve_many",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _LAZY:
+        return getattr(import_module(_LAZY[name]), name)
+    raise AttributeError(f"module 'cbpt' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -1,0 +1,565 @@
+"""
+Mechanics of a cycloid ball planetary transmission, compiled.
+"""
+
+from _typeshed import Incomplete, SupportsGetItem
+from os import PathLike
+from typing import Any, SupportsFloat, SupportsIndex, final
+
+__all__ = ["Case", "Drive", "Effect", "Finding", "LargestAngle", "PairSolution", "PreloadThresholds", "Solution", "Thresholds", "example_case", "run_command_line", "solve_angles"]
+
+@final
+class Case:
+    """
+    A case file: the drive and, where they are given, load, measurement, uncertainties and effects.
+    """
+    def __eq__(self, value: object, /) -> bool: ...
+    def __hash__(self, /) -> int: ...
+    def __ne__(self, value: object, /) -> bool: ...
+    def __reduce__(self, /) -> tuple[Any, tuple[str]]: ...
+    def __repr__(self, /) -> str: ...
+    @property
+    def drive(self, /) -> Drive:
+        """
+        The drive.
+        """
+    @property
+    def effects(self, /) -> list[Effect]:
+        """
+        Effects that the case adds to the drive.
+        """
+    @staticmethod
+    def from_dict(case: dict) -> Case:
+        """
+        Makes a case from a dict with the sections and keys of a case file.
+        """
+    @staticmethod
+    def from_file(path: str | PathLike[str]) -> Case:
+        """
+        Reads a case file. Raises ``CaseError`` with file, line, key, what was found and what is allowed.
+        """
+    @staticmethod
+    def from_toml(text: str, name: str = "<text>") -> Case:
+        """
+        Reads a case from TOML text; ``name`` stands for the file in messages.
+        """
+    @property
+    def input_angle_deg(self, /) -> float | None:
+        """
+        Input angle of ``[load]``, degrees, or ``None``.
+        """
+    @property
+    def lever_arm_mm(self, /) -> float | None:
+        """
+        Lever arm of a displacement sensor, mm, or ``None``.
+        """
+    @property
+    def preload_N(self, /) -> float | None:
+        """
+        Preload of ``[load]``, N, or ``None``.
+        """
+    def to_toml(self, /) -> str:
+        """
+        The case as a file in SI units; ``from_toml`` of it gives the same case to the last bit.
+        """
+    @property
+    def torque_Nm(self, /) -> float | None:
+        """
+        Torque of ``[load]``, N m, or ``None``.
+        """
+    @property
+    def zero(self, /) -> str:
+        """
+        Whether all runs share one zero of the angle (``common``) or each has its own (``per_run``).
+        """
+
+@final
+class Drive:
+    """
+    A cycloid ball planetary transmission, checked and frozen.
+
+    Make one with :meth:`Drive.from_file`, :meth:`Drive.from_toml` or :meth:`Drive.from_dict`; the keys are those of a
+    case file.
+    """
+    def __eq__(self, value: object, /) -> bool: ...
+    def __hash__(self, /) -> int: ...
+    def __ne__(self, value: object, /) -> bool: ...
+    def __reduce__(self, /) -> tuple[Any, tuple[str]]: ...
+    def __repr__(self, /) -> str: ...
+    @property
+    def deceleration_ball_count(self, /) -> int:
+        """
+        Number of deceleration balls.
+        """
+    @property
+    def eccentricity_m(self, /) -> float:
+        """
+        Eccentricity e = K r0, m.
+        """
+    @property
+    def equal_speed_ball_count(self, /) -> int:
+        """
+        Number of equal-speed balls (of one row of a cross-slide).
+        """
+    def findings(self, /, torque_Nm: SupportsFloat | SupportsIndex | None = None, preload_N: SupportsFloat | SupportsIndex | None = None, input_angle_deg: SupportsFloat | SupportsIndex = 0.0) -> list[Finding]:
+        """
+        Design findings, the worst first; with a torque and a preload also those of the contacts under load.
+        """
+    @staticmethod
+    def from_dict(case: dict) -> Drive:
+        """
+        Makes a drive from a dict with the sections and keys of a case file, for example
+        ``{"deceleration": {"ball_count": 20, "rolling_circle_radius_mm": 4, ...}, "equal_speed": {...}}``.
+
+        Raises ``CaseError`` with key, what was found and what is allowed.
+        """
+    @staticmethod
+    def from_file(path: str | PathLike[str]) -> Drive:
+        """
+        Reads the drive of a case file.
+
+        Raises ``CaseError`` with file, line, key, what was found and what is allowed.
+        """
+    @staticmethod
+    def from_toml(text: str) -> Drive:
+        """
+        Reads the drive of a case given as TOML text.
+
+        Raises ``CaseError`` with line, key, what was found and what is allowed.
+        """
+    def largest_elastic_angle(self, /, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex) -> LargestAngle | None:
+        """
+        Largest elastic angle over a period of the drive at a torque (N m) and preload (N); ``None`` where some angle of
+        the crank has no solution.
+        """
+    def preload(self, /, torque_Nm: SupportsFloat | SupportsIndex, input_angle_deg: SupportsFloat | SupportsIndex | None = None) -> PreloadThresholds:
+        """
+        Preload that a torque (N m) needs: to hold, for continuous transmission, for zero backlash, of each pair and of
+        the drive; maxima over a period, or at ``input_angle_deg`` where it is given.
+        """
+    def solve(self, /, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex, input_angle_deg: SupportsFloat | SupportsIndex = 0.0) -> Solution:
+        """
+        Solves the drive under one load.
+
+        ``torque_Nm``: resistance torque on the output, either sign; ``preload_N``: axial preload, above 0;
+        ``input_angle_deg``: angle of the input crank from the line of centres. Returns a :class:`Solution`, whose
+        ``status`` says whether there is one; its angles are ``None`` where there is not. Raises ``InvalidInputError``
+        for a number that cannot be.
+        """
+    def to_toml(self, /) -> str:
+        """
+        The drive as a case file in SI units; ``from_toml`` of it gives the same drive to the last bit.
+        """
+    @property
+    def transmission_ratio(self, /) -> float:
+        """
+        Input turns for one turn of the output, below 0 where they turn against each other.
+        """
+
+@final
+class Effect:
+    """
+    One entry of ``[[effect]]``: an id, its port and expression where it is the user's own, and its numbers.
+    """
+    def __eq__(self, value: object, /) -> bool: ...
+    def __ne__(self, value: object, /) -> bool: ...
+    def __new__(cls, /, id: str, port: str | None, expression: str | None, values: SupportsGetItem[int, tuple[str, SupportsFloat | SupportsIndex]]) -> Effect: ...
+    def __reduce__(self, /) -> tuple[Any, tuple[str, str | None, str | None, list[tuple[str, float]]]]: ...
+    def __repr__(self, /) -> str: ...
+    @property
+    def expression(self, /) -> str | None:
+        """
+        Its expression, for an effect of the user's own.
+        """
+    @property
+    def id(self, /) -> str:
+        """
+        Name of the effect.
+        """
+    @property
+    def port(self, /) -> str | None:
+        """
+        Where it acts, for an effect of the user's own.
+        """
+    @property
+    def values(self, /) -> list[tuple[str, float]]:
+        """
+        Numbers as given, name with unit and value.
+        """
+
+@final
+class Finding:
+    """
+    One finding about a design: its code, severity (note, warning, error), the pair, a message and the remedy.
+    """
+    def __eq__(self, value: object, /) -> bool: ...
+    def __ne__(self, value: object, /) -> bool: ...
+    def __new__(cls, /, code: str, severity: str, pair: str, message: str, remedy: str) -> Finding: ...
+    def __reduce__(self, /) -> tuple[Any, tuple[str, str, str, str, str]]: ...
+    def __repr__(self, /) -> str: ...
+    @property
+    def code(self, /) -> str:
+        """
+        Stable name, for example ``undercut``.
+        """
+    @property
+    def message(self, /) -> str:
+        """
+        What was found, with the numbers.
+        """
+    @property
+    def pair(self, /) -> str:
+        """
+        ``deceleration`` or ``equal_speed``.
+        """
+    @property
+    def remedy(self, /) -> str:
+        """
+        What to change.
+        """
+    @property
+    def severity(self, /) -> str:
+        """
+        ``note``, ``warning`` or ``error``.
+        """
+
+@final
+class LargestAngle:
+    """
+    Largest elastic angle over a period of the drive.
+    """
+    def __eq__(self, value: object, /) -> bool: ...
+    def __ne__(self, value: object, /) -> bool: ...
+    def __new__(cls, /, elastic_angle_arcsec: SupportsFloat | SupportsIndex, input_angle_deg: SupportsFloat | SupportsIndex, amplitude_arcsec: SupportsFloat | SupportsIndex, period_deg: SupportsFloat | SupportsIndex) -> LargestAngle: ...
+    def __reduce__(self, /) -> tuple[Any, tuple[float, float, float, float]]: ...
+    def __repr__(self, /) -> str: ...
+    @property
+    def amplitude_arcsec(self, /) -> float:
+        """
+        Largest minus smallest size of the elastic angle, seconds of arc.
+        """
+    @property
+    def elastic_angle_arcsec(self, /) -> float:
+        """
+        Largest elastic angle, with the sign of the torque, seconds of arc.
+        """
+    @property
+    def input_angle_deg(self, /) -> float:
+        """
+        Crank angle where it occurs, degrees.
+        """
+    @property
+    def period_deg(self, /) -> float:
+        """
+        Crank angle after which the drive repeats, degrees.
+        """
+
+@final
+class PairSolution:
+    """
+    A solved pair. Arrays have one element a diagonal of a ball (two meshing points that carry the same force), ball by
+    ball, plus before minus; arrays of the walls have two columns, first the wall of the driving plate.
+    """
+    def __reduce__(self, /) -> tuple[Any, tuple[Solution]]:
+        """
+        Pickled as part of its solution.
+        """
+    def __repr__(self, /) -> str: ...
+    @property
+    def angle_arcsec(self, /) -> float:
+        """
+        Elastic angle of the pair, seconds of arc.
+        """
+    @property
+    def angle_rad(self, /) -> float:
+        """
+        Elastic angle of the pair, rad.
+        """
+    @property
+    def approach_m(self, /) -> float:
+        """
+        Axial approach of the plates (of one row), m.
+        """
+    @property
+    def ball(self, /) -> Incomplete:
+        """
+        Number of the ball, shape (n,).
+        """
+    @property
+    def carrying(self, /) -> int:
+        """
+        How many diagonals carry force.
+        """
+    @property
+    def contact(self, /) -> list[str]:
+        """
+        ``loaded``, ``parted`` or ``wall_missing`` for each diagonal.
+        """
+    @property
+    def deformation_m(self, /) -> Incomplete:
+        """
+        Deformation of each diagonal, m, never below 0, shape (n,).
+        """
+    @property
+    def diagonal(self, /) -> Incomplete:
+        """
+        +1 for the plus diagonal, -1 for the minus diagonal, shape (n,).
+        """
+    @property
+    def force_N(self, /) -> Incomplete:
+        """
+        Normal force of each diagonal, N, shape (n,).
+        """
+    @property
+    def gap_m(self, /) -> Incomplete:
+        """
+        How far each diagonal has parted, m, never below 0, shape (n,).
+        """
+    @property
+    def in_plane_force_across_N(self, /) -> float:
+        """
+        Force of the balls on the output plate across the line of centres, N: for the deceleration pair M0/(Zo e), what
+        the eccentric bearing carries.
+        """
+    @property
+    def in_plane_force_along_N(self, /) -> float:
+        """
+        Force of the balls on the output plate along the line of centres, N.
+        """
+    @property
+    def largest_peak_pressure_Pa(self, /) -> float:
+        """
+        Highest peak pressure of any meshing point, Pa.
+        """
+    @property
+    def major_semi_axis_m(self, /) -> Incomplete:
+        """
+        Major semi-axis of each contact ellipse, m, shape (n, 2); NaN where the wall is missing.
+        """
+    @property
+    def minor_semi_axis_m(self, /) -> Incomplete:
+        """
+        Minor semi-axis of each contact ellipse, m, shape (n, 2); NaN where the wall is missing.
+        """
+    @property
+    def peak_pressure_Pa(self, /) -> Incomplete:
+        """
+        Peak pressure at each meshing point, Pa, shape (n, 2); NaN where the wall is missing.
+        """
+    @property
+    def residual(self, /) -> float:
+        """
+        Scaled residual.
+        """
+    @property
+    def role(self, /) -> list[str]:
+        """
+        ``FTMP``, ``NFTMP`` or ``neutral`` for each diagonal.
+        """
+    @property
+    def sideways_m(self, /) -> float:
+        """
+        Sideways shift of a floating plate, m.
+        """
+    @property
+    def steps(self, /) -> int:
+        """
+        Solver steps.
+        """
+    @property
+    def tilt_couple_Nm(self, /) -> float:
+        """
+        Couple that tilts the plates, N m.
+        """
+    @property
+    def torque_Nm(self, /) -> float:
+        """
+        Torque that the pair carries, N m.
+        """
+    @property
+    def torsional_stiffness_Nm_per_rad(self, /) -> float:
+        """
+        Torsional stiffness dM0/dalpha at constant preload, N m/rad.
+        """
+    @property
+    def wall_approach_m(self, /) -> Incomplete:
+        """
+        Approach at each meshing point, m, shape (n, 2); NaN where the wall is missing.
+        """
+
+@final
+class PreloadThresholds:
+    """
+    Thresholds of both pairs and of the drive, in terms of the torque on the drive's output.
+    """
+    def __eq__(self, value: object, /) -> bool: ...
+    def __ne__(self, value: object, /) -> bool: ...
+    def __new__(cls, /, torque_Nm: SupportsFloat | SupportsIndex, input_angle_deg: SupportsFloat | SupportsIndex | None, deceleration: Thresholds, equal_speed: Thresholds) -> PreloadThresholds: ...
+    def __reduce__(self, /) -> tuple[Any, tuple[float, float | None, Thresholds, Thresholds]]: ...
+    def __repr__(self, /) -> str: ...
+    @property
+    def deceleration(self, /) -> Thresholds:
+        """
+        Of the deceleration pair.
+        """
+    @property
+    def drive(self, /) -> Thresholds:
+        """
+        Of the drive: the larger of each.
+        """
+    @property
+    def equal_speed(self, /) -> Thresholds:
+        """
+        Of the equal-speed pair.
+        """
+    @property
+    def input_angle_deg(self, /) -> float | None:
+        """
+        Angle of the input crank, degrees; ``None`` for maxima over a period.
+        """
+    @property
+    def torque_Nm(self, /) -> float:
+        """
+        Torque on the output, N m.
+        """
+
+@final
+class Solution:
+    """
+    A drive under one load. Print it for a summary; its angles are ``None`` where there is no solution.
+    """
+    def __reduce__(self, /) -> tuple[Any, tuple[float, float, float]]:
+        """
+        Pickled as drive and load; solving again gives the same numbers.
+        """
+    def __repr__(self, /) -> str: ...
+    @property
+    def alpha_deceleration_arcsec(self, /) -> float | None:
+        """
+        Part of the deceleration pair, seconds of arc.
+        """
+    @property
+    def alpha_equal_speed_arcsec(self, /) -> float | None:
+        """
+        Part of the equal-speed pair that reaches the output, seconds of arc.
+        """
+    @property
+    def deceleration(self, /) -> PairSolution | None:
+        """
+        The deceleration pair with its meshing points.
+        """
+    @property
+    def elastic_angle_arcsec(self, /) -> float | None:
+        """
+        Elastic angle of the drive at its output, seconds of arc.
+        """
+    @property
+    def elastic_angle_rad(self, /) -> float | None:
+        """
+        Elastic angle of the drive at its output, rad.
+        """
+    @property
+    def equal_speed(self, /) -> PairSolution | None:
+        """
+        The equal-speed pair with its meshing points, at the torque that it carries.
+        """
+    @property
+    def findings(self, /) -> list[Finding]:
+        """
+        Findings of the design under this load, the worst first.
+        """
+    @property
+    def has_solution(self, /) -> bool:
+        """
+        Whether the angles are there.
+        """
+    @property
+    def hold_preload_N(self, /) -> float | None:
+        """
+        Preload at which the torque would just slip, N, where the status is ``beyond_hold``.
+        """
+    @property
+    def input_angle_deg(self, /) -> float:
+        """
+        Angle of the input crank, degrees.
+        """
+    @property
+    def message(self, /) -> str:
+        """
+        The status in words, with the preload that would hold where that is the matter.
+        """
+    @property
+    def preload_N(self, /) -> float:
+        """
+        Axial preload, N.
+        """
+    @property
+    def residual(self, /) -> float | None:
+        """
+        Largest residual of the equations, scaled by the preload and by what it can hold.
+        """
+    @property
+    def status(self, /) -> str:
+        """
+        ``ok``, ``outside_small_displacements`` (a value of the equations, not of the drive), ``beyond_hold``,
+        ``undercut`` or ``not_converged``.
+        """
+    def to_json(self, /) -> str:
+        """
+        The whole solution as the JSON object that ``cbpt solve --json`` prints.
+        """
+    @property
+    def torque_Nm(self, /) -> float:
+        """
+        Torque on the output, N m.
+        """
+    @property
+    def torsional_stiffness_Nm_per_rad(self, /) -> float | None:
+        """
+        Torsional stiffness dM0/dalpha of the drive at this load and constant preload, N m/rad.
+        """
+
+@final
+class Thresholds:
+    """
+    The three preloads that a torque needs, N; infinite where no preload does it.
+    """
+    def __eq__(self, value: object, /) -> bool: ...
+    def __ne__(self, value: object, /) -> bool: ...
+    def __new__(cls, /, hold_N: SupportsFloat | SupportsIndex, continuous_N: SupportsFloat | SupportsIndex, zero_backlash_N: SupportsFloat | SupportsIndex) -> Thresholds: ...
+    def __reduce__(self, /) -> tuple[Any, tuple[float, float, float]]: ...
+    def __repr__(self, /) -> str: ...
+    @property
+    def continuous_N(self, /) -> float:
+        """
+        From here on no ball comes loose (the paper's minimum APF).
+        """
+    @property
+    def hold_N(self, /) -> float:
+        """
+        More than this holds the torque at all.
+        """
+    @property
+    def zero_backlash_N(self, /) -> float:
+        """
+        From here on no meshing point parts.
+        """
+
+def example_case() -> str:
+    """
+    The example case file: the base case of the 2017 paper, as TOML text.
+    """
+
+def run_command_line(arguments: SupportsGetItem[int, str]) -> int:
+    """
+    Runs the Rust verbs of the command line (program name first) and returns the exit code.
+    """
+
+def solve_angles(drive: Drive, torque_Nm: Incomplete, preload_N: Incomplete, input_angle_rad: Incomplete) -> tuple[Incomplete, Incomplete, Incomplete, Incomplete, list[str]]:
+    """
+    Solves a drive for arrays of torque (N m), preload (N) and input angle (rad), all of shape (n,), on all cores.
+
+    Returns the parts of the deceleration and the equal-speed pair (rad), the scaled residual, the hold preload (N, NaN
+    unless the status is ``beyond_hold``) and the status, each of length n; NaN where there is no solution. Raises
+    ``InvalidInputError`` with the index of a number that cannot be; Ctrl-C stops it.
+    """

@@ -1,0 +1,1 @@
+"""The lab: a model held against measurements."""

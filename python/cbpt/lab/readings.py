@@ -1,0 +1,516 @@
+"""A measurement: readings of the elastic angle under torque and preload.
+
+    read_readings   a CSV file, a mapping of columns or a data frame -> Readings
+    Readings        the columns as arrays in the units of their names, and what they cannot tell
+
+What a header means is told in `units`, how a file becomes columns in `table`; here is what a
+table of readings has to hold. Two rules: a unit is never guessed, and no row silently disappears.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import math
+import os
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cbpt.errors import Mistake, ReadingsError
+from cbpt.lab.table import Column, Loaded, Table, read_columns, read_text
+from cbpt.lab.units import (
+    CONTRACT,
+    Header,
+    Quantity,
+    Unit,
+    find_unit,
+    plain,
+    read_header,
+    unit_at_end,
+)
+
+__all__ = ["Readings", "read_readings"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Readings:
+    """n readings in the order of the file, by time within a run; every array is read-only.
+
+    Units are those of the names; arrays are float64 of shape (n,) unless said. A column that the
+    table does not have is None, but for `run` (then all 1) and `input_angle_deg` (then all 0);
+    `notes` say what can no longer be told without it.
+
+    run: labels, int64 or str; run_index: int64, 0 for the first run of the table, then 1, ...
+    u_elastic_angle_arcsec: standard uncertainty (k = 1).
+    line: int64, the line of the file each reading stands on, 1-based (of data: the row).
+    source: the path, or "<data>"; sha256: of the bytes of the file (of data: of names and values).
+    extra: the other numeric columns under their own names, NaN where a cell is empty.
+    """
+
+    torque_Nm: Floats
+    preload_N: Floats | None
+    input_angle_deg: Floats
+    elastic_angle_arcsec: Floats
+    u_elastic_angle_arcsec: Floats | None
+    run: NDArray[Any]
+    time_s: Floats | None
+    cycle: Floats | None
+    temperature_degC: Floats | None
+    line: Ints
+    source: str = "<data>"
+    sha256: str = ""
+    notes: tuple[str, ...] = ()
+    extra: dict[str, Floats] = field(default_factory=dict)
+    run_index: Ints = field(init=False)
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__  # the way to complete a frozen dataclass
+        labels = self.run.tolist()
+        order = {label: index for index, label in enumerate(dict.fromkeys(labels))}
+        index = np.fromiter(map(order.__getitem__, labels), dtype=np.int64, count=len(labels))
+        put(self, "run_index", index)
+        for name in self.__slots__:
+            value = getattr(self, name)
+            if isinstance(value, np.ndarray):
+                put(self, name, self._sealed(name, value))
+        put(self, "extra", {name: self._sealed(name, v) for name, v in self.extra.items()})
+
+    def _sealed(self, name: str, values: NDArray[Any]) -> NDArray[Any]:
+        if values.shape != (len(self.run),):
+            raise ValueError(f"{name} has shape {values.shape}, the runs {self.run.shape}")
+        view = values.view()
+        view.flags.writeable = False
+        return view
+
+    def __reduce__(self) -> tuple[Callable[..., Readings], tuple[Any, ...]]:
+        # Through the constructor, as arrays forget on the way that they are read-only.
+        return type(self), tuple(getattr(self, f.name) for f in dataclasses.fields(self) if f.init)
+
+    def __len__(self) -> int:
+        return len(self.run)
+
+    def __repr__(self) -> str:
+        n = len(self)
+        parts = [_count(n, "reading"), _count(len(np.unique(self.run_index)), "run")]
+        if n and self.preload_N is not None:
+            levels = _count(len(np.unique(self.preload_N)), "preload level")
+            parts.append(f"{levels} {_span(self.preload_N)} N")
+        if n:
+            parts.append(f"torque {_span(self.torque_Nm)} N m")
+        if n and self.u_elastic_angle_arcsec is not None:
+            parts.append(f"u {_span(self.u_elastic_angle_arcsec)} arcsec")
+        return f"Readings({', '.join(parts)}, {self.source!r})"
+
+    def direction(self) -> Ints:
+        """Shape (n,): +1 where the torque rises, -1 where it falls, 0 where it holds.
+
+        Compared with the reading before it in the same run; the first of a run takes the value
+        of the next, and that of a run of one reading is 0.
+        """
+        grouped = np.argsort(self.run_index, kind="stable")
+        runs, torque = self.run_index[grouped], self.torque_Nm[grouped]
+        step = np.zeros(len(self), dtype=np.int64)
+        step[1:] = np.sign(np.diff(torque))
+        first = np.ones(len(self), dtype=bool)
+        first[1:] = runs[1:] != runs[:-1]
+        step[first] = 0
+        leads = np.flatnonzero(first[:-1] & ~first[1:])
+        step[leads] = step[leads + 1]
+        result = np.empty_like(step)
+        result[grouped] = step
+        return result
+
+    def select(self, mask: ArrayLike) -> Readings:
+        """The readings where `mask` (bool of shape (n,), or row indices) says, in that order.
+
+        `direction` of the selection compares the readings that are left.
+        """
+        rows = np.asarray(mask)
+        if rows.dtype == bool and rows.shape != (len(self),):
+            raise ValueError(f"the mask has shape {rows.shape}, expected ({len(self)},)")
+        if rows.dtype != bool:
+            rows = rows.astype(np.int64)  # an empty list arrives as floats
+
+        def part(value: Any) -> Any:
+            return value[rows] if isinstance(value, np.ndarray) else value
+
+        kept = {f.name: part(getattr(self, f.name)) for f in dataclasses.fields(self) if f.init}
+        kept["extra"] = {name: part(values) for name, values in self.extra.items()}
+        return Readings(**kept)
+
+
+def _count(n: int, what: str) -> str:
+    return f"{n} {what}{'s' * (n != 1)}"
+
+
+def _span(values: Floats) -> str:
+    low, high = float(values.min()), float(values.max())
+    return f"{low:g}" if low == high else f"{low:g}..{high:g}"
+
+
+def read_readings(
+    source: str | os.PathLike[str] | Mapping[str, ArrayLike] | Any,
+    *,
+    lever_arm_mm: float | None = None,
+    columns: Mapping[str, str] | None = None,
+    need_preload: bool = True,
+) -> Readings:
+    """Read a table of readings.
+
+    source: the path of a text table; or a mapping of column to values, or a data frame (pandas,
+        polars, pyarrow, ...), each value of shape (n,).
+    lever_arm_mm: radius at which the sensor reads; needed where the table has
+        `sensor_displacement_um` in place of the elastic angle, which is then atan(dh / h).
+    columns: what a header means, {"Moment": "torque_Nm"}; the unit may be any that is known
+        ("elastic_angle_deg"), and "extra" sets a column aside.
+    need_preload: whether a table without a preload is an error.
+
+    Torque and elastic angle (or sensor displacement) are needed, in the units of
+    `cbpt.lab.units`. A run that is out of time order is sorted, which a note tells.
+
+    Raises ReadingsError with every mistake found, each with its line, column, value and what was
+    expected; TypeError if `source` is nothing that holds a table.
+    """
+    if lever_arm_mm is not None and not (math.isfinite(lever_arm_mm) and lever_arm_mm > 0):
+        mistake = Mistake((), "lever_arm_mm", f"{lever_arm_mm!r}", "a length above 0")
+        raise ReadingsError(_name(source), [mistake])
+    table = read_text(source) if isinstance(source, str | os.PathLike) else read_columns(source)
+    return _Reader(table, columns or {}, lever_arm_mm, need_preload).read()
+
+
+def _name(source: object) -> str:
+    return os.fsdecode(source) if isinstance(source, str | os.PathLike) else "<data>"
+
+
+_QUANTITY = {quantity.key: quantity for quantity in CONTRACT}
+_UNIT = {q.key: unit for q in CONTRACT if (unit := find_unit(q.unit, q.kind or None))}
+_POSITIVE = {"preload", "u_elastic_angle", "u_sensor_displacement"}
+_SENSOR = {"sensor_displacement": "elastic_angle", "u_sensor_displacement": "u_elastic_angle"}
+_WITHOUT = {
+    "run": "all rows are taken as one run, what differs from run to run cannot be told",
+    "time": "rows are taken in file order, drift and creep cannot be told",
+    "preload": "what acts on the preload cannot be told",
+    "input_angle": "the input is taken at 0 deg, what turns with it cannot be told",
+    "temperature": "thermal effects cannot be told",
+    "u_elastic_angle": "the uncertainty of a reading has to be estimated",
+}
+_LARGEST_ANGLE_ARCSEC = 3600.0  # an elastic angle of a degree: a broken drive or a wrong unit
+_ARCSEC_PER_RAD = 648000.0 / math.pi
+_WHOLE = re.compile(r"[+-]?[0-9]{1,18}(?:[.,]0*)?")
+
+
+@dataclass(frozen=True, slots=True)
+class _Use:
+    """What one column is used for: the quantity it holds and, once stated, the unit it is in."""
+
+    index: int
+    header: str
+    quantity: Quantity
+    unit: Unit | None
+
+
+class _Reader:
+    """One table on its way to Readings; gathers mistakes and notes as it goes."""
+
+    def __init__(
+        self,
+        table: Table,
+        columns: Mapping[str, str],
+        lever_arm_mm: float | None,
+        need_preload: bool,
+    ) -> None:
+        self.table = table
+        self.columns = columns
+        self.lever_arm_mm = lever_arm_mm
+        self.need_preload = need_preload
+        self.mistakes: list[Mistake] = []
+        self.notes = list(table.notes)
+
+    def read(self) -> Readings:
+        uses = self.assign()
+        run = uses.get("run")
+        loaded = self.table.load({run.index} if run else ())
+        self.mistakes += loaded.mistakes
+        if not len(loaded.lines) and not loaded.mistakes:
+            self.wrong("", "no rows under the headers", "a row for each reading")
+        for use in uses.values():
+            self.check(use, loaded)
+        self.stop_if_wrong()  # what follows needs whole columns
+        values = {key: self.in_own_unit(use, loaded) for key, use in uses.items()}
+        labels = self.labels(loaded.columns[run.index]) if run else np.ones(len(loaded.lines), int)
+        readings = self.build(values, labels, self.extra(uses, loaded), loaded.lines)
+        readings = self.in_time(readings, has_runs=run is not None)
+        self.stop_if_wrong()
+        if run and readings.run_index.max() == 0:
+            self.notes.append("one run: what differs from run to run cannot be told")
+        return dataclasses.replace(readings, notes=(*self.notes, *_remarks(readings)))
+
+    def wrong(
+        self,
+        column: str,
+        value: str,
+        expected: str,
+        remedy: str = "",
+        lines: Sequence[int] | None = None,
+    ) -> None:
+        """Take down a mistake: on `lines`, else in the line of headers if there is one."""
+        if lines is None:
+            lines = (self.table.line,) if self.table.line else ()
+        self.mistakes.append(Mistake(tuple(lines), column, value, expected, remedy))
+
+    def stop_if_wrong(self) -> None:
+        if self.mistakes:
+            raise ReadingsError(self.table.source, self.mistakes, self.table.place)
+
+    # --- which column is what -------------------------------------------------------------
+
+    def assign(self) -> dict[str, _Use]:
+        """The column of each quantity."""
+        headers = self.table.headers
+        units = self.table.units or ("",) * len(headers)
+        for name in self.columns.keys() - set(headers):
+            known = ", ".join(map(repr, headers))
+            self.wrong(name, f"{name!r} in `columns`", f"one of the headers {known}")
+        uses: dict[str, _Use] = {}
+        asked: set[str] = set()  # quantities that a header may mean but does not state
+        hints: dict[str, str] = {}  # headers that mean none, and why not if they come close
+        told: list[str] = []
+        for index, (name, below) in enumerate(zip(headers, units, strict=True)):
+            said = self.understand(name, below)
+            if said.expected:
+                asked |= {quantity.key for quantity in said.candidates}
+                found = f"{name!r} over {below!r}" if below else repr(name)
+                self.wrong(name, found, said.expected, said.remedy)
+            if said.quantity is None:
+                hints[name] = said.hint
+            elif said.quantity.key in uses:
+                key = said.quantity.key
+                found = f"{uses[key].header!r} and {name!r}"
+                remedy = f"set one aside with columns={{{name!r}: 'extra'}}"
+                self.wrong(name, found, f"one column of {key}", remedy)
+            else:
+                uses[said.quantity.key] = _Use(index, name, said.quantity, said.unit)
+                if said.unit and name != said.quantity.column:
+                    told.append(f"{name!r} as {said.quantity.key} in {said.unit.symbol}")
+        for sensor, angle in _SENSOR.items():
+            if sensor in uses and angle in uses:
+                spare = uses.pop(sensor)
+                self.notes.append(f"{spare.header!r} is kept as extra: {angle} is given as well")
+        self.require(uses, asked, hints)
+        self.notes += [f"read {', '.join(told)}"] if told else []
+        self.notes += [f"{name!r} is kept as extra: {hint}" for name, hint in hints.items() if hint]
+        return uses
+
+    def understand(self, name: str, below: str) -> Header:
+        """What a header means: as `columns` state it, else as it reads."""
+        stated = self.columns.get(name)
+        if stated is None:
+            return read_header(name, below)
+        if stated == "extra":
+            return Header()
+        said = read_header(stated)
+        if said.quantity and said.expected:  # no unit: that of the header itself, if it has one
+            said = read_header(stated, below or unit_at_end(name))
+        if said.expected:
+            column = said.candidates[0].column
+            return dataclasses.replace(said, remedy=f"as in columns={{{name!r}: {column!r}}}")
+        if said.quantity:
+            return said
+        known = ", ".join(quantity.column for quantity in CONTRACT)
+        return Header(expected=f'one of {known} (in any unit) or "extra", not {stated!r}')
+
+    def require(self, uses: dict[str, _Use], asked: set[str], hints: dict[str, str]) -> None:
+        """Mistakes for the quantities that have to be there, notes for the others."""
+        given = uses.keys() | asked
+        sensor = uses.get("sensor_displacement") or uses.get("u_sensor_displacement")
+        if sensor and self.lever_arm_mm is None:
+            expected = "lever_arm_mm, the radius at which the sensor reads"
+            remedy = f"or set the column aside with columns={{{sensor.header!r}: 'extra'}}"
+            self.wrong(sensor.header, "no lever arm", expected, remedy)
+        given |= {_SENSOR[key] for key in given & _SENSOR.keys()}
+        for key in ["torque", "elastic_angle"] + ["preload"] * self.need_preload:
+            if key not in given:
+                self.missing(_QUANTITY[key], hints)
+        for key, lost in _WITHOUT.items():
+            if key not in given:
+                self.notes.append(f"no {_QUANTITY[key].column} column: {lost}")
+
+    def missing(self, quantity: Quantity, hints: dict[str, str]) -> None:
+        """A mistake that names the free headers which may have been meant."""
+        own = set(quantity.key.split("_"))
+        typos = difflib.get_close_matches(quantity.column, hints, n=3, cutoff=0.6)
+        shared = [
+            name
+            for name in hints
+            if own & set(plain(name).split())
+            or any(plain(name).startswith(f"{letter} ") for letter in quantity.letters)
+        ]
+        near = list(dict.fromkeys(typos + shared))
+        header = near[0] if near else "your header"
+        unit = find_unit(unit_at_end(header), quantity.kind)
+        fits = unit is not None and unit.kind == quantity.kind
+        column = f"{quantity.key}_{unit_at_end(header)}" if fits else quantity.column
+        remedy = f"name a column so or pass columns={{{header!r}: {column!r}}} in the unit it has"
+        if near:
+            told = [f"{name!r}" + f" ({hints[name]})" * bool(hints[name]) for name in near]
+            remedy += f"; nearest: {', '.join(told)}"
+        if len(self.table.headers) == 1:
+            remedy += "; columns are separated by commas, semicolons or tabs"
+        found = ", ".join(map(repr, self.table.headers))
+        self.wrong(
+            quantity.column, f"only the headers {found}", f"a column {quantity.column}", remedy
+        )
+
+    # --- what its cells hold --------------------------------------------------------------
+
+    def check(self, use: _Use, loaded: Loaded) -> None:
+        """Mistakes for the cells of a column that cannot be used."""
+        column, key = loaded.columns[use.index], use.quantity.key
+        wrong: dict[str, list[int]] = {}
+        for row, cell in column.odd.items():
+            if key == "run":
+                if cell == "" or cell.casefold() == "nan":
+                    wrong.setdefault("the label of a run", []).append(row)
+            elif _is_boundless(cell):
+                wrong.setdefault("a finite number", []).append(row)
+            else:
+                wrong.setdefault(self.table.number, []).append(row)
+        if key in _POSITIVE:
+            rows = np.flatnonzero(column.numbers <= 0).tolist()
+            wrong |= {"a number above 0": rows} if rows else {}
+        remedy = "correct the cell or remove the row"
+        if key not in {"torque", "elastic_angle", "preload", "sensor_displacement"}:
+            remedy += f", or set the column aside with columns={{{use.header!r}: 'extra'}}"
+        for expected, rows in wrong.items():
+            first = column.odd.get(rows[0], f"{column.numbers[rows[0]]:g}")
+            found = repr(first) if first else "an empty cell"
+            self.wrong(use.header, found, expected, remedy, loaded.lines[rows].tolist())
+
+    @staticmethod
+    def in_own_unit(use: _Use, loaded: Loaded) -> Floats:
+        """The numbers of a column in the unit of the contract."""
+        numbers = loaded.columns[use.index].numbers
+        return use.unit.convert(numbers, _UNIT[use.quantity.key]) if use.unit else numbers
+
+    @staticmethod
+    def labels(column: Column) -> NDArray[Any]:
+        """Labels of runs: whole numbers where all of them are (01 is 1), else text."""
+        whole = {
+            text: int(re.split("[.,]", text)[0])
+            for text in dict.fromkeys(column.text)
+            if _WHOLE.fullmatch(text)
+        }
+        if all(text in whole for text in column.text):
+            return np.array([whole[text] for text in column.text], dtype=np.int64)
+        return np.array([str(whole.get(text, text)) for text in column.text], dtype=np.str_)
+
+    def extra(self, uses: dict[str, _Use], loaded: Loaded) -> dict[str, Floats]:
+        """The columns without a use: numbers are kept, for anything else there is a note."""
+        used = {use.index for use in uses.values()}
+        kept: dict[str, Floats] = {}
+        for index, column in enumerate(loaded.columns):
+            name = self.table.headers[index] or f"column {index + 1}"
+            filled = {row: cell for row, cell in column.odd.items() if cell}
+            if index in used or (not filled and len(column.odd) == len(column.numbers)):
+                continue
+            text = next((row for row, cell in filled.items() if not _is_boundless(cell)), None)
+            if text is not None:
+                where = f"{self.table.place} {loaded.lines[text]}"
+                self.notes.append(f"ignored column {name!r}: {where} has {filled[text]!r}")
+                continue
+            for row, cell in filled.items():  # nan and inf
+                column.numbers[row] = float(cell)
+            kept[name] = column.numbers
+        return kept
+
+    # --- the readings ---------------------------------------------------------------------
+
+    def build(
+        self, values: dict[str, Floats], run: NDArray[Any], extra: dict[str, Floats], line: Ints
+    ) -> Readings:
+        if self.lever_arm_mm is not None:
+            arm_um = 1e3 * self.lever_arm_mm
+            if "sensor_displacement" in values:
+                slope = values["sensor_displacement"] / arm_um
+                values["elastic_angle"] = np.arctan(slope) * _ARCSEC_PER_RAD
+            if "u_sensor_displacement" in values:
+                # d alpha / d dh = cos(alpha)^2 / h
+                cosine = np.cos(values["elastic_angle"] / _ARCSEC_PER_RAD)
+                slope = values["u_sensor_displacement"] / arm_um
+                values["u_elastic_angle"] = slope * cosine**2 * _ARCSEC_PER_RAD
+        return Readings(
+            torque_Nm=values["torque"],
+            preload_N=values.get("preload"),
+            input_angle_deg=values.get("input_angle", np.zeros(len(line))),
+            elastic_angle_arcsec=values["elastic_angle"],
+            u_elastic_angle_arcsec=values.get("u_elastic_angle"),
+            run=run,
+            time_s=values.get("time"),
+            cycle=values.get("cycle"),
+            temperature_degC=values.get("temperature"),
+            line=line,
+            source=self.table.source,
+            sha256=self.table.sha256,
+            extra=extra,
+        )
+
+    def in_time(self, readings: Readings, has_runs: bool) -> Readings:
+        """The readings with each run in order of time, every run on the rows that it has."""
+        time, index = readings.time_s, readings.run_index
+        if time is None:
+            return readings
+        rows = np.argsort(index, kind="stable")  # run after run, each in file order
+        by_time = np.lexsort((time, index))  # the same, each in order of time
+        line, t, run = readings.line[by_time], time[by_time], index[by_time]
+        for k in np.flatnonzero((t[1:] == t[:-1]) & (run[1:] == run[:-1])).tolist():
+            twice = f"{t[k]:g} s twice in run {readings.run[by_time[k]]}"
+            lines = sorted(line[k : k + 2].tolist())
+            self.wrong("time_s", twice, "readings of a run at different times", lines=lines)
+        moved = readings.line[rows[rows != by_time]]
+        if len(moved) and not has_runs:
+            # A clock that starts anew for each loop looks just so: sorting would mix the loops.
+            late = rows[1:][np.diff(time[rows]) < 0][0]
+            remedy = "add a run column, or sort the rows by time if they are one run"
+            back = f"{time[late]:g} s after {time[late - 1]:g} s"
+            expected = "time that rises from row to row"
+            self.wrong("time_s", back, expected, remedy, [int(readings.line[late])])
+        if not len(moved) or self.mistakes:
+            return readings
+        runs = ", ".join(map(str, dict.fromkeys(readings.run[rows[rows != by_time]].tolist())))
+        where = f"{len(moved)} rows from {self.table.place} {moved.min()} on"
+        self.notes.append(f"sorted by time within run {runs}: {where} were out of order")
+        order = np.empty_like(rows)
+        order[rows] = by_time
+        return readings.select(order)
+
+
+def _is_boundless(cell: str) -> bool:
+    """Whether an odd cell is a number after all, but nan, inf or too large for a float."""
+    try:
+        return not math.isfinite(float(cell))
+    except ValueError:
+        return False
+
+
+def _remarks(readings: Readings) -> list[str]:
+    """What a person would want to look at again; nothing is changed for it."""
+    notes = []
+    torque, preload = readings.torque_Nm, readings.preload_N
+    if not torque.any():
+        notes.append("the torque is 0 in every row")
+    elif len(torque) > 1 and torque.min() == torque.max():
+        notes.append(f"the torque is {torque[0]:g} N m in every row")
+    largest = np.abs(readings.elastic_angle_arcsec).max()
+    if largest > _LARGEST_ANGLE_ARCSEC:
+        notes.append(f"the largest elastic angle is {largest / 3600:.3g} deg: check its unit")
+    if preload is not None and preload.min() == preload.max():
+        notes.append("one preload level: what depends on the preload cannot be told")
+    return notes

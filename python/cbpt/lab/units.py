@@ -1,0 +1,367 @@
+"""What a column header says: a quantity and the unit it is given in.
+
+    Unit, find_unit      spellings of units and what they are worth
+    Quantity, CONTRACT   the columns a table of readings may have, and the names they go by
+    read_header          "T (N·m)" -> torque in N m; or what is missing before it can be read
+
+A unit is never guessed. A word ("torque") names its quantity whatever follows; a letter ("T")
+names it only together with a unit of the right kind, because letters mean other things as well.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import unicodedata
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = [
+    "CONTRACT",
+    "Header",
+    "Quantity",
+    "Unit",
+    "find_unit",
+    "plain",
+    "read_header",
+    "unit_at_end",
+    "units_of",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """A unit: what it measures, how it is written, and value * size + zero in the base unit."""
+
+    kind: str
+    symbol: str
+    size: float
+    zero: float = 0.0
+
+    def convert(self, values: NDArray[np.float64], to: Unit) -> NDArray[np.float64]:
+        """The same quantities in another unit of the same kind; unchanged if it is this one."""
+        if self == to:
+            return values
+        # Sizes are chosen so that one is mostly a whole multiple of the other: dividing by that
+        # whole number rounds once where multiplying by its inverse rounds twice.
+        if self.size >= to.size:
+            values = values * (self.size / to.size)
+        else:
+            values = values / (to.size / self.size)
+        # The degree Celsius alone has a zero of its own, and the size of a kelvin.
+        return values + (self.zero - to.zero) if self.zero != to.zero else values
+
+
+# Kind, symbol, size, zero, other spellings. Spellings are compared without blanks, dots and
+# hyphens, so "N m", "N·m", "N.m" and "N-m" are all "Nm".
+_TABLE: tuple[tuple[str, str, float, float, str], ...] = (
+    ("torque", "N m", 1e3, 0, "Nm newtonmetre newtonmetres newtonmeter newtonmeters"),
+    ("torque", "kN m", 1e6, 0, "kNm"),
+    ("torque", "N cm", 10, 0, "Ncm cNm"),
+    ("torque", "mN m", 1, 0, "mNm Nmm"),
+    ("force", "N", 1e3, 0, "N newton newtons"),
+    ("force", "kN", 1e6, 0, "kN kilonewton kilonewtons"),
+    ("force", "mN", 1, 0, "mN millinewton millinewtons"),
+    ("angle", "arcsec", 1, 0, "arcsec arcsecs arcsecond arcseconds asec ′′ '' \""),
+    ("angle", "arcmin", 60, 0, "arcmin arcmins arcminute arcminutes amin ′ '"),
+    ("angle", "deg", 3600, 0, "deg degs degree degrees °"),
+    ("angle", "rad", 648000 / math.pi, 0, "rad rads radian radians"),
+    ("angle", "mrad", 648 / math.pi, 0, "mrad milliradian milliradians"),
+    ("angle", "urad", 0.648 / math.pi, 0, "urad μrad microrad microradian microradians"),
+    ("time", "s", 1e3, 0, "s sec secs second seconds"),
+    ("time", "ms", 1, 0, "ms msec millisecond milliseconds"),
+    ("time", "min", 6e4, 0, "min mins minute minutes"),
+    ("time", "h", 3.6e6, 0, "h hr hrs hour hours"),
+    ("temperature", "degC", 1, 273.15, "degC °C C celsius degcelsius"),
+    ("temperature", "K", 1, 0, "K kelvin"),
+    ("length", "m", 1e9, 0, "m metre metres meter meters"),
+    ("length", "mm", 1e6, 0, "mm millimetre millimetres millimeter millimeters"),
+    ("length", "um", 1e3, 0, "um μm micron microns micrometre micrometres micrometer"),
+    ("length", "nm", 1, 0, "nm nanometre nanometres nanometer nanometers"),
+)
+_UNITS: dict[str, dict[str, Unit]] = {}
+for _kind, _symbol, _size, _zero, _spellings in _TABLE:
+    for _spelling in _spellings.split():
+        _UNITS.setdefault(_kind, {})[_spelling] = Unit(_kind, _symbol, _size, _zero)
+_ANY_CASE = {
+    kind: {spelling.casefold(): unit for spelling, unit in units.items()}
+    for kind, units in _UNITS.items()
+}
+# Written in capitals these could be mega as well as milli: only the exact spelling will do.
+_MILLI = {"mnm", "mn", "mrad", "ms"}
+
+
+def _squeeze(text: str) -> str:
+    """A unit without what may be written between its parts; look-alike signs made one."""
+    text = unicodedata.normalize("NFKC", text).replace("’", "'").replace("”", '"')
+    return re.sub(r"[\s·⋅∙•*×.\-−_]+", "", text.replace("µ", "μ"))
+
+
+def find_unit(text: str, kind: str | None = None) -> Unit | None:
+    """The unit that `text` spells; None if it is unknown.
+
+    Case matters ("mN m" is no "MN m"), but where `kind` is known and no prefix hangs on it any
+    case will do: "NM" of a torque. A unit of another kind is still found, so look at its kind.
+    """
+    spelled = _squeeze(text)
+    folded = spelled.casefold()
+    if kind is not None:
+        unit = _UNITS[kind].get(spelled)
+        if unit is None and folded not in _MILLI:
+            unit = _ANY_CASE[kind].get(folded)
+        if unit is not None:
+            return unit
+    return next((units[spelled] for units in _UNITS.values() if spelled in units), None)
+
+
+def units_of(kind: str) -> str:
+    """The units of a kind, for people: "N m, kN m, N cm, mN m"."""
+    return ", ".join(dict.fromkeys(unit.symbol for unit in _UNITS[kind].values()))
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A column of the contract: its own name, its unit, and what else it is called.
+
+    `kind` is "" for a label or a count, which has no unit. `words` are sure to mean this
+    quantity, `letters` only together with a unit of its kind.
+    """
+
+    key: str
+    kind: str
+    unit: str
+    words: tuple[str, ...]
+    letters: tuple[str, ...] = ()
+
+    @property
+    def column(self) -> str:
+        """The name of the contract: torque_Nm."""
+        return f"{self.key}_{_squeeze(self.unit)}" if self.unit else self.key
+
+
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(name.strip() for name in text.split(","))
+
+
+CONTRACT: tuple[Quantity, ...] = (
+    Quantity("run", "", "", _names("run, run no, run number, run id, test run")),
+    Quantity("time", "time", "s", _names("time, elapsed time"), ("t",)),
+    Quantity(
+        "torque",
+        "torque",
+        "N m",
+        _names(
+            "torque, output torque, load torque, loading torque, applied torque, "
+            "resistance torque, brake torque, moment, load moment, output moment"
+        ),
+        _names("t, m, m0, m 0"),
+    ),
+    Quantity(
+        "preload",
+        "force",
+        "N",
+        _names(
+            "preload, pre load, preload force, preloading force, axial preload, "
+            "axial preload force, axial force, pretightening force, axial pretightening force, apf"
+        ),
+        _names("n z, nz"),
+    ),
+    Quantity(
+        "input_angle",
+        "angle",
+        "deg",
+        _names("input angle, input shaft angle, input rotation, crank angle"),
+        _names("theta, θ"),
+    ),
+    Quantity("temperature", "temperature", "degC", _names("temperature, temp"), ("t",)),
+    Quantity(
+        "elastic_angle",
+        "angle",
+        "arcsec",
+        _names(
+            "elastic angle, elastic rotation angle, elastic torsion angle, torsion angle, "
+            "torsional angle, twist angle, angle of twist, twist"
+        ),
+        _names("alpha, α"),
+    ),
+    Quantity(
+        "u_elastic_angle",
+        "angle",
+        "arcsec",
+        _names(
+            "u elastic angle, elastic angle standard uncertainty, standard uncertainty, "
+            "standard uncertainty of elastic angle, standard uncertainty of the elastic angle"
+        ),
+        _names("u, u alpha, u α, sigma, σ, sigma alpha, σ α"),
+    ),
+    Quantity("cycle", "", "", _names("cycle, cycle no, cycle number")),
+    Quantity(
+        "sensor_displacement",
+        "length",
+        "um",
+        _names("sensor displacement, displacement"),
+        _names("dh, δh, delta h"),
+    ),
+    Quantity(
+        "u_sensor_displacement",
+        "length",
+        "um",
+        _names("u sensor displacement, sensor displacement standard uncertainty"),
+        _names("u, u dh, u δh, u delta h"),
+    ),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Header:
+    """What one header was found to say.
+
+    With `quantity` set and `expected` empty the column can be used. `expected` (and `remedy`)
+    tell what has to be stated before it can; `candidates` are then what it may have meant.
+    With neither the column is none of the contract, and `hint` tells if it came close to one.
+    """
+
+    quantity: Quantity | None = None
+    unit: Unit | None = None
+    candidates: tuple[Quantity, ...] = ()
+    expected: str = ""
+    remedy: str = ""
+    hint: str = ""
+
+
+_BRACKETS = re.compile(r"(.+?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))", re.DOTALL)
+_BLANKS = re.compile(r"[\s_\-().]+")
+
+
+def plain(name: str) -> str:
+    """A name as it is compared: blanks, underscores, hyphens and case make no difference."""
+    return _BLANKS.sub(" ", unicodedata.normalize("NFKC", name)).strip().casefold()
+
+
+def _named(name: str) -> tuple[tuple[Quantity, ...], bool]:
+    """The quantities that go by `name`, and whether it is a word (sure) or a letter."""
+    called = plain(name)
+    words = tuple(each for each in CONTRACT if called in each.words)
+    if words:
+        return words, True
+    letters = tuple(each for each in CONTRACT if called in each.letters)
+    if letters:
+        return letters, False
+    # "Torque M0", "Elastic angle α": a word and its own letter.
+    for each in CONTRACT:
+        if any(called == f"{word} {letter}" for word in each.words for letter in each.letters):
+            return (each,), True
+    return (), False
+
+
+def _split(header: str) -> tuple[str, str | None]:
+    """Name and unit of a header; the unit is None where none is given."""
+    if brackets := _BRACKETS.fullmatch(header):
+        unit = brackets[2] if brackets[2] is not None else brackets[3]
+        name = re.sub(r"\s+in$", "", brackets[1].rstrip(" /,"))  # "torque / (N m)"
+        if not (brackets[2] is None and _named(header)[0]):  # "u(alpha)" is a name
+            return name, unit
+    for mark in "/,":
+        name, found, unit = header.rpartition(mark)
+        if found and _named(name)[0]:
+            return name, unit
+    # "torque_Nm", "Torque N m": a name is a run of parts, and the unit what is left of them.
+    parts = [part for part in re.split(r"[\s_\-]+", header) if part]
+    for count in range(len(parts), 0, -1):
+        name, rest = " ".join(parts[:count]), parts[count:]
+        if not _named(name)[0]:
+            continue
+        if not rest:
+            return name, None
+        if rest[0] == "in" and rest[1:]:
+            rest = rest[1:]
+        unit = "".join(rest)
+        if any(find_unit(unit, each.kind or None) for each in _named(name)[0]):
+            return name, unit
+    return header, None
+
+
+def _capital_u(name: str) -> bool:
+    """Whether a name starts with a lone capital U, and not because all of it is in capitals."""
+    parts = [part for part in _BLANKS.split(name) if part]
+    return parts[0] == "U" and (len(parts) == 1 or name != name.upper())
+
+
+def unit_at_end(header: str) -> str:
+    """What stands at the end of a header where a unit would, known or not; else nothing."""
+    if brackets := _BRACKETS.fullmatch(header):
+        return (brackets[2] if brackets[2] is not None else brackets[3]).strip()
+    parts = re.split(r"[\s_\-/,]+", header)
+    return parts[-1] if len(parts) > 1 else ""
+
+
+def read_header(header: str, unit_below: str | None = None) -> Header:
+    """What a header says, with the cell of a row of units under it where there is one.
+
+    Forms read: `name_unit`, `name unit`, `name [unit]`, `name (unit)`, `name / unit`,
+    `name, unit`, or a bare name over a unit.
+    """
+    name, inside = _split(header)
+    below = (unit_below or "").strip().strip("[]()")
+    stated = [unit.strip() for unit in (inside, below) if unit]
+    stated = [unit for unit in stated if unit not in {"", "-", "–", "—", "1"}]
+    candidates, sure = _named(name)
+    if not candidates:
+        return Header(hint=_near(header))
+    if not any(each.kind for each in candidates):
+        quantity = candidates[0]
+        if not stated:
+            return Header(quantity, None, candidates)
+        expected = f"no unit for {quantity.key}, which is a label or a count"
+        return Header(None, None, candidates, expected, _rename(header, candidates))
+    if not stated:
+        names = " or ".join(each.key for each in candidates)
+        kinds = "; ".join(dict.fromkeys(units_of(each.kind) for each in candidates))
+        only = candidates[0] if len(candidates) == 1 else None
+        expected = f"a unit for {names} ({kinds})"
+        return Header(only, None, candidates, expected, _rename(header, candidates))
+
+    fits = [
+        (each, unit)
+        for each in candidates
+        if (unit := find_unit(stated[0], each.kind)) is not None and unit.kind == each.kind
+    ]
+    if not fits:
+        reason = f"{stated[0]!r} is no unit of {' or '.join(each.key for each in candidates)}"
+        if not sure:
+            return Header(hint=reason)
+        expected = f"one of {units_of(candidates[0].kind)} as the unit of {candidates[0].key}"
+        return Header(candidates[0], None, candidates, expected, _rename(header, candidates))
+    quantity, unit = fits[0]
+    for other in stated[1:]:
+        if find_unit(other, quantity.kind) != unit:
+            expected = f"one unit, not {stated[0]!r} in the header and {other!r} under it"
+            return Header(quantity, None, candidates, expected, _rename(header, (quantity,)))
+    if quantity.key.startswith("u_") and _capital_u(name):
+        expected = "the standard uncertainty u (k = 1); a capital U mostly means the expanded one"
+        return Header(quantity, None, candidates, expected, _rename(header, (quantity,)))
+    return Header(quantity, unit, (quantity,))
+
+
+def _rename(header: str, candidates: tuple[Quantity, ...]) -> str:
+    """How a user states what a header means."""
+    first = candidates[0]
+    if not first.unit:
+        return f"name the column {first.key}"
+    return (
+        f"state its unit in the header, as in {first.column} or {first.key} [{first.unit}], or by "
+        f"columns={{{header!r}: {first.column!r}}}; {{{header!r}: 'extra'}} sets it aside"
+    )
+
+
+def _near(header: str) -> str:
+    """Why a header that begins like a quantity was not taken as one; else nothing."""
+    parts = plain(header).split()
+    for count in range(len(parts) - 1, 0, -1):
+        quantities, sure = _named(" ".join(parts[:count]))
+        if quantities and sure:
+            rest = " ".join(parts[count:])
+            return f"begins like {quantities[0].column}, but {rest!r} is no unit of it"
+    return ""

@@ -1,0 +1,97 @@
+"""Many loads at once: arrays of torque, preload and input angle in, labelled arrays out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cbpt._core import Drive, solve_angles
+
+__all__ = ["ARCSEC_PER_RAD", "Angles", "solve_many"]
+
+ARCSEC_PER_RAD = 648000.0 / np.pi
+
+
+@dataclass(frozen=True, eq=False)
+class Angles:
+    """Elastic angles of many loads. All arrays have the broadcast shape of the loads.
+
+    Where a load has no solution its numbers are NaN and `status` says why; nothing is left out.
+    """
+
+    torque_Nm: NDArray[np.float64]
+    """Resistance torque on the output."""
+    preload_N: NDArray[np.float64]
+    """Axial preload."""
+    input_angle_deg: NDArray[np.float64]
+    """Angle of the input crank."""
+    alpha_deceleration_rad: NDArray[np.float64]
+    """Part of the deceleration pair."""
+    alpha_equal_speed_rad: NDArray[np.float64]
+    """Part of the equal-speed pair that reaches the output."""
+    residual: NDArray[np.float64]
+    """Largest scaled residual of the equations."""
+    hold_preload_N: NDArray[np.float64]
+    """Preload at which the torque would just slip, where the status is `beyond_hold`."""
+    status: NDArray[np.str_]
+    """`ok`, `outside_small_displacements`, `beyond_hold`, `undercut` or `not_converged`."""
+
+    @property
+    def elastic_angle_rad(self) -> NDArray[np.float64]:
+        """Elastic angle of the drive at its output."""
+        return self.alpha_deceleration_rad + self.alpha_equal_speed_rad
+
+    @property
+    def elastic_angle_arcsec(self) -> NDArray[np.float64]:
+        """Elastic angle of the drive at its output."""
+        return self.elastic_angle_rad * ARCSEC_PER_RAD
+
+    @property
+    def has_solution(self) -> NDArray[np.bool_]:
+        """Where the numbers are there."""
+        return np.isfinite(self.alpha_deceleration_rad)
+
+    def __len__(self) -> int:
+        return int(self.torque_Nm.size)
+
+    def __repr__(self) -> str:
+        solved = int(np.count_nonzero(self.has_solution))
+        text = f"Angles({solved} of {len(self)} loads solved"
+        if solved:
+            angle = self.elastic_angle_arcsec[self.has_solution]
+            text += f", elastic angle {angle.min():.6g} to {angle.max():.6g} arcsec"
+        for name in np.unique(self.status[~self.has_solution]):
+            text += f", {np.count_nonzero(self.status == name)} {name}"
+        return text + ")"
+
+
+def solve_many(
+    drive: Drive,
+    torque_Nm: ArrayLike,
+    preload_N: ArrayLike,
+    input_angle_deg: ArrayLike = 0.0,
+) -> Angles:
+    """Solve a drive for arrays of loads on all cores.
+
+    The three arguments broadcast against each other as in numpy, so
+    `solve_many(drive, torque[:, None], preload)` is a grid. Raises `InvalidInputError` with the index
+    of a number that cannot be, `ValueError` where the shapes do not broadcast; Ctrl-C stops it.
+    """
+    torque, preload, angle = np.broadcast_arrays(
+        *(np.asarray(a, dtype=np.float64) for a in (torque_Nm, preload_N, input_angle_deg))
+    )
+    shape = torque.shape
+    flat = [np.ascontiguousarray(a).reshape(-1) for a in (torque, preload, np.deg2rad(angle))]
+    deceleration, equal_speed, residual, hold, status = solve_angles(drive, *flat)
+    return Angles(
+        torque_Nm=torque.copy(),
+        preload_N=preload.copy(),
+        input_angle_deg=angle.copy(),
+        alpha_deceleration_rad=deceleration.reshape(shape),
+        alpha_equal_speed_rad=equal_speed.reshape(shape),
+        residual=residual.reshape(shape),
+        hold_preload_N=hold.reshape(shape),
+        status=np.array(status, dtype=np.str_).reshape(shape),
+    )
