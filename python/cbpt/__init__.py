@@ -19,7 +19,6 @@ Input is in the unit that its name ends in; inside everything is SI and radians.
 from __future__ import annotations
 
 from importlib import import_module
-from importlib.metadata import version as _version
 from typing import TYPE_CHECKING, Any
 
 from cbpt._core import (
@@ -36,11 +35,10 @@ from cbpt._core import (
 from cbpt.errors import CaseError, CbptError, InvalidInputError, ReadingsError
 
 if TYPE_CHECKING:
+    __version__: str
     from cbpt.lab.compare import Comparison, compare
     from cbpt.lab.readings import Readings, read_readings
     from cbpt.results import Angles, solve_many
-
-__version__ = _version("cbpt")
 
 # Loaded when first asked for, so that `import cbpt` stays light.
 _LAZY = {
@@ -76,6 +74,10 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("cbpt")
     if name in _LAZY:
         return getattr(import_module(_LAZY[name]), name)
     raise AttributeError(f"module 'cbpt' has no attribute {name!r}")

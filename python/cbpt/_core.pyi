@@ -2,11 +2,13 @@
 Mechanics of a cycloid ball planetary transmission, compiled.
 """
 
-from _typeshed import Incomplete, SupportsGetItem
+from _typeshed import SupportsGetItem
+from numpy import float64, uint32
+from numpy.typing import NDArray
 from os import PathLike
 from typing import Any, SupportsFloat, SupportsIndex, final
 
-__all__ = ["Case", "Drive", "Effect", "Finding", "LargestAngle", "PairSolution", "PreloadThresholds", "Solution", "Thresholds", "example_case", "run_command_line", "solve_angles"]
+__all__ = ["Case", "Drive", "Effect", "Finding", "LargestAngle", "PairSolution", "PreloadThresholds", "Solution", "Thresholds", "example_case", "run_command_line", "solve_angles", "text_table"]
 
 @final
 class Case:
@@ -29,7 +31,7 @@ class Case:
         Effects that the case adds to the drive.
         """
     @staticmethod
-    def from_dict(case: dict) -> Case:
+    def from_dict(case: "dict[str, Any]") -> Case:
         """
         Makes a case from a dict with the sections and keys of a case file.
         """
@@ -106,7 +108,7 @@ class Drive:
         Design findings, the worst first; with a torque and a preload also those of the contacts under load.
         """
     @staticmethod
-    def from_dict(case: dict) -> Drive:
+    def from_dict(case: "dict[str, Any]") -> Drive:
         """
         Makes a drive from a dict with the sections and keys of a case file, for example
         ``{"deceleration": {"ball_count": 20, "rolling_circle_radius_mm": 4, ...}, "equal_speed": {...}}``.
@@ -281,7 +283,7 @@ class PairSolution:
         Axial approach of the plates (of one row), m.
         """
     @property
-    def ball(self, /) -> Incomplete:
+    def ball(self, /) -> NDArray[uint32]:
         """
         Number of the ball, shape (n,).
         """
@@ -296,22 +298,22 @@ class PairSolution:
         ``loaded``, ``parted`` or ``wall_missing`` for each diagonal.
         """
     @property
-    def deformation_m(self, /) -> Incomplete:
+    def deformation_m(self, /) -> NDArray[float64]:
         """
         Deformation of each diagonal, m, never below 0, shape (n,).
         """
     @property
-    def diagonal(self, /) -> Incomplete:
+    def diagonal(self, /) -> NDArray[float64]:
         """
         +1 for the plus diagonal, -1 for the minus diagonal, shape (n,).
         """
     @property
-    def force_N(self, /) -> Incomplete:
+    def force_N(self, /) -> NDArray[float64]:
         """
         Normal force of each diagonal, N, shape (n,).
         """
     @property
-    def gap_m(self, /) -> Incomplete:
+    def gap_m(self, /) -> NDArray[float64]:
         """
         How far each diagonal has parted, m, never below 0, shape (n,).
         """
@@ -332,17 +334,17 @@ class PairSolution:
         Highest peak pressure of any meshing point, Pa.
         """
     @property
-    def major_semi_axis_m(self, /) -> Incomplete:
+    def major_semi_axis_m(self, /) -> NDArray[float64]:
         """
         Major semi-axis of each contact ellipse, m, shape (n, 2); NaN where the wall is missing.
         """
     @property
-    def minor_semi_axis_m(self, /) -> Incomplete:
+    def minor_semi_axis_m(self, /) -> NDArray[float64]:
         """
         Minor semi-axis of each contact ellipse, m, shape (n, 2); NaN where the wall is missing.
         """
     @property
-    def peak_pressure_Pa(self, /) -> Incomplete:
+    def peak_pressure_Pa(self, /) -> NDArray[float64]:
         """
         Peak pressure at each meshing point, Pa, shape (n, 2); NaN where the wall is missing.
         """
@@ -382,7 +384,7 @@ class PairSolution:
         Torsional stiffness dM0/dalpha at constant preload, N m/rad.
         """
     @property
-    def wall_approach_m(self, /) -> Incomplete:
+    def wall_approach_m(self, /) -> NDArray[float64]:
         """
         Approach at each meshing point, m, shape (n, 2); NaN where the wall is missing.
         """
@@ -555,11 +557,17 @@ def run_command_line(arguments: SupportsGetItem[int, str]) -> int:
     Runs the Rust verbs of the command line (program name first) and returns the exit code.
     """
 
-def solve_angles(drive: Drive, torque_Nm: Incomplete, preload_N: Incomplete, input_angle_rad: Incomplete) -> tuple[Incomplete, Incomplete, Incomplete, Incomplete, list[str]]:
+def solve_angles(drive: Drive, torque_Nm: NDArray[float64], preload_N: NDArray[float64], input_angle_rad: NDArray[float64], progress: Any | None = None) -> tuple[NDArray[float64], NDArray[float64], NDArray[float64], NDArray[float64], list[str]]:
     """
     Solves a drive for arrays of torque (N m), preload (N) and input angle (rad), all of shape (n,), on all cores.
 
     Returns the parts of the deceleration and the equal-speed pair (rad), the scaled residual, the hold preload (N, NaN
     unless the status is ``beyond_hold``) and the status, each of length n; NaN where there is no solution. Raises
-    ``InvalidInputError`` with the index of a number that cannot be; Ctrl-C stops it.
+    ``InvalidInputError`` with the index of a number that cannot be; Ctrl-C stops it. ``progress``, where given, is called
+    now and then with the number of loads solved.
+    """
+
+def text_table(columns: SupportsGetItem[int, str], rows_json: str) -> str:
+    """
+    A text table as the command line draws it: column names, and a JSON array of rows (text, numbers, null).
     """

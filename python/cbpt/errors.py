@@ -74,6 +74,11 @@ class ReadingsError(CbptError, ValueError):
         joint = "\n  " if len(sentences) > 1 else " "
         super().__init__(f"{path}:{joint}" + joint.join(sentences))
 
+    @classmethod
+    def of_table(cls, path: str, column: str, expected: str) -> ReadingsError:
+        """A table that lacks a whole column."""
+        return cls(path, [Mistake((), column, "no such column", expected)])
+
     def __reduce__(
         self,
     ) -> tuple[Callable[..., ReadingsError], tuple[str, tuple[Mistake, ...], str]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,9 +10,19 @@ from numpy.typing import ArrayLike, NDArray
 
 from cbpt._core import Drive, solve_angles
 
-__all__ = ["ARCSEC_PER_RAD", "Angles", "solve_many"]
+__all__ = ["ANGLE_UNITS", "ARCSEC_PER_RAD", "Angles", "solve_many"]
 
 ARCSEC_PER_RAD = 648000.0 / np.pi
+
+ANGLE_UNITS = {
+    "arcsec": 1.0,
+    "arcmin": 1 / 60,
+    "deg": 1 / 3600,
+    "urad": 1e6 / ARCSEC_PER_RAD,
+    "mrad": 1e3 / ARCSEC_PER_RAD,
+    "rad": 1 / ARCSEC_PER_RAD,
+}
+"""Units that results are said in: the value of one arcsec in each."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,19 +83,22 @@ def solve_many(
     torque_Nm: ArrayLike,
     preload_N: ArrayLike,
     input_angle_deg: ArrayLike = 0.0,
+    *,
+    progress: Callable[[int], object] | None = None,
 ) -> Angles:
     """Solve a drive for arrays of loads on all cores.
 
     The three arguments broadcast against each other as in numpy, so
-    `solve_many(drive, torque[:, None], preload)` is a grid. Raises `InvalidInputError` with the index
-    of a number that cannot be, `ValueError` where the shapes do not broadcast; Ctrl-C stops it.
+    `solve_many(drive, torque[:, None], preload)` is a grid. Raises `InvalidInputError` with the
+    index of a number that cannot be, `ValueError` where the shapes do not broadcast; Ctrl-C stops
+    it. `progress` is called now and then with the number of loads solved.
     """
     torque, preload, angle = np.broadcast_arrays(
         *(np.asarray(a, dtype=np.float64) for a in (torque_Nm, preload_N, input_angle_deg))
     )
     shape = torque.shape
     flat = [np.ascontiguousarray(a).reshape(-1) for a in (torque, preload, np.deg2rad(angle))]
-    deceleration, equal_speed, residual, hold, status = solve_angles(drive, *flat)
+    deceleration, equal_speed, residual, hold, status = solve_angles(drive, *flat, progress)
     return Angles(
         torque_Nm=torque.copy(),
         preload_N=preload.copy(),

@@ -2,36 +2,34 @@
 
 use cbpt_core::Load;
 use cbpt_core::sweep::solve_all;
-use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
+use crate::arrays::{Column, Floats};
 use crate::case::Drive;
 use crate::error::invalid_input;
 use crate::interrupt::without_gil;
 
-type Columns<'py> = (
-    Bound<'py, PyArray1<f64>>,
-    Bound<'py, PyArray1<f64>>,
-    Bound<'py, PyArray1<f64>>,
-    Bound<'py, PyArray1<f64>>,
-    Vec<&'static str>,
-);
+type Columns<'py> =
+    (Column<'py, f64>, Column<'py, f64>, Column<'py, f64>, Column<'py, f64>, Vec<&'static str>);
 
 /// Solves a drive for arrays of torque (N m), preload (N) and input angle (rad), all of shape (n,), on all cores.
 ///
 /// Returns the parts of the deceleration and the equal-speed pair (rad), the scaled residual, the hold preload (N, NaN
 /// unless the status is ``beyond_hold``) and the status, each of length n; NaN where there is no solution. Raises
-/// ``InvalidInputError`` with the index of a number that cannot be; Ctrl-C stops it.
+/// ``InvalidInputError`` with the index of a number that cannot be; Ctrl-C stops it. ``progress``, where given, is called
+/// now and then with the number of loads solved.
 #[pyfunction]
+#[pyo3(signature = (drive, torque_Nm, preload_N, input_angle_rad, progress = None))]
 pub fn solve_angles<'py>(
     py: Python<'py>,
     drive: &Drive,
-    torque_Nm: PyReadonlyArray1<'py, f64>,
-    preload_N: PyReadonlyArray1<'py, f64>,
-    input_angle_rad: PyReadonlyArray1<'py, f64>,
+    torque_Nm: Floats<'py>,
+    preload_N: Floats<'py>,
+    input_angle_rad: Floats<'py>,
+    progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Columns<'py>> {
-    let (torque, preload, angle) = (torque_Nm.as_array(), preload_N.as_array(), input_angle_rad.as_array());
+    let (torque, preload, angle) = (torque_Nm.view(), preload_N.view(), input_angle_rad.view());
     if torque.len() != preload.len() || torque.len() != angle.len() {
         return Err(PyValueError::new_err("torque_Nm, preload_N and input_angle_rad differ in length"));
     }
@@ -43,11 +41,12 @@ pub fn solve_angles<'py>(
         })?);
     }
     let rust = drive.rust().clone();
-    let rows = without_gil(py, |progress| solve_all(&rust, &loads, progress))?.unwrap_or_default();
+    let rows = without_gil(py, progress.as_ref(), |progress| solve_all(&rust, &loads, progress))?
+        .unwrap_or_default();
     let column = |of: &dyn Fn(&cbpt_core::Angles) -> f64| {
-        PyArray1::from_iter(py, rows.iter().map(|(_, angles)| angles.as_ref().map_or(f64::NAN, of)))
+        Column::new(py, rows.iter().map(|(_, angles)| angles.as_ref().map_or(f64::NAN, of)))
     };
-    let hold = PyArray1::from_iter(
+    let hold = Column::new(
         py,
         rows.iter().map(|(status, _)| match status {
             cbpt_core::Status::BeyondHold { hold_preload_N } => *hold_preload_N,

@@ -102,6 +102,7 @@ impl Drive {
     ///
     /// Raises ``CaseError`` with key, what was found and what is allowed.
     #[staticmethod]
+    #[pyo3(signature = (case: "dict[str, Any]"))]
     fn from_dict(py: Python<'_>, case: &Bound<'_, PyDict>) -> PyResult<Self> {
         Ok(Self::new(case_from_dict(py, case)?))
     }
@@ -297,6 +298,7 @@ impl Case {
 
     /// Makes a case from a dict with the sections and keys of a case file.
     #[staticmethod]
+    #[pyo3(signature = (case: "dict[str, Any]"))]
     fn from_dict(py: Python<'_>, case: &Bound<'_, PyDict>) -> PyResult<Self> {
         Ok(Self { case: case_from_dict(py, case)? })
     }

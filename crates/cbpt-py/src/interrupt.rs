@@ -10,7 +10,13 @@ use pyo3::prelude::*;
 const POLL: Duration = Duration::from_millis(20);
 
 /// Runs `work` on its own thread without the GIL; a signal cancels it and raises what the signal raises.
-pub fn without_gil<T: Send>(py: Python<'_>, work: impl FnOnce(&Progress) -> T + Send) -> PyResult<T> {
+///
+/// `report` is called at every look with what has been done; what it raises cancels the work too.
+pub fn without_gil<T: Send>(
+    py: Python<'_>,
+    report: Option<&Bound<'_, PyAny>>,
+    work: impl FnOnce(&Progress) -> T + Send,
+) -> PyResult<T> {
     let progress = Progress::default();
     thread::scope(|scope| {
         let worker = scope.spawn(|| work(&progress));
@@ -19,7 +25,8 @@ pub fn without_gil<T: Send>(py: Python<'_>, work: impl FnOnce(&Progress) -> T + 
         while !worker.is_finished() {
             py.detach(|| thread::sleep(pause));
             pause = (2 * pause).min(POLL);
-            if let Err(signal) = py.check_signals() {
+            let told = report.map_or(Ok(()), |report| report.call1((progress.done(),)).map(|_| ()));
+            if let Err(signal) = py.check_signals().and(told) {
                 progress.cancel();
                 let _ = py.detach(|| worker.join());
                 return Err(signal);

@@ -1,6 +1,7 @@
 //! Python extension module `cbpt._core`: conversions only; a formula here is a defect.
 //!
 //! - [`error`]: each Rust error to one Python class; [`interrupt`]: long calls without the GIL that mind Ctrl-C;
+//! - [`arrays`]: numpy arrays with their element type;
 //! - [`case`]: case files and drives; [`solution`]: a solved load; [`preload`]: thresholds; [`angles`]: many loads.
 
 // The macros of pyo3 write the unsafe code that an extension module needs.
@@ -9,6 +10,7 @@
 #![allow(clippy::needless_pass_by_value, clippy::unnecessary_wraps)]
 
 mod angles;
+mod arrays;
 mod case;
 mod error;
 mod interrupt;
@@ -32,7 +34,7 @@ mod _core {
     #[pymodule_export]
     use super::solution::{LargestAngle, PairSolution, Solution};
     #[pymodule_export]
-    use super::{example_case, run_command_line};
+    use super::{example_case, run_command_line, text_table};
 }
 
 /// The example case file: the base case of the 2017 paper, as TOML text.
@@ -45,4 +47,12 @@ fn example_case() -> &'static str {
 #[pyfunction]
 fn run_command_line(py: Python<'_>, arguments: Vec<String>) -> u8 {
     py.detach(|| cbpt_cli::run(arguments.into_iter().map(Into::into)))
+}
+
+/// A text table as the command line draws it: column names, and a JSON array of rows (text, numbers, null).
+#[pyfunction]
+fn text_table(columns: Vec<String>, rows_json: &str) -> PyResult<String> {
+    let rows = serde_json::from_str(rows_json)
+        .map_err(|error| pyo3::exceptions::PyValueError::new_err(format!("rows_json: {error}")))?;
+    Ok(cbpt_cli::report::Table { columns, rows }.text())
 }

@@ -6,10 +6,10 @@ use cbpt_cli::units::ARCSEC_PER_RAD;
 use cbpt_core::equilibrium::report::{LoadedPoint, PairSolution as RustPair};
 use cbpt_core::hertz::LoadedContact;
 use cbpt_core::{Load, Status};
-use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 
 use crate::Reduced;
+use crate::arrays::{Column, Table};
 use crate::case::{Drive, Finding};
 
 /// A drive under one load. Print it for a summary; its angles are ``None`` where there is no solution.
@@ -174,19 +174,15 @@ impl PairSolution {
         &self,
         py: Python<'py>,
         of: impl Fn(&LoadedPoint) -> T,
-    ) -> Bound<'py, PyArray1<T>> {
-        PyArray1::from_iter(py, self.pair.points.iter().map(of))
+    ) -> Column<'py, T> {
+        Column::new(py, self.pair.points.iter().map(of))
     }
 
-    fn walls<'py>(
-        &self,
-        py: Python<'py>,
-        of: impl Fn(&LoadedContact) -> f64,
-    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn walls<'py>(&self, py: Python<'py>, of: impl Fn(&LoadedContact) -> f64) -> PyResult<Table<'py, f64>> {
         let wall = |wall: &Option<LoadedContact>| wall.as_ref().map_or(f64::NAN, &of);
         let rows: Vec<Vec<f64>> =
             self.pair.points.iter().map(|p| p.walls.iter().map(wall).collect()).collect();
-        Ok(PyArray2::from_vec2(py, &rows)?)
+        Table::new(py, &rows)
     }
 }
 
@@ -273,13 +269,13 @@ impl PairSolution {
 
     /// Number of the ball, shape (n,).
     #[getter]
-    fn ball<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u32>> {
+    fn ball<'py>(&self, py: Python<'py>) -> Column<'py, u32> {
         self.column(py, |point| u32::try_from(point.ball).unwrap_or(u32::MAX))
     }
 
     /// +1 for the plus diagonal, -1 for the minus diagonal, shape (n,).
     #[getter]
-    fn diagonal<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn diagonal<'py>(&self, py: Python<'py>) -> Column<'py, f64> {
         self.column(py, |point| point.diagonal.sign())
     }
 
@@ -297,43 +293,43 @@ impl PairSolution {
 
     /// Deformation of each diagonal, m, never below 0, shape (n,).
     #[getter]
-    fn deformation_m<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn deformation_m<'py>(&self, py: Python<'py>) -> Column<'py, f64> {
         self.column(py, |point| point.deformation_m)
     }
 
     /// How far each diagonal has parted, m, never below 0, shape (n,).
     #[getter]
-    fn gap_m<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn gap_m<'py>(&self, py: Python<'py>) -> Column<'py, f64> {
         self.column(py, |point| point.gap_m)
     }
 
     /// Normal force of each diagonal, N, shape (n,).
     #[getter]
-    fn force_N<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn force_N<'py>(&self, py: Python<'py>) -> Column<'py, f64> {
         self.column(py, |point| point.force_N)
     }
 
     /// Approach at each meshing point, m, shape (n, 2); NaN where the wall is missing.
     #[getter]
-    fn wall_approach_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn wall_approach_m<'py>(&self, py: Python<'py>) -> PyResult<Table<'py, f64>> {
         self.walls(py, |wall| wall.approach_m)
     }
 
     /// Major semi-axis of each contact ellipse, m, shape (n, 2); NaN where the wall is missing.
     #[getter]
-    fn major_semi_axis_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn major_semi_axis_m<'py>(&self, py: Python<'py>) -> PyResult<Table<'py, f64>> {
         self.walls(py, |wall| wall.major_semi_axis_m)
     }
 
     /// Minor semi-axis of each contact ellipse, m, shape (n, 2); NaN where the wall is missing.
     #[getter]
-    fn minor_semi_axis_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn minor_semi_axis_m<'py>(&self, py: Python<'py>) -> PyResult<Table<'py, f64>> {
         self.walls(py, |wall| wall.minor_semi_axis_m)
     }
 
     /// Peak pressure at each meshing point, Pa, shape (n, 2); NaN where the wall is missing.
     #[getter]
-    fn peak_pressure_Pa<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn peak_pressure_Pa<'py>(&self, py: Python<'py>) -> PyResult<Table<'py, f64>> {
         self.walls(py, |wall| wall.peak_pressure_Pa)
     }
 

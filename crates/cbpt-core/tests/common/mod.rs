@@ -7,6 +7,19 @@ use cbpt_core::drive::{
 };
 use cbpt_core::pair::{MeshingPoints, cross_slide, deceleration, ring_groove};
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
+
+/// The same cases in every run, so that a test cannot fail by chance; `PROPTEST_CASES=100000` draws more of them and
+/// `PROPTEST_RNG_SEED=7` others.
+pub fn config(cases: u32) -> ProptestConfig {
+    let from_environment = ProptestConfig::default();
+    let given = |name: &str| std::env::var_os(name).is_some();
+    ProptestConfig {
+        cases: if given("PROPTEST_CASES") { from_environment.cases } else { cases },
+        rng_seed: if given("PROPTEST_RNG_SEED") { from_environment.rng_seed } else { RngSeed::Fixed(1) },
+        ..from_environment
+    }
+}
 
 /// 1e-3 to 1e6 N, even in the logarithm.
 pub fn preload_N() -> impl Strategy<Value = f64> {

@@ -1,0 +1,62 @@
+# People and CI run the same verbs; `make` lists them.
+VENV   := .venv
+PYTHON := $(VENV)/bin/python
+CBPT   := $(VENV)/bin/cbpt
+OUT    := out
+export CARGO_TARGET_DIR := $(CURDIR)/target
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+
+.PHONY: help build demo test rust python package wheel docs format clean
+help:  ## this list
+	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
+
+$(VENV)/installed: pyproject.toml
+	python3 -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or later is needed")'
+	python3 -m venv $(VENV)
+	$(PYTHON) -m pip install -q --upgrade pip
+	$(PYTHON) -m pip install -q 'maturin>=1.12,<2' 'numpy>=1.26' 'scipy>=1.12' 'matplotlib>=3.8'
+	touch $@
+
+build: $(VENV)/installed  ## release build into .venv: the cbpt command and the Python package
+	PIP_QUIET=1 $(VENV)/bin/maturin develop --release --generate-stubs
+
+demo: build  ## the main job on bundled input
+	@$(PYTHON) examples/demo.py $(OUT)
+
+test: rust python package  ## everything that CI checks
+
+rust:  ## format, lints, tests and documentation of the Rust crates
+	cargo fmt --all --check
+	cargo clippy --workspace --all-targets -- -D warnings
+	cargo test --workspace --quiet
+	RUSTDOCFLAGS='-D warnings' cargo doc --workspace --no-deps --quiet
+
+$(VENV)/tested: $(VENV)/installed
+	$(PYTHON) -m pip install -q --group test
+	touch $@
+
+python: build $(VENV)/tested  ## lints, types, stubs and tests of the Python package
+	$(VENV)/bin/ruff check
+	$(VENV)/bin/ruff format --check
+	$(VENV)/bin/mypy
+	$(PYTHON) -m mypy.stubtest cbpt._core
+	$(PYTHON) -m pytest
+
+package: build  ## a crate outside the workspace, cargo package, the wheel in an empty environment
+	cargo run --quiet --manifest-path examples/embed/Cargo.toml
+	cargo package --quiet --allow-dirty -p cbpt-core -p cbpt-cli
+	rm -rf $(OUT)/wheel $(OUT)/empty && mkdir -p $(OUT)
+	$(VENV)/bin/maturin build --release --generate-stubs --quiet --out $(OUT)/wheel
+	python3 -m venv $(OUT)/empty
+	$(OUT)/empty/bin/python -m pip install -q $(OUT)/wheel/cbpt-*.whl
+	cd $(OUT) && empty/bin/python ../examples/smoke.py
+
+wheel: build  ## the wheel, into dist/
+	$(VENV)/bin/maturin build --release --generate-stubs --out dist
+
+format:  ## format Rust and Python
+	cargo fmt --all
+	$(VENV)/bin/ruff check --fix && $(VENV)/bin/ruff format
+
+clean:  ## remove what was built
+	rm -rf target $(OUT) $(VENV) dist

@@ -1,0 +1,1 @@
+"""Pictures of results. The only part of the package that loads plotting."""
