@@ -39,6 +39,7 @@ python: build $(VENV)/tested  ## lints, types, stubs and tests of the Python pac
 	$(VENV)/bin/ruff check
 	$(VENV)/bin/ruff format --check
 	$(VENV)/bin/mypy
+	git diff --exit-code -- python/cbpt/_core.pyi  # the stub is the build's own
 	$(PYTHON) -m mypy.stubtest cbpt._core
 	$(PYTHON) -m pytest
 
@@ -46,13 +47,13 @@ package: build  ## a crate outside the workspace, cargo package, the wheel in an
 	cargo run --quiet --manifest-path examples/embed/Cargo.toml
 	cargo package --quiet --allow-dirty -p cbpt-core -p cbpt-cli
 	rm -rf $(OUT)/wheel $(OUT)/empty && mkdir -p $(OUT)
-	$(VENV)/bin/maturin build --release --generate-stubs --quiet --out $(OUT)/wheel
+	$(VENV)/bin/maturin build --release --quiet --out $(OUT)/wheel
 	python3 -m venv $(OUT)/empty
 	$(OUT)/empty/bin/python -m pip install -q $(OUT)/wheel/cbpt-*.whl
 	cd $(OUT) && empty/bin/python ../examples/smoke.py
 
 wheel: build  ## the wheel, into dist/
-	$(VENV)/bin/maturin build --release --generate-stubs --out dist
+	$(VENV)/bin/maturin build --release --out dist
 
 format:  ## format Rust and Python
 	cargo fmt --all

@@ -94,11 +94,11 @@ def solve_many(
     it. `progress` is called now and then with the number of loads solved.
     """
     torque, preload, angle = np.broadcast_arrays(
-        *(np.asarray(a, dtype=np.float64) for a in (torque_Nm, preload_N, input_angle_deg))
+        *(np.asarray(x, dtype=np.float64) for x in (torque_Nm, preload_N, input_angle_deg))
     )
     shape = torque.shape
-    flat = [np.ascontiguousarray(a).reshape(-1) for a in (torque, preload, np.deg2rad(angle))]
-    deceleration, equal_speed, residual, hold, status = solve_angles(drive, *flat, progress)
+    t, n, a = (np.ascontiguousarray(x).reshape(-1) for x in (torque, preload, np.deg2rad(angle)))
+    deceleration, equal_speed, residual, hold, status = solve_angles(drive, t, n, a, progress)
     return Angles(
         torque_Nm=torque.copy(),
         preload_N=preload.copy(),
