@@ -88,7 +88,7 @@ pub struct LoadOptions {
     #[arg(long = "torque-Nm", value_name = "T", allow_negative_numbers = true)]
     pub torque_Nm: Option<f64>,
     /// Axial preload, N
-    #[arg(long = "preload-N", value_name = "F")]
+    #[arg(long = "preload-N", value_name = "F", allow_negative_numbers = true)]
     pub preload_N: Option<f64>,
     /// Angle of the input crank from the line of centres, degrees [default: the case's, else 0]
     #[arg(long = "input-angle-deg", value_name = "A", allow_negative_numbers = true)]
@@ -139,7 +139,7 @@ pub struct Sweep {
     #[arg(long = "torque-Nm", value_name = "LIST", allow_hyphen_values = true)]
     pub torque_Nm: Option<String>,
     /// Preloads, N, in the same form
-    #[arg(long = "preload-N", value_name = "LIST")]
+    #[arg(long = "preload-N", value_name = "LIST", allow_hyphen_values = true)]
     pub preload_N: Option<String>,
     /// Angles of the input crank, degrees, in the same form
     #[arg(long = "input-angle-deg", value_name = "LIST", allow_hyphen_values = true)]

@@ -26,6 +26,17 @@ impl Table {
         Self { columns: columns.into_iter().map(Into::into).collect(), rows: Vec::new() }
     }
 
+    /// The same with those columns only that `keep` wants.
+    #[must_use]
+    pub fn narrowed(&self, keep: impl Fn(&str) -> bool) -> Self {
+        let kept: Vec<usize> = (0..self.columns.len()).filter(|&i| keep(&self.columns[i])).collect();
+        let pick = |row: &Vec<Value>| kept.iter().filter_map(|&i| row.get(i).cloned()).collect();
+        Self {
+            columns: kept.iter().map(|&i| self.columns[i].clone()).collect(),
+            rows: self.rows.iter().map(pick).collect(),
+        }
+    }
+
     /// As text; numbers to six significant digits.
     pub fn text(&self) -> String {
         let mut drawn = Drawn::new();

@@ -3,15 +3,14 @@
 use cbpt_core::{Drive, Finding, Severity};
 use serde_json::{Value, json};
 
-use super::load;
+use super::{load, read_case};
 use crate::args::Check;
-use crate::case::Case;
 use crate::exit::{Exit, Failure};
 use crate::report::{Report, Table, six_digits};
 
 /// Runs the verb.
 pub fn run(verb: &Check) -> Result<Exit, Failure> {
-    let case = Case::read(&verb.case.path)?;
+    let case = read_case(&verb.case.path)?;
     // Pressure needs a whole load; without one the design alone is checked.
     let given = |flag: Option<f64>, key: Option<f64>| flag.or(key).is_some();
     let whole =

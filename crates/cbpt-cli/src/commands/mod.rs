@@ -6,6 +6,8 @@ pub mod schema;
 pub mod solve;
 pub mod sweep;
 
+use std::path::Path;
+
 use cbpt_core::Load;
 
 use crate::args::{LoadOptions, OutputOptions};
@@ -50,6 +52,22 @@ impl Default for Units {
             length: crate::units::LengthUnit::Um.unit(),
             pressure: crate::units::PressureUnit::GPa.unit(),
         }
+    }
+}
+
+/// Reads a case whose drive is to be computed as it stands.
+///
+/// Effects are part of the case format but not yet of the model; leaving them out in silence would be a wrong number.
+fn read_case(path: &Path) -> Result<Case, Failure> {
+    let case = Case::read(path)?;
+    match case.effects.first() {
+        None => Ok(case),
+        Some(effect) => Err(Failure::Usage(format!(
+            "{}: the case has the effect `{}`, which this version reads but cannot compute yet; remove its [[effect]] to \
+             compute the bare drive",
+            path.display(),
+            effect.id
+        ))),
     }
 }
 

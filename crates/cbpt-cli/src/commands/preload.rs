@@ -3,15 +3,14 @@
 use cbpt_core::{DriveThresholds, PreloadThresholds};
 use serde_json::{Value, json};
 
-use super::{Units, torque_Nm};
+use super::{Units, read_case, torque_Nm};
 use crate::args::Preload;
-use crate::case::Case;
 use crate::exit::{Exit, Failure};
 use crate::report::{Report, Table, number, object, six_digits};
 
 /// Runs the verb.
 pub fn run(verb: &Preload) -> Result<Exit, Failure> {
-    let case = Case::read(&verb.case.path)?;
+    let case = read_case(&verb.case.path)?;
     let torque = torque_Nm(&case, verb.torque_Nm)?;
     // A torque that cannot be is refused with the same words as everywhere.
     cbpt_core::Load::new(torque, 1.0, verb.input_angle_deg.unwrap_or(0.0))?;

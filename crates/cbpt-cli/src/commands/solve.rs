@@ -6,24 +6,24 @@ use cbpt_core::pair::Diagonal;
 use cbpt_core::{Drive, Finding, Severity, Solution};
 use serde_json::{Value, json};
 
-use super::{Units, load};
+use super::{Units, load, read_case};
 use crate::args::Solve;
-use crate::case::Case;
 use crate::exit::{Exit, Failure};
 use crate::report::{Report, Table, number, object, six_digits};
 
 /// Runs the verb.
 pub fn run(verb: &Solve) -> Result<Exit, Failure> {
-    let case = Case::read(&verb.case.path)?;
+    let case = read_case(&verb.case.path)?;
     let load = load(&case, &verb.load)?;
     let solution = case.drive.solve(&load);
     let units = Units::from(&verb.output);
     let mut report = report(&case.drive, &solution, &units);
     if verb.points && solution.status.has_solution() {
         report.text.push_str(
-            "\n\nMeshing points (one row a diagonal: the two points at its ends carry the same force)\n",
+            "\n\nMeshing points (one row a diagonal: the two points at its ends carry the same force; --out FILE.csv has \
+             the ellipses too)\n",
         );
-        report.text.push_str(&report.table.text());
+        report.text.push_str(&report.table.narrowed(|column| !column.starts_with("wall")).text());
     }
     report.deliver(&verb.output)?;
     Ok(if solution.status.has_solution() { Exit::Success } else { Exit::NoSolution })
@@ -90,30 +90,35 @@ fn stiffness_unit(units: &Units, stiffness_Nm_per_rad: f64) -> (String, f64) {
     (unit, stiffness_Nm_per_rad * units.torque.per_si / units.angle.per_si)
 }
 
+/// Quantities down, pairs across: it fits a terminal.
 fn pair_table(solution: &Solution, units: &Units) -> Table {
-    let mut table = Table::new([
-        "pair".to_owned(),
-        format!("angle_{}", units.angle.suffix),
-        format!("approach_{}", units.length.suffix),
-        format!("stiffness_{}", stiffness_unit(units, 0.0).0),
-        format!("in_plane_along_{}", units.force.suffix),
-        format!("in_plane_across_{}", units.force.suffix),
-        format!("tilt_couple_{}", units.torque.suffix),
-        "carrying".to_owned(),
-        format!("peak_pressure_{}", units.pressure.suffix),
-    ]);
-    for (name, pair) in pairs(solution) {
-        table.rows.push(vec![
-            json!(name),
-            number(Some(pair.rotation_rad * units.angle.per_si)),
-            number(Some(pair.approach_m * units.length.per_si)),
-            number(Some(stiffness_unit(units, pair.torsional_stiffness_Nm_per_rad).1)),
-            number(Some(pair.in_plane_force_N[0] * units.force.per_si)),
-            number(Some(pair.in_plane_force_N[1] * units.force.per_si)),
-            number(Some(pair.tilt_couple_Nm * units.torque.per_si)),
-            json!(format!("{} of {}", pair.carrying, pair.points.len())),
-            number(Some(pair.peak_pressure_Pa * units.pressure.per_si)),
-        ]);
+    type Quantity = (String, fn(&PairSolution, &Units) -> Value);
+    let [angle, length, force, torque] = [units.angle, units.length, units.force, units.torque];
+    let quantities: [Quantity; 9] = [
+        (format!("angle ({})", angle.suffix), |p, u| json!(p.rotation_rad * u.angle.per_si)),
+        (format!("torque carried ({})", torque.suffix), |p, u| json!(p.torque_Nm * u.torque.per_si)),
+        (format!("axial approach ({})", length.suffix), |p, u| json!(p.approach_m * u.length.per_si)),
+        (format!("torsional stiffness ({})", stiffness_unit(units, 0.0).0), |p, u| {
+            json!(stiffness_unit(u, p.torsional_stiffness_Nm_per_rad).1)
+        }),
+        (format!("in-plane force along line of centres ({})", force.suffix), |p, u| {
+            json!(p.in_plane_force_N[0] * u.force.per_si)
+        }),
+        (format!("in-plane force across it ({})", force.suffix), |p, u| {
+            json!(p.in_plane_force_N[1] * u.force.per_si)
+        }),
+        (format!("tilt couple ({})", torque.suffix), |p, u| json!(p.tilt_couple_Nm * u.torque.per_si)),
+        (format!("peak pressure ({})", units.pressure.suffix), |p, u| {
+            json!(p.peak_pressure_Pa * u.pressure.per_si)
+        }),
+        ("meshing points that carry".to_owned(), |p, _| {
+            json!(format!("{} of {}", 2 * p.carrying, 2 * p.points.len()))
+        }),
+    ];
+    let mut table = Table::new(std::iter::once("").chain(pairs(solution).map(|(name, _)| name)));
+    for (label, value) in quantities {
+        let cells = pairs(solution).map(|(_, pair)| value(pair, units));
+        table.rows.push(std::iter::once(json!(label)).chain(cells).collect());
     }
     table
 }
@@ -220,14 +225,17 @@ fn point_document(point: &cbpt_core::equilibrium::report::LoadedPoint, units: &U
 
 /// One row a diagonal; the wall columns come twice, first the driving plate's wall.
 fn points_table(solution: &Solution, units: &Units) -> Table {
+    let (length, pressure) = (units.length, units.pressure);
     let mut columns: Vec<String> =
         ["pair", "ball", "diagonal", "role", "contact"].map(str::to_owned).to_vec();
-    columns.push(format!("deformation_{}", units.length.suffix));
-    columns.push(format!("gap_{}", units.length.suffix));
+    columns.push(format!("deformation_{}", length.suffix));
+    columns.push(format!("gap_{}", length.suffix));
     columns.push(format!("force_{}", units.force.suffix));
     for wall in 1..=2 {
-        columns.push(format!("wall{wall}_semi_axes_{}", units.length.suffix));
-        columns.push(format!("wall{wall}_peak_pressure_{}", units.pressure.suffix));
+        columns.push(format!("wall{wall}_approach_{}", length.suffix));
+        columns.push(format!("wall{wall}_major_semi_axis_{}", length.suffix));
+        columns.push(format!("wall{wall}_minor_semi_axis_{}", length.suffix));
+        columns.push(format!("wall{wall}_peak_pressure_{}", pressure.suffix));
     }
     let mut table = Table::new(columns);
     for (name, pair) in pairs(solution) {
@@ -238,19 +246,15 @@ fn points_table(solution: &Solution, units: &Units) -> Table {
                 json!(diagonal_name(point.diagonal)),
                 json!(point.role.name()),
                 json!(point.contact.name()),
-                number(Some(point.deformation_m * units.length.per_si)),
-                number(Some(point.gap_m * units.length.per_si)),
-                number(Some(point.force_N * units.force.per_si)),
+                json!(point.deformation_m * length.per_si),
+                json!(point.gap_m * length.per_si),
+                json!(point.force_N * units.force.per_si),
             ];
             for wall in &point.walls {
-                row.push(wall.map_or(Value::Null, |w| {
-                    json!(format!(
-                        "{} x {}",
-                        six_digits(w.major_semi_axis_m * units.length.per_si),
-                        six_digits(w.minor_semi_axis_m * units.length.per_si)
-                    ))
-                }));
-                row.push(number(wall.map(|w| w.peak_pressure_Pa * units.pressure.per_si)));
+                row.push(number(wall.map(|w| w.approach_m * length.per_si)));
+                row.push(number(wall.map(|w| w.major_semi_axis_m * length.per_si)));
+                row.push(number(wall.map(|w| w.minor_semi_axis_m * length.per_si)));
+                row.push(number(wall.map(|w| w.peak_pressure_Pa * pressure.per_si)));
             }
             table.rows.push(row);
         }

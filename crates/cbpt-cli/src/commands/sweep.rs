@@ -9,9 +9,8 @@ use cbpt_core::sweep::{Progress, Row, solve_all};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::{Value, json};
 
-use super::{Units, missing};
+use super::{Units, missing, read_case};
 use crate::args::Sweep;
-use crate::case::Case;
 use crate::exit::{Exit, Failure};
 use crate::report::{Report, Table, number, object};
 
@@ -22,7 +21,7 @@ const MOST_ROWS: usize = 20_000_000;
 
 /// Runs the verb.
 pub fn run(verb: &Sweep) -> Result<Exit, Failure> {
-    let case = Case::read(&verb.case.path)?;
+    let case = read_case(&verb.case.path)?;
     let torques = axis(verb.torque_Nm.as_deref(), case.load.torque_Nm, "--torque-Nm", "torque_Nm")?;
     let preloads = axis(verb.preload_N.as_deref(), case.load.preload_N, "--preload-N", "preload_N")?;
     let case_angle = case.load.input_angle_rad.unwrap_or(0.0).to_degrees();
