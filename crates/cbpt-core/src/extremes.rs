@@ -8,9 +8,12 @@
 use std::f64::consts::TAU;
 
 use crate::drive::{Drive, EqualSpeed, Load, OutputPlate};
+use crate::equilibrium::solve::solve_pair;
 use crate::error::InvalidInput;
+use crate::geometry::undercut::undercuts;
+use crate::pair::MeshingPoints;
 use crate::period;
-use crate::solver::status::Status;
+use crate::status::Status;
 
 /// Place and size of the largest elastic angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,21 +64,26 @@ impl Drive {
         let per_deceleration = (w * SAMPLES) as usize;
         let per_equal_speed = (q * SAMPLES) as usize;
         let step = period_rad / f64::from(q * w * SAMPLES);
-        let mut status = Status::Solved;
-        let mut parts = |count: usize, part: fn(&crate::Angles) -> f64| -> Vec<f64> {
-            (0..count)
-                .map(|i| {
-                    let (here, angles) = self.points(i as f64 * step).angles(torque_Nm, preload_N);
-                    status = status.worse(here);
-                    angles.map_or(f64::NAN, |angles| sign * part(&angles))
-                })
-                .collect()
-        };
-        let decelerating = parts(per_deceleration, |angles| angles.deceleration_rad);
-        let equal = parts(per_equal_speed, |angles| angles.equal_speed_rad);
-        if crate::geometry::findings::undercuts(self) {
-            status = Status::Undercut;
+        if undercuts(self) {
+            return Ok((Status::Undercut, None));
         }
+        let mut status = Status::Solved;
+        let mut rotation = |points: &MeshingPoints, torque_Nm: f64| {
+            let (here, state) = solve_pair(points, torque_Nm, preload_N);
+            status = status.worse(here);
+            state.map_or(f64::NAN, |state| sign * f64::from(points.rows) * state.state.rotation_rad)
+        };
+        let crank = |i: usize| i as f64 * step;
+        let decelerating: Vec<f64> = (0..per_deceleration)
+            .map(|i| rotation(&self.deceleration_points(self.deceleration_phase_rad(crank(i))), torque_Nm))
+            .collect();
+        let share = self.equal_speed_share();
+        let equal: Vec<f64> = (0..per_equal_speed)
+            .map(|i| {
+                let rows = self.equal_speed_points(self.equal_speed_phase_rad(crank(i)), crank(i));
+                share * rows.iter().map(|row| rotation(row, torque_Nm * share)).sum::<f64>()
+            })
+            .collect();
         if !status.has_solution() {
             return Ok((status, None));
         }

@@ -40,11 +40,13 @@ impl HertzContact {
     /// 0, order indifferent) and contact modulus E* (Pa). `None` where a curvature is not above 0 or not finite: such
     /// a contact is not an ellipse.
     pub fn new(curvature_1_per_m: f64, curvature_2_per_m: f64, contact_modulus_Pa: f64) -> Option<Self> {
-        let weak = curvature_1_per_m.min(curvature_2_per_m);
-        let strong = curvature_1_per_m.max(curvature_2_per_m);
-        if !(weak > 0.0 && strong.is_finite() && contact_modulus_Pa > 0.0) {
+        // Asked of each number by itself: the smaller of two would hide one that is not a number.
+        let usable = |value: f64| value.is_finite() && value > 0.0;
+        if ![curvature_1_per_m, curvature_2_per_m, contact_modulus_Pa].into_iter().all(usable) {
             return None;
         }
+        let weak = curvature_1_per_m.min(curvature_2_per_m);
+        let strong = curvature_1_per_m.max(curvature_2_per_m);
         let (ellipticity, k, e) = ellipticity(strong / weak);
         let sum = weak + strong;
         let stiffness =

@@ -3,12 +3,13 @@
 //! # Map
 //! Data runs one way: drive -> meshing points -> equilibrium -> angles.
 //! - [`drive`]: the drive and the load as data, checked once;
-//! - [`geometry`]: tracks, walls, design findings; [`hertz`]: curvatures to stiffness and pressure;
+//! - [`geometry`]: tracks, walls, undercut; [`hertz`]: curvatures to stiffness and pressure;
 //! - [`pair`]: each kind of pair to its meshing points;
 //! - [`equilibrium`]: meshing points and load to equations, their solution and what it means point by point;
 //! - [`solver`]: Newton with Levenberg-Marquardt for convex problems; knows no ball and no groove;
+//! - [`status`]: how a solve ended, with the reason;
 //! - [`transmission`]: the whole drive; [`extremes`]: its largest elastic angle over a period;
-//! - [`preload`]: the three thresholds; [`sweep`]: many loads on all cores;
+//! - [`findings`]: what a designer should know before building; [`preload`]: the three thresholds; [`sweep`]: many loads on all cores;
 //! - [`error`]: bad input. A load that cannot be carried is a [`Status`], not an error.
 //!
 //! SI units and radians inside; every public name carries its unit.
@@ -17,12 +18,14 @@ pub mod drive;
 pub mod equilibrium;
 pub mod error;
 pub mod extremes;
+pub mod findings;
 pub mod geometry;
 pub mod hertz;
 pub mod pair;
 mod period;
 pub mod preload;
 pub mod solver;
+pub mod status;
 pub mod sweep;
 pub mod transmission;
 
@@ -31,7 +34,7 @@ pub use drive::{
     Load, Material, OutputPlate, RingGroove, TrackCurvature,
 };
 pub use error::InvalidInput;
-pub use geometry::findings::{Finding, Severity};
+pub use findings::{Finding, Severity};
 pub use preload::{DriveThresholds, PreloadThresholds};
-pub use solver::status::Status;
+pub use status::Status;
 pub use transmission::{Angles, Solution};

@@ -8,8 +8,8 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use rayon::prelude::*;
 
 use crate::drive::{Drive, Load};
-use crate::geometry::findings;
-use crate::solver::status::Status;
+use crate::geometry::undercut::undercuts;
+use crate::status::Status;
 use crate::transmission::{Angles, DrivePoints};
 
 /// Loads a thread takes at a time.
@@ -44,7 +44,7 @@ pub type Row = (Status, Option<Angles>);
 
 /// Solves every load, in their order; `None` if the sweep was cancelled.
 pub fn solve_all(drive: &Drive, loads: &[Load], progress: &Progress) -> Option<Vec<Row>> {
-    if findings::undercuts(drive) {
+    if undercuts(drive) {
         return Some(vec![(Status::Undercut, None); loads.len()]);
     }
     let chunks: Vec<Vec<Row>> = loads

@@ -10,9 +10,9 @@
 use crate::drive::{CrossSlide, CrossSlideForm, CrossSlideShare, Drive, EqualSpeed, Load, OutputPlate};
 use crate::equilibrium::report::PairSolution;
 use crate::equilibrium::solve::{PairState, solve_pair};
-use crate::geometry::findings;
+use crate::geometry::undercut::undercuts;
 use crate::pair::{MeshingPoints, cross_slide, deceleration, ring_groove};
-use crate::solver::status::Status;
+use crate::status::Status;
 
 /// The meshing points of a drive at one angle of the input crank.
 #[derive(Debug, Clone, PartialEq)]
@@ -142,7 +142,7 @@ impl Drive {
     ///
     /// The result is a solution or a status with its reason, never a number that does not satisfy the equations.
     pub fn solve(&self, load: &Load) -> Solution {
-        if findings::undercuts(self) {
+        if undercuts(self) {
             return no_solution(Status::Undercut, *load);
         }
         let points = self.points(load.input_angle_rad());
@@ -177,7 +177,7 @@ impl Drive {
 
     /// Elastic angle and its parts alone; cheaper than [`Drive::solve`] and the same numbers.
     pub fn angles(&self, load: &Load) -> (Status, Option<Angles>) {
-        if findings::undercuts(self) {
+        if undercuts(self) {
             return (Status::Undercut, None);
         }
         self.points(load.input_angle_rad()).angles(load.torque_Nm(), load.preload_N())

@@ -5,7 +5,7 @@ use nalgebra::SMatrix;
 use super::{PairEquilibrium, State};
 use crate::pair::MeshingPoints;
 use crate::solver::newton_lm::{self, Options};
-use crate::solver::status::Status;
+use crate::status::Status;
 
 /// Displacements beyond this share of the ball radius are no longer small.
 pub const SMALL_DISPLACEMENT: f64 = 0.05;

@@ -2,8 +2,8 @@
 //!
 //! - [`trochoid`]: the tracks of the deceleration balls: arms, directions and curvatures at a ball;
 //! - [`wall`]: a groove wall as a contact: relative curvatures, missing walls, Hertz contact;
-//! - [`findings`]: what a designer should know before building: undercut, missing walls, touching balls.
+//! - [`undercut`]: the tightest place anywhere round the grooves.
 
-pub mod findings;
 pub mod trochoid;
+pub mod undercut;
 pub mod wall;

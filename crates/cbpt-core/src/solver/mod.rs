@@ -1,11 +1,9 @@
 //! Root of a convex energy's gradient, by Newton with Levenberg-Marquardt globalisation.
 //!
 //! - [`problem`]: what the solver is given: residual, Jacobian, energy, all scaled to order one;
-//! - [`newton_lm`]: the iteration;
-//! - [`status`]: how it ended, with a reason; a solution or a status, never a plausible number.
+//! - [`newton_lm`]: the iteration and where it stopped.
 //!
 //! Knows no ball and no groove.
 
 pub mod newton_lm;
 pub mod problem;
-pub mod status;

@@ -2,9 +2,10 @@
 
 use std::f64::consts::PI;
 
-use super::wall::remaining_room;
-use crate::drive::{Deceleration, Drive, EqualSpeed, GrooveSection, Load, RingGroove, TrackCurvature};
+use crate::drive::{Drive, EqualSpeed, GrooveSection, Load, RingGroove, TrackCurvature};
 use crate::equilibrium::report::PairSolution;
+use crate::geometry::undercut::{largest_curvature_per_m, smallest_room};
+use crate::geometry::wall::remaining_room;
 
 /// How bad a finding is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -87,33 +88,6 @@ impl Drive {
         found.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
         found
     }
-}
-
-/// Whether a wall of the deceleration pair is missing anywhere round its grooves, and the model counts curvature.
-pub(crate) fn undercuts(drive: &Drive) -> bool {
-    drive.track_curvature() == TrackCurvature::Exact && smallest_room(drive.deceleration()) <= 0.0
-}
-
-fn smallest_room(pair: &Deceleration) -> f64 {
-    remaining_room(&pair.groove, largest_curvature_per_m(pair), pair.contact_angle_rad)
-}
-
-/// Largest curvature of either sign of both tracks, anywhere round the groove, 1/m.
-///
-/// kappa = (A + B c)/(R (1 + K^2 - 2 K c)^1.5) with c = cos(phi) has its extremes at c = -1, c = 1 and where its
-/// derivative vanishes: c = -(B (1 + K^2) + 3 K A)/(K B).
-fn largest_curvature_per_m(pair: &Deceleration) -> f64 {
-    let k = pair.short_amplitude_coefficient;
-    let z2 = f64::from(pair.ball_count);
-    let mut largest: f64 = 0.0;
-    for (a, b) in [(1.0 + z2 * k * k, -(1.0 + z2) * k), (1.0 - z2 * k * k, (z2 - 1.0) * k)] {
-        let stationary = -(b * (1.0 + k * k) + 3.0 * k * a) / (k * b);
-        for c in [-1.0, 1.0, stationary.clamp(-1.0, 1.0)] {
-            let d: f64 = 1.0 + k * k - 2.0 * k * c;
-            largest = largest.max(((a + b * c) / (d * d.sqrt())).abs());
-        }
-    }
-    largest / pair.pitch_radius_m()
 }
 
 fn undercut(drive: &Drive) -> Option<Finding> {

@@ -1,4 +1,4 @@
-//! How a solution attempt ended.
+//! How a solve ended: a solution or a status with its reason, never a plausible number.
 
 use std::fmt;
 
