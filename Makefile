@@ -6,7 +6,7 @@ OUT    := out
 export CARGO_TARGET_DIR := $(CURDIR)/target
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help build demo test rust python package wheel docs format clean
+.PHONY: help build demo test rust python package wheel bench format clean
 help:  ## this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
 
@@ -54,6 +54,9 @@ package: build  ## a crate outside the workspace, cargo package, the wheel in an
 
 wheel: build  ## the wheel, into dist/
 	$(VENV)/bin/maturin build --release --out dist
+
+bench: build  ## speed beside SciPy fsolve, ratio first
+	$(PYTHON) benches/peers.py
 
 format:  ## format Rust and Python
 	cargo fmt --all

@@ -107,6 +107,9 @@ pub struct Solve {
     /// List every meshing point
     #[arg(long)]
     pub points: bool,
+    /// Give the largest elastic angle over a period of the drive as well
+    #[arg(long)]
+    pub over_period: bool,
     /// Form of the output.
     #[command(flatten)]
     pub output: OutputOptions,

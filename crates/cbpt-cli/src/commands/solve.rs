@@ -1,9 +1,10 @@
 //! `cbpt solve`: elastic angle under one load, with every meshing point.
 
 use cbpt_core::equilibrium::report::PairSolution;
+use cbpt_core::extremes::LargestAngle;
 use cbpt_core::hertz::LoadedContact;
 use cbpt_core::pair::Diagonal;
-use cbpt_core::{Drive, Finding, Severity, Solution};
+use cbpt_core::{Drive, Finding, Severity, Solution, Status};
 use serde_json::{Value, json};
 
 use super::{Units, load, read_case};
@@ -18,6 +19,10 @@ pub fn run(verb: &Solve) -> Result<Exit, Failure> {
     let solution = case.drive.solve(&load);
     let units = Units::from(&verb.output);
     let mut report = report(&case.drive, &solution, &units);
+    if verb.over_period {
+        let (status, largest) = case.drive.largest_elastic_angle(load.torque_Nm(), load.preload_N())?;
+        add_period(&mut report, status, largest.as_ref(), &units);
+    }
     if verb.points && solution.status.has_solution() {
         report.text.push_str(
             "\n\nMeshing points (one row a diagonal: the two points at its ends carry the same force; --out FILE.csv has \
@@ -36,6 +41,31 @@ pub fn report(drive: &Drive, solution: &Solution, units: &Units) -> Report {
         text: text(drive, solution, &findings, units),
         json: document(drive, solution, &findings, units),
         table: points_table(solution, units),
+    }
+}
+
+fn add_period(report: &mut Report, status: Status, largest: Option<&LargestAngle>, units: &Units) {
+    let (suffix, per_si) = (units.angle.suffix, units.angle.per_si);
+    report.text += &match largest {
+        Some(l) => format!(
+            "\n\nLargest elastic angle over a period: {} {suffix} at an input angle of {} deg (amplitude {} {suffix}, the drive \
+             repeats after {} deg)",
+            six_digits(l.elastic_angle_rad * per_si),
+            six_digits(l.input_angle_rad.to_degrees()),
+            six_digits(l.amplitude_rad * per_si),
+            six_digits(l.period_rad.to_degrees()),
+        ),
+        None => format!("\n\nLargest elastic angle over a period: {status} somewhere in the period"),
+    };
+    let document = object([
+        ("status".to_owned(), json!(status.name())),
+        (format!("largest_elastic_angle_{suffix}"), number(largest.map(|l| l.elastic_angle_rad * per_si))),
+        ("input_angle_deg".to_owned(), number(largest.map(|l| l.input_angle_rad.to_degrees()))),
+        (format!("amplitude_{suffix}"), number(largest.map(|l| l.amplitude_rad * per_si))),
+        ("period_deg".to_owned(), number(largest.map(|l| l.period_rad.to_degrees()))),
+    ]);
+    if let Value::Object(entries) = &mut report.json {
+        entries.insert("over_period".to_owned(), document);
     }
 }
 
