@@ -16,12 +16,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
 from cbpt.errors import CbptError, ReadingsError
 from cbpt.lab import table
 from cbpt.lab.readings import Readings, read_readings
 from cbpt.lab.units import find_unit, read_header
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
 DATA = Path(__file__).parent / "data"
 CAMPAIGNS = sorted((DATA / "hidden_effect").glob("dev*.csv"))

@@ -16,6 +16,9 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.optimize import linprog
+from scipy.special import ellipe, ellipk
+
 from reference import make_golden
 from reference.contact import contact_shape
 from reference.forward import (
@@ -30,8 +33,6 @@ from reference.forward import (
     limits,
     solve_pair,
 )
-from scipy.optimize import linprog
-from scipy.special import ellipe, ellipk
 
 GOLDEN = Path(__file__).parent / "data" / "golden"
 FORWARD: dict[str, Any] = json.loads((GOLDEN / "forward.json").read_text())
