@@ -56,20 +56,39 @@ impl State {
 
     /// Deformation of a diagonal, m; below 0 the ball has parted from it by that much.
     pub fn deformation_m(&self, point: &MeshingPoint) -> f64 {
-        let [axial, rotation, sideways] = levers(point, self.pivot_m);
-        axial * self.pivot_approach_m
-            + rotation * self.rotation_rad
-            + sideways * (self.sideways_m + point.in_plane_offset_m)
-            + axial * point.axial_offset_m
-            + point.normal_offset_m
+        Levers::new(point, self.pivot_m).deformation_m(self)
     }
 }
 
 /// What a diagonal's deformation gains per unit of approach, rotation about the pivot and sideways shift; its force
 /// acts on each equation with the same levers.
-fn levers(point: &MeshingPoint, pivot_m: f64) -> [f64; 3] {
-    let in_plane = point.diagonal.sign() * point.cos_beta;
-    [point.sin_beta, in_plane * point.arm_m - pivot_m * point.sin_beta, in_plane]
+#[derive(Debug, Clone, Copy)]
+struct Levers {
+    per_unknown: [f64; 3],
+    /// Deformation at rest, from zeta, g and p, m.
+    offset_m: f64,
+    stiffness: f64,
+}
+
+impl Levers {
+    fn new(point: &MeshingPoint, pivot_m: f64) -> Self {
+        let in_plane = point.diagonal.sign() * point.cos_beta;
+        Self {
+            per_unknown: [point.sin_beta, in_plane * point.arm_m - pivot_m * point.sin_beta, in_plane],
+            offset_m: point.axial_offset_m * point.sin_beta
+                + point.normal_offset_m
+                + in_plane * point.in_plane_offset_m,
+            stiffness: point.stiffness,
+        }
+    }
+
+    fn deformation_m(&self, state: &State) -> f64 {
+        let [axial, rotation, sideways] = self.per_unknown;
+        axial * state.pivot_approach_m
+            + rotation * state.rotation_rad
+            + sideways * state.sideways_m
+            + self.offset_m
+    }
 }
 
 /// Force of a contact law and its derivative with the deformation.
@@ -88,17 +107,20 @@ impl ContactLaw {
 
     /// Force (N) of a diagonal of stiffness `stiffness` at `deformation_m`; 0 where it has parted.
     pub fn force_N(&self, stiffness: f64, deformation_m: f64) -> f64 {
-        if deformation_m <= 0.0 { 0.0 } else { stiffness * self.factor * self.power(deformation_m) }
+        if deformation_m <= 0.0 { 0.0 } else { self.force_and_slope(stiffness, deformation_m).0 }
     }
 
-    fn power(&self, deformation_m: f64) -> f64 {
+    /// Force (N) and its derivative with the deformation (N/m) of a diagonal that is pressed, `deformation_m` > 0.
+    fn force_and_slope(&self, stiffness: f64, deformation_m: f64) -> (f64, f64) {
+        let k = stiffness * self.factor;
         // Exactly Hertz in nearly every call, and a square root is far cheaper than a power.
         #[allow(clippy::float_cmp)]
-        if self.exponent == HERTZ_EXPONENT {
-            deformation_m * deformation_m.sqrt()
+        let force_per_m = if self.exponent == HERTZ_EXPONENT {
+            k * deformation_m.sqrt()
         } else {
-            deformation_m.powf(self.exponent)
-        }
+            k * deformation_m.powf(self.exponent - 1.0)
+        };
+        (force_per_m * deformation_m, self.exponent * force_per_m)
     }
 }
 
@@ -106,6 +128,8 @@ impl ContactLaw {
 #[derive(Debug, Clone)]
 pub struct PairEquilibrium<'a> {
     points: &'a MeshingPoints,
+    /// Of the points that exist.
+    levers: Vec<Levers>,
     law: ContactLaw,
     preload_N: f64,
     /// A = M0/N_Z.
@@ -139,11 +163,14 @@ impl<'a> PairEquilibrium<'a> {
         }
         let approach = rigid_approach_m(points, law, preload_N);
         let cot = points.points.iter().map(|p| p.cos_beta / p.sin_beta).fold(0.0, f64::max);
+        let pivot_m = torque_Nm / preload_N;
+        let existing = points.points.iter().filter(|point| point.exists());
         Some(Self {
             points,
+            levers: existing.map(|point| Levers::new(point, pivot_m)).collect(),
             law,
             preload_N,
-            pivot_m: torque_Nm / preload_N,
+            pivot_m,
             unloaded_approach_m,
             unknown_scale: [approach, approach / torque_scale, approach / cot],
             equation_scale: [preload_N, preload_N * torque_scale, preload_N * cot],
@@ -165,6 +192,13 @@ impl<'a> PairEquilibrium<'a> {
         }
     }
 
+    /// Largest of the scaled residuals of the axial, torque and sideways equation, the torque about the axis.
+    pub fn largest_residual<const N: usize>(&self, about_pivot: &SVector<f64, N>) -> f64 {
+        let mut about_axis = *about_pivot;
+        about_axis[1] += self.pivot_m * self.equation_scale[0] / self.equation_scale[1] * about_pivot[0];
+        about_axis.amax()
+    }
+
     /// Jacobian of the unscaled equations (N, N m, N by w in m, rad, m) from the scaled one.
     pub fn unscaled_jacobian<const N: usize>(&self, scaled: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
         SMatrix::from_fn(|i, j| scaled[(i, j)] * self.equation_scale[i] / self.unknown_scale[j])
@@ -178,22 +212,22 @@ impl<const N: usize> Problem<N> for PairEquilibrium<'_> {
         let mut energy = 0.0;
         let mut residual = SVector::<f64, N>::zeros();
         let mut jacobian = SMatrix::<f64, N, N>::zeros();
-        for point in self.points.points.iter().filter(|point| point.exists()) {
-            let deformation = state.deformation_m(point);
+        for levers in &self.levers {
+            let deformation = levers.deformation_m(&state);
             if deformation <= 0.0 {
                 continue;
             }
-            let force = self.law.force_N(point.stiffness, deformation);
-            let slope = n * force / deformation;
+            let (force, slope) = self.law.force_and_slope(levers.stiffness, deformation);
             energy += force * deformation / (n + 1.0);
-            let lever = levers(point, self.pivot_m);
+            let lever = levers.per_unknown;
             for i in 0..N {
                 residual[i] += force * lever[i];
-                for j in 0..N {
+                for j in 0..=i {
                     jacobian[(i, j)] += slope * lever[i] * lever[j];
                 }
             }
         }
+        jacobian.fill_upper_triangle_with_lower_triangle();
         let spring = self.points.axial_spring_N_per_m;
         let travel = state.approach_m() - self.unloaded_approach_m;
         let lever = [1.0, -self.pivot_m, 0.0];

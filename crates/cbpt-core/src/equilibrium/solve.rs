@@ -58,17 +58,18 @@ fn solve_in<const N: usize>(
     let Some(equations) = PairEquilibrium::new(points, torque_Nm, preload_N, unloaded_approach_m) else {
         return (Status::BeyondHold { hold_preload_N: f64::INFINITY }, None);
     };
-    let stop = newton_lm::solve(&equations, PairEquilibrium::start::<N>(), Options::default());
-    if !stop.converged {
-        return (Status::NotConverged { residual: stop.residual }, None);
+    let options = Options::default();
+    let stop = newton_lm::solve(&equations, PairEquilibrium::start::<N>(), options);
+    let residual = equations.largest_residual(&stop.at.residual);
+    if !stop.converged || residual > options.tolerance {
+        return (Status::NotConverged { residual }, None);
     }
     let jacobian = equations.unscaled_jacobian(&stop.at.jacobian);
     let Some(torsional_stiffness_Nm_per_rad) = torsional_stiffness(&jacobian) else {
-        return (Status::NotConverged { residual: stop.residual }, None);
+        return (Status::NotConverged { residual }, None);
     };
     let state = equations.state(&stop.x);
-    let solved =
-        PairState { state, torsional_stiffness_Nm_per_rad, residual: stop.residual, steps: stop.steps };
+    let solved = PairState { state, torsional_stiffness_Nm_per_rad, residual, steps: stop.steps };
     let largest = (points.largest_arm_m() * state.rotation_rad)
         .abs()
         .max(state.approach_m().abs())
