@@ -11,10 +11,11 @@ from functools import cache
 from itertools import pairwise
 from typing import Any
 
-import cbpt
 import numpy as np
-from cbpt.results import ARCSEC_PER_RAD
 from numpy.typing import NDArray
+
+import cbpt
+from cbpt.results import ARCSEC_PER_RAD
 
 Array = NDArray[np.float64]
 
@@ -95,6 +96,9 @@ def alpha_dmax_arcsec(
     return largest.elastic_angle_arcsec if state.status == "ok" else NAN
 
 
+Trend = Callable[[Array, Array], bool]
+
+
 @dataclass(frozen=True)
 class Scan:
     """Largest elastic angle against one parameter, for several numbers of deceleration balls."""
@@ -106,10 +110,25 @@ class Scan:
         """Angle of the fewer balls minus that of the next more."""
         return [few - more for few, more in pairwise(self.alpha_arcsec.values())]
 
-    def at(self, x: float) -> list[float]:
-        """The angles at a point of the grid."""
-        i = int(np.argmin(np.abs(self.x - x)))
-        return [float(alpha[i]) for alpha in self.alpha_arcsec.values()]
+    def between(self, low: float, high: float) -> Scan:
+        """The part of the scan with the parameter in this range."""
+        inside = (self.x >= low) & (self.x <= high)
+        return Scan(self.x[inside], {z2: a[inside] for z2, a in self.alpha_arcsec.items()})
+
+    def all(self, trend: Trend) -> bool:
+        """Whether the curves of all ball numbers follow a trend."""
+        return all(trend(alpha, self.x) for alpha in self.alpha_arcsec.values())
+
+    def all_gaps(self, trend: Trend) -> bool:
+        """Whether all gaps follow a trend."""
+        return all(trend(gap, self.x) for gap in self.gaps())
+
+    def falls_ever_slower_with_balls(self) -> bool:
+        """Whether at every point the angle falls with the ball number, and so do the gaps."""
+        rows = np.array(list(self.alpha_arcsec.values())).T
+        # A bend needs three numbers of balls that hold the torque.
+        rows = rows[np.isfinite(rows).sum(axis=1) > 2]
+        return len(rows) > 0 and all(falls_ever_slower(row) for row in rows)
 
 
 def _scan(x: Array, angle: Callable[[float, int], float]) -> Scan:
@@ -118,8 +137,10 @@ def _scan(x: Array, angle: Callable[[float, int], float]) -> Scan:
 
 @cache
 def scan_short_amplitude() -> Scan:
+    # A point on either side of the step where the ring grooves' inside wall appears.
+    step = inside_wall_from() + np.array([-1e-6, 1e-6])
     return _scan(
-        np.arange(10, 61) / 100,
+        np.sort(np.concatenate([np.arange(10, 61, 2) / 100, step])),
         lambda k, z2: alpha_dmax_arcsec(make_drive(ball_count=z2, short_amplitude_coefficient=k)),
     )
 
@@ -128,7 +149,7 @@ def scan_short_amplitude() -> Scan:
 def scan_preload_N() -> Scan:
     drives = {z2: make_drive(ball_count=z2) for z2 in BALL_COUNTS}
     return _scan(
-        np.arange(150.0, 1501.0, 50.0),
+        np.concatenate([np.arange(150.0, 300.0, 25.0), np.arange(300.0, 1501.0, 50.0)]),
         lambda preload_N, z2: alpha_dmax_arcsec(drives[z2], preload_N=preload_N),
     )
 
@@ -170,64 +191,79 @@ def scan_deceleration_balls() -> Array:
     return np.array([alpha_dmax_arcsec(make_drive(ball_count=z2)) for z2 in DECELERATION_COUNTS])
 
 
-def slopes(y: Iterable[float], x: Iterable[float] | None = None) -> Array:
+def slopes(y: Iterable[float], x: Array | None = None) -> Array:
     """Slopes between neighbours, of the part of a curve that exists."""
     values = np.array(list(y))
-    places = np.arange(len(values), dtype=float) if x is None else np.array(list(x))
+    places = np.arange(len(values), dtype=np.float64) if x is None else x
     there = np.isfinite(values)
     slope: Array = np.diff(values[there]) / np.diff(places[there])
     return slope
 
 
-def falls_ever_slower(y: Iterable[float], x: Iterable[float] | None = None) -> bool:
-    """Every slope below 0 and above the one before."""
+def falls(y: Iterable[float], x: Array | None = None) -> bool:
     slope = slopes(y, x)
-    return bool(len(slope) > 1 and np.all(slope < 0) and np.all(np.diff(slope) > 0))
-
-
-def rises_ever_faster(y: Iterable[float], x: Iterable[float] | None = None) -> bool:
-    """Every slope above 0 and above the one before."""
-    slope = slopes(y, x)
-    return bool(len(slope) > 1 and np.all(slope > 0) and np.all(np.diff(slope) > 0))
-
-
-def falls(y: Iterable[float]) -> bool:
-    slope = slopes(y)
     return bool(len(slope) and np.all(slope < 0))
 
 
-def shrinks_with_ball_count(scan: Scan) -> bool:
-    """Whether at every point the angle, and the gap between neighbours, fall with the count."""
-    # The gap to the next lower count exists only where both counts hold the torque.
-    rows = np.array(list(scan.alpha_arcsec.values())).T
-    rows = rows[np.isfinite(rows).sum(axis=1) > 2]
-    return len(rows) > 0 and all(falls_ever_slower(row) for row in rows)
+def rises(y: Iterable[float], x: Array | None = None) -> bool:
+    slope = slopes(y, x)
+    return bool(len(slope) and np.all(slope > 0))
 
 
-def turning_point(code: str, low: float, high: float, **deceleration: Any) -> float:
-    """Short-amplitude coefficient between low and high where a design finding comes or goes."""
+def bends_up(y: Iterable[float], x: Array | None = None) -> bool:
+    """Whether every slope is above the one before."""
+    bend = np.diff(slopes(y, x))
+    return bool(len(bend) and np.all(bend > 0))
 
-    def found(k: float) -> bool:
-        drive = make_drive(**{**deceleration, "short_amplitude_coefficient": k})
+
+def falls_ever_slower(y: Iterable[float], x: Array | None = None) -> bool:
+    values = list(y)
+    return falls(values, x) and bends_up(values, x)
+
+
+def rises_ever_faster(y: Iterable[float], x: Array | None = None) -> bool:
+    values = list(y)
+    return rises(values, x) and bends_up(values, x)
+
+
+def bends_up_from(y: Array, x: Array) -> float:
+    """The place from which a curve bends up to its end."""
+    there = np.isfinite(y)
+    down = np.flatnonzero(np.diff(slopes(y, x)) <= 0)
+    return float(x[there][down[-1] + 1 if len(down) else 0])
+
+
+def goes_at(code: str, key: str, low: float, high: float, ball_count: int = 20) -> float:
+    """Value of a key of the deceleration pair at which a design finding comes or goes."""
+
+    def found(value: float) -> bool:
+        changed: dict[str, Any] = {"ball_count": ball_count, key: value}
+        drive = make_drive(**changed)
         return any(finding.code == code for finding in drive.findings())
 
     at_low = found(low)
     for _ in range(40):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if found(middle) == at_low else (low, middle)
-    return high
+    return 0.5 * (low + high)
 
 
 @cache
 def inside_wall_from() -> float:
     """K above which the ring grooves have an inside wall."""
-    return turning_point("inside_wall_missing", 0.1, 0.4)
+    return goes_at("inside_wall_missing", "short_amplitude_coefficient", 0.1, 0.4)
 
 
 @cache
-def undercut_from(z2: int = 20) -> float:
+def undercut_from(ball_count: int) -> float:
     """K from which the deceleration grooves undercut."""
-    return turning_point("undercut", 0.4, 0.7, ball_count=z2)
+    return goes_at("undercut", "short_amplitude_coefficient", 0.4, 0.7, ball_count)
+
+
+@cache
+def undercut_below_mm(ball_count: int) -> float:
+    """r0 below which the deceleration grooves undercut."""
+    return goes_at("undercut", "rolling_circle_radius_mm", 1.0, 4.0, ball_count)
 
 
 def pair_angles_arcsec(drive: cbpt.Drive, crank_deg: Array) -> tuple[Array, Array]:
@@ -329,19 +365,13 @@ def minimum_preload_N(ball_ring_deg: tuple[float, ...]) -> dict[str, Array]:
     return curves
 
 
-def nonlinearity(drive: cbpt.Drive, preload_N: float) -> float:
-    """How much more the angle grows than the torque from a tenth of 5 N m to all of it."""
-    small = alpha_dmax_arcsec(drive, 0.1 * TORQUE_NM, preload_N)
-    return alpha_dmax_arcsec(drive, TORQUE_NM, preload_N) / (10 * small) - 1
-
-
 PROTOTYPE_PRELOADS_N = (600.0, 500.0, 400.0)
 
 
 @cache
 def prototype_curves() -> tuple[Array, dict[float, Array]]:
     """Largest elastic angle of the prototype against the torque, by preload."""
-    torque_Nm = np.arange(0.0, 5.01, 0.125)
+    torque_Nm = np.arange(0.0, 5.01, 0.25)
     drive = make_prototype()
     angles = {
         preload_N: np.array([0.0, *(alpha_dmax_arcsec(drive, t, preload_N) for t in torque_Nm[1:])])

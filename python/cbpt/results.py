@@ -47,7 +47,8 @@ class Angles:
     hold_preload_N: NDArray[np.float64]
     """Preload at which the torque would just slip, where the status is `beyond_hold`."""
     status: NDArray[np.str_]
-    """`ok`, `outside_small_displacements`, `beyond_hold`, `undercut` or `not_converged`."""
+    """`ok`, `outside_small_displacements`, `beyond_hold`, `undercut`, `indeterminate` or
+    `not_converged`."""
 
     @property
     def elastic_angle_rad(self) -> NDArray[np.float64]:

@@ -17,6 +17,8 @@ pub enum Status {
     },
     /// A groove of the deceleration pair undercuts: part of a wall does not exist, so neither does the drive.
     Undercut,
+    /// The equations hold, but so few points touch that they leave a motion free: the angle is not determined.
+    Indeterminate,
     /// The iteration stopped above the tolerance; the numbers are withheld.
     NotConverged {
         /// Scaled residual where it stopped.
@@ -37,6 +39,7 @@ impl Status {
             Self::OutsideSmallDisplacements => "outside_small_displacements",
             Self::BeyondHold { .. } => "beyond_hold",
             Self::Undercut => "undercut",
+            Self::Indeterminate => "indeterminate",
             Self::NotConverged { .. } => "not_converged",
         }
     }
@@ -48,8 +51,9 @@ impl Status {
             Self::Solved => 0,
             Self::OutsideSmallDisplacements => 1,
             Self::NotConverged { .. } => 2,
-            Self::BeyondHold { .. } => 3,
-            Self::Undercut => 4,
+            Self::Indeterminate => 3,
+            Self::BeyondHold { .. } => 4,
+            Self::Undercut => 5,
         };
         if let (Self::BeyondHold { hold_preload_N: a }, Self::BeyondHold { hold_preload_N: b }) =
             (self, other)
@@ -85,6 +89,11 @@ impl fmt::Display for Status {
                 "no solution: a groove of the deceleration pair undercuts, part of its wall does not exist; enlarge the \
                  rolling circle, lower the short-amplitude coefficient or the ball radius, or set \
                  track_curvature = \"neglect\" to take the tracks as straight"
+            ),
+            Self::Indeterminate => write!(
+                f,
+                "no solution: so few meshing points touch that the plate is free to move; raise the preload or lower the \
+                 offsets of the balls"
             ),
             Self::NotConverged { residual } => {
                 write!(f, "no solution: the iteration stopped at a scaled residual of {residual:.2e}")

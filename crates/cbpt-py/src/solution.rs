@@ -43,7 +43,7 @@ impl Solution {
 #[pymethods]
 impl Solution {
     /// ``ok``, ``outside_small_displacements`` (a value of the equations, not of the drive), ``beyond_hold``,
-    /// ``undercut`` or ``not_converged``.
+    /// ``undercut``, ``indeterminate`` (too few points touch) or ``not_converged``.
     #[getter]
     fn status(&self) -> &'static str {
         self.solution.status.name()

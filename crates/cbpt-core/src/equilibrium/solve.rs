@@ -66,7 +66,7 @@ fn solve_in<const N: usize>(
     }
     let jacobian = equations.unscaled_jacobian(&stop.at.jacobian);
     let Some(torsional_stiffness_Nm_per_rad) = torsional_stiffness(&jacobian) else {
-        return (Status::NotConverged { residual }, None);
+        return (Status::Indeterminate, None);
     };
     let state = equations.state(&stop.x);
     let solved = PairState { state, torsional_stiffness_Nm_per_rad, residual, steps: stop.steps };
