@@ -504,7 +504,7 @@ class Solution:
     def status(self, /) -> str:
         """
         ``ok``, ``outside_small_displacements`` (a value of the equations, not of the drive), ``beyond_hold``,
-        ``undercut`` or ``not_converged``.
+        ``undercut``, ``indeterminate`` (too few points touch) or ``not_converged``.
         """
     def to_json(self, /) -> str:
         """

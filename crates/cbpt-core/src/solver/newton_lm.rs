@@ -42,6 +42,7 @@ pub struct Stop<const N: usize> {
 
 /// Below this share of the energy its change is rounding, and the residual decides instead.
 const ENERGY_RESOLUTION: f64 = 1e-13;
+/// Damping after the first refused step, as a share of the largest curvature.
 const FIRST_DAMPING: f64 = 1e-9;
 
 /// Iterates from `start` until the residual is at the tolerance and no longer falls.
