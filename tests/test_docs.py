@@ -1,0 +1,58 @@
+"""Pages of the documentation that repeat what the program says must say the same."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import tomllib
+from functools import cache
+from pathlib import Path
+
+import jsonschema
+import pytest
+
+import cbpt
+
+TOP = Path(__file__).parents[1]
+CASES = [*TOP.glob("tests/data/hidden_effect/*.toml"), *TOP.glob("examples/*.toml")]
+
+
+@cache
+def said_by(*arguments: str) -> str:
+    command = [sys.executable, "-m", "cbpt.commands", *arguments]
+    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
+
+
+def test_the_page_of_keys_is_the_programs() -> None:
+    assert (TOP / "docs/case-file.md").read_text().endswith(said_by("schema", "--keys"))
+
+
+def test_the_example_is_the_programs() -> None:
+    example = (TOP / "examples/base_case.toml").read_text()
+    assert example == said_by("schema", "--example") == cbpt.example_case()
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        *sorted((TOP / "tests/data/hidden_effect").glob("*.toml")),
+        *sorted(TOP.glob("examples/*.toml")),
+    ],
+    ids=lambda path: path.name,
+)
+def test_the_schema_accepts_what_the_parser_accepts(case: Path) -> None:
+    schema = json.loads(said_by("schema"))
+    jsonschema.Draft202012Validator.check_schema(schema)
+    document = tomllib.loads(case.read_text())
+    jsonschema.validate(document, schema)
+    cbpt.Case.from_file(case)
+
+
+def test_the_schema_refuses_a_misspelt_key() -> None:
+    document = tomllib.loads(cbpt.example_case())
+    document["deceleration"]["ball_cuont"] = 20
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(document, json.loads(said_by("schema")))
+    with pytest.raises(cbpt.CaseError, match="did you mean ball_count"):
+        cbpt.Case.from_dict(document)
