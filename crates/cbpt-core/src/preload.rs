@@ -18,6 +18,7 @@ use std::f64::consts::TAU;
 
 use crate::drive::{Drive, EqualSpeed};
 use crate::equilibrium::ContactLaw;
+use crate::geometry::undercut::undercuts;
 use crate::pair::{MeshingPoint, MeshingPoints};
 use crate::period;
 
@@ -33,6 +34,10 @@ pub struct PreloadThresholds {
 }
 
 impl PreloadThresholds {
+    /// No preload does it.
+    pub const NEVER: Self =
+        Self { hold_N: f64::INFINITY, continuous_N: f64::INFINITY, zero_backlash_N: f64::INFINITY };
+
     /// The larger of each.
     #[must_use]
     pub fn max(self, other: Self) -> Self {
@@ -149,15 +154,18 @@ impl Row<'_> {
 
 impl Drive {
     /// The three thresholds at one angle of the input crank (rad) for torque M0 (N m).
+    ///
+    /// Those of a deceleration pair that undercuts are infinite: no preload makes it work.
     pub fn preload_thresholds_at(&self, torque_Nm: f64, input_angle_rad: f64) -> DriveThresholds {
         let points = self.points(input_angle_rad);
         DriveThresholds {
-            deceleration: pair_thresholds(&points.deceleration, torque_Nm),
+            deceleration: self.unless_undercut(|| pair_thresholds(&points.deceleration, torque_Nm)),
             equal_speed: rows_thresholds(&points.equal_speed, torque_Nm * points.equal_speed_share),
         }
     }
 
-    /// The three thresholds for torque M0 (N m), each as its maximum over a period of its pair.
+    /// The three thresholds for torque M0 (N m), each as its maximum over a period of its pair; infinite as in
+    /// [`Drive::preload_thresholds_at`].
     pub fn preload_thresholds(&self, torque_Nm: f64) -> DriveThresholds {
         let share = self.equal_speed_share();
         let deceleration = |phase: f64| pair_thresholds(&self.deceleration_points(phase), torque_Nm);
@@ -165,12 +173,16 @@ impl Drive {
         let equal_speed =
             |phase: f64| rows_thresholds(&self.equal_speed_points(phase, phase), torque_Nm * share);
         DriveThresholds {
-            deceleration: largest(self.deceleration_period_rad(), deceleration),
+            deceleration: self.unless_undercut(|| largest(self.deceleration_period_rad(), deceleration)),
             equal_speed: match self.equal_speed_period_rad() {
                 Some(period) => largest(period, equal_speed),
                 None => equal_speed(0.0),
             },
         }
+    }
+
+    fn unless_undercut(&self, thresholds: impl FnOnce() -> PreloadThresholds) -> PreloadThresholds {
+        if undercuts(self) { PreloadThresholds::NEVER } else { thresholds() }
     }
 
     /// Period of the deceleration pair in its phase Phi, 2 pi/Z2, rad.

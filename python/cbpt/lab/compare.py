@@ -104,6 +104,8 @@ class Comparison:
     """All rows with a solution; None where there is none."""
     groups: tuple[Group, ...]
     """By preload, torque, direction, input angle and run, as far as they vary."""
+    findings: tuple[str, ...]
+    """What is to be known about the design of the drive itself."""
 
     @property
     def without_solution(self) -> dict[str, list[int]]:
@@ -151,6 +153,7 @@ class Comparison:
             "p_value": self.p_value,
             "groups": [asdict(group) for group in self.groups],
             "without_solution": self.without_solution,
+            "findings": list(self.findings),
             "notes": list(self.readings.notes),
         }
 
@@ -228,10 +231,13 @@ def compare(
     model = solve_many(
         drive, data.torque_Nm, data.preload_N, data.input_angle_deg, progress=progress
     )
-    return _compared(data, model, zero)
+    findings = tuple(repr(finding) for finding in drive.findings())
+    return _compared(data, model, zero, findings)
 
 
-def _compared(readings: Readings, model: Angles, zero: str) -> Comparison:
+def _compared(
+    readings: Readings, model: Angles, zero: str, findings: tuple[str, ...]
+) -> Comparison:
     solved = model.has_solution
     raw = readings.elastic_angle_arcsec - model.elastic_angle_arcsec
     u = readings.u_elastic_angle_arcsec
@@ -258,6 +264,7 @@ def _compared(readings: Readings, model: Angles, zero: str) -> Comparison:
         p_value=_p_value(readings, residual, solved, fitted=len(zeros)),
         overall=everything,
         groups=tuple(_groups(readings, residual, solved)),
+        findings=findings,
     )
 
 
@@ -343,6 +350,7 @@ def _report(c: Comparison, angle_unit: str) -> Iterator[str]:
     for status, lines in c.without_solution.items():
         shown = ", ".join(map(str, lines[:8])) + (", ..." if len(lines) > 8 else "")
         yield f"No solution of the model at {len(lines)} readings ({status}): lines {shown}"
+    yield from c.findings
     if c.overall is None:
         yield "Nothing to compare: the model has no solution at any reading."
         return

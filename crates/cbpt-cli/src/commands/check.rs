@@ -39,8 +39,8 @@ pub fn report(drive: &Drive, findings: &[Finding], with_load: bool) -> Report {
     let mut table = Table::new(["severity", "code", "pair", "message", "remedy"]);
     for finding in findings {
         let severity = finding.severity.name();
-        text +=
-            &format!("{severity} ({}): {}.\n  Remedy: {}.\n", finding.pair, finding.message, finding.remedy);
+        text += &finding_text(finding);
+        text.push('\n');
         table.rows.push(
             [severity, finding.code, finding.pair, &finding.message, &finding.remedy]
                 .map(|cell| json!(cell))
@@ -53,6 +53,17 @@ pub fn report(drive: &Drive, findings: &[Finding], with_load: bool) -> Report {
         "findings": findings.iter().map(finding_document).collect::<Value>(),
     });
     Report { text, json, table }
+}
+
+/// A finding as text.
+pub fn finding_text(finding: &Finding) -> String {
+    format!(
+        "{} ({}): {}.\n  Remedy: {}.",
+        finding.severity.name(),
+        finding.pair,
+        finding.message,
+        finding.remedy
+    )
 }
 
 /// A finding as JSON.

@@ -3,6 +3,7 @@
 use cbpt_core::{DriveThresholds, PreloadThresholds};
 use serde_json::{Value, json};
 
+use super::check::{finding_document, finding_text};
 use super::{Units, read_case, torque_Nm};
 use crate::args::Preload;
 use crate::exit::{Exit, Failure};
@@ -18,8 +19,17 @@ pub fn run(verb: &Preload) -> Result<Exit, Failure> {
         Some(angle) => case.drive.preload_thresholds_at(torque, angle.to_radians()),
         None => case.drive.preload_thresholds(torque),
     };
-    report(&thresholds, torque, verb.input_angle_deg, &Units::from(&verb.output)).deliver(&verb.output)?;
-    Ok(Exit::Success)
+    let mut report = report(&thresholds, torque, verb.input_angle_deg, &Units::from(&verb.output));
+    let findings = case.drive.findings(None);
+    for finding in &findings {
+        report.text.push('\n');
+        report.text += &finding_text(finding);
+    }
+    if let Value::Object(entries) = &mut report.json {
+        entries.insert("findings".to_owned(), findings.iter().map(finding_document).collect());
+    }
+    report.deliver(&verb.output)?;
+    Ok(if thresholds.drive().hold_N.is_finite() { Exit::Success } else { Exit::NoSolution })
 }
 
 /// What the thresholds have to say.

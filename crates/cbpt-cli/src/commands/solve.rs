@@ -4,9 +4,10 @@ use cbpt_core::equilibrium::report::PairSolution;
 use cbpt_core::extremes::LargestAngle;
 use cbpt_core::hertz::LoadedContact;
 use cbpt_core::pair::Diagonal;
-use cbpt_core::{Drive, Finding, Severity, Solution, Status};
+use cbpt_core::{Drive, Finding, Solution, Status};
 use serde_json::{Value, json};
 
+use super::check::finding_text;
 use super::{Units, load, read_case};
 use crate::args::Solve;
 use crate::exit::{Exit, Failure};
@@ -103,15 +104,7 @@ pub fn text(drive: &Drive, solution: &Solution, findings: &[Finding], units: &Un
         }
         None => lines.push(format!("Status: {}", solution.status)),
     }
-    for finding in findings.iter().filter(|finding| finding.severity > Severity::Note) {
-        lines.push(format!(
-            "{}: {} ({}).\n  Remedy: {}.",
-            finding.severity.name(),
-            finding.message,
-            finding.pair,
-            finding.remedy
-        ));
-    }
+    lines.extend(findings.iter().map(finding_text));
     lines.join("\n")
 }
 
