@@ -1,0 +1,76 @@
+"""How like each other effects look in a campaign, as the one who made it can tell."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from reference.contact import Floats
+from reference.rig import ARCSEC, drive_of
+from reference.rig_campaign import PRIORS, Campaign
+from reference.rig_effects import LIBRARY, Hidden, Kind, draw_hidden
+from reference.rig_mesh import NotHeldError
+from reference.rig_noise import Noise
+from reference.rig_strength import PARAMETERS, NoSuchCampaignError, Yardstick, parameter_effect
+
+
+def yardstick_of(campaign: Campaign) -> Yardstick:
+    """The measure of strength on a campaign, rebuilt from its truth."""
+    truth, noise = campaign.truth, campaign.truth["noise"]
+    base = tuple(parameter_effect(n, s) for n, s in truth["shifts"].items() if s != 0)
+    priors = {**PRIORS, **campaign.case.get("uncertainty", {})}
+    known = Noise(
+        noise["kind"],
+        noise["u_arcsec"] * ARCSEC,
+        noise["stated_u_arcsec"] * ARCSEC,
+        noise["run_offset_arcsec"] * ARCSEC,
+    )
+    return Yardstick.of(drive_of(campaign.case), campaign.rows, base, known, priors)
+
+
+def _signatures(yardstick: Yardstick, kind: Kind, draws: int) -> list[Floats]:
+    """Whitened changes by an effect in the library's form, at a strength near 8."""
+    if kind.id == "run_offset":
+        runs = np.unique(yardstick.rows.run)
+        return [yardstick.whiten(ARCSEC * (yardstick.rows.run == r)) for r in runs]
+    found = []
+    rng = np.random.default_rng(7)
+    for _ in range(draws):
+        start = draw_hidden(kind, "library", rng)
+        try:
+            found.append(yardstick.left(yardstick.sized(start, 8.0, tolerance=0.6)))
+        except (NoSuchCampaignError, NotHeldError, ArithmeticError):
+            continue
+        if len(start.values) == 1:
+            break
+    return found
+
+
+def rival_correlations(
+    campaign: Campaign, draws: int = 3, among: Sequence[str] = tuple(LIBRARY)
+) -> dict[str, float]:
+    """For every other effect of the library, the largest correlation with the one that is hidden.
+
+    After refitting the free parameters. Effects with a phase, and zeros of runs, are given every
+    combination of their signatures; of the others the likest draw counts. Takes seconds.
+    """
+    hiddens = [e for e in campaign.effects if isinstance(e, Hidden)]
+    yardstick = yardstick_of(campaign)
+    ids = [h["id"] for h in campaign.truth["hidden"]]
+    true = yardstick.left(next(h for h in reversed(hiddens) if h.id == ids[0]))
+    true = true / np.linalg.norm(true)
+    out = {}
+    for name, kind in LIBRARY.items():
+        if name in ids or name in PARAMETERS.values() or name not in among:
+            continue
+        columns = _signatures(yardstick, kind, draws)
+        if not columns:
+            continue
+        if name == "run_offset" or "phase_rad" in kind.draw(np.random.default_rng(0)):
+            basis, scale, _ = np.linalg.svd(np.column_stack(columns), full_matrices=False)
+            kept = basis[:, scale > 1e-6 * scale[0]]
+            out[name] = float(np.linalg.norm(kept.T @ true))
+        else:
+            out[name] = float(max(abs(c @ true) / np.linalg.norm(c) for c in columns))
+    return dict(sorted(out.items(), key=lambda item: -item[1]))
