@@ -264,9 +264,11 @@ pub fn effects_up_to(most_offset: f64, most_spring: f64) -> impl Strategy<Value 
     )
 }
 
-/// Whether the preload alone leaves the output plate free play: large offsets may leave so few contacts that nothing
-/// resists a small rotation.
+/// Whether the preload alone leaves the output plate all but free play: large offsets may leave so few contacts that
+/// next to nothing resists a small rotation.
 pub fn is_loose(points: &MeshingPoints, preload_N: f64) -> bool {
     let unsprung = MeshingPoints { axial_spring_N_per_m: 0.0, ..points.clone() };
-    solve_pair(&unsprung, 0.0, preload_N).1.is_none_or(|state| state.torsional_stiffness_Nm_per_rad <= 0.0)
+    let usual = preload_N * points.largest_arm_m().powi(2) / approach_scale_m(points, preload_N);
+    let (_, state) = solve_pair(&unsprung, 0.0, preload_N);
+    state.is_none_or(|state| state.torsional_stiffness_Nm_per_rad <= 1e-4 * usual)
 }

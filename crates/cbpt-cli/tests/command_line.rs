@@ -1,0 +1,689 @@
+//! The `cbpt` binary as its users and their scripts meet it: verbs, numbers, units, files, exit codes.
+//!
+//! Numbers known beforehand are those of the base case; everything else is an identity between two runs.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+// Torques and preloads are told as they were given.
+#![allow(clippy::float_cmp)]
+
+use std::ffi::OsStr;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use proptest::prelude::*;
+use proptest::sample::select;
+use serde_json::Value;
+
+/// The example that `cbpt schema --example` prints: the base case, with a `[load]` of 5 N m and 600 N.
+const EXAMPLE: &str = include_str!("../src/example.toml");
+
+/// A directory of its own for each test, with the example as `case.toml` and, without its `[load]`, as `bare.toml`.
+struct Desk {
+    directory: PathBuf,
+}
+
+/// What a run of the binary left behind.
+#[derive(Debug)]
+struct Ran {
+    code: i32,
+    out: String,
+    err: String,
+}
+
+impl Desk {
+    fn new(name: &str) -> Self {
+        let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join("command_line").join(name);
+        let _ = fs::remove_dir_all(&directory);
+        fs::create_dir_all(&directory).expect("a directory for the test");
+        let desk = Self { directory };
+        desk.write("case.toml", EXAMPLE);
+        desk.write("bare.toml", EXAMPLE.split("[load]").next().expect("text before [load]"));
+        desk
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        fs::write(self.directory.join(name), text).expect("the directory can be written");
+    }
+
+    fn read(&self, name: &str) -> String {
+        fs::read_to_string(self.directory.join(name)).expect("the file was written")
+    }
+
+    fn command(&self, arguments: impl IntoIterator<Item = impl AsRef<OsStr>>) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_cbpt"));
+        command.current_dir(&self.directory).args(arguments).stdin(Stdio::null());
+        command
+    }
+
+    fn run(&self, arguments: impl IntoIterator<Item = impl AsRef<OsStr>>) -> Ran {
+        let output = self.command(arguments).output().expect("the binary starts");
+        Ran {
+            code: output.status.code().expect("an exit code, not a signal"),
+            out: String::from_utf8(output.stdout).expect("text on standard output"),
+            err: String::from_utf8(output.stderr).expect("text on standard error"),
+        }
+    }
+
+    /// Runs a line of words.
+    fn cbpt(&self, line: &str) -> Ran {
+        self.run(line.split_whitespace())
+    }
+
+    /// Runs a line of words, which must end with `code` and print one JSON object.
+    fn json(&self, line: &str, code: i32) -> Value {
+        let ran = self.cbpt(line);
+        assert_eq!(ran.code, code, "{line}: {ran:?}");
+        assert_eq!(ran.err, "", "{line}");
+        serde_json::from_str(&ran.out).unwrap_or_else(|error| panic!("{line}: {error} in {}", ran.out))
+    }
+}
+
+impl Ran {
+    /// Bad input: exit code 2, nothing on standard output, and these words on standard error.
+    fn refused(&self, words: &[&str]) {
+        assert_eq!(self.code, 2, "{self:?}");
+        assert_eq!(self.out, "", "{self:?}");
+        for word in words {
+            assert!(self.err.contains(word), "{word:?} is not in {:?}", self.err);
+        }
+    }
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
+}
+
+fn assert_close(value: &Value, expected: f64, relative: f64) {
+    let found = number(value);
+    assert!((found - expected).abs() <= relative * expected.abs(), "{found} is not {expected}");
+}
+
+fn keys(object: &Value) -> Vec<&str> {
+    object.as_object().expect("an object").keys().map(String::as_str).collect()
+}
+
+fn cells(csv: &str) -> Vec<Vec<&str>> {
+    csv.lines().map(|line| line.split(',').collect()).collect()
+}
+
+// --- solve --------------------------------------------------------------------------------
+
+#[test]
+fn solve_gives_the_base_case() {
+    let desk = Desk::new("solve");
+    let solved = desk.json("solve bare.toml --torque-Nm 5 --preload-N 600 --input-angle-deg 0 --json", 0);
+    assert_eq!(solved["status"], "ok");
+    assert_close(&solved["elastic_angle_arcsec"], 12.460_454_90, 1e-9);
+    assert_close(&solved["alpha_deceleration_arcsec"], 5.159_034_343_406_146, 1e-10);
+    assert_close(&solved["alpha_equal_speed_arcsec"], 7.301_420_557_567_914, 1e-10);
+    let parts = number(&solved["alpha_deceleration_arcsec"]) + number(&solved["alpha_equal_speed_arcsec"]);
+    assert_close(&solved["elastic_angle_arcsec"], parts, 1e-15);
+    assert!((0.0..=1e-11).contains(&number(&solved["residual"])));
+    assert_eq!(solved["hold_preload_N"], Value::Null);
+    assert_close(&solved["transmission_ratio"], 10.5, 1e-15);
+    assert_eq!(solved["pairs"]["deceleration"]["points"].as_array().map(Vec::len), Some(40));
+    assert_eq!(solved["pairs"]["equal_speed"]["points"].as_array().map(Vec::len), Some(28));
+}
+
+#[test]
+fn solve_prints_a_summary_for_people() {
+    let desk = Desk::new("solve_text");
+    let ran = desk.cbpt("solve case.toml");
+    assert_eq!((ran.code, ran.err.as_str()), (0, ""));
+    for part in ["Elastic angle: 12.4605 arcsec", "Status: solved", "80 of 80", "56 of 56"] {
+        assert!(ran.out.contains(part), "{part:?} is not in {}", ran.out);
+    }
+    assert!(!ran.out.contains("Meshing points"));
+    let with_points = desk.cbpt("solve case.toml --points").out;
+    assert!(with_points.contains("Meshing points") && with_points.contains("force_N"));
+}
+
+#[test]
+fn what_the_preload_cannot_hold_has_nulls_and_the_preload_that_would() {
+    let desk = Desk::new("beyond");
+    let solved = desk.json("solve case.toml --torque-Nm 50 --json", 3);
+    assert_eq!(solved["status"], "beyond_hold");
+    for key in ["elastic_angle_arcsec", "alpha_deceleration_arcsec", "alpha_equal_speed_arcsec", "residual"] {
+        assert_eq!(solved[key], Value::Null, "{key}");
+    }
+    let hold = number(&solved["hold_preload_N"]);
+    assert!(hold > 600.0);
+    let at = |preload: f64| desk.cbpt(&format!("solve case.toml --torque-Nm 50 --preload-N {preload}")).code;
+    assert_eq!((at(hold * 0.999_99), at(hold * 1.001)), (3, 0));
+    assert!(desk.cbpt("solve case.toml --torque-Nm 50").out.contains("no solution"));
+}
+
+#[test]
+fn a_load_comes_from_flags_then_from_the_case() {
+    let desk = Desk::new("load");
+    let own = desk.json("solve case.toml --json", 0);
+    assert_eq!(own, desk.json("solve bare.toml --torque-Nm 5 --preload-N 600 --json", 0));
+    let other = desk.json("solve case.toml --torque-Nm 7 --json", 0);
+    assert_eq!(other, desk.json("solve bare.toml --torque-Nm 7 --preload-N 600 --json", 0));
+    assert_ne!(own["elastic_angle_arcsec"], other["elastic_angle_arcsec"]);
+    desk.write("turned.toml", &EXAMPLE.replace("input_angle_deg = 0.0", "input_angle_deg = 40.0"));
+    let turned = desk.json("solve turned.toml --json", 0);
+    assert_close(&turned["load"]["input_angle_deg"], 40.0, 1e-14);
+    assert_eq!(
+        desk.json("solve turned.toml --input-angle-deg 0 --json", 0)["elastic_angle_arcsec"],
+        own["elastic_angle_arcsec"]
+    );
+    desk.cbpt("solve bare.toml --torque-Nm 5").refused(&["--preload-N", "`preload_N` under [load]"]);
+    desk.cbpt("solve bare.toml --preload-N 5").refused(&["--torque-Nm", "`torque_Nm` under [load]"]);
+    desk.cbpt("preload bare.toml").refused(&["--torque-Nm"]);
+    desk.cbpt("sweep bare.toml --torque-Nm 1,2").refused(&["--preload-N"]);
+}
+
+#[test]
+fn a_torque_backwards_mirrors_the_angle() {
+    let desk = Desk::new("mirror");
+    let there = desk.json("solve case.toml --torque-Nm 8 --preload-N 300 --input-angle-deg 25 --json", 0);
+    let back = desk.json("solve case.toml --torque-Nm -8 --preload-N 300 --input-angle-deg -25 --json", 0);
+    assert_close(&back["elastic_angle_arcsec"], -number(&there["elastic_angle_arcsec"]), 1e-9);
+}
+
+#[test]
+fn over_a_period_gives_the_largest_angle() {
+    let desk = Desk::new("period");
+    let solved = desk.json("solve case.toml --over-period --json", 0);
+    let over = &solved["over_period"];
+    let largest = number(&over["largest_elastic_angle_arcsec"]);
+    let amplitude = number(&over["amplitude_arcsec"]);
+    assert_eq!(over["status"], "ok");
+    assert!(largest >= number(&solved["elastic_angle_arcsec"]) && amplitude >= 0.0);
+    let angle = number(&over["input_angle_deg"]);
+    let there = desk.json(&format!("solve case.toml --input-angle-deg {angle} --json"), 0);
+    assert_close(&there["elastic_angle_arcsec"], largest, 1e-9);
+}
+
+#[test]
+fn results_are_said_in_the_units_that_are_asked_for() {
+    let desk = Desk::new("units");
+    let plain = desk.json("solve case.toml --json", 0);
+    let rad_per_arcsec = std::f64::consts::PI / 648_000.0;
+    for (unit, per_arcsec) in [
+        ("arcmin", 1.0 / 60.0),
+        ("deg", 1.0 / 3600.0),
+        ("urad", 1e6 * rad_per_arcsec),
+        ("mrad", 1e3 * rad_per_arcsec),
+        ("rad", rad_per_arcsec),
+    ] {
+        let said = desk.json(&format!("solve case.toml --json --angle-unit {unit}"), 0);
+        for key in ["elastic_angle", "alpha_deceleration", "alpha_equal_speed"] {
+            let expected = number(&plain[format!("{key}_arcsec")]) * per_arcsec;
+            assert_close(&said[format!("{key}_{unit}")], expected, 1e-14);
+            assert_eq!(said[format!("{key}_arcsec")], Value::Null);
+        }
+    }
+    let said = desk.json(
+        "solve case.toml --json --force-unit kN --torque-unit Nmm --length-unit nm --pressure-unit MPa",
+        0,
+    );
+    let (pair, in_plain) = (&said["pairs"]["equal_speed"], &plain["pairs"]["equal_speed"]);
+    for (key, plain_key, factor) in [
+        ("torque_Nmm", "torque_Nm", 1e3),
+        ("approach_nm", "approach_um", 1e3),
+        ("in_plane_force_along_kN", "in_plane_force_along_N", 1e-3),
+        ("tilt_couple_Nmm", "tilt_couple_Nm", 1e3),
+        ("peak_pressure_MPa", "peak_pressure_GPa", 1e3),
+    ] {
+        assert_close(&pair[key], number(&in_plain[plain_key]) * factor, 1e-14);
+    }
+    let (point, in_plain) = (&pair["points"][0], &in_plain["points"][0]);
+    assert_close(&point["force_kN"], number(&in_plain["force_N"]) * 1e-3, 1e-14);
+    assert_close(&point["deformation_nm"], number(&in_plain["deformation_um"]) * 1e3, 1e-14);
+    assert!(desk.cbpt("solve case.toml --angle-unit mrad").out.contains("0.06041 mrad"));
+    desk.cbpt("solve case.toml --angle-unit grad").refused(&["grad", "arcsec"]);
+}
+
+// --- preload ------------------------------------------------------------------------------
+
+const THRESHOLDS: [&str; 3] = ["hold_N", "continuous_N", "zero_backlash_N"];
+
+#[test]
+fn preload_gives_three_thresholds_of_each_pair_and_of_the_drive() {
+    let desk = Desk::new("preload");
+    let needed = desk.json("preload bare.toml --torque-Nm 5 --json", 0);
+    for pair in ["deceleration", "equal_speed", "drive"] {
+        assert_eq!(keys(&needed[pair]), THRESHOLDS);
+        let [hold, continuous, zero_backlash] = THRESHOLDS.map(|key| number(&needed[pair][key]));
+        assert!(0.0 < hold && hold <= continuous && continuous <= zero_backlash, "{pair}");
+    }
+    assert_close(&needed["deceleration"]["continuous_N"], 145.0457, 1e-6);
+    assert_close(&needed["equal_speed"]["continuous_N"], 152.4597, 1e-6);
+    for key in THRESHOLDS {
+        let larger = number(&needed["deceleration"][key]).max(number(&needed["equal_speed"][key]));
+        assert_close(&needed["drive"][key], larger, 0.0);
+    }
+    assert_eq!(needed, desk.json("preload case.toml --json", 0));
+    // Thresholds are proportional to the torque, so say them in kN of a thousandfold torque.
+    let thousandfold = desk.json("preload bare.toml --torque-Nm 5000 --force-unit kN --json", 0);
+    assert_close(&thousandfold["drive"]["hold_kN"], number(&needed["drive"]["hold_N"]), 1e-12);
+}
+
+#[test]
+fn thresholds_at_one_angle_stay_below_their_maxima() {
+    let desk = Desk::new("preload_at");
+    let maxima = desk.json("preload case.toml --json", 0);
+    assert_eq!(maxima["input_angle_deg"], Value::Null);
+    for angle in [0, 7, 20, -100] {
+        let here = desk.json(&format!("preload case.toml --input-angle-deg {angle} --json"), 0);
+        assert_close(&here["input_angle_deg"], f64::from(angle), 0.0);
+        for pair in ["deceleration", "equal_speed", "drive"] {
+            for key in THRESHOLDS {
+                let (value, most) = (number(&here[pair][key]), number(&maxima[pair][key]));
+                assert!(value <= most * (1.0 + 1e-12), "{pair} {key} at {angle} deg");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_hold_threshold_is_where_solving_begins() {
+    let desk = Desk::new("hold");
+    let hold = number(&desk.json("preload case.toml --input-angle-deg 33 --json", 0)["drive"]["hold_N"]);
+    for (factor, code) in [(0.999_999, 3), (1.0001, 0)] {
+        let preload = hold * factor;
+        let ran = desk.cbpt(&format!("solve case.toml --input-angle-deg 33 --preload-N {preload}"));
+        assert_eq!(ran.code, code, "{ran:?}");
+    }
+}
+
+// --- sweep --------------------------------------------------------------------------------
+
+#[test]
+fn sweep_runs_over_lists_and_ranges_in_order() {
+    let desk = Desk::new("sweep");
+    let line = "sweep bare.toml --torque-Nm -1:1:0.5,4 --preload-N 600,300 --input-angle-deg 0:20:10 --json";
+    let swept = desk.json(line, 0);
+    let columns = [
+        "torque_Nm",
+        "preload_N",
+        "input_angle_deg",
+        "elastic_angle_arcsec",
+        "alpha_deceleration_arcsec",
+        "alpha_equal_speed_arcsec",
+        "residual",
+        "status",
+    ];
+    assert_eq!(keys(&swept), columns);
+    for column in columns {
+        assert_eq!(swept[column].as_array().map(Vec::len), Some(6 * 2 * 3), "{column}");
+    }
+    let torques: Vec<f64> = (0..6).map(|row| number(&swept["torque_Nm"][row])).collect();
+    assert_eq!(torques, [-1.0, -0.5, 0.0, 0.5, 1.0, 4.0]);
+    assert_eq!(
+        [0, 5, 6, 11, 12].map(|row| number(&swept["preload_N"][row])),
+        [600.0, 600.0, 300.0, 300.0, 600.0]
+    );
+    let angles = [0, 12, 24].map(|row| number(&swept["input_angle_deg"][row]).round());
+    assert_eq!(angles, [0.0, 10.0, 20.0]);
+    let one = desk.json("solve bare.toml --torque-Nm 4 --preload-N 300 --input-angle-deg 20 --json", 0);
+    assert_eq!(swept["elastic_angle_arcsec"][35], one["elastic_angle_arcsec"]);
+}
+
+#[test]
+fn a_load_without_solution_stays_a_row() {
+    let desk = Desk::new("rows");
+    let ran = desk.cbpt("sweep case.toml --torque-Nm 5,500 --out rows.csv");
+    assert_eq!((ran.code, ran.err.as_str()), (0, ""));
+    assert!(ran.out.contains("1 of 2 loads have no solution"), "{}", ran.out);
+    let table = desk.read("rows.csv");
+    let rows = cells(&table);
+    assert_eq!(rows.len(), 3);
+    assert_eq!(rows[1][0..3], ["5.0", "600.0", "0.0"]);
+    assert_eq!(rows[1][7], "ok");
+    assert_eq!(rows[2][3..8], ["", "", "", "", "beyond_hold"]);
+    let none = desk.json("sweep case.toml --torque-Nm 500,600 --json", 3);
+    assert_eq!(none["elastic_angle_arcsec"], Value::Array(vec![Value::Null; 2]));
+}
+
+#[test]
+fn a_long_sweep_shows_its_beginning_and_writes_all() {
+    let desk = Desk::new("long");
+    let ran = desk.cbpt("sweep case.toml --torque-Nm 0:10:0.01 --out long.csv --angle-unit urad");
+    assert_eq!(ran.code, 0);
+    assert!(ran.out.contains("1001 rows in all"), "{}", ran.out);
+    assert!(ran.out.lines().count() < 80);
+    let table = desk.read("long.csv");
+    assert_eq!(table.lines().count(), 1002);
+    assert!(cells(&table)[0].contains(&"elastic_angle_urad"));
+}
+
+#[test]
+fn ranges_that_cannot_be_are_refused_at_once() {
+    let desk = Desk::new("ranges");
+    for (torques, words) in [
+        ("1,,2", ["`` is not a number", "start:stop:step"]),
+        ("0:1", ["`0:1`", "neither a number nor a range"]),
+        ("0:1:0", ["`0:1:0`", "step"]),
+        ("0:1:-0.1", ["`0:1:-0.1`", "step"]),
+        ("0:inf:1", ["`inf`", "number"]),
+        ("five", ["`five`", "number"]),
+        ("0:1:1e-12", ["`0:1:1e-12`", "step"]),
+    ] {
+        desk.run(["sweep", "case.toml", "--torque-Nm", torques]).refused(&[
+            "--torque-Nm",
+            words[0],
+            words[1],
+        ]);
+    }
+    // A slip in two steps: 1e8 rows.
+    desk.cbpt("sweep case.toml --torque-Nm 0:1:1e-4 --input-angle-deg 0:1:1e-4").refused(&["100020001 rows"]);
+    desk.cbpt("sweep case.toml --preload-N 100,0").refused(&["preload_N = 0", "greater than 0"]);
+}
+
+// --- check --------------------------------------------------------------------------------
+
+#[test]
+fn check_finds_what_cannot_be_built() {
+    let desk = Desk::new("check");
+    let clean = desk.json("check case.toml --json", 0);
+    assert_eq!(clean["findings"], Value::Array(Vec::new()));
+    assert_eq!(clean["checked_under_load"], Value::Bool(true));
+    assert_eq!(desk.json("check bare.toml --json", 0)["checked_under_load"], Value::Bool(false));
+    assert!(desk.cbpt("check bare.toml").out.contains("No findings"));
+
+    // Balls larger than the radius of the centreline leave no wall.
+    let undercut = EXAMPLE.replacen("ball_radius_mm = 1.5", "ball_radius_mm = 20", 1);
+    desk.write("undercut.toml", &undercut);
+    let found = desk.json("check undercut.toml --json", 4);
+    let first = &found["findings"][0];
+    assert_eq!(keys(first), ["code", "severity", "pair", "message", "remedy"]);
+    assert_eq!((&first["severity"], &first["pair"]), (&Value::from("error"), &Value::from("deceleration")));
+    let codes: Vec<&Value> =
+        found["findings"].as_array().unwrap().iter().map(|finding| &finding["code"]).collect();
+    assert!(codes.contains(&&Value::from("undercut")), "{codes:?}");
+    let ran = desk.cbpt("check undercut.toml --out found.csv");
+    assert_eq!(ran.code, 4);
+    assert!(ran.out.contains("Remedy:"));
+    assert!(desk.read("found.csv").starts_with("severity,code,pair,message,remedy\nerror,"));
+    let solved = desk.json("solve undercut.toml --json", 3);
+    assert_eq!(
+        (&solved["status"], &solved["elastic_angle_arcsec"]),
+        (&Value::from("undercut"), &Value::Null)
+    );
+    assert_eq!(desk.cbpt("sweep undercut.toml --torque-Nm 1,2").code, 3);
+}
+
+#[test]
+fn a_warning_is_told_and_is_no_failure() {
+    let desk = Desk::new("warning");
+    let found = desk.json("check case.toml --preload-N 1e5 --json", 0);
+    let pressure = &found["findings"][0];
+    assert_eq!(
+        (&pressure["code"], &pressure["severity"]),
+        (&Value::from("peak_pressure"), &Value::from("warning"))
+    );
+    let ran = desk.cbpt("solve case.toml --preload-N 1e5");
+    assert_eq!(ran.code, 0);
+    assert!(ran.out.contains("warning: the peak contact pressure"), "{}", ran.out);
+}
+
+// --- schema -------------------------------------------------------------------------------
+
+#[test]
+fn schema_prints_what_editors_and_people_need() {
+    let desk = Desk::new("schema");
+    let schema = desk.json("schema", 0);
+    assert!(schema["$schema"].as_str().is_some_and(|dialect| dialect.contains("json-schema.org")));
+    for section in ["material", "deceleration", "equal_speed", "load", "measurement", "uncertainty", "effect"]
+    {
+        assert!(schema["properties"][section].is_object(), "{section}");
+    }
+    let table = desk.cbpt("schema --keys");
+    assert_eq!(table.code, 0);
+    assert!(table.out.contains("`ball_radius_mm`") && table.out.contains("| required |"));
+    assert_eq!(desk.cbpt("schema --example").out, EXAMPLE);
+    let written = desk.cbpt("schema --example --out new.toml");
+    assert_eq!((written.code, written.out.as_str()), (0, ""));
+    assert_eq!(desk.read("new.toml"), EXAMPLE);
+    assert_eq!(desk.cbpt("solve new.toml --json").out, desk.cbpt("solve case.toml --json").out);
+    desk.cbpt("schema --keys --example").refused(&["--keys", "--example"]);
+}
+
+// --- files --------------------------------------------------------------------------------
+
+#[test]
+fn a_json_file_holds_what_would_be_printed() {
+    let desk = Desk::new("out_json");
+    for verb in ["solve case.toml", "preload case.toml", "sweep case.toml", "check case.toml"] {
+        let printed = desk.cbpt(&format!("{verb} --json"));
+        let ran = desk.cbpt(&format!("{verb} --out answer.JSON"));
+        assert_eq!((printed.code, ran.code), (0, 0), "{verb}");
+        assert_eq!(desk.read("answer.JSON").trim_end(), printed.out.trim_end(), "{verb}");
+        assert_ne!(ran.out, printed.out, "{verb}: the text is printed all the same");
+    }
+}
+
+#[test]
+fn a_csv_file_keeps_every_digit() {
+    let desk = Desk::new("out_csv");
+    let solved = desk.json("solve case.toml --json --out points.csv", 0);
+    let table = desk.read("points.csv");
+    let rows = cells(&table);
+    assert_eq!(rows.len(), 1 + 40 + 28);
+    let column = |name: &str| rows[0].iter().position(|cell| *cell == name).unwrap();
+    let (force, pair) = (column("force_N"), column("pair"));
+    let mut seen = 0;
+    for name in ["deceleration", "equal_speed"] {
+        for point in solved["pairs"][name]["points"].as_array().unwrap() {
+            seen += 1;
+            assert_eq!(rows[seen][pair], name);
+            let cell: f64 = rows[seen][force].parse().unwrap();
+            // The last bit may go where JSON is read.
+            assert_close(&point["force_N"], cell, 3e-16);
+        }
+    }
+    assert_eq!(seen + 1, rows.len());
+    assert_eq!(desk.cbpt("preload case.toml --out needed.csv").code, 0);
+    assert!(desk.read("needed.csv").starts_with("pair,hold_N,continuous_N,zero_backlash_N\ndeceleration,"));
+    // What has no solution has no points either.
+    assert_eq!(desk.cbpt("solve case.toml --torque-Nm 99 --out none.csv").code, 3);
+    assert_eq!(desk.read("none.csv").lines().count(), 1);
+}
+
+#[test]
+fn a_file_that_cannot_be_written_is_exit_code_1() {
+    let desk = Desk::new("unwritable");
+    for verb in ["solve case.toml", "preload case.toml", "sweep case.toml", "check case.toml", "schema"] {
+        let ran = desk.cbpt(&format!("{verb} --out no/such/place/answer.json"));
+        assert_eq!(ran.code, 1, "{ran:?}");
+        assert!(ran.err.starts_with("cbpt: cannot write no/such/place/answer.json: "), "{}", ran.err);
+        assert_eq!(ran.out, "");
+    }
+}
+
+#[test]
+fn a_file_of_unknown_ending_is_refused() {
+    let desk = Desk::new("ending");
+    for name in ["answer.xlsx", "answer", ".csv"] {
+        desk.cbpt(&format!("solve case.toml --out {name}")).refused(&[name, ".csv or .json"]);
+        assert!(!desk.directory.join(name).exists());
+    }
+}
+
+#[test]
+fn a_reader_that_leaves_early_is_no_failure() {
+    let desk = Desk::new("pipe");
+    let mut child = desk
+        .command("sweep case.toml --torque-Nm 0:5:0.001 --json".split(' '))
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(0));
+    assert_eq!(String::from_utf8(output.stderr).unwrap(), "");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_behind_standard_output_is_exit_code_1() {
+    let desk = Desk::new("full");
+    let full = fs::File::options().write(true).open("/dev/full").unwrap();
+    let output = desk.command(["schema", "--keys"]).stdout(full).output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8(output.stderr).unwrap().contains("cannot write standard output"));
+}
+
+// --- what is refused ----------------------------------------------------------------------
+
+#[test]
+fn a_mistake_in_the_case_is_told_with_its_place() {
+    let desk = Desk::new("mistake");
+    desk.write("case.toml", &EXAMPLE.replacen("contact_angle_deg", "contact_angel_deg", 1));
+    let line = 1 + EXAMPLE.lines().position(|line| line.contains("contact_angle_deg")).unwrap();
+    for verb in ["solve", "preload", "sweep", "check"] {
+        let place = format!("{line}");
+        desk.cbpt(&format!("{verb} case.toml")).refused(&[
+            "case.toml",
+            &place,
+            "contact_angel_deg",
+            "contact_angle_deg",
+        ]);
+    }
+    desk.cbpt("solve missing.toml").refused(&["missing.toml", "not found"]);
+    desk.cbpt("solve .").refused(&["directory"]);
+    desk.write("empty.toml", "");
+    desk.cbpt("solve empty.toml").refused(&["empty.toml", "deceleration"]);
+    fs::write(desk.directory.join("binary.toml"), [0xff, 0x00, 0xfe]).unwrap();
+    desk.cbpt("check binary.toml").refused(&["binary.toml"]);
+}
+
+#[test]
+fn a_number_that_cannot_be_is_named() {
+    let desk = Desk::new("numbers");
+    for (flag, value) in [
+        ("--torque-Nm", "nan"),
+        ("--torque-Nm", "1e999"),
+        ("--preload-N", "0"),
+        ("--preload-N", "-600"),
+        ("--preload-N", "inf"),
+        ("--input-angle-deg", "inf"),
+    ] {
+        let name = match flag {
+            "--torque-Nm" => "torque_Nm",
+            "--preload-N" => "preload_N",
+            _ => "input_angle",
+        };
+        desk.run(["solve", "case.toml", flag, value]).refused(&[name]);
+    }
+    desk.run(["solve", "case.toml", "--torque-Nm", "5 Nm"]).refused(&["5 Nm", "--torque-Nm"]);
+    desk.cbpt("solve case.toml --torque 5").refused(&["--torque-Nm"]);
+    desk.cbpt("preload case.toml --torque-Nm nan").refused(&["torque_Nm"]);
+}
+
+#[test]
+fn a_case_with_an_effect_is_refused_and_not_computed_without_it() {
+    let desk = Desk::new("effect");
+    let effect = "\n[[effect]]\nid = \"output_torsion\"\ntorsional_stiffness_Nm_per_rad = 1e6\n";
+    desk.write("case.toml", &format!("{EXAMPLE}{effect}"));
+    for verb in ["solve", "preload", "sweep", "check"] {
+        desk.cbpt(&format!("{verb} case.toml")).refused(&["case.toml", "`output_torsion`", "[[effect]]"]);
+    }
+}
+
+#[test]
+fn verbs_of_the_lab_name_the_wheel() {
+    let desk = Desk::new("lab");
+    for line in ["compare", "compare case.toml data.csv --json", "compare --plot x.svg", "compare --help"] {
+        desk.cbpt(line).refused(&["`cbpt compare`", "pip install cbpt"]);
+    }
+}
+
+#[test]
+fn help_lists_every_verb_and_every_exit_code() {
+    let desk = Desk::new("help");
+    for line in ["--help", "-h", "help"] {
+        let ran = desk.cbpt(line);
+        assert_eq!((ran.code, ran.err.as_str()), (0, ""), "{line}");
+        for word in
+            ["solve", "preload", "sweep", "check", "schema", "compare", "Exit codes: 0", "4 design error"]
+        {
+            assert!(ran.out.contains(word), "{word:?} is not in the help");
+        }
+    }
+    for verb in ["solve", "preload", "sweep", "check", "schema"] {
+        let ran = desk.cbpt(&format!("{verb} --help"));
+        assert_eq!(ran.code, 0);
+        assert!(ran.out.contains("--out") && ran.err.is_empty(), "{verb}");
+    }
+    let version = desk.cbpt("--version");
+    assert_eq!((version.code, version.out.trim()), (0, concat!("cbpt ", env!("CARGO_PKG_VERSION"))));
+    let bare = desk.run(Vec::<&str>::new());
+    assert_eq!(bare.code, 2);
+    assert!(bare.err.contains("Usage: cbpt <COMMAND>"));
+    desk.cbpt("slove case.toml").refused(&["slove", "solve"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_path_that_is_no_text_is_a_path_all_the_same() {
+    use std::os::unix::ffi::OsStrExt;
+    let desk = Desk::new("bytes");
+    let name = OsStr::from_bytes(b"dr\xffve.toml");
+    desk.run([OsStr::new("solve"), name]).refused(&["not found"]);
+    // Not every file system takes such a name.
+    if fs::write(desk.directory.join(name), EXAMPLE).is_ok() {
+        assert_eq!(desk.run([OsStr::new("check"), name]).code, 0);
+    }
+}
+
+// --- any arguments ------------------------------------------------------------------------
+
+/// Words that mean something to the command line.
+const WORDS: &str = "solve preload sweep check schema compare help case.toml bare.toml undercut.toml missing.toml \
+    --torque-Nm --preload-N --input-angle-deg --json --points --over-period --out --out=out.csv --out=out.json \
+    --out=no/where.csv --angle-unit --angle-unit=mrad --force-unit --keys --example --help --version -h -- mrad kN";
+/// Numbers, lists and ranges that mean trouble.
+const NUMBERS: &str = "0 -0 1 5 600 -7.5 1e-3 1e6 1e300 -1e300 5e-324 nan inf 0:3:1 3:0:-1 0:1:0 1,2,, : :: 1:2:3:4 \
+    0:9:1e-300 1e30 0.9999999";
+
+fn any_argument() -> impl Strategy<Value = String> {
+    let one_of = |words: &'static str| select(words.split_whitespace().collect::<Vec<_>>());
+    prop_oneof![
+        4 => one_of(WORDS).prop_map(str::to_owned),
+        4 => one_of(NUMBERS).prop_map(str::to_owned),
+        // No slash: nothing is written outside the directory of the test.
+        1 => "[ -.0-~äµ°]{0,6}",
+    ]
+}
+
+/// A verb that has what it needs, then anything.
+fn arguments() -> impl Strategy<Value = Vec<String>> {
+    let begun = select(vec!["solve", "preload", "sweep", "check", "schema"]).prop_flat_map(|verb| {
+        let case = select(vec!["case.toml", "bare.toml", "undercut.toml"]);
+        (Just(verb), case).prop_map(|(verb, case)| match verb {
+            "schema" => vec![verb.to_owned()],
+            _ => vec![verb.to_owned(), case.to_owned()],
+        })
+    });
+    let flags = select(vec!["--torque-Nm", "--preload-N", "--input-angle-deg"]);
+    let pairs = proptest::collection::vec((flags, any_argument()), 0..3)
+        .prop_map(|pairs| pairs.into_iter().flat_map(|(flag, value)| [flag.to_owned(), value]).collect());
+    let anything = || proptest::collection::vec(any_argument(), 0..5);
+    prop_oneof![
+        2 => (begun, pairs, anything())
+            .prop_map(|(verb, pairs, rest): (_, Vec<String>, _)| [verb, pairs, rest].concat()),
+        1 => anything(),
+    ]
+}
+
+#[test]
+fn no_arguments_panic() {
+    let desk = Desk::new("any");
+    desk.write("undercut.toml", &EXAMPLE.replacen("ball_radius_mm = 1.5", "ball_radius_mm = 20", 1));
+    let config = ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(400) };
+    proptest!(config, |(arguments in arguments())| {
+        let ran = desk.run(&arguments);
+        prop_assert!((0..=4).contains(&ran.code), "{arguments:?}: {ran:?}");
+        prop_assert!(!ran.err.contains("panicked"), "{arguments:?}: {ran:?}");
+        // Whoever is refused is told why, and a number is never the answer.
+        prop_assert_eq!(ran.code == 1 || ran.code == 2, !ran.err.is_empty(), "{:?}: {:?}", arguments, ran);
+        for odd in ["NaN,", "inf,", ": NaN", ": inf"] {
+            prop_assert!(!ran.out.contains(odd), "{arguments:?}: {ran:?}");
+        }
+    });
+}
