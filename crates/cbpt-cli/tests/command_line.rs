@@ -417,7 +417,7 @@ fn a_warning_is_told_and_is_no_failure() {
     );
     let ran = desk.cbpt("solve case.toml --preload-N 1e5");
     assert_eq!(ran.code, 0);
-    assert!(ran.out.contains("warning: the peak contact pressure"), "{}", ran.out);
+    assert!(ran.out.contains("warning (equal_speed): the peak contact pressure"), "{}", ran.out);
 }
 
 // --- schema -------------------------------------------------------------------------------

@@ -146,7 +146,7 @@ impl Deceleration {
             self.ball_count <= MAX_BALL_COUNT,
             "deceleration.ball_count",
             self.ball_count,
-            "must be 10000 or less",
+            "must be 1000 or less",
         )?;
         let k = self.short_amplitude_coefficient;
         require(
@@ -254,7 +254,7 @@ impl EqualSpeed {
             (3..=MAX_BALL_COUNT).contains(&count),
             "equal_speed.ball_count",
             count,
-            "must lie between 3 and 10000",
+            "must lie between 3 and 1000",
         )?;
         require_positive("equal_speed.pitch_radius_m", self.pitch_radius_m())?;
         match self {
@@ -281,7 +281,7 @@ pub enum TrackCurvature {
 }
 
 /// Far above any drive; keeps a mistyped number from asking for all the memory.
-const MAX_BALL_COUNT: u32 = 10_000;
+const MAX_BALL_COUNT: u32 = 1000;
 
 /// A cycloid ball planetary transmission: two pairs, their material, checked and frozen.
 #[derive(Debug, Clone, PartialEq)]

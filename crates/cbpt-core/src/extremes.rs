@@ -28,8 +28,10 @@ pub struct LargestAngle {
     pub period_rad: f64,
 }
 
-/// Samples of one deceleration period per ball of the other pair's share.
+/// Samples of one period of a pair for each period of the other in the drive's.
 const SAMPLES: u32 = 24;
+/// Far more than any drive asks for; with hundreds of balls the samples become fewer instead (and the amplitude is nothing).
+const MOST_SOLUTIONS: u32 = 20_000;
 
 impl Drive {
     /// Largest elastic angle over a period of the drive at torque M0 (N m) and preload N_Z (N).
@@ -61,9 +63,10 @@ impl Drive {
             EqualSpeed::CrossSlide(_) => (own_lobes, 1),
         };
         let period_rad = TAU / f64::from(own_lobes) * f64::from(q);
-        let per_deceleration = (w * SAMPLES) as usize;
-        let per_equal_speed = (q * SAMPLES) as usize;
-        let step = period_rad / f64::from(q * w * SAMPLES);
+        let samples = (MOST_SOLUTIONS / (q + w)).clamp(1, SAMPLES);
+        let per_deceleration = (w * samples) as usize;
+        let per_equal_speed = (q * samples) as usize;
+        let step = period_rad / f64::from(q * w * samples);
         if undercuts(self) {
             return Ok((Status::Undercut, None));
         }
@@ -88,7 +91,7 @@ impl Drive {
             return Ok((status, None));
         }
         let total = |i: usize| decelerating[i % per_deceleration] + equal[i % per_equal_speed];
-        let count = (q * w * SAMPLES) as usize;
+        let count = (q * w * samples) as usize;
         let (mut best, mut smallest) = (0, f64::INFINITY);
         for i in 0..count {
             if total(i) > total(best) {

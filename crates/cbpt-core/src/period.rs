@@ -26,13 +26,17 @@ pub(crate) fn maximum(period: f64, mut f: impl FnMut(f64) -> f64) -> (f64, f64) 
     (best.0.rem_euclid(period), best.1)
 }
 
+/// Halvings by the golden ratio that narrow a bracket to 1e-11 of its width.
+const NARROWINGS: usize = 53;
+
 /// Largest value of `f` between `low` and `high`, where it has one maximum (Kiefer 1953).
+///
+/// A fixed number of steps: far from 0 a bracket cannot become narrower than rounding, however long one tries.
 pub(crate) fn golden_section(mut low: f64, mut high: f64, f: &mut impl FnMut(f64) -> f64) -> (f64, f64) {
     let ratio = 0.5 * (5.0_f64.sqrt() - 1.0);
     let (mut a, mut b) = (high - ratio * (high - low), low + ratio * (high - low));
     let (mut fa, mut fb) = (f(a), f(b));
-    let width = high - low;
-    while high - low > 1e-11 * width {
+    for _ in 0..NARROWINGS {
         if fa >= fb {
             (high, b, fb) = (b, a, fa);
             a = high - ratio * (high - low);

@@ -627,6 +627,36 @@ proptest! {
         close(whole.residual, first.residual.max(second.residual), 0.0, "residual")?;
     }
 
+    /// The 2017 paper's cross-slide, kept to compare: the whole torque and the whole angle; and, in its form, arms shifted
+    /// by e cos(theta) in one row and e sin(theta) in the other, with no balance across.
+    #[test]
+    fn the_papers_cross_slide_is_what_it_says((drive, torque, preload, angle) in loaded_drive()) {
+        let EqualSpeed::CrossSlide(slide) = *drive.equal_speed() else { return Ok(()) };
+        let other = |form, share| {
+            let slide = EqualSpeed::CrossSlide(CrossSlide { form, share, ..slide });
+            let pair = *drive.deceleration();
+            Drive::new(*drive.material(), pair, slide, TrackCurvature::Exact).unwrap()
+        };
+        let load = Load::new(torque, preload, angle).unwrap();
+        let row = drive.points(angle).equal_speed.remove(0);
+        if let (_, Some(found)) = other(CrossSlideForm::Balanced, CrossSlideShare::Paper).angles(&load) {
+            let alone = 2.0 * solved(&row, torque, preload).state.rotation_rad;
+            close(found.equal_speed_rad, alone, 0.0, "share")?;
+        }
+        if let (_, Some(found)) = other(CrossSlideForm::Paper, CrossSlideShare::Carried).angles(&load) {
+            let share = drive.equal_speed_share();
+            let e = drive.deceleration().eccentricity_m();
+            let shifted = |shift: f64| {
+                let mut held = MeshingPoints { floats_sideways: false, rows: 1, ..row.clone() };
+                held.points.iter_mut().for_each(|point| point.arm_m += shift);
+                solved(&held, share * torque, preload).state.rotation_rad
+            };
+            let both = share * (shifted(e * angle.cos()) + shifted(e * angle.sin()));
+            let scale = both.abs().max(drive_angle_scale(&drive, preload, angle));
+            close(found.equal_speed_rad, both, 1e-13 * scale, "form")?;
+        }
+    }
+
     /// The stiffness of the drive is the slope of torque over its angle.
     #[test]
     fn the_stiffness_of_the_drive_is_the_slope((drive, torque, preload, angle) in loaded_drive()) {
@@ -776,7 +806,6 @@ proptest! {
 /// Refining the place of the maximum ends however small the step is against the place itself: with 100 and 61 balls the
 /// drive repeats after 6161 places of its balls, and the largest angle lies far out.
 #[test]
-#[ignore = "the search never ends"]
 fn the_largest_angle_of_many_balls_is_found() {
     let mut numbers = Numbers::of_the_base_case();
     numbers.deceleration.ball_count = 100;
@@ -834,15 +863,15 @@ proptest! {
         check_under_effects(&points, &Effects { spring, ..effects }, preload, share)?;
     }
 
-    /// The same to the last 0.01 % below the limit, far beyond it with a spring, and with offsets of any size.
+    /// The same to the last 0.01 % below the limit, up to thrice the limit with a spring, and with offsets of any size.
+    /// (Far beyond it a soft spring leaves displacements beside which its share of the preload is lost in rounding.)
     #[test]
-    #[ignore = "the solver stops above its tolerance in one case of fifty"]
     fn large_effects_leave_a_pair_in_balance(
         points in any_pair(),
         effects in effects_up_to(30.0, 100.0),
         preload in preload_N(),
         share in share_to_the_limit(),
-        beyond in prop_oneof![Just(1.0), 1.0..20.0_f64],
+        beyond in prop_oneof![Just(1.0), 1.0..3.0_f64],
     ) {
         let beyond = if effects.spring > 0.0 { beyond } else { 1.0 };
         check_under_effects(&points, &effects, preload, beyond * share)?;

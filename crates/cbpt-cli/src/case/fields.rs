@@ -76,7 +76,7 @@ const ANY: Range = (Unbounded, Unbounded);
 const POSITIVE: Range = (Excluded(0.0), Unbounded);
 const NOT_NEGATIVE: Range = (Included(0.0), Unbounded);
 const ACUTE: Range = (Excluded(0.0), Excluded(FRAC_PI_2));
-const BALLS: Range = (Included(3.0), Included(10_000.0));
+const BALLS: Range = (Included(3.0), Included(1000.0));
 
 /// Ids of the built-in effects.
 pub const EFFECTS: &[&str] = &[

@@ -61,7 +61,7 @@ fn solve_in<const N: usize>(
     let options = Options::default();
     let stop = newton_lm::solve(&equations, PairEquilibrium::start::<N>(), options);
     let residual = equations.largest_residual(&stop.at.residual);
-    if !stop.converged || residual > options.tolerance {
+    if residual.is_nan() || residual > options.tolerance {
         return (Status::NotConverged { residual }, None);
     }
     let jacobian = equations.unscaled_jacobian(&stop.at.jacobian);

@@ -81,7 +81,7 @@ fn a_wrong_section_is_told_what_it_may_have_meant() {
         [
             "drive.toml:1: equal_speed.kind: missing; expected \"ring_groove\" or \"cross_slide\"",
             "drive.toml:1: equal_speed.ball_count: missing; \
-             expected a whole number not less than 3 and not more than 10000",
+             expected a whole number not less than 3 and not more than 1000",
             "drive.toml:1: equal_speed.pitch_radius: missing; write one of pitch_radius_m, pitch_radius_cm, \
              pitch_radius_mm, pitch_radius_um, pitch_radius_nm",
             "drive.toml:1: equal_speed.ball_radius: missing; write one of ball_radius_m, ball_radius_cm, \
@@ -136,12 +136,12 @@ fn a_wrong_value_is_told_what_is_expected() {
         (
             "ball_count = 20",
             "ball_count = 20.5",
-            "6: deceleration.ball_count = 20.5: expected a whole number not less than 3 and not more than 10000",
+            "6: deceleration.ball_count = 20.5: expected a whole number not less than 3 and not more than 1000",
         ),
         (
             "ball_count = 20",
             "ball_count = -20",
-            "6: deceleration.ball_count = -20: expected a whole number not less than 3 and not more than 10000",
+            "6: deceleration.ball_count = -20: expected a whole number not less than 3 and not more than 1000",
         ),
         (
             "kind = \"ring_groove\"",
@@ -166,7 +166,7 @@ fn what_the_mechanics_refuse_is_told_in_the_words_of_the_file() {
             "ball_radius_um = -1_200",
             "9: deceleration.ball_radius_um = -1_200: must be a finite number greater than 0",
         ),
-        ("ball_count = 12", "ball_count = 2", "15: equal_speed.ball_count = 2: must lie between 3 and 10000"),
+        ("ball_count = 12", "ball_count = 2", "15: equal_speed.ball_count = 2: must lie between 3 and 1000"),
         (
             "youngs_modulus_GPa = 208.0",
             "youngs_modulus_MPa = 0",
