@@ -5,10 +5,11 @@ use std::path::PathBuf;
 use cbpt_cli::case::{Case as RustCase, Zero};
 use cbpt_core::{Load, Severity};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
+use serde_json::{Number, Value};
 
 use crate::Reduced;
-use crate::error::{case_error, invalid_input};
+use crate::error::{case_error, invalid_input, no_case_value};
 use crate::preload::{PreloadThresholds, Thresholds};
 use crate::solution::{LargestAngle, Solution};
 
@@ -379,11 +380,41 @@ impl Case {
 }
 
 fn case_from_dict(py: Python<'_>, case: &Bound<'_, PyDict>) -> PyResult<RustCase> {
-    let text: String = py.import("json")?.call_method1("dumps", (case,))?.extract()?;
-    let value = serde_json::from_str(&text).map_err(|error| {
-        pyo3::exceptions::PyValueError::new_err(format!("the dict is not a case: {error}"))
-    })?;
+    let value = json_of(case.as_any(), "")?;
     RustCase::from_json(&value).map_err(|error| case_error(py, &error))
+}
+
+/// A Python value as JSON; `place` is its dotted key.
+fn json_of(value: &Bound<'_, PyAny>, place: &str) -> PyResult<Value> {
+    let inside = |key: &str| if place.is_empty() { key.to_owned() } else { format!("{place}.{key}") };
+    if value.is_none() {
+        Ok(Value::Null)
+    } else if let Ok(flag) = value.cast::<PyBool>() {
+        Ok(Value::Bool(flag.is_true()))
+    } else if let Ok(text) = value.cast::<PyString>() {
+        Ok(Value::String(text.to_string()))
+    } else if let Ok(entries) = value.cast::<PyDict>() {
+        let mut object = serde_json::Map::new();
+        for (key, entry) in entries {
+            let key = key.str()?.to_string();
+            object.insert(key.clone(), json_of(&entry, &inside(&key))?);
+        }
+        Ok(Value::Object(object))
+    } else if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
+        let items = value.try_iter()?.enumerate();
+        items.map(|(index, item)| json_of(&item?, &inside(&index.to_string()))).collect()
+    } else if value.is_instance_of::<PyInt>() || value.is_instance_of::<PyFloat>() {
+        let whole = value.extract::<i64>().ok().filter(|_| value.is_instance_of::<PyInt>());
+        let number = whole.map(Number::from).or_else(|| value.extract().ok().and_then(Number::from_f64));
+        // What is no finite number stays as text, so that the case's own message names its place.
+        Ok(number.map_or_else(|| Value::String(value.to_string()), Value::Number))
+    } else if let Ok(item) = value.call_method0("item") {
+        // A scalar of numpy.
+        json_of(&item, place)
+    } else {
+        let found = value.get_type().name()?.to_string();
+        Err(no_case_value(value.py(), place, &found))
+    }
 }
 
 fn hash(text: &str) -> u64 {
