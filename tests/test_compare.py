@@ -24,6 +24,8 @@ import cbpt
 from cbpt import Comparison, Readings, compare, read_readings, solve_many
 from cbpt.lab.compare import Group
 
+EXAMPLES = Path(__file__).parents[1] / "examples"
+
 CAMPAIGNS = Path(__file__).parent / "data" / "hidden_effect"
 TRUTH: dict[str, Any] = json.loads((CAMPAIGNS / "truth.json").read_text())
 EVERY = pytest.mark.parametrize("name", sorted(TRUTH))
@@ -369,7 +371,7 @@ def test_the_model_agrees_with_itself() -> None:
     assert c.overall.rmse_arcsec == c.overall.bias_arcsec == c.overall.chi2_per_dof == 0
     assert c.p_value == 1
     assert [group.share_of_misfit for group in c.groups] == [0.0] * len(c.groups)
-    assert "agrees" in c.report()
+    assert "scatter far less than their stated uncertainty" in c.report()
 
 
 @pytest.mark.parametrize("offset", [0.25, -3.0])
@@ -645,3 +647,44 @@ def test_columns_and_lever_arm_are_handed_on() -> None:
     case = cbpt.Case.from_toml(cbpt.example_case() + "[measurement]\nlever_arm_mm = 80\n")
     c = compare(case, columns)
     assert c.overall is not None and c.overall.bias_arcsec == pytest.approx(0.5, rel=1e-9)
+
+
+def test_a_table_in_another_unit_is_no_agreement(tmp_path: Path) -> None:
+    """Preloads of kN under preload_N: the few readings that are left agree by chance."""
+    lines = (EXAMPLES / "campaign.csv").read_text().splitlines()
+    column = lines[0].split(",").index("preload_N")
+    rows = [line.split(",") for line in lines[1:]]
+    for row in rows:
+        row[column] = str(float(row[column]) / 1000)
+    table = tmp_path / "kN.csv"
+    table.write_text("\n".join([lines[0], *(",".join(row) for row in rows)]) + "\n")
+    report = compare(EXAMPLES / "campaign.toml", table).report()
+    assert "agrees" not in report
+    assert "check the units of torque and preload" in report
+
+
+def test_the_load_of_the_case_fills_in_what_the_table_lacks(tmp_path: Path) -> None:
+    case = (EXAMPLES / "campaign.toml").read_text()
+    case += "\n[load]\npreload_N = 420\ninput_angle_deg = 40\n"
+    data = {"torque_Nm": [1.0, 2.0], "elastic_angle_arcsec": [6.0, 12.0]}
+    c = compare(cbpt.Case.from_toml(case), data)
+    assert c.readings.preload_N is not None
+    assert c.readings.preload_N.tolist() == [420, 420]
+    assert c.readings.input_angle_deg.tolist() == [40, 40]
+    assert "no preload_N column: 420 is taken for every reading" in c.report()
+
+
+def test_angles_that_cannot_be_are_refused() -> None:
+    data = {"torque_Nm": [1.0], "preload_N": [600.0], "elastic_angle_arcsec": [1e200]}
+    with pytest.raises(cbpt.ReadingsError, match="half a turn"):
+        compare(EXAMPLES / "campaign.toml", data)
+
+
+def test_effects_are_refused_and_not_ignored() -> None:
+    text = cbpt.example_case() + '\n[[effect]]\nid = "creep"\nc_rad_per_Nm = 1e-7\n'
+    with pytest.raises(cbpt.CaseError, match="creep"):
+        cbpt.Drive.from_toml(text)
+    with pytest.raises(cbpt.CaseError, match="creep"):
+        _ = cbpt.Case.from_toml(text).drive
+    with pytest.raises(cbpt.CaseError, match="creep"):
+        compare(cbpt.Case.from_toml(text), EXAMPLES / "campaign.csv")

@@ -105,7 +105,7 @@ CORE_USES: dict[str, set[str]] = {
         *("transmission", "sweep"),
     },
     "sweep": {"drive", "geometry", "status", "transmission"},
-    "findings": {"drive", "geometry", "equilibrium", "transmission"},
+    "findings": {"drive", "geometry", "equilibrium", "transmission", "status"},
 }
 CLI_USES: dict[str, set[str]] = {
     "units": set(),

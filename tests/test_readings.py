@@ -766,7 +766,9 @@ STYLES: list[Callable[[str, str], str]] = [
     lambda name, unit: f"  {name}  [ {unit} ] ",
 ]
 FINITE = st.floats(-1e6, 1e6).map(lambda x: 0.0 if abs(x) < 1e-9 else x)
-POSITIVE = st.floats(1e-6, 1e6)
+POSITIVE = st.floats(1e-6, 5e5)
+# Below half a turn in every unit that is tried, 3.1 rad and less.
+ANGLE = st.floats(-3e3, 3e3).map(lambda x: 0.0 if abs(x) < 1e-9 else x)
 
 
 @st.composite
@@ -779,6 +781,7 @@ def dialects(draw: st.DrawFn) -> tuple[bytes, dict[str, list[float]], list[str]]
     values: dict[str, list[float]] = {}
     for key in keys:
         kind = POSITIVE if key in {"preload", "u_elastic_angle"} else FINITE
+        kind = ANGLE if key == "elastic_angle" else kind
         values[key] = draw(st.lists(kind, min_size=n, max_size=n))
     if "time" in values:
         values["time"] = [float(row) for row in range(n)]

@@ -23,7 +23,7 @@ class Case:
     @property
     def drive(self, /) -> Drive:
         """
-        The drive.
+        The drive. Raises ``CaseError`` where the case has effects, which this version cannot compute yet.
         """
     @property
     def effects(self, /) -> list[Effect]:

@@ -13,6 +13,7 @@ import csv
 import io
 import signal
 import sys
+import threading
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -29,12 +30,17 @@ SUCCESS, CANNOT_WRITE, BAD_INPUT, NO_SOLUTION, INTERRUPTED = 0, 1, 2, 3, 130
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command line and return its exit code."""
     argv = list(sys.argv[1:] if arguments is None else arguments)
+    if argv[:1] == ["help"] and argv[1:2] and argv[1] in _LAB:
+        argv = [argv[1], "--help"]
     if argv and argv[0] in _LAB:
         return _guarded(_LAB[argv[0]], argv[1:])
+    if sys.stdout is not None:
+        sys.stdout.flush()
+    if threading.current_thread() is not threading.main_thread():
+        return run_command_line(["cbpt", *argv])
     # Rust does not see Python's signals; Ctrl-C then simply ends the process.
     before = signal.signal(signal.SIGINT, signal.SIG_DFL)
     try:
-        sys.stdout.flush()
         return run_command_line(["cbpt", *argv])
     finally:
         signal.signal(signal.SIGINT, before)
@@ -51,8 +57,10 @@ def _guarded(verb: Callable[[list[str]], int], argv: list[str]) -> int:
         sys.stdout = io.StringIO()
         return SUCCESS
     except OSError as error:
-        print(f"cbpt: {error}", file=sys.stderr)
+        print(f"cbpt: cannot write {error.filename}: {error.strerror}", file=sys.stderr)
         return CANNOT_WRITE
+    except SystemExit as stop:  # of argparse: help, or a mistake that it has told
+        return stop.code if isinstance(stop.code, int) else BAD_INPUT
     except KeyboardInterrupt:
         print("cbpt: interrupted", file=sys.stderr)
         return INTERRUPTED
@@ -98,32 +106,47 @@ def _compare(argv: list[str]) -> int:
         columns[header] = name
     if options.out and options.out.suffix.lower() not in (".csv", ".json"):
         parser.error(f"--out {options.out}: the name must end in .csv or .json")
-    comparison = compare(options.case, options.data, columns=columns or None, progress=_bar())
+    if options.case.suffix.lower() != ".toml" and options.data.suffix.lower() == ".toml":
+        parser.error(f"CASE comes first: cbpt compare {options.data} {options.case}")
+    if options.plot:
+        from cbpt.page.comparison_figure import check_picture_name
+
+        check_picture_name(options.plot)
+    with _Counter() as counter:
+        comparison = compare(
+            options.case, options.data, columns=columns or None, progress=counter.show
+        )
     if options.out and options.out.suffix.lower() == ".json":
         options.out.write_text(comparison.to_json() + "\n", encoding="utf-8")
     elif options.out:
         names, rows = comparison.rows()
         with options.out.open("w", newline="", encoding="utf-8") as file:
             csv.writer(file).writerows([names, *rows])
-    if options.plot:
-        comparison.plot(options.plot, options.angle_unit)
     print(comparison.to_json() if options.json else comparison.report(options.angle_unit))
     sys.stdout.flush()
+    if options.plot:
+        comparison.plot(options.plot, options.angle_unit)
     return SUCCESS if comparison.overall else NO_SOLUTION
 
 
-def _bar() -> Callable[[int], None]:
-    """A line on the terminal for what takes longer than a second."""
-    start = time.monotonic()
+class _Counter:
+    """A line on the terminal for what takes longer than a second; gone when the work is done."""
 
-    def show(done: int) -> None:
-        elapsed = time.monotonic() - start
-        if sys.stderr.isatty() and elapsed > 1:
-            print(
-                f"\r{done} readings solved, {done / elapsed:.0f} a second ", end="", file=sys.stderr
-            )
+    def __init__(self) -> None:
+        self.start = time.monotonic()
+        self.shown = False
 
-    return show
+    def __enter__(self) -> _Counter:
+        return self
+
+    def show(self, done: int) -> None:
+        if time.monotonic() - self.start > 1 and sys.stderr is not None and sys.stderr.isatty():
+            self.shown = True
+            print(f"\r{done} readings solved ", end="", file=sys.stderr, flush=True)
+
+    def __exit__(self, *error: object) -> None:
+        if self.shown:
+            print("\r\x1b[K", end="", file=sys.stderr, flush=True)
 
 
 _LAB: dict[str, Callable[[list[str]], int]] = {"compare": _compare}

@@ -9,7 +9,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-__all__ = ["CaseError", "CbptError", "InvalidInputError", "Mistake", "ReadingsError"]
+__all__ = [
+    "CaseError",
+    "CbptError",
+    "InvalidInputError",
+    "Mistake",
+    "PlotError",
+    "ReadingsError",
+]
 
 
 class CbptError(Exception):
@@ -22,6 +29,10 @@ class InvalidInputError(CbptError, ValueError):
 
 class CaseError(CbptError, ValueError):
     """A case file cannot be read as it is: file, line, key, what was found and what is allowed."""
+
+
+class PlotError(CbptError):
+    """A picture cannot be drawn: matplotlib is missing or the file name has no known ending."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -83,21 +83,26 @@ impl Report {
     /// Prints the answer and writes the file that was asked for.
     pub fn deliver(&self, options: &OutputOptions) -> Result<(), Failure> {
         if let Some(path) = &options.out {
-            let contents = match extension(path).as_deref() {
-                Some("csv") => {
-                    self.table.csv().map_err(|error| Failure::Write { path: path.clone(), error })?
-                }
-                Some("json") => pretty(&self.json).into_bytes(),
-                _ => {
-                    return Err(Failure::Usage(format!(
-                        "--out {}: the name must end in .csv or .json",
-                        path.display()
-                    )));
-                }
+            let contents = if extension(path).as_deref() == Some("csv") {
+                self.table.csv().map_err(|error| Failure::Write { path: path.clone(), error })?
+            } else {
+                pretty(&self.json).into_bytes()
             };
             write_file(path, &contents)?;
         }
         print(&if options.json { pretty(&self.json) } else { self.text.clone() })
+    }
+}
+
+impl OutputOptions {
+    /// Refuses a file name whose ending is not known, before any work is done.
+    pub fn check(&self) -> Result<(), Failure> {
+        match self.out.as_deref().map(|path| (path, extension(path))) {
+            Some((path, ending)) if !matches!(ending.as_deref(), Some("csv" | "json")) => {
+                Err(Failure::Usage(format!("--out {}: the name must end in .csv or .json", path.display())))
+            }
+            _ => Ok(()),
+        }
     }
 }
 

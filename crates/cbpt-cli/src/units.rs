@@ -77,15 +77,21 @@ pub enum PressureUnit {
 /// A quantity in one of its units: its suffix and what one SI unit is in it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unit {
-    /// Suffix of keys and columns, for example `arcsec`.
+    /// Suffix of keys and columns, for example `Nm`.
     pub suffix: &'static str,
+    /// As it is written in a sentence, for example `N m`.
+    pub name: &'static str,
     /// Value in this unit of one SI unit.
     pub per_si: f64,
 }
 
 impl Unit {
     const fn new(suffix: &'static str, per_si: f64) -> Self {
-        Self { suffix, per_si }
+        Self { suffix, name: suffix, per_si }
+    }
+
+    const fn written(self, name: &'static str) -> Self {
+        Self { name, ..self }
     }
 }
 
@@ -120,10 +126,10 @@ impl TorqueUnit {
     /// Suffix and factor.
     pub fn unit(self) -> Unit {
         match self {
-            Self::Nm => Unit::new("Nm", 1.0),
-            Self::Nmm => Unit::new("Nmm", 1e3),
-            Self::MilliNm => Unit::new("mNm", 1e3),
-            Self::KiloNm => Unit::new("kNm", 1e-3),
+            Self::Nm => Unit::new("Nm", 1.0).written("N m"),
+            Self::Nmm => Unit::new("Nmm", 1e3).written("N mm"),
+            Self::MilliNm => Unit::new("mNm", 1e3).written("mN m"),
+            Self::KiloNm => Unit::new("kNm", 1e-3).written("kN m"),
         }
     }
 }

@@ -409,13 +409,13 @@ fn check_finds_what_cannot_be_built() {
 #[test]
 fn a_warning_is_told_and_is_no_failure() {
     let desk = Desk::new("warning");
-    let found = desk.json("check case.toml --preload-N 1e5 --json", 0);
+    let found = desk.json("check case.toml --preload-N 5e3 --json", 0);
     let pressure = &found["findings"][0];
     assert_eq!(
         (&pressure["code"], &pressure["severity"]),
         (&Value::from("peak_pressure"), &Value::from("warning"))
     );
-    let ran = desk.cbpt("solve case.toml --preload-N 1e5");
+    let ran = desk.cbpt("solve case.toml --preload-N 5e3");
     assert_eq!(ran.code, 0);
     assert!(ran.out.contains("warning (equal_speed): the peak contact pressure"), "{}", ran.out);
 }

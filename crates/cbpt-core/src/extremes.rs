@@ -31,7 +31,7 @@ pub struct LargestAngle {
 /// Samples of one period of a pair for each period of the other in the drive's.
 const SAMPLES: u32 = 24;
 /// Far more than any drive asks for; with hundreds of balls the samples become fewer instead (and the amplitude is nothing).
-const MOST_SOLUTIONS: u32 = 20_000;
+const MOST_SOLUTIONS: u32 = 4000;
 
 impl Drive {
     /// Largest elastic angle over a period of the drive at torque M0 (N m) and preload N_Z (N).

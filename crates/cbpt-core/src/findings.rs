@@ -6,6 +6,8 @@ use crate::drive::{Drive, EqualSpeed, GrooveSection, Load, RingGroove, TrackCurv
 use crate::equilibrium::report::PairSolution;
 use crate::geometry::undercut::{largest_curvature_per_m, smallest_room};
 use crate::geometry::wall::remaining_room;
+use crate::status::Status;
+use crate::transmission::Solution;
 
 /// How bad a finding is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -32,11 +34,12 @@ impl Severity {
 /// One finding.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Finding {
-    /// Stable name: `undercut`, `inside_wall_missing`, `balls_touch`, `rings_overlap`, `edge_contact`, `peak_pressure`.
+    /// Stable name: `undercut`, `inside_wall_missing`, `balls_touch`, `rings_overlap`, `edge_contact`, `peak_pressure`,
+    /// or the name of a status.
     pub code: &'static str,
     /// How bad it is.
     pub severity: Severity,
-    /// `deceleration` or `equal_speed`.
+    /// `deceleration`, `equal_speed` or `drive`.
     pub pair: &'static str,
     /// What was found, with the numbers.
     pub message: String,
@@ -66,6 +69,7 @@ impl Drive {
         found.extend(balls_touch("equal_speed", equal.ball_count(), equal.pitch_radius_m(), equal.groove()));
         if let Some(load) = load {
             let solution = self.solve(load);
+            found.extend(unsolved(&solution));
             if let Some(pair) = &solution.deceleration {
                 found.extend(under_load(
                     self,
@@ -157,6 +161,28 @@ fn rings_overlap(drive: &Drive, ring: &RingGroove) -> Option<Finding> {
             pitch * 1e3
         ),
         remedy: "take fewer or smaller balls, a larger pitch radius or a smaller eccentricity".into(),
+    })
+}
+
+/// The load itself, where the drive cannot carry it or only beyond what the model is made for.
+fn unsolved(solution: &Solution) -> Option<Finding> {
+    let (severity, remedy) = match solution.status {
+        // Undercut has a finding of its own.
+        Status::Solved | Status::Undercut => return None,
+        Status::OutsideSmallDisplacements => (Severity::Warning, "lower the load or raise the preload"),
+        _ => (Severity::Error, "lower the torque or raise the preload"),
+    };
+    Some(Finding {
+        code: solution.status.name(),
+        severity,
+        pair: "drive",
+        message: format!(
+            "at {} N m and {} N: {}",
+            solution.load.torque_Nm(),
+            solution.load.preload_N(),
+            solution.status
+        ),
+        remedy: remedy.into(),
     })
 }
 

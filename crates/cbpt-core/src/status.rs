@@ -70,8 +70,9 @@ impl fmt::Display for Status {
             Self::Solved => write!(f, "solved"),
             Self::OutsideSmallDisplacements => write!(
                 f,
-                "solved, but outside small displacements (more than 5 % of the ball radius): the linear geometry \
-                 fails here; raise the preload"
+                "solved, but outside small displacements: approach or turn at the balls is more than 5 % of their radius, \
+                 where the linear geometry fails; check the units of the load and of the case, and near the holding \
+                 limit raise the preload"
             ),
             Self::BeyondHold { hold_preload_N } if hold_preload_N.is_finite() => write!(
                 f,

@@ -9,7 +9,8 @@ use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
 use serde_json::{Number, Value};
 
 use crate::Reduced;
-use crate::error::{case_error, invalid_input, no_case_value};
+use crate::error::{case_error, effect_not_computed, half_a_load, invalid_input, no_case_value};
+use crate::interrupt::without_gil;
 use crate::preload::{PreloadThresholds, Thresholds};
 use crate::solution::{LargestAngle, Solution};
 
@@ -75,8 +76,12 @@ impl Drive {
         &self.drive
     }
 
-    fn new(case: RustCase) -> Self {
-        Self { drive: case.drive }
+    /// The drive of a case, if that is all there is to compute.
+    fn new(py: Python<'_>, case: RustCase) -> PyResult<Self> {
+        match case.effects.first() {
+            None => Ok(Self { drive: case.drive }),
+            Some(effect) => Err(effect_not_computed(py, &effect.id)),
+        }
     }
 }
 
@@ -87,7 +92,7 @@ impl Drive {
     /// Raises ``CaseError`` with file, line, key, what was found and what is allowed.
     #[staticmethod]
     fn from_file(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        RustCase::read(&path).map(Self::new).map_err(|error| case_error(py, &error))
+        Self::new(py, RustCase::read(&path).map_err(|error| case_error(py, &error))?)
     }
 
     /// Reads the drive of a case given as TOML text.
@@ -95,7 +100,7 @@ impl Drive {
     /// Raises ``CaseError`` with line, key, what was found and what is allowed.
     #[staticmethod]
     fn from_toml(py: Python<'_>, text: &str) -> PyResult<Self> {
-        RustCase::from_toml(text, "<text>").map(Self::new).map_err(|error| case_error(py, &error))
+        Self::new(py, RustCase::from_toml(text, "<text>").map_err(|error| case_error(py, &error))?)
     }
 
     /// Makes a drive from a dict with the sections and keys of a case file, for example
@@ -105,7 +110,7 @@ impl Drive {
     #[staticmethod]
     #[pyo3(signature = (case: "dict[str, Any]"))]
     fn from_dict(py: Python<'_>, case: &Bound<'_, PyDict>) -> PyResult<Self> {
-        Ok(Self::new(case_from_dict(py, case)?))
+        Self::new(py, case_from_dict(py, case)?)
     }
 
     /// The drive as a case file in SI units; ``from_toml`` of it gives the same drive to the last bit.
@@ -187,7 +192,7 @@ impl Drive {
         torque_Nm: f64,
         preload_N: f64,
     ) -> PyResult<Option<LargestAngle>> {
-        let found = py.detach(|| self.rust().largest_elastic_angle(torque_Nm, preload_N));
+        let found = without_gil(py, None, |_| self.rust().largest_elastic_angle(torque_Nm, preload_N))?;
         Ok(found.map_err(|error| invalid_input(py, &error))?.1.map(LargestAngle::from))
     }
 
@@ -205,7 +210,8 @@ impl Drive {
                 Load::new(torque, preload, input_angle_deg.to_radians())
                     .map_err(|error| invalid_input(py, &error))?,
             ),
-            _ => None,
+            (None, None) => None,
+            _ => return Err(half_a_load(py)),
         };
         Ok(self.rust().findings(load.as_ref()).iter().map(Finding::from).collect())
     }
@@ -309,10 +315,10 @@ impl Case {
         self.case.to_toml()
     }
 
-    /// The drive.
+    /// The drive. Raises ``CaseError`` where the case has effects, which this version cannot compute yet.
     #[getter]
-    fn drive(&self) -> Drive {
-        Drive::new(self.case.clone())
+    fn drive(&self, py: Python<'_>) -> PyResult<Drive> {
+        Drive::new(py, self.case.clone())
     }
 
     /// Torque of ``[load]``, N m, or ``None``.
@@ -375,7 +381,7 @@ impl Case {
         let effects: Vec<&str> = self.case.effects.iter().map(|effect| effect.id.as_str()).collect();
         let with =
             if effects.is_empty() { String::new() } else { format!(", effects {}", effects.join(", ")) };
-        format!("Case({}{with})", self.drive().__repr__())
+        format!("Case({}{with})", Drive { drive: self.case.drive.clone() }.__repr__())
     }
 }
 

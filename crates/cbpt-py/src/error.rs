@@ -23,6 +23,20 @@ pub fn no_case_value(py: Python<'_>, place: &str, found: &str) -> PyErr {
     )
 }
 
+/// A case with effects, asked for what its drive alone would do: `cbpt.errors.CaseError`.
+pub fn effect_not_computed(py: Python<'_>, id: &str) -> PyErr {
+    let message = format!(
+        "the case has the effect `{id}`, which this version reads but cannot compute yet; remove its [[effect]] to compute \
+         the bare drive"
+    );
+    raise(py, "CaseError", &message)
+}
+
+/// A torque without a preload or the reverse: `cbpt.errors.InvalidInputError`.
+pub fn half_a_load(py: Python<'_>) -> PyErr {
+    raise(py, "InvalidInputError", "a load to check needs both torque_Nm and preload_N")
+}
+
 fn raise(py: Python<'_>, class: &str, message: &str) -> PyErr {
     let found = py.import("cbpt.errors").and_then(|module| module.getattr(class));
     match found.and_then(|class| Ok(class.cast_into::<PyType>()?)) {

@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cbpt._core import Case, Drive, text_table
-from cbpt.errors import CaseError, ReadingsError
+from cbpt.errors import ReadingsError
 from cbpt.lab.readings import Readings, read_readings
 from cbpt.results import ANGLE_UNITS, Angles, solve_many
 
@@ -126,6 +126,10 @@ class Comparison:
 
     def report(self, angle_unit: str = "arcsec") -> str:
         """The comparison as text, angles in `angle_unit` (arcsec, arcmin, deg, urad, mrad, rad)."""
+        if angle_unit not in ANGLE_UNITS:
+            raise ValueError(
+                f"angle_unit = {angle_unit!r}: expected one of {', '.join(ANGLE_UNITS)}"
+            )
         return "\n".join(_report(self, angle_unit))
 
     def to_dict(self) -> dict[str, Any]:
@@ -159,7 +163,7 @@ class Comparison:
 
     def to_json(self) -> str:
         """One JSON document."""
-        return json.dumps(self.to_dict(), indent=2)
+        return json.dumps(self.to_dict(), indent=2, allow_nan=False)
 
     def rows(self) -> tuple[list[str], list[list[Any]]]:
         """Column names and rows: each reading beside the model, for a table or a CSV file."""
@@ -205,7 +209,8 @@ def compare(
 ) -> Comparison:
     """Solve the model at every reading and say how far off it is, and where.
 
-    case: a case file or `Case` (its `[measurement]` counts), or a bare `Drive`.
+    case: a case file or `Case` (its `[measurement]` counts, and its `[load]` fills in a preload or
+        an input angle that the table does not have), or a bare `Drive`.
     data: a table of readings (file, mapping of columns, data frame) or `Readings`.
     columns: what headers of the table mean, as in `read_readings`.
     progress: called now and then with the number of rows solved.
@@ -214,18 +219,14 @@ def compare(
     """
     if isinstance(case, (str, os.PathLike)):
         case = Case.from_file(case)
-    zero, lever_arm_mm = "common", None
+    zero, lever_arm_mm, fill = "common", None, {}
     drive = case if isinstance(case, Drive) else case.drive
     if isinstance(case, Case):
         zero, lever_arm_mm = case.zero, case.lever_arm_mm
-        if case.effects:
-            named = ", ".join(effect.id for effect in case.effects)
-            raise CaseError(
-                f"the case has effects ({named}), which this version reads but cannot compute yet; "
-                "remove them to compare with the bare drive"
-            )
+        load = {"preload_N": case.preload_N, "input_angle_deg": case.input_angle_deg}
+        fill = {name: value for name, value in load.items() if value is not None}
     if not isinstance(data, Readings):
-        data = read_readings(data, lever_arm_mm=lever_arm_mm, columns=columns)
+        data = read_readings(data, lever_arm_mm=lever_arm_mm, columns=columns, fill=fill)
     if data.preload_N is None:
         raise ReadingsError.of_table(data.source, "preload_N", "a preload for every reading")
     model = solve_many(
@@ -402,19 +403,31 @@ def _verdict(c: Comparison, angle_unit: str) -> str:
     factor = ANGLE_UNITS[angle_unit]
     rmse = f"{c.overall.rmse_arcsec * factor:.3g} {angle_unit}"
     u = c.readings.u_elastic_angle_arcsec
-    if u is None or c.p_value is None or c.overall.chi2_per_dof is None:
+    lost = len(c.readings) - c.overall.readings
+    if u is None:
         text = f"RMSE {rmse}; no uncertainty is stated, so whether that is small cannot be told."
+    elif c.p_value is None or c.overall.chi2_per_dof is None:
+        return f"RMSE {rmse}; the fitted zeros leave nothing to judge by: take more readings a run."
     else:
         stated = f"{float(np.median(u)) * factor:.3g} {angle_unit}"
         chi2 = f"chi2 per degree of freedom {c.overall.chi2_per_dof:.3g}"
-        if c.p_value >= 0.01:
-            return (
-                f"The model agrees with the readings: RMSE {rmse}, stated uncertainty {stated}, "
-                f"{chi2}."
+        numbers = f"RMSE {rmse}, stated uncertainty {stated}, {chi2}."
+        if lost:
+            text = (
+                f"The model cannot carry {lost} of {len(c.readings)} readings that the rig did: "
+                f"check the units of torque and preload.\nAt the others: {numbers}"
             )
-        text = f"The model is off: RMSE {rmse}, stated uncertainty {stated}, {chi2}."
+        elif c.p_value >= 0.01:
+            if c.p_value > 1 - 1e-6:
+                return (
+                    f"The readings scatter far less than their stated uncertainty: {numbers}\nThe "
+                    "model lies within it, but so would a wrong one: check the uncertainty."
+                )
+            return f"The model agrees with the readings: {numbers}"
+        else:
+            text = f"The model is off: {numbers}"
     worst = c.worst()
-    if worst is None:
+    if worst is None or (lost and c.p_value is not None and c.p_value >= 0.01):
         return text
     # With torques of both signs the mean hides what the direction of the torque shows.
     m = worst.misfit

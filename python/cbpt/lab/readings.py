@@ -162,6 +162,7 @@ def read_readings(
     lever_arm_mm: float | None = None,
     columns: Mapping[str, str] | None = None,
     need_preload: bool = True,
+    fill: Mapping[str, float] | None = None,
 ) -> Readings:
     """Read a table of readings.
 
@@ -172,6 +173,8 @@ def read_readings(
     columns: what a header means, {"Moment": "torque_Nm"}; the unit may be any that is known
         ("elastic_angle_deg"), and "extra" sets a column aside.
     need_preload: whether a table without a preload is an error.
+    fill: what to take for every reading where the table has no such column: `preload_N`,
+        `input_angle_deg`. A note tells where it was taken.
 
     Torque and elastic angle (or sensor displacement) are needed, in the units of
     `cbpt.lab.units`. A run that is out of time order is sorted, which a note tells.
@@ -183,7 +186,7 @@ def read_readings(
         mistake = Mistake((), "lever_arm_mm", f"{lever_arm_mm!r}", "a length above 0")
         raise ReadingsError(_name(source), [mistake])
     table = read_text(source) if isinstance(source, str | os.PathLike) else read_columns(source)
-    return _Reader(table, columns or {}, lever_arm_mm, need_preload).read()
+    return _Reader(table, columns or {}, lever_arm_mm, need_preload, fill or {}).read()
 
 
 def _name(source: object) -> str:
@@ -192,6 +195,7 @@ def _name(source: object) -> str:
 
 _QUANTITY = {quantity.key: quantity for quantity in CONTRACT}
 _UNIT = {q.key: unit for q in CONTRACT if (unit := find_unit(q.unit, q.kind or None))}
+_COLUMNS = {quantity.column: quantity.key for quantity in CONTRACT}
 _POSITIVE = {"preload", "u_elastic_angle", "u_sensor_displacement"}
 _SENSOR = {"sensor_displacement": "elastic_angle", "u_sensor_displacement": "u_elastic_angle"}
 _WITHOUT = {
@@ -226,11 +230,13 @@ class _Reader:
         columns: Mapping[str, str],
         lever_arm_mm: float | None,
         need_preload: bool,
+        fill: Mapping[str, float],
     ) -> None:
         self.table = table
         self.columns = columns
         self.lever_arm_mm = lever_arm_mm
-        self.need_preload = need_preload
+        self.need_preload = need_preload and "preload_N" not in fill
+        self.fill = {_COLUMNS[name]: value for name, value in fill.items()}
         self.mistakes: list[Mistake] = []
         self.notes = list(table.notes)
 
@@ -340,8 +346,12 @@ class _Reader:
             if key not in given:
                 self.missing(_QUANTITY[key], hints)
         for key, lost in _WITHOUT.items():
-            if key not in given:
-                self.notes.append(f"no {_QUANTITY[key].column} column: {lost}")
+            if key in given:
+                continue
+            column = _QUANTITY[key].column
+            if key in self.fill:
+                lost = f"{self.fill[key]:g} is taken for every reading"
+            self.notes.append(f"no {column} column: {lost}")
 
     def missing(self, quantity: Quantity, hints: dict[str, str]) -> None:
         """A mistake that names the free headers which may have been meant."""
@@ -446,10 +456,13 @@ class _Reader:
                 cosine = np.cos(values["elastic_angle"] / _ARCSEC_PER_RAD)
                 slope = values["u_sensor_displacement"] / arm_um
                 values["u_elastic_angle"] = slope * cosine**2 * _ARCSEC_PER_RAD
+        self.stop_if_absurd(values, line)
+        everywhere = {key: np.full(len(line), value) for key, value in self.fill.items()}
+        values = {"input_angle": np.zeros(len(line))} | everywhere | values
         return Readings(
             torque_Nm=values["torque"],
             preload_N=values.get("preload"),
-            input_angle_deg=values.get("input_angle", np.zeros(len(line))),
+            input_angle_deg=values["input_angle"],
             elastic_angle_arcsec=values["elastic_angle"],
             u_elastic_angle_arcsec=values.get("u_elastic_angle"),
             run=run,
@@ -461,6 +474,20 @@ class _Reader:
             sha256=self.table.sha256,
             extra=extra,
         )
+
+    def stop_if_absurd(self, values: dict[str, Floats], line: Ints) -> None:
+        """Angles beyond half a turn and uncertainties of nothing are slips of a unit or a digit."""
+        half_a_turn = np.pi * _ARCSEC_PER_RAD
+        for key, least in (("elastic_angle", 0.0), ("u_elastic_angle", 1e-9)):
+            found = np.abs(values.get(key, np.ones(0)))
+            rows = np.flatnonzero((found > half_a_turn) | (found < least))
+            if len(rows):
+                expected = f"an angle below half a turn{', above 1e-9 arcsec' if least else ''}"
+                value = f"{found[rows[0]]:g} arcsec"
+                remedy = "check the unit of the column"
+                column = _QUANTITY[key].column
+                self.wrong(column, value, expected, remedy, lines=line[rows].tolist())
+        self.stop_if_wrong()
 
     def in_time(self, readings: Readings, has_runs: bool) -> Readings:
         """The readings with each run in order of time, every run on the rows that it has."""

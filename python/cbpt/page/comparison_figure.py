@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cbpt.errors import CbptError
+from cbpt.errors import PlotError
 from cbpt.results import ANGLE_UNITS
 
 if TYPE_CHECKING:
@@ -20,14 +20,15 @@ _FORMATS = (".svg", ".png", ".pdf")
 _MARKERS = {1: ("^", "torque rising"), -1: ("v", "torque falling"), 0: ("o", "torque held")}
 
 
-class PlotError(CbptError):
-    """A picture cannot be drawn: matplotlib is missing or the file name has no known ending."""
+def check_picture_name(path: str | os.PathLike[str]) -> None:
+    """Refuse a file name whose ending is not known, before any work is done."""
+    if Path(path).suffix.lower() not in _FORMATS:
+        raise PlotError(f"{os.fspath(path)}: the name must end in {', '.join(_FORMATS)}")
 
 
 def draw_comparison(c: Comparison, path: str | os.PathLike[str], angle_unit: str) -> None:
     """Draw `c` to `path` (SVG, PNG or PDF by its ending), angles in `angle_unit`."""
-    if Path(path).suffix.lower() not in _FORMATS:
-        raise PlotError(f"{os.fspath(path)}: the name must end in {', '.join(_FORMATS)}")
+    check_picture_name(path)
     try:
         import matplotlib as mpl
         from matplotlib.figure import Figure

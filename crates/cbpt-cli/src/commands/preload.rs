@@ -11,6 +11,7 @@ use crate::report::{Report, Table, number, object, six_digits};
 
 /// Runs the verb.
 pub fn run(verb: &Preload) -> Result<Exit, Failure> {
+    verb.output.check()?;
     let case = read_case(&verb.case.path)?;
     let torque = torque_Nm(&case, verb.torque_Nm)?;
     // A torque that cannot be is refused with the same words as everywhere.

@@ -15,6 +15,7 @@ use crate::report::{Report, Table, number, object, six_digits};
 
 /// Runs the verb.
 pub fn run(verb: &Solve) -> Result<Exit, Failure> {
+    verb.output.check()?;
     let case = read_case(&verb.case.path)?;
     let load = load(&case, &verb.load)?;
     let solution = case.drive.solve(&load);
@@ -79,9 +80,11 @@ fn pairs(solution: &Solution) -> impl Iterator<Item = (&'static str, &PairSoluti
 pub fn text(drive: &Drive, solution: &Solution, findings: &[Finding], units: &Units) -> String {
     let load = &solution.load;
     let mut lines = vec![format!(
-        "Load: {} N m, preload {} N, input angle {} deg; transmission ratio {}",
-        six_digits(load.torque_Nm()),
-        six_digits(load.preload_N()),
+        "Load: {} {}, preload {} {}, input angle {} deg; transmission ratio {}",
+        six_digits(load.torque_Nm() * units.torque.per_si),
+        units.torque.name,
+        six_digits(load.preload_N() * units.force.per_si),
+        units.force.name,
         six_digits(load.input_angle_rad().to_degrees()),
         six_digits(drive.transmission_ratio()),
     )];
@@ -95,7 +98,8 @@ pub fn text(drive: &Drive, solution: &Solution, findings: &[Finding], units: &Un
                 angle(angles.equal_speed_rad)
             ));
             if let Some(stiffness) = solution.torsional_stiffness_Nm_per_rad {
-                let (unit, value) = stiffness_unit(units, stiffness);
+                let (_, value) = stiffness_unit(units, stiffness);
+                let unit = format!("{}/{}", units.torque.name, units.angle.suffix);
                 lines.push(format!("Torsional stiffness at this load: {} {unit}", six_digits(value)));
             }
             lines.push(format!("Status: {} (scaled residual {:.1e})", solution.status, angles.residual));
@@ -104,7 +108,8 @@ pub fn text(drive: &Drive, solution: &Solution, findings: &[Finding], units: &Un
         }
         None => lines.push(format!("Status: {}", solution.status)),
     }
-    lines.extend(findings.iter().map(finding_text));
+    // A finding about the load itself is what the status line says already.
+    lines.extend(findings.iter().filter(|finding| finding.pair != "drive").map(finding_text));
     lines.join("\n")
 }
 
@@ -119,9 +124,9 @@ fn pair_table(solution: &Solution, units: &Units) -> Table {
     let [angle, length, force, torque] = [units.angle, units.length, units.force, units.torque];
     let quantities: [Quantity; 9] = [
         (format!("angle ({})", angle.suffix), |p, u| json!(p.rotation_rad * u.angle.per_si)),
-        (format!("torque carried ({})", torque.suffix), |p, u| json!(p.torque_Nm * u.torque.per_si)),
+        (format!("torque carried ({})", torque.name), |p, u| json!(p.torque_Nm * u.torque.per_si)),
         (format!("axial approach ({})", length.suffix), |p, u| json!(p.approach_m * u.length.per_si)),
-        (format!("torsional stiffness ({})", stiffness_unit(units, 0.0).0), |p, u| {
+        (format!("torsional stiffness ({}/{})", torque.name, angle.suffix), |p, u| {
             json!(stiffness_unit(u, p.torsional_stiffness_Nm_per_rad).1)
         }),
         (format!("in-plane force along line of centres ({})", force.suffix), |p, u| {
@@ -130,7 +135,7 @@ fn pair_table(solution: &Solution, units: &Units) -> Table {
         (format!("in-plane force across it ({})", force.suffix), |p, u| {
             json!(p.in_plane_force_N[1] * u.force.per_si)
         }),
-        (format!("tilt couple ({})", torque.suffix), |p, u| json!(p.tilt_couple_Nm * u.torque.per_si)),
+        (format!("tilt couple ({})", torque.name), |p, u| json!(p.tilt_couple_Nm * u.torque.per_si)),
         (format!("peak pressure ({})", units.pressure.suffix), |p, u| {
             json!(p.peak_pressure_Pa * u.pressure.per_si)
         }),

@@ -17,10 +17,11 @@ use crate::report::{Report, Table, number, object};
 /// More rows than this are for a file, not for a screen.
 const MOST_ROWS_ON_SCREEN: usize = 60;
 /// Far beyond what a screen or a single file of this verb is for; keeps a slip in a step from eating all memory.
-const MOST_ROWS: usize = 20_000_000;
+const MOST_ROWS: usize = 2_000_000;
 
 /// Runs the verb.
 pub fn run(verb: &Sweep) -> Result<Exit, Failure> {
+    verb.output.check()?;
     let case = read_case(&verb.case.path)?;
     let torques = axis(verb.torque_Nm.as_deref(), case.load.torque_Nm, "--torque-Nm", "torque_Nm")?;
     let preloads = axis(verb.preload_N.as_deref(), case.load.preload_N, "--preload-N", "preload_N")?;
@@ -53,8 +54,8 @@ pub fn run(verb: &Sweep) -> Result<Exit, Failure> {
 fn report(loads: &[Load], solved: &[Row], units: &Units) -> Report {
     let suffix = units.angle.suffix;
     let mut table = Table::new([
-        "torque_Nm".to_owned(),
-        "preload_N".to_owned(),
+        format!("torque_{}", units.torque.suffix),
+        format!("preload_{}", units.force.suffix),
         "input_angle_deg".to_owned(),
         format!("elastic_angle_{suffix}"),
         format!("alpha_deceleration_{suffix}"),
@@ -65,8 +66,8 @@ fn report(loads: &[Load], solved: &[Row], units: &Units) -> Report {
     for (load, (status, angles)) in loads.iter().zip(solved) {
         let angle = |rad: Option<f64>| number(rad.map(|rad| rad * units.angle.per_si));
         table.rows.push(vec![
-            json!(load.torque_Nm()),
-            json!(load.preload_N()),
+            json!(load.torque_Nm() * units.torque.per_si),
+            json!(load.preload_N() * units.force.per_si),
             json!(load.input_angle_rad().to_degrees()),
             angle(angles.map(|a| a.elastic_angle_rad())),
             angle(angles.map(|a| a.deceleration_rad)),
