@@ -29,7 +29,7 @@ rust:  ## format, lints, tests and documentation of the Rust crates
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets -- -D warnings
 	cargo test --workspace --quiet
-	RUSTDOCFLAGS='-D warnings' cargo doc --workspace --no-deps --quiet
+	RUSTDOCFLAGS='-D warnings' cargo doc -p cbpt-core -p cbpt-cli --no-deps --quiet
 
 $(VENV)/tested: $(VENV)/installed
 	$(PYTHON) -m pip install -q --group test

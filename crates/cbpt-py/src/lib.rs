@@ -1,8 +1,8 @@
 //! Python extension module `cbpt._core`: conversions only; a formula here is a defect.
 //!
-//! - [`error`]: each Rust error to one Python class; [`interrupt`]: long calls without the GIL that mind Ctrl-C;
-//! - [`arrays`]: numpy arrays with their element type;
-//! - [`case`]: case files and drives; [`solution`]: a solved load; [`preload`]: thresholds; [`angles`]: many loads.
+//! - `error`: each Rust error to one Python class; `interrupt`: long calls without the GIL that mind Ctrl-C;
+//! - `arrays`: numpy arrays with their element type;
+//! - `case`: case files and drives; `solution`: a solved load; `preload`: thresholds; `angles`: many loads.
 
 // The macros of pyo3 write the unsafe code that an extension module needs.
 #![allow(unsafe_code)]
