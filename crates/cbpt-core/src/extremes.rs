@@ -22,7 +22,7 @@ pub struct LargestAngle {
     pub elastic_angle_rad: f64,
     /// Crank angle where it occurs, rad.
     pub input_angle_rad: f64,
-    /// Largest minus smallest size of the elastic angle on the grid, rad.
+    /// Largest minus smallest size of the elastic angle over the period, rad.
     pub amplitude_rad: f64,
     /// Crank angle after which the drive repeats, rad.
     pub period_rad: f64,
@@ -92,22 +92,27 @@ impl Drive {
         }
         let total = |i: usize| decelerating[i % per_deceleration] + equal[i % per_equal_speed];
         let count = (q * w * samples) as usize;
-        let (mut best, mut smallest) = (0, f64::INFINITY);
+        let (mut best, mut least) = (0, 0);
         for i in 0..count {
             if total(i) > total(best) {
                 best = i;
             }
-            smallest = smallest.min(total(i));
+            if total(i) < total(least) {
+                least = i;
+            }
         }
-        let middle = best as f64 * step;
-        let mut angle_at = |angle: f64| {
-            self.points(angle)
-                .angles(torque_Nm, preload_N)
-                .1
-                .map_or(f64::NEG_INFINITY, |a| sign * a.elastic_angle_rad())
+        // The place and size of the extreme next to a grid point, the largest for `way` = 1, the smallest for -1.
+        let refined = |i: usize, way: f64| {
+            let middle = i as f64 * step;
+            let mut size = |angle: f64| {
+                let (_, angles) = self.points(angle).angles(torque_Nm, preload_N);
+                angles.map_or(f64::NEG_INFINITY, |a| way * sign * a.elastic_angle_rad())
+            };
+            let (at, value) = period::golden_section(middle - step, middle + step, &mut size);
+            if value > way * total(i) { (at, way * value) } else { (middle, total(i)) }
         };
-        let refined = period::golden_section(middle - step, middle + step, &mut angle_at);
-        let (at, value) = if refined.1 > total(best) { refined } else { (middle, total(best)) };
+        let (at, value) = refined(best, 1.0);
+        let (_, smallest) = refined(least, -1.0);
         Ok((
             status,
             Some(LargestAngle {
