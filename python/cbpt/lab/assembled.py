@@ -1,0 +1,159 @@
+"""The model assembled for one table of readings: what it predicts, and how that moves with every number.
+
+    Campaign    readings as the statistics need them: arcsec, order of rows, uncertainties, priors
+    Assembled   a drive with effects on the rows of a campaign, ready to be asked many times
+    Point       values of all parameters with what the model says there
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cbpt._core import Case, Drive, Predictor
+from cbpt.errors import ReadingsError
+from cbpt.lab.library import PRIORS
+from cbpt.lab.noise import Rows
+from cbpt.lab.readings import Readings
+from cbpt.results import ARCSEC_PER_RAD
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+# Known no better than this where a table states no uncertainty; found from the scatter instead.
+_UNSTATED_ARCSEC = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Campaign:
+    """Readings of a drive, all arrays of shape (n,)."""
+
+    drive: Drive
+    readings: Readings
+    y_arcsec: Floats
+    u_arcsec: Floats
+    u_stated: bool
+    rows: Rows
+    zeros: Floats
+    """Columns (n, z) of the zeros that are always free: one, or one for each run."""
+    priors: dict[str, float]
+    """Standard uncertainty of each number that is a `PRIORS` effect, by effect id."""
+
+    @classmethod
+    def of(cls, case: Case | Drive, readings: Readings) -> Campaign:
+        """From a case and its readings. Raises `ReadingsError` where there is no preload."""
+        if readings.preload_N is None:
+            raise ReadingsError.of_table(
+                readings.source, "preload_N", "a preload for every reading"
+            )
+        drive = case if isinstance(case, Drive) else case.drive
+        u = readings.u_elastic_angle_arcsec
+        rows = Rows.of(readings.run_index)
+        per_run = isinstance(case, Case) and case.zero == "per_run"
+        zeros = np.ones((len(readings), 1))
+        if per_run:
+            zeros = (rows.run_index[:, None] == np.arange(rows.runs)).astype(np.float64)
+        return cls(
+            drive=drive,
+            readings=readings,
+            y_arcsec=readings.elastic_angle_arcsec,
+            u_arcsec=np.full(len(readings), _UNSTATED_ARCSEC) if u is None else u,
+            u_stated=u is not None,
+            rows=rows,
+            zeros=zeros,
+            priors=stated_uncertainty(case),
+        )
+
+    def __len__(self) -> int:
+        return len(self.y_arcsec)
+
+    def select(self, rows: Mask) -> Campaign:
+        """Some of the readings; history along a run is then that of the rows that are left."""
+        readings = self.readings.select(rows)
+        order = self.rows.select(rows)
+        zeros = self.zeros[rows]
+        zeros = zeros[:, zeros.any(axis=0)]
+        return Campaign(
+            self.drive,
+            readings,
+            self.y_arcsec[rows],
+            self.u_arcsec[rows],
+            self.u_stated,
+            order,
+            zeros,
+            self.priors,
+        )
+
+
+DEFAULT_UNCERTAINTY = {
+    "contact_stiffness": 0.10,
+    "contact_angle": float(np.deg2rad(0.5)),
+    "torque_scale": 0.01,
+    "preload_scale": 0.02,
+    "sensor_gain": 0.005,
+}
+
+
+def stated_uncertainty(case: Case | Drive) -> dict[str, float]:
+    """Of each number that is a `PRIORS` effect: as the case says, else the defaults."""
+    stated = {}
+    if isinstance(case, Case):
+        stated = tomllib.loads(case.to_toml()).get("uncertainty", {})
+    return {
+        effect: float(stated.get(key, DEFAULT_UNCERTAINTY[effect])) for effect, key in PRIORS.items()
+    }
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """The model at some values of its parameters."""
+
+    values: Floats
+    """All parameters, SI, shape (p,)."""
+    angle_arcsec: Floats
+    """Shape (n,); NaN where there is no solution."""
+    slopes: Floats = field(repr=False)
+    """Shape (n, wanted), arcsec per SI unit of the parameter."""
+
+
+class Assembled:
+    """A drive with effects, on the rows of one campaign. The same effect may appear several times."""
+
+    def __init__(self, campaign: Campaign, effects: Sequence[str]) -> None:
+        r = campaign.readings
+        temperature = r.temperature_degC
+        self.effects = tuple(effects)
+        self._predictor = Predictor(
+            campaign.drive,
+            list(effects),
+            campaign.rows.run_index,
+            _or_zero(r.time_s, len(r)),
+            r.torque_Nm,
+            r.preload_N,
+            np.deg2rad(r.input_angle_deg),
+            temperature,
+            None if r.cycle is None else np.asarray(r.cycle, dtype=np.float64),
+        )
+        self.neutral = np.asarray(self._predictor.neutral())
+        parameters = self._predictor.parameters
+        self.lower = np.array([p.lower for p in parameters])
+        self.upper = np.array([p.upper for p in parameters])
+        self.places = {(p.instance, p.name): i for i, p in enumerate(parameters)}
+        """Place of each parameter among the values, by instance of an effect and name."""
+
+    def index(self, instance: int, name: str) -> int:
+        """Place of a parameter among the values."""
+        return self.places[instance, name]
+
+    def at(self, values: Floats, wanted: Sequence[int] = ()) -> Point:
+        """Prediction and the slopes of the wanted parameters."""
+        angle, _, slopes, _ = self._predictor.predict(values, list(wanted))
+        return Point(values, angle * ARCSEC_PER_RAD, slopes * ARCSEC_PER_RAD)
+
+
+def _or_zero(column: NDArray[np.float64] | None, n: int) -> Floats:
+    return np.zeros(n) if column is None else column
