@@ -59,6 +59,9 @@ class Competition:
     patterns: tuple[Pattern, ...]
     """Unnamed patterns, the most probable first."""
     pattern_log_odds: tuple[float, ...]
+    library: Signatures = field(repr=False)
+    names: dict[int, tuple[str, str]] = field(repr=False)
+    """(effect, parameter) of each value of the fits."""
     null_maximum: Floats = field(repr=False)
     """Largest log odds of any effect in noise alone."""
     looser: Floats | None = field(repr=False)
@@ -134,6 +137,8 @@ def compete(campaign: Campaign, rng: np.random.Generator) -> Competition:
         log_odds,
         tuple(patterns[i] for i in order),
         tuple(float(pattern_odds[i]) for i in order),
+        library,
+        names,
         screen.null_of_maximum(weights, REPLICATES, rng),
         looser,
     )

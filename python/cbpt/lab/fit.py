@@ -205,6 +205,11 @@ class Fitter:
         search = _Search(self, fit.unknowns, noise)
         return search.outcome(fit.hypothesis, fit.point, fit.converged)
 
+    def at_nominal(self, fit: Fit) -> Fit:
+        """The drive exactly as stated but for its zeros, seen through the noise of a fit."""
+        search = _Search(self, (), fit.noise)
+        return search.outcome(Hypothesis(), self.model.at(self.model.neutral), True)
+
     def linear(self, fit: Fit) -> tuple[Floats, Floats, Floats]:
         """Readings less model, columns of unknowns and zeros, prior precisions, about a fit; in arcsec."""
         return _Search(self, fit.unknowns, fit.noise).linear(fit.point)
