@@ -3,12 +3,12 @@ Mechanics of a cycloid ball planetary transmission, compiled.
 """
 
 from _typeshed import SupportsGetItem
-from numpy import float64, uint32
+from numpy import float64, int64, uint32, uint8
 from numpy.typing import NDArray
 from os import PathLike
 from typing import Any, SupportsFloat, SupportsIndex, final
 
-__all__ = ["Case", "Drive", "Effect", "Finding", "LargestAngle", "PairSolution", "PreloadThresholds", "Solution", "Thresholds", "example_case", "run_command_line", "solve_angles", "text_table"]
+__all__ = ["Case", "Drive", "Effect", "EffectParameter", "EffectSpec", "Finding", "LargestAngle", "PairSolution", "Prediction", "Predictor", "PreloadThresholds", "Solution", "Thresholds", "effect_specs", "example_case", "run_command_line", "solve_angles", "text_table"]
 
 @final
 class Case:
@@ -187,6 +187,110 @@ class Effect:
     def values(self, /) -> list[tuple[str, float]]:
         """
         Numbers as given, name with unit and value.
+        """
+
+@final
+class EffectParameter:
+    """
+    A number of an effect. Values are SI; ``display_name`` and ``display_size`` give the unit that people read.
+    """
+    def __repr__(self, /) -> str: ...
+    @property
+    def display_name(self, /) -> str:
+        """
+        Name with the unit that people read, for example ``reference_deflection_um``.
+        """
+    @property
+    def display_size(self, /) -> float:
+        """
+        SI value of one unit of ``display_name``.
+        """
+    @property
+    def is_size(self, /) -> bool:
+        """
+        Whether the effect vanishes where all its sizes are neutral.
+        """
+    @property
+    def lower(self, /) -> float:
+        """
+        Least value that has a meaning.
+        """
+    @property
+    def meaning(self, /) -> str:
+        """
+        What it is.
+        """
+    @property
+    def name(self, /) -> str:
+        """
+        Name with its SI unit, for example ``reference_deflection_m``.
+        """
+    @property
+    def neutral(self, /) -> float:
+        """
+        Where a size vanishes; for another parameter its default.
+        """
+    @property
+    def range(self, /) -> tuple[float, float]:
+        """
+        Plausible values, as a prior: lowest and highest.
+        """
+    @property
+    def scale(self, /) -> str:
+        """
+        ``linear``, ``log``, or ``fixed`` for a whole number that is chosen, not fitted.
+        """
+    @property
+    def upper(self, /) -> float:
+        """
+        Greatest value that has a meaning.
+        """
+
+@final
+class EffectSpec:
+    """
+    An effect of the library.
+    """
+    def __repr__(self, /) -> str: ...
+    @property
+    def equation(self, /) -> str:
+        """
+        Its equation.
+        """
+    @property
+    def id(self, /) -> str:
+        """
+        Its fixed id.
+        """
+    @property
+    def kind(self, /) -> str:
+        """
+        ``parameter``, ``rig`` or ``effect``.
+        """
+    @property
+    def parameters(self, /) -> list[EffectParameter]:
+        """
+        Its parameters.
+        """
+    @property
+    def port(self, /) -> str:
+        """
+        Where it acts: ``load``, ``gap``, ``contact``, ``series`` or ``reading``.
+        """
+    @property
+    def source(self, /) -> str:
+        """
+        Where the equation comes from.
+        """
+    @property
+    def tell_tale(self, /) -> str:
+        """
+        How it shows in readings.
+        """
+    @property
+    def twins(self, /) -> list[str]:
+        """
+        Ids of effects that no torque-angle data can tell from it once the contact stiffness is free.
         """
 
 @final
@@ -390,6 +494,91 @@ class PairSolution:
         """
 
 @final
+class Prediction:
+    """
+    What an ideal instrument would show, row by row.
+    """
+    def __repr__(self, /) -> str: ...
+    @property
+    def angle_rad(self, /) -> NDArray[float64]:
+        """
+        Elastic angle as the instrument shows it, rad, shape (n,); NaN where there is no solution.
+        """
+    @property
+    def carrying(self, /) -> NDArray[uint32]:
+        """
+        Diagonals that carry in one row of the deceleration and of the equal-speed pair, shape (n, 2).
+        """
+    @property
+    def regime(self, /) -> NDArray[uint8]:
+        """
+        Which contacts carry, shape (n,): 0 all that exist, 1 some have parted, 2 below continuous transmission (d <= 0 in
+        a pair), 255 no solution.
+        """
+    @property
+    def sensitivities(self, /) -> NDArray[float64]:
+        """
+        Derivative of the angle by each of the wanted parameters, rad per SI unit, shape (n, len(wanted)); NaN where there
+        is no solution.
+        """
+    @property
+    def solved(self, /) -> NDArray[uint8]:
+        """
+        Whether each row has a solution, 1 or 0, shape (n,).
+        """
+    @property
+    def status(self, /) -> list[str]:
+        """
+        Status of each row: ``ok``, ``outside_small_displacements``, ``beyond_hold``, ``undercut``, ``indeterminate`` or
+        ``not_converged``.
+        """
+
+@final
+class Predictor:
+    """
+    A drive with effects on a table of readings.
+
+    ``effects``: ids of the library, one as often as wanted. The columns have shape (n,): ``run`` whole numbers, ``time_s``
+    in order within a run, ``torque_Nm`` either sign, ``preload_N`` above 0, ``input_angle_rad``, and ``temperature_K`` (or
+    degrees Celsius, only differences count) where it was read. Meshing points and solutions are kept from call to call, so
+    a fit pays for changes only; an answer does not depend on earlier calls beyond the tolerance of the equations. Calls from
+    several threads wait for each other. Raises ``InvalidInputError``, which names column, row and rule.
+    """
+    def __new__(cls, /, drive: Drive, effects: SupportsGetItem[int, str], run: NDArray[int64], time_s: NDArray[float64], torque_Nm: NDArray[float64], preload_N: NDArray[float64], input_angle_rad: NDArray[float64], temperature_K: NDArray[float64] | None = None) -> Predictor: ...
+    def __repr__(self, /) -> str: ...
+    def contributions(self, /, values: NDArray[float64]) -> list[tuple[str, NDArray[float64]]]:
+        """
+        Named parts of the angle at ``values`` (p,): ``model`` without effects, then what each effect adds as they are
+        switched on in the order of the ports; each rad, shape (n,). They add up to the angle.
+        """
+    @property
+    def drive(self, /) -> Drive:
+        """
+        The drive without effects.
+        """
+    @property
+    def effects(self, /) -> list[str]:
+        """
+        Ids of the effects, in the order given.
+        """
+    def neutral(self, /) -> NDArray[float64]:
+        """
+        Values at which every effect vanishes, shape (p,); what is no size has its default.
+        """
+    @property
+    def parameters(self, /) -> list[tuple[int, str, EffectParameter]]:
+        """
+        The numbers of all effects, in the order of ``values``: index of the effect, its id, the number.
+        """
+    def predict(self, /, values: NDArray[float64], wanted: SupportsGetItem[int, SupportsIndex] | None = None) -> Prediction:
+        """
+        Predicts all rows at ``values`` (p,), and the exact derivatives by the parameters whose indices are ``wanted``.
+
+        Raises ``InvalidInputError`` for a value out of its bounds and for a wanted parameter that is chosen, not fitted. A
+        row without solution has its status, NaN angle and NaN derivatives.
+        """
+
+@final
 class PreloadThresholds:
     """
     Thresholds of both pairs and of the drive, in terms of the torque on the drive's output.
@@ -546,6 +735,11 @@ class Thresholds:
         """
         From here on no meshing point parts.
         """
+
+def effect_specs() -> list[EffectSpec]:
+    """
+    Every effect of the library, in the order in which all documents list them.
+    """
 
 def example_case() -> str:
     """

@@ -55,6 +55,30 @@ impl HertzContact {
         Some(Self { stiffness, ellipticity, major_semi_axis_at_1N_m: major_cubed.cbrt() })
     }
 
+    /// d ln k / d ln c of one of the two curvatures that the contact was made of, `varied_per_m`, the other being
+    /// `other_per_m`.
+    ///
+    /// With ln k = const + ln kappa + ln(E)/2 - 3/2 ln K - ln(c1 + c2)/2, all of them functions of ln kappa but the last,
+    /// and ln kappa one of the ratio of the curvatures.
+    pub fn stiffness_slope(&self, varied_per_m: f64, other_per_m: f64) -> f64 {
+        let log_kappa = self.ellipticity.ln();
+        let (_, ratio_per_log_kappa, ..) = curvature_mismatch(log_kappa, 0.0);
+        let (m, complement) = (-(-2.0 * log_kappa).exp_m1(), (-2.0 * log_kappa).exp());
+        let integrals = Elliptic::new(m, complement);
+        // Both are one half at the circle, where they cannot be divided.
+        let (log_k, log_e) = if m > 0.0 {
+            (
+                integrals.e_minus_complement_k / (m * integrals.k),
+                -complement * integrals.k_minus_e / (m * integrals.e),
+            )
+        } else {
+            (0.5, -0.5)
+        };
+        let by_ratio = (1.0 + 0.5 * log_e - 1.5 * log_k) / ratio_per_log_kappa;
+        let sign = if varied_per_m >= other_per_m { 1.0 } else { -1.0 };
+        sign * by_ratio - 0.5 * varied_per_m / (varied_per_m + other_per_m)
+    }
+
     /// Approach, ellipse and pressure under a normal force (N, 0 or more).
     pub fn under(&self, force_N: f64) -> LoadedContact {
         let major = self.major_semi_axis_at_1N_m * force_N.cbrt();

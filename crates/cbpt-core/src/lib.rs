@@ -10,11 +10,13 @@
 //! - [`status`]: how a solve ended, with the reason;
 //! - [`transmission`]: the whole drive; [`extremes`]: its largest elastic angle over a period;
 //! - [`findings`]: what a designer should know before building; [`preload`]: the three thresholds; [`sweep`]: many loads on all cores;
+//! - [`effect`]: the library of effects; [`predict`]: a drive with effects on a table of readings;
 //! - [`error`]: bad input. A load that cannot be carried is a [`Status`], not an error.
 //!
 //! SI units and radians inside; every public name carries its unit.
 
 pub mod drive;
+pub mod effect;
 pub mod equilibrium;
 pub mod error;
 pub mod extremes;
@@ -23,6 +25,7 @@ pub mod geometry;
 pub mod hertz;
 pub mod pair;
 mod period;
+pub mod predict;
 pub mod preload;
 pub mod solver;
 pub mod status;

@@ -3,7 +3,7 @@
 use std::convert::Infallible;
 
 use numpy::ndarray::{ArrayView1, Dimension, Ix1, Ix2};
-use numpy::{Element, PyArray, PyArray1, PyArray2, PyReadonlyArray1};
+use numpy::{Element, PyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
 use pyo3::inspect::PyStaticExpr;
 use pyo3::prelude::*;
 
@@ -26,6 +26,12 @@ impl<'py, T: Element> Table<'py, T> {
     pub fn new(py: Python<'py>, rows: &[Vec<T>]) -> PyResult<Self> {
         Ok(Self(PyArray2::from_vec2(py, rows)?))
     }
+
+    /// So many rows, one after the other in `values`.
+    pub fn of_rows(py: Python<'py>, values: &[T], rows: usize) -> PyResult<Self> {
+        let width = if rows == 0 { 0 } else { values.len() / rows };
+        Ok(Self(PyArray1::from_slice(py, values).reshape([rows, width])?))
+    }
 }
 
 /// Element types by their names in numpy.
@@ -45,6 +51,14 @@ impl Named for f64 {
     const NAME: PyStaticExpr = in_module(&NUMPY, "float64");
 }
 
+impl Named for u8 {
+    const NAME: PyStaticExpr = in_module(&NUMPY, "uint8");
+}
+
+impl Named for i64 {
+    const NAME: PyStaticExpr = in_module(&NUMPY, "int64");
+}
+
 impl Named for u32 {
     const NAME: PyStaticExpr = in_module(&NUMPY, "uint32");
 }
@@ -61,19 +75,25 @@ impl<'py, T: Element + Named, D: Dimension> IntoPyObject<'py> for Array<'py, T, 
     }
 }
 
-/// An argument: float64 of shape (n,), read in place.
-pub struct Floats<'py>(PyReadonlyArray1<'py, f64>);
+/// An argument of shape (n,), read in place.
+pub struct Argument<'py, T: Element>(PyReadonlyArray1<'py, T>);
 
-impl Floats<'_> {
-    pub fn view(&self) -> ArrayView1<'_, f64> {
+/// An argument: float64 of shape (n,).
+pub type Floats<'py> = Argument<'py, f64>;
+
+/// An argument: int64 of shape (n,).
+pub type Integers<'py> = Argument<'py, i64>;
+
+impl<T: Element> Argument<'_, T> {
+    pub fn view(&self) -> ArrayView1<'_, T> {
         self.0.as_array()
     }
 }
 
-impl<'a, 'py> FromPyObject<'a, 'py> for Floats<'py> {
+impl<'a, 'py, T: Element + Named> FromPyObject<'a, 'py> for Argument<'py, T> {
     type Error = PyErr;
 
-    const INPUT_TYPE: PyStaticExpr = PyStaticExpr::Subscript { value: &ND_ARRAY, slice: &f64::NAME };
+    const INPUT_TYPE: PyStaticExpr = PyStaticExpr::Subscript { value: &ND_ARRAY, slice: &T::NAME };
 
     fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
         Ok(Self(object.extract()?))

@@ -2,7 +2,8 @@
 //!
 //! - `error`: each Rust error to one Python class; `interrupt`: long calls without the GIL that mind Ctrl-C;
 //! - `arrays`: numpy arrays with their element type;
-//! - `case`: case files and drives; `solution`: a solved load; `preload`: thresholds; `angles`: many loads.
+//! - `case`: case files and drives; `solution`: a solved load; `preload`: thresholds; `angles`: many loads;
+//! - `effects`: the library of effects, and a drive with effects on a table of readings.
 
 // The macros of pyo3 write the unsafe code that an extension module needs.
 #![allow(unsafe_code)]
@@ -12,6 +13,7 @@
 mod angles;
 mod arrays;
 mod case;
+mod effects;
 mod error;
 mod interrupt;
 mod preload;
@@ -29,6 +31,8 @@ mod _core {
     use super::angles::solve_angles;
     #[pymodule_export]
     use super::case::{Case, Drive, Effect, Finding};
+    #[pymodule_export]
+    use super::effects::{EffectParameter, EffectSpec, Prediction, Predictor, effect_specs};
     #[pymodule_export]
     use super::preload::{PreloadThresholds, Thresholds};
     #[pymodule_export]

@@ -2,6 +2,7 @@
 //!
 //! - here: the equations;
 //! - [`solve`]: their solution, [`PairState`](solve::PairState);
+//! - [`response`]: the same from a start nearby, and how it answers to every number that it depends on;
 //! - [`report`]: what it means at each meshing point, [`PairSolution`](report::PairSolution).
 //!
 //! Unknowns: approach d, rotation alpha and, where the plate floats sideways, its shift t. Per diagonal
@@ -23,6 +24,7 @@
 //! equations stay a gradient. The scaled residual is what [`crate::Status`] is judged by.
 
 pub mod report;
+pub mod response;
 pub mod solve;
 
 use nalgebra::{SMatrix, SVector};

@@ -20,19 +20,41 @@ pub fn wall_contact(
     contact_modulus_Pa: f64,
     track: TrackCurvature,
 ) -> Option<HertzContact> {
-    let ball = 1.0 / groove.ball_radius_m;
-    let across = ball * (1.0 - 1.0 / groove.groove_conformity);
+    let across = across_per_m(groove);
     let along = match track {
-        TrackCurvature::Neglect => ball,
+        TrackCurvature::Neglect => 1.0 / groove.ball_radius_m,
         TrackCurvature::Exact => {
             let room = remaining_room(groove, curvature_per_m, contact_angle_rad);
             if room <= 0.0 {
                 return None;
             }
-            ball + curvature_per_m * contact_angle_rad.cos() / room
+            1.0 / groove.ball_radius_m + curvature_per_m * contact_angle_rad.cos() / room
         }
     };
     HertzContact::new(along, across, contact_modulus_Pa)
+}
+
+/// d ln k / d beta of a wall's `contact`, made by [`wall_contact`] of the same numbers, 1/rad: along the track the
+/// curvature has the derivative -kappa sin(beta) / (1 - kappa r cos(beta))^2, across it none.
+pub fn stiffness_slope_per_rad(
+    groove: &GrooveSection,
+    curvature_per_m: f64,
+    contact_angle_rad: f64,
+    contact: &HertzContact,
+    track: TrackCurvature,
+) -> f64 {
+    if track == TrackCurvature::Neglect {
+        return 0.0;
+    }
+    let room = remaining_room(groove, curvature_per_m, contact_angle_rad);
+    let along = 1.0 / groove.ball_radius_m + curvature_per_m * contact_angle_rad.cos() / room;
+    let slope = -curvature_per_m * contact_angle_rad.sin() / (room * room);
+    contact.stiffness_slope(along, across_per_m(groove)) * slope / along
+}
+
+/// Relative curvature across the track, 1/r - 1/g.
+fn across_per_m(groove: &GrooveSection) -> f64 {
+    (1.0 - 1.0 / groove.groove_conformity) / groove.ball_radius_m
 }
 
 /// 1 - kappa r cos(beta): what the track's curvature leaves of a wall; 0 or less means that the wall is missing.

@@ -36,6 +36,7 @@ pub fn meshing_points(
                 arm,
                 pair.contact_angle_rad,
                 [wall; 2],
+                [0.0; 2],
                 [0.0, -1.0],
             ));
         }

@@ -33,19 +33,20 @@ pub fn meshing_points(
             )
         };
         let (epi, hypo) = (on_tracks.epicycloid_curvature_per_m, on_tracks.hypocycloid_curvature_per_m);
-        let epi_near_hypo_far = [wall(epi), wall(-hypo)];
-        let epi_far_hypo_near = [wall(-epi), wall(hypo)];
+        let epi_near_hypo_far = [epi, -hypo];
+        let epi_far_hypo_near = [-epi, hypo];
         let (plus, minus) = match pair.output_plate {
             OutputPlate::Hypocycloid => (epi_near_hypo_far, epi_far_hypo_near),
             OutputPlate::Epicycloid => (epi_far_hypo_near, epi_near_hypo_far),
         };
-        for (diagonal, walls) in [(Diagonal::Plus, plus), (Diagonal::Minus, minus)] {
+        for (diagonal, curvatures) in [(Diagonal::Plus, plus), (Diagonal::Minus, minus)] {
             points.push(MeshingPoint::new(
                 ball as usize,
                 diagonal,
                 on_tracks.arm_m,
                 pair.contact_angle_rad,
-                walls,
+                curvatures.map(wall),
+                curvatures,
                 on_tracks.to_pitch_point,
             ));
         }

@@ -17,6 +17,8 @@ pub mod cross_slide;
 pub mod deceleration;
 pub mod ring_groove;
 
+use crate::drive::{GrooveSection, TrackCurvature};
+use crate::geometry::wall;
 use crate::hertz::{HertzContact, in_series};
 
 /// Hertz's exponent of a point contact.
@@ -61,6 +63,8 @@ pub struct MeshingPoint {
     pub stiffness: f64,
     /// The contacts at the two ends, first the wall of the driving (epicycloid, planet) plate; `None`: wall missing.
     pub walls: [Option<HertzContact>; 2],
+    /// Curvature of the track as each of the walls sees it, 1/m.
+    pub track_curvatures_per_m: [f64; 2],
     /// Unit vector in which the output plate pushes the ball along its plus diagonal: along and across the line of
     /// centres. The minus diagonal is pushed the other way.
     pub direction: [f64; 2],
@@ -80,6 +84,7 @@ impl MeshingPoint {
         arm_m: f64,
         contact_angle_rad: f64,
         walls: [Option<HertzContact>; 2],
+        track_curvatures_per_m: [f64; 2],
         direction: [f64; 2],
     ) -> Self {
         let stiffness = |wall: Option<HertzContact>| wall.map_or(0.0, |contact| contact.stiffness);
@@ -91,6 +96,7 @@ impl MeshingPoint {
             cos_beta: contact_angle_rad.cos(),
             stiffness: in_series(stiffness(walls[0]), stiffness(walls[1])),
             walls,
+            track_curvatures_per_m,
             direction,
             axial_offset_m: 0.0,
             normal_offset_m: 0.0,
@@ -101,6 +107,22 @@ impl MeshingPoint {
     /// Whether both walls exist.
     pub fn exists(&self) -> bool {
         self.stiffness > 0.0
+    }
+
+    /// d ln k / d beta of the diagonal, 1/rad; 0 where it does not exist.
+    ///
+    /// Its compliances k^(-2/3) add, so each contact's own slope counts with its share of them.
+    pub fn stiffness_slope_per_rad(&self, groove: &GrooveSection, track: TrackCurvature) -> f64 {
+        let contact_angle_rad = self.sin_beta.atan2(self.cos_beta);
+        let (mut compliance, mut slope) = (0.0, 0.0);
+        for (wall, curvature) in self.walls.iter().zip(self.track_curvatures_per_m) {
+            let Some(contact) = wall else { return 0.0 };
+            let share = contact.stiffness.cbrt().powi(-2);
+            compliance += share;
+            slope +=
+                share * wall::stiffness_slope_per_rad(groove, curvature, contact_angle_rad, contact, track);
+        }
+        slope / compliance
     }
 
     /// Arm with the sign of the diagonal, m: above 0 where a positive rotation squeezes.

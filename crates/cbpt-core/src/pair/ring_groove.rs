@@ -24,17 +24,25 @@ pub fn meshing_points(
         wall_contact(&pair.groove, curvature_towards_wall, contact_angle_rad, contact_modulus_Pa, track)
     };
     // The ring's centre lies on the side of the inside wall, which therefore sees the curvature as positive.
-    let outside = [wall(-curvature, pair.outside_contact_angle_rad); 2];
-    let inside = [wall(curvature, pair.inside_contact_angle_rad); 2];
+    let outside = (-curvature, wall(-curvature, pair.outside_contact_angle_rad));
+    let inside = (curvature, wall(curvature, pair.inside_contact_angle_rad));
     let mut points = Vec::with_capacity(2 * pair.ball_count as usize);
     for ball in 0..pair.ball_count {
         let angle = phase_rad + TAU * f64::from(ball) / f64::from(pair.ball_count);
         let arm = pair.pitch_radius_m * angle.sin();
-        for (diagonal, walls, contact_angle) in [
+        for (diagonal, (seen, wall), contact_angle) in [
             (Diagonal::Plus, outside, pair.outside_contact_angle_rad),
             (Diagonal::Minus, inside, pair.inside_contact_angle_rad),
         ] {
-            points.push(MeshingPoint::new(ball as usize, diagonal, arm, contact_angle, walls, [1.0, 0.0]));
+            points.push(MeshingPoint::new(
+                ball as usize,
+                diagonal,
+                arm,
+                contact_angle,
+                [wall; 2],
+                [seen; 2],
+                [1.0, 0.0],
+            ));
         }
     }
     MeshingPoints::new(points, pair.groove.ball_radius_m)

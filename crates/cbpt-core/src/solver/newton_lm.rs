@@ -95,8 +95,9 @@ fn damped_step<const N: usize>(at: &Evaluation<N>, damping: f64) -> Option<SVect
     step.iter().all(|s| s.is_finite()).then_some(step)
 }
 
-/// Cholesky of a small symmetric matrix, scaled to a unit diagonal so that its pivots tell near-singularity.
-fn solve_symmetric<const N: usize>(
+/// Cholesky of a small symmetric matrix, scaled to a unit diagonal so that its pivots tell near-singularity; `None`
+/// where it is not positive definite to rounding.
+pub fn solve_symmetric<const N: usize>(
     matrix: SMatrix<f64, N, N>,
     right: SVector<f64, N>,
 ) -> Option<SVector<f64, N>> {

@@ -1,0 +1,30 @@
+//! Balls of unequal size in the deceleration pair.
+//!
+//! g_i = the interference of ball i along its normals; several instances make a lot.
+
+use super::port::{Action, Ball};
+use super::spec::{Class, Dimension, Parameter, Port, Spec};
+
+/// The effect.
+pub static SPEC: Spec = Spec {
+    id: "ball_diameter_lot",
+    class: Class::Effect,
+    port: Port::Gap,
+    equation: "g_i, one ball of the deceleration pair an instance",
+    source: "lot variation of ball diameters, ISO 3290",
+    tell_tale: "period of the ball ring, stronger at low preload",
+    parameters: &[
+        Parameter::chosen("ball", 0.0, "number of the ball, from 0").within(0.0, 999.0).likely(0.0, 999.0),
+        Parameter::size("oversize", Dimension::Length, "excess of the ball's diameter")
+            .within(-1e-3, 1e-3)
+            .likely(-3e-6, 3e-6),
+    ],
+    twins: &[],
+    action: Action::Gap(shape),
+};
+
+#[allow(clippy::float_cmp)] // both are whole numbers
+fn shape(own: &[f64], _: usize, ball: &Ball) -> [f64; 3] {
+    let this = ball.decelerates && ball.number as f64 == own[0];
+    [0.0, f64::from(this), 0.0]
+}

@@ -1,0 +1,27 @@
+//! Play of the eccentric bearing.
+//!
+//! A diametral clearance c lets the planet move by c/2 to either side: alpha += sgn(M0) (c/2)/(Zo e), 0 at M0 = 0.
+
+use super::dual::Dual;
+use super::port::{Action, DriveNumbers, Row};
+use super::spec::{Class, Dimension, Parameter, Port, Spec};
+
+/// The effect.
+pub static SPEC: Spec = Spec {
+    id: "bearing_play",
+    class: Class::Effect,
+    port: Port::Series,
+    equation: "alpha += sgn(M0) (c/2)/(Zo e)",
+    source: "geometry of a bearing with diametral clearance",
+    tell_tale: "a step where the torque reverses",
+    parameters: &[Parameter::size("clearance", Dimension::Length, "diametral clearance c")
+        .within(0.0, 1e-3)
+        .likely(0.0, 20e-6)],
+    twins: &[],
+    action: Action::Series(act),
+};
+
+fn act(own: &[Dual], _: &Row, drive: &DriveNumbers, torque_Nm: Dual) -> Dual {
+    let side = if torque_Nm.value == 0.0 { 0.0 } else { torque_Nm.value.signum() };
+    own[0] * (0.5 * side / drive.pitch_arm_m)
+}

@@ -1,0 +1,29 @@
+//! Contact angle: every contact angle is off by the same amount.
+//!
+//! beta -> beta + d beta in geometry and contact alike, so undercut and missing walls follow it.
+
+use super::dual::Dual;
+use super::port::{Action, Contact};
+use super::spec::{Class, Dimension, Parameter, Port, Spec};
+
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+
+/// The effect.
+pub static SPEC: Spec = Spec {
+    id: "contact_angle",
+    class: Class::Parameter,
+    port: Port::Contact,
+    equation: "beta -> beta + d_beta, at every contact",
+    source: "geometry of the groove section",
+    tell_tale: "moves the onset of contact loss",
+    parameters: &[Parameter::size("contact_angle_shift", Dimension::Angle, "added to every contact angle")
+        .shown("deg", DEGREE)
+        .within(-40.0 * DEGREE, 40.0 * DEGREE)
+        .likely(-10.0 * DEGREE, 10.0 * DEGREE)],
+    twins: &["torque_scale", "preload_scale", "preload_loss"],
+    action: Action::Contact(act),
+};
+
+fn act(own: &[Dual], contact: &mut Contact) {
+    contact.contact_angle_shift_rad += own[0];
+}

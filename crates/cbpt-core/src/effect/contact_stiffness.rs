@@ -1,0 +1,26 @@
+//! Contact stiffness: every k is scaled by one number.
+//!
+//! k -> s k. The scale takes in material, conformity and finish alike; a log-normal prior suits it.
+
+use super::dual::Dual;
+use super::port::{Action, Contact};
+use super::spec::{Class, Parameter, Port, Spec};
+
+/// The effect.
+pub static SPEC: Spec = Spec {
+    id: "contact_stiffness",
+    class: Class::Parameter,
+    port: Port::Contact,
+    equation: "k -> s k, one scale for all pairs",
+    source: "scaling of Hertz's solution: Johnson, Contact Mechanics (1985), section 4.2",
+    tell_tale: "residual over angle is constant at low torque",
+    parameters: &[Parameter::gain("stiffness_scale", "factor s on the stiffness of every contact")
+        .within(1e-2, 1e2)
+        .likely(0.3, 3.0)],
+    twins: &["sensor_gain"],
+    action: Action::Contact(act),
+};
+
+fn act(own: &[Dual], contact: &mut Contact) {
+    contact.stiffness_scale *= own[0];
+}

@@ -1,0 +1,33 @@
+//! Creep under torque.
+//!
+//! alpha += c M0 ln(1 + t/tau), t since the run began.
+
+use super::dual::Dual;
+use super::port::{Action, DriveNumbers, Row};
+use super::spec::{Class, Dimension, Parameter, Port, Spec};
+
+/// The effect.
+pub static SPEC: Spec = Spec {
+    id: "creep",
+    class: Class::Effect,
+    port: Port::Series,
+    equation: "alpha += c M0 ln(1 + t/tau), t since the run began",
+    source: "logarithmic creep: Phillips, Phil. Mag. 9 (1905) 513",
+    tell_tale: "grows at constant torque",
+    parameters: &[
+        Parameter::size("compliance", Dimension::AnglePerTorque, "growth c of the compliance")
+            .within(0.0, 1.0)
+            .likely(1e-9, 1e-5)
+            .log(),
+        Parameter::shape("time_constant", Dimension::Time, 20.0, "time tau after which the growth slows")
+            .within(1e-3, 1e7)
+            .likely(1.0, 1e4)
+            .log(),
+    ],
+    twins: &[],
+    action: Action::Series(act),
+};
+
+fn act(own: &[Dual], row: &Row, _: &DriveNumbers, torque_Nm: Dual) -> Dual {
+    own[0] * torque_Nm * (own[1].recip() * row.run_time_s).ln_1p()
+}

@@ -1,0 +1,31 @@
+//! Drift of the zero with time or temperature.
+//!
+//! The instrument shows alpha + c t or alpha + c (T - T0), t and T0 from the table's first reading.
+
+use super::dual::Dual;
+use super::port::{Action, Row};
+use super::spec::{ARCSEC, Class, Dimension, Parameter, Port, Spec};
+
+/// The effect.
+pub static SPEC: Spec = Spec {
+    id: "drift",
+    class: Class::Rig,
+    port: Port::Reading,
+    equation: "reading = alpha + c_t t + c_T (T - T0)",
+    source: "zero drift as sensors' data sheets state it",
+    tell_tale: "goes with time or temperature, not with load",
+    parameters: &[
+        Parameter::size("rate", Dimension::AnglePerTime, "drift c_t with time")
+            .within(-1e-2, 1e-2)
+            .likely(-0.05 * ARCSEC, 0.05 * ARCSEC),
+        Parameter::size("rate", Dimension::AnglePerTemperature, "drift c_T with temperature")
+            .within(-1e-2, 1e-2)
+            .likely(-20.0 * ARCSEC, 20.0 * ARCSEC),
+    ],
+    twins: &[],
+    action: Action::Reading(act),
+};
+
+fn act(own: &[Dual], row: &Row, angle_rad: Dual) -> Dual {
+    angle_rad + own[0] * row.time_s + own[1] * row.temperature_difference_K
+}

@@ -1,0 +1,38 @@
+//! Runout: the centre of a groove is off that of its plate.
+//!
+//! An offset of the fixed plate turns the output by (de/(Zo e)) sin(theta + phase); one of the planet goes with theta Z1/Z3
+//! (Z3/Z1 with the epicycloid plate as output). Written with the amplitudes of sine and cosine, which are smooth where
+//! the offset vanishes: offset = hypot(sine, cosine), phase = atan2(cosine, sine).
+
+use super::dual::Dual;
+use super::port::{Action, DriveNumbers, Row};
+use super::spec::{Class, Dimension, Parameter, Port, Spec};
+
+/// The effect.
+pub static SPEC: Spec = Spec {
+    id: "eccentricity_error",
+    class: Class::Effect,
+    port: Port::Series,
+    equation: "alpha += (s sin(theta) + c cos(theta))/(Zo e); of the planet with theta Z1/Z3",
+    source: "kinematics of an eccentric groove",
+    tell_tale: "once a turn at any load; gone if the angle is zeroed at each input angle",
+    parameters: &[
+        amplitude("offset_sine", "offset of the fixed plate, in phase with sin(theta)"),
+        amplitude("offset_cosine", "offset of the fixed plate, in phase with cos(theta)"),
+        amplitude("planet_offset_sine", "offset of the planet, in phase with sin(theta Z1/Z3)"),
+        amplitude("planet_offset_cosine", "offset of the planet, in phase with cos(theta Z1/Z3)"),
+    ],
+    twins: &[],
+    action: Action::Series(act),
+};
+
+const fn amplitude(stem: &'static str, meaning: &'static str) -> Parameter {
+    Parameter::size(stem, Dimension::Length, meaning).within(-1e-3, 1e-3).likely(-20e-6, 20e-6)
+}
+
+fn act(own: &[Dual], row: &Row, drive: &DriveNumbers, _: Dual) -> Dual {
+    let (sin, cos) = row.input_angle_rad.sin_cos();
+    let (planet_sin, planet_cos) = (row.input_angle_rad * drive.planet_turn).sin_cos();
+    let offset = own[0] * sin + own[1] * cos + own[2] * planet_sin + own[3] * planet_cos;
+    offset * (1.0 / drive.pitch_arm_m)
+}

@@ -1,0 +1,55 @@
+//! Friction that resists the output's rotation and remembers.
+//!
+//! The meshing points carry M0 - Tf. Tf = Tf0 z with the limit Tf0 = mu_T N_Z and dz/dalpha = (1 - sgn(dalpha) z)/alpha_p
+//! on the total angle (meshing points and what stands in series), z = 0 in the unloaded state in which each run starts.
+//! Between readings alpha moves one way, so z follows in closed form: with s the sense of rotation
+//! z2 = s - (s - z1) exp(-|dalpha|/alpha_p).
+
+use super::dual::Dual;
+use super::port::{Action, Friction, Load, Row};
+use super::spec::{ARCSEC, Class, Dimension, Parameter, Port, Spec};
+
+/// The effect.
+pub static SPEC: Spec = Spec {
+    id: "friction_hysteresis",
+    class: Class::Effect,
+    port: Port::Load,
+    equation: "M_mesh = M0 - Tf, dTf/dalpha = (Tf0/alpha_p)(1 - sgn(dalpha) Tf/Tf0), Tf0 = mu_T N_Z",
+    source: "Dahl, A Solid Friction Model, Aerospace Corporation TOR-0158(3107-18)-1 (1968)",
+    tell_tale: "a loop whose width grows with preload; the first loading of a run reads stiffer",
+    parameters: &[
+        Parameter::size(
+            "friction_radius",
+            Dimension::Length,
+            "largest friction torque over the preload, mu_T",
+        )
+        .within(0.0, 1.0)
+        .likely(1e-6, 5e-3)
+        .log(),
+        Parameter::shape(
+            "engagement_angle",
+            Dimension::Angle,
+            10.0 * ARCSEC,
+            "angle alpha_p over which the friction builds up",
+        )
+        .within(1e-3 * ARCSEC, 1e4 * ARCSEC)
+        .likely(2.0 * ARCSEC, 40.0 * ARCSEC)
+        .log(),
+    ],
+    twins: &[],
+    action: Action::Load(act),
+};
+
+fn act(own: &[Dual], _: &Row, load: &mut Load) {
+    load.friction.push(Friction { radius_m: own[0], engagement_angle_rad: own[1] });
+}
+
+/// z after the rotation `way_rad` from `before`, and its derivatives by the way, by `before` and by alpha_p.
+pub fn dahl(before: f64, way_rad: f64, engagement_angle_rad: f64) -> (f64, [f64; 3]) {
+    let sense = if way_rad < 0.0 { -1.0 } else { 1.0 };
+    let share = way_rad.abs() / engagement_angle_rad;
+    let left = (-share).exp();
+    let rest = (sense - before) * left;
+    let by_way = sense * rest / engagement_angle_rad;
+    (sense - rest, [by_way, left, -by_way * way_rad / engagement_angle_rad])
+}

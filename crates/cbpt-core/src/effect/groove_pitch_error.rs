@@ -1,0 +1,36 @@
+//! Pitch error of the fixed groove of the deceleration pair.
+//!
+//! p_i = c cos(h t_i) + s sin(h t_i), t_i the ball's angle along the fixed groove, h the harmonic round it; several
+//! instances make a sum over harmonics.
+
+use super::port::{Action, Ball};
+use super::spec::{Class, Dimension, Parameter, Port, Spec};
+
+/// The effect.
+pub static SPEC: Spec = Spec {
+    id: "groove_pitch_error",
+    class: Class::Effect,
+    port: Port::Gap,
+    equation: "p_i = c cos(h t_i) + s sin(h t_i), t_i along the fixed groove",
+    source: "Fourier series of the pitch error",
+    tell_tale: "higher orders of the crank, weak with load",
+    parameters: &[
+        Parameter::chosen("harmonic", 2.0, "waves h round the groove").within(1.0, 1000.0).likely(2.0, 8.0),
+        amplitude("cosine", "amplitude of cos(h t)"),
+        amplitude("sine", "amplitude of sin(h t)"),
+    ],
+    twins: &[],
+    action: Action::Gap(shape),
+};
+
+const fn amplitude(stem: &'static str, meaning: &'static str) -> Parameter {
+    Parameter::size(stem, Dimension::Length, meaning).within(-1e-3, 1e-3).likely(-10e-6, 10e-6)
+}
+
+fn shape(own: &[f64], size: usize, ball: &Ball) -> [f64; 3] {
+    if !ball.decelerates {
+        return [0.0; 3];
+    }
+    let (sin, cos) = (own[0] * ball.on_fixed_groove_rad).sin_cos();
+    [0.0, 0.0, if size == 1 { cos } else { sin }]
+}

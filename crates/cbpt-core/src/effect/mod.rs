@@ -1,0 +1,74 @@
+//! The library of effects: what a nominal drive on an ideal rig leaves out, one physical term a file.
+//!
+//! Each file holds one effect: equation, source, tell-tale, parameters, and its two tests, of a value and of the limit
+//! where it vanishes. [`LIBRARY`] is the one table of them; case files, Python, the page and the documentation follow it.
+//!
+//! - [`spec`]: what is told of an effect and its parameters;
+//! - [`port`]: what it is given and may change where it acts;
+//! - [`dual`]: numbers that carry derivatives, in which all formulas are written.
+//!
+//! Ports act in the order load, gap, contact, series, reading; the gains of torque and preload readings change the row
+//! before the load. Within a port the order is that of the table, so no result depends on the order of a list. Effects
+//! know nothing of pairs and solvers: [`crate::predict`] applies them.
+
+pub mod dual;
+pub mod port;
+pub mod spec;
+
+pub mod ball_diameter_lot;
+pub mod bearing_play;
+pub mod contact_angle;
+pub mod contact_stiffness;
+pub mod creep;
+pub mod drift;
+pub mod eccentric_bearing;
+pub mod eccentricity_error;
+pub mod friction_hysteresis;
+pub mod groove_pitch_error;
+pub mod output_torsion;
+pub mod plate_tilt;
+pub mod preload_loss;
+pub mod preload_scale;
+pub mod preload_spring;
+pub mod rough_contact;
+pub mod run_in;
+pub mod run_offset;
+pub mod sensor_gain;
+pub mod sensor_nonlinearity;
+pub mod thermal_preload;
+pub mod torque_scale;
+pub mod wear;
+
+pub use spec::{Class, Dimension, Parameter, Port, Scale, Spec};
+
+/// Every effect, in the order in which all documents list them.
+pub static LIBRARY: [&Spec; 23] = [
+    &contact_stiffness::SPEC,
+    &contact_angle::SPEC,
+    &torque_scale::SPEC,
+    &preload_scale::SPEC,
+    &sensor_gain::SPEC,
+    &sensor_nonlinearity::SPEC,
+    &run_offset::SPEC,
+    &drift::SPEC,
+    &eccentric_bearing::SPEC,
+    &bearing_play::SPEC,
+    &output_torsion::SPEC,
+    &friction_hysteresis::SPEC,
+    &preload_loss::SPEC,
+    &preload_spring::SPEC,
+    &thermal_preload::SPEC,
+    &eccentricity_error::SPEC,
+    &groove_pitch_error::SPEC,
+    &ball_diameter_lot::SPEC,
+    &plate_tilt::SPEC,
+    &rough_contact::SPEC,
+    &run_in::SPEC,
+    &wear::SPEC,
+    &creep::SPEC,
+];
+
+/// The effect of this id.
+pub fn find(id: &str) -> Option<&'static Spec> {
+    LIBRARY.into_iter().find(|spec| spec.id == id)
+}

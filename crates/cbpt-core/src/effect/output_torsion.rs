@@ -1,0 +1,27 @@
+//! Torsion of the output shaft or of a joint behind it.
+//!
+//! alpha += c M0, c = 1/k_t.
+
+use super::dual::Dual;
+use super::port::{Action, DriveNumbers, Row};
+use super::spec::{Class, Dimension, Parameter, Port, Spec};
+
+/// The effect.
+pub static SPEC: Spec = Spec {
+    id: "output_torsion",
+    class: Class::Effect,
+    port: Port::Series,
+    equation: "alpha += M0/k_t, compliance 1/k_t",
+    source: "torsion of an elastic shaft",
+    tell_tale: "linear in torque, blind to preload, no loop",
+    parameters: &[Parameter::size("compliance", Dimension::AnglePerTorque, "torsional compliance 1/k_t")
+        .within(0.0, 1.0)
+        .likely(1e-7, 1e-4)
+        .log()],
+    twins: &[],
+    action: Action::Series(act),
+};
+
+fn act(own: &[Dual], _: &Row, _: &DriveNumbers, torque_Nm: Dual) -> Dual {
+    own[0] * torque_Nm
+}

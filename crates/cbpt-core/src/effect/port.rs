@@ -1,0 +1,97 @@
+//! What an effect is given at its port, and what it may change there.
+
+use super::dual::Dual;
+
+/// One reading as effects see it: the columns of the table but for the angle, and its place in the history.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Row {
+    /// Torque that was read, N m.
+    pub torque_Nm: f64,
+    /// Preload that was read, N.
+    pub preload_N: f64,
+    /// Angle of the input crank, rad.
+    pub input_angle_rad: f64,
+    /// Time since the table's first reading, s.
+    pub time_s: f64,
+    /// Time since the run's first reading, s.
+    pub run_time_s: f64,
+    /// Temperature less that of the table's first reading, K; 0 where none was read.
+    pub temperature_difference_K: f64,
+    /// Largest torque either way so far over the largest of the table.
+    pub largest_torque_share: f64,
+}
+
+/// What effects know of the drive.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DriveNumbers {
+    /// Zo e, from the centre of the output plate to the pitch point, m.
+    pub pitch_arm_m: f64,
+    /// Turn of the planet's groove against the line of centres for one turn of the crank: Z1/Z3 with the hypocycloid plate
+    /// as output, Z3/Z1 with the epicycloid plate.
+    pub planet_turn: f64,
+}
+
+/// The load of a row on its way to the meshing points.
+#[derive(Debug, Clone)]
+pub struct Load {
+    /// Torque M0 on the output, N m.
+    pub torque_Nm: Dual,
+    /// Preload `N_Z` that reaches the meshing points at no torque, N.
+    pub preload_N: Dual,
+    /// Axial spring in place of a constant preload, N/m.
+    pub spring_N_per_m: Dual,
+    /// What rubs on the output's rotation.
+    pub friction: Vec<Friction>,
+}
+
+/// A friction torque with memory.
+#[derive(Debug, Clone, Copy)]
+pub struct Friction {
+    /// Largest friction torque over the preload, m.
+    pub radius_m: Dual,
+    /// Angle over which it builds up, rad.
+    pub engagement_angle_rad: Dual,
+}
+
+/// What the contacts of all pairs become.
+#[derive(Debug, Clone, Copy)]
+pub struct Contact {
+    /// Factor on every stiffness.
+    pub stiffness_scale: Dual,
+    /// Added to every contact angle, rad.
+    pub contact_angle_shift_rad: Dual,
+    /// Exponent of the contact law.
+    pub exponent: Dual,
+}
+
+/// A ball's place, for effects on gaps.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ball {
+    /// Whether it is one of the deceleration pair.
+    pub decelerates: bool,
+    /// Its number, from 0.
+    pub number: usize,
+    /// Its angle from the line of centres, rad; in a cross-slide from the grooves' normal.
+    pub from_line_rad: f64,
+    /// Its angle along the fixed groove of the deceleration pair, rad.
+    pub on_fixed_groove_rad: f64,
+    /// Radius of the circle of balls, m.
+    pub pitch_radius_m: f64,
+}
+
+/// What an effect does, by its port. The first argument is always the effect's own parameters in their order.
+#[derive(Debug, Clone, Copy)]
+pub enum Action {
+    /// Nothing to the mean; statistics handle it.
+    Spread,
+    /// Changes the load.
+    Load(fn(&[Dual], &Row, &mut Load)),
+    /// zeta, g and p at a ball for one unit of the size given by its index, m per unit; the sizes act linearly.
+    Gap(fn(&[f64], usize, &Ball) -> [f64; 3]),
+    /// Changes the contacts.
+    Contact(fn(&[Dual], &mut Contact)),
+    /// An angle at the output, given the torque M0 (N m), rad.
+    Series(fn(&[Dual], &Row, &DriveNumbers, Dual) -> Dual),
+    /// What the instrument shows of an angle, rad.
+    Reading(fn(&[Dual], &Row, Dual) -> Dual),
+}

@@ -1,0 +1,26 @@
+//! Gain of the preload readings.
+//!
+//! N_Z = g times the reading, before anything else acts.
+
+use super::dual::Dual;
+use super::port::{Action, Load, Row};
+use super::spec::{Class, Parameter, Port, Spec};
+
+/// The effect.
+pub static SPEC: Spec = Spec {
+    id: "preload_scale",
+    class: Class::Rig,
+    port: Port::Reading,
+    equation: "N_Z = g N_read",
+    source: "calibration of the preload sensor",
+    tell_tale: "moves the onset of contact loss; an exact twin of preload_loss",
+    parameters: &[Parameter::gain("preload_gain", "true preload over the reading")
+        .within(0.1, 10.0)
+        .likely(0.7, 1.4)],
+    twins: &["preload_loss", "torque_scale", "contact_angle"],
+    action: Action::Load(act),
+};
+
+fn act(own: &[Dual], _: &Row, load: &mut Load) {
+    load.preload_N *= own[0];
+}

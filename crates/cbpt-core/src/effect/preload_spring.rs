@@ -1,0 +1,30 @@
+//! A preload that falls as the plates part.
+//!
+//! N_Z -> N_Z - k_c (d - d0) at each pair by its own approach d; d0 is that without torque.
+
+use super::dual::Dual;
+use super::port::{Action, Load, Row};
+use super::spec::{Class, Dimension, Parameter, Port, Spec};
+
+/// The effect.
+pub static SPEC: Spec = Spec {
+    id: "preload_spring",
+    class: Class::Effect,
+    port: Port::Load,
+    equation: "N_Z -> N_Z - k_c (d - d0), of each pair",
+    source: "elasticity of the clearance mediation mechanism",
+    tell_tale: "straightens the knee of the curve",
+    parameters: &[Parameter::size(
+        "spring_rate",
+        Dimension::ForcePerLength,
+        "stiffness k_c of what holds the preload",
+    )
+    .within(0.0, 1e12)
+    .likely(0.0, 2e9)],
+    twins: &[],
+    action: Action::Load(act),
+};
+
+fn act(own: &[Dual], _: &Row, load: &mut Load) {
+    load.spring_N_per_m += own[0];
+}

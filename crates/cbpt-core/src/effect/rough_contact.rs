@@ -1,0 +1,30 @@
+//! Rough contacts: a law with another exponent.
+//!
+//! N = k delta_0^1.5 (delta/delta_0)^n with delta_0 = 1 um, where Hertz's force is kept.
+
+use super::dual::Dual;
+use super::port::{Action, Contact};
+use super::spec::{Class, Dimension, Parameter, Port, Spec};
+use crate::pair::HERTZ_EXPONENT;
+
+/// The effect.
+pub static SPEC: Spec = Spec {
+    id: "rough_contact",
+    class: Class::Effect,
+    port: Port::Contact,
+    equation: "N = k delta_0^1.5 (delta/delta_0)^n, delta_0 = 1 um",
+    source: "rough surfaces in contact: Greenwood and Tripp, J. Appl. Mech. 34 (1967) 153",
+    tell_tale: "soft at low preload",
+    parameters: &[Parameter {
+        neutral: HERTZ_EXPONENT,
+        ..Parameter::size("exponent", Dimension::Number, "exponent n of force by deformation, 1.5 by Hertz")
+    }
+    .within(1.1, 4.0)
+    .likely(1.3, 2.5)],
+    twins: &[],
+    action: Action::Contact(act),
+};
+
+fn act(own: &[Dual], contact: &mut Contact) {
+    contact.exponent += own[0] + -HERTZ_EXPONENT;
+}

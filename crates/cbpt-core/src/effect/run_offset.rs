@@ -1,0 +1,22 @@
+//! A zero of its own in each run.
+//!
+//! A variance component: the zeros of the runs are drawn with one spread. Nothing is added to the mean; statistics handle
+//! the spread, and the table knows its range.
+
+use super::port::Action;
+use super::spec::{ARCSEC, Class, Dimension, Parameter, Port, Spec};
+
+/// The effect.
+pub static SPEC: Spec = Spec {
+    id: "run_offset",
+    class: Class::Rig,
+    port: Port::Reading,
+    equation: "reading = alpha + z_run, z_run normal with the spread",
+    source: "zeroing of the instrument at the start of a run",
+    tell_tale: "constant within a run",
+    parameters: &[Parameter::size("spread", Dimension::Angle, "standard deviation of the zeros of the runs")
+        .within(0.0, 1.0)
+        .likely(0.0, 10.0 * ARCSEC)],
+    twins: &[],
+    action: Action::Spread,
+};

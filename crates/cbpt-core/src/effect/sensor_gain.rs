@@ -1,0 +1,26 @@
+//! Gain of the angle readings.
+//!
+//! The instrument shows g alpha.
+
+use super::dual::Dual;
+use super::port::{Action, Row};
+use super::spec::{Class, Parameter, Port, Spec};
+
+/// The effect.
+pub static SPEC: Spec = Spec {
+    id: "sensor_gain",
+    class: Class::Rig,
+    port: Port::Reading,
+    equation: "reading = g alpha",
+    source: "calibration of the angle sensor and of its lever arm",
+    tell_tale: "scales every angle; the onset of contact loss does not move",
+    parameters: &[Parameter::gain("sensor_gain", "reading over the true angle")
+        .within(0.1, 10.0)
+        .likely(0.7, 1.4)],
+    twins: &["contact_stiffness"],
+    action: Action::Reading(act),
+};
+
+fn act(own: &[Dual], _: &Row, angle_rad: Dual) -> Dual {
+    angle_rad * own[0]
+}

@@ -1,0 +1,33 @@
+//! Nonlinearity of the angle sensor.
+//!
+//! The instrument shows alpha + c2 alpha^2 + c3 alpha^3.
+
+use super::dual::Dual;
+use super::port::{Action, Row};
+use super::spec::{Class, Dimension, Parameter, Port, Spec};
+
+/// The effect.
+pub static SPEC: Spec = Spec {
+    id: "sensor_nonlinearity",
+    class: Class::Rig,
+    port: Port::Reading,
+    equation: "reading = alpha + c2 alpha^2 + c3 alpha^3",
+    source: "data sheets of eddy-current sensors: quadratic and cubic departures from the straight line",
+    tell_tale: "a function of the reading alone",
+    // 20 arcsec at a reading of 60 arcsec is the largest that is likely.
+    parameters: &[
+        Parameter::size("quadratic", Dimension::PerAngle, "coefficient c2 of the squared angle")
+            .within(-1e6, 1e6)
+            .likely(-1.2e3, 1.2e3),
+        Parameter::size("cubic", Dimension::PerAngleSquared, "coefficient c3 of the cubed angle")
+            .within(-1e10, 1e10)
+            .likely(-4e6, 4e6),
+    ],
+    twins: &[],
+    action: Action::Reading(act),
+};
+
+fn act(own: &[Dual], _: &Row, angle_rad: Dual) -> Dual {
+    let squared = angle_rad * angle_rad;
+    angle_rad + own[0] * squared + own[1] * (squared * angle_rad)
+}

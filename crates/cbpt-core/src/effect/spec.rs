@@ -1,0 +1,256 @@
+//! What is told of an effect and of its parameters; the case file, Python, the page and the documentation share it.
+
+use std::f64::consts::PI;
+
+use super::port::Action;
+
+/// One second of arc, rad.
+pub const ARCSEC: f64 = PI / 648_000.0;
+
+/// One effect of the library.
+#[derive(Debug)]
+pub struct Spec {
+    /// Its fixed id.
+    pub id: &'static str,
+    /// What kind of cause it is.
+    pub class: Class,
+    /// Where it acts.
+    pub port: Port,
+    /// Its equation, in words of the theory page.
+    pub equation: &'static str,
+    /// Where the equation comes from.
+    pub source: &'static str,
+    /// How it shows in readings.
+    pub tell_tale: &'static str,
+    /// Its parameters.
+    pub parameters: &'static [Parameter],
+    /// Ids of effects that no torque-angle data can tell from it once the contact stiffness is free.
+    pub twins: &'static [&'static str],
+    /// What it does.
+    pub action: Action,
+}
+
+/// What kind of cause an effect is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Class {
+    /// A number of the drive is other than stated.
+    Parameter,
+    /// The rig or its instruments.
+    Rig,
+    /// Physics that the nominal model leaves out.
+    Effect,
+}
+
+impl Class {
+    /// `parameter`, `rig` or `effect`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Parameter => "parameter",
+            Self::Rig => "rig",
+            Self::Effect => "effect",
+        }
+    }
+}
+
+/// Where an effect acts, in the order in which they are switched on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Port {
+    /// On the torque and preload that reach the meshing points.
+    Load,
+    /// On the gaps at the balls.
+    Gap,
+    /// On stiffness, angle or law of the contacts.
+    Contact,
+    /// An angle behind the meshing points.
+    Series,
+    /// What the instruments make of angle, torque and preload.
+    Reading,
+}
+
+impl Port {
+    /// `load`, `gap`, `contact`, `series` or `reading`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Load => "load",
+            Self::Gap => "gap",
+            Self::Contact => "contact",
+            Self::Series => "series",
+            Self::Reading => "reading",
+        }
+    }
+}
+
+/// What a parameter measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs)] // the words say it
+pub enum Dimension {
+    Number,
+    Length,
+    Angle,
+    PerAngle,
+    PerAngleSquared,
+    AnglePerTime,
+    AnglePerTemperature,
+    AnglePerTorque,
+    ForcePerLength,
+    ForcePerTemperature,
+    PerTime,
+    Time,
+}
+
+/// A unit as names carry it, and its size in SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unit {
+    /// Suffix of a name; empty for a plain number.
+    pub suffix: &'static str,
+    /// SI value of one unit.
+    pub size: f64,
+}
+
+const fn unit(suffix: &'static str, size: f64) -> Unit {
+    Unit { suffix, size }
+}
+
+impl Dimension {
+    /// The unit of values inside.
+    pub const fn si(self) -> Unit {
+        match self {
+            Self::Number => unit("", 1.0),
+            Self::Length => unit("m", 1.0),
+            Self::Angle => unit("rad", 1.0),
+            Self::PerAngle => unit("per_rad", 1.0),
+            Self::PerAngleSquared => unit("per_rad2", 1.0),
+            Self::AnglePerTime => unit("rad_per_s", 1.0),
+            Self::AnglePerTemperature => unit("rad_per_K", 1.0),
+            Self::AnglePerTorque => unit("rad_per_Nm", 1.0),
+            Self::ForcePerLength => unit("N_per_m", 1.0),
+            Self::ForcePerTemperature => unit("N_per_K", 1.0),
+            Self::PerTime => unit("per_s", 1.0),
+            Self::Time => unit("s", 1.0),
+        }
+    }
+
+    /// The unit that people read.
+    pub const fn display(self) -> Unit {
+        match self {
+            Self::Length => unit("um", 1e-6),
+            Self::Angle => unit("arcsec", ARCSEC),
+            Self::PerAngle => unit("per_arcsec", 1.0 / ARCSEC),
+            Self::PerAngleSquared => unit("per_arcsec2", 1.0 / (ARCSEC * ARCSEC)),
+            Self::AnglePerTime => unit("arcsec_per_h", ARCSEC / 3600.0),
+            Self::AnglePerTemperature => unit("arcsec_per_K", ARCSEC),
+            Self::AnglePerTorque => unit("arcsec_per_Nm", ARCSEC),
+            Self::ForcePerLength => unit("N_per_um", 1e6),
+            Self::PerTime => unit("per_h", 1.0 / 3600.0),
+            Self::Number | Self::ForcePerTemperature | Self::Time => self.si(),
+        }
+    }
+}
+
+/// How a parameter is spread over its range.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scale {
+    /// Evenly.
+    Linear,
+    /// Evenly in its logarithm.
+    Log,
+    /// It is a whole number that is chosen, not fitted.
+    Fixed,
+}
+
+/// A number of an effect, in SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parameter {
+    /// Name without its unit.
+    pub stem: &'static str,
+    /// What it measures.
+    pub dimension: Dimension,
+    /// The unit that people read.
+    pub display: Unit,
+    /// What it is.
+    pub meaning: &'static str,
+    /// Where a size vanishes; for another parameter its default.
+    pub neutral: f64,
+    /// Least value that has a meaning.
+    pub lower: f64,
+    /// Greatest value that has a meaning.
+    pub upper: f64,
+    /// Plausible values, as a prior.
+    pub range: (f64, f64),
+    /// How it is spread over them.
+    pub scale: Scale,
+    /// Whether the effect vanishes where all its sizes are neutral.
+    pub is_size: bool,
+}
+
+impl Parameter {
+    /// A size: the effect is gone where it is 0.
+    pub(super) const fn size(stem: &'static str, dimension: Dimension, meaning: &'static str) -> Self {
+        Self {
+            stem,
+            dimension,
+            display: dimension.display(),
+            meaning,
+            neutral: 0.0,
+            lower: f64::NEG_INFINITY,
+            upper: f64::INFINITY,
+            range: (f64::NEG_INFINITY, f64::INFINITY),
+            scale: Scale::Linear,
+            is_size: true,
+        }
+    }
+
+    /// A gain: a size that is gone at 1, spread in its logarithm.
+    pub(super) const fn gain(stem: &'static str, meaning: &'static str) -> Self {
+        Self { neutral: 1.0, scale: Scale::Log, ..Self::size(stem, Dimension::Number, meaning) }
+    }
+
+    /// A shape: it says how the effect acts, not how much.
+    pub(super) const fn shape(
+        stem: &'static str,
+        dimension: Dimension,
+        default: f64,
+        meaning: &'static str,
+    ) -> Self {
+        Self { neutral: default, is_size: false, ..Self::size(stem, dimension, meaning) }
+    }
+
+    /// A whole number that is chosen, not fitted.
+    pub(super) const fn chosen(stem: &'static str, default: f64, meaning: &'static str) -> Self {
+        Self { scale: Scale::Fixed, ..Self::shape(stem, Dimension::Number, default, meaning) }
+    }
+
+    /// Values that have a meaning.
+    pub(super) const fn within(self, lower: f64, upper: f64) -> Self {
+        Self { lower, upper, ..self }
+    }
+
+    /// Values that are plausible.
+    pub(super) const fn likely(self, low: f64, high: f64) -> Self {
+        Self { range: (low, high), ..self }
+    }
+
+    /// Spread in the logarithm.
+    pub(super) const fn log(self) -> Self {
+        Self { scale: Scale::Log, ..self }
+    }
+
+    /// Shown in another unit.
+    pub(super) const fn shown(self, suffix: &'static str, size: f64) -> Self {
+        Self { display: unit(suffix, size), ..self }
+    }
+
+    /// Name with the SI unit, as in `reference_deflection_m`.
+    pub fn name(&self) -> String {
+        with_unit(self.stem, self.dimension.si().suffix)
+    }
+
+    /// Name with the unit that people read, as in `reference_deflection_um`.
+    pub fn display_name(&self) -> String {
+        with_unit(self.stem, self.display.suffix)
+    }
+}
+
+fn with_unit(stem: &str, suffix: &str) -> String {
+    if suffix.is_empty() { stem.to_owned() } else { format!("{stem}_{suffix}") }
+}

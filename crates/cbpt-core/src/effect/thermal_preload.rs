@@ -1,0 +1,26 @@
+//! A preload that follows the temperature.
+//!
+//! N_Z -> N_Z + c (T - T0), T0 the temperature of the table's first reading.
+
+use super::dual::Dual;
+use super::port::{Action, Load, Row};
+use super::spec::{Class, Dimension, Parameter, Port, Spec};
+
+/// The effect.
+pub static SPEC: Spec = Spec {
+    id: "thermal_preload",
+    class: Class::Effect,
+    port: Port::Load,
+    equation: "N_Z -> N_Z + c (T - T0)",
+    source: "unlike thermal expansion of shaft and housing",
+    tell_tale: "follows the temperature",
+    parameters: &[Parameter::size("rate", Dimension::ForcePerTemperature, "change c of the preload")
+        .within(-1e5, 1e5)
+        .likely(-100.0, 100.0)],
+    twins: &[],
+    action: Action::Load(act),
+};
+
+fn act(own: &[Dual], row: &Row, load: &mut Load) {
+    load.preload_N += own[0] * row.temperature_difference_K;
+}

@@ -1,0 +1,26 @@
+//! Gain of the torque readings.
+//!
+//! M0 = g times the reading, before anything else acts.
+
+use super::dual::Dual;
+use super::port::{Action, Load, Row};
+use super::spec::{Class, Parameter, Port, Spec};
+
+/// The effect.
+pub static SPEC: Spec = Spec {
+    id: "torque_scale",
+    class: Class::Rig,
+    port: Port::Reading,
+    equation: "M0 = g M_read",
+    source: "calibration of the torque sensor",
+    tell_tale: "moves the onset of contact loss",
+    parameters: &[Parameter::gain("torque_gain", "true torque over the reading")
+        .within(0.1, 10.0)
+        .likely(0.7, 1.4)],
+    twins: &["preload_scale", "preload_loss", "contact_angle"],
+    action: Action::Load(act),
+};
+
+fn act(own: &[Dual], _: &Row, load: &mut Load) {
+    load.torque_Nm *= own[0];
+}

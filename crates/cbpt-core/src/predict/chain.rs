@@ -1,0 +1,77 @@
+//! The effects of a model along one row, port by port, in dual numbers.
+
+use crate::effect::Port;
+use crate::effect::dual::Dual;
+use crate::effect::port::{Action, Contact, DriveNumbers, Load, Row};
+use crate::pair::HERTZ_EXPONENT;
+
+/// An effect with numbers, some of them seeded with a partial.
+#[derive(Debug, Clone)]
+pub struct Link {
+    pub port: Port,
+    pub action: Action,
+    pub own: Vec<Dual>,
+}
+
+/// Effects that do something, in the order in which they act.
+#[derive(Debug, Clone)]
+pub struct Chain {
+    pub links: Vec<Link>,
+    pub drive: DriveNumbers,
+}
+
+impl Chain {
+    /// The load of a row: the instruments' gains first, then what acts on its way to the meshing points.
+    pub fn load(&self, row: &Row) -> Load {
+        let mut load = Load {
+            torque_Nm: Dual::constant(row.torque_Nm),
+            preload_N: Dual::constant(row.preload_N),
+            spring_N_per_m: Dual::constant(0.0),
+            friction: Vec::new(),
+        };
+        for gain in [true, false] {
+            for link in self.links.iter().filter(|link| (link.port == Port::Reading) == gain) {
+                if let Action::Load(act) = link.action {
+                    act(&link.own, row, &mut load);
+                }
+            }
+        }
+        load
+    }
+
+    /// What the contacts of all pairs become.
+    pub fn contact(&self) -> Contact {
+        let mut contact = Contact {
+            stiffness_scale: Dual::constant(1.0),
+            contact_angle_shift_rad: Dual::constant(0.0),
+            exponent: Dual::constant(HERTZ_EXPONENT),
+        };
+        for link in &self.links {
+            if let Action::Contact(act) = link.action {
+                act(&link.own, &mut contact);
+            }
+        }
+        contact
+    }
+
+    /// The angle behind the meshing points under a torque on the output.
+    pub fn series(&self, row: &Row, torque_Nm: Dual) -> Dual {
+        let mut angle = Dual::constant(0.0);
+        for link in &self.links {
+            if let Action::Series(act) = link.action {
+                angle += act(&link.own, row, &self.drive, torque_Nm);
+            }
+        }
+        angle
+    }
+
+    /// What the instrument shows of an angle.
+    pub fn reading(&self, row: &Row, mut angle: Dual) -> Dual {
+        for link in &self.links {
+            if let Action::Reading(act) = link.action {
+                angle = act(&link.own, row, angle);
+            }
+        }
+        angle
+    }
+}

@@ -1,0 +1,282 @@
+//! All pairs of a drive at one input angle with the contacts that the effects make of them, under a load.
+//!
+//! - [`Tables`]: meshing points at one input angle, their slopes by the contact angle, the shapes of gaps;
+//! - [`Site`]: the same with scale, exponent, spring and gaps applied, ready for loads;
+//! - [`Mesh`]: the solved drive: its angle and how that answers to each number.
+
+use std::f64::consts::TAU;
+
+use crate::drive::{CrossSlide, Deceleration, Drive, EqualSpeed, OutputPlate, RingGroove};
+use crate::effect::port::{Ball, Contact};
+use crate::equilibrium::State;
+use crate::equilibrium::response::{Asked, GapShape, Response, Slopes, respond};
+use crate::error::InvalidInput;
+use crate::pair::MeshingPoints;
+use crate::status::Status;
+
+/// The deceleration pair and at most two rows of an equal-speed pair.
+pub const MOST_PAIRS: usize = 3;
+
+/// A shape of a gap: m for one unit of a parameter, at a ball.
+pub type GapAt<'a> = &'a (dyn Fn(&Ball) -> [f64; 3] + Sync);
+
+/// Meshing points at one input angle.
+#[derive(Debug, Clone)]
+pub struct Tables {
+    pairs: Vec<PairTable>,
+    share: f64,
+}
+
+#[derive(Debug, Clone)]
+struct PairTable {
+    points: MeshingPoints,
+    /// d ln k / d beta of every diagonal, 1/rad.
+    stiffness_slopes_per_rad: Vec<f64>,
+}
+
+/// The drive with all its contact angles shifted.
+///
+/// # Errors
+/// Where an angle leaves the range between 0 and 90 degrees.
+pub fn shifted(drive: &Drive, shift_rad: f64) -> Result<Drive, InvalidInput> {
+    let deceleration = *drive.deceleration();
+    let contact_angle_rad = deceleration.contact_angle_rad + shift_rad;
+    let equal_speed = match *drive.equal_speed() {
+        EqualSpeed::RingGroove(ring) => EqualSpeed::RingGroove(RingGroove {
+            outside_contact_angle_rad: ring.outside_contact_angle_rad + shift_rad,
+            inside_contact_angle_rad: ring.inside_contact_angle_rad + shift_rad,
+            ..ring
+        }),
+        EqualSpeed::CrossSlide(slide) => EqualSpeed::CrossSlide(CrossSlide {
+            contact_angle_rad: slide.contact_angle_rad + shift_rad,
+            ..slide
+        }),
+    };
+    Drive::new(
+        *drive.material(),
+        Deceleration { contact_angle_rad, ..deceleration },
+        equal_speed,
+        drive.track_curvature(),
+    )
+}
+
+impl Tables {
+    /// Meshing points at an input angle; the slopes by the contact angle only where they are wanted.
+    pub fn new(drive: &Drive, input_angle_rad: f64, slopes: bool) -> Self {
+        let points = drive.points(input_angle_rad);
+        let track = drive.track_curvature();
+        let grooves = [&drive.deceleration().groove, drive.equal_speed().groove()];
+        let pairs = std::iter::once((grooves[0], points.deceleration))
+            .chain(points.equal_speed.into_iter().map(|row| (grooves[1], row)))
+            .map(|(groove, points)| {
+                let slope = |point: &crate::pair::MeshingPoint| point.stiffness_slope_per_rad(groove, track);
+                let stiffness_slopes_per_rad =
+                    if slopes { points.points.iter().map(slope).collect() } else { Vec::new() };
+                PairTable { points, stiffness_slopes_per_rad }
+            })
+            .collect();
+        Self { pairs, share: points.equal_speed_share }
+    }
+
+    /// The shape of a gap at every diagonal of every pair.
+    pub fn gap_shapes(drive: &Drive, input_angle_rad: f64, gap: GapAt<'_>) -> [GapShape; MOST_PAIRS] {
+        let deceleration = drive.deceleration();
+        let theta = input_angle_rad;
+        let balls = |count: u32, first_rad: f64, pitch_radius_m: f64, decelerates: bool| -> GapShape {
+            // Along the fixed groove a ball moves with the crank's turn against the line of centres.
+            let fixed = match deceleration.output_plate {
+                OutputPlate::Hypocycloid => theta,
+                OutputPlate::Epicycloid => -theta,
+            };
+            (0..count)
+                .flat_map(|number| {
+                    let from_line_rad = first_rad + TAU * f64::from(number) / f64::from(count);
+                    let at = gap(&Ball {
+                        decelerates,
+                        number: number as usize,
+                        from_line_rad,
+                        on_fixed_groove_rad: from_line_rad + fixed,
+                        pitch_radius_m,
+                    });
+                    [at; 2]
+                })
+                .collect()
+        };
+        let phi = drive.deceleration_phase_rad(theta);
+        let first = balls(deceleration.ball_count, phi, deceleration.pitch_radius_m(), true);
+        let equal = drive.equal_speed();
+        let psi = match equal {
+            EqualSpeed::RingGroove(_) => drive.equal_speed_phase_rad(theta),
+            EqualSpeed::CrossSlide(_) => 0.0,
+        };
+        let row = balls(equal.ball_count(), psi, equal.pitch_radius_m(), false);
+        [first, row.clone(), row]
+    }
+}
+
+/// One parameter of an effect on gaps, at one input angle.
+#[derive(Debug, Clone)]
+pub struct Gap {
+    /// Its shape at every diagonal of every pair.
+    pub shapes: [GapShape; MOST_PAIRS],
+}
+
+/// The pairs at one input angle, ready for loads.
+#[derive(Debug, Clone)]
+pub struct Site<'a> {
+    tables: &'a Tables,
+    pairs: Vec<MeshingPoints>,
+    /// By pair, the shapes of the gaps whose answers are wanted.
+    gaps: Vec<Vec<GapShape>>,
+}
+
+impl<'a> Site<'a> {
+    /// Applies the values of scale, exponent, spring and gaps; `wanted` are the gaps whose answers will be asked for.
+    pub fn new(
+        tables: &'a Tables,
+        contact: &Contact,
+        spring_N_per_m: f64,
+        gaps: &[(f64, &Gap)],
+        wanted: &[&Gap],
+    ) -> Self {
+        let ready = |(number, table): (usize, &PairTable)| {
+            let mut points = table.points.clone();
+            points.exponent = contact.exponent.value;
+            points.axial_spring_N_per_m = spring_N_per_m;
+            for point in &mut points.points {
+                point.stiffness *= contact.stiffness_scale.value;
+            }
+            for (value, gap) in gaps.iter().filter(|(value, _)| *value != 0.0) {
+                for (point, [axial, normal, in_plane]) in points.points.iter_mut().zip(&gap.shapes[number]) {
+                    point.axial_offset_m += value * axial;
+                    point.normal_offset_m += value * normal;
+                    point.in_plane_offset_m += value * in_plane;
+                }
+            }
+            points
+        };
+        Self {
+            pairs: tables.pairs.iter().enumerate().map(ready).collect(),
+            gaps: (0..tables.pairs.len())
+                .map(|pair| wanted.iter().map(|gap| gap.shapes[pair].clone()).collect())
+                .collect(),
+            tables,
+        }
+    }
+
+    /// Solves all pairs; `warm` holds states nearby and takes the new ones.
+    ///
+    /// # Errors
+    /// The status, where there is no solution.
+    pub fn solve(&self, load: [f64; 2], wanted: Wanted, warm: &mut Warm) -> Result<Mesh, Status> {
+        let mut mesh = Mesh {
+            status: Status::Solved,
+            angle_rad: 0.0,
+            slopes: Slopes { gaps: vec![0.0; self.gaps[0].len()], ..Slopes::default() },
+            carrying: [0; 2],
+            regime: Regime::AllLoaded,
+        };
+        let mut failed: Option<Status> = None;
+        for (number, points) in self.pairs.iter().enumerate() {
+            // Torque of the pair over M0, and the share of its angle that reaches the output.
+            let share = if number == 0 { 1.0 } else { self.tables.share };
+            let slopes = &self.tables.pairs[number].stiffness_slopes_per_rad;
+            let asked = Asked {
+                stiffness_slopes_per_rad: wanted.contact_angle.then_some(slopes),
+                contact: wanted.contact,
+                spring: wanted.spring,
+                gaps: &self.gaps[number],
+            };
+            let [start, unloaded] = &warm.states[number];
+            match respond(points, [load[0] * share, load[1]], start.as_ref(), unloaded.as_ref(), asked) {
+                Ok(response) => {
+                    warm.states[number] = [Some(response.state), response.unloaded.or(*unloaded)];
+                    mesh.add(&response, share, f64::from(points.rows), number);
+                }
+                Err(status) => failed = Some(failed.map_or(status, |before| before.worse(status))),
+            }
+        }
+        failed.map_or(Ok(mesh), Err)
+    }
+}
+
+/// Which answers are wanted beside those to torque, preload and the gaps of the site.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Wanted {
+    /// To stiffness and exponent.
+    pub contact: bool,
+    /// To the contact angle.
+    pub contact_angle: bool,
+    /// To the axial spring.
+    pub spring: bool,
+}
+
+/// States of the pairs from which a solution nearby starts, loaded and unloaded.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Warm {
+    states: [[Option<State>; 2]; MOST_PAIRS],
+}
+
+/// Which contacts carry; of two pairs the later one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Regime {
+    /// All diagonals that exist.
+    AllLoaded,
+    /// Some have parted.
+    SomeParted,
+    /// d <= 0: transmission is not continuous.
+    BelowContinuous,
+}
+
+impl Regime {
+    /// `all_loaded`, `some_parted` or `below_continuous`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::AllLoaded => "all_loaded",
+            Self::SomeParted => "some_parted",
+            Self::BelowContinuous => "below_continuous",
+        }
+    }
+}
+
+/// The meshing points of the whole drive under a load.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mesh {
+    /// Whether the displacements are small.
+    pub status: Status,
+    /// Elastic angle at the output, rad.
+    pub angle_rad: f64,
+    /// How it answers, torque and preload being those of the drive.
+    pub slopes: Slopes,
+    /// Diagonals that carry in one row of the deceleration and the equal-speed pair.
+    pub carrying: [u32; 2],
+    /// Which contacts carry.
+    pub regime: Regime,
+}
+
+impl Mesh {
+    fn add(&mut self, response: &Response, share: f64, rows: f64, pair: usize) {
+        let weight = share * rows;
+        let (total, own) = (&mut self.slopes, &response.rotation);
+        self.status = self.status.worse(response.status);
+        self.angle_rad += weight * response.state.rotation_rad;
+        total.torque += weight * share * own.torque;
+        total.preload += weight * own.preload;
+        total.spring += weight * own.spring;
+        total.log_stiffness += weight * own.log_stiffness;
+        total.contact_angle += weight * own.contact_angle;
+        total.exponent += weight * own.exponent;
+        for (gap, own) in total.gaps.iter_mut().zip(&own.gaps) {
+            *gap += weight * own;
+        }
+        self.carrying[pair.min(1)] = response.carrying;
+        let regime = if response.state.approach_m() <= 0.0 {
+            Regime::BelowContinuous
+        } else if response.parted > 0 {
+            Regime::SomeParted
+        } else {
+            Regime::AllLoaded
+        };
+        self.regime = self.regime.max(regime);
+    }
+}

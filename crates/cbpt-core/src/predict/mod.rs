@@ -1,0 +1,482 @@
+//! A drive with effects on a table of readings: what an ideal instrument would show, row by row.
+//!
+//! - [`rows`]: the readings' columns, checked once;
+//! - `chain`: the effects along one row, port by port;
+//! - [`mesh`]: the pairs at one input angle under a load, and how their angle answers to each number;
+//! - `run`: readings of a run one after the other, with the memory that friction has; first the angles, then, from the
+//!   solutions kept, their sensitivities;
+//! - `check`: values that cannot be;
+//! - here: [`Predictor`], which keeps meshing points and solutions from call to call, so that a fit pays for changes only.
+//!
+//! An answer does not depend on earlier calls beyond the tolerance of the equations.
+
+mod chain;
+mod check;
+pub mod mesh;
+pub mod rows;
+mod run;
+
+use rayon::prelude::*;
+
+use crate::drive::{Drive, OutputPlate};
+use crate::effect::dual::{Dual, WIDTH};
+use crate::effect::port::{Action, DriveNumbers};
+use crate::effect::{self, Parameter, Spec};
+use crate::error::InvalidInput;
+use crate::geometry::undercut::undercuts;
+use crate::status::Status;
+
+use chain::{Chain, Link};
+pub use mesh::Regime;
+use mesh::{Gap, Site, Tables, Wanted, shifted};
+pub use rows::{Columns, Rows};
+use run::{Block, RowState, Solved};
+
+/// A number of one effect of a predictor.
+#[derive(Debug, Clone, Copy)]
+pub struct Slot {
+    /// Which of the predictor's effects.
+    pub effect: usize,
+    /// The parameter.
+    pub parameter: &'static Parameter,
+}
+
+/// A drive with effects on a table of readings.
+#[derive(Debug, Clone)]
+pub struct Predictor {
+    drive: Drive,
+    numbers: DriveNumbers,
+    effects: Vec<&'static Spec>,
+    /// Numbers of all effects, effect by effect.
+    slots: Vec<Slot>,
+    /// First slot of each effect.
+    first_slots: Vec<usize>,
+    /// Effects in the order in which they act.
+    order: Vec<usize>,
+    rows: Rows,
+    /// Distinct input angles, rad, and which of them each row has.
+    angles_rad: Vec<f64>,
+    angle_of_row: Vec<usize>,
+    tables: Vec<TablesAtShift>,
+    gaps: Vec<GapsOfSlot>,
+    states: Vec<RowState>,
+}
+
+/// Meshing points at all input angles, with all contact angles shifted.
+#[derive(Debug, Clone)]
+struct TablesAtShift {
+    shift_rad: f64,
+    with_slopes: bool,
+    undercuts: bool,
+    at_angle: Vec<Tables>,
+}
+
+/// Shapes at all input angles of a size of an effect on gaps.
+#[derive(Debug, Clone)]
+struct GapsOfSlot {
+    slot: usize,
+    /// The effect's numbers that are chosen, not fitted, for which they hold.
+    chosen: Vec<f64>,
+    at_angle: Vec<Gap>,
+}
+
+/// What an ideal instrument would show, in the order of the table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Prediction {
+    /// Elastic angle as the instrument shows it, rad; NaN where there is no solution.
+    pub angle_rad: Vec<f64>,
+    /// How each row ended.
+    pub status: Vec<Status>,
+    /// Derivative of the angle by each of the wanted parameters, row by row; NaN where there is no solution.
+    pub sensitivities: Vec<f64>,
+    /// Diagonals that carry in one row of the deceleration and of the equal-speed pair; 0 where there is no solution.
+    pub carrying: Vec<[u32; 2]>,
+    /// Which contacts carry.
+    pub regime: Vec<Option<Regime>>,
+}
+
+/// A named part of the angle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Contribution {
+    /// `model`, or the id of an effect; `id#2` where it is the second of its kind.
+    pub name: String,
+    /// Which of the predictor's effects; `None` for the model without effects.
+    pub effect: Option<usize>,
+    /// The part, rad, in the order of the table; NaN where there is no solution.
+    pub angle_rad: Vec<f64>,
+}
+
+/// How many shifts of the contact angle are kept: that of the fit and none.
+const KEPT_SHIFTS: usize = 2;
+/// Rows that a thread takes at a time where no history binds them.
+const CHUNK: usize = 16;
+
+impl Predictor {
+    /// A predictor of a drive with the effects of these ids, on these rows. An id may stand more than once.
+    ///
+    /// # Errors
+    /// [`InvalidInput`] for an id that is not in the library.
+    pub fn new(drive: Drive, effects: &[impl AsRef<str>], rows: Rows) -> Result<Self, InvalidInput> {
+        let found: Vec<&'static Spec> = effects
+            .iter()
+            .enumerate()
+            .map(|(i, id)| check::known(i, id.as_ref()))
+            .collect::<Result<_, _>>()?;
+        let mut slots = Vec::new();
+        let mut first_slots = Vec::new();
+        for (effect, spec) in found.iter().enumerate() {
+            first_slots.push(slots.len());
+            slots.extend(spec.parameters.iter().map(|parameter| Slot { effect, parameter }));
+        }
+        let mut order: Vec<usize> = (0..found.len()).collect();
+        order.sort_by_key(|&i| (found[i].port, effect::LIBRARY.iter().position(|s| s.id == found[i].id)));
+        let mut angles_rad: Vec<f64> = rows.by_run().iter().map(|row| row.input_angle_rad).collect();
+        angles_rad.sort_by(f64::total_cmp);
+        angles_rad.dedup_by_key(|angle| angle.to_bits());
+        let angle_of = |angle: f64| angles_rad.partition_point(|known| known.total_cmp(&angle).is_lt());
+        let angle_of_row = rows.by_run().iter().map(|row| angle_of(row.input_angle_rad)).collect();
+        let pair = drive.deceleration();
+        let (z1, z3) = (f64::from(pair.epicycloid_lobes()), f64::from(pair.hypocycloid_lobes()));
+        let numbers = DriveNumbers {
+            pitch_arm_m: f64::from(pair.output_lobes()) * pair.eccentricity_m(),
+            planet_turn: match pair.output_plate {
+                OutputPlate::Hypocycloid => z1 / z3,
+                OutputPlate::Epicycloid => z3 / z1,
+            },
+        };
+        let states = vec![RowState::default(); rows.len()];
+        Ok(Self {
+            drive,
+            numbers,
+            effects: found,
+            slots,
+            first_slots,
+            order,
+            rows,
+            angles_rad,
+            angle_of_row,
+            tables: Vec::new(),
+            gaps: Vec::new(),
+            states,
+        })
+    }
+
+    /// The effects, in the order given.
+    pub fn effects(&self) -> &[&'static Spec] {
+        &self.effects
+    }
+
+    /// The numbers of all effects, in the order of `values`.
+    pub fn parameters(&self) -> &[Slot] {
+        &self.slots
+    }
+
+    /// The readings.
+    pub fn rows(&self) -> &Rows {
+        &self.rows
+    }
+
+    /// Values at which every effect vanishes.
+    pub fn neutral(&self) -> Vec<f64> {
+        self.slots.iter().map(|slot| slot.parameter.neutral).collect()
+    }
+
+    /// Predicts all rows, and the derivatives by the `wanted` parameters.
+    ///
+    /// # Errors
+    /// [`InvalidInput`] for a value that cannot be, and for a wanted parameter that is chosen, not fitted.
+    pub fn predict(&mut self, values: &[f64], wanted: &[usize]) -> Result<Prediction, InvalidInput> {
+        self.check_values(values)?;
+        self.check_wanted(wanted)?;
+        let plain = self.chain(values, &[]);
+        let contact = plain.contact();
+        let shift_rad = contact.contact_angle_shift_rad.value;
+        let asked = self.asked(wanted);
+        let at_shift = self.tables_at(shift_rad, asked.contact_angle)?;
+        if self.tables[at_shift].undercuts {
+            return Ok(self.nowhere(Status::Undercut, wanted.len()));
+        }
+        let gap_slots = self.gap_slots(values, wanted);
+        self.renew_gaps(values, &gap_slots);
+        let spring = self.spring(&plain);
+        let sites = self.sites(&self.tables[at_shift].at_angle, &contact, spring, values, &gap_slots, wanted);
+        let friction = self.remembers(&plain, wanted);
+        let groups = self.groups(friction);
+        let (rows, angle_of_row) = (self.rows.by_run(), &self.angle_of_row);
+        let mut solved: Vec<Solved> = vec![Solved::default(); rows.len()];
+        let mut states = std::mem::take(&mut self.states);
+        in_groups(&groups, &mut states, &mut solved).into_par_iter().for_each(|(group, states, solved)| {
+            let block = Block {
+                chain: &plain,
+                sites: &sites,
+                rows: &rows[group.clone()],
+                site_of: &angle_of_row[group],
+            };
+            block.solve(asked, friction, states, solved);
+        });
+        let mut sensitivities = vec![f64::NAN; rows.len() * wanted.len()];
+        let wanted_gaps: Vec<usize> =
+            gap_slots.iter().copied().filter(|slot| wanted.contains(slot)).collect();
+        for (number, slots) in wanted.chunks(WIDTH).enumerate() {
+            let chain = self.chain(values, slots);
+            let gaps: Vec<Dual> = wanted_gaps.iter().map(|slot| seeded(values, slots, *slot)).collect();
+            let mut columns = vec![[f64::NAN; WIDTH]; rows.len()];
+            in_groups(&groups, &mut solved, &mut columns).into_par_iter().for_each(
+                |(group, solved, columns)| {
+                    let block = Block {
+                        chain: &chain,
+                        sites: &sites,
+                        rows: &rows[group.clone()],
+                        site_of: &angle_of_row[group],
+                    };
+                    block.differentiate(&gaps, friction, solved, columns);
+                },
+            );
+            for (row, partials) in columns.iter().enumerate() {
+                let first = row * wanted.len() + number * WIDTH;
+                sensitivities[first..first + slots.len()].copy_from_slice(&partials[..slots.len()]);
+            }
+        }
+        drop(sites);
+        self.states = states;
+        Ok(self.prediction(&plain, &solved, &sensitivities, wanted.len()))
+    }
+
+    /// The named parts of the angle: the model without effects, then what each effect adds as they are switched on in the
+    /// order of the ports. They add up to the angle.
+    ///
+    /// # Errors
+    /// As [`Self::predict`].
+    pub fn contributions(&mut self, values: &[f64]) -> Result<Vec<Contribution>, InvalidInput> {
+        self.check_values(values)?;
+        let mut now = values.to_vec();
+        for (value, slot) in now.iter_mut().zip(&self.slots) {
+            if slot.parameter.is_size {
+                *value = slot.parameter.neutral;
+            }
+        }
+        let mut before = self.predict(&now, &[])?.angle_rad;
+        let mut parts =
+            vec![Contribution { name: "model".to_owned(), effect: None, angle_rad: before.clone() }];
+        for effect in self.order.clone() {
+            let own = self.own_slots(effect);
+            now[own.clone()].copy_from_slice(&values[own]);
+            let after = self.predict(&now, &[])?.angle_rad;
+            let angle_rad = after.iter().zip(&before).map(|(after, before)| after - before).collect();
+            parts.push(Contribution { name: self.name(effect), effect: Some(effect), angle_rad });
+            before = after;
+        }
+        Ok(parts)
+    }
+
+    /// The id of an effect, with its number where it is not the first of its kind.
+    pub fn name(&self, effect: usize) -> String {
+        let id = self.effects[effect].id;
+        let before = self.effects[..effect].iter().filter(|spec| spec.id == id).count();
+        if before == 0 { id.to_owned() } else { format!("{id}#{}", before + 1) }
+    }
+
+    fn own_slots(&self, effect: usize) -> std::ops::Range<usize> {
+        let first = self.first_slots[effect];
+        first..first + self.effects[effect].parameters.len()
+    }
+
+    /// The effects that do something at these values, or whose numbers are seeded.
+    fn chain(&self, values: &[f64], seeds: &[usize]) -> Chain {
+        let acts = |effect: usize| {
+            self.own_slots(effect).any(|slot| {
+                let parameter = self.slots[slot].parameter;
+                #[allow(clippy::float_cmp)] // neutral is neutral to the last bit
+                let sized = parameter.is_size && values[slot] != parameter.neutral;
+                sized || seeds.contains(&slot)
+            })
+        };
+        let link = |effect: usize| Link {
+            port: self.effects[effect].port,
+            action: self.effects[effect].action,
+            own: self.own_slots(effect).map(|slot| seeded(values, seeds, slot)).collect(),
+        };
+        let links = self.order.iter().copied().filter(|effect| acts(*effect)).map(link).collect();
+        Chain { links, drive: self.numbers }
+    }
+
+    /// Whether rows of a run depend on each other: friction acts, or its sensitivity is wanted.
+    fn remembers(&self, chain: &Chain, wanted: &[usize]) -> bool {
+        let friction = &effect::friction_hysteresis::SPEC;
+        let acts = self.rows.by_run().first().is_some_and(|row| !chain.load(row).friction.is_empty());
+        acts || wanted.iter().any(|slot| self.effects[self.slots[*slot].effect].id == friction.id)
+    }
+
+    fn asked(&self, wanted: &[usize]) -> Wanted {
+        let of = |slot: &usize| self.effects[self.slots[*slot].effect];
+        let contact = |spec: &Spec| matches!(spec.action, Action::Contact(_));
+        Wanted {
+            contact: wanted.iter().map(of).any(contact),
+            contact_angle: wanted.iter().map(of).any(|spec| spec.id == "contact_angle"),
+            spring: wanted.iter().map(of).any(|spec| spec.id == "preload_spring"),
+        }
+    }
+
+    /// Place in `self.tables` of those at a shift, which are made where they are missing.
+    fn tables_at(&mut self, shift_rad: f64, with_slopes: bool) -> Result<usize, InvalidInput> {
+        let here = |tables: &TablesAtShift| tables.shift_rad.to_bits() == shift_rad.to_bits();
+        let found = self.tables.iter().position(here);
+        if let Some(place) = found {
+            if self.tables[place].with_slopes || !with_slopes {
+                return Ok(place);
+            }
+            self.tables.remove(place);
+        }
+        let drive = if shift_rad == 0.0 { self.drive.clone() } else { shifted(&self.drive, shift_rad)? };
+        let undercuts = undercuts(&drive);
+        let at_angle = if undercuts {
+            Vec::new()
+        } else {
+            self.angles_rad.par_iter().map(|&angle| Tables::new(&drive, angle, with_slopes)).collect()
+        };
+        if self.tables.len() == KEPT_SHIFTS {
+            let oldest = self.tables.iter().position(|tables| tables.shift_rad != 0.0).unwrap_or(0);
+            self.tables.remove(oldest);
+        }
+        self.tables.push(TablesAtShift { shift_rad, with_slopes, undercuts, at_angle });
+        Ok(self.tables.len() - 1)
+    }
+
+    /// Sizes of effects on gaps that are not neutral or wanted.
+    fn gap_slots(&self, values: &[f64], wanted: &[usize]) -> Vec<usize> {
+        let gap = |slot: &Slot| {
+            slot.parameter.is_size && matches!(self.effects[slot.effect].action, Action::Gap(_))
+        };
+        let slots = self.slots.iter().enumerate().filter(|(_, slot)| gap(slot)).map(|(place, _)| place);
+        slots.filter(|place| values[*place] != 0.0 || wanted.contains(place)).collect()
+    }
+
+    /// Makes the shapes that are missing or belong to other chosen numbers.
+    fn renew_gaps(&mut self, values: &[f64], slots: &[usize]) {
+        for &slot in slots {
+            let effect = self.slots[slot].effect;
+            let own = self.own_slots(effect);
+            let chosen = values[own.clone()].to_vec();
+            let fixed = |values: &[f64]| -> Vec<f64> {
+                let parameters = self.effects[effect].parameters.iter().zip(values);
+                parameters.filter(|(parameter, _)| !parameter.is_size).map(|(_, value)| *value).collect()
+            };
+            let known = self.gaps.iter().position(|gaps| gaps.slot == slot);
+            if known.is_some_and(|place| self.gaps[place].chosen == fixed(&chosen)) {
+                continue;
+            }
+            let Action::Gap(shape) = self.effects[effect].action else { continue };
+            let size = slot - own.start;
+            let gap = |ball: &effect::port::Ball| shape(&chosen, size, ball);
+            let at = |angle: &f64| Gap { shapes: Tables::gap_shapes(&self.drive, *angle, &gap) };
+            let at_angle = self.angles_rad.par_iter().map(at).collect();
+            let made = GapsOfSlot { slot, chosen: fixed(&chosen), at_angle };
+            match known {
+                Some(place) => self.gaps[place] = made,
+                None => self.gaps.push(made),
+            }
+        }
+    }
+
+    /// The axial spring is one number for all rows.
+    fn spring(&self, chain: &Chain) -> f64 {
+        self.rows.by_run().first().map_or(0.0, |row| chain.load(row).spring_N_per_m.value)
+    }
+
+    fn sites<'t>(
+        &self,
+        tables: &'t [Tables],
+        contact: &effect::port::Contact,
+        spring_N_per_m: f64,
+        values: &[f64],
+        gap_slots: &[usize],
+        wanted: &[usize],
+    ) -> Vec<Site<'t>> {
+        let gaps_of = |slot: usize| self.gaps.iter().find(|gaps| gaps.slot == slot);
+        tables
+            .par_iter()
+            .enumerate()
+            .map(|(angle, tables)| {
+                let gap = |&slot: &usize| Some((slot, &gaps_of(slot)?.at_angle[angle]));
+                let all: Vec<(usize, &Gap)> = gap_slots.iter().filter_map(gap).collect();
+                let valued: Vec<(f64, &Gap)> = all.iter().map(|(slot, gap)| (values[*slot], *gap)).collect();
+                let asked: Vec<&Gap> =
+                    all.iter().filter(|(slot, _)| wanted.contains(slot)).map(|(_, gap)| *gap).collect();
+                Site::new(tables, contact, spring_N_per_m, &valued, &asked)
+            })
+            .collect()
+    }
+
+    /// Rows that one thread takes: whole runs where they have a memory.
+    fn groups(&self, friction: bool) -> Vec<std::ops::Range<usize>> {
+        if friction {
+            return (0..self.rows.runs()).map(|run| self.rows.run(run)).collect();
+        }
+        let count = self.rows.len();
+        (0..count.div_ceil(CHUNK)).map(|i| i * CHUNK..((i + 1) * CHUNK).min(count)).collect()
+    }
+
+    fn prediction(
+        &self,
+        chain: &Chain,
+        solved: &[Solved],
+        sensitivities: &[f64],
+        width: usize,
+    ) -> Prediction {
+        let angle = |(row, solved): (&effect::port::Row, &Solved)| {
+            solved
+                .mesh
+                .as_ref()
+                .map_or(f64::NAN, |_| chain.reading(row, Dual::constant(solved.total_rad)).value)
+        };
+        let angle_rad: Vec<f64> = self.rows.by_run().iter().zip(solved).map(angle).collect();
+        let carrying: Vec<[u32; 2]> =
+            solved.iter().map(|row| row.mesh.as_ref().map_or([0; 2], |mesh| mesh.carrying)).collect();
+        let regime: Vec<Option<Regime>> =
+            solved.iter().map(|row| row.mesh.as_ref().map(|mesh| mesh.regime)).collect();
+        let status: Vec<Status> = solved.iter().map(|row| row.status).collect();
+        Prediction {
+            angle_rad: self.rows.in_table_order(&angle_rad, 1),
+            status: self.rows.in_table_order(&status, 1),
+            sensitivities: self.rows.in_table_order(sensitivities, width),
+            carrying: self.rows.in_table_order(&carrying, 1),
+            regime: self.rows.in_table_order(&regime, 1),
+        }
+    }
+
+    /// No row has a solution.
+    fn nowhere(&self, status: Status, width: usize) -> Prediction {
+        let count = self.rows.len();
+        Prediction {
+            angle_rad: vec![f64::NAN; count],
+            status: vec![status; count],
+            sensitivities: vec![f64::NAN; count * width],
+            carrying: vec![[0; 2]; count],
+            regime: vec![None; count],
+        }
+    }
+}
+
+/// A number, seeded where it is one of the block.
+fn seeded(values: &[f64], seeds: &[usize], slot: usize) -> Dual {
+    match seeds.iter().position(|seed| *seed == slot) {
+        Some(place) => Dual::parameter(values[slot], place),
+        None => Dual::constant(values[slot]),
+    }
+}
+
+/// Two columns cut into the same groups.
+fn in_groups<'a, A, B>(
+    groups: &[std::ops::Range<usize>],
+    mut first: &'a mut [A],
+    mut second: &'a mut [B],
+) -> Vec<(std::ops::Range<usize>, &'a mut [A], &'a mut [B])> {
+    let mut parts = Vec::with_capacity(groups.len());
+    for group in groups {
+        let (a, rest_a) = first.split_at_mut(group.len());
+        let (b, rest_b) = second.split_at_mut(group.len());
+        parts.push((group.clone(), a, b));
+        (first, second) = (rest_a, rest_b);
+    }
+    parts
+}

@@ -1,0 +1,157 @@
+//! The readings' columns but for the angle, checked once, with what history makes of them.
+
+use std::collections::HashMap;
+
+use crate::effect::port::Row;
+use crate::error::{InvalidInput, require, require_positive};
+
+/// Columns of a table of readings, all of one length.
+#[derive(Debug, Clone, Copy)]
+pub struct Columns<'a> {
+    /// Number of the run that a reading belongs to; the readings of a run need not be neighbours.
+    pub run: &'a [i64],
+    /// Time, s, in order within a run; equal times are allowed.
+    pub time_s: &'a [f64],
+    /// Torque M0 on the output, N m.
+    pub torque_Nm: &'a [f64],
+    /// Axial preload, N, above 0.
+    pub preload_N: &'a [f64],
+    /// Angle of the input crank, rad.
+    pub input_angle_rad: &'a [f64],
+    /// Temperature, K or degrees Celsius (only differences count), where it was read.
+    pub temperature_K: Option<&'a [f64]>,
+}
+
+/// Checked readings. Inside they stand run by run; what is given out is in the order of the table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rows {
+    rows: Vec<Row>,
+    /// Place in the table of each of `rows`.
+    places: Vec<usize>,
+    /// Where each run begins in `rows`, and the end of the last.
+    starts: Vec<usize>,
+    has_temperature: bool,
+}
+
+impl Rows {
+    /// Checks the columns.
+    ///
+    /// # Errors
+    /// [`InvalidInput`] names the first column and row that cannot be, and what is required.
+    pub fn new(columns: Columns<'_>) -> Result<Self, InvalidInput> {
+        let count = columns.run.len();
+        require(count > 0, "run", "no reading", "at least one reading is needed")?;
+        let same = |name: &str, length: usize| {
+            let rule = format!("must have as many entries as run, which has {count}");
+            require(length == count, name, format!("{length} entries"), &rule)
+        };
+        let needed = [
+            ("time_s", columns.time_s),
+            ("torque_Nm", columns.torque_Nm),
+            ("preload_N", columns.preload_N),
+            ("input_angle_rad", columns.input_angle_rad),
+        ];
+        for (name, values) in needed.into_iter().chain(columns.temperature_K.map(|t| ("temperature_K", t))) {
+            same(name, values.len())?;
+            for (index, value) in values.iter().enumerate() {
+                require(value.is_finite(), &format!("{name}[{index}]"), value, "must be a finite number")?;
+            }
+        }
+        for (index, preload) in columns.preload_N.iter().enumerate() {
+            require_positive(&format!("preload_N[{index}]"), *preload)?;
+        }
+        Self::in_runs(&columns)
+    }
+
+    fn in_runs(columns: &Columns<'_>) -> Result<Self, InvalidInput> {
+        let mut number_of: HashMap<i64, usize> = HashMap::new();
+        let mut runs: Vec<Vec<usize>> = Vec::new();
+        for (place, run) in columns.run.iter().enumerate() {
+            let number = *number_of.entry(*run).or_insert(runs.len());
+            if number == runs.len() {
+                runs.push(Vec::new());
+            }
+            if let Some(&before) = runs[number].last() {
+                require(
+                    columns.time_s[place] >= columns.time_s[before],
+                    &format!("time_s[{place}]"),
+                    columns.time_s[place],
+                    "must not be before the reading above it of the same run",
+                )?;
+            }
+            runs[number].push(place);
+        }
+        let largest = columns.torque_Nm.iter().fold(0.0, |a: f64, torque| a.max(torque.abs()));
+        let mut so_far: f64 = 0.0;
+        let shares: Vec<f64> = columns
+            .torque_Nm
+            .iter()
+            .map(|torque| {
+                so_far = so_far.max(torque.abs());
+                if largest > 0.0 { so_far / largest } else { 0.0 }
+            })
+            .collect();
+        let mut this = Self {
+            rows: Vec::with_capacity(shares.len()),
+            places: Vec::with_capacity(shares.len()),
+            starts: vec![0],
+            has_temperature: columns.temperature_K.is_some(),
+        };
+        for run in runs {
+            for &place in &run {
+                let temperature = columns.temperature_K.map_or(0.0, |t| t[place] - t[0]);
+                this.rows.push(Row {
+                    torque_Nm: columns.torque_Nm[place],
+                    preload_N: columns.preload_N[place],
+                    input_angle_rad: columns.input_angle_rad[place],
+                    time_s: columns.time_s[place] - columns.time_s[0],
+                    run_time_s: columns.time_s[place] - columns.time_s[run[0]],
+                    temperature_difference_K: temperature,
+                    largest_torque_share: shares[place],
+                });
+                this.places.push(place);
+            }
+            this.starts.push(this.rows.len());
+        }
+        Ok(this)
+    }
+
+    /// How many readings.
+    pub fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Never: a table has at least one reading.
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// How many runs.
+    pub fn runs(&self) -> usize {
+        self.starts.len() - 1
+    }
+
+    /// Whether temperatures were read.
+    pub fn has_temperature(&self) -> bool {
+        self.has_temperature
+    }
+
+    /// The readings, run by run.
+    pub(super) fn by_run(&self) -> &[Row] {
+        &self.rows
+    }
+
+    /// Readings of a run, as places in [`Self::by_run`].
+    pub(super) fn run(&self, number: usize) -> std::ops::Range<usize> {
+        self.starts[number]..self.starts[number + 1]
+    }
+
+    /// From values run by run to the order of the table.
+    pub(super) fn in_table_order<T: Clone>(&self, by_run: &[T], width: usize) -> Vec<T> {
+        let mut sorted = by_run.to_vec();
+        for (values, &place) in by_run.chunks(width.max(1)).zip(&self.places) {
+            sorted[place * width..(place + 1) * width].clone_from_slice(values);
+        }
+        sorted
+    }
+}

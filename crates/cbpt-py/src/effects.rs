@@ -1,0 +1,286 @@
+//! The library of effects, and a drive with effects on a table of readings.
+
+use std::sync::{Mutex, PoisonError};
+
+use cbpt_core::effect::{self, Scale};
+use cbpt_core::predict::{self, Columns, Rows};
+use pyo3::prelude::*;
+
+use crate::arrays::{Column, Floats, Integers, Table};
+use crate::case::Drive;
+use crate::error::invalid_input;
+
+/// A number of an effect. Values are SI; ``display_name`` and ``display_size`` give the unit that people read.
+#[pyclass(frozen, get_all, module = "cbpt._core")]
+#[derive(Clone)]
+pub struct EffectParameter {
+    /// Name with its SI unit, for example ``reference_deflection_m``.
+    name: String,
+    /// Name with the unit that people read, for example ``reference_deflection_um``.
+    display_name: String,
+    /// SI value of one unit of ``display_name``.
+    display_size: f64,
+    /// What it is.
+    meaning: String,
+    /// Where a size vanishes; for another parameter its default.
+    neutral: f64,
+    /// Least value that has a meaning.
+    lower: f64,
+    /// Greatest value that has a meaning.
+    upper: f64,
+    /// Plausible values, as a prior: lowest and highest.
+    range: (f64, f64),
+    /// ``linear``, ``log``, or ``fixed`` for a whole number that is chosen, not fitted.
+    scale: String,
+    /// Whether the effect vanishes where all its sizes are neutral.
+    is_size: bool,
+}
+
+#[pymethods]
+impl EffectParameter {
+    fn __repr__(&self) -> String {
+        format!("EffectParameter({}, {} to {}: {})", self.name, self.range.0, self.range.1, self.meaning)
+    }
+}
+
+impl From<&effect::Parameter> for EffectParameter {
+    fn from(parameter: &effect::Parameter) -> Self {
+        Self {
+            name: parameter.name(),
+            display_name: parameter.display_name(),
+            display_size: parameter.display.size,
+            meaning: parameter.meaning.into(),
+            neutral: parameter.neutral,
+            lower: parameter.lower,
+            upper: parameter.upper,
+            range: parameter.range,
+            scale: match parameter.scale {
+                Scale::Linear => "linear",
+                Scale::Log => "log",
+                Scale::Fixed => "fixed",
+            }
+            .into(),
+            is_size: parameter.is_size,
+        }
+    }
+}
+
+/// An effect of the library.
+#[pyclass(frozen, get_all, module = "cbpt._core")]
+#[derive(Clone)]
+pub struct EffectSpec {
+    /// Its fixed id.
+    id: String,
+    /// ``parameter``, ``rig`` or ``effect``.
+    kind: String,
+    /// Where it acts: ``load``, ``gap``, ``contact``, ``series`` or ``reading``.
+    port: String,
+    /// Its equation.
+    equation: String,
+    /// Where the equation comes from.
+    source: String,
+    /// How it shows in readings.
+    tell_tale: String,
+    /// Its parameters.
+    parameters: Vec<EffectParameter>,
+    /// Ids of effects that no torque-angle data can tell from it once the contact stiffness is free.
+    twins: Vec<String>,
+}
+
+#[pymethods]
+impl EffectSpec {
+    fn __repr__(&self) -> String {
+        format!("EffectSpec({}, {} at the {} port: {})", self.id, self.kind, self.port, self.equation)
+    }
+}
+
+/// Every effect of the library, in the order in which all documents list them.
+#[pyfunction]
+pub fn effect_specs() -> Vec<EffectSpec> {
+    let spec = |spec: &effect::Spec| EffectSpec {
+        id: spec.id.into(),
+        kind: spec.class.name().into(),
+        port: spec.port.name().into(),
+        equation: spec.equation.into(),
+        source: spec.source.into(),
+        tell_tale: spec.tell_tale.into(),
+        parameters: spec.parameters.iter().map(EffectParameter::from).collect(),
+        twins: spec.twins.iter().map(|&id| id.into()).collect(),
+    };
+    effect::LIBRARY.into_iter().map(spec).collect()
+}
+
+/// What an ideal instrument would show, row by row.
+#[pyclass(frozen, module = "cbpt._core")]
+pub struct Prediction {
+    prediction: predict::Prediction,
+}
+
+#[pymethods]
+impl Prediction {
+    /// Elastic angle as the instrument shows it, rad, shape (n,); NaN where there is no solution.
+    #[getter]
+    fn angle_rad<'py>(&self, py: Python<'py>) -> Column<'py, f64> {
+        Column::new(py, self.prediction.angle_rad.iter().copied())
+    }
+
+    /// Derivative of the angle by each of the wanted parameters, rad per SI unit, shape (n, len(wanted)); NaN where there
+    /// is no solution.
+    #[getter]
+    fn sensitivities<'py>(&self, py: Python<'py>) -> PyResult<Table<'py, f64>> {
+        Table::of_rows(py, &self.prediction.sensitivities, self.prediction.angle_rad.len())
+    }
+
+    /// Status of each row: ``ok``, ``outside_small_displacements``, ``beyond_hold``, ``undercut``, ``indeterminate`` or
+    /// ``not_converged``.
+    #[getter]
+    fn status(&self) -> Vec<&'static str> {
+        self.prediction.status.iter().map(cbpt_core::Status::name).collect()
+    }
+
+    /// Whether each row has a solution, 1 or 0, shape (n,).
+    #[getter]
+    fn solved<'py>(&self, py: Python<'py>) -> Column<'py, u8> {
+        Column::new(py, self.prediction.status.iter().map(|status| u8::from(status.has_solution())))
+    }
+
+    /// Diagonals that carry in one row of the deceleration and of the equal-speed pair, shape (n, 2).
+    #[getter]
+    fn carrying<'py>(&self, py: Python<'py>) -> PyResult<Table<'py, u32>> {
+        Table::of_rows(py, self.prediction.carrying.as_flattened(), self.prediction.carrying.len())
+    }
+
+    /// Which contacts carry, shape (n,): 0 all that exist, 1 some have parted, 2 below continuous transmission (d <= 0 in
+    /// a pair), 255 no solution.
+    #[getter]
+    fn regime<'py>(&self, py: Python<'py>) -> Column<'py, u8> {
+        Column::new(py, self.prediction.regime.iter().map(|regime| regime.map_or(255, |regime| regime as u8)))
+    }
+
+    fn __repr__(&self) -> String {
+        let solved = self.prediction.status.iter().filter(|status| status.has_solution()).count();
+        format!("Prediction({solved} of {} rows solved)", self.prediction.status.len())
+    }
+}
+
+/// A drive with effects on a table of readings.
+///
+/// ``effects``: ids of the library, one as often as wanted. The columns have shape (n,): ``run`` whole numbers, ``time_s``
+/// in order within a run, ``torque_Nm`` either sign, ``preload_N`` above 0, ``input_angle_rad``, and ``temperature_K`` (or
+/// degrees Celsius, only differences count) where it was read. Meshing points and solutions are kept from call to call, so
+/// a fit pays for changes only; an answer does not depend on earlier calls beyond the tolerance of the equations. Calls from
+/// several threads wait for each other. Raises ``InvalidInputError``, which names column, row and rule.
+#[pyclass(frozen, module = "cbpt._core")]
+pub struct Predictor {
+    predictor: Mutex<predict::Predictor>,
+    drive: Drive,
+}
+
+impl Predictor {
+    fn with<T: Send>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&mut predict::Predictor) -> Result<T, cbpt_core::InvalidInput> + Send,
+    ) -> PyResult<T> {
+        // What a panic would leave behind are only starts of iterations.
+        py.detach(|| work(&mut self.predictor.lock().unwrap_or_else(PoisonError::into_inner)))
+            .map_err(|error| invalid_input(py, &error))
+    }
+
+    fn slots<T>(&self, of: impl FnMut(&predict::Slot) -> T) -> Vec<T> {
+        let predictor = self.predictor.lock().unwrap_or_else(PoisonError::into_inner);
+        predictor.parameters().iter().map(of).collect()
+    }
+}
+
+#[pymethods]
+impl Predictor {
+    #[new]
+    #[pyo3(signature = (drive, effects, run, time_s, torque_Nm, preload_N, input_angle_rad, temperature_K = None))]
+    #[allow(clippy::too_many_arguments)] // the columns of a table
+    fn new(
+        py: Python<'_>,
+        drive: &Drive,
+        effects: Vec<String>,
+        run: Integers<'_>,
+        time_s: Floats<'_>,
+        torque_Nm: Floats<'_>,
+        preload_N: Floats<'_>,
+        input_angle_rad: Floats<'_>,
+        temperature_K: Option<Floats<'_>>,
+    ) -> PyResult<Self> {
+        let column = |values: &Floats<'_>| values.view().to_vec();
+        let (time, torque, preload) = (column(&time_s), column(&torque_Nm), column(&preload_N));
+        let (angle, temperature) = (column(&input_angle_rad), temperature_K.as_ref().map(column));
+        let rows = Rows::new(Columns {
+            run: &run.view().to_vec(),
+            time_s: &time,
+            torque_Nm: &torque,
+            preload_N: &preload,
+            input_angle_rad: &angle,
+            temperature_K: temperature.as_deref(),
+        });
+        let predictor = rows.and_then(|rows| predict::Predictor::new(drive.rust().clone(), &effects, rows));
+        let predictor = predictor.map_err(|error| invalid_input(py, &error))?;
+        Ok(Self { predictor: Mutex::new(predictor), drive: drive.clone() })
+    }
+
+    /// The drive without effects.
+    #[getter]
+    fn drive(&self) -> Drive {
+        self.drive.clone()
+    }
+
+    /// Ids of the effects, in the order given.
+    #[getter]
+    fn effects(&self) -> Vec<&'static str> {
+        let predictor = self.predictor.lock().unwrap_or_else(PoisonError::into_inner);
+        predictor.effects().iter().map(|spec| spec.id).collect()
+    }
+
+    /// The numbers of all effects, in the order of ``values``: index of the effect, its id, the number.
+    #[getter]
+    fn parameters(&self) -> Vec<(usize, String, EffectParameter)> {
+        let ids = self.effects();
+        self.slots(|slot| (slot.effect, ids[slot.effect].to_owned(), EffectParameter::from(slot.parameter)))
+    }
+
+    /// Values at which every effect vanishes, shape (p,); what is no size has its default.
+    fn neutral<'py>(&self, py: Python<'py>) -> Column<'py, f64> {
+        Column::new(py, self.slots(|slot| slot.parameter.neutral))
+    }
+
+    /// Predicts all rows at ``values`` (p,), and the exact derivatives by the parameters whose indices are ``wanted``.
+    ///
+    /// Raises ``InvalidInputError`` for a value out of its bounds and for a wanted parameter that is chosen, not fitted. A
+    /// row without solution has its status, NaN angle and NaN derivatives.
+    #[pyo3(signature = (values, wanted = None))]
+    fn predict(
+        &self,
+        py: Python<'_>,
+        values: Floats<'_>,
+        wanted: Option<Vec<usize>>,
+    ) -> PyResult<Prediction> {
+        let (values, wanted) = (values.view().to_vec(), wanted.unwrap_or_default());
+        let prediction = self.with(py, |predictor| predictor.predict(&values, &wanted))?;
+        Ok(Prediction { prediction })
+    }
+
+    /// Named parts of the angle at ``values`` (p,): ``model`` without effects, then what each effect adds as they are
+    /// switched on in the order of the ports; each rad, shape (n,). They add up to the angle.
+    fn contributions<'py>(
+        &self,
+        py: Python<'py>,
+        values: Floats<'py>,
+    ) -> PyResult<Vec<(String, Column<'py, f64>)>> {
+        let values = values.view().to_vec();
+        let parts = self.with(py, |predictor| predictor.contributions(&values))?;
+        Ok(parts.into_iter().map(|part| (part.name, Column::new(py, part.angle_rad))).collect())
+    }
+
+    fn __repr__(&self) -> String {
+        let predictor = self.predictor.lock().unwrap_or_else(PoisonError::into_inner);
+        let ids: Vec<&str> = predictor.effects().iter().map(|spec| spec.id).collect();
+        format!("Predictor({} rows, effects: {})", predictor.rows().len(), ids.join(", "))
+    }
+}
