@@ -71,6 +71,11 @@ class Campaign:
     def __len__(self) -> int:
         return len(self.y_arcsec)
 
+    @property
+    def balls(self) -> int:
+        """Number of deceleration balls."""
+        return int(tomllib.loads(self.drive.to_toml())["deceleration"]["ball_count"])
+
     def select(self, rows: Mask) -> Campaign:
         """Some of the readings; history along a run is then that of the rows that are left."""
         readings = self.readings.select(rows)
@@ -147,10 +152,13 @@ class Assembled:
         self.upper = np.array([p.upper for _, _, p in parameters])
         self.places = {(owner, p.name): i for i, (owner, _, p) in enumerate(parameters)}
         """Place of each parameter among the values, by instance of an effect and name."""
+        balls = [i for (_, name), i in self.places.items() if name == "ball"]
+        self.neutral[balls] = np.arange(len(balls)) % max(campaign.balls, 1)
 
     def index(self, instance: int, name: str) -> int:
-        """Place of a parameter among the values."""
-        return self.places[instance, name]
+        """Place of a parameter among the values; `3.name` is that of the third instance after it."""
+        number, dot, stem = name.partition(".")
+        return self.places[instance + int(number), stem] if dot else self.places[instance, name]
 
     def at(self, values: Floats, wanted: Sequence[int] = ()) -> Point:
         """Prediction and the slopes of the wanted parameters."""

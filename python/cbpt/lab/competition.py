@@ -13,14 +13,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.assembled import Campaign
 from cbpt.lab.fit import Fit, Fitter, Hypothesis
-from cbpt.lab.library import ODDS, PRIORS, VARIANTS, Variant
+from cbpt.lab.library import LOT, ODDS, VARIANTS, Variant
 from cbpt.lab.noise import Noise, Whitener, fit_noise
 from cbpt.lab.robust import looseness
 from cbpt.lab.screen import Screen, Signature, Signatures
@@ -31,6 +30,7 @@ Names = tuple[str, ...]
 
 REPLICATES = 400
 _PAIRS = 6
+_GLANCED = 150
 _FAMILIES = 3
 _AMPLITUDES = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
 
@@ -108,7 +108,8 @@ def compete(campaign: Campaign, rng: np.random.Generator) -> Competition:
     # Singles: under both noises, then in full.
     screens = [Screen(_seen_with(fitter, null, noise), signatures) for noise in (null.noise, flexible)]
     levels = [_level(fitter, null, noise) for noise in (null.noise, flexible)]
-    for effect, (member, sizes) in _promising(screens, levels, signatures).items():
+    _price_forms(fitter, screens, levels, signatures)
+    for member, sizes in _promising(screens, levels, signatures).values():
         fit = fitter.fit(
             Hypothesis((signatures[member].variant,)),
             _start(fitter, signatures, (member,), sizes),
@@ -148,9 +149,12 @@ def compete(campaign: Campaign, rng: np.random.Generator) -> Competition:
 
 
 def _places(fitter: Fitter) -> dict[tuple[str, str], int]:
-    return {
-        (fitter.effects[instance], name): i for (instance, name), i in fitter.model.places.items()
-    }
+    found = {}
+    for (instance, name), i in fitter.model.places.items():
+        effect = fitter.effects[instance]
+        number = instance - fitter.effects.index(LOT) if effect == LOT else 0
+        found[effect, f"{number}.{name}" if effect == LOT else name] = i
+    return found
 
 
 def _loose(fitter: Fitter, fit: Fit, signatures: list[Signature], families: tuple[Component, ...]) -> Floats | None:
@@ -225,11 +229,12 @@ def _start(
     for m in members:
         s = signatures[m]
         v = s.variant
-        for name, unit in zip(v.sizes, s.unit, strict=True):
-            neutral = fitter.neutral(v.effect, name)
-            most = v.high / v.low * unit * 0.5
-            given[f"{v.effect}.{name}"] = neutral + float(np.clip(sizes[at] * unit, -most, most))
-            at += 1
+        width = s.columns.shape[1]
+        found = s.sizes(sizes[at : at + width])
+        at += width
+        for name, size, ratio in zip(v.sizes, found, v.ratios or (1.0,) * len(v.sizes), strict=True):
+            most = 0.5 * v.high * ratio if not v.spread else 4 * v.spread
+            given[f"{v.effect}.{name}"] = fitter.neutral(v.effect, name) + float(np.clip(size, -most, most))
         given |= {f"{v.effect}.{name}": value for name, value in s.shapes.items()}
     values = fitter.start(hypothesis, given)
     if base is not None:
@@ -251,11 +256,24 @@ def _keep(fits: dict[Names, Fit], fit: Fit | None) -> None:
 
 
 def _forms(fitter: Fitter, fit: Fit) -> float:
-    """Price of having chosen the best of several forms of an effect."""
-    count = {v.effect: 0 for v in fitter.variants}
-    for v in fitter.variants:
-        count[v.effect] += 1
-    return -float(sum(np.log(max(count[e], 1)) for e in fit.hypothesis.effects))
+    """Price of having chosen the best of several forms of an effect, less what the others count."""
+    return -float(sum(fitter.form_price.get(e, 0.0) for e in fit.hypothesis.effects))
+
+
+def _price_forms(fitter: Fitter, screens: list[Screen], levels: list[float], signatures: list[Signature]) -> None:
+    """The evidence of an effect is the mean over its forms; here seen by the screen."""
+    for effect in {v.effect for v in fitter.variants}:
+        forms: dict[str, float] = {}
+        for screen, level in zip(screens, levels, strict=True):
+            for m, s in enumerate(signatures):
+                if s.variant.effect == effect and screen.usable(m):
+                    value = level + screen.single(m).log_odds
+                    forms[s.variant.label] = max(value, forms.get(s.variant.label, -np.inf))
+        count = sum(v.effect == effect for v in fitter.variants)
+        values = np.array(list(forms.values()))
+        if count > 1 and len(values) and np.isfinite(values.max()):
+            share = float(np.exp(values - values.max()).sum())
+            fitter.form_price[effect] = float(np.log(count / share))
 
 
 def _weight(fitter: Fitter, variant: Variant) -> float:
@@ -290,8 +308,10 @@ def _pairs(
             wanted[key] = (score, members, sizes, base)
 
     for screen, level in zip(screens, levels, strict=True):
-        usable = [m for m in range(len(signatures)) if screen.usable(m)]
-        for a, b in combinations(usable, 2):
+        usable = [
+            m for m, s in enumerate(signatures) if screen.usable(m) and not s.variant.spread
+        ]
+        for _, a, b in screen.pairs(usable)[:_GLANCED]:
             va, vb = signatures[a].variant, signatures[b].variant
             if va.effect == vb.effect:
                 continue

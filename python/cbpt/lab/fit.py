@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.assembled import Assembled, Campaign, Point
-from cbpt.lab.library import PRIORS, VARIANTS, Shape, Variant, log_size_prior
+from cbpt.lab.library import LOT, PRIORS, VARIANTS, Shape, Variant, log_size_prior, lots
 from cbpt.lab.noise import (
     PRICE,
     STATED_DOF,
@@ -122,10 +122,15 @@ class Fitter:
 
     def __init__(self, campaign: Campaign, variants: Sequence[Variant] = VARIANTS) -> None:
         self.campaign = campaign
-        self.variants = tuple(v for v in variants if _needed(campaign, v))
-        self.effects = tuple(dict.fromkeys([*PRIORS, *(v.effect for v in self.variants)]))
+        balls = campaign.balls
+        self.variants = tuple(v for v in variants if _needed(campaign, v)) + lots(balls)
+        self.effects = (*dict.fromkeys([*PRIORS, *(v.effect for v in self.variants)]),)
+        # Every ball of a lot is an instance of its own; they come last, one after the other.
+        self.effects += (LOT,) * (balls - 1)
         self.model = Assembled(campaign, self.effects)
         self.stated_dof = STATED_DOF if campaign.u_stated else 1e-3
+        self.form_price: dict[str, float] = {}
+        """Log price of an effect's having several forms; filled in by who compares them."""
 
     # --- what is free ---
 
@@ -143,8 +148,9 @@ class Fitter:
             for size, ratio in zip(variant.sizes, variant.ratios or (1.0,) * len(variant.sizes), strict=True):
                 i, name = self._parameter(variant.effect, size)
                 neutral, unit = float(self.model.neutral[i]), variant.low * ratio
+                sd, owner = (variant.spread, -1) if variant.spread else (np.inf, number)
                 found.append(
-                    Unknown(i, name, neutral, np.inf, *self._bounds(i), unit=unit, size_of=number)
+                    Unknown(i, name, neutral, sd, *self._bounds(i), unit=unit, size_of=owner)
                 )
             for shape in variant.shapes:
                 i, name = self._parameter(variant.effect, shape.name)

@@ -50,6 +50,10 @@ class Variant:
     name: str = ""
     ratios: tuple[float, ...] = ()
     """Of the plausible size of each component to that of the first; all 1 where empty."""
+    spread: float = 0.0
+    """Where above 0 the sizes are a lot: each normal about 0 with this standard deviation."""
+    secants: tuple[tuple[float, ...], ...] = ()
+    """Sizes at which to look as well, where an effect does not grow in proportion to its size."""
 
     @property
     def label(self) -> str:
@@ -121,7 +125,18 @@ def _all() -> Iterator[Variant]:
             fixed=(("harmonic", float(harmonic)),),
             name=f"harmonic {harmonic}",
         )
-    yield Variant("plate_tilt", ("tilt_sine_rad", "tilt_cosine_rad"), 1e-6, 1e-3, signed=True)
+    yield Variant(
+        "plate_tilt",
+        ("tilt_cosine_rad", "tilt_sine_rad"),
+        1e-6,
+        1e-3,
+        signed=True,
+        secants=tuple(
+            (size * c, size * s)
+            for size in (1e-5, 4e-5)
+            for c, s in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
+        ),
+    )
     yield Variant("rough_contact", ("exponent",), 0.02, 1.0, signed=True)
     yield Variant("run_in", ("permanent_set_rad",), 0.1 * ARCSEC, 30 * ARCSEC)
     yield Variant("wear", ("lost_share_per_s",), 1e-7, 1e-3, needs="time_s")
@@ -131,6 +146,18 @@ def _all() -> Iterator[Variant]:
 
 
 VARIANTS: tuple[Variant, ...] = tuple(_all())
+
+
+def lots(balls: int) -> tuple[Variant, ...]:
+    """Balls of unequal diameter: one size a ball, with a few spreads to choose from."""
+    sizes = tuple(f"{i}.oversize_m" for i in range(balls))
+    return tuple(
+        Variant(LOT, sizes, s, s, signed=True, spread=s, name=f"spread {s * 1e6:g} um")
+        for s in (0.05e-6, 0.15e-6, 0.5e-6, 1.5e-6)
+    )
+
+
+LOT = "ball_diameter_lot"
 
 PRIORS = {
     "contact_stiffness": "contact_stiffness_rel",
@@ -149,6 +176,8 @@ def log_size_prior(variant: Variant, size: Floats, own: Floats) -> float:
     seen no better than its own uncertainty counts as that large: there the logarithm has no say.
     """
     k = len(size)
+    if k == 0:
+        return 0.0
     r = max(float(np.linalg.norm(size)), float(np.linalg.norm(own)) / np.sqrt(k), 1.0)
     return float(log_density(variant, np.array([r]))[0])
 
@@ -162,12 +191,12 @@ def log_density(variant: Variant, r: Floats) -> Floats:
 
 
 ODDS: dict[str, float] = {
-    "": 0.02,
+    "": 0.03,
     "torque_scale": 2e-4,
     "preload_scale": 2e-4,
     "sensor_gain": 2e-4,
     "contact_angle": 2e-4,
-    "unknown": 0.01,
+    "unknown": 0.005,
 }
 """Prior odds of an effect against nothing; "" stands for those not listed. A calibration or an angle that is
 wrong by far more than its stated uncertainty is a hundred times less likely than a missing effect."""

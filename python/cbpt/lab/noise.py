@@ -14,7 +14,7 @@ undone by differences (Cochrane and Orcutt 1949), the runs' zeros by a rank-one 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -25,8 +25,8 @@ Ints = NDArray[np.int64]
 
 # A stated uncertainty is believed as if it came from this many repeats.
 STATED_DOF = 8.0
-_CORRELATIONS = (0.0, 0.15, 0.3, 0.45, 0.6, 0.75, 0.88)
-_OFFSETS = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0)
+_CORRELATIONS, _FINE_CORRELATIONS = (0.25, 0.6), (0.12, 0.4, 0.75, 0.88)
+_OFFSETS, _FINE_OFFSETS = (0.5, 2.0), (0.25, 1.0, 4.0, 10.0, 30.0)
 # What a further number of the noise has to gain in log-likelihood: its prior and its width.
 PRICE = 3.0
 
@@ -201,7 +201,7 @@ def fit_noise(
 
     def rated(correlation: float, offset: float) -> tuple[float, Noise]:
         scale = start.scale
-        for _ in range(3):
+        for _ in range(2):
             # The runs' zeros scale with the readings' noise while the latter is being found.
             noise = Noise(scale, correlation, offset * scale)
             whitener = Whitener.of(noise, u, rows)
@@ -219,13 +219,7 @@ def fit_noise(
 
     best = rated(0.0, 0.0)
     if structures and rows.runs < len(y):
-        tried = [best]
-        tried += [rated(c, 0.0) for c in _CORRELATIONS[1:]]
-        if rows.runs > 2:
-            tried += [rated(0.0, o * typical) for o in _OFFSETS[1:]]
-            either = max(tried, key=lambda t: t[0])[1]
-            tried += [rated(c, o * typical) for c, o in _around(either, typical)]
-        best = max(tried, key=lambda t: t[0])
+        best = max(_searched(best, rated, typical, rows.runs > 2), key=lambda t: t[0])
         best = _refined(best, rated)
     return best[1], best[0]
 
@@ -235,15 +229,38 @@ def _balanced(scale: float, chi2: float, dof: float, stated_dof: float) -> float
     return float(np.sqrt((chi2 * scale**2 + stated_dof) / (dof + stated_dof)))
 
 
-def _around(noise: Noise, typical: float) -> Iterator[tuple[float, float]]:
+def _searched(
+    white: tuple[float, Noise],
+    rated: Callable[[float, float], tuple[float, Noise]],
+    typical: float,
+    with_offsets: bool,
+) -> Iterator[tuple[float, Noise]]:
+    """Noises of every structure; the fine grid of one only where the coarse one gains."""
+    yield white
+    alone = [rated(c, 0.0) for c in _CORRELATIONS]
+    if max(alone, key=lambda t: t[0])[0] > white[0]:
+        alone += [rated(c, 0.0) for c in _FINE_CORRELATIONS]
+    yield from alone
+    if not with_offsets:
+        return
+    offsets = [rated(0.0, o * typical) for o in _OFFSETS]
+    if max(offsets, key=lambda t: t[0])[0] > white[0] - PRICE:
+        offsets += [rated(0.0, o * typical) for o in _FINE_OFFSETS]
+    yield from offsets
+    either = max([*alone, *offsets], key=lambda t: t[0])
+    if either[0] < white[0]:
+        return
+    noise = either[1]
     if noise.correlation:
-        yield from ((noise.correlation, o) for o in (0.5, 1.0, 2.0, 4.0))
-    elif noise.offset_arcsec:
-        ratio = noise.offset_arcsec / noise.scale / typical
-        yield from ((c, ratio) for c in (0.15, 0.3, 0.6, 0.75))
+        yield from (rated(noise.correlation, o * typical) for o in (0.7, 2.0, 5.0))
+    else:
+        ratio = noise.offset_arcsec / noise.scale
+        yield from (rated(c, ratio) for c in (0.2, 0.5, 0.75))
 
 
-def _refined(best: tuple[float, Noise], rated: object) -> tuple[float, Noise]:
+def _refined(
+    best: tuple[float, Noise], rated: Callable[[float, float], tuple[float, Noise]]
+) -> tuple[float, Noise]:
     """Two rounds of smaller steps on whatever the noise has."""
     for share in (0.3, 0.12):
         noise = best[1]
@@ -256,7 +273,7 @@ def _refined(best: tuple[float, Noise], rated: object) -> tuple[float, Noise]:
         if ratio:
             trials += [(noise.correlation, ratio * (1 - share)), (noise.correlation, ratio * (1 + share))]
         for c, o in trials:
-            got = rated(c, o)  # type: ignore[operator]
+            got = rated(c, o)
             if got[0] > best[0]:
                 best = got
     return best

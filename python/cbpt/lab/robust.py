@@ -14,6 +14,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
 
 from cbpt.lab.noise import Whitener
 
@@ -37,15 +38,24 @@ def looseness(
     base = _kernel([certain * whitener.inverse[:, None]]) * 1e6
     smooth = _kernel([f * whitener.inverse[:, None] for f in fields])
     loose = np.ones(n)
-    for _ in range(4):
-        z = _left_out(y, base, smooth, loose)
+    z = y
+    for turn in range(4):
+        if turn < 2:
+            amplitude = max(_AMPLITUDES, key=lambda a: _likelihood(y, base + a * smooth, loose))
+        z = _left_out(y, base + amplitude * smooth, loose)
         new = np.sqrt(np.maximum((_DEGREES + z**2) / (_DEGREES + 1), 1.0))
-        if np.abs(new - loose).max() < 0.02 * new.max():
+        if np.abs(new - loose).max() < 0.05 * new.max():
             break
         loose = new
+        if turn == 0 and _alike(z):
+            return None
+    return None if _alike(z) else loose
+
+
+def _alike(z: Floats) -> bool:
+    """Whether no reading is far and the tails are those of a normal distribution."""
     kurtosis = float(np.mean(z**4) / np.mean(z**2) ** 2 - 3)
-    alike = np.abs(z).max() < _FAR and kurtosis < max(_KURTOSIS, 5 * np.sqrt(24 / n))
-    return None if alike else loose
+    return bool(np.abs(z).max() < _FAR and kurtosis < max(_KURTOSIS, 5 * np.sqrt(24 / len(z))))
 
 
 def _kernel(groups: Sequence[Floats]) -> Floats:
@@ -59,24 +69,21 @@ def _kernel(groups: Sequence[Floats]) -> Floats:
     return np.asarray(total) / max(len(groups), 1)
 
 
-def _left_out(y: Floats, base: Floats, smooth: Floats, loose: Floats) -> Floats:
+def _likelihood(y: Floats, covariance: Floats, loose: Floats) -> float:
+    """Of y up to a constant, the scale of the covariance being free."""
+    try:
+        factor = np.linalg.cholesky(covariance + np.diag(loose**2))
+    except np.linalg.LinAlgError:
+        return -np.inf
+    half = solve_triangular(factor, y, lower=True)
+    return -0.5 * len(y) * np.log(float(half @ half)) - float(np.log(np.diag(factor)).sum())
+
+
+def _left_out(y: Floats, covariance: Floats, loose: Floats) -> Floats:
     """Each reading less its prediction from the others, in robust standard deviations."""
-    best, out = -np.inf, y
-    for amplitude in _AMPLITUDES:
-        covariance = base + amplitude * smooth + np.diag(loose**2)
-        try:
-            factor = np.linalg.cholesky(covariance)
-        except np.linalg.LinAlgError:
-            continue
-        inverse = np.linalg.inv(factor)
-        half = inverse @ y
-        scale = float(half @ half) / len(y)
-        value = -0.5 * len(y) * np.log(scale) - float(np.log(np.diag(factor)).sum())
-        if value > best:
-            precision = inverse.T @ inverse
-            best = value
-            # Standardised as if none were loose, so that the next weights start afresh.
-            error = (precision @ y) / np.diag(precision)
-            spread = np.sqrt(np.maximum(1 / np.diag(precision) - loose**2 + 1, 1.0))
-            out = error / spread
+    precision = np.linalg.inv(covariance + np.diag(loose**2))
+    own = np.diag(precision)
+    error = (precision @ y) / own
+    # Standardised as if none were loose, so that the next weights start afresh.
+    out = error / np.sqrt(np.maximum(1 / own - loose**2 + 1, 1.0))
     return np.asarray(out / (1.4826 * np.median(np.abs(out))))

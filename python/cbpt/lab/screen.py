@@ -16,9 +16,9 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.assembled import Assembled, Campaign
+from cbpt.lab.assembled import Assembled, Campaign, Point
 from cbpt.lab.fit import Fit
-from cbpt.lab.library import PRIORS, Variant, log_density, log_size_prior
+from cbpt.lab.library import LOT, PRIORS, Variant, log_density, log_size_prior
 
 Floats = NDArray[np.float64]
 
@@ -32,6 +32,25 @@ class Signature:
     columns: Floats = field(repr=False)
     unit: Floats = field(repr=False)
     """SI size of one unit of each column."""
+    secant: tuple[float, ...] = ()
+    """Where the column is not a slope but the whole change up to these sizes, per unit of their norm."""
+
+    @property
+    def one_sided(self) -> bool:
+        """Whether a negative size is none."""
+        return bool(self.secant) or not self.variant.signed
+
+    def sizes(self, found: Floats) -> Floats:
+        """SI sizes, off neutral, of what the screen found in units of the columns."""
+        return found[0] * self.unit[0] * _direction(self.secant) if self.secant else found * self.unit
+
+    def log_prior(self, size: Floats, own: Floats) -> float:
+        """Prior of a size in units of the columns; see `library.log_size_prior`."""
+        return log_size_prior(self.variant, size, own) if not self.variant.spread else 0.0
+
+
+def _direction(secant: tuple[float, ...]) -> Floats:
+    return np.array(secant) / np.linalg.norm(secant)
 
 
 class Signatures:
@@ -44,8 +63,9 @@ class Signatures:
             for grid in grids:
                 shapes = {s.name: g for s, g in zip(variant.shapes, grid, strict=True)}
                 self.entries.append((variant, shapes))
-        self.base = tuple(dict.fromkeys([*PRIORS, *(v.effect for v, _ in self.entries)]))
-        self.model = Assembled(campaign, [*self.base, *(v.effect for v, _ in self.entries)])
+        once = [v.effect for v, _ in self.entries if not v.spread]
+        self.base = (*dict.fromkeys([*PRIORS, *once]), *(LOT,) * campaign.balls)
+        self.model = Assembled(campaign, [*self.base, *once])
 
     def about(self, fit: Fit, names: dict[int, tuple[str, str]]) -> list[Signature]:
         """Slopes at the values of a fit; `names` says which (effect, parameter) its values are."""
@@ -55,21 +75,30 @@ class Signatures:
             if effect in present:
                 values[self.model.index(self.base.index(effect), name)] = fit.point.values[i]
         wanted: list[int] = []
-        for number, (variant, shapes) in enumerate(self.entries):
-            instance = len(self.base) + number
-            for name, value in (*variant.fixed, *shapes.items()):
-                values[self.model.index(instance, name)] = value
-            wanted += [self.model.index(instance, size) for size in variant.sizes]
-        slopes = self.model.at(values, wanted).slopes
-        return list(self._split(slopes))
-
-    def _split(self, slopes: Floats) -> Iterator[Signature]:
-        at = 0
+        places: list[list[int]] = []
+        instance = len(self.base)
         for variant, shapes in self.entries:
-            k = len(variant.sizes)
-            unit = variant.low * np.array(variant.ratios or (1.0,) * k)
-            yield Signature(variant, shapes, slopes[:, at : at + k] * unit, unit)
-            at += k
+            owner = self.base.index(LOT) if variant.spread else instance
+            instance += not variant.spread
+            for name, value in (*variant.fixed, *shapes.items()):
+                values[self.model.index(owner, name)] = value
+            places.append([self.model.index(owner, size) for size in variant.sizes])
+            wanted += [i for i in places[-1] if i not in wanted]
+        point = self.model.at(values, wanted)
+        return list(self._split(point, wanted, places))
+
+    def _split(self, point: Point, wanted: list[int], places: list[list[int]]) -> Iterator[Signature]:
+        at = {place: column for column, place in enumerate(wanted)}
+        for (variant, shapes), own in zip(self.entries, places, strict=True):
+            unit = variant.low * np.array(variant.ratios or (1.0,) * len(own))
+            columns = point.slopes[:, [at[i] for i in own]] * unit
+            yield Signature(variant, shapes, columns, unit)
+            for secant in variant.secants:
+                values = point.values.copy()
+                values[own] += secant
+                change = self.model.at(values).angle_arcsec - point.angle_arcsec
+                size = float(np.linalg.norm(secant)) / variant.low
+                yield Signature(variant, shapes, change[:, None] / size, unit[:1], secant)
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,9 +133,14 @@ class Screen:
         self.projection = left.T @ fit.margin.y
         self.dof = len(fit.margin.y)
 
+    def _widths(self, members: Sequence[int]) -> Iterator[tuple[Variant, int]]:
+        for m in members:
+            yield self.signatures[m].variant, self.signatures[m].columns.shape[1]
+
     def usable(self, member: int) -> bool:
         """Whether the readings could see it at all."""
-        return bool(self.alive[self.places[member]].all())
+        alive = self.alive[self.places[member]]
+        return bool(alive.any() if self.signatures[member].variant.spread else alive.all())
 
     def single(self, member: int, projection: Floats | None = None) -> Gain:
         """One signature alone."""
@@ -116,7 +150,10 @@ class Screen:
         """Some signatures together; a size that must not be negative and would be is none."""
         b = self.projection if projection is None else projection
         at = np.concatenate([np.arange(self.places[m].start, self.places[m].stop) for m in members])
-        g, b = self.gram[np.ix_(at, at)], b[at]
+        g, b = self.gram[np.ix_(at, at)].copy(), b[at]
+        # A lot is normal about 0 with a spread of one unit.
+        lot = np.concatenate([np.full(w, bool(v.spread)) for v, w in self._widths(members)])
+        g[lot, lot] += 1.0
         try:
             factor = np.linalg.cholesky(g)
         except np.linalg.LinAlgError:
@@ -129,14 +166,40 @@ class Screen:
         inverse = np.linalg.inv(factor)
         own = np.sqrt(np.sum(inverse**2, axis=0))
         for m in members:
-            v = self.signatures[m].variant
-            k = len(v.sizes)
-            part = slice(start, start + k)
-            start += k
-            if not v.signed and sizes[part][0] <= 0:
+            s = self.signatures[m]
+            part = slice(start, start + s.columns.shape[1])
+            start = part.stop
+            if s.one_sided and sizes[part][0] <= 0:
                 return Gain(members, -np.inf, 0.0, sizes)
-            odds += log_size_prior(v, sizes[part], own[part])
+            odds += s.log_prior(sizes[part], own[part])
         return Gain(members, odds, chi2, sizes)
+
+    def pairs(self, members: Sequence[int]) -> list[tuple[float, int, int]]:
+        """What any two of the members would gain in misfit, (chi2, a, b), the largest first.
+
+        All at once: every member padded to two columns, every pair a 4 x 4 system.
+        """
+        at = np.zeros((len(members), 2), dtype=int)
+        one = np.zeros(len(members), dtype=bool)
+        for i, m in enumerate(members):
+            place = self.places[m]
+            at[i] = place.start, place.stop - 1
+            one[i] = place.stop - place.start == 1
+        a, b = np.triu_indices(len(members), 1)
+        at4 = np.column_stack([at[a], at[b]])
+        g = self.gram[at4[:, :, None], at4[:, None, :]]
+        y = self.projection[at4]
+        for column, lone in ((1, one[a]), (3, one[b])):
+            g[lone, column, :] = 0.0
+            g[lone, :, column] = 0.0
+            g[lone, column, column] = 1.0
+            y[lone, column] = 0.0
+        size = np.sqrt(np.einsum("ijj->ij", g))
+        scaled = g / (size[:, :, None] * size[:, None, :]) + 1e-9 * np.eye(4)
+        y = y / size
+        chi2 = np.einsum("ij,ij->i", y, np.linalg.solve(scaled, y[:, :, None])[:, :, 0])
+        order = np.argsort(chi2)[::-1]
+        return [(float(chi2[i]), members[a[i]], members[b[i]]) for i in order]
 
     def null_of_maximum(
         self, weights: Floats, replicates: int, rng: np.random.Generator
@@ -159,15 +222,18 @@ class Screen:
     def _odds_of(self, member: int, draws: Floats) -> Floats:
         """Log odds of one signature for many projections."""
         place = self.places[member]
-        v = self.signatures[member].variant
-        g = self.gram[place, place]
+        s = self.signatures[member]
+        v = s.variant
+        g = self.gram[place, place] + (np.eye(s.columns.shape[1]) if v.spread else 0.0)
         inverse = np.linalg.inv(g)
         sizes = inverse @ draws[place]
         chi2 = np.einsum("ij,ij->j", draws[place], sizes)
         odds = 0.5 * chi2 - 0.5 * float(np.linalg.slogdet(g)[1])
+        if v.spread:
+            return np.asarray(odds)
         own = np.sqrt(np.diag(inverse))
         r = np.linalg.norm(sizes, axis=0)
         odds += log_density(v, np.maximum(r, max(float(np.linalg.norm(own)) / np.sqrt(len(own)), 1.0)))
-        if not v.signed:
+        if s.one_sided:
             odds = np.where(sizes[0] > 0, odds, -np.inf)
         return np.asarray(odds)

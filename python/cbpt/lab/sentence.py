@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from cbpt.lab.fit import Fit
 
 NAMES = {
+    "unknown": "something that is not in the library",
     "contact_stiffness": "a contact stiffness other than designed",
     "contact_angle": "contact angles other than designed",
     "torque_scale": "a wrong gain of the torque readings",

@@ -184,11 +184,7 @@ class Structure:
         self.axes: list[Floats] = []
         for family in self.families:
             seen = self.projected(whitener(family.patterns))  # type: ignore[operator]
-            u, size, _ = np.linalg.svd(seen, full_matrices=False)
-            keep = size > 1e-6 * max(float(size.max(initial=0.0)), 1e-300)
-            # A pattern that refitting the unknowns takes away is no pattern.
-            strong = size**2 > 1e-3 * float(np.sum(size**2)) / max(len(size), 1)
-            self.axes.append(u[:, keep & strong])
+            self.axes.append(_axes(seen))
         self.ranks = np.array([a.shape[1] for a in self.axes])
 
     def projected(self, columns: Floats) -> Floats:
@@ -225,3 +221,10 @@ class Structure:
             for i, family in enumerate(self.families)
         ]
         return sorted(found, key=lambda f: f.log_odds, reverse=True)
+
+
+def _axes(seen: Floats) -> Floats:
+    """Orthonormal axes of what columns span; a pattern that the refit takes away is no pattern."""
+    size, vectors = np.linalg.eigh(seen.T @ seen)
+    strong = size > max(1e-3 * float(size.sum()) / max(len(size), 1), 1e-300)
+    return np.asarray(seen @ (vectors[:, strong] / np.sqrt(size[strong])))

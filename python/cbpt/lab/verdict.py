@@ -21,11 +21,13 @@ from cbpt._core import effect_specs
 from cbpt.lab.assembled import DEFAULT_UNCERTAINTY
 from cbpt.lab.competition import Competition, Names, Pattern
 from cbpt.lab.fit import Fit
-from cbpt.lab.library import PRIORS
-from cbpt.lab.noise import Margin
+from cbpt.lab.library import ODDS, PRIORS
+from cbpt.lab.noise import Margin, Noise
 
 ODDS_LIMIT = 20.0
 """Posterior odds beyond which a rival is out."""
+UNKNOWN_LIMIT = 3.0
+"""The same for a pattern without a name, whose evidence is that of its most favourable amplitude."""
 P_LIMIT = 0.02
 """Largest chance, by simulation, of an effect that is called found."""
 MOVED_SIGMA = 2.0
@@ -67,39 +69,98 @@ class Verdict:
 
 def judge(competition: Competition) -> Verdict:
     """The rules above."""
-    odds = competition.log_odds
-    best = competition.best
-    noise = noise_words(competition, competition.fits[best])
+    sets = weighed(competition)
     limit = float(np.log(ODDS_LIMIT))
-    pattern = _unnamed(competition, best, limit)
-    if pattern is not None:
-        names = best if pattern.base == best else pattern.base
-        return Verdict("unknown", (), (), _share(competition, [], pattern), (), False, names, pattern, noise)
-    found = best != () and odds[best] >= limit and competition.p_value(best) <= P_LIMIT
-    numbers_only = all(n in PRIORS for n in best)
-    if not found or numbers_only:
+    top = max(sets.values())
+    best = max(sets, key=lambda n: sets[n])
+    if UNKNOWN in best:
+        rest = sets.get(_less(best, UNKNOWN), -np.inf)
+        known = max((o for n, o in sets.items() if UNKNOWN not in n), default=-np.inf)
+        if top > known + limit and not _only_form(best, top, rest):
+            return _unknown(competition, best)
+    within = {
+        n: o
+        for n, o in sets.items()
+        if n == best or o > top - (np.log(UNKNOWN_LIMIT) if UNKNOWN in n else limit)
+    }
+    # What a pattern on top of a set tells is how far the library's form is from the readings: rivals within
+    # that distance are not decided.
+    named = {n: o for n, o in within.items() if UNKNOWN not in n}
+    if UNKNOWN in best and len(best) > 1:
+        within = {n: o for n, o in sets.items() if UNKNOWN not in n and o > max(named.values(), default=top) - limit}
+        within = within or {_less(best, UNKNOWN): top}
+    leftover = _leftover(sets, within)
+    if leftover:
+        high = max(within.values())
+        within |= {n: o for n, o in sets.items() if UNKNOWN not in n and o > high - limit - leftover}
+    if () in within or all(n in ((), (OFFSET,)) for n in within):
         return _no_effect(competition, limit)
-    return _effects(competition, limit)
+    fewest = min(len(n) for n in within)
+    small = {n: o for n, o in within.items() if len(n) == fewest}
+    chosen = max(small, key=lambda n: small[n])
+    effects = _less(chosen, OFFSET)
+    if not effects or (all(n in PRIORS for n in effects)) or _p_value(competition, effects) > P_LIMIT:
+        return _no_effect(competition, limit)
+    return _effects(competition, small, chosen)
+
+
+UNKNOWN, OFFSET = "unknown", "run_offset"
+
+
+def weighed(competition: Competition) -> dict[Names, float]:
+    """Log odds of every set that competed; zeros of runs and a pattern without a name are members too."""
+    found: dict[Names, float] = {}
+
+    def add(names: Iterable[str], odds: float) -> None:
+        key = tuple(sorted(names))
+        found[key] = max(odds, found.get(key, -np.inf))
+
+    for names, odds in competition.log_odds.items():
+        add((*names, *_offset(competition.fits[names].noise)), odds)
+    for pattern, odds in zip(competition.patterns, competition.pattern_log_odds, strict=True):
+        add((*pattern.base, *_offset(pattern.noise), UNKNOWN), odds)
+    return found
+
+
+def _offset(noise: Noise) -> Names:
+    return (OFFSET,) if noise.offset_arcsec else ()
+
+
+def _less(names: Names, name: str) -> Names:
+    return tuple(n for n in names if n != name)
+
+
+def _p_value(competition: Competition, names: Names) -> float:
+    return competition.p_value(names) if names in competition.log_odds else 0.0
 
 
 # --- 1 ---
 
 
-def _unnamed(competition: Competition, best: Names, limit: float) -> Pattern | None:
-    """The unnamed pattern that outweighs everything named, if there is one."""
-    if not competition.patterns:
-        return None
-    pattern, value = competition.patterns[0], competition.pattern_log_odds[0]
-    named = competition.log_odds[best]
-    if value < named + limit:
-        return None
-    if best and pattern.base == best:
-        # On top of what was found: is it a form of that, or something else?
-        gained = named + 10.0
-        left = value - named
-        if left < _FORM_SHARE * gained:
-            return None
-    return pattern
+def _only_form(best: Names, top: float, rest: float) -> bool:
+    """Whether what is left without a name is small beside what the named effects of the set explain."""
+    if len(best) == 1 or not np.isfinite(rest):
+        return False
+    # The odds of the named part against nothing, its price given back.
+    return top - rest < _FORM_SHARE * (rest + 5.0 * (len(best) - 1))
+
+
+def _leftover(sets: dict[Names, float], within: dict[Names, float]) -> float:
+    """How much a pattern adds to the best named set, its own price given back; 0 where it adds nothing."""
+    named = {n: o for n, o in within.items() if UNKNOWN not in n and n}
+    if not named:
+        return 0.0
+    best = max(named, key=lambda n: named[n])
+    grown = sets.get(tuple(sorted((*best, UNKNOWN))), -np.inf)
+    return max(0.0, float(grown - named[best] - np.log(ODDS[UNKNOWN])))
+
+
+def _unknown(competition: Competition, best: Names) -> Verdict:
+    pattern = next(p for p in competition.patterns if set(best) - {UNKNOWN, OFFSET} == set(p.base))
+    names = pattern.base
+    noise = noise_words(competition, pattern.noise)
+    share = _share(competition, [], pattern)
+    return Verdict("unknown", (), (), share, (), False, names, pattern, noise)
 
 
 # --- 2 ---
@@ -108,7 +169,7 @@ def _unnamed(competition: Competition, best: Names, limit: float) -> Pattern | N
 def _no_effect(competition: Competition, limit: float) -> Verdict:
     fits, odds = competition.fits, competition.log_odds
     null = fits[()]
-    noise = noise_words(competition, null)
+    noise = noise_words(competition, null.noise)
     moved = shifts(null)
     strained = {n: z for n, z in moved.items() if abs(z) > MOVED_SIGMA}
     rivals = sorted(
@@ -174,20 +235,11 @@ def _sharing(competition: Competition, null: Fit) -> list[str]:
 # --- 3 ---
 
 
-def _effects(competition: Competition, limit: float) -> Verdict:
-    odds = competition.log_odds
-    top = max(odds.values())
-    within = {n: o for n, o in odds.items() if n and o > top - limit}
-    # The fewest effects that do; one more is not demanded while fewer are within the limit.
-    fewest = min(len(n) for n in within)
-    small = {n: o for n, o in within.items() if len(n) == fewest}
-    chosen = max(small, key=lambda n: small[n])
-    others = [n for n in within if not set(chosen) < set(n) and len(n) <= fewest + 1 and n != chosen]
-    sets = [chosen, *(n for n in others if len(n) == fewest)]
-    certain = set(chosen).intersection(*map(set, sets)) if sets else set(chosen)
-    groups = _groups([set(n) - certain for n in sets])
-    fit = competition.fits[chosen]
-    effects = tuple(sorted(certain))
+def _effects(competition: Competition, sets: dict[Names, float], chosen: Names) -> Verdict:
+    certain = set(chosen).intersection(*map(set, sets))
+    groups = _groups([set(n) - certain for n in sorted(sets, key=lambda n: -sets[n])])
+    # Zeros of runs are told with the noise, unless they are all there is.
+    effects = tuple(sorted(certain - {OFFSET})) or tuple(sorted(certain))
     if groups:
         kind = "ambiguous"
     elif all(_class_of(e) == "rig" for e in effects):
@@ -196,16 +248,18 @@ def _effects(competition: Competition, limit: float) -> Verdict:
         kind = "parameter"
     else:
         kind = "effect"
+    names = _less(_less(chosen, OFFSET), UNKNOWN)
+    fit = competition.fits[names]
     return Verdict(
         kind,
         effects,
         tuple(tuple(sorted(g)) for g in groups),
-        _share(competition, sets),
-        _decided_by(competition, chosen),
+        _share(competition, [_less(n, OFFSET) for n in sets]),
+        _decided_by(competition, names),
         False,
-        chosen,
+        names,
         None,
-        noise_words(competition, fit),
+        noise_words(competition, fit.noise),
     )
 
 
@@ -268,9 +322,8 @@ def _class_of(effect: str) -> str:
 CLASSES: dict[str, str] = {spec.id: spec.kind for spec in effect_specs()}
 
 
-def noise_words(competition: Competition, fit: Fit) -> tuple[str, ...]:
+def noise_words(competition: Competition, noise: Noise) -> tuple[str, ...]:
     """What the noise is beside white, in the words of the answer."""
-    noise = fit.noise
     words = []
     if noise.offset_arcsec:
         words.append("run_offset")
@@ -279,7 +332,7 @@ def noise_words(competition: Competition, fit: Fit) -> tuple[str, ...]:
     if noise.looser is not None:
         far = np.count_nonzero(noise.looser > 2.0)
         words.append("outliers" if far <= 0.05 * len(noise.looser) and noise.looser.max() > 2.5 else "heavy_tailed")
-    dof = len(fit.residual_arcsec)
+    dof = len(competition.campaign)
     if competition.campaign.u_stated and abs(np.log(noise.scale)) * np.sqrt(2 * dof) > 3.5 and abs(np.log(noise.scale)) > 0.1:
         words.append("misstated")
     return tuple(words) or ("white",)
