@@ -998,6 +998,37 @@ proptest! {
     }
 }
 
+/// A spring is relaxed from the approach under the preload alone, even where that leaves the plate free to turn: here on
+/// one ball on the axis, until a torque brings the others to bear.
+#[test]
+fn a_spring_needs_no_stiffness_of_the_unloaded_plate() {
+    let mut points = Drive::paper_base_case().points(0.0).equal_speed.remove(0);
+    for point in &mut points.points {
+        if point.ball == 0 {
+            point.arm_m = 0.0;
+        } else {
+            point.normal_offset_m = -20e-6;
+        }
+    }
+    let (preload, torque) = (60.0, 1.0);
+    assert_eq!(solve_pair(&points, 0.0, preload), (Status::Indeterminate, None));
+    points.axial_spring_N_per_m = 1e6;
+    assert_eq!(solve_pair(&points, 0.0, preload), (Status::Indeterminate, None));
+    let on_the_axis = points.points.iter().filter(|point| point.ball == 0);
+    let stiffness: f64 = on_the_axis.map(|point| point.stiffness * point.sin_beta.powf(2.5)).sum();
+    let unloaded = (preload / stiffness).powf(1.0 / 1.5);
+    let (status, state) = solve_pair(&points, torque, preload);
+    let state = state.unwrap_or_else(|| panic!("{status}")).state;
+    let forces = |lever: &dyn Fn(&MeshingPoint) -> f64| -> f64 {
+        let force = |point: &MeshingPoint| point.stiffness * state.deformation_m(point).max(0.0).powf(1.5);
+        points.points.iter().map(|point| force(point) * lever(point)).sum()
+    };
+    let left = preload - points.axial_spring_N_per_m * (state.approach_m() - unloaded);
+    assert!((forces(&|point| point.sin_beta) - left).abs() <= 1e-9 * preload);
+    assert!((forces(&|point| point.signed_arm_m() * point.cos_beta) - torque).abs() <= 1e-9 * torque);
+    assert!((left - preload).abs() > 1e-3 * preload, "the spring has a part in it");
+}
+
 // --- input that cannot be -------------------------------------------------------------------------
 
 /// The numbers of a drive, to be changed one by one.
