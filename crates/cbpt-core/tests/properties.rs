@@ -1121,7 +1121,7 @@ fn each_number_that_cannot_be_is_refused_by_name() {
     check(&CONTACT_ANGLES, &[0.0, -0.1, std::f64::consts::FRAC_PI_2, 45.0]);
     check(&CONFORMITIES, &[1.0, 0.9, 0.0, -1.08]);
     check(&SHORT_AMPLITUDE, &[0.0, 1.0, -0.5, 1.5]);
-    for count in [0, 1, 2, 10_001, u32::MAX] {
+    for count in [0, 1, 2, 1001, u32::MAX] {
         let mut numbers = Numbers::of_the_base_case();
         numbers.deceleration.ball_count = count;
         assert_eq!(numbers.drives()[0].clone().unwrap_err().field, "deceleration.ball_count");
