@@ -768,21 +768,56 @@ def test_a_load_that_cannot_be_is_named() -> None:
         solve_many(BASE, [1, 2], [1, 2, 3])
 
 
+def test_a_bad_load_of_a_grid_is_named_by_its_place() -> None:
+    torque = np.array([[1.0], [2.0], [math.nan]])
+    with pytest.raises(InvalidInputError, match=r"^torque_Nm\[2, 0\] = NaN"):
+        solve_many(BASE, torque, [600, 700])
+    with pytest.raises(InvalidInputError, match=r"^preload_N\[0, 1, 1\] = -1"):
+        solve_many(BASE, torque[:2], [[[600, 700], [600, -1]]])
+    with pytest.raises(InvalidInputError, match=r"^preload_N = 0"):
+        solve_many(BASE, 1, 0)
+
+
+def test_no_part_of_a_number_is_dropped() -> None:
+    """numpy would drop imaginary parts with a warning, and masks without one."""
+    with pytest.raises(InvalidInputError, match=r"^torque_Nm is complex"):
+        solve_many(BASE, np.array([1, 2j]), 600)
+    with pytest.raises(InvalidInputError, match=r"^input_angle_deg is complex"):
+        solve_many(BASE, 1, 600, [0, 1j])
+    masked = np.ma.masked_greater(np.array([[1.0, 2.0], [3.0, 99.0]]), 50)
+    with pytest.raises(InvalidInputError, match=r"^torque_Nm\[1, 1\] is masked"):
+        solve_many(BASE, masked, 600)
+    with pytest.raises(InvalidInputError, match=r"^preload_N is masked"):
+        solve_many(BASE, 1, np.ma.masked)
+    np.testing.assert_array_equal(
+        solve_many(BASE, masked[0], 600).elastic_angle_rad,
+        solve_many(BASE, [1, 2], 600).elastic_angle_rad,
+    )
+
+
 BASE = Drive.from_dict(base_case())
 
 
 # --- agreement with the reference model ---------------------------------------------------
 
 
-def case_of_the_reference(drive: CaseDict) -> CaseDict | None:
-    """A drive of the file as a case; None where its pairs do not belong to one drive."""
+def why_no_drive(drive: CaseDict) -> str | None:
+    """Why the two pairs of a drive of the file cannot belong to one `Drive`."""
     first, second = drive["deceleration"], drive["equal_speed"]
-    ring = drive["equal_speed_pair"] == "ring_groove"
     eccentricity = first["short_amplitude"] * first["rolling_radius_m"]
     if first["material"] != second["material"]:
-        return None
-    if ring and not math.isclose(second["ring_radius_m"], eccentricity):
-        return None
+        return "its pairs differ in material"
+    if drive["equal_speed_pair"] == "ring_groove" and not math.isclose(
+        second["ring_radius_m"], eccentricity
+    ):
+        return "its ring radius is not the eccentricity"
+    return None
+
+
+def case_of_the_reference(drive: CaseDict) -> CaseDict:
+    """A drive of the file as a case."""
+    first, second = drive["deceleration"], drive["equal_speed"]
+    ring = drive["equal_speed_pair"] == "ring_groove"
     material = first["material"]
     return {
         "track_curvature": first["track_curvature"],
