@@ -854,15 +854,22 @@ def case_of_the_reference(drive: CaseDict) -> CaseDict:
     }
 
 
-CONSISTENT = [d for d in REFERENCE["drives"] if case_of_the_reference(d) is not None]
+# By name, so that no drive goes missing unseen; the Rust test compares these too, pair by pair.
+NO_DRIVE = {
+    "5 and 9 balls, no inside wall, crank at 0.45 rad": "its ring radius is not the eccentricity",
+    "5 and 9 balls, no inside wall, crank at -1.3 rad": "its ring radius is not the eccentricity",
+    "8 and 9 balls, odd cross-slide, ceramic, crank at 0.2 rad": "its pairs differ in material",
+    "8 and 9 balls, odd cross-slide, ceramic, crank at 4 rad": "its pairs differ in material",
+    "33 and 8 balls, unlike angles, crank at 0.9 rad": "its ring radius is not the eccentricity",
+}
 
 
-@pytest.mark.parametrize("expected", CONSISTENT, ids=lambda drive: drive["id"])
+@pytest.mark.parametrize("expected", REFERENCE["drives"], ids=lambda drive: drive["id"])
 def test_whole_drives_agree_with_the_reference(expected: CaseDict) -> None:
     """Angles, statuses and thresholds of an independent model, to 1e-8."""
-    case = case_of_the_reference(expected)
-    assert case is not None
-    drive = Drive.from_dict(case)
+    if expected["id"] in NO_DRIVE:
+        pytest.skip(NO_DRIVE[expected["id"]])
+    drive = Drive.from_dict(case_of_the_reference(expected))
     crank = math.degrees(expected["crank_angle_rad"])
     assert drive.transmission_ratio == pytest.approx(expected["ratio"], rel=1e-14)
     for load in expected["solutions"]:
@@ -890,5 +897,6 @@ def test_whole_drives_agree_with_the_reference(expected: CaseDict) -> None:
                 assert getattr(thresholds, name) == pytest.approx(limit[name], rel=1e-8), name
 
 
-def test_enough_of_the_reference_is_compared() -> None:
-    assert len(CONSISTENT) >= 11
+def test_only_what_is_no_drive_is_left_to_the_rust_test() -> None:
+    reasons = {drive["id"]: why_no_drive(drive) for drive in REFERENCE["drives"]}
+    assert {name: why for name, why in reasons.items() if why} == NO_DRIVE
