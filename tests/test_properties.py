@@ -6,6 +6,7 @@ at once, pickles and files, input that cannot be, agreement with the reference m
 
 from __future__ import annotations
 
+import _thread
 import copy
 import json
 import math
@@ -13,6 +14,8 @@ import pickle
 import re
 import subprocess
 import sys
+import threading
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -766,6 +769,20 @@ def test_a_load_that_cannot_be_is_named() -> None:
             solve_many(BASE, 5, [600, bad])
     with pytest.raises(ValueError, match="broadcast"):
         solve_many(BASE, [1, 2], [1, 2, 3])
+
+
+def test_the_search_for_the_largest_angle_can_be_interrupted() -> None:
+    """With a thousand balls it takes seconds."""
+    case = base_case()
+    case["deceleration"]["ball_count"] = 1000
+    case["equal_speed"] |= {"ball_count": 999, "pitch_radius_mm": 3000}
+    drive = Drive.from_dict(case)
+    ctrl_c = threading.Timer(0.05, _thread.interrupt_main)
+    start = time.monotonic()
+    ctrl_c.start()
+    with pytest.raises(KeyboardInterrupt):
+        drive.largest_elastic_angle(1, 600)
+    assert time.monotonic() - start < 1
 
 
 def test_a_bad_load_of_a_grid_is_named_by_its_place() -> None:

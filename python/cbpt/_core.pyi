@@ -132,7 +132,7 @@ class Drive:
     def largest_elastic_angle(self, /, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex) -> LargestAngle | None:
         """
         Largest elastic angle over a period of the drive at a torque (N m) and preload (N); ``None`` where some angle of
-        the crank has no solution.
+        the crank has no solution. Ctrl-C stops it.
         """
     def preload(self, /, torque_Nm: SupportsFloat | SupportsIndex, input_angle_deg: SupportsFloat | SupportsIndex | None = None) -> PreloadThresholds:
         """

@@ -18,6 +18,7 @@ use cbpt_core::equilibrium::report::{Contact, PairSolution, Role};
 use cbpt_core::equilibrium::solve::{PairState, solve_pair};
 use cbpt_core::pair::{Diagonal, MeshingPoint, MeshingPoints};
 use cbpt_core::preload::pair_thresholds;
+use cbpt_core::sweep::Progress;
 use cbpt_core::{
     Angles, Drive, Elasticity, InvalidInput, Load, Material, PreloadThresholds, Status, TrackCurvature,
 };
@@ -818,6 +819,24 @@ fn the_largest_angle_of_many_balls_is_found() {
     let (status, largest) = found.unwrap();
     assert_eq!(status, Status::Solved);
     assert!(largest.unwrap().elastic_angle_rad > 0.0);
+}
+
+/// Cancelled, the search is over at once, however many balls there are.
+#[test]
+fn the_search_for_the_largest_angle_can_be_cancelled() {
+    let mut numbers = Numbers::of_the_base_case();
+    (numbers.deceleration.ball_count, numbers.ring.ball_count) = (1000, 999);
+    numbers.ring.pitch_radius_m = 3.0;
+    let [drive, _] = numbers.drives();
+    let drive = drive.unwrap();
+    let progress = Progress::default();
+    let found = std::thread::scope(|scope| {
+        let search = scope.spawn(|| drive.largest_elastic_angle_watched(1.0, 600.0, &progress));
+        std::thread::sleep(std::time::Duration::from_millis(20));
+        progress.cancel();
+        search.join().unwrap()
+    });
+    assert_eq!(found.unwrap().1, None);
 }
 
 // --- effects on a pair ------------------------------------------------------------------------------

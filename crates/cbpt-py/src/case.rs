@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use cbpt_cli::case::{Case as RustCase, Zero};
+use cbpt_core::sweep::Progress;
 use cbpt_core::{Load, Severity};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
@@ -188,14 +189,16 @@ impl Drive {
     }
 
     /// Largest elastic angle over a period of the drive at a torque (N m) and preload (N); ``None`` where some angle of
-    /// the crank has no solution.
+    /// the crank has no solution. Ctrl-C stops it.
     fn largest_elastic_angle(
         &self,
         py: Python<'_>,
         torque_Nm: f64,
         preload_N: f64,
     ) -> PyResult<Option<LargestAngle>> {
-        let found = without_gil(py, None, |_| self.rust().largest_elastic_angle(torque_Nm, preload_N))?;
+        let drive = self.rust();
+        let work = |progress: &Progress| drive.largest_elastic_angle_watched(torque_Nm, preload_N, progress);
+        let found = without_gil(py, None, work)?;
         Ok(found.map_err(|error| invalid_input(py, &error))?.1.map(LargestAngle::from))
     }
 
