@@ -109,7 +109,8 @@ def compete(campaign: Campaign, rng: np.random.Generator) -> Competition:
     screens = [Screen(_seen_with(fitter, null, noise), signatures) for noise in (null.noise, flexible)]
     levels = [_level(fitter, null, noise) for noise in (null.noise, flexible)]
     _price_forms(fitter, screens, levels, signatures)
-    for member, sizes in _promising(screens, levels, signatures).values():
+    # The most promising first: the others need not be polished further than it takes to be out.
+    for member, sizes in _promising(screens, levels, signatures):
         fit = fitter.fit(
             Hypothesis((signatures[member].variant,)),
             _start(fitter, signatures, (member,), sizes),
@@ -203,8 +204,8 @@ def _level(fitter: Fitter, fit: Fit, noise: Noise) -> float:
 
 def _promising(
     screens: list[Screen], levels: list[float], signatures: list[Signature]
-) -> dict[str, tuple[int, Floats]]:
-    """The best member of every effect that gains at all, with its size."""
+) -> list[tuple[int, Floats]]:
+    """The best member of every effect that gains at all, with its size; the most promising first."""
     found: dict[str, tuple[float, int, Floats]] = {}
     for screen, level in zip(screens, levels, strict=True):
         for m, s in enumerate(signatures):
@@ -216,7 +217,7 @@ def _promising(
             value = level + gain.log_odds
             if s.variant.effect not in found or value > found[s.variant.effect][0]:
                 found[s.variant.effect] = (value, m, gain.sizes)
-    return {effect: (m, sizes) for effect, (_, m, sizes) in found.items()}
+    return [(m, sizes) for _, m, sizes in sorted(found.values(), key=lambda f: -f[0])]
 
 
 def _start(
@@ -336,7 +337,7 @@ def _pairs(
         yield fitter.fit(
             Hypothesis((*before, *added)),
             _start(fitter, signatures, members, sizes, base_fit),
-            base_fit.noise if base_fit else noise,
+            noise,
         )
 
 

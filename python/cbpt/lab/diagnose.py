@@ -10,17 +10,18 @@ the error falls in sample and on what was held back, and what the readings could
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from threadpoolctl import threadpool_limits
 
 from cbpt._core import Case, Drive
 from cbpt.errors import ReadingsError
 from cbpt.lab.answer import Diagnosis, Rung
 from cbpt.lab.assembled import Assembled, Campaign
 from cbpt.lab.competition import Competition, Names, compete
-from cbpt.lab.fit import Fit, Fitter, Hypothesis
+from cbpt.lab.fit import Fit, Fitter
 from cbpt.lab.holdout import folds, held_out_residual, rms
 from cbpt.lab.inputs import case_and_readings
 from cbpt.lab.readings import Readings
@@ -47,34 +48,47 @@ def diagnose(
     answer. Raises `CaseError` and `ReadingsError` for what cannot be read or is too little to judge.
     """
     case, readings = case_and_readings(case, data, columns)
+    # Thousands of products of small matrices: threads would cost more than they give.
+    with threadpool_limits(1, user_api="blas"):
+        return _diagnosed(case, readings, seed)
+
+
+def _diagnosed(case: Case | Drive, readings: Readings, seed: int) -> Diagnosis:
     campaign, notes = prepared(Campaign.of(case, readings))
     rng = np.random.default_rng(seed)
     competition = compete(campaign, rng)
     verdict = judge(competition)
     fold, held_by = folds(campaign)
     fits = competition.fits
-    after = fits[verdict.names]
     nominal = competition.fitter.at_nominal(fits[()])
-    ladder = [rung(competition.fitter, "", nominal, fold), rung(competition.fitter, "numbers refitted", fits[()], fold)]
-    for names in path(verdict.names, fits):
-        ladder.append(rung(competition.fitter, names[1], fits[names[0]], fold))
-    further = _one_more(competition, verdict.names)
-    if further:
-        added = next(iter(set(further) - set(verdict.names)))
-        ladder.append(rung(competition.fitter, added, fits[further], fold))
     return Diagnosis(
         case=case,
         readings=campaign.readings,
         competition=competition,
         verdict=verdict,
         before=nominal,
-        after=after,
-        ladder=tuple(ladder),
+        after=fits[verdict.names],
+        ladder=tuple(_ladder(competition, verdict.names, nominal, fold)),
         held_out_by=held_by,
         fold=fold,
         notes=tuple(notes),
         seed=seed,
     )
+
+
+def _ladder(
+    competition: Competition, names: Names, nominal: Fit, fold: NDArray[np.int64]
+) -> Iterator[Rung]:
+    """From the drive as stated to the answer, and one step further."""
+    fitter, fits = competition.fitter, competition.fits
+    yield rung(fitter, "", nominal, fold)
+    yield rung(fitter, "numbers refitted", fits[()], fold)
+    for reached, added in path(names, fits):
+        yield rung(fitter, added, fits[reached], fold)
+    further = _one_more(competition, names)
+    if further:
+        added = next(iter(set(further) - set(names)))
+        yield rung(fitter, added, fits[further], fold)
 
 
 def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:

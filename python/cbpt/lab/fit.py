@@ -33,6 +33,10 @@ from cbpt.lab.noise import (
 
 Floats = NDArray[np.float64]
 _STEPS = 12
+# In misfit: two of it are one unit of log-evidence.
+_ENOUGH = 0.02
+HOPELESS = 60.0
+"""A fit this much worse than the best under the same noise is left as it is."""
 
 
 @dataclass(frozen=True)
@@ -129,6 +133,8 @@ class Fitter:
         self.effects += (LOT,) * (balls - 1)
         self.model = Assembled(campaign, self.effects)
         self.stated_dof = STATED_DOF if campaign.u_stated else 1e-3
+        self.bars: dict[Noise, float] = {}
+        """The smallest misfit reached under a noise; a fit that cannot come near it is not polished."""
         self.form_price: dict[str, float] = {}
         """Log price of an effect's having several forms; filled in by who compares them."""
 
@@ -193,16 +199,26 @@ class Fitter:
         point = self._at(values, unknowns)
         if point is None:
             return None
-        for attempt in range(2 if free_noise else 1):
+        search = _Search(self, unknowns, noise)
+        bar = self.bars.get(noise, np.inf) + HOPELESS
+        point, converged = search.run(point, bar)
+        reached = search.objective(point)
+        self.bars[noise] = min(reached, self.bars.get(noise, np.inf))
+        for _ in range(2 if free_noise and reached < bar else int(free_noise)):
+            y, x, precision = search.linear(point)
+            before = noise
+            noise, _ = fit_noise(
+                y,
+                x,
+                precision,
+                self.campaign.u_arcsec,
+                self.campaign.rows,
+                noise,
+                self.stated_dof,
+            )
             search = _Search(self, unknowns, noise)
-            point, converged = search.run(point)
-            if free_noise:
-                y, x, precision = search.linear(point)
-                noise, _ = fit_noise(
-                    y, x, precision, self.campaign.u_arcsec, self.campaign.rows, noise, self.stated_dof
-                )
-        if free_noise:
-            search = _Search(self, unknowns, noise)
+            if _near(before, noise) or reached >= bar:
+                break
             point, converged = search.run(point)
         return search.outcome(hypothesis, point, converged)
 
@@ -238,6 +254,15 @@ def _unknown_of_shape(index: int, name: str, shape: Shape) -> Unknown:
     # A normal prior as wide as the uniform one over the range.
     sd = float((high - low) / np.sqrt(12))
     return Unknown(index, name, float((low + high) / 2), sd, shape.low, shape.high, unit=sd, log=shape.log)
+
+
+def _near(one: Noise, other: Noise) -> bool:
+    """Whether a fit would not move from one noise to the other."""
+    return (
+        abs(np.log(one.scale / other.scale)) < 0.03
+        and abs(one.correlation - other.correlation) < 0.03
+        and one.offset_arcsec == other.offset_arcsec == 0.0
+    )
 
 
 def _needed(campaign: Campaign, variant: Variant) -> bool:
@@ -281,13 +306,16 @@ class _Search:
         margin = Margin.of(r, self.zeros, np.zeros(self.zeros.shape[1]))
         return margin.chi2 + float(self.precision @ self.off(point) ** 2)
 
-    def run(self, point: Point) -> tuple[Point, bool]:
+    def run(self, point: Point, bar: float = np.inf) -> tuple[Point, bool]:
+        """Steps until none promises to gain, or until what the last one promises stays above `bar`."""
         value = self.objective(point)
-        for _ in range(_STEPS):
+        for number in range(_STEPS):
             step, promised = self.step(point)
-            if promised < 1e-3:
+            if promised < _ENOUGH:
                 return point, True
-            for _ in range(7):
+            if number > 1 and value - 2 * promised > bar:
+                return point, False
+            for _ in range(4):
                 candidate = self.moved(point, step)
                 got = np.inf if candidate is None else self.objective(candidate)
                 if got < value:
@@ -297,7 +325,7 @@ class _Search:
                 return point, False
             assert candidate is not None
             gained, point, value = value - got, candidate, got
-            if gained < 1e-2:
+            if gained < _ENOUGH:
                 return point, True
         return point, False
 

@@ -64,7 +64,7 @@ class Rows:
         return Rows.of(self.run_index[rows])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Noise:
     """One noise. scale: true over stated uncertainty; correlation: rho from a reading to the next of
     its run; offset_arcsec: spread of the runs' zeros; looser: factor on each reading's standard
