@@ -4,6 +4,8 @@ Verbs of the mechanics (solve, preload, sweep, check, schema) are handed to the 
 they are; verbs of the lab are here:
 
     compare     model against a table of readings
+    diagnose    which effect is missing          (in `verbs`)
+    fit         add effects to a case            (in `verbs`)
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from cbpt import verbs
 from cbpt._core import run_command_line
 from cbpt.errors import CbptError
 
@@ -149,7 +152,11 @@ class _Counter:
             print("\r\x1b[K", end="", file=sys.stderr, flush=True)
 
 
-_LAB: dict[str, Callable[[list[str]], int]] = {"compare": _compare}
+_LAB: dict[str, Callable[[list[str]], int]] = {
+    "compare": _compare,
+    "diagnose": verbs.diagnose,
+    "fit": verbs.fit,
+}
 
 if __name__ == "__main__":
     sys.exit(main())

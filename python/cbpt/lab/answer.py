@@ -1,8 +1,8 @@
 """The answer: everything a diagnosis found, as an object, as text and as one JSON document.
 
-    Diagnosis   the answer with all it rests on
-    Rung        one step of the ladder of errors
-    SCHEMA      name and version of the JSON document
+Diagnosis   the answer with all it rests on
+Rung        one step of the ladder of errors
+SCHEMA      name and version of the JSON document
 """
 
 from __future__ import annotations
@@ -99,12 +99,7 @@ class Diagnosis:
 
     def parameters(self, fit: Fit, effect: str) -> dict[str, dict[str, Any]]:
         """Values of an effect's parameters in a fit, SI, with standard uncertainties."""
-        found = {}
-        for u in fit.unknowns:
-            owner, _, name = u.name.partition(".")
-            if owner == effect and name:
-                found[name] = _parameter(fit, u)
-        return found
+        return parameters_of(fit, effect)
 
     def ranking(self) -> list[dict[str, Any]]:
         """Every single effect that was fitted, the most probable first."""
@@ -174,7 +169,9 @@ class Diagnosis:
 
         rng = np.random.default_rng([self.seed, 1])
         fit = self.before
-        regions = find_regions(self.readings, fit.residual_arcsec, fit.whitener, fit.margin.x, None, rng)
+        regions = find_regions(
+            self.readings, fit.residual_arcsec, fit.whitener, fit.margin.x, None, rng
+        )
         return [r.to_dict() for r in regions]
 
     def to_dict(self) -> dict[str, Any]:
@@ -206,7 +203,11 @@ class Diagnosis:
                 "sentence": self.sentence,
                 "within_stated_uncertainty": v.within_uncertainty,
                 "rests_on": [
-                    {"number": r.number, "prior": r.prior, "needed_shift_sigma": r.needed_shift_sigma}
+                    {
+                        "number": r.number,
+                        "prior": r.prior,
+                        "needed_shift_sigma": r.needed_shift_sigma,
+                    }
                     for r in v.rests_on
                 ],
             },
@@ -282,9 +283,23 @@ def prior_odds() -> dict[str, float]:
     return {name or "other": odds for name, odds in ODDS.items()}
 
 
+def parameters_of(fit: Fit, effect: str) -> dict[str, dict[str, Any]]:
+    """Values of an effect's parameters, SI, with standard uncertainties, or why there is none."""
+    found = {}
+    for u in fit.unknowns:
+        owner, _, name = u.name.partition(".")
+        if owner == effect and name:
+            found[name] = _parameter(fit, u)
+    return found
+
+
 def _parameter(fit: Fit, u: Unknown) -> dict[str, Any]:
     value, sd = fit.value(u), fit.u(u)
-    at_bound = bool(value <= u.lower * (1 + 1e-9) or value >= u.upper * (1 - 1e-9)) if u.upper > u.lower else False
+    at_bound = (
+        bool(value <= u.lower * (1 + 1e-9) or value >= u.upper * (1 - 1e-9))
+        if u.upper > u.lower
+        else False
+    )
     why = None
     if at_bound:
         why = "the best value lies at the end of the allowed range"
@@ -330,7 +345,11 @@ def _total(c: Competition) -> float:
 def _member(screen: Screen, fit: Fit) -> int | None:
     """The signature nearest to a fit's shapes."""
     variant = fit.hypothesis.variants[0]
-    shapes = {u.name.partition(".")[2]: fit.value(u) for u in fit.unknowns if u.name.startswith(variant.effect + ".")}
+    shapes = {
+        u.name.partition(".")[2]: fit.value(u)
+        for u in fit.unknowns
+        if u.name.startswith(variant.effect + ".")
+    }
     found = [
         (sum(abs(np.log(max(shapes.get(n, v), 1e-300) / v)) for n, v in s.shapes.items()), m)
         for m, s in enumerate(screen.signatures)
@@ -360,4 +379,3 @@ def _rival(screen: Screen, member: int | None, c: Competition) -> tuple[str | No
         if best[1] is None or correlation > best[1]:
             best = (s.variant.effect, correlation)
     return best
-

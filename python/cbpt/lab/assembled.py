@@ -1,8 +1,8 @@
 """The model assembled for one table of readings: what it predicts, and how that moves with every number.
 
-    Campaign    readings as the statistics need them: arcsec, order of rows, uncertainties, priors
-    Assembled   a drive with effects on the rows of a campaign, ready to be asked many times
-    Point       values of all parameters with what the model says there
+Campaign    readings as the statistics need them: arcsec, order of rows, uncertainties, priors
+Assembled   a drive with effects on the rows of a campaign, ready to be asked many times
+Point       values of all parameters with what the model says there
 """
 
 from __future__ import annotations
@@ -42,6 +42,8 @@ class Campaign:
     """Columns (n, z) of the zeros that are always free: one, or one for each run."""
     priors: dict[str, float]
     """Standard uncertainty of each number that is a `PRIORS` effect, by effect id."""
+    step_arcsec: float = 0.0
+    """Step of the display where it is coarse against the uncertainty, else 0."""
 
     @classmethod
     def of(cls, case: Case | Drive, readings: Readings) -> Campaign:
@@ -52,6 +54,16 @@ class Campaign:
             )
         drive = case if isinstance(case, Drive) else case.drive
         u = readings.u_elastic_angle_arcsec
+        stated = np.full(len(readings), _UNSTATED_ARCSEC) if u is None else u
+        step = display_step(readings.elastic_angle_arcsec)
+        coarse = step > 1.5 * float(np.median(stated)) if u is not None else False
+        if coarse:
+            # Readings at one load round the same way, so averaging them helps no further.
+            loads = np.column_stack(
+                [readings.torque_Nm, readings.preload_N, readings.input_angle_deg]
+            )
+            repeats = len(readings) / len(np.unique(np.round(loads, 6), axis=0))
+            stated = np.sqrt(stated**2 + (repeats - 1) * step**2 / 12)
         rows = Rows.of(readings.run_index)
         per_run = isinstance(case, Case) and case.zero == "per_run"
         zeros = np.ones((len(readings), 1))
@@ -61,8 +73,9 @@ class Campaign:
             drive=drive,
             readings=readings,
             y_arcsec=readings.elastic_angle_arcsec,
-            u_arcsec=np.full(len(readings), _UNSTATED_ARCSEC) if u is None else u,
+            u_arcsec=stated,
             u_stated=u is not None,
+            step_arcsec=step if coarse else 0.0,
             rows=rows,
             zeros=zeros,
             priors=stated_uncertainty(case),
@@ -91,7 +104,18 @@ class Campaign:
             order,
             zeros,
             self.priors,
+            self.step_arcsec,
         )
+
+
+def display_step(values: Floats) -> float:
+    """The step that all values are whole multiples of, 0 where there is none to be seen."""
+    found = np.unique(np.round(values, 9))
+    if len(found) < 3 or len(found) > 0.7 * len(values):
+        return 0.0
+    step = float(np.diff(found).min())
+    off = found / step - np.round(found / step)
+    return step if np.abs(off).max() < 0.02 else 0.0
 
 
 REGIMES = np.array([""] * 256, dtype="U32")
@@ -113,7 +137,8 @@ def stated_uncertainty(case: Case | Drive) -> dict[str, float]:
     if isinstance(case, Case):
         stated = tomllib.loads(case.to_toml()).get("uncertainty", {})
     return {
-        effect: float(stated.get(key, DEFAULT_UNCERTAINTY[effect])) for effect, key in PRIORS.items()
+        effect: float(stated.get(key, DEFAULT_UNCERTAINTY[effect]))
+        for effect, key in PRIORS.items()
     }
 
 
@@ -163,9 +188,7 @@ class Assembled:
     def at(self, values: Floats, wanted: Sequence[int] = ()) -> Point:
         """Prediction and the slopes of the wanted parameters."""
         found = self._predictor.predict(values, list(wanted))
-        return Point(
-            values, found.angle_rad * ARCSEC_PER_RAD, found.sensitivities * ARCSEC_PER_RAD
-        )
+        return Point(values, found.angle_rad * ARCSEC_PER_RAD, found.sensitivities * ARCSEC_PER_RAD)
 
     def regimes(self, values: Floats) -> NDArray[np.str_]:
         """Contact regime of each row."""

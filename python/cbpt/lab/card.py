@@ -59,7 +59,9 @@ def _along(name: str, values: Floats, residual: Floats, u: Floats) -> list[str]:
             rms = float(np.sqrt(np.mean(residual[rows] ** 2)))
             size = rms / float(np.sqrt(np.mean(u[rows] ** 2)))
             span = f"{low:g}" if low == high else f"{low:g} to {high:g}"
-            out.append(f"{name} {span}: misfit {rms:.2f} arcsec rms, {size:.1f} x noise, mean {residual[rows].mean():+.2f}")
+            out.append(
+                f"{name} {span}: misfit {rms:.2f} arcsec rms, {size:.1f} x noise, mean {residual[rows].mean():+.2f}"
+            )
     return out
 
 

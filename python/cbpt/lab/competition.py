@@ -79,7 +79,9 @@ class Competition:
     def p_value(self, names: Names) -> float:
         """Chance of any single effect looking this good in noise alone."""
         odds = self.log_odds[names]
-        return float((1 + np.count_nonzero(self.null_maximum >= odds)) / (1 + len(self.null_maximum)))
+        return float(
+            (1 + np.count_nonzero(self.null_maximum >= odds)) / (1 + len(self.null_maximum))
+        )
 
 
 def prior(names: Names) -> float:
@@ -90,7 +92,7 @@ def prior(names: Names) -> float:
 def compete(campaign: Campaign, rng: np.random.Generator) -> Competition:
     """Fit and weigh everything. The model must have a solution at every row."""
     fitter = Fitter(campaign, VARIANTS)
-    names = {i: key for key, i in _places(fitter).items()}
+    names = places(fitter)
     nothing = Hypothesis()
     first = fitter.fit(nothing, free_noise=False)
     if first is None:
@@ -106,28 +108,36 @@ def compete(campaign: Campaign, rng: np.random.Generator) -> Competition:
     fits: dict[Names, Fit] = {(): null}
 
     # Singles: under both noises, then in full.
-    screens = [Screen(_seen_with(fitter, null, noise), signatures) for noise in (null.noise, flexible)]
+    screens = [
+        Screen(_seen_with(fitter, null, noise), signatures) for noise in (null.noise, flexible)
+    ]
     levels = [_level(fitter, null, noise) for noise in (null.noise, flexible)]
     _price_forms(fitter, screens, levels, signatures)
     # The most promising first: the others need not be polished further than it takes to be out.
     for member, sizes in _promising(screens, levels, signatures):
         fit = fitter.fit(
             Hypothesis((signatures[member].variant,)),
-            _start(fitter, signatures, (member,), sizes),
+            start_values(fitter, signatures, (member,), sizes),
             flexible,
         )
         _keep(fits, fit)
 
     # Pairs: about the drive as stated, and about the best singles.
     ranked = sorted((n for n in fits if len(n) == 1), key=lambda n: -_score(fitter, fits[n]))
-    for fit in _pairs(fitter, library, fits, screens, levels, signatures, names, ranked[:3], flexible):
+    for fit in _pairs(
+        fitter, library, fits, screens, levels, signatures, names, ranked[:2], flexible
+    ):
         _keep(fits, fit)
 
     log_odds = {n: _score(fitter, f) - _score(fitter, null) for n, f in fits.items()}
     best = max(log_odds, key=lambda k: log_odds[k])
     patterns = list(_patterns(fitter, fits, {(), best}, families, flexible))
     pattern_odds = [
-        p.log_evidence + prior(p.base) + _forms(fitter, fits[p.base]) + np.log(ODDS["unknown"]) - _score(fitter, null)
+        p.log_evidence
+        + prior(p.base)
+        + _forms(fitter, fits[p.base])
+        + np.log(ODDS["unknown"])
+        - _score(fitter, null)
         for p in patterns
     ]
     order = np.argsort(pattern_odds)[::-1]
@@ -149,16 +159,19 @@ def compete(campaign: Campaign, rng: np.random.Generator) -> Competition:
 # --- steps ------------------------------------------------------------------------------------
 
 
-def _places(fitter: Fitter) -> dict[tuple[str, str], int]:
+def places(fitter: Fitter) -> dict[int, tuple[str, str]]:
+    """(effect, parameter) of each value; of a ball of a lot with its number, `3.oversize_m`."""
     found = {}
     for (instance, name), i in fitter.model.places.items():
         effect = fitter.effects[instance]
         number = instance - fitter.effects.index(LOT) if effect == LOT else 0
-        found[effect, f"{number}.{name}" if effect == LOT else name] = i
+        found[i] = effect, f"{number}.{name}" if effect == LOT else name
     return found
 
 
-def _loose(fitter: Fitter, fit: Fit, signatures: list[Signature], families: tuple[Component, ...]) -> Floats | None:
+def _loose(
+    fitter: Fitter, fit: Fit, signatures: list[Signature], families: tuple[Component, ...]
+) -> Floats | None:
     c = fitter.campaign
     if len(c) < 12:
         return None
@@ -220,8 +233,12 @@ def _promising(
     return [(m, sizes) for _, m, sizes in sorted(found.values(), key=lambda f: -f[0])]
 
 
-def _start(
-    fitter: Fitter, signatures: list[Signature], members: tuple[int, ...], sizes: Floats, base: Fit | None = None
+def start_values(
+    fitter: Fitter,
+    signatures: list[Signature],
+    members: tuple[int, ...],
+    sizes: Floats,
+    base: Fit | None = None,
 ) -> Floats:
     """Values to start from: what the screen found, cut to what is plausible."""
     hypothesis = Hypothesis(tuple(signatures[m].variant for m in members))
@@ -233,9 +250,13 @@ def _start(
         width = s.columns.shape[1]
         found = s.sizes(sizes[at : at + width])
         at += width
-        for name, size, ratio in zip(v.sizes, found, v.ratios or (1.0,) * len(v.sizes), strict=True):
+        for name, size, ratio in zip(
+            v.sizes, found, v.ratios or (1.0,) * len(v.sizes), strict=True
+        ):
             most = 0.5 * v.high * ratio if not v.spread else 4 * v.spread
-            given[f"{v.effect}.{name}"] = fitter.neutral(v.effect, name) + float(np.clip(size, -most, most))
+            given[f"{v.effect}.{name}"] = fitter.neutral(v.effect, name) + float(
+                np.clip(size, -most, most)
+            )
         given |= {f"{v.effect}.{name}": value for name, value in s.shapes.items()}
     values = fitter.start(hypothesis, given)
     if base is not None:
@@ -261,7 +282,9 @@ def _forms(fitter: Fitter, fit: Fit) -> float:
     return -float(sum(fitter.form_price.get(e, 0.0) for e in fit.hypothesis.effects))
 
 
-def _price_forms(fitter: Fitter, screens: list[Screen], levels: list[float], signatures: list[Signature]) -> None:
+def _price_forms(
+    fitter: Fitter, screens: list[Screen], levels: list[float], signatures: list[Signature]
+) -> None:
     """The evidence of an effect is the mean over its forms; here seen by the screen."""
     for effect in {v.effect for v in fitter.variants}:
         forms: dict[str, float] = {}
@@ -309,9 +332,7 @@ def _pairs(
             wanted[key] = (score, members, sizes, base)
 
     for screen, level in zip(screens, levels, strict=True):
-        usable = [
-            m for m, s in enumerate(signatures) if screen.usable(m) and not s.variant.spread
-        ]
+        usable = [m for m, s in enumerate(signatures) if screen.usable(m) and not s.variant.spread]
         for _, a, b in screen.pairs(usable)[:_GLANCED]:
             va, vb = signatures[a].variant, signatures[b].variant
             if va.effect == vb.effect:
@@ -336,7 +357,7 @@ def _pairs(
         before = base_fit.hypothesis.variants if base_fit else ()
         yield fitter.fit(
             Hypothesis((*before, *added)),
-            _start(fitter, signatures, members, sizes, base_fit),
+            start_values(fitter, signatures, members, sizes, base_fit),
             noise,
         )
 
@@ -372,7 +393,14 @@ def _patterns(
             def rated(amplitude: float, structures: bool) -> tuple[float, Noise]:
                 own = np.full(patterns.shape[1], (amplitude * sd) ** -2.0)
                 noise, value = fit_noise(
-                    y, columns, np.r_[precision, own], c.u_arcsec, c.rows, start, fitter.stated_dof, structures
+                    y,
+                    columns,
+                    np.r_[precision, own],
+                    c.u_arcsec,
+                    c.rows,
+                    start,
+                    fitter.stated_dof,
+                    structures,
                 )
                 return value + fit.log_size_prior, noise
 

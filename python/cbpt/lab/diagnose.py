@@ -113,11 +113,17 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
             campaign = campaign.select(solved)
     if np.count_nonzero(solved) < FEWEST:
         raise ReadingsError.of_table(
-            source, "elastic_angle", f"at least {FEWEST} readings at which the model has a solution, to judge it by"
+            source,
+            "elastic_angle",
+            f"at least {FEWEST} readings at which the model has a solution, to judge it by",
         )
     torque = campaign.readings.torque_Nm
     if np.ptp(torque) <= 1e-9 * max(float(np.abs(torque).max()), 1e-300):
-        raise ReadingsError.of_table(source, "torque", "readings at different torques: at one torque nothing can be told apart")
+        raise ReadingsError.of_table(
+            source,
+            "torque",
+            "readings at different torques: at one torque nothing can be told apart",
+        )
     preload = campaign.readings.preload_N
     assert preload is not None
     if np.ptp(preload) <= 1e-3 * float(preload.max()):
@@ -125,8 +131,15 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
             "one preload level: effects that differ in how they follow the preload (friction, preload_loss, a "
             "compliance) cannot be told apart by it; measure at three levels"
         )
+    if campaign.step_arcsec:
+        notes.append(
+            f"the angle comes in steps of {campaign.step_arcsec:g} arcsec, coarse against its "
+            "uncertainty; the uncertainty was enlarged, because readings at one load round alike"
+        )
     if not campaign.u_stated:
-        notes.append("no uncertainty is stated: it was estimated from the scatter, so no misfit as small as that can be seen")
+        notes.append(
+            "no uncertainty is stated: it was estimated from the scatter, so no misfit as small as that can be seen"
+        )
     return campaign, notes
 
 

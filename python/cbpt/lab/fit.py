@@ -133,6 +133,9 @@ class Fitter:
         self.effects += (LOT,) * (balls - 1)
         self.model = Assembled(campaign, self.effects)
         self.stated_dof = STATED_DOF if campaign.u_stated else 1e-3
+        if campaign.step_arcsec:
+            # Rounding errors hide how much they scatter; what is stated stands.
+            self.stated_dof = 1e3
         self.bars: dict[Noise, float] = {}
         """The smallest misfit reached under a noise; a fit that cannot come near it is not polished."""
         self.form_price: dict[str, float] = {}
@@ -151,7 +154,9 @@ class Fitter:
                 neutral = float(self.model.neutral[i])
                 found.append(Unknown(i, effect, neutral, sd, *self._bounds(i), unit=sd))
         for number, variant in enumerate(hypothesis.variants):
-            for size, ratio in zip(variant.sizes, variant.ratios or (1.0,) * len(variant.sizes), strict=True):
+            for size, ratio in zip(
+                variant.sizes, variant.ratios or (1.0,) * len(variant.sizes), strict=True
+            ):
                 i, name = self._parameter(variant.effect, size)
                 neutral, unit = float(self.model.neutral[i]), variant.low * ratio
                 sd, owner = (variant.spread, -1) if variant.spread else (np.inf, number)
@@ -176,7 +181,9 @@ class Fitter:
             for name, value in variant.fixed:
                 values[self._parameter(variant.effect, name)[0]] = value
             for shape in variant.shapes:
-                values[self._parameter(variant.effect, shape.name)[0]] = np.sqrt(shape.low * shape.high) if shape.log else 0.5 * (shape.low + shape.high)
+                values[self._parameter(variant.effect, shape.name)[0]] = (
+                    np.sqrt(shape.low * shape.high) if shape.log else 0.5 * (shape.low + shape.high)
+                )
         for name, value in sizes.items():
             effect, _, parameter = name.partition(".")
             i = self._parameter(effect, parameter)[0]
@@ -253,7 +260,9 @@ def _unknown_of_shape(index: int, name: str, shape: Shape) -> Unknown:
     low, high = (np.log(shape.low), np.log(shape.high)) if shape.log else (shape.low, shape.high)
     # A normal prior as wide as the uniform one over the range.
     sd = float((high - low) / np.sqrt(12))
-    return Unknown(index, name, float((low + high) / 2), sd, shape.low, shape.high, unit=sd, log=shape.log)
+    return Unknown(
+        index, name, float((low + high) / 2), sd, shape.low, shape.high, unit=sd, log=shape.log
+    )
 
 
 def _near(one: Noise, other: Noise) -> bool:
@@ -361,7 +370,9 @@ class _Search:
                 break
             step[out] = (np.clip(goal, self.low, self.high) - at)[out] / self.unit[out]
             free &= ~out
-        now = Margin.of(y, self.zeros, np.zeros(self.zeros.shape[1])).chi2 + float(self.precision @ start**2)
+        now = Margin.of(y, self.zeros, np.zeros(self.zeros.shape[1])).chi2 + float(
+            self.precision @ start**2
+        )
         then = Margin.of(y - j @ step, self.zeros, np.zeros(self.zeros.shape[1])).chi2
         then += float(self.precision @ np.where(self.precision > 0, start + step, 0.0) ** 2)
         return step, now - then

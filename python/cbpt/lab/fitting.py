@@ -1,7 +1,7 @@
 """Add effects to a case: fit them to readings, and get the case with them in it.
 
-    fit         a case, its readings and effects -> Fitted
-    Fitted      values with uncertainties, the error before and after, the new case
+fit         a case, its readings and effects -> Fitted
+Fitted      values with uncertainties, the error before and after, the new case
 """
 
 from __future__ import annotations

@@ -94,9 +94,7 @@ def _all() -> Iterator[Variant]:
     yield Variant(
         "drift", ("rate_rad_per_K",), 1e-8, 3e-5, True, name="temperature", needs="temperature_degC"
     )
-    yield Variant(
-        "eccentric_bearing", ("reference_deflection_m",), 2e-8, 2e-5, shapes=(_EXPONENT,)
-    )
+    yield Variant("eccentric_bearing", ("reference_deflection_m",), 2e-8, 2e-5, shapes=(_EXPONENT,))
     yield Variant("bearing_play", ("clearance_m",), 2e-8, 2e-5)
     yield Variant("output_torsion", ("compliance_rad_per_Nm",), 1e-7, 1e-4)
     yield Variant("friction_hysteresis", ("friction_radius_m",), 1e-6, 5e-3, shapes=(_ENGAGEMENT,))
@@ -140,9 +138,7 @@ def _all() -> Iterator[Variant]:
     yield Variant("rough_contact", ("exponent",), 0.02, 1.0, signed=True)
     yield Variant("run_in", ("permanent_set_rad",), 0.1 * ARCSEC, 30 * ARCSEC)
     yield Variant("wear", ("lost_share_per_s",), 1e-7, 1e-3, needs="time_s")
-    yield Variant(
-        "creep", ("compliance_rad_per_Nm",), 1e-9, 1e-5, shapes=(_TIME,), needs="time_s"
-    )
+    yield Variant("creep", ("compliance_rad_per_Nm",), 1e-9, 1e-5, shapes=(_TIME,), needs="time_s")
 
 
 VARIANTS: tuple[Variant, ...] = tuple(_all())
@@ -196,6 +192,7 @@ ODDS: dict[str, float] = {
     "preload_scale": 2e-4,
     "sensor_gain": 2e-4,
     "contact_angle": 2e-4,
+    "ball_diameter_lot": 0.01,
     "unknown": 0.005,
 }
 """Prior odds of an effect against nothing; "" stands for those not listed. A calibration or an angle that is

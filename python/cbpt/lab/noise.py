@@ -52,7 +52,9 @@ class Rows:
         before = np.full(len(index), -1, dtype=np.int64)
         follows = index[order[1:]] == index[order[:-1]]
         before[order[1:][follows]] = order[:-1][follows]
-        starts = np.flatnonzero(np.r_[True, ~follows]) if len(index) else np.zeros(0, dtype=np.int64)
+        starts = (
+            np.flatnonzero(np.r_[True, ~follows]) if len(index) else np.zeros(0, dtype=np.int64)
+        )
         return cls(index.astype(np.int64), before, len(starts), order, starts)
 
     def sums(self, columns: Floats) -> Floats:
@@ -271,7 +273,10 @@ def _refined(
                 c = noise.correlation + step * min(noise.correlation, 1 - noise.correlation)
                 trials.append((c, ratio))
         if ratio:
-            trials += [(noise.correlation, ratio * (1 - share)), (noise.correlation, ratio * (1 + share))]
+            trials += [
+                (noise.correlation, ratio * (1 - share)),
+                (noise.correlation, ratio * (1 + share)),
+            ]
         for c, o in trials:
             got = rated(c, o)
             if got[0] > best[0]:

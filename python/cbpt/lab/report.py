@@ -34,7 +34,12 @@ def lines(d: Diagnosis) -> Iterator[str]:
     yield ""
     yield f"Error, in sample and held out by {d.held_out_by} (noise {d.noise_floor_arcsec:.3f} arcsec):"
     rows = [
-        [r.added or "as stated", f"{r.rmse_arcsec:.3f}", f"{r.held_out_rmse_arcsec:.3f}", f"{r.chi2_per_dof:.2f}"]
+        [
+            r.added or "as stated",
+            f"{r.rmse_arcsec:.3f}",
+            f"{r.held_out_rmse_arcsec:.3f}",
+            f"{r.chi2_per_dof:.2f}",
+        ]
         for r in d.ladder
     ]
     yield _table(["added", "rmse_arcsec", "held_out_arcsec", "chi2/dof"], rows)
@@ -77,7 +82,11 @@ def _region(region: dict[str, object]) -> str:
 
 
 def _percent(number: str, prior: float) -> str:
-    return f"{prior * 57.29577951308232:.2g} deg" if number == "contact_angle" else f"{100 * prior:.2g} %"
+    return (
+        f"{prior * 57.29577951308232:.2g} deg"
+        if number == "contact_angle"
+        else f"{100 * prior:.2g} %"
+    )
 
 
 def _table(headers: list[str], rows: list[list[str]]) -> str:

@@ -42,7 +42,9 @@ class Signature:
 
     def sizes(self, found: Floats) -> Floats:
         """SI sizes, off neutral, of what the screen found in units of the columns."""
-        return found[0] * self.unit[0] * _direction(self.secant) if self.secant else found * self.unit
+        return (
+            found[0] * self.unit[0] * _direction(self.secant) if self.secant else found * self.unit
+        )
 
     def log_prior(self, size: Floats, own: Floats) -> float:
         """Prior of a size in units of the columns; see `library.log_size_prior`."""
@@ -87,7 +89,9 @@ class Signatures:
         point = self.model.at(values, wanted)
         return list(self._split(point, wanted, places))
 
-    def _split(self, point: Point, wanted: list[int], places: list[list[int]]) -> Iterator[Signature]:
+    def _split(
+        self, point: Point, wanted: list[int], places: list[list[int]]
+    ) -> Iterator[Signature]:
         at = {place: column for column, place in enumerate(wanted)}
         for (variant, shapes), own in zip(self.entries, places, strict=True):
             unit = variant.low * np.array(variant.ratios or (1.0,) * len(own))
@@ -201,9 +205,7 @@ class Screen:
         order = np.argsort(chi2)[::-1]
         return [(float(chi2[i]), members[a[i]], members[b[i]]) for i in order]
 
-    def null_of_maximum(
-        self, weights: Floats, replicates: int, rng: np.random.Generator
-    ) -> Floats:
+    def null_of_maximum(self, weights: Floats, replicates: int, rng: np.random.Generator) -> Floats:
         """Largest weighted log odds of any single signature in noise alone, shape (replicates,).
 
         The projections of noise on the signatures are normal with the Gram matrix for covariance;
@@ -233,7 +235,9 @@ class Screen:
             return np.asarray(odds)
         own = np.sqrt(np.diag(inverse))
         r = np.linalg.norm(sizes, axis=0)
-        odds += log_density(v, np.maximum(r, max(float(np.linalg.norm(own)) / np.sqrt(len(own)), 1.0)))
+        odds += log_density(
+            v, np.maximum(r, max(float(np.linalg.norm(own)) / np.sqrt(len(own)), 1.0))
+        )
         if s.one_sided:
             odds = np.where(sizes[0] > 0, odds, -np.inf)
         return np.asarray(odds)

@@ -75,7 +75,13 @@ def sentence(d: Diagnosis) -> str:
         return f"Something real is missing that no effect of the library explains ({sure}): the misfit depends on {on}."
     if v.kind == "complete":
         if v.within_uncertainty:
-            moved = listed([_moved(r.number, d.competition.fits[()]) for r in v.rests_on if abs(r.needed_shift_sigma) > 0.8])
+            moved = listed(
+                [
+                    _moved(r.number, d.competition.fits[()])
+                    for r in v.rests_on
+                    if abs(r.needed_shift_sigma) > 0.8
+                ]
+            )
             return f"Nothing is missing ({sure}): with the numbers of the drive moved within their stated uncertainty{': ' + moved if moved else ''}, {fall}."
         return f"Nothing is missing ({sure}): the model as stated explains the readings to within their noise of {d.noise_floor_arcsec:.2f} arcsec."
     if v.kind == "rig" and not [e for e in v.effects if e != "run_offset"]:
@@ -86,16 +92,26 @@ def sentence(d: Diagnosis) -> str:
         if v.effects:
             parts.append(f"{listed([NAMES.get(e, e) for e in v.effects])} is certain")
         for group in v.rivals:
-            parts.append(f"one of {listed([NAMES.get(e, e) for e in group], 'or')} is needed, and these readings cannot say which")
+            parts.append(
+                f"one of {listed([NAMES.get(e, e) for e in group], 'or')} is needed, and these readings cannot say which"
+            )
         return f"{'; '.join(parts)[:1].upper()}{'; '.join(parts)[1:]} ({sure}); {fall}."
     what = listed([_with_value(d, e) for e in v.effects])
-    verb = {"parameter": "A number of the drive is off", "rig": "The instrument is off"}.get(v.kind, "Missing from the model")
+    verb = {"parameter": "A number of the drive is off", "rig": "The instrument is off"}.get(
+        v.kind, "Missing from the model"
+    )
     return f"{verb}: {what} ({sure}); {fall}."
 
 
 def listed(words: list[str], last: str = "and") -> str:
     """a, b and c."""
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} {last} {words[-1]}" if words else ""
+    return (
+        words[0]
+        if len(words) == 1
+        else f"{', '.join(words[:-1])} {last} {words[-1]}"
+        if words
+        else ""
+    )
 
 
 def _moved(number: str, fit: Fit) -> str:

@@ -55,9 +55,7 @@ def hats(values: Floats, knots: int) -> Floats:
         levels = np.unique(np.quantile(levels, np.linspace(0, 1, knots)))
     if len(levels) < 2:
         return np.ones((len(values), 1))
-    return np.column_stack(
-        [np.interp(values, levels, row) for row in np.eye(len(levels))]
-    )
+    return np.column_stack([np.interp(values, levels, row) for row in np.eye(len(levels))])
 
 
 def levels(values: NDArray[np.generic]) -> Floats:

@@ -87,19 +87,29 @@ def judge(competition: Competition) -> Verdict:
     # that distance are not decided.
     named = {n: o for n, o in within.items() if UNKNOWN not in n}
     if UNKNOWN in best and len(best) > 1:
-        within = {n: o for n, o in sets.items() if UNKNOWN not in n and o > max(named.values(), default=top) - limit}
+        within = {
+            n: o
+            for n, o in sets.items()
+            if UNKNOWN not in n and o > max(named.values(), default=top) - limit
+        }
         within = within or {_less(best, UNKNOWN): top}
     leftover = _leftover(sets, within)
     if leftover:
         high = max(within.values())
-        within |= {n: o for n, o in sets.items() if UNKNOWN not in n and o > high - limit - leftover}
+        within |= {
+            n: o for n, o in sets.items() if UNKNOWN not in n and o > high - limit - leftover
+        }
     if () in within or all(n in ((), (OFFSET,)) for n in within):
         return _no_effect(competition, limit)
     fewest = min(len(n) for n in within)
     small = {n: o for n, o in within.items() if len(n) == fewest}
     chosen = max(small, key=lambda n: small[n])
     effects = _less(chosen, OFFSET)
-    if not effects or (all(n in PRIORS for n in effects)) or _p_value(competition, effects) > P_LIMIT:
+    if (
+        not effects
+        or (all(n in PRIORS for n in effects))
+        or _p_value(competition, effects) > P_LIMIT
+    ):
         return _no_effect(competition, limit)
     return _effects(competition, small, chosen)
 
@@ -173,7 +183,12 @@ def _no_effect(competition: Competition, limit: float) -> Verdict:
     moved = shifts(null)
     strained = {n: z for n, z in moved.items() if abs(z) > MOVED_SIGMA}
     rivals = sorted(
-        {n for names, o in odds.items() if len(names) == 1 and o > max(odds.values()) - limit for n in names}
+        {
+            n
+            for names, o in odds.items()
+            if len(names) == 1 and o > max(odds.values()) - limit
+            for n in names
+        }
     )
     inadequate = _nominal_rejected(competition, null)
     if inadequate and strained:
@@ -181,30 +196,84 @@ def _no_effect(competition: Competition, limit: float) -> Verdict:
         named = [n for n in rivals if n != wide]
         if named:
             group = tuple(sorted({wide, *named}))
-            return Verdict("ambiguous", (), (group,), _share(competition, [(n,) for n in group] + [()]), _rests(null, moved), False, (), None, noise)
+            return Verdict(
+                "ambiguous",
+                (),
+                (group,),
+                _share(competition, [(n,) for n in group] + [()]),
+                _rests(null, moved),
+                False,
+                (),
+                None,
+                noise,
+            )
         spec = _class_of(wide)
         kind = "rig" if spec == "rig" else "parameter"
-        return Verdict(kind, (wide,), (), _share(competition, [(), (wide,)]), _rests(null, moved), False, (), None, noise)
+        return Verdict(
+            kind,
+            (wide,),
+            (),
+            _share(competition, [(), (wide,)]),
+            _rests(null, moved),
+            False,
+            (),
+            None,
+            noise,
+        )
     special = tuple(n for n in noise if n != "white")
     if inadequate:
         sharing = _sharing(competition, null)
         loose = [
-            n for n in sharing
-            if _class_of(n) == "rig" and competition.campaign.priors[n] >= _LOOSE_CALIBRATION * DEFAULT_UNCERTAINTY[n]
+            n
+            for n in sharing
+            if _class_of(n) == "rig"
+            and competition.campaign.priors[n] >= _LOOSE_CALIBRATION * DEFAULT_UNCERTAINTY[n]
         ]
         if loose and len(sharing) > 1:
-            return Verdict("ambiguous", (), (tuple(sharing),), _share(competition, [()]), _rests(null, moved), True, (), None, noise)
+            return Verdict(
+                "ambiguous",
+                (),
+                (tuple(sharing),),
+                _share(competition, [()]),
+                _rests(null, moved),
+                True,
+                (),
+                None,
+                noise,
+            )
     rig = special or ()
     if rig:
         effects = ("run_offset",) if "run_offset" in rig else ()
-        return Verdict("rig", effects, (), _share(competition, [()]), _rests(null, moved) if inadequate else (), inadequate, (), None, noise)
-    return Verdict("complete", (), (), _share(competition, [()]), _rests(null, moved) if inadequate else (), inadequate, (), None, noise)
+        return Verdict(
+            "rig",
+            effects,
+            (),
+            _share(competition, [()]),
+            _rests(null, moved) if inadequate else (),
+            inadequate,
+            (),
+            None,
+            noise,
+        )
+    return Verdict(
+        "complete",
+        (),
+        (),
+        _share(competition, [()]),
+        _rests(null, moved) if inadequate else (),
+        inadequate,
+        (),
+        None,
+        noise,
+    )
 
 
 def shifts(fit: Fit) -> dict[str, float]:
     """How far each number of drive and instrument has moved, in its stated standard uncertainties."""
     return {
-        u.name: (fit.value(u) - u.mean) / u.sd for u in fit.unknowns if u.name in PRIORS and np.isfinite(u.sd)
+        u.name: (fit.value(u) - u.mean) / u.sd
+        for u in fit.unknowns
+        if u.name in PRIORS and np.isfinite(u.sd)
     }
 
 
@@ -229,7 +298,9 @@ def _sharing(competition: Competition, null: Fit) -> list[str]:
         margin = Margin.of(whitener(y), whitener(x[:, keep]), precision[keep])
         alone[name] = (-0.5 * margin.chi2 + margin.log_volume, float(margin.mode[0]))
     top = max(v for v, _ in alone.values())
-    return sorted(n for n, (v, z) in alone.items() if v > top - np.log(ODDS_LIMIT) and abs(z) <= 2.5)
+    return sorted(
+        n for n, (v, z) in alone.items() if v > top - np.log(ODDS_LIMIT) and abs(z) <= 2.5
+    )
 
 
 # --- 3 ---
@@ -302,7 +373,9 @@ def _rests(fit: Fit, moved: dict[str, float]) -> tuple[Rest, ...]:
     return tuple(Rest(n, float(sds[n]), z) for n, z in moved.items() if abs(z) > 0.3)
 
 
-def _share(competition: Competition, sets: Iterable[Names], pattern: Pattern | None = None) -> float:
+def _share(
+    competition: Competition, sets: Iterable[Names], pattern: Pattern | None = None
+) -> float:
     """Posterior probability of some sets, or of a pattern, among all that was weighed."""
     odds = competition.log_odds
     top = max([*odds.values(), *competition.pattern_log_odds])
@@ -331,8 +404,16 @@ def noise_words(competition: Competition, noise: Noise) -> tuple[str, ...]:
         words.append("correlated")
     if noise.looser is not None:
         far = np.count_nonzero(noise.looser > 2.0)
-        words.append("outliers" if far <= 0.05 * len(noise.looser) and noise.looser.max() > 2.5 else "heavy_tailed")
+        words.append(
+            "outliers"
+            if far <= 0.05 * len(noise.looser) and noise.looser.max() > 2.5
+            else "heavy_tailed"
+        )
     dof = len(competition.campaign)
-    if competition.campaign.u_stated and abs(np.log(noise.scale)) * np.sqrt(2 * dof) > 3.5 and abs(np.log(noise.scale)) > 0.1:
+    if (
+        competition.campaign.u_stated
+        and abs(np.log(noise.scale)) * np.sqrt(2 * dof) > 3.5
+        and abs(np.log(noise.scale)) > 0.1
+    ):
         words.append("misstated")
     return tuple(words) or ("white",)
