@@ -399,6 +399,20 @@ def test_ctrl_c_is_exit_code_130(
     assert (said.out, said.err) == ("", "cbpt: interrupted\n")
 
 
+def test_long_work_shows_how_far_it_is(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """On a terminal, after a second, and the line is wiped in the end."""
+    with commands._Counter() as counter:
+        monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+        counter.show(100, 396)
+        assert capsys.readouterr().err == ""
+        counter.start -= 2
+        counter.show(200, 396)
+        assert capsys.readouterr().err == "\r200/396 readings solved "
+    assert capsys.readouterr().err == "\r\x1b[K"
+
+
 # --- pipes --------------------------------------------------------------------------------
 
 

@@ -9,6 +9,8 @@ from __future__ import annotations
 import csv
 import json
 import pickle
+import re
+import tomllib
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -493,7 +495,8 @@ def test_a_reading_beyond_hold_is_named_and_never_dropped() -> None:
     assert c.overall is not None and c.overall.readings == len(c.readings) - 2
     assert c.overall.bias_arcsec == pytest.approx(0.5)
     assert np.flatnonzero(np.isnan(c.residual_arcsec)).tolist() == [3, 20]
-    assert "No solution of the model at 2 readings (beyond_hold): lines 4, 21" in c.report()
+    assert "No solution of the model at 2 readings (beyond_hold): rows 4, 21" in c.report()
+    assert re.search(r"largest error .* on row \d+;", c.report())
     names, rows = c.rows()
     gone = dict(zip(names, rows[3], strict=True))
     assert gone["status"] == "beyond_hold"
@@ -556,11 +559,26 @@ def test_an_effect_is_refused_and_not_left_out() -> None:
 
 
 def test_what_progress_raises_stops_the_comparison() -> None:
-    def stop(done: int) -> None:
+    def stop(done: int, total: int) -> None:
+        assert 0 <= done <= total == 40_002
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         compare(base(), synthetic(base(), torque=np.linspace(-8, 8, 20_001)), progress=stop)
+
+
+def test_a_case_may_be_a_dict() -> None:
+    """As everywhere, and with what belongs to it: here the preload of its load."""
+    columns = synthetic(base())
+    rows = columns["preload_N"] == 400
+    data = {name: values[rows] for name, values in columns.items() if name != "preload_N"}
+    case = tomllib.loads(cbpt.example_case()) | {"load": {"preload_N": 400}}
+    c = compare(case, data)
+    np.testing.assert_allclose(c.residual_arcsec, 0, atol=1e-9)
+    with pytest.raises(cbpt.CaseError, match="deceleration"):
+        compare({}, data)
+    with pytest.raises(TypeError, match="not from int"):
+        compare(7, data)  # type: ignore[arg-type]
 
 
 # --- forms --------------------------------------------------------------------------------

@@ -6,11 +6,16 @@ at once, pickles and files, input that cannot be, agreement with the reference m
 
 from __future__ import annotations
 
+import _thread
 import copy
 import json
 import math
 import pickle
 import re
+import subprocess
+import sys
+import threading
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -516,7 +521,7 @@ BAD_NUMBERS: dict[str, list[float]] = {
     "short_amplitude_coefficient": [0, -0.1, 1, 1.5],
     "groove_conformity": [1, 0.9, 0, -1],
     "contact_angle_deg": [0, -45, 90, 180],
-    "ball_count": [0, -20, 2, 20.5, 10_001, 2**32 + 20, 2**64, 1e300],
+    "ball_count": [0, -20, 2, 20.5, 1001, 2**32 + 20, 2**64, 1e300],
 }
 
 
@@ -582,7 +587,6 @@ ANYTHING = st.recursive(
     ),
     max_leaves=6,
 )
-REFUSED = (CbptError, ValueError, TypeError, OverflowError)
 
 
 @examples(200)
@@ -601,7 +605,7 @@ def test_no_case_makes_a_panic(data: st.DataObject) -> None:
         case[data.draw(st.text(max_size=8))] = data.draw(ANYTHING)
     try:
         whole = cbpt.Case.from_dict(case)
-    except REFUSED:
+    except CaseError:
         return
     drive = whole.drive
     s = drive.solve(1.0, 600)
@@ -618,9 +622,60 @@ def test_no_case_makes_a_panic(data: st.DataObject) -> None:
 @examples(200)
 @given(ANYTHING)
 def test_what_is_no_case_is_refused(value: Any) -> None:
-    for read in (Drive.from_dict, cbpt.Case.from_dict, Drive.from_toml, cbpt.Case.from_toml):
-        with pytest.raises(REFUSED):
+    """A dict, or a text, that is no case is a CaseError; what is neither is a TypeError."""
+    for read in (Drive.from_dict, cbpt.Case.from_dict):
+        with pytest.raises(CaseError if isinstance(value, dict) else TypeError):
             read(value)
+    for read_text in (Drive.from_toml, cbpt.Case.from_toml):
+        with pytest.raises(CaseError if isinstance(value, str) else TypeError):
+            read_text(value)
+
+
+BEYOND_READING = {
+    "a dict in itself": "case['deceleration'] = case",
+    "a list in itself": "case['effect'] = x = []; x.append(x)",
+    "very deep": "for _ in range(200_000): case = {'deceleration': case}",
+    "a number too long to write": "case['load'] = {'torque_Nm': 10**5000}",
+    "its own item": "case['load'] = type('Own', (), {'item': lambda self: self})()",
+    "one list a million million times": "for _ in range(6): case = {'effect': [case] * 100}",
+    "a key that is no text": "case[10**5000] = 1",
+    "half a character": "case['\\ud800'] = '\\ud800'",
+}
+
+
+@pytest.mark.parametrize("make", BEYOND_READING.values(), ids=BEYOND_READING.keys())
+def test_a_case_beyond_reading_is_a_case_error(make: str) -> None:
+    """In a process of its own, because a stack that overflows takes the interpreter with it."""
+    lines = [
+        "import cbpt",
+        "case = {}",
+        make,
+        "try: cbpt.Case.from_dict(case)",
+        "except cbpt.CaseError: print('refused')",
+    ]
+    command = [sys.executable, "-c", "\n".join(lines)]
+    run = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert (run.returncode, run.stdout, run.stderr) == (0, "refused\n", "")
+
+
+def test_what_is_beyond_reading_is_told_by_its_place() -> None:
+    inside: CaseDict = {}
+    inside["deceleration"] = inside
+    with pytest.raises(CaseError, match=r"^(deceleration\.){7}deceleration: found more than 8 lev"):
+        cbpt.Case.from_dict(inside)
+    with pytest.raises(CaseError, match=r"^load\.torque_Nm = .*a number beyond all range"):
+        cbpt.Case.from_dict({**base_case(), "load": {"torque_Nm": 10**5000}})
+    longdouble = np.longdouble(20)  # whose item is itself
+    with pytest.raises(CaseError, match=r"^load\.torque_Nm: found a value of type longdouble"):
+        cbpt.Case.from_dict({**base_case(), "load": {"torque_Nm": longdouble}})
+    with pytest.raises(CaseError, match=r"^deceleration: found a key of type int"):
+        cbpt.Case.from_dict({"deceleration": {3: 4}})
+
+
+def test_half_a_character_is_told_by_its_line() -> None:
+    for read in (Drive.from_toml, cbpt.Case.from_toml):
+        with pytest.raises(CaseError, match=r"^<text>:2: found a lone surrogate"):
+            read("# é\nkind = '\ud800'")
 
 
 @examples(150)
@@ -716,21 +771,70 @@ def test_a_load_that_cannot_be_is_named() -> None:
         solve_many(BASE, [1, 2], [1, 2, 3])
 
 
+def test_the_search_for_the_largest_angle_can_be_interrupted() -> None:
+    """With a thousand balls it takes seconds."""
+    case = base_case()
+    case["deceleration"]["ball_count"] = 1000
+    case["equal_speed"] |= {"ball_count": 999, "pitch_radius_mm": 3000}
+    drive = Drive.from_dict(case)
+    ctrl_c = threading.Timer(0.05, _thread.interrupt_main)
+    start = time.monotonic()
+    ctrl_c.start()
+    with pytest.raises(KeyboardInterrupt):
+        drive.largest_elastic_angle(1, 600)
+    assert time.monotonic() - start < 1
+
+
+def test_a_bad_load_of_a_grid_is_named_by_its_place() -> None:
+    torque = np.array([[1.0], [2.0], [math.nan]])
+    with pytest.raises(InvalidInputError, match=r"^torque_Nm\[2, 0\] = NaN"):
+        solve_many(BASE, torque, [600, 700])
+    with pytest.raises(InvalidInputError, match=r"^preload_N\[0, 1, 1\] = -1"):
+        solve_many(BASE, torque[:2], [[[600, 700], [600, -1]]])
+    with pytest.raises(InvalidInputError, match=r"^preload_N = 0"):
+        solve_many(BASE, 1, 0)
+
+
+def test_no_part_of_a_number_is_dropped() -> None:
+    """numpy would drop imaginary parts with a warning, and masks without one."""
+    with pytest.raises(InvalidInputError, match=r"^torque_Nm is complex"):
+        solve_many(BASE, np.array([1, 2j]), 600)
+    with pytest.raises(InvalidInputError, match=r"^input_angle_deg is complex"):
+        solve_many(BASE, 1, 600, [0, 1j])
+    masked = np.ma.masked_greater(np.array([[1.0, 2.0], [3.0, 99.0]]), 50)
+    with pytest.raises(InvalidInputError, match=r"^torque_Nm\[1, 1\] is masked"):
+        solve_many(BASE, masked, 600)
+    with pytest.raises(InvalidInputError, match=r"^preload_N is masked"):
+        solve_many(BASE, 1, np.ma.masked)
+    np.testing.assert_array_equal(
+        solve_many(BASE, masked[0], 600).elastic_angle_rad,
+        solve_many(BASE, [1, 2], 600).elastic_angle_rad,
+    )
+
+
 BASE = Drive.from_dict(base_case())
 
 
 # --- agreement with the reference model ---------------------------------------------------
 
 
-def case_of_the_reference(drive: CaseDict) -> CaseDict | None:
-    """A drive of the file as a case; None where its pairs do not belong to one drive."""
+def why_no_drive(drive: CaseDict) -> str | None:
+    """Why the two pairs of a drive of the file cannot belong to one `Drive`."""
     first, second = drive["deceleration"], drive["equal_speed"]
-    ring = drive["equal_speed_pair"] == "ring_groove"
     eccentricity = first["short_amplitude"] * first["rolling_radius_m"]
     if first["material"] != second["material"]:
-        return None
-    if ring and not math.isclose(second["ring_radius_m"], eccentricity):
-        return None
+        return "its pairs differ in material"
+    if drive["equal_speed_pair"] == "ring_groove" and not math.isclose(
+        second["ring_radius_m"], eccentricity
+    ):
+        return "its ring radius is not the eccentricity"
+    return None
+
+
+def case_of_the_reference(drive: CaseDict) -> CaseDict:
+    """A drive of the file as a case."""
+    first, second = drive["deceleration"], drive["equal_speed"]
+    ring = drive["equal_speed_pair"] == "ring_groove"
     material = first["material"]
     return {
         "track_curvature": first["track_curvature"],
@@ -767,15 +871,22 @@ def case_of_the_reference(drive: CaseDict) -> CaseDict | None:
     }
 
 
-CONSISTENT = [d for d in REFERENCE["drives"] if case_of_the_reference(d) is not None]
+# By name, so that no drive goes missing unseen; the Rust test compares these too, pair by pair.
+NO_DRIVE = {
+    "5 and 9 balls, no inside wall, crank at 0.45 rad": "its ring radius is not the eccentricity",
+    "5 and 9 balls, no inside wall, crank at -1.3 rad": "its ring radius is not the eccentricity",
+    "8 and 9 balls, odd cross-slide, ceramic, crank at 0.2 rad": "its pairs differ in material",
+    "8 and 9 balls, odd cross-slide, ceramic, crank at 4 rad": "its pairs differ in material",
+    "33 and 8 balls, unlike angles, crank at 0.9 rad": "its ring radius is not the eccentricity",
+}
 
 
-@pytest.mark.parametrize("expected", CONSISTENT, ids=lambda drive: drive["id"])
+@pytest.mark.parametrize("expected", REFERENCE["drives"], ids=lambda drive: drive["id"])
 def test_whole_drives_agree_with_the_reference(expected: CaseDict) -> None:
     """Angles, statuses and thresholds of an independent model, to 1e-8."""
-    case = case_of_the_reference(expected)
-    assert case is not None
-    drive = Drive.from_dict(case)
+    if expected["id"] in NO_DRIVE:
+        pytest.skip(NO_DRIVE[expected["id"]])
+    drive = Drive.from_dict(case_of_the_reference(expected))
     crank = math.degrees(expected["crank_angle_rad"])
     assert drive.transmission_ratio == pytest.approx(expected["ratio"], rel=1e-14)
     for load in expected["solutions"]:
@@ -803,5 +914,6 @@ def test_whole_drives_agree_with_the_reference(expected: CaseDict) -> None:
                 assert getattr(thresholds, name) == pytest.approx(limit[name], rel=1e-8), name
 
 
-def test_enough_of_the_reference_is_compared() -> None:
-    assert len(CONSISTENT) >= 11
+def test_only_what_is_no_drive_is_left_to_the_rust_test() -> None:
+    reasons = {drive["id"]: why_no_drive(drive) for drive in REFERENCE["drives"]}
+    assert {name: why for name, why in reasons.items() if why} == NO_DRIVE

@@ -132,7 +132,7 @@ class Drive:
     def largest_elastic_angle(self, /, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex) -> LargestAngle | None:
         """
         Largest elastic angle over a period of the drive at a torque (N m) and preload (N); ``None`` where some angle of
-        the crank has no solution.
+        the crank has no solution. Ctrl-C stops it.
         """
     def preload(self, /, torque_Nm: SupportsFloat | SupportsIndex, input_angle_deg: SupportsFloat | SupportsIndex | None = None) -> PreloadThresholds:
         """
@@ -751,9 +751,10 @@ def run_command_line(arguments: SupportsGetItem[int, str]) -> int:
     Runs the Rust verbs of the command line (program name first) and returns the exit code.
     """
 
-def solve_angles(drive: Drive, torque_Nm: NDArray[float64], preload_N: NDArray[float64], input_angle_rad: NDArray[float64], progress: Any | None = None) -> tuple[NDArray[float64], NDArray[float64], NDArray[float64], NDArray[float64], list[str]]:
+def solve_angles(drive: Drive, torque_Nm: NDArray[float64], preload_N: NDArray[float64], input_angle_rad: NDArray[float64], shape: SupportsGetItem[int, SupportsIndex], progress: Any | None = None) -> tuple[NDArray[float64], NDArray[float64], NDArray[float64], NDArray[float64], list[str]]:
     """
-    Solves a drive for arrays of torque (N m), preload (N) and input angle (rad), all of shape (n,), on all cores.
+    Solves a drive for arrays of torque (N m), preload (N) and input angle (rad), all of shape (n,), on all cores;
+    ``shape`` is that of the n loads in C order.
 
     Returns the parts of the deceleration and the equal-speed pair (rad), the scaled residual, the hold preload (N, NaN
     unless the status is ``beyond_hold``) and the status, each of length n; NaN where there is no solution. Raises

@@ -139,10 +139,10 @@ class _Counter:
     def __enter__(self) -> _Counter:
         return self
 
-    def show(self, done: int) -> None:
+    def show(self, done: int, total: int) -> None:
         if time.monotonic() - self.start > 1 and sys.stderr is not None and sys.stderr.isatty():
             self.shown = True
-            print(f"\r{done} readings solved ", end="", file=sys.stderr, flush=True)
+            print(f"\r{done}/{total} readings solved ", end="", file=sys.stderr, flush=True)
 
     def __exit__(self, *error: object) -> None:
         if self.shown:

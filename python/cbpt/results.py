@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cbpt._core import Drive, solve_angles
+from cbpt.errors import InvalidInputError
 
 __all__ = ["ANGLE_UNITS", "ARCSEC_PER_RAD", "Angles", "solve_many"]
 
@@ -85,21 +86,27 @@ def solve_many(
     preload_N: ArrayLike,
     input_angle_deg: ArrayLike = 0.0,
     *,
-    progress: Callable[[int], object] | None = None,
+    progress: Callable[[int, int], object] | None = None,
 ) -> Angles:
     """Solve a drive for arrays of loads on all cores.
 
     The three arguments broadcast against each other as in numpy, so
     `solve_many(drive, torque[:, None], preload)` is a grid. Raises `InvalidInputError` with the
-    index of a number that cannot be, `ValueError` where the shapes do not broadcast; Ctrl-C stops
-    it. `progress` is called now and then with the number of loads solved.
+    index (in the grid) of a number that cannot be, and for complex or masked numbers; `ValueError`
+    where the shapes do not broadcast; Ctrl-C stops it. `progress` is called now and then with the
+    number of loads solved and that of all.
     """
     torque, preload, angle = np.broadcast_arrays(
-        *(np.asarray(x, dtype=np.float64) for x in (torque_Nm, preload_N, input_angle_deg))
+        _real("torque_Nm", torque_Nm),
+        _real("preload_N", preload_N),
+        _real("input_angle_deg", input_angle_deg),
     )
     shape = torque.shape
     t, n, a = (np.ascontiguousarray(x).reshape(-1) for x in (torque, preload, np.deg2rad(angle)))
-    deceleration, equal_speed, residual, hold, status = solve_angles(drive, t, n, a, progress)
+    report = None if progress is None else lambda done: progress(done, torque.size)
+    deceleration, equal_speed, residual, hold, status = solve_angles(
+        drive, t, n, a, list(shape), report
+    )
     return Angles(
         torque_Nm=torque.copy(),
         preload_N=preload.copy(),
@@ -110,3 +117,16 @@ def solve_many(
         hold_preload_N=hold.reshape(shape),
         status=np.array(status, dtype=np.str_).reshape(shape),
     )
+
+
+def _real(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    """Numbers as float64; numpy itself would drop imaginary parts and masks."""
+    masked = np.ma.getmaskarray(values) if np.ma.isMaskedArray(values) else np.zeros(0)
+    if masked.any():
+        place = ", ".join(map(str, np.argwhere(masked)[0].tolist()))
+        found = f"{name}[{place}] is masked" if place else f"{name} is masked"
+        raise InvalidInputError(f"{found}, must be a number: fill it or leave such loads out")
+    array = np.asarray(values)
+    if np.iscomplexobj(array):
+        raise InvalidInputError(f"{name} is complex, must be real numbers: take its real part")
+    return np.asarray(array, dtype=np.float64)

@@ -14,6 +14,7 @@ use crate::geometry::undercut::undercuts;
 use crate::pair::MeshingPoints;
 use crate::period;
 use crate::status::Status;
+use crate::sweep::Progress;
 
 /// Place and size of the largest elastic angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,6 +45,20 @@ impl Drive {
         &self,
         torque_Nm: f64,
         preload_N: f64,
+    ) -> Result<(Status, Option<LargestAngle>), InvalidInput> {
+        self.largest_elastic_angle_watched(torque_Nm, preload_N, &Progress::default())
+    }
+
+    /// [`Drive::largest_elastic_angle`] for whoever may not want to wait: with a thousand balls it takes seconds.
+    /// Cancelled, it ends soon and without an angle; the status is then that of what was solved.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn largest_elastic_angle_watched(
+        &self,
+        torque_Nm: f64,
+        preload_N: f64,
+        progress: &Progress,
     ) -> Result<(Status, Option<LargestAngle>), InvalidInput> {
         Load::new(torque_Nm, preload_N, 0.0)?;
         let sign = if torque_Nm < 0.0 { -1.0 } else { 1.0 };
@@ -77,17 +92,20 @@ impl Drive {
             state.map_or(f64::NAN, |state| sign * f64::from(points.rows) * state.state.rotation_rad)
         };
         let crank = |i: usize| i as f64 * step;
+        let wanted = |_: &usize| !progress.is_cancelled();
         let decelerating: Vec<f64> = (0..per_deceleration)
+            .take_while(wanted)
             .map(|i| rotation(&self.deceleration_points(self.deceleration_phase_rad(crank(i))), torque_Nm))
             .collect();
         let share = self.equal_speed_share();
         let equal: Vec<f64> = (0..per_equal_speed)
+            .take_while(wanted)
             .map(|i| {
                 let rows = self.equal_speed_points(self.equal_speed_phase_rad(crank(i)), crank(i));
                 share * rows.iter().map(|row| rotation(row, torque_Nm * share)).sum::<f64>()
             })
             .collect();
-        if !status.has_solution() {
+        if !status.has_solution() || progress.is_cancelled() {
             return Ok((status, None));
         }
         let total = |i: usize| decelerating[i % per_deceleration] + equal[i % per_equal_speed];
@@ -105,6 +123,9 @@ impl Drive {
         let refined = |i: usize, way: f64| {
             let middle = i as f64 * step;
             let mut size = |angle: f64| {
+                if progress.is_cancelled() {
+                    return f64::NEG_INFINITY;
+                }
                 let (_, angles) = self.points(angle).angles(torque_Nm, preload_N);
                 angles.map_or(f64::NEG_INFINITY, |a| way * sign * a.elastic_angle_rad())
             };
@@ -113,15 +134,13 @@ impl Drive {
         };
         let (at, value) = refined(best, 1.0);
         let (_, smallest) = refined(least, -1.0);
-        Ok((
-            status,
-            Some(LargestAngle {
-                elastic_angle_rad: sign * value,
-                input_angle_rad: at.rem_euclid(period_rad),
-                amplitude_rad: value - smallest,
-                period_rad,
-            }),
-        ))
+        let found = LargestAngle {
+            elastic_angle_rad: sign * value,
+            input_angle_rad: at.rem_euclid(period_rad),
+            amplitude_rad: value - smallest,
+            period_rad,
+        };
+        Ok((status, (!progress.is_cancelled()).then_some(found)))
     }
 }
 

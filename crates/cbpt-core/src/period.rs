@@ -1,14 +1,23 @@
-//! Maximum of a periodic function that is smooth but for kinks: a scan of one period, then golden section.
+//! Maxima of periodic functions that are smooth but for kinks: a scan of one period, then golden section.
 
 /// Samples of a period's scan; the quantities here have one or two maxima a period.
 const SAMPLES: usize = 96;
 
-/// Place and value of the largest value of `f` over `period`, starting at 0.
+/// Place and value of the largest value of each component of `f` over `period`, starting at 0; one scan serves all.
 ///
 /// `f` may be infinite (nothing holds there), which is then the maximum.
-pub(crate) fn maximum(period: f64, mut f: impl FnMut(f64) -> f64) -> (f64, f64) {
+pub(crate) fn maxima<const N: usize>(period: f64, f: impl Fn(f64) -> [f64; N]) -> [(f64, f64); N] {
     let step = period / SAMPLES as f64;
-    let values: Vec<f64> = (0..SAMPLES).map(|i| f(i as f64 * step)).collect();
+    let samples: Vec<[f64; N]> = (0..SAMPLES).map(|i| f(i as f64 * step)).collect();
+    std::array::from_fn(|n| {
+        let values: Vec<f64> = samples.iter().map(|values| values[n]).collect();
+        maximum(period, &values, |at| f(at)[n])
+    })
+}
+
+/// Place and value of the largest value of `f`, of which `values` are samples.
+fn maximum(period: f64, values: &[f64], mut f: impl FnMut(f64) -> f64) -> (f64, f64) {
+    let step = period / SAMPLES as f64;
     let mut best = (0.0, f64::NEG_INFINITY);
     for (i, &value) in values.iter().enumerate() {
         let before = values[(i + SAMPLES - 1) % SAMPLES];
@@ -56,10 +65,24 @@ mod tests {
 
     #[test]
     fn finds_smooth_and_kinked_maxima() {
-        let (at, value) = maximum(2.0, |x| (std::f64::consts::PI * (x - 0.37)).cos());
+        let smooth = |x: f64| (std::f64::consts::TAU * (x - 0.37)).cos();
+        let kinked = |x: f64| 3.0 - (x - 0.123_456_7).abs();
+        let infinite = |x: f64| if x > 0.5 { f64::INFINITY } else { 0.0 };
+        let [(at, value), (at_kink, at_most), (_, never)] =
+            maxima(1.0, |x| [smooth(x), kinked(x), infinite(x)]);
         assert!((at - 0.37).abs() < 1e-7 && (value - 1.0).abs() < 1e-14);
-        let (at, value) = maximum(1.0, |x| 3.0 - (x - 0.123_456_7).abs());
-        assert!((at - 0.123_456_7).abs() < 1e-10 && (value - 3.0).abs() < 1e-10);
-        assert!(maximum(1.0, |x| if x > 0.5 { f64::INFINITY } else { 0.0 }).1.is_infinite());
+        assert!((at_kink - 0.123_456_7).abs() < 1e-10 && (at_most - 3.0).abs() < 1e-10);
+        assert!(never.is_infinite());
+    }
+
+    #[test]
+    fn one_scan_serves_all() {
+        let calls = std::cell::Cell::new(0);
+        let constant = |_: f64| {
+            calls.set(calls.get() + 1);
+            [f64::INFINITY; 3]
+        };
+        assert!(maxima(1.0, constant).iter().all(|(_, value)| value.is_infinite()));
+        assert_eq!(calls.get(), SAMPLES);
     }
 }

@@ -208,9 +208,9 @@ fn rows_thresholds(rows: &[MeshingPoints], torque_Nm: f64) -> PreloadThresholds 
 }
 
 fn largest(period_rad: f64, at: impl Fn(f64) -> PreloadThresholds) -> PreloadThresholds {
-    PreloadThresholds {
-        hold_N: period::maximum(period_rad, |phase| at(phase).hold_N).1,
-        continuous_N: period::maximum(period_rad, |phase| at(phase).continuous_N).1,
-        zero_backlash_N: period::maximum(period_rad, |phase| at(phase).zero_backlash_N).1,
-    }
+    let [(_, hold_N), (_, continuous_N), (_, zero_backlash_N)] = period::maxima(period_rad, |phase| {
+        let here = at(phase);
+        [here.hold_N, here.continuous_N, here.zero_backlash_N]
+    });
+    PreloadThresholds { hold_N, continuous_N, zero_backlash_N }
 }

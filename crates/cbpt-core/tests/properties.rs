@@ -18,6 +18,7 @@ use cbpt_core::equilibrium::report::{Contact, PairSolution, Role};
 use cbpt_core::equilibrium::solve::{PairState, solve_pair};
 use cbpt_core::pair::{Diagonal, MeshingPoint, MeshingPoints};
 use cbpt_core::preload::pair_thresholds;
+use cbpt_core::sweep::Progress;
 use cbpt_core::{
     Angles, Drive, Elasticity, InvalidInput, Load, Material, PreloadThresholds, Status, TrackCurvature,
 };
@@ -820,6 +821,24 @@ fn the_largest_angle_of_many_balls_is_found() {
     assert!(largest.unwrap().elastic_angle_rad > 0.0);
 }
 
+/// Cancelled, the search is over at once, however many balls there are.
+#[test]
+fn the_search_for_the_largest_angle_can_be_cancelled() {
+    let mut numbers = Numbers::of_the_base_case();
+    (numbers.deceleration.ball_count, numbers.ring.ball_count) = (1000, 999);
+    numbers.ring.pitch_radius_m = 3.0;
+    let [drive, _] = numbers.drives();
+    let drive = drive.unwrap();
+    let progress = Progress::default();
+    let found = std::thread::scope(|scope| {
+        let search = scope.spawn(|| drive.largest_elastic_angle_watched(1.0, 600.0, &progress));
+        std::thread::sleep(std::time::Duration::from_millis(20));
+        progress.cancel();
+        search.join().unwrap()
+    });
+    assert_eq!(found.unwrap().1, None);
+}
+
 // --- effects on a pair ------------------------------------------------------------------------------
 
 /// Offsets, exponent and spring that do nothing.
@@ -863,15 +882,14 @@ proptest! {
         check_under_effects(&points, &Effects { spring, ..effects }, preload, share)?;
     }
 
-    /// The same to the last 0.01 % below the limit, up to thrice the limit with a spring, and with offsets of any size.
-    /// (Far beyond it a soft spring leaves displacements beside which its share of the preload is lost in rounding.)
+    /// The same to the last 0.01 % below the limit, up to 50 times the limit with a spring, and with offsets of any size.
     #[test]
     fn large_effects_leave_a_pair_in_balance(
         points in any_pair(),
         effects in effects_up_to(30.0, 100.0),
         preload in preload_N(),
         share in share_to_the_limit(),
-        beyond in prop_oneof![Just(1.0), 1.0..3.0_f64],
+        beyond in prop_oneof![Just(1.0), 1.0..50.0_f64],
     ) {
         let beyond = if effects.spring > 0.0 { beyond } else { 1.0 };
         check_under_effects(&points, &effects, preload, beyond * share)?;
@@ -999,6 +1017,37 @@ proptest! {
     }
 }
 
+/// A spring is relaxed from the approach under the preload alone, even where that leaves the plate free to turn: here on
+/// one ball on the axis, until a torque brings the others to bear.
+#[test]
+fn a_spring_needs_no_stiffness_of_the_unloaded_plate() {
+    let mut points = Drive::paper_base_case().points(0.0).equal_speed.remove(0);
+    for point in &mut points.points {
+        if point.ball == 0 {
+            point.arm_m = 0.0;
+        } else {
+            point.normal_offset_m = -20e-6;
+        }
+    }
+    let (preload, torque) = (60.0, 1.0);
+    assert_eq!(solve_pair(&points, 0.0, preload), (Status::Indeterminate, None));
+    points.axial_spring_N_per_m = 1e6;
+    assert_eq!(solve_pair(&points, 0.0, preload), (Status::Indeterminate, None));
+    let on_the_axis = points.points.iter().filter(|point| point.ball == 0);
+    let stiffness: f64 = on_the_axis.map(|point| point.stiffness * point.sin_beta.powf(2.5)).sum();
+    let unloaded = (preload / stiffness).powf(1.0 / 1.5);
+    let (status, state) = solve_pair(&points, torque, preload);
+    let state = state.unwrap_or_else(|| panic!("{status}")).state;
+    let forces = |lever: &dyn Fn(&MeshingPoint) -> f64| -> f64 {
+        let force = |point: &MeshingPoint| point.stiffness * state.deformation_m(point).max(0.0).powf(1.5);
+        points.points.iter().map(|point| force(point) * lever(point)).sum()
+    };
+    let left = preload - points.axial_spring_N_per_m * (state.approach_m() - unloaded);
+    assert!((forces(&|point| point.sin_beta) - left).abs() <= 1e-9 * preload);
+    assert!((forces(&|point| point.signed_arm_m() * point.cos_beta) - torque).abs() <= 1e-9 * torque);
+    assert!((left - preload).abs() > 1e-3 * preload, "the spring has a part in it");
+}
+
 // --- input that cannot be -------------------------------------------------------------------------
 
 /// The numbers of a drive, to be changed one by one.
@@ -1091,7 +1140,7 @@ fn each_number_that_cannot_be_is_refused_by_name() {
     check(&CONTACT_ANGLES, &[0.0, -0.1, std::f64::consts::FRAC_PI_2, 45.0]);
     check(&CONFORMITIES, &[1.0, 0.9, 0.0, -1.08]);
     check(&SHORT_AMPLITUDE, &[0.0, 1.0, -0.5, 1.5]);
-    for count in [0, 1, 2, 10_001, u32::MAX] {
+    for count in [0, 1, 2, 1001, u32::MAX] {
         let mut numbers = Numbers::of_the_base_case();
         numbers.deceleration.ball_count = count;
         assert_eq!(numbers.drives()[0].clone().unwrap_err().field, "deceleration.ball_count");

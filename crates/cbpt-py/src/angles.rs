@@ -13,20 +13,22 @@ use crate::interrupt::without_gil;
 type Columns<'py> =
     (Column<'py, f64>, Column<'py, f64>, Column<'py, f64>, Column<'py, f64>, Vec<&'static str>);
 
-/// Solves a drive for arrays of torque (N m), preload (N) and input angle (rad), all of shape (n,), on all cores.
+/// Solves a drive for arrays of torque (N m), preload (N) and input angle (rad), all of shape (n,), on all cores;
+/// ``shape`` is that of the n loads in C order.
 ///
 /// Returns the parts of the deceleration and the equal-speed pair (rad), the scaled residual, the hold preload (N, NaN
 /// unless the status is ``beyond_hold``) and the status, each of length n; NaN where there is no solution. Raises
 /// ``InvalidInputError`` with the index of a number that cannot be; Ctrl-C stops it. ``progress``, where given, is called
 /// now and then with the number of loads solved.
 #[pyfunction]
-#[pyo3(signature = (drive, torque_Nm, preload_N, input_angle_rad, progress = None))]
+#[pyo3(signature = (drive, torque_Nm, preload_N, input_angle_rad, shape, progress = None))]
 pub fn solve_angles<'py>(
     py: Python<'py>,
     drive: &Drive,
     torque_Nm: Floats<'py>,
     preload_N: Floats<'py>,
     input_angle_rad: Floats<'py>,
+    shape: Vec<usize>,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Columns<'py>> {
     let (torque, preload, angle) = (torque_Nm.view(), preload_N.view(), input_angle_rad.view());
@@ -36,7 +38,7 @@ pub fn solve_angles<'py>(
     let mut loads = Vec::with_capacity(torque.len());
     for (index, ((torque, preload), angle)) in torque.iter().zip(preload).zip(angle).enumerate() {
         loads.push(Load::new(*torque, *preload, *angle).map_err(|mut error| {
-            error.field = format!("{}[{index}]", error.field);
+            error.field += &place(index, &shape);
             invalid_input(py, &error)
         })?);
     }
@@ -60,4 +62,15 @@ pub fn solve_angles<'py>(
         hold,
         rows.iter().map(|(status, _)| status.name()).collect(),
     ))
+}
+
+/// The place of a load in its array, as numpy writes it: `[2, 0]`, or nothing where there is only one load.
+fn place(mut index: usize, shape: &[usize]) -> String {
+    let mut place: Vec<String> = Vec::new();
+    for size in shape.iter().rev().map(|&size| size.max(1)) {
+        place.push((index % size).to_string());
+        index /= size;
+    }
+    place.reverse();
+    if place.is_empty() { String::new() } else { format!("[{}]", place.join(", ")) }
 }

@@ -3,13 +3,17 @@
 use std::path::PathBuf;
 
 use cbpt_cli::case::{Case as RustCase, Zero};
+use cbpt_core::sweep::Progress;
 use cbpt_core::{Load, Severity};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
 use serde_json::{Number, Value};
 
 use crate::Reduced;
-use crate::error::{case_error, effect_not_computed, half_a_load, invalid_input, no_case_value};
+use crate::error::{
+    case_error, effect_not_computed, half_a_character, half_a_load, invalid_input, no_case_key,
+    no_case_value, too_much,
+};
 use crate::interrupt::without_gil;
 use crate::preload::{PreloadThresholds, Thresholds};
 use crate::solution::{LargestAngle, Solution};
@@ -99,8 +103,8 @@ impl Drive {
     ///
     /// Raises ``CaseError`` with line, key, what was found and what is allowed.
     #[staticmethod]
-    fn from_toml(py: Python<'_>, text: &str) -> PyResult<Self> {
-        Self::new(py, RustCase::from_toml(text, "<text>").map_err(|error| case_error(py, &error))?)
+    fn from_toml(py: Python<'_>, text: &Bound<'_, PyString>) -> PyResult<Self> {
+        Self::new(py, case_from_toml(text, "<text>")?)
     }
 
     /// Makes a drive from a dict with the sections and keys of a case file, for example
@@ -185,14 +189,16 @@ impl Drive {
     }
 
     /// Largest elastic angle over a period of the drive at a torque (N m) and preload (N); ``None`` where some angle of
-    /// the crank has no solution.
+    /// the crank has no solution. Ctrl-C stops it.
     fn largest_elastic_angle(
         &self,
         py: Python<'_>,
         torque_Nm: f64,
         preload_N: f64,
     ) -> PyResult<Option<LargestAngle>> {
-        let found = without_gil(py, None, |_| self.rust().largest_elastic_angle(torque_Nm, preload_N))?;
+        let drive = self.rust();
+        let work = |progress: &Progress| drive.largest_elastic_angle_watched(torque_Nm, preload_N, progress);
+        let found = without_gil(py, None, work)?;
         Ok(found.map_err(|error| invalid_input(py, &error))?.1.map(LargestAngle::from))
     }
 
@@ -299,8 +305,8 @@ impl Case {
     /// Reads a case from TOML text; ``name`` stands for the file in messages.
     #[staticmethod]
     #[pyo3(signature = (text, name = "<text>"))]
-    fn from_toml(py: Python<'_>, text: &str, name: &str) -> PyResult<Self> {
-        RustCase::from_toml(text, name).map(|case| Self { case }).map_err(|error| case_error(py, &error))
+    fn from_toml(text: &Bound<'_, PyString>, name: &str) -> PyResult<Self> {
+        Ok(Self { case: case_from_toml(text, name)? })
     }
 
     /// Makes a case from a dict with the sections and keys of a case file.
@@ -385,42 +391,88 @@ impl Case {
     }
 }
 
+fn case_from_toml(text: &Bound<'_, PyString>, name: &str) -> PyResult<RustCase> {
+    let py = text.py();
+    // A text of Python may hold halves of characters, which no file in UTF-8 does.
+    let whole = text.to_cow().map_err(|error| half_a_character(text, name, error))?;
+    RustCase::from_toml(&whole, name).map_err(|error| case_error(py, &error))
+}
+
 fn case_from_dict(py: Python<'_>, case: &Bound<'_, PyDict>) -> PyResult<RustCase> {
-    let value = json_of(case.as_any(), "")?;
+    let value = Reading { left: MOST_VALUES }.json(case.as_any(), "", DEEPEST)?;
     RustCase::from_json(&value).map_err(|error| case_error(py, &error))
 }
 
-/// A Python value as JSON; `place` is its dotted key.
-fn json_of(value: &Bound<'_, PyAny>, place: &str) -> PyResult<Value> {
-    let inside = |key: &str| if place.is_empty() { key.to_owned() } else { format!("{place}.{key}") };
-    if value.is_none() {
-        Ok(Value::Null)
-    } else if let Ok(flag) = value.cast::<PyBool>() {
-        Ok(Value::Bool(flag.is_true()))
-    } else if let Ok(text) = value.cast::<PyString>() {
-        Ok(Value::String(text.to_string()))
-    } else if let Ok(entries) = value.cast::<PyDict>() {
-        let mut object = serde_json::Map::new();
-        for (key, entry) in entries {
-            let key = key.str()?.to_string();
-            object.insert(key.clone(), json_of(&entry, &inside(&key))?);
+/// Dicts and lists deeper than this are in no case.
+const DEEPEST: usize = 8;
+
+/// More values than this are in no case; a list may hold one list many times over.
+const MOST_VALUES: usize = 100_000;
+
+/// A Python value on its way to JSON.
+struct Reading {
+    /// Values that may still come.
+    left: usize,
+}
+
+impl Reading {
+    /// A Python value as JSON; `place` is its dotted key, `depth` how much deeper it may go.
+    fn json(&mut self, value: &Bound<'_, PyAny>, place: &str, depth: usize) -> PyResult<Value> {
+        let py = value.py();
+        let inside = |key: &str| if place.is_empty() { key.to_owned() } else { format!("{place}.{key}") };
+        self.left = self.left.checked_sub(1).ok_or_else(|| too_much(py, place, "values", MOST_VALUES))?;
+        let deeper = || depth.checked_sub(1).ok_or_else(|| too_much(py, place, "levels", DEEPEST));
+        if value.is_none() {
+            Ok(Value::Null)
+        } else if let Some(plain) = plain_json(value) {
+            Ok(plain)
+        } else if let Ok(text) = value.cast::<PyString>() {
+            Ok(Value::String(text.to_string_lossy().into_owned()))
+        } else if let Ok(entries) = value.cast::<PyDict>() {
+            let depth = deeper()?;
+            let mut object = serde_json::Map::new();
+            // Of a copy, which no code of the values can change.
+            for (key, entry) in entries.copy()? {
+                let Ok(key) = key.cast::<PyString>() else { return Err(no_case_key(place, &key)) };
+                let key = key.to_string_lossy();
+                object.insert(key.to_string(), self.json(&entry, &inside(&key), depth)?);
+            }
+            Ok(Value::Object(object))
+        } else if let Some(items) = sequence(value) {
+            let depth = deeper()?;
+            let items = items.iter().enumerate();
+            items.map(|(index, item)| self.json(&item, &inside(&index.to_string()), depth)).collect()
+        } else {
+            // A scalar of numpy holds one of these.
+            let item = value.call_method0("item").ok();
+            item.as_ref().and_then(plain_json).ok_or_else(|| no_case_value(place, value))
         }
-        Ok(Value::Object(object))
-    } else if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
-        let items = value.try_iter()?.enumerate();
-        items.map(|(index, item)| json_of(&item?, &inside(&index.to_string()))).collect()
-    } else if value.is_instance_of::<PyInt>() || value.is_instance_of::<PyFloat>() {
-        let whole = value.extract::<i64>().ok().filter(|_| value.is_instance_of::<PyInt>());
-        let number = whole.map(Number::from).or_else(|| value.extract().ok().and_then(Number::from_f64));
-        // What is no finite number stays as text, so that the case's own message names its place.
-        Ok(number.map_or_else(|| Value::String(value.to_string()), Value::Number))
-    } else if let Ok(item) = value.call_method0("item") {
-        // A scalar of numpy.
-        json_of(&item, place)
-    } else {
-        let found = value.get_type().name()?.to_string();
-        Err(no_case_value(value.py(), place, &found))
     }
+}
+
+/// A list or a tuple as it is now.
+fn sequence<'py>(value: &Bound<'py, PyAny>) -> Option<Bound<'py, PyTuple>> {
+    let list = value.cast::<PyList>().map(PyListMethods::to_tuple);
+    list.ok().or_else(|| value.cast::<PyTuple>().ok().cloned())
+}
+
+/// A truth value or a number as JSON. What is no finite number becomes a text, so that the case's own message names its
+/// place.
+fn plain_json(value: &Bound<'_, PyAny>) -> Option<Value> {
+    if let Ok(flag) = value.cast::<PyBool>() {
+        return Some(Value::Bool(flag.is_true()));
+    }
+    let whole = value.is_instance_of::<PyInt>();
+    if !whole && !value.is_instance_of::<PyFloat>() {
+        return None;
+    }
+    if let Some(number) = value.extract::<i64>().ok().filter(|_| whole) {
+        return Some(Value::from(number));
+    }
+    // The text of a long integer may be refused by Python itself.
+    let number = value.extract::<f64>();
+    let text = number.as_ref().map_or("a number beyond all range".into(), f64::to_string);
+    Some(number.ok().and_then(Number::from_f64).map_or(Value::String(text), Value::Number))
 }
 
 fn hash(text: &str) -> u64 {

@@ -2,7 +2,7 @@
 
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
-use pyo3::types::PyType;
+use pyo3::types::{PyString, PyType};
 
 /// A number or an argument that cannot be: `cbpt.errors.InvalidInputError`.
 pub fn invalid_input(py: Python<'_>, error: &cbpt_core::InvalidInput) -> PyErr {
@@ -15,12 +15,39 @@ pub fn case_error(py: Python<'_>, error: &cbpt_cli::case::CaseError) -> PyErr {
 }
 
 /// A value that has no place in a case: `cbpt.errors.CaseError`.
-pub fn no_case_value(py: Python<'_>, place: &str, found: &str) -> PyErr {
+pub fn no_case_value(place: &str, value: &Bound<'_, PyAny>) -> PyErr {
+    let found = type_name(value);
     raise(
-        py,
+        value.py(),
         "CaseError",
         &format!("{place}: found a value of type {found}, expected a number, a text or a section"),
     )
+}
+
+/// A key that has no place in a case: `cbpt.errors.CaseError`.
+pub fn no_case_key(place: &str, key: &Bound<'_, PyAny>) -> PyErr {
+    let (section, found) = (if place.is_empty() { "the case" } else { place }, type_name(key));
+    raise(key.py(), "CaseError", &format!("{section}: found a key of type {found}, expected a text"))
+}
+
+/// A value that is in itself, or as good as: `cbpt.errors.CaseError`.
+pub fn too_much(py: Python<'_>, place: &str, what: &str, most: usize) -> PyErr {
+    let message =
+        format!("{place}: found more than {most} {what}, expected the sections and keys of a case file");
+    raise(py, "CaseError", &message)
+}
+
+/// A case as text with a lone surrogate in it: `cbpt.errors.CaseError`.
+pub fn half_a_character(text: &Bound<'_, PyString>, name: &str, error: PyErr) -> PyErr {
+    let py = text.py();
+    let lines_before = |at| text.call_method1("count", ("\n", 0, at))?.extract::<usize>();
+    let line = error.value(py).getattr("start").and_then(lines_before);
+    let place = line.map_or(name.to_owned(), |before| format!("{name}:{}", before + 1));
+    raise(py, "CaseError", &format!("{place}: found a lone surrogate, half a character; remove it"))
+}
+
+fn type_name(value: &Bound<'_, PyAny>) -> String {
+    value.get_type().name().map_or_else(|_| "unknown".into(), |name| name.to_string_lossy().into_owned())
 }
 
 /// A case with effects, asked for what its drive alone would do: `cbpt.errors.CaseError`.

@@ -57,7 +57,7 @@ class Misfit:
     largest_error_arcsec: float
     """The residual that is largest in size, with its sign."""
     largest_error_line: int
-    """Its line in the table."""
+    """Its line in the file, or its row in data."""
     chi2_per_dof: float | None
     """Sum of squared residuals over their stated variances, per degree of freedom; near 1 where
     the model explains the readings to within their uncertainty. None without a stated one."""
@@ -109,7 +109,7 @@ class Comparison:
 
     @property
     def without_solution(self) -> dict[str, list[int]]:
-        """Lines of the table at which the model has no solution, by status."""
+        """Lines of the table (of data: rows) at which the model has no solution, by status."""
         lines = self.readings.line
         failed = ~self.model.has_solution
         names = np.unique(self.model.status[failed])
@@ -201,24 +201,30 @@ class Comparison:
 
 
 def compare(
-    case: Case | Drive | str | os.PathLike[str],
+    case: Case | Drive | str | os.PathLike[str] | Mapping[str, Any],
     data: Readings | str | os.PathLike[str] | Mapping[str, ArrayLike],
     *,
     columns: Mapping[str, str] | None = None,
-    progress: Callable[[int], object] | None = None,
+    progress: Callable[[int, int], object] | None = None,
 ) -> Comparison:
     """Solve the model at every reading and say how far off it is, and where.
 
-    case: a case file or `Case` (its `[measurement]` counts, and its `[load]` fills in a preload or
-        an input angle that the table does not have), or a bare `Drive`.
+    case: a case file, a `Case` or a dict of one (its `[measurement]` counts, and its `[load]` fills
+        in a preload or an input angle that the table does not have), or a bare `Drive`.
     data: a table of readings (file, mapping of columns, data frame) or `Readings`.
     columns: what headers of the table mean, as in `read_readings`.
-    progress: called now and then with the number of rows solved.
+    progress: called now and then with the number of rows solved and that of all.
 
     Raises `CaseError` and `ReadingsError` for what cannot be read; Ctrl-C stops it.
     """
     if isinstance(case, (str, os.PathLike)):
         case = Case.from_file(case)
+    elif isinstance(case, Mapping):
+        case = Case.from_dict(dict(case))
+    elif not isinstance(case, (Case, Drive)):
+        raise TypeError(
+            f"a case comes from a path, a dict, a Case or a Drive, not from {type(case).__name__}"
+        )
     zero, lever_arm_mm, fill = "common", None, {}
     drive = case if isinstance(case, Drive) else case.drive
     if isinstance(case, Case):
@@ -350,7 +356,10 @@ def _report(c: Comparison, angle_unit: str) -> Iterator[str]:
     yield f"{len(c.readings)} readings of {c.readings.source} against the model"
     for status, lines in c.without_solution.items():
         shown = ", ".join(map(str, lines[:8])) + (", ..." if len(lines) > 8 else "")
-        yield f"No solution of the model at {len(lines)} readings ({status}): lines {shown}"
+        yield (
+            f"No solution of the model at {len(lines)} readings ({status}): "
+            f"{c.readings.place}s {shown}"
+        )
     yield from c.findings
     if c.overall is None:
         yield "Nothing to compare: the model has no solution at any reading."
@@ -369,9 +378,9 @@ def _report(c: Comparison, angle_unit: str) -> Iterator[str]:
         ]
     yield text_table(headers, json.dumps(rows))
     yield (
-        f"largest error {misfit.largest_error_arcsec * factor:.4g} {angle_unit} on line "
-        f"{misfit.largest_error_line}; excess: residual in the direction of the torque, above 0 "
-        "the drive is softer than the model"
+        f"largest error {misfit.largest_error_arcsec * factor:.4g} {angle_unit} on "
+        f"{c.readings.place} {misfit.largest_error_line}; excess: residual in the direction of the "
+        "torque, above 0 the drive is softer than the model"
     )
     if c.zero == "common":
         yield (

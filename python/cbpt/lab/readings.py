@@ -51,6 +51,7 @@ class Readings:
     run: labels, int64 or str; run_index: int64, 0 for the first run of the table, then 1, ...
     u_elastic_angle_arcsec: standard uncertainty (k = 1).
     line: int64, the line of the file each reading stands on, 1-based (of data: the row).
+    place: what `line` counts, "line" or "row".
     source: the path, or "<data>"; sha256: of the bytes of the file (of data: of names and values).
     extra: the other numeric columns under their own names, NaN where a cell is empty.
     """
@@ -69,6 +70,7 @@ class Readings:
     sha256: str = ""
     notes: tuple[str, ...] = ()
     extra: dict[str, Floats] = field(default_factory=dict)
+    place: str = "row"
     run_index: Ints = field(init=False)
 
     def __post_init__(self) -> None:
@@ -473,6 +475,7 @@ class _Reader:
             source=self.table.source,
             sha256=self.table.sha256,
             extra=extra,
+            place=self.table.place,
         )
 
     def stop_if_absurd(self, values: dict[str, Floats], line: Ints) -> None:

@@ -1,5 +1,6 @@
 //! TOML text or a JSON value as one plain tree that remembers where everything stood.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 use serde_json::Value as Json;
@@ -39,11 +40,15 @@ pub(super) enum Content {
 /// Tables and arrays deeper than this are in no case file.
 const DEEPEST: usize = 8;
 
-/// Parses TOML; every mistake of syntax is noted.
+/// Parses TOML; every line with a mistake of syntax is noted, by its first: the others mostly follow from it.
 pub(super) fn from_toml(text: &str, notes: &mut Notes<'_>) -> Option<Vec<Entry>> {
     let (table, errors) = DeTable::parse_recoverable(text);
+    let mut lines = BTreeSet::new();
     for error in &errors {
         let at = error.span().map_or(text.len(), |span| span.start);
+        if !lines.insert(notes.line(at)) {
+            continue;
+        }
         let (before, after) = text.split_at_checked(at).unwrap_or((text, ""));
         let line = [before.lines().next_back().filter(|_| !before.ends_with('\n')), after.lines().next()];
         let line: String = line.into_iter().flatten().collect();

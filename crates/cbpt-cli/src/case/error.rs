@@ -15,6 +15,8 @@ pub struct CaseError {
 impl CaseError {
     /// Reading stops after so many mistakes.
     pub const MOST: usize = 100;
+    /// So many of them are told.
+    pub const TOLD: usize = 20;
 
     /// The file as a whole cannot be read.
     pub(super) fn whole(name: &str, problem: impl Into<String>) -> Self {
@@ -80,14 +82,16 @@ impl fmt::Display for Mistake {
 fn report(name: &str, mistakes: &[Mistake]) -> String {
     let mut lines: Vec<String> = mistakes
         .iter()
+        .take(CaseError::TOLD)
         .map(|mistake| match (name, mistake.line) {
             ("", _) => mistake.to_string(),
             (_, None) => format!("{name}: {mistake}"),
             (_, Some(line)) => format!("{name}:{line}: {mistake}"),
         })
         .collect();
-    if mistakes.len() >= CaseError::MOST {
-        lines.push(format!("only the first {} mistakes are listed", CaseError::MOST));
+    if mistakes.len() > CaseError::TOLD {
+        let at_least = if mistakes.len() < CaseError::MOST { "" } else { "at least " };
+        lines.push(format!("and {at_least}{} more", mistakes.len() - CaseError::TOLD));
     }
     lines.join("\n")
 }

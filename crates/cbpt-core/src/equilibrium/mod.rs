@@ -18,10 +18,13 @@
 //!
 //! Numerically the axial load is moved to its line of action: with the pivot A = M0/N_Z and d = w - A alpha the unknowns
 //! are (w, alpha, t), a diagonal's lever on alpha becomes +- a cos(beta) - A sin(beta), and the torque equation's right
-//! side is 0. Near the holding limit d and a alpha are large and nearly cancel; w and these levers do not.
+//! side is M0 - A N_Z = 0. Near the holding limit d and a alpha are large and nearly cancel; w and these levers do not.
+//! With an axial spring M0/N_Z may lie far outside the balls, where nothing acts; A then stays at the holding arm H, the
+//! outermost line on which contacts can carry, and M0 - A N_Z is not 0.
 //!
-//! Scaling: forces by N_Z, torques by N_Z max(|a| cot beta); w by the unloaded approach, alpha and t so that the scaled
-//! equations stay a gradient. The scaled residual is what [`crate::Status`] is judged by.
+//! Scaling: forces by F = max(N_Z, |M0|/H), the least preload that the points must see, torques by F max(|a| cot beta);
+//! w by the approach under F, alpha and t so that the scaled equations stay a gradient. The scaled residual is what
+//! [`crate::Status`] is judged by.
 
 pub mod report;
 pub mod response;
@@ -41,7 +44,7 @@ pub struct State {
     pub sideways_m: f64,
     /// Approach w at the load's line of action, m.
     pivot_approach_m: f64,
-    /// Distance A = M0/N_Z of that line from the axis, m.
+    /// Distance A of that line from the axis, m.
     pivot_m: f64,
 }
 
@@ -134,8 +137,10 @@ pub struct PairEquilibrium<'a> {
     levers: Vec<Levers>,
     law: ContactLaw,
     preload_N: f64,
-    /// A = M0/N_Z.
+    /// A: M0/N_Z, at most the holding arm.
     pivot_m: f64,
+    /// M0 - A N_Z.
+    torque_about_pivot_Nm: f64,
     unloaded_approach_m: f64,
     /// Size of each unknown: m, rad, m.
     unknown_scale: [f64; 3],
@@ -163,9 +168,16 @@ impl<'a> PairEquilibrium<'a> {
         if torque_scale <= 0.0 {
             return None;
         }
-        let approach = rigid_approach_m(points, law, preload_N);
+        let holding_arm_m = points.holding_arm_m(torque_Nm.signum());
+        let held = torque_Nm.abs() <= preload_N * holding_arm_m;
+        let (pivot_m, torque_about_pivot_Nm, force_scale) = if held {
+            (torque_Nm / preload_N, 0.0, preload_N)
+        } else {
+            let pivot_m = holding_arm_m.copysign(torque_Nm);
+            (pivot_m, torque_Nm - pivot_m * preload_N, torque_Nm.abs() / holding_arm_m)
+        };
+        let approach = rigid_approach_m(points, law, force_scale);
         let cot = points.points.iter().map(|p| p.cos_beta / p.sin_beta).fold(0.0, f64::max);
-        let pivot_m = torque_Nm / preload_N;
         let existing = points.points.iter().filter(|point| point.exists());
         Some(Self {
             points,
@@ -173,9 +185,10 @@ impl<'a> PairEquilibrium<'a> {
             law,
             preload_N,
             pivot_m,
+            torque_about_pivot_Nm,
             unloaded_approach_m,
             unknown_scale: [approach, approach / torque_scale, approach / cot],
-            equation_scale: [preload_N, preload_N * torque_scale, preload_N * cot],
+            equation_scale: [force_scale, force_scale * torque_scale, force_scale * cot],
         })
     }
 
@@ -233,8 +246,11 @@ impl<const N: usize> Problem<N> for PairEquilibrium<'_> {
         let spring = self.points.axial_spring_N_per_m;
         let travel = state.approach_m() - self.unloaded_approach_m;
         let lever = [1.0, -self.pivot_m, 0.0];
-        energy += 0.5 * spring * travel * travel - self.preload_N * state.pivot_approach_m;
+        energy += 0.5 * spring * travel * travel
+            - self.preload_N * state.pivot_approach_m
+            - self.torque_about_pivot_Nm * state.rotation_rad;
         residual[0] -= self.preload_N;
+        residual[1] -= self.torque_about_pivot_Nm;
         for i in 0..N {
             residual[i] += spring * travel * lever[i];
             for j in 0..N {
@@ -242,7 +258,7 @@ impl<const N: usize> Problem<N> for PairEquilibrium<'_> {
             }
         }
         Evaluation {
-            energy: energy / (self.preload_N * self.unknown_scale[0]),
+            energy: energy / (self.equation_scale[0] * self.unknown_scale[0]),
             residual: SVector::from_fn(|i, _| residual[i] / self.equation_scale[i]),
             jacobian: SMatrix::from_fn(|i, j| {
                 jacobian[(i, j)] * self.unknown_scale[j] / self.equation_scale[i]
@@ -251,7 +267,7 @@ impl<const N: usize> Problem<N> for PairEquilibrium<'_> {
     }
 }
 
-/// Approach of the plates under the preload alone if they could not rotate and no point had an offset, m.
+/// Approach of the plates under a preload alone if they could not rotate and no point had an offset, m.
 fn rigid_approach_m(points: &MeshingPoints, law: ContactLaw, preload_N: f64) -> f64 {
     let axial: f64 =
         points.points.iter().map(|point| law.force_N(point.stiffness, point.sin_beta) * point.sin_beta).sum();

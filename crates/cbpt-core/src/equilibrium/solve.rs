@@ -46,36 +46,58 @@ fn solve_in<const N: usize>(
     if never || (springless && torque_Nm.abs() >= preload_N * holding_arm && torque_Nm != 0.0) {
         return (Status::BeyondHold { hold_preload_N: torque_Nm.abs() / holding_arm }, None);
     }
-    let unloaded_approach_m = if springless {
-        0.0
-    } else {
-        let unsprung = MeshingPoints { axial_spring_N_per_m: 0.0, ..points.clone() };
-        match solve_in::<N>(&unsprung, 0.0, preload_N) {
-            (_, Some(unloaded)) => unloaded.state.approach_m(),
-            (status, None) => return (status, None),
-        }
+    let unloaded_approach_m = if springless { Ok(0.0) } else { unloaded_approach_m::<N>(points, preload_N) };
+    let balance = unloaded_approach_m.and_then(|d0| balance::<N>(points, torque_Nm, preload_N, d0));
+    let Balance { state, jacobian, residual, steps } = match balance {
+        Ok(balance) => balance,
+        Err(status) => return (status, None),
     };
-    let Some(equations) = PairEquilibrium::new(points, torque_Nm, preload_N, unloaded_approach_m) else {
-        return (Status::BeyondHold { hold_preload_N: f64::INFINITY }, None);
-    };
-    let options = Options::default();
-    let stop = newton_lm::solve(&equations, PairEquilibrium::start::<N>(), options);
-    let residual = equations.largest_residual(&stop.at.residual);
-    if residual.is_nan() || residual > options.tolerance {
-        return (Status::NotConverged { residual }, None);
-    }
-    let jacobian = equations.unscaled_jacobian(&stop.at.jacobian);
     let Some(torsional_stiffness_Nm_per_rad) = torsional_stiffness(&jacobian) else {
         return (Status::Indeterminate, None);
     };
-    let state = equations.state(&stop.x);
-    let solved = PairState { state, torsional_stiffness_Nm_per_rad, residual, steps: stop.steps };
+    let solved = PairState { state, torsional_stiffness_Nm_per_rad, residual, steps };
     let largest = (points.largest_arm_m() * state.rotation_rad)
         .abs()
         .max(state.approach_m().abs())
         .max(state.sideways_m.abs());
     let small = largest <= SMALL_DISPLACEMENT * points.ball_radius_m;
     (if small { Status::Solved } else { Status::OutsideSmallDisplacements }, Some(solved))
+}
+
+/// Where the forces balance; what resists a rotation there is not asked.
+struct Balance<const N: usize> {
+    state: State,
+    /// Of the unscaled equations.
+    jacobian: SMatrix<f64, N, N>,
+    residual: f64,
+    steps: u32,
+}
+
+fn balance<const N: usize>(
+    points: &MeshingPoints,
+    torque_Nm: f64,
+    preload_N: f64,
+    unloaded_approach_m: f64,
+) -> Result<Balance<N>, Status> {
+    let equations = PairEquilibrium::new(points, torque_Nm, preload_N, unloaded_approach_m)
+        .ok_or(Status::BeyondHold { hold_preload_N: f64::INFINITY })?;
+    let options = Options::default();
+    let stop = newton_lm::solve(&equations, PairEquilibrium::start::<N>(), options);
+    let residual = equations.largest_residual(&stop.at.residual);
+    if residual.is_nan() || residual > options.tolerance {
+        return Err(Status::NotConverged { residual });
+    }
+    let (state, jacobian) = (equations.state(&stop.x), equations.unscaled_jacobian(&stop.at.jacobian));
+    Ok(Balance { state, jacobian, residual, steps: stop.steps })
+}
+
+/// d0, the approach under the preload alone, from which the axial spring is relaxed, m.
+///
+/// It is one number even where nothing resists a rotation: the forces sum up the levers to (N_Z, 0, 0), so a motion that
+/// deforms no loaded diagonal has no approach.
+fn unloaded_approach_m<const N: usize>(points: &MeshingPoints, preload_N: f64) -> Result<f64, Status> {
+    let unsprung = MeshingPoints { axial_spring_N_per_m: 0.0, ..points.clone() };
+    balance::<N>(&unsprung, 0.0, preload_N, 0.0).map(|unloaded| unloaded.state.approach_m())
 }
 
 /// dM0/dalpha with the other unknowns free: one over the rotation's diagonal element of the inverse Jacobian.

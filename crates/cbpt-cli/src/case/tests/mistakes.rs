@@ -321,6 +321,14 @@ fn syntax_errors_have_their_line() {
 }
 
 #[test]
+fn a_bad_line_is_told_once() {
+    let text = edited("kind = \"ring_groove\"", "kind = = 3 x y = ] 5, \"");
+    let told = message(&text);
+    assert!(told.starts_with("drive.toml:14: not valid TOML: extra `=`"), "{told}");
+    assert_eq!(told.lines().count(), 1, "{told}");
+}
+
+#[test]
 fn a_file_that_cannot_be_read_says_why() {
     let folder = std::env::temp_dir().join(format!("cbpt-case-{}", std::process::id()));
     fs::create_dir_all(&folder).unwrap();
@@ -350,5 +358,11 @@ fn a_flood_of_mistakes_stops() {
     let text = (0..10_000).map(|n| format!("key{n} = 1")).collect::<Vec<_>>().join("\n");
     let error = Case::from_toml(&text, "drive.toml").unwrap_err();
     assert_eq!(error.mistakes.len(), CaseError::MOST);
-    assert!(error.to_string().ends_with("only the first 100 mistakes are listed"));
+    let told = error.to_string();
+    assert_eq!(told.lines().count(), CaseError::TOLD + 1);
+    assert!(told.ends_with("\nand at least 80 more"), "{told}");
+    let few = text.lines().take(30).collect::<Vec<_>>().join("\n");
+    let told = Case::from_toml(&few, "drive.toml").unwrap_err();
+    let more = told.mistakes.len() - CaseError::TOLD;
+    assert!(told.to_string().ends_with(&format!("\nand {more} more")), "{told}");
 }
