@@ -110,7 +110,9 @@ class Diagnosis:
         """Every single effect that was fitted, the most probable first."""
         c = self.competition
         total = _total(c)
-        screen = self._screen()
+        # Signatures as the drive without effects shows them, looked at through the final noise.
+        null = c.fitter.look(c.fits[()], self.after.noise)
+        screen = Screen(null, c.library.about(null, c.names))
         best = self.verdict.names
         rows = []
         singles = sorted((n for n in c.fits if len(n) == 1), key=lambda n: -c.log_odds[n])

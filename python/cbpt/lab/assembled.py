@@ -89,6 +89,10 @@ class Campaign:
         )
 
 
+REGIMES = np.array([""] * 256, dtype="U32")
+REGIMES[:3] = "all points loaded", "points parting", "below continuous transmission"
+"""Words for the codes of `Predictor`."""
+
 DEFAULT_UNCERTAINTY = {
     "contact_stiffness": 0.10,
     "contact_angle": float(np.deg2rad(0.5)),
@@ -136,13 +140,12 @@ class Assembled:
             r.preload_N,
             np.deg2rad(r.input_angle_deg),
             temperature,
-            None if r.cycle is None else np.asarray(r.cycle, dtype=np.float64),
         )
-        self.neutral = np.asarray(self._predictor.neutral())
+        self.neutral = self._predictor.neutral()
         parameters = self._predictor.parameters
-        self.lower = np.array([p.lower for p in parameters])
-        self.upper = np.array([p.upper for p in parameters])
-        self.places = {(p.instance, p.name): i for i, p in enumerate(parameters)}
+        self.lower = np.array([p.lower for _, _, p in parameters])
+        self.upper = np.array([p.upper for _, _, p in parameters])
+        self.places = {(owner, p.name): i for i, (owner, _, p) in enumerate(parameters)}
         """Place of each parameter among the values, by instance of an effect and name."""
 
     def index(self, instance: int, name: str) -> int:
@@ -151,8 +154,14 @@ class Assembled:
 
     def at(self, values: Floats, wanted: Sequence[int] = ()) -> Point:
         """Prediction and the slopes of the wanted parameters."""
-        angle, _, slopes, _ = self._predictor.predict(values, list(wanted))
-        return Point(values, angle * ARCSEC_PER_RAD, slopes * ARCSEC_PER_RAD)
+        found = self._predictor.predict(values, list(wanted))
+        return Point(
+            values, found.angle_rad * ARCSEC_PER_RAD, found.sensitivities * ARCSEC_PER_RAD
+        )
+
+    def regimes(self, values: Floats) -> NDArray[np.str_]:
+        """Contact regime of each row."""
+        return REGIMES[self._predictor.predict(values).regime]
 
 
 def _or_zero(column: NDArray[np.float64] | None, n: int) -> Floats:

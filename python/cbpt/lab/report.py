@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -36,12 +37,12 @@ def lines(d: Diagnosis) -> Iterator[str]:
         [r.added or "as stated", f"{r.rmse_arcsec:.3f}", f"{r.held_out_rmse_arcsec:.3f}", f"{r.chi2_per_dof:.2f}"]
         for r in d.ladder
     ]
-    yield text_table(["added", "rmse_arcsec", "held_out_arcsec", "chi2/dof"], rows)
+    yield _table(["added", "rmse_arcsec", "held_out_arcsec", "chi2/dof"], rows)
     ranking = document["ranking"][:6]
     if ranking:
         yield ""
         yield "What could be missing, the most probable first:"
-        yield text_table(
+        yield _table(
             ["effect", "probability", "held_out_arcsec", "p_value", "closest rival", "parameters"],
             [
                 [
@@ -77,3 +78,7 @@ def _region(region: dict[str, object]) -> str:
 
 def _percent(number: str, prior: float) -> str:
     return f"{prior * 57.29577951308232:.2g} deg" if number == "contact_angle" else f"{100 * prior:.2g} %"
+
+
+def _table(headers: list[str], rows: list[list[str]]) -> str:
+    return text_table(headers, json.dumps(rows))
