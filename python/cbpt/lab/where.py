@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cbpt.lab import assembled
 from cbpt.lab.levels import levels_of
 from cbpt.lab.noise import Whitener
 from cbpt.lab.readings import Readings
@@ -35,7 +36,7 @@ Columns = NDArray[np.floating[Any]]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-REGIMES = ("all points loaded", "points parting", "below continuous transmission")
+REGIMES = tuple(str(name) for name in assembled.REGIMES[:3])
 
 _CELLS = 7
 _RUNS = 16
