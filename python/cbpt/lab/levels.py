@@ -64,7 +64,7 @@ def _grouped(exact: Floats, n: int) -> Ints:
         tried = np.r_[0, np.cumsum(split)]
         clear = split.any() and _widest(exact, tried) <= _COMPACT * float(gaps[split].min())
         if clear and not (held and n < _GATHERED * (tried[-1] + 1)):
-            return tried
+            return np.asarray(tried, dtype=np.int64)
     return np.zeros(len(exact), dtype=np.int64) if held else np.arange(len(exact))
 
 

@@ -99,6 +99,21 @@ class Region:
         parts = [_range_text(column, *ends) for column, ends in self.ranges.items()]
         return ", ".join(parts + ([self.regime] if self.regime else []))
 
+    def within(
+        self, readings: Readings, residual_arcsec: Floats, regime: NDArray[np.str_], solved: Mask
+    ) -> Region:
+        """The same bounds in a larger table, of which only the rows `solved` count."""
+        rows = solved.copy()
+        if self.regime is not None:
+            rows &= regime == self.regime
+        columns = {"direction": readings.direction(), "run": _run_values(readings)}
+        for column, (low, high) in self.ranges.items():
+            values = columns[column] if column in columns else getattr(readings, column)
+            if column == "input_angle_deg":
+                values = low + np.mod(values - low, 360.0)
+            rows &= (values >= low) & (values <= high)
+        return _told(self.ranges, self.regime, rows, residual_arcsec, readings, self.p_value)
+
     def to_dict(self) -> dict[str, Any]:
         """As in the JSON document."""
         return {
@@ -264,12 +279,17 @@ def _kinds(column: str, values: Ints, apart: bool = False) -> _Axis:
 def _runs(readings: Readings) -> _Axis:
     index = readings.run_index
     runs = int(index.max(initial=-1)) + 1
-    numbers = np.issubdtype(readings.run.dtype, np.number)
-    values = np.asarray(readings.run if numbers else index + 1, dtype=np.float64)
+    values = _run_values(readings)
     count = min(runs, _RUNS)
     order = np.argsort(np.argsort(_first_values(values, index, runs)))
     cell = (order * count // max(runs, 1))[index] if runs else index
     return _Axis("run", values, cell, count)
+
+
+def _run_values(readings: Readings) -> Floats:
+    """Labels where they are numbers, else places in the table."""
+    numbers = np.issubdtype(readings.run.dtype, np.number)
+    return np.asarray(readings.run if numbers else readings.run_index + 1, dtype=np.float64)
 
 
 def _first_values(values: Floats, index: Ints, runs: int) -> Floats:
@@ -432,7 +452,6 @@ class _Scan:
             yield self._region(best, rows, p_value)
 
     def _region(self, best: _Best, rows: Mask, p_value: float) -> Region:
-        r, signs = self.residual, self.sign[rows]
         ranges: dict[str, tuple[float, float]] = {}
         regime = None
         for axis in best.block.axes:
@@ -443,16 +462,28 @@ class _Scan:
                 ranges["torque_Nm"] = float(torque.min()), float(torque.max())
             elif len(np.unique(axis.cell[rows])) < axis.cells:
                 ranges[axis.column] = axis.ends(rows)
-        total = float(r @ r)
-        return Region(
-            ranges=ranges,
-            regime=regime,
-            rows=rows,
-            share_of_misfit=float(r[rows] @ r[rows]) / total if total else 0.0,
-            bias_arcsec=float(r[rows].mean()),
-            excess_arcsec=float(r[rows] @ signs) / max(int(np.count_nonzero(signs)), 1),
-            p_value=p_value,
-        )
+        return _told(ranges, regime, rows, self.residual, self.readings, p_value)
+
+
+def _told(
+    ranges: dict[str, tuple[float, float]],
+    regime: str | None,
+    rows: Mask,
+    residual: Floats,
+    readings: Readings,
+    p_value: float,
+) -> Region:
+    inside, signs = residual[rows], np.sign(readings.torque_Nm[rows])
+    total = float(residual @ residual)
+    return Region(
+        ranges=ranges,
+        regime=regime,
+        rows=rows,
+        share_of_misfit=float(inside @ inside) / total if total else 0.0,
+        bias_arcsec=float(inside.mean()),
+        excess_arcsec=float(inside @ signs) / max(int(np.count_nonzero(signs)), 1),
+        p_value=p_value,
+    )
 
 
 def _codes(regime: Sequence[str] | NDArray[np.str_]) -> Ints:
