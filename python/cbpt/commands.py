@@ -82,6 +82,15 @@ def _compare(argv: list[str]) -> int:
     )
     parser.add_argument("case", metavar="CASE", type=Path, help="case file (TOML)")
     parser.add_argument("data", metavar="DATA", type=Path, help="table of readings (CSV)")
+    parser.add_argument(
+        "--with",
+        metavar="EFFECT",
+        nargs="+",
+        action="extend",
+        default=[],
+        dest="effects",
+        help="effects of the library to fit to the readings; the report tells before and after",
+    )
     parser.add_argument("--plot", metavar="FILE", type=Path, help="draw to FILE.svg, .png or .pdf")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.add_argument(
@@ -117,7 +126,11 @@ def _compare(argv: list[str]) -> int:
         check_picture_name(options.plot)
     with _Counter() as counter:
         comparison = compare(
-            options.case, options.data, columns=columns or None, progress=counter.show
+            options.case,
+            options.data,
+            effects=options.effects,
+            columns=columns or None,
+            progress=counter.show,
         )
     if options.out and options.out.suffix.lower() == ".json":
         options.out.write_text(comparison.to_json() + "\n", encoding="utf-8")

@@ -190,6 +190,11 @@ class Assembled:
         found = self._predictor.predict(values, list(wanted))
         return Point(values, found.angle_rad * ARCSEC_PER_RAD, found.sensitivities * ARCSEC_PER_RAD)
 
+    def states(self, values: Floats) -> tuple[Floats, NDArray[np.str_]]:
+        """Angle in arcsec and status of each row."""
+        found = self._predictor.predict(values)
+        return found.angle_rad * ARCSEC_PER_RAD, np.array(found.status, dtype=np.str_)
+
     def regimes(self, values: Floats) -> NDArray[np.str_]:
         """Contact regime of each row."""
         return REGIMES[self._predictor.predict(values).regime]
