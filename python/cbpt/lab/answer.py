@@ -134,7 +134,9 @@ class Diagnosis:
         return rows
 
     def detectable(self) -> list[dict[str, Any]]:
-        """The smallest size of each effect that these readings would have shown, about the final fit."""
+        """The smallest size of each effect that these readings would have shown, about the final
+        fit.
+        """
         screen = self._screen()
         # Odds of 20 : 1 after prior odds of 1 : 50 and the price of a free size.
         need = np.sqrt(2 * (np.log(ODDS_LIMIT) + np.log(50.0) + 3.0))

@@ -1,8 +1,9 @@
-"""The model assembled for one table of readings: what it predicts, and how that moves with every number.
+"""The model assembled for one table of readings: what it predicts, and how that moves with every
+number.
 
 Campaign    readings as the statistics need them: arcsec, order of rows, uncertainties, priors
-Assembled   a drive with effects on the rows of a campaign, ready to be asked many times
-Point       values of all parameters with what the model says there
+Assembled   a drive with effects on the rows of a campaign, ready to be asked many times Point
+values of all parameters with what the model says there
 """
 
 from __future__ import annotations
@@ -155,7 +156,7 @@ class Point:
 
 
 class Assembled:
-    """A drive with effects, on the rows of one campaign. The same effect may appear several times."""
+    """A drive with effects, on the rows of one campaign; an effect may appear several times."""
 
     def __init__(self, campaign: Campaign, effects: Sequence[str]) -> None:
         r = campaign.readings
@@ -181,7 +182,7 @@ class Assembled:
         self.neutral[balls] = np.arange(len(balls)) % max(campaign.balls, 1)
 
     def index(self, instance: int, name: str) -> int:
-        """Place of a parameter among the values; `3.name` is that of the third instance after it."""
+        """Place of a parameter among the values; `3.name` is that of the third instance after."""
         number, dot, stem = name.partition(".")
         return self.places[instance + int(number), stem] if dot else self.places[instance, name]
 

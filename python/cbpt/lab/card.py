@@ -1,7 +1,10 @@
-"""A misfit that nothing in the library explains: what it depends on, ready to be written as an own effect."""
+"""A misfit that nothing in the library explains: what it depends on, ready to be written as an own
+effect.
+"""
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -51,7 +54,7 @@ def _along(name: str, values: Floats, residual: Floats, u: Floats) -> list[str]:
     if len(np.unique(values)) <= 12:
         stretches = [(v, v) for v in np.unique(values)]
     else:
-        stretches = list(zip(edges[:-1], edges[1:], strict=True))
+        stretches = list(pairwise(edges))
     out = []
     for low, high in stretches:
         rows = (values >= low) & (values <= high)
@@ -59,9 +62,8 @@ def _along(name: str, values: Floats, residual: Floats, u: Floats) -> list[str]:
             rms = float(np.sqrt(np.mean(residual[rows] ** 2)))
             size = rms / float(np.sqrt(np.mean(u[rows] ** 2)))
             span = f"{low:g}" if low == high else f"{low:g} to {high:g}"
-            out.append(
-                f"{name} {span}: misfit {rms:.2f} arcsec rms, {size:.1f} x noise, mean {residual[rows].mean():+.2f}"
-            )
+            mean = float(residual[rows].mean())
+            out.append(f"{name} {span}: {rms:.2f} arcsec rms, {size:.1f} x noise, mean {mean:+.2f}")
     return out
 
 

@@ -3,15 +3,15 @@
     Competition     every hypothesis that was fitted, with its odds
     compete         screen, fit, weigh
 
-Order: a first fit of the drive as stated; loose readings; the library at a glance under two noises (as
-that fit sees it, and as a fit that can follow everything sees it); every effect that could gain, fitted in
-full; the pairs that could gain more; patterns without a name, alone and on top of the best. All are
-weighed by evidence and prior odds, so no order of asking decides.
+Order: a first fit of the drive as stated; loose readings; the library at a glance under two noises
+(as that fit sees it, and as a fit that can follow everything sees it); every effect that could
+gain, fitted in full; the pairs that could gain more; patterns without a name, alone and on top of
+the best. All are weighed by evidence and prior odds, so no order of asking decides.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -218,7 +218,7 @@ def _level(fitter: Fitter, fit: Fit, noise: Noise) -> float:
 def _promising(
     screens: list[Screen], levels: list[float], signatures: list[Signature]
 ) -> list[tuple[int, Floats]]:
-    """The best member of every effect that gains at all, with its size; the most promising first."""
+    """The best member of every effect that gains, with its size; the most promising first."""
     found: dict[str, tuple[float, int, Floats]] = {}
     for screen, level in zip(screens, levels, strict=True):
         for m, s in enumerate(signatures):
@@ -318,7 +318,7 @@ def _pairs(
     levels: list[float],
     signatures: list[Signature],
     names: dict[int, tuple[str, str]],
-    bases: list[Names],
+    bases: Sequence[Names],
     noise: Noise,
 ) -> Iterator[Fit | None]:
     """Pairs that might beat every single, fitted in full."""
@@ -387,23 +387,37 @@ def _patterns(
         start = replace(noise, looser=fit.noise.looser)
         for family in tried.values():
             patterns = family.patterns - family.patterns.mean(axis=0)
-            columns = np.column_stack([x, patterns])
-            sd = float(np.median(c.u_arcsec))
-
-            def rated(amplitude: float, structures: bool) -> tuple[float, Noise]:
-                own = np.full(patterns.shape[1], (amplitude * sd) ** -2.0)
-                noise, value = fit_noise(
-                    y,
-                    columns,
-                    np.r_[precision, own],
-                    c.u_arcsec,
-                    c.rows,
-                    start,
-                    fitter.stated_dof,
-                    structures,
-                )
-                return value + fit.log_size_prior, noise
-
-            best = max(_AMPLITUDES, key=lambda a: rated(a, False)[0])
-            value, got = rated(best, True)
+            problem = _Patterned(fitter, y, np.column_stack([x, patterns]), precision, start)
+            best = max(_AMPLITUDES, key=lambda a: problem.rated(a)[0])  # noqa: B023
+            value, got = problem.rated(best, structures=True)
+            value += fit.log_size_prior
             yield Pattern(base, family.columns, value, best, got, patterns)
+
+
+@dataclass(frozen=True, eq=False)
+class _Patterned:
+    """A linear problem with patterns among its columns, behind those of the unknowns."""
+
+    fitter: Fitter
+    y: Floats
+    columns: Floats
+    precision: Floats
+    start: Noise
+
+    def rated(self, amplitude: float, structures: bool = False) -> tuple[float, Noise]:
+        """Log evidence, and the noise, with patterns of an amplitude in standard deviations."""
+        c = self.fitter.campaign
+        patterns = self.columns.shape[1] - len(self.precision)
+        own = np.full(patterns, (amplitude * float(np.median(c.u_arcsec))) ** -2.0)
+        precision = np.r_[self.precision, own]
+        noise, value = fit_noise(
+            self.y,
+            self.columns,
+            precision,
+            c.u_arcsec,
+            c.rows,
+            self.start,
+            self.fitter.stated_dof,
+            structures,
+        )
+        return value, noise

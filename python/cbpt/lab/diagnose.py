@@ -3,8 +3,9 @@
     diagnose    a case and its readings -> Diagnosis
 
 Steps: readings at which the model has no solution are set aside and told; everything competes
-(`competition`); the odds become words (`verdict`); the answer is dressed with where the model fails, how
-the error falls in sample and on what was held back, and what the readings could have shown (`answer`).
+(`competition`); the odds become words (`verdict`); the answer is dressed with where the model
+fails, how the error falls in sample and on what was held back, and what the readings could have
+shown (`answer`).
 """
 
 from __future__ import annotations
@@ -44,8 +45,9 @@ def diagnose(
 ) -> Diagnosis:
     """Say which effect the readings demand, or that none is needed, or that they cannot tell.
 
-    case, data, columns: as in `compare`. seed: of the simulated chances; the same seed gives the same
-    answer. Raises `CaseError` and `ReadingsError` for what cannot be read or is too little to judge.
+    case, data, columns: as in `compare`. seed: of the simulated chances; the same seed gives the
+    same answer. Raises `CaseError` and `ReadingsError` for what cannot be read or is too little to
+    judge.
     """
     case, readings = case_and_readings(case, data, columns)
     # Thousands of products of small matrices: threads would cost more than they give.
@@ -92,7 +94,9 @@ def _ladder(
 
 
 def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
-    """Readings that can be judged, and what was set aside. Raises `ReadingsError` where too few are left."""
+    """Readings that can be judged, and what was set aside. Raises `ReadingsError` where too few
+    are left.
+    """
     source = campaign.readings.source
     notes = list(campaign.readings.notes)
     n = len(campaign)
@@ -106,7 +110,8 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
         lines = campaign.readings.line[~solved]
         shown = ", ".join(map(str, lines[:8].tolist())) + (", ..." if len(lines) > 8 else "")
         notes.append(
-            f"{len(lines)} readings were set aside because the model has no solution there (the preload does not "
+            f"{len(lines)} readings were set aside because the model has no solution there (the "
+            "preload does not "
             f"hold the torque, see cbpt compare): lines {shown}"
         )
         if solved.any():
@@ -128,7 +133,8 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
     assert preload is not None
     if np.ptp(preload) <= 1e-3 * float(preload.max()):
         notes.append(
-            "one preload level: effects that differ in how they follow the preload (friction, preload_loss, a "
+            "one preload level: effects that differ in how they follow the preload (friction, "
+            "preload_loss, a "
             "compliance) cannot be told apart by it; measure at three levels"
         )
     if campaign.step_arcsec:
@@ -138,7 +144,8 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
         )
     if not campaign.u_stated:
         notes.append(
-            "no uncertainty is stated: it was estimated from the scatter, so no misfit as small as that can be seen"
+            "no uncertainty is stated: it was estimated from the scatter, so no misfit as small as "
+            "that can be seen"
         )
     return campaign, notes
 

@@ -50,7 +50,7 @@ class Fitted:
     notes: tuple[str, ...]
 
     def parameters(self) -> dict[str, dict[str, dict[str, Any]]]:
-        """By effect and parameter: value and standard uncertainty, SI, unit, or why there is none."""
+        """By effect and parameter: value, standard uncertainty (or why there is none), unit."""
         return {e: parameters_of(self.result, e) for e in self.effects}
 
     def report(self) -> str:
@@ -83,7 +83,8 @@ def fit(
     *,
     columns: Mapping[str, str] | None = None,
 ) -> Fitted:
-    """Fit effects of the library to readings, the numbers of the drive within their stated uncertainties.
+    """Fit effects of the library to readings, the numbers of the drive within their stated
+    uncertainties.
 
     Of an effect that has several forms (see `cbpt effects`) the most probable one is taken. Raises
     `InvalidInputError` for an effect that is not in the library or cannot be seen in this table,
@@ -124,7 +125,7 @@ def best_fit(fitter: Fitter, names: Sequence[str]) -> Fit:
                 best = got
     if best is None:
         raise InvalidInputError(
-            f"{' + '.join(names)}: no fit was found at which the model has a solution at every reading"
+            f"{' + '.join(names)}: no fit was found at which every reading has a solution"
         )
     return best
 
@@ -134,11 +135,13 @@ def _forms(fitter: Fitter, name: str) -> list[Variant]:
     forms = [v for v in fitter.variants if v.effect == name]
     if name == "run_offset":
         raise InvalidInputError(
-            'run_offset: a zero for each run is no effect to be added; set zero = "per_run" under [measurement]'
+            "run_offset: a zero for each run is no effect to be added; set "
+            'zero = "per_run" under [measurement]'
         )
     if not forms:
         raise InvalidInputError(
-            f"{name}: not an effect of the library that this table can show; there are {', '.join(sorted(known))}"
+            f"{name}: not an effect of the library that this table can show; there are "
+            f"{', '.join(sorted(known))}"
         )
     return forms
 

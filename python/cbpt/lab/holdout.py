@@ -1,8 +1,9 @@
 """How well a fit predicts readings it has not seen.
 
-Whole preload levels are held back in turn; where there are fewer than three, whole runs; else stretches of
-the table. The numbers are refitted to the others, linearised about the fit, and what is held back is
-predicted. A zero of its own that noise gives each run cannot be predicted and is taken off.
+Whole preload levels are held back in turn; where there are fewer than three, whole runs; else
+stretches of the table. The numbers are refitted to the others, linearised about the fit, and what
+is held back is predicted. A zero of its own that noise gives each run cannot be predicted and is
+taken off.
 """
 
 from __future__ import annotations
@@ -43,7 +44,8 @@ def held_out_residual(fitter: Fitter, fit: Fit, fold: NDArray[np.int64]) -> Floa
         if not kept.any():
             return y - x @ fit.margin.mode
         whitener = Whitener.of(_part(fit, kept), c.u_arcsec[kept], c.rows.select(kept))
-        # Zeros of runs that are held back have nothing to be found from; their columns are empty here.
+        # Zeros of runs that are held back have nothing to be found from; their columns are empty
+        # here.
         margin = Margin.of(whitener(y[kept]), whitener(x[kept]), precision + 1e-12)
         out[held] = y[held] - x[held] @ margin.mode
     if fit.noise.offset_arcsec or c.zeros.shape[1] > 1:

@@ -1,12 +1,14 @@
 """What a misfit depends on, asked without naming a cause.
 
-    Component   a family of patterns over some columns: any function of torque, of torque at each angle, ...
+    Component   a family of patterns over some columns: any function of torque, of torque at each
+                    angle, ...
     components  all families that a table can show
     Structure   which of them a residual has, against chance
 
-Each family is a set of overlapping hats (or levels, or sectors of a turn) and their products, so it holds
-any not too rough function of its columns. What a family explains beyond chance is a sum of squares over
-its rank; the chance of the largest among all families comes from simulated noise through the same refit.
+Each family is a set of overlapping hats (or levels, or sectors of a turn) and their products, so
+it holds any not too rough function of its columns. What a family explains beyond chance is a sum
+of squares over its rank; the chance of the largest among all families comes from simulated noise
+through the same refit.
 """
 
 from __future__ import annotations
@@ -166,7 +168,7 @@ def _components(found: dict[str, Floats], n: int) -> Iterator[Component]:
 
 
 def product(bases: Sequence[Floats]) -> Floats:
-    """Every pattern of one times every pattern of the others; those that no row has are left out."""
+    """Every pattern of one times every one of the others, but for those that no row has."""
     out = reduce(lambda a, b: (a[:, :, None] * b[:, None, :]).reshape(len(a), -1), bases)
     return out[:, np.abs(out).max(axis=0) > 0.2]
 
@@ -197,7 +199,7 @@ class Structure:
         """Bayes factor of an amplitude fitted against none, shape as scores."""
         m = np.maximum(self.ranks, 1)[:, None]
         ratio = np.maximum(scores / m, 1.0)
-        return 0.5 * m * (ratio - 1 - np.log(ratio)) * (self.ranks[:, None] > 0)
+        return np.asarray(0.5 * m * (ratio - 1 - np.log(ratio)) * (self.ranks[:, None] > 0))
 
     def find(self, residual: Floats, replicates: int, rng: np.random.Generator) -> list[Found]:
         """Families in a whitened residual, the most telling first."""

@@ -4,10 +4,11 @@
     judge       the rules, in the order in which they apply
 
 1. Something without a name is far likelier than everything with one: `unknown`.
-2. No effect is demanded: `complete`, `rig` where noise or a gain is what is off, `parameter` where a number
-   of the drive has to move by more than two standard uncertainties, `ambiguous` where the calibrations
-   are stated so loosely that drive and instrument explain the same shift.
-3. Effects are demanded: those in every set that is within the limit of odds are certain, the others rivals.
+2. No effect is demanded: `complete`, `rig` where noise or a gain is what is off, `parameter` where
+   a number of the drive has to move by more than two standard uncertainties, `ambiguous` where the
+   calibrations are stated so loosely that drive and instrument explain the same shift.
+3. Effects are demanded: those in every set that is within the limit of odds are certain, the
+   others rivals.
 """
 
 from __future__ import annotations
@@ -32,7 +33,8 @@ P_LIMIT = 0.02
 """Largest chance, by simulation, of an effect that is called found."""
 MOVED_SIGMA = 2.0
 """A number that has to move further than this is a finding of its own."""
-# A pattern left over may carry this share of what the effects explain and still be called their form.
+# A pattern left over may carry this share of what the effects explain and still be called their
+# form.
 _FORM_SHARE = 0.15
 # Calibrations known worse than this many times the usual share a shift with the drive.
 _LOOSE_CALIBRATION = 3.0
@@ -83,8 +85,8 @@ def judge(competition: Competition) -> Verdict:
         for n, o in sets.items()
         if n == best or o > top - (np.log(UNKNOWN_LIMIT) if UNKNOWN in n else limit)
     }
-    # What a pattern on top of a set tells is how far the library's form is from the readings: rivals within
-    # that distance are not decided.
+    # What a pattern on top of a set tells is how far the library's form is from the readings:
+    # rivals within that distance are not decided.
     named = {n: o for n, o in within.items() if UNKNOWN not in n}
     if UNKNOWN in best and len(best) > 1:
         within = {
@@ -118,7 +120,9 @@ UNKNOWN, OFFSET = "unknown", "run_offset"
 
 
 def weighed(competition: Competition) -> dict[Names, float]:
-    """Log odds of every set that competed; zeros of runs and a pattern without a name are members too."""
+    """Log odds of every set that competed; zeros of runs and a pattern without a name are members
+    too.
+    """
     found: dict[Names, float] = {}
 
     def add(names: Iterable[str], odds: float) -> None:
@@ -148,7 +152,9 @@ def _p_value(competition: Competition, names: Names) -> float:
 
 
 def _only_form(best: Names, top: float, rest: float) -> bool:
-    """Whether what is left without a name is small beside what the named effects of the set explain."""
+    """Whether what is left without a name is small beside what the named effects of the set
+    explain.
+    """
     if len(best) == 1 or not np.isfinite(rest):
         return False
     # The odds of the named part against nothing, its price given back.
@@ -156,7 +162,9 @@ def _only_form(best: Names, top: float, rest: float) -> bool:
 
 
 def _leftover(sets: dict[Names, float], within: dict[Names, float]) -> float:
-    """How much a pattern adds to the best named set, its own price given back; 0 where it adds nothing."""
+    """How much a pattern adds to the best named set, its own price given back; 0 where it adds
+    nothing.
+    """
     named = {n: o for n, o in within.items() if UNKNOWN not in n and n}
     if not named:
         return 0.0
@@ -287,7 +295,9 @@ def _nominal_rejected(competition: Competition, null: Fit) -> bool:
 
 
 def _sharing(competition: Competition, null: Fit) -> list[str]:
-    """Numbers that could each carry the shift alone, within the limit of odds, none beyond two sigma."""
+    """Numbers that could each carry the shift alone, within the limit of odds, none beyond two
+    sigma.
+    """
     y, x, precision = competition.fitter.linear(null)
     whitener = null.whitener
     numbers = [u.name for u in null.unknowns]
