@@ -4,7 +4,7 @@ Groups: the verbs of the mechanics, which are those of the plain binary; compare
 table and picture; what is refused and with which exit code; pipes and full disks; help.
 
 What the verbs of the mechanics answer is tested with the binary, in
-crates/cbpt-cli/tests/command_line.rs; here it must only be the same.
+crates/cbpt-cli/tests/command_line; here it must only be the same.
 """
 
 from __future__ import annotations

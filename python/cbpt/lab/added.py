@@ -1,0 +1,171 @@
+"""What a model has beside the drive: effects of the case, and effects fitted to the readings.
+
+Number      one parameter with its value and, where it was fitted, its uncertainty
+Prediction  what drive and effects say at every reading
+predicted   a case with the effects it has
+fitted      a case with further effects of the library, fitted to the readings
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cbpt._core import Case, Drive
+from cbpt.errors import InvalidInputError, ReadingsError
+from cbpt.lab.assembled import Assembled, Campaign
+from cbpt.lab.fit import Fit, Fitter, Hypothesis
+from cbpt.lab.library import VARIANTS, Variant
+from cbpt.lab.readings import Readings
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Number:
+    """A parameter of an effect, or a number of the drive or the rig, in the unit of its name."""
+
+    effect: str
+    """Id of the effect."""
+    name: str
+    value: float
+    u: float | None = None
+    """Standard uncertainty; None where it was not fitted."""
+    added: bool = True
+    """Of an effect that was asked for; else a number that moves within its stated uncertainty."""
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """A model at n readings. Arrays have shape (n,)."""
+
+    elastic_angle_arcsec: Floats
+    """NaN where there is no solution."""
+    status: NDArray[np.str_]
+    """As in `Angles`."""
+    regime: NDArray[np.str_]
+    """One of `where.REGIMES`, empty where there is no solution."""
+    numbers: tuple[Number, ...] = field(default=())
+    fitted: int = 0
+    """How many numbers were fitted freely, zeros not counted."""
+
+    @property
+    def has_solution(self) -> NDArray[np.bool_]:
+        """Where the numbers are there."""
+        return np.isfinite(self.elastic_angle_arcsec)
+
+
+def predicted(case: Case | Drive, readings: Readings) -> Prediction:
+    """The case as it is, with the effects it has."""
+    effects = case.effects if isinstance(case, Case) else []
+    model = Assembled(Campaign.of(case, readings), [effect.id for effect in effects])
+    values = model.neutral.copy()
+    numbers = []
+    for instance, effect in enumerate(effects):
+        for name, value in effect.values:
+            values[model.index(instance, name)] = value
+            numbers.append(Number(effect.id, name, value))
+    return _prediction(model, values, tuple(numbers), 0)
+
+
+def _prediction(
+    model: Assembled, values: Floats, numbers: tuple[Number, ...], fitted: int
+) -> Prediction:
+    angle, status = model.states(values)
+    return Prediction(angle, status, model.regimes(values), numbers, fitted)
+
+
+# --- effects to be fitted -----------------------------------------------------------------
+
+
+def fitted(case: Case | Drive, readings: Readings, effects: Sequence[str]) -> Prediction:
+    """The case with `effects` (ids of the library) fitted, and its numbers within their priors.
+
+    Each effect takes the form that the readings favour. Readings at which the drive has no solution
+    do not count in the fit. Raises `InvalidInputError` for an effect that is not known, and
+    `ReadingsError` where the table lacks what it needs.
+    """
+    forms = [_forms(effect, readings) for effect in dict.fromkeys(effects)]
+    campaign = Campaign.of(case, readings)
+    solved = np.isfinite(Assembled(campaign, []).at(np.zeros(0)).angle_arcsec)
+    if np.count_nonzero(solved) < 3:
+        raise ReadingsError.of_table(
+            readings.source,
+            "elastic_angle",
+            "readings at which the model has a solution, to fit to",
+        )
+    fitter = Fitter(campaign if solved.all() else campaign.select(solved))
+    chosen: tuple[Variant, ...] = ()
+    best: Fit | None = None
+    for variants in forms:
+        before = best
+        for variant in variants:
+            fit = _best(fitter, (*chosen, variant), before)
+            if fit and (best is before or best is None or fit.log_evidence > best.log_evidence):
+                best = fit
+        if best is before or best is None:
+            raise InvalidInputError(f"{variants[0].effect}: it cannot be fitted to these readings")
+        chosen = best.hypothesis.variants
+    assert best is not None
+    full = Assembled(campaign, fitter.effects)
+    free = sum(unknown.sd == np.inf for unknown in best.unknowns)
+    return _prediction(full, best.point.values, tuple(_numbers(best)), free)
+
+
+def _forms(effect: str, readings: Readings) -> list[Variant]:
+    """Forms of an effect that the table can show."""
+    variants = [v for v in VARIANTS if effect in (v.effect, v.label)]
+    if not variants:
+        near = difflib.get_close_matches(effect, [v.effect for v in VARIANTS], 1)
+        hint = f"; is {near[0]} meant?" if near else ""
+        known = ", ".join(dict.fromkeys(v.effect for v in VARIANTS))
+        raise InvalidInputError(f"effect {effect!r} cannot be fitted{hint} These can: {known}")
+    possible = [v for v in variants if not v.needs or getattr(readings, v.needs) is not None]
+    if not possible:
+        need = variants[0].needs
+        raise ReadingsError.of_table(readings.source, need, f"what {effect} depends on")
+    return possible
+
+
+def _best(fitter: Fitter, variants: tuple[Variant, ...], before: Fit | None) -> Fit | None:
+    """The most probable of the fits from several starts."""
+    hypothesis = Hypothesis(variants)
+    fits = [fitter.fit(hypothesis, start) for start in _starts(fitter, hypothesis, before)]
+    return max((f for f in fits if f), key=lambda f: f.log_evidence, default=None)
+
+
+def _starts(fitter: Fitter, hypothesis: Hypothesis, before: Fit | None) -> Iterator[Floats]:
+    """No size and a middling one of the last variant, at each of its likely shapes."""
+    last = hypothesis.variants[-1]
+    for shapes in product(*(shape.grid for shape in last.shapes)):
+        for size in (0.0, float(np.sqrt(last.low * last.high))):
+            values = fitter.start(hypothesis, {})
+            if before is not None:
+                for unknown in before.unknowns:
+                    values[unknown.index] = before.point.values[unknown.index]
+            for shape, value in zip(last.shapes, shapes, strict=True):
+                values[fitter.place(last.effect, shape.name)] = value
+            for name in last.sizes[:1]:
+                values[fitter.place(last.effect, name)] += size
+            yield np.clip(values, fitter.model.lower, fitter.model.upper)
+
+
+def _numbers(fit: Fit) -> Iterator[Number]:
+    """Those of the added effects first."""
+    added = {variant.effect for variant in fit.hypothesis.variants}
+    numbers = [
+        Number(variant.effect, name, value)
+        for variant in fit.hypothesis.variants
+        for name, value in variant.fixed
+    ]
+    for unknown in fit.unknowns:
+        effect, _, name = unknown.name.partition(".")
+        numbers.append(
+            Number(effect, name or effect, fit.value(unknown), fit.u(unknown), effect in added)
+        )
+    yield from sorted(numbers, key=lambda number: not number.added)

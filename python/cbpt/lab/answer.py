@@ -1,0 +1,381 @@
+"""The answer: everything a diagnosis found, as an object, as text and as one JSON document.
+
+Diagnosis   the answer with all it rests on
+Rung        one step of the ladder of errors
+SCHEMA      name and version of the JSON document
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cbpt._core import Case, Drive
+from cbpt.lab.competition import Competition
+from cbpt.lab.fit import Fit, Unknown
+from cbpt.lab.library import PRIORS
+from cbpt.lab.readings import Readings
+from cbpt.lab.screen import Screen
+from cbpt.lab.sentence import sentence
+from cbpt.lab.verdict import CLASSES, ODDS_LIMIT, Verdict
+
+Floats = NDArray[np.float64]
+SCHEMA = "cbpt.diagnosis/1"
+
+
+@dataclass(frozen=True)
+class Rung:
+    """The error after one more thing was added to the model."""
+
+    added: str
+    """Empty for the drive exactly as stated."""
+    rmse_arcsec: float
+    held_out_rmse_arcsec: float
+    chi2_per_dof: float
+    robust_held_out_rmse_arcsec: float
+    """Loose readings counted less."""
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """The answer. `to_dict` is the JSON document; `report` says the same in words."""
+
+    case: Case | Drive
+    readings: Readings
+    """Those that were judged, shape (n,)."""
+    competition: Competition = field(repr=False)
+    verdict: Verdict
+    before: Fit = field(repr=False)
+    """The drive exactly as stated, but for the zero."""
+    after: Fit = field(repr=False)
+    """The best that the answer offers."""
+    ladder: tuple[Rung, ...]
+    held_out_by: str
+    fold: NDArray[np.int64] = field(repr=False)
+    notes: tuple[str, ...]
+    seed: int
+
+    # --- what a picture needs ---
+
+    @property
+    def sentence(self) -> str:
+        """The answer as an engineer would write it."""
+        return sentence(self)
+
+    @property
+    def model_before_arcsec(self) -> Floats:
+        """The drive as stated, with the best zero, shape (n,)."""
+        return self.readings.elastic_angle_arcsec - self.before.residual_arcsec
+
+    @property
+    def model_after_arcsec(self) -> Floats:
+        """The model the answer offers, shape (n,)."""
+        return self.readings.elastic_angle_arcsec - self.after.residual_arcsec
+
+    @property
+    def residual_before_arcsec(self) -> Floats:
+        """Shape (n,)."""
+        return self.before.residual_arcsec
+
+    @property
+    def residual_after_arcsec(self) -> Floats:
+        """Shape (n,)."""
+        return self.after.residual_arcsec
+
+    @property
+    def noise_floor_arcsec(self) -> float:
+        """The error that noise alone leaves."""
+        c, noise = self.competition.campaign, self.after.noise
+        variance = (noise.scale * c.u_arcsec) ** 2 + noise.offset_arcsec**2
+        return float(np.sqrt(np.mean(variance)))
+
+    # --- parts of the document ---
+
+    def parameters(self, fit: Fit, effect: str) -> dict[str, dict[str, Any]]:
+        """Values of an effect's parameters in a fit, SI, with standard uncertainties."""
+        return parameters_of(fit, effect)
+
+    def ranking(self) -> list[dict[str, Any]]:
+        """Every single effect that was fitted, the most probable first."""
+        c = self.competition
+        total = _total(c)
+        # Signatures as the drive without effects shows them, looked at through the final noise.
+        null = c.fitter.look(c.fits[()], self.after.noise)
+        screen = Screen(null, c.library.about(null, c.names))
+        best = self.verdict.names
+        rows = []
+        singles = sorted((n for n in c.fits if len(n) == 1), key=lambda n: -c.log_odds[n])
+        from cbpt.lab.holdout import held_out_residual, rms
+
+        for names in singles:
+            fit, effect = c.fits[names], names[0]
+            member = _member(screen, fit)
+            rival, correlation = _rival(screen, member, c)
+            rows.append(
+                {
+                    "effect": effect,
+                    "class": CLASSES.get(effect, "effect"),
+                    "parameters": self.parameters(fit, effect),
+                    "held_out_rmse_arcsec": rms(held_out_residual(c.fitter, fit, self.fold)),
+                    "p_value": c.p_value(names),
+                    "probability": float(np.exp(c.log_odds[names] - total)),
+                    "surviving_fraction": _surviving(screen, member),
+                    "rival": rival,
+                    "rival_correlation": correlation,
+                    "in_answer": effect in best,
+                }
+            )
+        return rows
+
+    def detectable(self) -> list[dict[str, Any]]:
+        """The smallest size of each effect that these readings would have shown, about the final fit."""
+        screen = self._screen()
+        # Odds of 20 : 1 after prior odds of 1 : 50 and the price of a free size.
+        need = np.sqrt(2 * (np.log(ODDS_LIMIT) + np.log(50.0) + 3.0))
+        best: dict[str, tuple[float, dict[str, float]]] = {}
+        for m, s in enumerate(screen.signatures):
+            effect = s.variant.effect
+            if not screen.usable(m) or effect in self.verdict.names:
+                continue
+            place = screen.places[m]
+            size = need / np.sqrt(np.diag(screen.gram)[place][0])
+            value = {s.variant.sizes[0]: float(size * s.unit[0])}
+            if effect not in best or size < best[effect][0]:
+                best[effect] = (float(size), value | s.shapes)
+        return [{"effect": e, "smallest": v} for e, (_, v) in sorted(best.items())]
+
+    def _screen(self) -> Screen:
+        c = self.competition
+        return Screen(self.after, c.library.about(self.after, c.names))
+
+    def unknown(self) -> dict[str, Any] | None:
+        """What the misfit depends on, where nothing in the library explains it."""
+        pattern = self.verdict.pattern
+        if pattern is None:
+            return None
+        from cbpt.lab.card import card
+
+        return card(self)
+
+    def where(self) -> list[dict[str, Any]]:
+        """Regions where the drive as stated fails."""
+        from cbpt.lab.where import find_regions
+
+        rng = np.random.default_rng([self.seed, 1])
+        fit = self.before
+        regions = find_regions(
+            self.readings, fit.residual_arcsec, fit.whitener, fit.margin.x, None, rng
+        )
+        return [r.to_dict() for r in regions]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON document as plain values."""
+        import scipy
+
+        from cbpt import __version__
+
+        v, c = self.verdict, self.competition
+        noise = self.after.noise
+        u = float(np.sqrt(np.mean(c.campaign.u_arcsec**2)))
+        return {
+            "schema": SCHEMA,
+            "seed": self.seed,
+            "versions": {
+                "cbpt": __version__,
+                "numpy": np.__version__,
+                "scipy": scipy.__version__,
+                "python": platform.python_version(),
+            },
+            "data_sha256": self.readings.sha256,
+            "source": self.readings.source,
+            "readings": len(self.readings),
+            "verdict": {
+                "kind": v.kind,
+                "effects": list(v.effects),
+                "rivals": [list(g) for g in v.rivals],
+                "probability": v.probability,
+                "sentence": self.sentence,
+                "within_stated_uncertainty": v.within_uncertainty,
+                "rests_on": [
+                    {
+                        "number": r.number,
+                        "prior": r.prior,
+                        "needed_shift_sigma": r.needed_shift_sigma,
+                    }
+                    for r in v.rests_on
+                ],
+            },
+            "noise": {
+                "u_stated_arcsec": u if c.campaign.u_stated else None,
+                "u_estimated_arcsec": noise.scale * u,
+                "model": list(v.noise),
+                "run_offset_arcsec": noise.offset_arcsec,
+                "correlation": noise.correlation,
+            },
+            "before": self._errors(self.ladder[0], self.before),
+            "after": self._errors(self._final_rung(), self.after),
+            "where": self.where(),
+            "ranking": self.ranking(),
+            "ladder": [
+                {
+                    "added": r.added,
+                    "rmse_arcsec": r.rmse_arcsec,
+                    "held_out_rmse_arcsec": r.held_out_rmse_arcsec,
+                    "chi2_per_dof": r.chi2_per_dof,
+                }
+                for r in self.ladder
+            ],
+            "held_out_by": self.held_out_by,
+            "parameters": {e: self.parameters(self.after, e) for e in v.names},
+            "detectable": self.detectable(),
+            "unknown": self.unknown(),
+            "next_run": None,
+            "priors": {PRIORS[e]: sd for e, sd in c.campaign.priors.items()},
+            "prior_odds": prior_odds(),
+            "notes": list(self.notes),
+        }
+
+    def _final_rung(self) -> Rung:
+        """The rung of the model that the answer offers."""
+        return min(self.ladder, key=lambda r: abs(r.chi2_per_dof - self.after.chi2_per_dof))
+
+    def _errors(self, rung: Rung, fit: Fit) -> dict[str, float]:
+        return {
+            "rmse_arcsec": rung.rmse_arcsec,
+            "held_out_rmse_arcsec": rung.held_out_rmse_arcsec,
+            "chi2_per_dof": fit.chi2_per_dof,
+            "noise_floor_arcsec": self.noise_floor_arcsec,
+        }
+
+    def to_json(self) -> str:
+        """The document as text."""
+        return json.dumps(self.to_dict(), indent=2, allow_nan=False, default=float)
+
+    def plot(self, path: str | os.PathLike[str]) -> None:
+        """Draw readings, model before and after, residuals and ladder to an SVG, PNG or PDF file.
+
+        Needs matplotlib: `pip install "cbpt[plot]"`.
+        """
+        from cbpt.page.diagnosis_figure import draw_diagnosis
+
+        draw_diagnosis(self, path)
+
+    def report(self) -> str:
+        """The answer in words and tables."""
+        from cbpt.lab.report import lines
+
+        return "\n".join(lines(self))
+
+    def __repr__(self) -> str:
+        return self.report()
+
+
+def prior_odds() -> dict[str, float]:
+    """Prior odds against nothing, as used; `other` stands for effects not listed."""
+    from cbpt.lab.library import ODDS
+
+    return {name or "other": odds for name, odds in ODDS.items()}
+
+
+def parameters_of(fit: Fit, effect: str) -> dict[str, dict[str, Any]]:
+    """Values of an effect's parameters, SI, with standard uncertainties, or why there is none."""
+    found = {}
+    for u in fit.unknowns:
+        owner, _, name = u.name.partition(".")
+        if owner == effect and name:
+            found[name] = _parameter(fit, u)
+    return found
+
+
+def _parameter(fit: Fit, u: Unknown) -> dict[str, Any]:
+    value, sd = fit.value(u), fit.u(u)
+    at_bound = (
+        bool(value <= u.lower * (1 + 1e-9) or value >= u.upper * (1 - 1e-9))
+        if u.upper > u.lower
+        else False
+    )
+    why = None
+    if at_bound:
+        why = "the best value lies at the end of the allowed range"
+    elif not np.isfinite(sd) or (np.isfinite(u.upper) and sd > (u.upper - u.lower)):
+        why = "the readings do not determine it"
+    name = u.name.partition(".")[2]
+    return {
+        "value": value,
+        "u": None if why else sd,
+        "unit": unit_of(name),
+        "at_bound": at_bound,
+        "why_no_u": why,
+    }
+
+
+def unit_of(name: str) -> str:
+    """The unit at the end of a parameter's name; empty for pure numbers."""
+    for ending, unit in (
+        ("_rad_per_Nm", "rad/(N m)"),
+        ("_rad_per_s", "rad/s"),
+        ("_rad_per_K", "rad/K"),
+        ("_N_per_m", "N/m"),
+        ("_N_per_K", "N/K"),
+        ("_per_rad2", "1/rad^2"),
+        ("_per_rad", "1/rad"),
+        ("_per_s", "1/s"),
+        ("_rad", "rad"),
+        ("_m", "m"),
+        ("_s", "s"),
+    ):
+        if name.endswith(ending):
+            return unit
+    return ""
+
+
+def _total(c: Competition) -> float:
+    """Logarithm of the sum of all odds."""
+    all_odds = np.array([*c.log_odds.values(), *c.pattern_log_odds[:1]])
+    top = float(all_odds.max())
+    return top + float(np.log(np.exp(all_odds - top).sum()))
+
+
+def _member(screen: Screen, fit: Fit) -> int | None:
+    """The signature nearest to a fit's shapes."""
+    variant = fit.hypothesis.variants[0]
+    shapes = {
+        u.name.partition(".")[2]: fit.value(u)
+        for u in fit.unknowns
+        if u.name.startswith(variant.effect + ".")
+    }
+    found = [
+        (sum(abs(np.log(max(shapes.get(n, v), 1e-300) / v)) for n, v in s.shapes.items()), m)
+        for m, s in enumerate(screen.signatures)
+        if s.variant == variant and screen.usable(m)
+    ]
+    return min(found)[1] if found else None
+
+
+def _surviving(screen: Screen, member: int | None) -> float | None:
+    return None if member is None else float(screen.surviving[screen.places[member]].max())
+
+
+def _rival(screen: Screen, member: int | None, c: Competition) -> tuple[str | None, float | None]:
+    """The other effect whose signature looks most like this one after the refit."""
+    if member is None:
+        return None, None
+    own = screen.places[member]
+    best: tuple[str | None, float | None] = (None, None)
+    for m, s in enumerate(screen.signatures):
+        if s.variant.effect == screen.signatures[member].variant.effect or not screen.usable(m):
+            continue
+        place = screen.places[m]
+        a = np.linalg.cholesky(screen.gram[own, own])
+        b = np.linalg.cholesky(screen.gram[place, place])
+        cross = np.linalg.solve(a, np.linalg.solve(b, screen.gram[place, own]).T)
+        correlation = float(min(np.linalg.svd(cross, compute_uv=False)[0], 1.0))
+        if best[1] is None or correlation > best[1]:
+            best = (s.variant.effect, correlation)
+    return best

@@ -1,0 +1,204 @@
+"""The model assembled for one table of readings: what it predicts, and how that moves with every number.
+
+Campaign    readings as the statistics need them: arcsec, order of rows, uncertainties, priors
+Assembled   a drive with effects on the rows of a campaign, ready to be asked many times
+Point       values of all parameters with what the model says there
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cbpt._core import Case, Drive, Predictor
+from cbpt.errors import ReadingsError
+from cbpt.lab.library import PRIORS
+from cbpt.lab.noise import Rows
+from cbpt.lab.readings import Readings
+from cbpt.results import ARCSEC_PER_RAD
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+# Known no better than this where a table states no uncertainty; found from the scatter instead.
+_UNSTATED_ARCSEC = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Campaign:
+    """Readings of a drive, all arrays of shape (n,)."""
+
+    drive: Drive
+    readings: Readings
+    y_arcsec: Floats
+    u_arcsec: Floats
+    u_stated: bool
+    rows: Rows
+    zeros: Floats
+    """Columns (n, z) of the zeros that are always free: one, or one for each run."""
+    priors: dict[str, float]
+    """Standard uncertainty of each number that is a `PRIORS` effect, by effect id."""
+    step_arcsec: float = 0.0
+    """Step of the display where it is coarse against the uncertainty, else 0."""
+
+    @classmethod
+    def of(cls, case: Case | Drive, readings: Readings) -> Campaign:
+        """From a case and its readings. Raises `ReadingsError` where there is no preload."""
+        if readings.preload_N is None:
+            raise ReadingsError.of_table(
+                readings.source, "preload_N", "a preload for every reading"
+            )
+        drive = case if isinstance(case, Drive) else case.drive
+        u = readings.u_elastic_angle_arcsec
+        stated = np.full(len(readings), _UNSTATED_ARCSEC) if u is None else u
+        step = display_step(readings.elastic_angle_arcsec)
+        coarse = step > 1.5 * float(np.median(stated)) if u is not None else False
+        if coarse:
+            # Readings at one load round the same way, so averaging them helps no further.
+            loads = np.column_stack(
+                [readings.torque_Nm, readings.preload_N, readings.input_angle_deg]
+            )
+            repeats = len(readings) / len(np.unique(np.round(loads, 6), axis=0))
+            stated = np.sqrt(stated**2 + (repeats - 1) * step**2 / 12)
+        rows = Rows.of(readings.run_index)
+        per_run = isinstance(case, Case) and case.zero == "per_run"
+        zeros = np.ones((len(readings), 1))
+        if per_run:
+            zeros = (rows.run_index[:, None] == np.arange(rows.runs)).astype(np.float64)
+        return cls(
+            drive=drive,
+            readings=readings,
+            y_arcsec=readings.elastic_angle_arcsec,
+            u_arcsec=stated,
+            u_stated=u is not None,
+            step_arcsec=step if coarse else 0.0,
+            rows=rows,
+            zeros=zeros,
+            priors=stated_uncertainty(case),
+        )
+
+    def __len__(self) -> int:
+        return len(self.y_arcsec)
+
+    @property
+    def balls(self) -> int:
+        """Number of deceleration balls."""
+        return int(tomllib.loads(self.drive.to_toml())["deceleration"]["ball_count"])
+
+    def select(self, rows: Mask) -> Campaign:
+        """Some of the readings; history along a run is then that of the rows that are left."""
+        readings = self.readings.select(rows)
+        order = self.rows.select(rows)
+        zeros = self.zeros[rows]
+        zeros = zeros[:, zeros.any(axis=0)]
+        return Campaign(
+            self.drive,
+            readings,
+            self.y_arcsec[rows],
+            self.u_arcsec[rows],
+            self.u_stated,
+            order,
+            zeros,
+            self.priors,
+            self.step_arcsec,
+        )
+
+
+def display_step(values: Floats) -> float:
+    """The step that all values are whole multiples of, 0 where there is none to be seen."""
+    found = np.unique(np.round(values, 9))
+    if len(found) < 3 or len(found) > 0.7 * len(values):
+        return 0.0
+    step = float(np.diff(found).min())
+    off = found / step - np.round(found / step)
+    return step if np.abs(off).max() < 0.02 else 0.0
+
+
+REGIMES = np.array([""] * 256, dtype="U32")
+REGIMES[:3] = "all points loaded", "points parting", "below continuous transmission"
+"""Words for the codes of `Predictor`."""
+
+DEFAULT_UNCERTAINTY = {
+    "contact_stiffness": 0.10,
+    "contact_angle": float(np.deg2rad(0.5)),
+    "torque_scale": 0.01,
+    "preload_scale": 0.02,
+    "sensor_gain": 0.005,
+}
+
+
+def stated_uncertainty(case: Case | Drive) -> dict[str, float]:
+    """Of each number that is a `PRIORS` effect: as the case says, else the defaults."""
+    stated = {}
+    if isinstance(case, Case):
+        stated = tomllib.loads(case.to_toml()).get("uncertainty", {})
+    return {
+        effect: float(stated.get(key, DEFAULT_UNCERTAINTY[effect]))
+        for effect, key in PRIORS.items()
+    }
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """The model at some values of its parameters."""
+
+    values: Floats
+    """All parameters, SI, shape (p,)."""
+    angle_arcsec: Floats
+    """Shape (n,); NaN where there is no solution."""
+    slopes: Floats = field(repr=False)
+    """Shape (n, wanted), arcsec per SI unit of the parameter."""
+
+
+class Assembled:
+    """A drive with effects, on the rows of one campaign. The same effect may appear several times."""
+
+    def __init__(self, campaign: Campaign, effects: Sequence[str]) -> None:
+        r = campaign.readings
+        temperature = r.temperature_degC
+        self.effects = tuple(effects)
+        self._predictor = Predictor(
+            campaign.drive,
+            list(effects),
+            campaign.rows.run_index,
+            _or_zero(r.time_s, len(r)),
+            r.torque_Nm,
+            r.preload_N,
+            np.deg2rad(r.input_angle_deg),
+            temperature,
+        )
+        self.neutral = self._predictor.neutral()
+        parameters = self._predictor.parameters
+        self.lower = np.array([p.lower for _, _, p in parameters])
+        self.upper = np.array([p.upper for _, _, p in parameters])
+        self.places = {(owner, p.name): i for i, (owner, _, p) in enumerate(parameters)}
+        """Place of each parameter among the values, by instance of an effect and name."""
+        balls = [i for (_, name), i in self.places.items() if name == "ball"]
+        self.neutral[balls] = np.arange(len(balls)) % max(campaign.balls, 1)
+
+    def index(self, instance: int, name: str) -> int:
+        """Place of a parameter among the values; `3.name` is that of the third instance after it."""
+        number, dot, stem = name.partition(".")
+        return self.places[instance + int(number), stem] if dot else self.places[instance, name]
+
+    def at(self, values: Floats, wanted: Sequence[int] = ()) -> Point:
+        """Prediction and the slopes of the wanted parameters."""
+        found = self._predictor.predict(values, list(wanted))
+        return Point(values, found.angle_rad * ARCSEC_PER_RAD, found.sensitivities * ARCSEC_PER_RAD)
+
+    def states(self, values: Floats) -> tuple[Floats, NDArray[np.str_]]:
+        """Angle in arcsec and status of each row."""
+        found = self._predictor.predict(values)
+        return found.angle_rad * ARCSEC_PER_RAD, np.array(found.status, dtype=np.str_)
+
+    def regimes(self, values: Floats) -> NDArray[np.str_]:
+        """Contact regime of each row."""
+        return REGIMES[self._predictor.predict(values).regime]
+
+
+def _or_zero(column: NDArray[np.float64] | None, n: int) -> Floats:
+    return np.zeros(n) if column is None else column

@@ -1,0 +1,409 @@
+"""Noise, numbers of the drive, instruments and effects in one competition.
+
+    Competition     every hypothesis that was fitted, with its odds
+    compete         screen, fit, weigh
+
+Order: a first fit of the drive as stated; loose readings; the library at a glance under two noises (as
+that fit sees it, and as a fit that can follow everything sees it); every effect that could gain, fitted in
+full; the pairs that could gain more; patterns without a name, alone and on top of the best. All are
+weighed by evidence and prior odds, so no order of asking decides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cbpt.lab.assembled import Campaign
+from cbpt.lab.fit import Fit, Fitter, Hypothesis
+from cbpt.lab.library import LOT, ODDS, VARIANTS, Variant
+from cbpt.lab.noise import Noise, Whitener, fit_noise
+from cbpt.lab.robust import looseness
+from cbpt.lab.screen import Screen, Signature, Signatures
+from cbpt.lab.structure import Component, Structure, components
+
+Floats = NDArray[np.float64]
+Names = tuple[str, ...]
+
+REPLICATES = 400
+_PAIRS = 6
+_GLANCED = 150
+_FAMILIES = 3
+_AMPLITUDES = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Pattern:
+    """Something real without a name, on top of a hypothesis."""
+
+    base: Names
+    columns: Names
+    log_evidence: float
+    amplitude: float
+    noise: Noise
+    fitted_arcsec: Floats = field(repr=False)
+
+
+@dataclass(frozen=True, eq=False)
+class Competition:
+    """Outcome of the competition."""
+
+    fitter: Fitter
+    fits: dict[Names, Fit]
+    """The best form of every set of effects that was fitted; () is the drive as stated."""
+    log_odds: dict[Names, float]
+    """Posterior log odds of each against the drive as stated."""
+    patterns: tuple[Pattern, ...]
+    """Unnamed patterns, the most probable first."""
+    pattern_log_odds: tuple[float, ...]
+    library: Signatures = field(repr=False)
+    names: dict[int, tuple[str, str]] = field(repr=False)
+    """(effect, parameter) of each value of the fits."""
+    null_maximum: Floats = field(repr=False)
+    """Largest log odds of any effect in noise alone."""
+    looser: Floats | None = field(repr=False)
+
+    @property
+    def campaign(self) -> Campaign:
+        """The readings."""
+        return self.fitter.campaign
+
+    @property
+    def best(self) -> Names:
+        """The most probable set of effects."""
+        return max(self.log_odds, key=lambda k: self.log_odds[k])
+
+    def p_value(self, names: Names) -> float:
+        """Chance of any single effect looking this good in noise alone."""
+        odds = self.log_odds[names]
+        return float(
+            (1 + np.count_nonzero(self.null_maximum >= odds)) / (1 + len(self.null_maximum))
+        )
+
+
+def prior(names: Names) -> float:
+    """Log prior odds of a set of effects against nothing."""
+    return float(sum(np.log(ODDS.get(n, ODDS[""])) for n in names))
+
+
+def compete(campaign: Campaign, rng: np.random.Generator) -> Competition:
+    """Fit and weigh everything. The model must have a solution at every row."""
+    fitter = Fitter(campaign, VARIANTS)
+    names = places(fitter)
+    nothing = Hypothesis()
+    first = fitter.fit(nothing, free_noise=False)
+    if first is None:
+        raise ValueError("the model has no solution at some rows; leave them out first")
+    families = components(campaign.readings)
+    library = Signatures(campaign, fitter.variants)
+    signatures = library.about(first, names)
+    looser = _loose(fitter, first, signatures, families)
+    start = Noise(looser=looser)
+    null = fitter.fit(nothing, noise=start)
+    assert null is not None
+    flexible = _flexible_noise(fitter, null, signatures, start)
+    fits: dict[Names, Fit] = {(): null}
+
+    # Singles: under both noises, then in full.
+    screens = [
+        Screen(_seen_with(fitter, null, noise), signatures) for noise in (null.noise, flexible)
+    ]
+    levels = [_level(fitter, null, noise) for noise in (null.noise, flexible)]
+    _price_forms(fitter, screens, levels, signatures)
+    # The most promising first: the others need not be polished further than it takes to be out.
+    for member, sizes in _promising(screens, levels, signatures):
+        fit = fitter.fit(
+            Hypothesis((signatures[member].variant,)),
+            start_values(fitter, signatures, (member,), sizes),
+            flexible,
+        )
+        _keep(fits, fit)
+
+    # Pairs: about the drive as stated, and about the best singles.
+    ranked = sorted((n for n in fits if len(n) == 1), key=lambda n: -_score(fitter, fits[n]))
+    for fit in _pairs(
+        fitter, library, fits, screens, levels, signatures, names, ranked[:2], flexible
+    ):
+        _keep(fits, fit)
+
+    log_odds = {n: _score(fitter, f) - _score(fitter, null) for n, f in fits.items()}
+    best = max(log_odds, key=lambda k: log_odds[k])
+    patterns = list(_patterns(fitter, fits, {(), best}, families, flexible))
+    pattern_odds = [
+        p.log_evidence
+        + prior(p.base)
+        + _forms(fitter, fits[p.base])
+        + np.log(ODDS["unknown"])
+        - _score(fitter, null)
+        for p in patterns
+    ]
+    order = np.argsort(pattern_odds)[::-1]
+    weights = np.array([_weight(fitter, s.variant) for s in signatures])
+    screen = Screen(_seen_with(fitter, null, fits[best].noise), signatures)
+    return Competition(
+        fitter,
+        fits,
+        log_odds,
+        tuple(patterns[i] for i in order),
+        tuple(float(pattern_odds[i]) for i in order),
+        library,
+        names,
+        screen.null_of_maximum(weights, REPLICATES, rng),
+        looser,
+    )
+
+
+# --- steps ------------------------------------------------------------------------------------
+
+
+def places(fitter: Fitter) -> dict[int, tuple[str, str]]:
+    """(effect, parameter) of each value; of a ball of a lot with its number, `3.oversize_m`."""
+    found = {}
+    for (instance, name), i in fitter.model.places.items():
+        effect = fitter.effects[instance]
+        number = instance - fitter.effects.index(LOT) if effect == LOT else 0
+        found[i] = effect, f"{number}.{name}" if effect == LOT else name
+    return found
+
+
+def _loose(
+    fitter: Fitter, fit: Fit, signatures: list[Signature], families: tuple[Component, ...]
+) -> Floats | None:
+    c = fitter.campaign
+    if len(c) < 12:
+        return None
+    certain = np.column_stack([c.zeros])
+    numbers = fit.point.slopes * np.array([u.unit for u in fit.unknowns])
+    seen = [np.where(np.isfinite(s.columns), s.columns, 0.0) for s in signatures]
+    fields = [numbers, *seen, *(f.patterns for f in families)]
+    y = c.y_arcsec - fit.point.angle_arcsec
+    return looseness(y, certain, fields, Whitener.of(Noise(), c.u_arcsec, c.rows))
+
+
+def _flexible_noise(fitter: Fitter, fit: Fit, signatures: list[Signature], start: Noise) -> Noise:
+    """The noise as seen by a fit that may follow the whole library."""
+    c = fitter.campaign
+    y, x, precision = fitter.linear(fit)
+    columns = np.column_stack([s.columns for s in signatures])
+    columns = columns[:, np.isfinite(columns).all(axis=0)]
+    size = np.linalg.norm(columns / c.u_arcsec[:, None], axis=0)
+    columns = columns[:, size > 1e-9] / size[size > 1e-9]
+    # Each signature may be as strong as a hundred standard deviations of the whole table.
+    noise, _ = fit_noise(
+        y,
+        np.column_stack([x, columns]),
+        np.r_[precision, np.full(columns.shape[1], 1e-4)],
+        c.u_arcsec,
+        c.rows,
+        start,
+        fitter.stated_dof,
+        structures=len(c) > 3 * columns.shape[1],
+    )
+    return noise
+
+
+def _seen_with(fitter: Fitter, fit: Fit, noise: Noise) -> Fit:
+    """The same fit, looked at through another noise."""
+    return fitter.look(fit, noise)
+
+
+def _level(fitter: Fitter, fit: Fit, noise: Noise) -> float:
+    """Evidence of the drive as stated with a noise."""
+    return fitter.look(fit, noise).log_evidence
+
+
+def _promising(
+    screens: list[Screen], levels: list[float], signatures: list[Signature]
+) -> list[tuple[int, Floats]]:
+    """The best member of every effect that gains at all, with its size; the most promising first."""
+    found: dict[str, tuple[float, int, Floats]] = {}
+    for screen, level in zip(screens, levels, strict=True):
+        for m, s in enumerate(signatures):
+            if not screen.usable(m):
+                continue
+            gain = screen.single(m)
+            if gain.chi2 < 2 or not np.isfinite(gain.log_odds):
+                continue
+            value = level + gain.log_odds
+            if s.variant.effect not in found or value > found[s.variant.effect][0]:
+                found[s.variant.effect] = (value, m, gain.sizes)
+    return [(m, sizes) for _, m, sizes in sorted(found.values(), key=lambda f: -f[0])]
+
+
+def start_values(
+    fitter: Fitter,
+    signatures: list[Signature],
+    members: tuple[int, ...],
+    sizes: Floats,
+    base: Fit | None = None,
+) -> Floats:
+    """Values to start from: what the screen found, cut to what is plausible."""
+    hypothesis = Hypothesis(tuple(signatures[m].variant for m in members))
+    given: dict[str, float] = {}
+    at = 0
+    for m in members:
+        s = signatures[m]
+        v = s.variant
+        width = s.columns.shape[1]
+        found = s.sizes(sizes[at : at + width])
+        at += width
+        for name, size, ratio in zip(
+            v.sizes, found, v.ratios or (1.0,) * len(v.sizes), strict=True
+        ):
+            most = 0.5 * v.high * ratio if not v.spread else 4 * v.spread
+            given[f"{v.effect}.{name}"] = fitter.neutral(v.effect, name) + float(
+                np.clip(size, -most, most)
+            )
+        given |= {f"{v.effect}.{name}": value for name, value in s.shapes.items()}
+    values = fitter.start(hypothesis, given)
+    if base is not None:
+        kept = [u.index for u in base.unknowns]
+        values[kept] = base.point.values[kept]
+        for name, value in given.items():
+            effect, _, parameter = name.partition(".")
+            if effect not in base.hypothesis.effects:
+                values[fitter.place(effect, parameter)] = value
+    return values
+
+
+def _keep(fits: dict[Names, Fit], fit: Fit | None) -> None:
+    if fit is None or not np.isfinite(fit.log_evidence):
+        return
+    names = fit.hypothesis.effects
+    if names not in fits or fit.log_evidence > fits[names].log_evidence:
+        fits[names] = fit
+
+
+def _forms(fitter: Fitter, fit: Fit) -> float:
+    """Price of having chosen the best of several forms of an effect, less what the others count."""
+    return -float(sum(fitter.form_price.get(e, 0.0) for e in fit.hypothesis.effects))
+
+
+def _price_forms(
+    fitter: Fitter, screens: list[Screen], levels: list[float], signatures: list[Signature]
+) -> None:
+    """The evidence of an effect is the mean over its forms; here seen by the screen."""
+    for effect in {v.effect for v in fitter.variants}:
+        forms: dict[str, float] = {}
+        for screen, level in zip(screens, levels, strict=True):
+            for m, s in enumerate(signatures):
+                if s.variant.effect == effect and screen.usable(m):
+                    value = level + screen.single(m).log_odds
+                    forms[s.variant.label] = max(value, forms.get(s.variant.label, -np.inf))
+        count = sum(v.effect == effect for v in fitter.variants)
+        values = np.array(list(forms.values()))
+        if count > 1 and len(values) and np.isfinite(values.max()):
+            share = float(np.exp(values - values.max()).sum())
+            fitter.form_price[effect] = float(np.log(count / share))
+
+
+def _weight(fitter: Fitter, variant: Variant) -> float:
+    count = sum(v.effect == variant.effect for v in fitter.variants)
+    return prior((variant.effect,)) - float(np.log(count))
+
+
+def _score(fitter: Fitter, fit: Fit) -> float:
+    """Log of evidence times prior odds."""
+    return fit.log_evidence + prior(fit.hypothesis.effects) + _forms(fitter, fit)
+
+
+def _pairs(
+    fitter: Fitter,
+    library: Signatures,
+    fits: dict[Names, Fit],
+    screens: list[Screen],
+    levels: list[float],
+    signatures: list[Signature],
+    names: dict[int, tuple[str, str]],
+    bases: list[Names],
+    noise: Noise,
+) -> Iterator[Fit | None]:
+    """Pairs that might beat every single, fitted in full."""
+    bar = max(_score(fitter, f) for f in fits.values()) - 2.0
+    wanted: dict[Names, tuple[float, tuple[int, ...], Floats, Fit | None]] = {}
+
+    def offer(score: float, members: tuple[int, ...], sizes: Floats, base: Fit | None) -> None:
+        before = base.hypothesis.effects if base else ()
+        key = tuple(sorted([*before, *(signatures[m].variant.effect for m in members)]))
+        if score > bar and (key not in wanted or score > wanted[key][0]):
+            wanted[key] = (score, members, sizes, base)
+
+    for screen, level in zip(screens, levels, strict=True):
+        usable = [m for m, s in enumerate(signatures) if screen.usable(m) and not s.variant.spread]
+        for _, a, b in screen.pairs(usable)[:_GLANCED]:
+            va, vb = signatures[a].variant, signatures[b].variant
+            if va.effect == vb.effect:
+                continue
+            gain = screen.gain((a, b))
+            if np.isfinite(gain.log_odds):
+                weight = _weight(fitter, va) + _weight(fitter, vb)
+                offer(level + gain.log_odds + weight, (a, b), gain.sizes, None)
+    for base in bases:
+        fit = fits[base]
+        about = library.about(fit, names)
+        screen = Screen(fitter.look(fit, noise), about)
+        level = _score(fitter, fitter.look(fit, noise))
+        for m, s in enumerate(about):
+            if screen.usable(m) and s.variant.effect not in base:
+                gain = screen.single(m)
+                if np.isfinite(gain.log_odds):
+                    offer(level + gain.log_odds + _weight(fitter, s.variant), (m,), gain.sizes, fit)
+    ordered = sorted(wanted.values(), key=lambda w: -w[0])[:_PAIRS]
+    for _, members, sizes, base_fit in ordered:
+        added = tuple(signatures[m].variant for m in members)
+        before = base_fit.hypothesis.variants if base_fit else ()
+        yield fitter.fit(
+            Hypothesis((*before, *added)),
+            start_values(fitter, signatures, members, sizes, base_fit),
+            noise,
+        )
+
+
+def _patterns(
+    fitter: Fitter,
+    fits: dict[Names, Fit],
+    bases: set[Names],
+    families: tuple[Component, ...],
+    noise: Noise,
+) -> Iterator[Pattern]:
+    """Unnamed patterns on top of some hypotheses, each with the amplitude and noise that suit it."""
+    c = fitter.campaign
+    for base in sorted(bases):
+        fit = fits[base]
+        tried: dict[Names, Component] = {}
+        for seen in (fit, fitter.look(fit, replace(noise, looser=fit.noise.looser))):
+            structure = Structure(families, seen.whitener, seen.margin)
+            if not structure.families:
+                continue
+            scores = structure.scores(structure.projected(seen.margin.y)[:, None])
+            odds = structure.log_odds(scores)[:, 0]
+            for i in np.argsort(odds)[::-1][:_FAMILIES]:
+                if odds[i] > 1:
+                    tried[structure.families[i].columns] = structure.families[i]
+        y, x, precision = fitter.linear(fit)
+        start = replace(noise, looser=fit.noise.looser)
+        for family in tried.values():
+            patterns = family.patterns - family.patterns.mean(axis=0)
+            columns = np.column_stack([x, patterns])
+            sd = float(np.median(c.u_arcsec))
+
+            def rated(amplitude: float, structures: bool) -> tuple[float, Noise]:
+                own = np.full(patterns.shape[1], (amplitude * sd) ** -2.0)
+                noise, value = fit_noise(
+                    y,
+                    columns,
+                    np.r_[precision, own],
+                    c.u_arcsec,
+                    c.rows,
+                    start,
+                    fitter.stated_dof,
+                    structures,
+                )
+                return value + fit.log_size_prior, noise
+
+            best = max(_AMPLITUDES, key=lambda a: rated(a, False)[0])
+            value, got = rated(best, True)
+            yield Pattern(base, family.columns, value, best, got, patterns)

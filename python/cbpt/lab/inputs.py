@@ -1,0 +1,32 @@
+"""What every verb of the lab is given: a case and a table of readings, each in several forms."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from cbpt._core import Case, Drive
+from cbpt.lab.readings import Readings, read_readings
+
+
+def case_and_readings(
+    case: Case | Drive | str | os.PathLike[str] | Mapping[str, Any],
+    data: Readings | str | os.PathLike[str] | Mapping[str, ArrayLike],
+    columns: Mapping[str, str] | None = None,
+) -> tuple[Case | Drive, Readings]:
+    """The case, and the readings with what the case fills in: lever arm, preload, input angle."""
+    if isinstance(case, (str, os.PathLike)):
+        case = Case.from_file(case)
+    elif isinstance(case, Mapping):
+        case = Case.from_dict(dict(case))
+    lever_arm_mm, fill = None, {}
+    if isinstance(case, Case):
+        lever_arm_mm = case.lever_arm_mm
+        load = {"preload_N": case.preload_N, "input_angle_deg": case.input_angle_deg}
+        fill = {name: value for name, value in load.items() if value is not None}
+    if not isinstance(data, Readings):
+        data = read_readings(data, lever_arm_mm=lever_arm_mm, columns=columns, fill=fill)
+    return case, data

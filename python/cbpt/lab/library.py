@@ -1,0 +1,199 @@
+"""The library as the competition sees it: what of an effect is its size, what its shape, and what is plausible.
+
+    Variant     one form of an effect: sizes that vanish where it does nothing, shapes with starting values
+    VARIANTS    all forms of all effects
+    PRIORS      which number of `[uncertainty]` stands behind which effect
+
+Names and ranges of parameters come from the core's table; here is only how they are searched.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+ARCSEC = np.pi / 648000.0
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A number that says how an effect looks, not how large it is: its range and where to look first."""
+
+    name: str
+    low: float
+    high: float
+    grid: tuple[float, ...]
+    log: bool = False
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One form of an effect.
+
+    sizes: parameters that are neutral together; several of them are components of one amplitude.
+    low, high: plausible sizes (off neutral), equally likely in the logarithm. signed: may be negative.
+    fixed: parameters that are not fitted.
+    """
+
+    effect: str
+    sizes: tuple[str, ...]
+    low: float
+    high: float
+    signed: bool = False
+    shapes: tuple[Shape, ...] = ()
+    fixed: tuple[tuple[str, float], ...] = ()
+    needs: str = ""
+    name: str = ""
+    ratios: tuple[float, ...] = ()
+    """Of the plausible size of each component to that of the first; all 1 where empty."""
+    spread: float = 0.0
+    """Where above 0 the sizes are a lot: each normal about 0 with this standard deviation."""
+    secants: tuple[tuple[float, ...], ...] = ()
+    """Sizes at which to look as well, where an effect does not grow in proportion to its size."""
+
+    @property
+    def label(self) -> str:
+        """Effect and form."""
+        return f"{self.effect}:{self.name}" if self.name else self.effect
+
+
+_EXPONENT = Shape("exponent", 0.6, 1.0, (2 / 3, 0.9))
+_ENGAGEMENT = Shape(
+    "engagement_angle_rad",
+    1 * ARCSEC,
+    60 * ARCSEC,
+    tuple(a * ARCSEC for a in (2.0, 4.5, 10.0, 22.0)),
+    log=True,
+)
+_TIME = Shape("time_constant_s", 1.0, 1e4, (2.0, 10.0, 50.0, 400.0), log=True)
+
+
+def _all() -> Iterator[Variant]:
+    yield Variant("contact_stiffness", ("stiffness_scale",), 0.02, 1.0, signed=True)
+    yield Variant("contact_angle", ("contact_angle_shift_rad",), 0.002, 0.17, signed=True)
+    for effect, name in (
+        ("torque_scale", "torque_gain"),
+        ("preload_scale", "preload_gain"),
+        ("sensor_gain", "sensor_gain"),
+    ):
+        yield Variant(effect, (name,), 0.005, 0.4, signed=True)
+    # A coefficient of 10 per rad is an error of 0.17 arcsec at 60 arcsec; the cubic one counts per 60 arcsec.
+    yield Variant(
+        "sensor_nonlinearity",
+        ("quadratic_per_rad", "cubic_per_rad2"),
+        2.0,
+        1e3,
+        signed=True,
+        ratios=(1.0, 1 / (60 * ARCSEC)),
+    )
+    yield Variant("drift", ("rate_rad_per_s",), 1e-11, 1e-7, True, name="time", needs="time_s")
+    yield Variant(
+        "drift", ("rate_rad_per_K",), 1e-8, 3e-5, True, name="temperature", needs="temperature_degC"
+    )
+    yield Variant("eccentric_bearing", ("reference_deflection_m",), 2e-8, 2e-5, shapes=(_EXPONENT,))
+    yield Variant("bearing_play", ("clearance_m",), 2e-8, 2e-5)
+    yield Variant("output_torsion", ("compliance_rad_per_Nm",), 1e-7, 1e-4)
+    yield Variant("friction_hysteresis", ("friction_radius_m",), 1e-6, 5e-3, shapes=(_ENGAGEMENT,))
+    yield Variant("preload_loss", ("lost_share",), 0.005, 0.6)
+    yield Variant("preload_spring", ("spring_rate_N_per_m",), 1e6, 2e9)
+    yield Variant(
+        "thermal_preload", ("rate_N_per_K",), 0.1, 100.0, signed=True, needs="temperature_degC"
+    )
+    sine, cosine = "offset_sine_m", "offset_cosine_m"
+    yield Variant("eccentricity_error", (sine, cosine), 2e-8, 2e-5, True, name="fixed plate")
+    yield Variant(
+        "eccentricity_error",
+        (f"planet_{sine}", f"planet_{cosine}"),
+        2e-8,
+        2e-5,
+        signed=True,
+        name="planet",
+    )
+    for harmonic in range(2, 9):
+        yield Variant(
+            "groove_pitch_error",
+            ("cosine_m", "sine_m"),
+            1e-7,
+            1e-5,
+            signed=True,
+            fixed=(("harmonic", float(harmonic)),),
+            name=f"harmonic {harmonic}",
+        )
+    yield Variant(
+        "plate_tilt",
+        ("tilt_cosine_rad", "tilt_sine_rad"),
+        1e-6,
+        1e-3,
+        signed=True,
+        secants=tuple(
+            (size * c, size * s)
+            for size in (1e-5, 4e-5)
+            for c, s in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
+        ),
+    )
+    yield Variant("rough_contact", ("exponent",), 0.02, 1.0, signed=True)
+    yield Variant("run_in", ("permanent_set_rad",), 0.1 * ARCSEC, 30 * ARCSEC)
+    yield Variant("wear", ("lost_share_per_s",), 1e-7, 1e-3, needs="time_s")
+    yield Variant("creep", ("compliance_rad_per_Nm",), 1e-9, 1e-5, shapes=(_TIME,), needs="time_s")
+
+
+VARIANTS: tuple[Variant, ...] = tuple(_all())
+
+
+def lots(balls: int) -> tuple[Variant, ...]:
+    """Balls of unequal diameter: one size a ball, with a few spreads to choose from."""
+    sizes = tuple(f"{i}.oversize_m" for i in range(balls))
+    return tuple(
+        Variant(LOT, sizes, s, s, signed=True, spread=s, name=f"spread {s * 1e6:g} um")
+        for s in (0.05e-6, 0.15e-6, 0.5e-6, 1.5e-6)
+    )
+
+
+LOT = "ball_diameter_lot"
+
+PRIORS = {
+    "contact_stiffness": "contact_stiffness_rel",
+    "contact_angle": "contact_angle_rad",
+    "torque_scale": "torque_gain_rel",
+    "preload_scale": "preload_gain_rel",
+    "sensor_gain": "sensor_gain_rel",
+}
+"""Effects that are numbers of the drive or calibrations: the uncertainty stated for each."""
+
+
+def log_size_prior(variant: Variant, size: Floats, own: Floats) -> float:
+    """Log of the prior density of a size, with the 2 pi of Laplace's method.
+
+    size, own: components and their standard uncertainties in units of `low`, shape (k,). A size that is
+    seen no better than its own uncertainty counts as that large: there the logarithm has no say.
+    """
+    k = len(size)
+    if k == 0:
+        return 0.0
+    r = max(float(np.linalg.norm(size)), float(np.linalg.norm(own)) / np.sqrt(k), 1.0)
+    return float(log_density(variant, np.array([r]))[0])
+
+
+def log_density(variant: Variant, r: Floats) -> Floats:
+    """Equally likely in ln r over the plausible range: on a ray, on a line, in a plane."""
+    k = len(variant.sizes)
+    span = np.log(variant.high / variant.low)
+    around = (2.0 if variant.signed else 1.0) if k == 1 else 2 * np.pi * r
+    return np.asarray(0.5 * k * np.log(2 * np.pi) - np.log(r * span * around))
+
+
+ODDS: dict[str, float] = {
+    "": 0.03,
+    "torque_scale": 2e-4,
+    "preload_scale": 2e-4,
+    "sensor_gain": 2e-4,
+    "contact_angle": 2e-4,
+    "ball_diameter_lot": 0.01,
+    "unknown": 0.005,
+}
+"""Prior odds of an effect against nothing; "" stands for those not listed. A calibration or an angle that is
+wrong by far more than its stated uncertainty is a hundred times less likely than a missing effect."""

@@ -1,0 +1,93 @@
+"""The answer in words and tables, for a terminal."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from cbpt._core import text_table
+from cbpt.lab.sentence import shown
+
+if TYPE_CHECKING:
+    from cbpt.lab.answer import Diagnosis
+
+
+def lines(d: Diagnosis) -> Iterator[str]:
+    """The report, line by line."""
+    document = d.to_dict()
+    yield f"{len(d.readings)} readings of {d.readings.source}"
+    yield from (f"Note: {note}" for note in d.notes)
+    yield ""
+    yield d.sentence
+    for r in d.verdict.rests_on:
+        if d.verdict.names and abs(r.needed_shift_sigma) > 2:
+            yield (
+                f"This rests on {r.number}, stated to {_percent(r.number, r.prior)}: it would have to be off by "
+                f"{abs(r.needed_shift_sigma):.0f} standard uncertainties to explain the same."
+            )
+    card = document["unknown"]
+    if card:
+        yield ""
+        yield "What the misfit looks like:"
+        yield from (f"  {line}" for line in card["shape"])
+    yield ""
+    yield f"Error, in sample and held out by {d.held_out_by} (noise {d.noise_floor_arcsec:.3f} arcsec):"
+    rows = [
+        [
+            r.added or "as stated",
+            f"{r.rmse_arcsec:.3f}",
+            f"{r.held_out_rmse_arcsec:.3f}",
+            f"{r.chi2_per_dof:.2f}",
+        ]
+        for r in d.ladder
+    ]
+    yield _table(["added", "rmse_arcsec", "held_out_arcsec", "chi2/dof"], rows)
+    ranking = document["ranking"][:6]
+    if ranking:
+        yield ""
+        yield "What could be missing, the most probable first:"
+        yield _table(
+            ["effect", "probability", "held_out_arcsec", "p_value", "closest rival", "parameters"],
+            [
+                [
+                    row["effect"],
+                    f"{row['probability']:.3f}",
+                    f"{row['held_out_rmse_arcsec']:.3f}",
+                    f"{row['p_value']:.3f}",
+                    f"{row['rival']} ({row['rival_correlation']:.2f})" if row["rival"] else "",
+                    ", ".join(shown(n, p["value"], p["u"]) for n, p in row["parameters"].items()),
+                ]
+                for row in ranking
+            ],
+        )
+    where = document["where"]
+    if where:
+        yield ""
+        yield "Where the drive as stated fails:"
+        for region in where[:4]:
+            yield f"  {_region(region)}"
+
+
+def _region(region: dict[str, object]) -> str:
+    ranges = region["region"]
+    assert isinstance(ranges, dict)
+    parts = [f"{name} {low:g} to {high:g}" for name, (low, high) in ranges.items()]
+    if region["regime"]:
+        parts.append(str(region["regime"]))
+    return (
+        f"{', '.join(parts)}: {100 * float(str(region['share_of_misfit'])):.0f} % of the misfit, "
+        f"bias {float(str(region['bias_arcsec'])):+.2f} arcsec (p {float(str(region['p_value'])):.3f})"
+    )
+
+
+def _percent(number: str, prior: float) -> str:
+    return (
+        f"{prior * 57.29577951308232:.2g} deg"
+        if number == "contact_angle"
+        else f"{100 * prior:.2g} %"
+    )
+
+
+def _table(headers: list[str], rows: list[list[str]]) -> str:
+    return text_table(headers, json.dumps(rows))

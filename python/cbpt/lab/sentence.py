@@ -1,0 +1,157 @@
+"""The answer as one sentence, the way an engineer would write it into a report."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from cbpt.results import ARCSEC_PER_RAD
+
+if TYPE_CHECKING:
+    from cbpt.lab.answer import Diagnosis
+    from cbpt.lab.fit import Fit
+
+NAMES = {
+    "unknown": "something that is not in the library",
+    "contact_stiffness": "a contact stiffness other than designed",
+    "contact_angle": "contact angles other than designed",
+    "torque_scale": "a wrong gain of the torque readings",
+    "preload_scale": "a wrong gain of the preload readings",
+    "sensor_gain": "a wrong gain of the angle sensor",
+    "sensor_nonlinearity": "a nonlinear angle sensor",
+    "run_offset": "a zero that differs from run to run",
+    "drift": "a drift of the instrument",
+    "eccentric_bearing": "compliance of the eccentric bearing",
+    "bearing_play": "play in the bearing",
+    "output_torsion": "torsion of the output shaft",
+    "friction_hysteresis": "friction (a hysteresis loop that follows the preload)",
+    "preload_loss": "preload that does not reach the meshing points",
+    "preload_spring": "a stiff preload mechanism (the preload changes as the plates move)",
+    "thermal_preload": "preload that follows the temperature",
+    "eccentricity_error": "an eccentricity error (once per turn of the input)",
+    "groove_pitch_error": "a pitch error of the groove",
+    "ball_diameter_lot": "balls of unequal diameter",
+    "plate_tilt": "a tilt between the plates",
+    "rough_contact": "contacts softer than Hertz's (rough surfaces)",
+    "run_in": "a permanent set of the first loading",
+    "wear": "preload that is lost with time",
+    "creep": "creep under torque since the run began",
+}
+"""What each effect is called in a sentence."""
+
+_COLUMNS = {
+    "torque_Nm": "the torque",
+    "preload_N": "the preload",
+    "input_angle_deg": "the input angle",
+    "direction": "the direction of loading",
+    "time_s": "time",
+    "run_time_s": "the time since a run began",
+    "torque_rate": "the rate of loading",
+    "temperature_degC": "the temperature",
+    "cycle": "the cycle",
+    "run": "the run",
+}
+_NOISE = {
+    "run_offset": "a zero of its own in every run",
+    "correlated": "noise that is correlated from one reading to the next",
+    "heavy_tailed": "noise with heavy tails",
+    "outliers": "a few outliers",
+    "misstated": "an uncertainty that is misstated",
+}
+
+
+def sentence(d: Diagnosis) -> str:
+    """One or two sentences that say what is certain, what is open and how sure that is."""
+    v = d.verdict
+    sure = f"probability {v.probability:.2f}"
+    fall = (
+        f"the error falls from {d.before.rmse_arcsec:.2f} to {d.after.rmse_arcsec:.2f} arcsec "
+        f"(noise {d.noise_floor_arcsec:.2f})"
+    )
+    if v.kind == "unknown":
+        assert v.pattern is not None
+        on = listed([_COLUMNS.get(c, c) for c in v.pattern.columns])
+        return f"Something real is missing that no effect of the library explains ({sure}): the misfit depends on {on}."
+    if v.kind == "complete":
+        if v.within_uncertainty:
+            moved = listed(
+                [
+                    _moved(r.number, d.competition.fits[()])
+                    for r in v.rests_on
+                    if abs(r.needed_shift_sigma) > 0.8
+                ]
+            )
+            return f"Nothing is missing ({sure}): with the numbers of the drive moved within their stated uncertainty{': ' + moved if moved else ''}, {fall}."
+        return f"Nothing is missing ({sure}): the model as stated explains the readings to within their noise of {d.noise_floor_arcsec:.2f} arcsec."
+    if v.kind == "rig" and not [e for e in v.effects if e != "run_offset"]:
+        what = listed([_NOISE[n] for n in v.noise if n in _NOISE])
+        return f"The model misses nothing; the instrument does ({sure}): the readings show {what}."
+    if v.kind == "ambiguous":
+        parts = []
+        if v.effects:
+            parts.append(f"{listed([NAMES.get(e, e) for e in v.effects])} is certain")
+        for group in v.rivals:
+            parts.append(
+                f"one of {listed([NAMES.get(e, e) for e in group], 'or')} is needed, and these readings cannot say which"
+            )
+        return f"{'; '.join(parts)[:1].upper()}{'; '.join(parts)[1:]} ({sure}); {fall}."
+    what = listed([_with_value(d, e) for e in v.effects])
+    verb = {"parameter": "A number of the drive is off", "rig": "The instrument is off"}.get(
+        v.kind, "Missing from the model"
+    )
+    return f"{verb}: {what} ({sure}); {fall}."
+
+
+def listed(words: list[str], last: str = "and") -> str:
+    """a, b and c."""
+    return (
+        words[0]
+        if len(words) == 1
+        else f"{', '.join(words[:-1])} {last} {words[-1]}"
+        if words
+        else ""
+    )
+
+
+def _moved(number: str, fit: Fit) -> str:
+    u = next(u for u in fit.unknowns if u.name == number)
+    off = fit.value(u) - u.mean
+    by = f"{100 * off:+.1f} %" if number != "contact_angle" else f"{np.rad2deg(off):+.2f} deg"
+    return f"{number} {by}"
+
+
+def _with_value(d: Diagnosis, effect: str) -> str:
+    """An effect with the numbers that were found for it."""
+    name = NAMES.get(effect, effect)
+    found = d.parameters(d.after, effect)
+    if not found:
+        strained = {u.name: u for u in d.after.unknowns if u.name == effect}
+        return f"{name} ({_moved(effect, d.after)})" if strained else name
+    return f"{name} ({', '.join(shown(n, p['value'], p['u']) for n, p in found.items())})"
+
+
+def shown(name: str, value: float, u: float | None) -> str:
+    """A parameter in a handy unit."""
+    factor, ending, unit = 1.0, "", ""
+    for end, f, short in (
+        ("_rad_per_Nm", ARCSEC_PER_RAD, "arcsec/(N m)"),
+        ("_rad_per_K", ARCSEC_PER_RAD, "arcsec/K"),
+        ("_rad_per_s", ARCSEC_PER_RAD * 3600, "arcsec/h"),
+        ("_N_per_m", 1e-6, "N/um"),
+        ("_N_per_K", 1.0, "N/K"),
+        ("_per_rad2", 1.0, "1/rad^2"),
+        ("_per_rad", 1.0, "1/rad"),
+        ("_per_s", 3600.0, "1/h"),
+        ("_rad", ARCSEC_PER_RAD, "arcsec"),
+        ("_m", 1e6, "um"),
+        ("_s", 1.0, "s"),
+    ):
+        if name.endswith(end):
+            factor, ending, unit = f, end, short
+            break
+    stem = name.removesuffix(ending).replace("_", " ")
+    text = f"{stem} {value * factor:.3g}"
+    if u is not None:
+        text += f" +- {u * factor:.1g}"
+    return f"{text} {unit}".rstrip()

@@ -1,0 +1,419 @@
+"""From odds to words: what is certain, what is open, what kind of answer that is.
+
+    Verdict     kind, certain effects, rival groups, probability, what it rests on
+    judge       the rules, in the order in which they apply
+
+1. Something without a name is far likelier than everything with one: `unknown`.
+2. No effect is demanded: `complete`, `rig` where noise or a gain is what is off, `parameter` where a number
+   of the drive has to move by more than two standard uncertainties, `ambiguous` where the calibrations
+   are stated so loosely that drive and instrument explain the same shift.
+3. Effects are demanded: those in every set that is within the limit of odds are certain, the others rivals.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from cbpt._core import effect_specs
+from cbpt.lab.assembled import DEFAULT_UNCERTAINTY
+from cbpt.lab.competition import Competition, Names, Pattern
+from cbpt.lab.fit import Fit
+from cbpt.lab.library import ODDS, PRIORS
+from cbpt.lab.noise import Margin, Noise
+
+ODDS_LIMIT = 20.0
+"""Posterior odds beyond which a rival is out."""
+UNKNOWN_LIMIT = 3.0
+"""The same for a pattern without a name, whose evidence is that of its most favourable amplitude."""
+P_LIMIT = 0.02
+"""Largest chance, by simulation, of an effect that is called found."""
+MOVED_SIGMA = 2.0
+"""A number that has to move further than this is a finding of its own."""
+# A pattern left over may carry this share of what the effects explain and still be called their form.
+_FORM_SHARE = 0.15
+# Calibrations known worse than this many times the usual share a shift with the drive.
+_LOOSE_CALIBRATION = 3.0
+
+
+@dataclass(frozen=True)
+class Rest:
+    """A number from outside the readings that the answer rests on."""
+
+    number: str
+    prior: float
+    """Its stated standard uncertainty."""
+    needed_shift_sigma: float
+    """How far it would have to be off to explain the readings in place of what is named."""
+
+
+@dataclass(frozen=True, eq=False)
+class Verdict:
+    """The answer in short."""
+
+    kind: str
+    effects: tuple[str, ...]
+    rivals: tuple[tuple[str, ...], ...]
+    probability: float
+    rests_on: tuple[Rest, ...]
+    within_uncertainty: bool
+    """`complete`, but only after numbers moved within what is stated of them."""
+    names: Names
+    """The set of effects that the answer is drawn with."""
+    pattern: Pattern | None
+    """What is left without a name, where it matters."""
+    noise: tuple[str, ...] = field(default=("white",))
+
+
+def judge(competition: Competition) -> Verdict:
+    """The rules above."""
+    sets = weighed(competition)
+    limit = float(np.log(ODDS_LIMIT))
+    top = max(sets.values())
+    best = max(sets, key=lambda n: sets[n])
+    if UNKNOWN in best:
+        rest = sets.get(_less(best, UNKNOWN), -np.inf)
+        known = max((o for n, o in sets.items() if UNKNOWN not in n), default=-np.inf)
+        if top > known + limit and not _only_form(best, top, rest):
+            return _unknown(competition, best)
+    within = {
+        n: o
+        for n, o in sets.items()
+        if n == best or o > top - (np.log(UNKNOWN_LIMIT) if UNKNOWN in n else limit)
+    }
+    # What a pattern on top of a set tells is how far the library's form is from the readings: rivals within
+    # that distance are not decided.
+    named = {n: o for n, o in within.items() if UNKNOWN not in n}
+    if UNKNOWN in best and len(best) > 1:
+        within = {
+            n: o
+            for n, o in sets.items()
+            if UNKNOWN not in n and o > max(named.values(), default=top) - limit
+        }
+        within = within or {_less(best, UNKNOWN): top}
+    leftover = _leftover(sets, within)
+    if leftover:
+        high = max(within.values())
+        within |= {
+            n: o for n, o in sets.items() if UNKNOWN not in n and o > high - limit - leftover
+        }
+    if () in within or all(n in ((), (OFFSET,)) for n in within):
+        return _no_effect(competition, limit)
+    fewest = min(len(n) for n in within)
+    small = {n: o for n, o in within.items() if len(n) == fewest}
+    chosen = max(small, key=lambda n: small[n])
+    effects = _less(chosen, OFFSET)
+    if (
+        not effects
+        or (all(n in PRIORS for n in effects))
+        or _p_value(competition, effects) > P_LIMIT
+    ):
+        return _no_effect(competition, limit)
+    return _effects(competition, small, chosen)
+
+
+UNKNOWN, OFFSET = "unknown", "run_offset"
+
+
+def weighed(competition: Competition) -> dict[Names, float]:
+    """Log odds of every set that competed; zeros of runs and a pattern without a name are members too."""
+    found: dict[Names, float] = {}
+
+    def add(names: Iterable[str], odds: float) -> None:
+        key = tuple(sorted(names))
+        found[key] = max(odds, found.get(key, -np.inf))
+
+    for names, odds in competition.log_odds.items():
+        add((*names, *_offset(competition.fits[names].noise)), odds)
+    for pattern, odds in zip(competition.patterns, competition.pattern_log_odds, strict=True):
+        add((*pattern.base, *_offset(pattern.noise), UNKNOWN), odds)
+    return found
+
+
+def _offset(noise: Noise) -> Names:
+    return (OFFSET,) if noise.offset_arcsec else ()
+
+
+def _less(names: Names, name: str) -> Names:
+    return tuple(n for n in names if n != name)
+
+
+def _p_value(competition: Competition, names: Names) -> float:
+    return competition.p_value(names) if names in competition.log_odds else 0.0
+
+
+# --- 1 ---
+
+
+def _only_form(best: Names, top: float, rest: float) -> bool:
+    """Whether what is left without a name is small beside what the named effects of the set explain."""
+    if len(best) == 1 or not np.isfinite(rest):
+        return False
+    # The odds of the named part against nothing, its price given back.
+    return top - rest < _FORM_SHARE * (rest + 5.0 * (len(best) - 1))
+
+
+def _leftover(sets: dict[Names, float], within: dict[Names, float]) -> float:
+    """How much a pattern adds to the best named set, its own price given back; 0 where it adds nothing."""
+    named = {n: o for n, o in within.items() if UNKNOWN not in n and n}
+    if not named:
+        return 0.0
+    best = max(named, key=lambda n: named[n])
+    grown = sets.get(tuple(sorted((*best, UNKNOWN))), -np.inf)
+    return max(0.0, float(grown - named[best] - np.log(ODDS[UNKNOWN])))
+
+
+def _unknown(competition: Competition, best: Names) -> Verdict:
+    pattern = next(p for p in competition.patterns if set(best) - {UNKNOWN, OFFSET} == set(p.base))
+    names = pattern.base
+    noise = noise_words(competition, pattern.noise)
+    share = _share(competition, [], pattern)
+    return Verdict("unknown", (), (), share, (), False, names, pattern, noise)
+
+
+# --- 2 ---
+
+
+def _no_effect(competition: Competition, limit: float) -> Verdict:
+    fits, odds = competition.fits, competition.log_odds
+    null = fits[()]
+    noise = noise_words(competition, null.noise)
+    moved = shifts(null)
+    strained = {n: z for n, z in moved.items() if abs(z) > MOVED_SIGMA}
+    rivals = sorted(
+        {
+            n
+            for names, o in odds.items()
+            if len(names) == 1 and o > max(odds.values()) - limit
+            for n in names
+        }
+    )
+    inadequate = _nominal_rejected(competition, null)
+    if inadequate and strained:
+        wide = max(strained, key=lambda n: abs(strained[n]))
+        named = [n for n in rivals if n != wide]
+        if named:
+            group = tuple(sorted({wide, *named}))
+            return Verdict(
+                "ambiguous",
+                (),
+                (group,),
+                _share(competition, [(n,) for n in group] + [()]),
+                _rests(null, moved),
+                False,
+                (),
+                None,
+                noise,
+            )
+        spec = _class_of(wide)
+        kind = "rig" if spec == "rig" else "parameter"
+        return Verdict(
+            kind,
+            (wide,),
+            (),
+            _share(competition, [(), (wide,)]),
+            _rests(null, moved),
+            False,
+            (),
+            None,
+            noise,
+        )
+    special = tuple(n for n in noise if n != "white")
+    if inadequate:
+        sharing = _sharing(competition, null)
+        loose = [
+            n
+            for n in sharing
+            if _class_of(n) == "rig"
+            and competition.campaign.priors[n] >= _LOOSE_CALIBRATION * DEFAULT_UNCERTAINTY[n]
+        ]
+        if loose and len(sharing) > 1:
+            return Verdict(
+                "ambiguous",
+                (),
+                (tuple(sharing),),
+                _share(competition, [()]),
+                _rests(null, moved),
+                True,
+                (),
+                None,
+                noise,
+            )
+    rig = special or ()
+    if rig:
+        effects = ("run_offset",) if "run_offset" in rig else ()
+        return Verdict(
+            "rig",
+            effects,
+            (),
+            _share(competition, [()]),
+            _rests(null, moved) if inadequate else (),
+            inadequate,
+            (),
+            None,
+            noise,
+        )
+    return Verdict(
+        "complete",
+        (),
+        (),
+        _share(competition, [()]),
+        _rests(null, moved) if inadequate else (),
+        inadequate,
+        (),
+        None,
+        noise,
+    )
+
+
+def shifts(fit: Fit) -> dict[str, float]:
+    """How far each number of drive and instrument has moved, in its stated standard uncertainties."""
+    return {
+        u.name: (fit.value(u) - u.mean) / u.sd
+        for u in fit.unknowns
+        if u.name in PRIORS and np.isfinite(u.sd)
+    }
+
+
+def _nominal_rejected(competition: Competition, null: Fit) -> bool:
+    """Whether the readings demand that numbers move at all: the stated ones against the refit."""
+    from scipy.special import chdtrc
+
+    nominal = competition.fitter.at_nominal(null)
+    gain = max(nominal.margin.chi2 - null.margin.chi2, 0.0)
+    return bool(chdtrc(len(shifts(null)), gain) < 0.003)
+
+
+def _sharing(competition: Competition, null: Fit) -> list[str]:
+    """Numbers that could each carry the shift alone, within the limit of odds, none beyond two sigma."""
+    y, x, precision = competition.fitter.linear(null)
+    whitener = null.whitener
+    numbers = [u.name for u in null.unknowns]
+    zeros = list(range(len(numbers), x.shape[1]))
+    alone: dict[str, tuple[float, float]] = {}
+    for i, name in enumerate(numbers):
+        keep = [i, *zeros]
+        margin = Margin.of(whitener(y), whitener(x[:, keep]), precision[keep])
+        alone[name] = (-0.5 * margin.chi2 + margin.log_volume, float(margin.mode[0]))
+    top = max(v for v, _ in alone.values())
+    return sorted(
+        n for n, (v, z) in alone.items() if v > top - np.log(ODDS_LIMIT) and abs(z) <= 2.5
+    )
+
+
+# --- 3 ---
+
+
+def _effects(competition: Competition, sets: dict[Names, float], chosen: Names) -> Verdict:
+    certain = set(chosen).intersection(*map(set, sets))
+    groups = _groups([set(n) - certain for n in sorted(sets, key=lambda n: -sets[n])])
+    # Zeros of runs are told with the noise, unless they are all there is.
+    effects = tuple(sorted(certain - {OFFSET})) or tuple(sorted(certain))
+    if groups:
+        kind = "ambiguous"
+    elif all(_class_of(e) == "rig" for e in effects):
+        kind = "rig"
+    elif all(_class_of(e) == "parameter" for e in effects):
+        kind = "parameter"
+    else:
+        kind = "effect"
+    names = _less(_less(chosen, OFFSET), UNKNOWN)
+    fit = competition.fits[names]
+    return Verdict(
+        kind,
+        effects,
+        tuple(tuple(sorted(g)) for g in groups),
+        _share(competition, [_less(n, OFFSET) for n in sets]),
+        _decided_by(competition, names),
+        False,
+        names,
+        None,
+        noise_words(competition, fit.noise),
+    )
+
+
+def _groups(remainders: list[set[str]]) -> list[set[str]]:
+    """Groups from each of which one is needed: remainders merged place by place."""
+    remainders = [r for r in remainders if r]
+    if len(remainders) < 2:
+        return []
+    first, rest = remainders[0], remainders[1:]
+    groups = [{name} for name in sorted(first)]
+    for other in rest:
+        free = sorted(other)
+        # What another set has in common stays in its place; what differs joins the places left.
+        places = [g for g in groups if not g & set(free)]
+        new = [n for n in free if not any(n in g for g in groups)]
+        for n, g in zip(new, places or groups, strict=False):
+            g.add(n)
+    return [g for g in groups if len(g) > 1]
+
+
+def _decided_by(competition: Competition, chosen: Names) -> tuple[Rest, ...]:
+    """Stated numbers without which another answer would be as good."""
+    fits = competition.fits
+    found = []
+    for number in PRIORS:
+        other = fits.get((number,))
+        if other is None or (number,) == chosen:
+            continue
+        # As good on the readings alone.
+        if other.log_marginal > fits[chosen].log_marginal - 6.0:
+            u = next(u for u in other.unknowns if u.name.startswith(number + "."))
+            sd = competition.campaign.priors[number]
+            shift = (other.value(u) - u.mean) / sd if sd > 0 else np.inf
+            found.append(Rest(number, sd, float(shift)))
+    return tuple(found)
+
+
+def _rests(fit: Fit, moved: dict[str, float]) -> tuple[Rest, ...]:
+    sds = {u.name: u.sd for u in fit.unknowns}
+    return tuple(Rest(n, float(sds[n]), z) for n, z in moved.items() if abs(z) > 0.3)
+
+
+def _share(
+    competition: Competition, sets: Iterable[Names], pattern: Pattern | None = None
+) -> float:
+    """Posterior probability of some sets, or of a pattern, among all that was weighed."""
+    odds = competition.log_odds
+    top = max([*odds.values(), *competition.pattern_log_odds])
+    total = sum(np.exp(o - top) for o in odds.values())
+    unnamed = max(competition.pattern_log_odds, default=-np.inf)
+    total += np.exp(unnamed - top)
+    chosen = sum(np.exp(odds[n] - top) for n in set(sets) if n in odds)
+    if pattern is not None:
+        chosen += np.exp(unnamed - top)
+    return float(chosen / total)
+
+
+def _class_of(effect: str) -> str:
+    return CLASSES.get(effect, "effect")
+
+
+CLASSES: dict[str, str] = {spec.id: spec.kind for spec in effect_specs()}
+
+
+def noise_words(competition: Competition, noise: Noise) -> tuple[str, ...]:
+    """What the noise is beside white, in the words of the answer."""
+    words = []
+    if noise.offset_arcsec:
+        words.append("run_offset")
+    if noise.correlation:
+        words.append("correlated")
+    if noise.looser is not None:
+        far = np.count_nonzero(noise.looser > 2.0)
+        words.append(
+            "outliers"
+            if far <= 0.05 * len(noise.looser) and noise.looser.max() > 2.5
+            else "heavy_tailed"
+        )
+    dof = len(competition.campaign)
+    if (
+        competition.campaign.u_stated
+        and abs(np.log(noise.scale)) * np.sqrt(2 * dof) > 3.5
+        and abs(np.log(noise.scale)) > 0.1
+    ):
+        words.append("misstated")
+    return tuple(words) or ("white",)
