@@ -89,9 +89,9 @@ pub struct Response {
     /// Derivatives of the rotation of one row.
     pub rotation: Slopes,
     /// How many diagonals of one row carry.
-    pub carrying: u32,
+    pub carrying: usize,
     /// How many diagonals of one row exist but have parted.
-    pub parted: u32,
+    pub parted: usize,
 }
 
 /// Solves a pair under a torque (N m) and preload (N), from states nearby where there are any, and says how its rotation
@@ -137,14 +137,14 @@ fn respond_in<const N: usize>(
             rotation.add(rotation.preload * pair.axial_spring_N_per_m, &approach);
         }
     }
-    let carrying = pair.levers.iter().filter(|levers| levers.deformation_m(&state) > 0.0).count() as u32;
+    let carrying = pair.levers.iter().filter(|levers| levers.deformation_m(&state) > 0.0).count();
     Ok(Response {
         status: smallness(pair, &state),
         state,
         unloaded: unloaded.map(|unloaded| unloaded.state()),
         rotation,
         carrying,
-        parted: pair.levers.len() as u32 - carrying,
+        parted: pair.levers.len() - carrying,
     })
 }
 

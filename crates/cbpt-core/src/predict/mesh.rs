@@ -198,6 +198,7 @@ impl<'a> Site<'a> {
 
 /// Which answers are wanted beside those to torque, preload and the gaps of the site.
 #[derive(Debug, Clone, Copy, Default)]
+#[allow(clippy::struct_excessive_bools)] // each a question of its own
 pub struct Wanted {
     /// To the stiffness.
     pub stiffness: bool,
@@ -247,7 +248,7 @@ pub struct Mesh {
     /// How it answers, torque and preload being those of the drive.
     pub slopes: Slopes,
     /// Diagonals that carry in one row of the deceleration and the equal-speed pair.
-    pub carrying: [u32; 2],
+    pub carrying: [usize; 2],
     /// Which contacts carry.
     pub regime: Regime,
 }

@@ -90,7 +90,7 @@ pub struct Prediction {
     /// Derivative of the angle by each of the wanted parameters, row by row; NaN where there is no solution.
     pub sensitivities: Vec<f64>,
     /// Diagonals that carry in one row of the deceleration and of the equal-speed pair; 0 where there is no solution.
-    pub carrying: Vec<[u32; 2]>,
+    pub carrying: Vec<[usize; 2]>,
     /// Which contacts carry.
     pub regime: Vec<Option<Regime>>,
 }
@@ -431,7 +431,7 @@ impl Predictor {
                 .map_or(f64::NAN, |_| chain.reading(row, Dual::constant(solved.total_rad)).value)
         };
         let angle_rad: Vec<f64> = self.rows.by_run().iter().zip(solved).map(angle).collect();
-        let carrying: Vec<[u32; 2]> =
+        let carrying: Vec<[usize; 2]> =
             solved.iter().map(|row| row.mesh.as_ref().map_or([0; 2], |mesh| mesh.carrying)).collect();
         let regime: Vec<Option<Regime>> =
             solved.iter().map(|row| row.mesh.as_ref().map(|mesh| mesh.regime)).collect();
