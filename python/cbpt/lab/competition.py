@@ -388,7 +388,7 @@ def _patterns(
         for family in tried.values():
             patterns = family.patterns - family.patterns.mean(axis=0)
             problem = _Patterned(fitter, y, np.column_stack([x, patterns]), precision, start)
-            best = max(_AMPLITUDES, key=lambda a: problem.rated(a)[0])  # noqa: B023
+            best = max(_AMPLITUDES, key=lambda a: problem.rated(a)[0])
             value, got = problem.rated(best, structures=True)
             value += fit.log_size_prior
             yield Pattern(base, family.columns, value, best, got, patterns)
