@@ -121,10 +121,12 @@ def _forms(effect: str, readings: Readings) -> list[Variant]:
     """Forms of an effect that the table can show."""
     variants = [v for v in VARIANTS if effect in (v.effect, v.label)]
     if not variants:
-        near = difflib.get_close_matches(effect, [v.effect for v in VARIANTS], 1)
-        hint = f"; is {near[0]} meant?" if near else ""
-        known = ", ".join(dict.fromkeys(v.effect for v in VARIANTS))
-        raise InvalidInputError(f"effect {effect!r} cannot be fitted{hint} These can: {known}")
+        known = list(dict.fromkeys(v.effect for v in VARIANTS))
+        near = [k for k in known if effect in k] or difflib.get_close_matches(effect, known, 1)
+        hint = f"is {near[0]} meant? " if effect and near else ""
+        raise InvalidInputError(
+            f"no effect {effect!r} can be fitted; {hint}These can: {', '.join(known)}"
+        )
     possible = [v for v in variants if not v.needs or getattr(readings, v.needs) is not None]
     if not possible:
         need = variants[0].needs
