@@ -59,10 +59,9 @@ class Campaign:
         step = display_step(readings.elastic_angle_arcsec)
         coarse = step > 1.5 * float(np.median(stated)) if u is not None else False
         if coarse:
-            # Readings at one load round the same way, so averaging them helps no further.
-            loads = np.column_stack(
-                [readings.torque_Nm, readings.preload_N, readings.input_angle_deg]
-            )
+            # The drive hardly knows the input angle and is the same both ways, so readings at one
+            # torque and preload round alike, and averaging them helps no further.
+            loads = np.column_stack([np.abs(readings.torque_Nm), readings.preload_N])
             repeats = len(readings) / len(np.unique(np.round(loads, 6), axis=0))
             stated = np.sqrt(stated**2 + (repeats - 1) * step**2 / 12)
         rows = Rows.of(readings.run_index)
@@ -112,11 +111,13 @@ class Campaign:
 def display_step(values: Floats) -> float:
     """The step that all values are whole multiples of, 0 where there is none to be seen."""
     found = np.unique(np.round(values, 9))
-    if len(found) < 3 or len(found) > 0.7 * len(values):
+    if len(found) < 3:
         return 0.0
+    # Digits of the table may round the multiples once more, so the step is refined on them.
     step = float(np.diff(found).min())
-    off = found / step - np.round(found / step)
-    return step if np.abs(off).max() < 0.02 else 0.0
+    step = float(np.ptp(found)) / max(round(float(np.ptp(found)) / step), 1)
+    off = (found - found[0]) / step
+    return step if np.abs(off - np.round(off)).max() < 0.05 else 0.0
 
 
 REGIMES = np.array([""] * 256, dtype="U32")

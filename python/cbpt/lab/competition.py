@@ -12,7 +12,7 @@ the best. All are weighed by evidence and prior odds, so no order of asking deci
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,9 +21,10 @@ from cbpt.lab.assembled import Campaign
 from cbpt.lab.fit import Fit, Fitter, Hypothesis
 from cbpt.lab.library import LOT, ODDS, VARIANTS, Variant
 from cbpt.lab.noise import Noise, Whitener, fit_noise
+from cbpt.lab.patterns import Pattern, patterns_on
 from cbpt.lab.robust import looseness
 from cbpt.lab.screen import Screen, Signature, Signatures
-from cbpt.lab.structure import Component, Structure, components
+from cbpt.lab.structure import Component, components
 
 Floats = NDArray[np.float64]
 Names = tuple[str, ...]
@@ -31,20 +32,6 @@ Names = tuple[str, ...]
 REPLICATES = 400
 _PAIRS = 6
 _GLANCED = 150
-_FAMILIES = 3
-_AMPLITUDES = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
-
-
-@dataclass(frozen=True, eq=False)
-class Pattern:
-    """Something real without a name, on top of a hypothesis."""
-
-    base: Names
-    columns: Names
-    log_evidence: float
-    amplitude: float
-    noise: Noise
-    fitted_arcsec: Floats = field(repr=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,7 +118,11 @@ def compete(campaign: Campaign, rng: np.random.Generator) -> Competition:
 
     log_odds = {n: _score(fitter, f) - _score(fitter, null) for n, f in fits.items()}
     best = max(log_odds, key=lambda k: log_odds[k])
-    patterns = list(_patterns(fitter, fits, {(), best}, families, flexible))
+    patterns = [
+        p
+        for base in sorted({(), best})
+        for p in patterns_on(fitter, fits[base], families, flexible)
+    ]
     pattern_odds = [
         p.log_evidence
         + prior(p.base)
@@ -360,64 +351,3 @@ def _pairs(
             start_values(fitter, signatures, members, sizes, base_fit),
             noise,
         )
-
-
-def _patterns(
-    fitter: Fitter,
-    fits: dict[Names, Fit],
-    bases: set[Names],
-    families: tuple[Component, ...],
-    noise: Noise,
-) -> Iterator[Pattern]:
-    """Unnamed patterns on top of some hypotheses, each with the amplitude and noise that suit it."""
-    c = fitter.campaign
-    for base in sorted(bases):
-        fit = fits[base]
-        tried: dict[Names, Component] = {}
-        for seen in (fit, fitter.look(fit, replace(noise, looser=fit.noise.looser))):
-            structure = Structure(families, seen.whitener, seen.margin)
-            if not structure.families:
-                continue
-            scores = structure.scores(structure.projected(seen.margin.y)[:, None])
-            odds = structure.log_odds(scores)[:, 0]
-            for i in np.argsort(odds)[::-1][:_FAMILIES]:
-                if odds[i] > 1:
-                    tried[structure.families[i].columns] = structure.families[i]
-        y, x, precision = fitter.linear(fit)
-        start = replace(noise, looser=fit.noise.looser)
-        for family in tried.values():
-            patterns = family.patterns - family.patterns.mean(axis=0)
-            problem = _Patterned(fitter, y, np.column_stack([x, patterns]), precision, start)
-            best = max(_AMPLITUDES, key=lambda a: problem.rated(a)[0])
-            value, got = problem.rated(best, structures=True)
-            value += fit.log_size_prior
-            yield Pattern(base, family.columns, value, best, got, patterns)
-
-
-@dataclass(frozen=True, eq=False)
-class _Patterned:
-    """A linear problem with patterns among its columns, behind those of the unknowns."""
-
-    fitter: Fitter
-    y: Floats
-    columns: Floats
-    precision: Floats
-    start: Noise
-
-    def rated(self, amplitude: float, structures: bool = False) -> tuple[float, Noise]:
-        """Log evidence, and the noise, with patterns of an amplitude in standard deviations."""
-        c = self.fitter.campaign
-        patterns = self.columns.shape[1] - len(self.precision)
-        own = np.full(patterns, (amplitude * float(np.median(c.u_arcsec))) ** -2.0)
-        precision = np.r_[self.precision, own]
-        noise, value = fit_noise(
-            self.y,
-            self.columns,
-            precision,
-            c.u_arcsec,
-            c.rows,
-            self.start,
-            self.fitter.stated_dof,
-            structures,
-        )
-        return value, noise

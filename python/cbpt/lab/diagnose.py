@@ -23,10 +23,11 @@ from cbpt.lab.answer import Diagnosis, Rung
 from cbpt.lab.assembled import Assembled, Campaign
 from cbpt.lab.competition import Competition, Names, compete
 from cbpt.lab.fit import Fit, Fitter
-from cbpt.lab.holdout import folds, held_out_residual, rms
+from cbpt.lab.holdout import folds, held_out_residual, held_out_with_pattern, rms
 from cbpt.lab.inputs import case_and_readings
+from cbpt.lab.patterns import Pattern
 from cbpt.lab.readings import Readings
-from cbpt.lab.verdict import judge
+from cbpt.lab.verdict import Verdict, judge
 
 __all__ = ["diagnose"]
 
@@ -70,7 +71,7 @@ def _diagnosed(case: Case | Drive, readings: Readings, seed: int) -> Diagnosis:
         verdict=verdict,
         before=nominal,
         after=fits[verdict.names],
-        ladder=tuple(_ladder(competition, verdict.names, nominal, fold)),
+        ladder=tuple(_ladder(competition, verdict, nominal, fold)),
         held_out_by=held_by,
         fold=fold,
         notes=tuple(notes),
@@ -79,10 +80,10 @@ def _diagnosed(case: Case | Drive, readings: Readings, seed: int) -> Diagnosis:
 
 
 def _ladder(
-    competition: Competition, names: Names, nominal: Fit, fold: NDArray[np.int64]
+    competition: Competition, verdict: Verdict, nominal: Fit, fold: NDArray[np.int64]
 ) -> Iterator[Rung]:
     """From the drive as stated to the answer, and one step further."""
-    fitter, fits = competition.fitter, competition.fits
+    fitter, fits, names = competition.fitter, competition.fits, verdict.names
     yield rung(fitter, "", nominal, fold)
     yield rung(fitter, "numbers refitted", fits[()], fold)
     for reached, added in path(names, fits):
@@ -91,6 +92,8 @@ def _ladder(
     if further:
         added = next(iter(set(further) - set(names)))
         yield rung(fitter, added, fits[further], fold)
+    if verdict.pattern is not None:
+        yield _rung_of_pattern(verdict.pattern, fold)
 
 
 def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
@@ -155,6 +158,16 @@ def rung(fitter: Fitter, added: str, fit: Fit, fold: NDArray[np.int64]) -> Rung:
     looser = fit.noise.looser
     held = held_out_residual(fitter, fit, fold)
     return Rung(added, rms(fit.residual_arcsec), rms(held), fit.chi2_per_dof, rms(held, looser))
+
+
+def _rung_of_pattern(pattern: Pattern, fold: NDArray[np.int64]) -> Rung:
+    """The error with a pattern that has no name, in place of the last addition."""
+    c = pattern.problem.fitter.campaign
+    residual = pattern.problem.residual(pattern.amplitude, pattern.noise)
+    held = held_out_with_pattern(pattern, fold)
+    chi2 = float(np.mean((residual / c.u_arcsec) ** 2))
+    added = f"any function of {' and '.join(pattern.columns)}"
+    return Rung(added, rms(residual), rms(held), chi2, rms(held, pattern.noise.looser))
 
 
 def path(names: Names, fits: Mapping[Names, Fit]) -> list[tuple[Names, str]]:

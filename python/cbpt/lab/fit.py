@@ -136,7 +136,7 @@ class Fitter:
         self.stated_dof = STATED_DOF if campaign.u_stated else 1e-3
         if campaign.step_arcsec:
             # Rounding errors hide how much they scatter; what is stated stands.
-            self.stated_dof = 1e3
+            self.stated_dof = 1e5
         self.bars: dict[Noise, float] = {}
         """The smallest misfit reached under a noise; a fit that cannot come near it is not
         polished.

@@ -20,15 +20,16 @@ import numpy as np
 
 from cbpt._core import effect_specs
 from cbpt.lab.assembled import DEFAULT_UNCERTAINTY
-from cbpt.lab.competition import Competition, Names, Pattern
+from cbpt.lab.competition import Competition, Names
 from cbpt.lab.fit import Fit
 from cbpt.lab.library import ODDS, PRIORS
 from cbpt.lab.noise import Margin, Noise
+from cbpt.lab.patterns import Pattern
 
 ODDS_LIMIT = 20.0
 """Posterior odds beyond which a rival is out."""
 UNKNOWN_LIMIT = 3.0
-"""The same for a pattern without a name, whose evidence is that of its most favourable amplitude."""
+"""The same for a pattern without a name, whose evidence is that of its best amplitude."""
 P_LIMIT = 0.02
 """Largest chance, by simulation, of an effect that is called found."""
 MOVED_SIGMA = 2.0
@@ -277,7 +278,7 @@ def _no_effect(competition: Competition, limit: float) -> Verdict:
 
 
 def shifts(fit: Fit) -> dict[str, float]:
-    """How far each number of drive and instrument has moved, in its stated standard uncertainties."""
+    """How far each number of drive and instrument has moved, in standard uncertainties."""
     return {
         u.name: (fit.value(u) - u.mean) / u.sd
         for u in fit.unknowns
