@@ -51,6 +51,8 @@ class Competition:
     """(effect, parameter) of each value of the fits."""
     null_maximum: Floats = field(repr=False)
     """Largest log odds of any effect in noise alone."""
+    flexible: Noise
+    """The noise as a fit sees it that may follow the whole library."""
     looser: Floats | None = field(repr=False)
 
     @property
@@ -143,6 +145,7 @@ def compete(campaign: Campaign, rng: np.random.Generator) -> Competition:
         library,
         names,
         screen.null_of_maximum(weights, REPLICATES, rng),
+        flexible,
         looser,
     )
 

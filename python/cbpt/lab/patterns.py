@@ -100,16 +100,16 @@ def patterns_on(
     `noise`, as a fit sees it that can follow the whole library.
     """
     start = replace(noise, looser=fit.noise.looser)
-    tried: dict[Names, Component] = {}
+    tried: dict[int, Component] = {}
     for seen in (fit, fitter.look(fit, start)):
         structure = Structure(families, seen.whitener, seen.margin)
         if not structure.families:
             continue
         scores = structure.scores(structure.projected(seen.margin.y)[:, None])
         odds = structure.log_odds(scores)[:, 0]
-        for i in np.argsort(odds)[::-1][:_FAMILIES]:
+        for i in np.argsort(odds)[::-1][:_FAMILIES].tolist():
             if odds[i] > 1:
-                tried[structure.families[i].columns] = structure.families[i]
+                tried[i] = structure.families[i]
     y, x, precision = fitter.linear(fit)
     for family in tried.values():
         patterns = family.patterns - family.patterns.mean(axis=0)

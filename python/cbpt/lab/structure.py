@@ -25,6 +25,7 @@ from cbpt.lab.readings import Readings
 
 Floats = NDArray[np.float64]
 _MOST_COLUMNS = 160
+_MOST_LEVELS = 40
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +67,12 @@ def levels(values: NDArray[np.generic]) -> Floats:
     return np.eye(int(index.max()) + 1)[index]
 
 
+def smooth(values: Floats) -> Floats:
+    """Powers up to the third, on the largest value."""
+    x = values / max(float(np.abs(values).max()), 1e-300)
+    return np.column_stack([np.ones(len(x)), x, x**2, x**3])
+
+
 def turn(angle_deg: Floats) -> Floats:
     """Distinct angles, or the first eight harmonics where there are many."""
     wrapped = np.round(np.mod(angle_deg, 360.0), 6)
@@ -90,9 +97,12 @@ def bases(readings: Readings) -> dict[str, Floats]:
     """Patterns of single columns, of those that vary."""
     r = readings
     torque = steps(r.torque_Nm)
-    found = {"torque_Nm": hats(torque, 9), "torque_coarse": hats(torque, 5)}
+    alone = levels(torque) if len(np.unique(torque)) <= _MOST_LEVELS else hats(torque, 12)
+    found = {"torque_Nm": alone, "torque_smooth": smooth(torque)}
     if r.preload_N is not None:
-        found["preload_N"] = hats(steps(r.preload_N), 6)
+        preload = steps(r.preload_N)
+        few = len(np.unique(preload)) <= 6
+        found["preload_N"] = levels(preload) if few else hats(preload, 6)
     found["input_angle_deg"] = turn(r.input_angle_deg)
     found["direction"] = levels(r.direction())
     if r.time_s is not None:
@@ -100,7 +110,7 @@ def bases(readings: Readings) -> dict[str, Floats]:
         since = run_time(readings)
         found["run_time_s"] = hats(since, 5)
         rate = np.abs(rate_of(readings))
-        found["torque_rate"] = hats(rate, 4)
+        found["torque_rate"] = hats(rate, 8)
     if r.temperature_degC is not None:
         found["temperature_degC"] = hats(r.temperature_degC, 4)
     if r.cycle is not None:
@@ -160,10 +170,14 @@ def _components(found: dict[str, Floats], n: int) -> Iterator[Component]:
         if name in found:
             yield Component((name,), found[name])
     for name in _WITH_TORQUE:
-        if name in found and "torque_coarse" in found:
-            yield Component(("torque_Nm", name), product([found["torque_coarse"], found[name]]))
-    if {"torque_coarse", "direction", "preload_N"} <= found.keys():
-        three = [found[name] for name in ("torque_coarse", "direction", "preload_N")]
+        if name in found and "torque_smooth" in found:
+            yield Component(("torque_Nm", name), product([found["torque_smooth"], found[name]]))
+    if {"torque_smooth", "direction", "preload_N"} <= found.keys():
+        loads = product([found["torque_Nm"], found["preload_N"]])
+        # Every load by itself: what is left beyond the scatter of its repeats is no noise.
+        if loads.shape[1] < 0.6 * n:
+            yield Component(("torque_Nm", "preload_N"), loads)
+        three = [found[name] for name in ("torque_smooth", "direction", "preload_N")]
         yield Component(("torque_Nm", "direction", "preload_N"), product(three))
 
 

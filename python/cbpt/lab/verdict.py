@@ -37,6 +37,8 @@ MOVED_SIGMA = 2.0
 # A pattern left over may carry this share of what the effects explain and still be called their
 # form.
 _FORM_SHARE = 0.15
+# In log likelihood: what scatter beyond that of the readings may cost before a fit is strained.
+_STRAIN = 8.0
 # Calibrations known worse than this many times the usual share a shift with the drive.
 _LOOSE_CALIBRATION = 3.0
 
@@ -74,47 +76,38 @@ def judge(competition: Competition) -> Verdict:
     """The rules above."""
     sets = weighed(competition)
     limit = float(np.log(ODDS_LIMIT))
-    top = max(sets.values())
     best = max(sets, key=lambda n: sets[n])
-    if UNKNOWN in best:
-        rest = sets.get(_less(best, UNKNOWN), -np.inf)
-        known = max((o for n, o in sets.items() if UNKNOWN not in n), default=-np.inf)
-        if top > known + limit and not _only_form(best, top, rest):
-            return _unknown(competition, best)
-    within = {
-        n: o
-        for n, o in sets.items()
-        if n == best or o > top - (np.log(UNKNOWN_LIMIT) if UNKNOWN in n else limit)
-    }
-    # What a pattern on top of a set tells is how far the library's form is from the readings:
+    named = {n: o for n, o in sets.items() if UNKNOWN not in n}
+    first = max(named, key=lambda n: named[n])
+    beaten = UNKNOWN in best and sets[best] > named[first] + limit
+    if beaten and not _only_form(best, sets[best], sets.get(_less(best, UNKNOWN), -np.inf)):
+        return _unknown(competition, best)
+    # What a pattern adds to the best set tells how far the library's form is from the readings:
     # rivals within that distance are not decided.
-    named = {n: o for n, o in within.items() if UNKNOWN not in n}
-    if UNKNOWN in best and len(best) > 1:
-        within = {
-            n: o
-            for n, o in sets.items()
-            if UNKNOWN not in n and o > max(named.values(), default=top) - limit
-        }
-        within = within or {_less(best, UNKNOWN): top}
-    leftover = _leftover(sets, within)
-    if leftover:
-        high = max(within.values())
-        within |= {
-            n: o for n, o in sets.items() if UNKNOWN not in n and o > high - limit - leftover
-        }
+    reach = limit + _leftover(sets, first)
+    within = {n: o for n, o in named.items() if o > named[first] - reach}
     if () in within or all(n in ((), (OFFSET,)) for n in within):
         return _no_effect(competition, limit)
+    # A pattern alone counts as a rival where it explains about as well; sooner where the named
+    # effect leaves more scatter than there is.
+    fair = limit if _strained(competition, first) else float(np.log(UNKNOWN_LIMIT))
+    alone = [n for n in sets if UNKNOWN in n and set(n) <= {UNKNOWN, OFFSET}]
+    within |= {n: sets[n] for n in alone if sets[n] > max(sets.values()) - fair}
     fewest = min(len(n) for n in within)
     small = {n: o for n, o in within.items() if len(n) == fewest}
-    chosen = max(small, key=lambda n: small[n])
+    chosen = max(small, key=lambda n: named.get(n, -np.inf))
     effects = _less(chosen, OFFSET)
-    if (
-        not effects
-        or (all(n in PRIORS for n in effects))
-        or _p_value(competition, effects) > P_LIMIT
-    ):
+    numbers_only = all(n in PRIORS for n in effects)
+    if numbers_only or _p_value(competition, effects) > P_LIMIT:
         return _no_effect(competition, limit)
     return _effects(competition, small, chosen)
+
+
+def _strained(competition: Competition, names: Names) -> bool:
+    """Whether a set leaves more scatter than a fit that may follow the whole library."""
+    fit = competition.fits[_less(names, OFFSET)]
+    grown = np.log(fit.noise.scale / competition.flexible.scale)
+    return bool(len(competition.campaign) * grown > _STRAIN)
 
 
 UNKNOWN, OFFSET = "unknown", "run_offset"
@@ -162,16 +155,12 @@ def _only_form(best: Names, top: float, rest: float) -> bool:
     return top - rest < _FORM_SHARE * (rest + 5.0 * (len(best) - 1))
 
 
-def _leftover(sets: dict[Names, float], within: dict[Names, float]) -> float:
-    """How much a pattern adds to the best named set, its own price given back; 0 where it adds
-    nothing.
-    """
-    named = {n: o for n, o in within.items() if UNKNOWN not in n and n}
-    if not named:
+def _leftover(sets: dict[Names, float], best: Names) -> float:
+    """How much a pattern adds to a set, its own price given back; 0 where it adds nothing."""
+    if not best:
         return 0.0
-    best = max(named, key=lambda n: named[n])
     grown = sets.get(tuple(sorted((*best, UNKNOWN))), -np.inf)
-    return max(0.0, float(grown - named[best] - np.log(ODDS[UNKNOWN])))
+    return max(0.0, float(grown - sets[best] - np.log(ODDS[UNKNOWN])))
 
 
 def _unknown(competition: Competition, best: Names) -> Verdict:
