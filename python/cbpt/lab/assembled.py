@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive, Predictor
-from cbpt.errors import ReadingsError
+from cbpt.errors import InvalidInputError, ReadingsError
 from cbpt.lab.library import PRIORS
 from cbpt.lab.noise import Rows
 from cbpt.lab.readings import Readings
@@ -43,6 +43,8 @@ class Campaign:
     """Columns (n, z) of the zeros that are always free: one, or one for each run."""
     priors: dict[str, float]
     """Standard uncertainty of each number that is a `PRIORS` effect, by effect id."""
+    effects: tuple[tuple[str, dict[str, float]], ...] = ()
+    """Effects that the case has, each with its numbers, SI."""
     step_arcsec: float = 0.0
     """Step of the display where it is coarse against the uncertainty, else 0."""
 
@@ -75,6 +77,7 @@ class Campaign:
             y_arcsec=readings.elastic_angle_arcsec,
             u_arcsec=stated,
             u_stated=u is not None,
+            effects=_effects_of(case),
             step_arcsec=step if coarse else 0.0,
             rows=rows,
             zeros=zeros,
@@ -104,8 +107,22 @@ class Campaign:
             order,
             zeros,
             self.priors,
+            self.effects,
             self.step_arcsec,
         )
+
+
+def _effects_of(case: Case | Drive) -> tuple[tuple[str, dict[str, float]], ...]:
+    if isinstance(case, Drive):
+        return ()
+    found = tuple((effect.id, dict(effect.values)) for effect in case.effects)
+    ids = [effect for effect, _ in found]
+    twice = next((i for i in ids if ids.count(i) > 1), None)
+    if twice:
+        raise InvalidInputError(
+            f"effect {twice} stands in the case more than once, which the lab cannot fit; leave one"
+        )
+    return found
 
 
 def display_step(values: Floats) -> float:
@@ -174,11 +191,16 @@ class Assembled:
             temperature,
         )
         self.neutral = self._predictor.neutral()
+        """Values at which nothing is added to the case: its own effects keep theirs."""
         parameters = self._predictor.parameters
         self.lower = np.array([p.lower for _, _, p in parameters])
         self.upper = np.array([p.upper for _, _, p in parameters])
         self.places = {(owner, p.name): i for i, (owner, _, p) in enumerate(parameters)}
         """Place of each parameter among the values, by instance of an effect and name."""
+        for effect, numbers in campaign.effects:
+            if effect in self.effects:
+                for name, value in numbers.items():
+                    self.neutral[self.places[self.effects.index(effect), name]] = value
         balls = [i for (_, name), i in self.places.items() if name == "ball"]
         self.neutral[balls] = np.arange(len(balls)) % max(campaign.balls, 1)
 

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.structure import rate_of, run_time, steps
+from cbpt.lab.levels import levels_of
+from cbpt.lab.structure import rate_of, run_time
 
 if TYPE_CHECKING:
     from cbpt.lab.answer import Diagnosis
@@ -85,10 +86,10 @@ def _cells(d: Diagnosis, columns: list[str]) -> Iterator[tuple[str, Mask]]:
 
 def _parts(values: Floats) -> Iterator[tuple[str, Mask]]:
     """The levels of a column, or stretches of it where there are many."""
-    stepped = steps(values)
-    levels = np.unique(stepped)
-    if len(levels) <= _MOST_LEVELS:
-        yield from ((f"{level:g}", stepped == level) for level in levels)
+    found = levels_of(values)
+    if len(found) <= _MOST_LEVELS:
+        for number, level in enumerate(found.value):
+            yield f"{level:g}", found.index == number
         return
     edges = np.unique(np.quantile(values, np.linspace(0, 1, _STRETCHES + 1)))
     for number, (low, high) in enumerate(pairwise(edges)):

@@ -108,7 +108,7 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
         keep[np.linspace(0, n - 1, MOST).round().astype(int)] = True
         campaign = campaign.select(keep)
         notes.append(f"{MOST} of {n} readings, evenly spaced, were used for the diagnosis")
-    solved = np.isfinite(Assembled(campaign, []).at(np.zeros(0)).angle_arcsec)
+    solved = np.isfinite(_as_given(campaign))
     if not solved.all():
         lines = campaign.readings.line[~solved]
         shown = ", ".join(map(str, lines[:8].tolist())) + (", ..." if len(lines) > 8 else "")
@@ -151,6 +151,12 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
             "that can be seen"
         )
     return campaign, notes
+
+
+def _as_given(campaign: Campaign) -> Floats:
+    """The case at every reading, arcsec; NaN where there is no solution."""
+    model = Assembled(campaign, [effect for effect, _ in campaign.effects])
+    return model.at(model.neutral).angle_arcsec
 
 
 def rung(fitter: Fitter, added: str, fit: Fit, fold: NDArray[np.int64]) -> Rung:

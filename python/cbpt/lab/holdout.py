@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from cbpt.lab.assembled import Campaign
 from cbpt.lab.fit import Fit, Fitter
+from cbpt.lab.levels import levels_of
 from cbpt.lab.noise import Margin, Noise, Whitener
 from cbpt.lab.patterns import Pattern
-from cbpt.lab.structure import steps
 
 Floats = NDArray[np.float64]
 _MOST_FOLDS = 12
@@ -27,9 +27,9 @@ def folds(campaign: Campaign) -> tuple[NDArray[np.int64], str]:
     """The fold of each reading, and by what they are divided."""
     preload = campaign.readings.preload_N
     if preload is not None:
-        _, level = np.unique(np.round(steps(preload), 9), return_inverse=True)
-        if level.max(initial=0) >= 2:
-            return level % _MOST_FOLDS, "preload level"
+        level = levels_of(preload)
+        if len(level) >= 3:
+            return level.index % _MOST_FOLDS, "preload level"
     if campaign.rows.runs >= 3:
         return campaign.rows.run_index % _MOST_FOLDS, "run"
     n = len(campaign)

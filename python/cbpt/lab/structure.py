@@ -20,6 +20,7 @@ from functools import reduce
 import numpy as np
 from numpy.typing import NDArray
 
+from cbpt.lab.levels import levels_of
 from cbpt.lab.noise import Margin
 from cbpt.lab.readings import Readings
 
@@ -82,25 +83,14 @@ def turn(angle_deg: Floats) -> Floats:
     return np.column_stack([np.ones(len(phase)), np.cos(phase), np.sin(phase)])
 
 
-def steps(values: Floats, tolerance: float = 0.02) -> Floats:
-    """Values that jitter about a few levels, each set to its level."""
-    order = np.argsort(values)
-    jump = np.diff(values[order]) > tolerance * max(float(np.ptp(values)), 1e-300)
-    group = np.r_[0, np.cumsum(jump)]
-    mean = np.bincount(group, values[order]) / np.bincount(group)
-    out = np.empty_like(values)
-    out[order] = mean[group]
-    return out
-
-
 def bases(readings: Readings) -> dict[str, Floats]:
     """Patterns of single columns, of those that vary."""
     r = readings
-    torque = steps(r.torque_Nm)
+    torque = levels_of(r.torque_Nm).held
     alone = levels(torque) if len(np.unique(torque)) <= _MOST_LEVELS else hats(torque, 12)
     found = {"torque_Nm": alone, "torque_smooth": smooth(torque)}
     if r.preload_N is not None:
-        preload = steps(r.preload_N)
+        preload = levels_of(r.preload_N).held
         few = len(np.unique(preload)) <= 6
         found["preload_N"] = levels(preload) if few else hats(preload, 6)
     found["input_angle_deg"] = turn(r.input_angle_deg)
