@@ -17,8 +17,8 @@ _NEAR = 0.4
 
 _ARCMIN, _MRAD, _URAD, _RAD = 1 / 60, np.pi / 648, np.pi / 0.648, np.pi / 648000
 
-# Readings over model, and what that looks like. A degree's worth of radians, 57.3, is too near to 60
-# to be told from it.
+# Readings over model, and what that looks like. 57.3, the degrees of a radian, is too near to 60 to
+# be told from it.
 _FACTORS = (
     (_ARCMIN, "look like they are in arcmin where arcsec are stated, or rad where deg are"),
     (1 / 3600, "look like they are in deg where arcsec are stated"),
