@@ -79,7 +79,8 @@ class Patterned:
         """Most probable values of all columns."""
         c = self.fitter.campaign
         whitener = Whitener.of(noise, c.u_arcsec, c.rows)
-        return Margin.of(whitener(self.y), whitener(self.columns), self.prior(amplitude)).mode
+        y, x = whitener(self.y), whitener(self.columns)
+        return np.asarray(Margin.of(y, x, self.prior(amplitude)).mode)
 
     def fitted(self, amplitude: float, noise: Noise) -> Floats:
         """What the patterns amount to at every reading."""

@@ -58,7 +58,7 @@ class Signature:
 
 
 def _direction(secant: tuple[float, ...]) -> Floats:
-    return np.array(secant) / np.linalg.norm(secant)
+    return np.asarray(np.array(secant) / np.linalg.norm(secant))
 
 
 class Signatures:

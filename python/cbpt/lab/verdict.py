@@ -93,14 +93,14 @@ def judge(competition: Competition) -> Verdict:
     fair = limit if _strained(competition, first) else float(np.log(UNKNOWN_LIMIT))
     alone = [n for n in sets if UNKNOWN in n and set(n) <= {UNKNOWN, OFFSET}]
     within |= {n: sets[n] for n in alone if sets[n] > max(sets.values()) - fair}
-    fewest = min(len(n) for n in within)
-    small = {n: o for n, o in within.items() if len(n) == fewest}
-    chosen = max(small, key=lambda n: named.get(n, -np.inf))
+    # The fewest effects that do: a set with more than another one that does needs no mention.
+    least = {n: o for n, o in within.items() if not any(set(m) < set(n) for m in within)}
+    chosen = max(least, key=lambda n: named.get(n, -np.inf))
     effects = _less(chosen, OFFSET)
     numbers_only = all(n in PRIORS for n in effects)
     if numbers_only or _p_value(competition, effects) > P_LIMIT:
         return _no_effect(competition, limit)
-    return _effects(competition, small, chosen)
+    return _effects(competition, least, chosen)
 
 
 def _strained(competition: Competition, names: Names) -> bool:
@@ -335,17 +335,21 @@ def _effects(competition: Competition, sets: dict[Names, float], chosen: Names) 
 
 
 def _groups(remainders: list[set[str]]) -> list[set[str]]:
-    """Groups from each of which one is needed: remainders merged place by place."""
+    """Groups from each of which one is needed; `remainders` are the sets less what is certain.
+
+    Where all need as many, place by place; else at least one of all that any of them needs.
+    """
     remainders = [r for r in remainders if r]
     if len(remainders) < 2:
         return []
+    if len({len(r) for r in remainders}) > 1:
+        return [set().union(*remainders)]
     first, rest = remainders[0], remainders[1:]
     groups = [{name} for name in sorted(first)]
     for other in rest:
-        free = sorted(other)
         # What another set has in common stays in its place; what differs joins the places left.
-        places = [g for g in groups if not g & set(free)]
-        new = [n for n in free if not any(n in g for g in groups)]
+        places = [g for g in groups if not g & other]
+        new = [n for n in sorted(other) if not any(n in g for g in groups)]
         for n, g in zip(new, places or groups, strict=False):
             g.add(n)
     return [g for g in groups if len(g) > 1]
