@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+import cbpt
 from cbpt import Drive, InvalidInputError, _core
 from reference.rig import ARCSEC, Rows, drive_of, simulate
 from reference.rig_campaign import Plan, rows_of
@@ -287,3 +288,42 @@ def test_specs_are_complete() -> None:
             low, high = number.range
             assert number.lower <= low < high <= number.upper
             assert number.scale in ("linear", "log", "fixed") and number.meaning
+
+
+# --- effects of a case ------------------------------------------------------------------------
+
+
+def test_a_case_takes_effects_and_gives_them_back_in_SI() -> None:
+    case = cbpt.Case.from_dict(RINGS)
+    lot = [(i, {"ball": float(i), "oversize_um": 0.1 * i}) for i in range(3)]
+    effects: list[tuple[str, dict[str, float]]] = [
+        *(("ball_diameter_lot", numbers) for _, numbers in lot),
+        ("drift", {"rate_arcsec_per_h": 3600.0}),
+        ("eccentric_bearing", {"reference_deflection_um": 2.0}),
+    ]
+    more = case.with_effects(effects)
+    assert more.drive == case.drive and case.effects == []
+    found = [(effect.id, dict(effect.values)) for effect in more.effects]
+    assert found[:3] == [
+        ("ball_diameter_lot", {"ball": i, "oversize_m": pytest.approx(1e-7 * i)}) for i in range(3)
+    ]
+    assert found[3][1] == {"rate_rad_per_s": pytest.approx(ARCSEC), "rate_rad_per_K": 0.0}
+    assert found[4] == ("eccentric_bearing", {"reference_deflection_m": 2e-6, "exponent": 0.9})
+    assert cbpt.Case.from_toml(more.to_toml()) == more
+    assert more.with_effects([]) == case
+
+
+@pytest.mark.parametrize(
+    ("effect", "words"),
+    [
+        (("crep", {}), "did you mean creep"),
+        (("creep", {"compliance_rad_per_N": 1e-7}), "rad_per_N is not read; use rad_per_Nm"),
+        (("creep", {"compliance_rad_per_Nm": -1e-7}), "not less than 0"),
+        (("creep", {"compliance_rad_per_Nm": np.nan}), "finite"),
+        (("ball_diameter_lot", {"ball": 0.5}), "whole number"),
+        (("drift", {"rate_rad_per_s": 0.0, "rate_arcsec_per_h": 1.0}), "same quantity"),
+    ],
+)
+def test_what_no_effect_takes_is_told(effect: tuple[str, dict[str, float]], words: str) -> None:
+    with pytest.raises(cbpt.CaseError, match=words):
+        cbpt.Case.from_dict(RINGS).with_effects([effect])
