@@ -70,6 +70,7 @@ struct Campaign {
     preload_N: Vec<f64>,
     input_angle_rad: Vec<f64>,
     temperature_K: Vec<f64>,
+    cycle: Vec<f64>,
 }
 
 impl Campaign {
@@ -81,6 +82,7 @@ impl Campaign {
             preload_N: &self.preload_N,
             input_angle_rad: &self.input_angle_rad,
             temperature_K: Some(&self.temperature_K),
+            cycle: Some(&self.cycle),
         })
     }
 }
@@ -113,6 +115,8 @@ fn campaign() -> Campaign {
         preload_N: mixed.iter().map(|row| row.3).collect(),
         input_angle_rad: mixed.iter().map(|row| row.4).collect(),
         temperature_K: mixed.iter().map(|row| row.5).collect(),
+        // The first run is the first cycle, all others follow.
+        cycle: mixed.iter().map(|row| row.0 as f64).collect(),
     }
 }
 
@@ -151,9 +155,11 @@ fn typical(id: &str, name: &str) -> f64 {
         (_, "offset_cosine_m" | "planet_offset_sine_m") => -7e-7,
         (_, "harmonic" | "ball") => 3.0,
         (_, "cosine_m" | "sine_m" | "oversize_m") => 4e-7,
+        (_, "planet_cosine_m" | "planet_sine_m") => 2e-7,
         (_, "tilt_cosine_rad" | "tilt_sine_rad") => 1.5e-5,
+        (_, "housing_tilt_cosine_rad" | "housing_tilt_sine_rad") => 8e-6,
         ("rough_contact", "exponent") => 1.6,
-        (_, "permanent_set_rad") => 5.0 * ARCSEC,
+        (_, "permanent_set_rad" | "permanent_set_of_run_rad" | "settled_rad") => 5.0 * ARCSEC,
         (_, "lost_share_per_s") => 5e-4,
         (_, "time_constant_s") => 30.0,
         _ => panic!("a new parameter, {name} of {id}, wants a typical value"),
@@ -345,6 +351,7 @@ fn loop_width(preload_N: f64) -> f64 {
         preload_N: &vec![preload_N; count],
         input_angle_rad: &vec![0.3; count],
         temperature_K: None,
+        cycle: None,
     });
     let mut predictor =
         Predictor::new(drives()[0].1.clone(), &["friction_hysteresis"], rows.unwrap()).unwrap();
@@ -382,6 +389,7 @@ fn history_is_per_run() {
             preload_N: pick(&mixed.preload_N),
             input_angle_rad: pick(&mixed.input_angle_rad),
             temperature_K: pick(&mixed.temperature_K),
+            cycle: pick(&mixed.cycle),
         };
         let mut predictor =
             Predictor::new(drive.clone(), &["friction_hysteresis"], alone.rows().unwrap()).unwrap();
@@ -469,6 +477,7 @@ fn rows_without_solution_are_told_and_skipped() {
         &mut without.preload_N,
         &mut without.input_angle_rad,
         &mut without.temperature_K,
+        &mut without.cycle,
     ];
     for column in columns {
         column.remove(4);

@@ -178,7 +178,6 @@ class Assembled:
 
     def __init__(self, campaign: Campaign, effects: Sequence[str]) -> None:
         r = campaign.readings
-        temperature = r.temperature_degC
         self.effects = tuple(effects)
         self._predictor = Predictor(
             campaign.drive,
@@ -188,7 +187,8 @@ class Assembled:
             r.torque_Nm,
             r.preload_N,
             np.deg2rad(r.input_angle_deg),
-            temperature,
+            None if r.temperature_degC is None else r.temperature_degC,
+            None if r.cycle is None else np.asarray(r.cycle, dtype=np.float64),
         )
         self.neutral = self._predictor.neutral()
         """Values at which nothing is added to the case: its own effects keep theirs."""

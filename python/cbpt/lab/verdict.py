@@ -36,7 +36,7 @@ MOVED_SIGMA = 2.0
 """A number that has to move further than this is a finding of its own."""
 # A pattern left over may carry this share of what the effects explain and still be called their
 # form.
-_FORM_SHARE = 0.15
+_FORM_SHARE = 0.06
 # In log likelihood: what scatter beyond that of the readings may cost before a fit is strained.
 _STRAIN = 8.0
 # Calibrations known worse than this many times the usual share a shift with the drive.
@@ -86,13 +86,14 @@ def judge(competition: Competition) -> Verdict:
     # rivals within that distance are not decided.
     reach = limit + _leftover(sets, first)
     within = {n: o for n, o in named.items() if o > named[first] - reach}
-    if () in within or all(n in ((), (OFFSET,)) for n in within):
+    alone = {n: o for n, o in sets.items() if UNKNOWN in n and set(n) <= {UNKNOWN, OFFSET}}
+    offsets_only = all(n in ((), (OFFSET,)) for n in within)
+    if () in within or (offsets_only and max(alone.values(), default=-np.inf) < 1 + named[first]):
         return _no_effect(competition, limit)
     # A pattern alone counts as a rival where it explains about as well; sooner where the named
     # effect leaves more scatter than there is.
     fair = limit if _strained(competition, first) else float(np.log(UNKNOWN_LIMIT))
-    alone = [n for n in sets if UNKNOWN in n and set(n) <= {UNKNOWN, OFFSET}]
-    within |= {n: sets[n] for n in alone if sets[n] > max(sets.values()) - fair}
+    within |= {n: o for n, o in alone.items() if o > max(sets.values()) - fair}
     # The fewest effects that do: a set with more than another one that does needs no mention.
     least = {n: o for n, o in within.items() if not any(set(m) < set(n) for m in within)}
     chosen = max(least, key=lambda n: named.get(n, -np.inf))

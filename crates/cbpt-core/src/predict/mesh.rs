@@ -82,6 +82,7 @@ impl Tables {
     pub fn gap_shapes(drive: &Drive, input_angle_rad: f64, gap: GapAt<'_>) -> [GapShape; MOST_PAIRS] {
         let deceleration = drive.deceleration();
         let theta = input_angle_rad;
+        let planet_turn = drive.planet_turn();
         let balls = |count: u32, first_rad: f64, pitch_radius_m: f64, decelerates: bool| -> GapShape {
             // Along the fixed groove a ball moves with the crank's turn against the line of centres.
             let fixed = match deceleration.output_plate {
@@ -96,6 +97,7 @@ impl Tables {
                         number: number as usize,
                         from_line_rad,
                         on_fixed_groove_rad: from_line_rad + fixed,
+                        on_planet_groove_rad: from_line_rad + fixed * planet_turn,
                         pitch_radius_m,
                     });
                     [at; 2]

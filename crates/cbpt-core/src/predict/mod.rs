@@ -18,7 +18,7 @@ mod run;
 
 use rayon::prelude::*;
 
-use crate::drive::{Drive, OutputPlate};
+use crate::drive::Drive;
 use crate::effect::dual::{Dual, WIDTH};
 use crate::effect::port::{Action, DriveNumbers};
 use crate::effect::{self, Parameter, Spec};
@@ -136,13 +136,9 @@ impl Predictor {
         let angle_of = |angle: f64| angles_rad.partition_point(|known| known.total_cmp(&angle).is_lt());
         let angle_of_row = rows.by_run().iter().map(|row| angle_of(row.input_angle_rad)).collect();
         let pair = drive.deceleration();
-        let (z1, z3) = (f64::from(pair.epicycloid_lobes()), f64::from(pair.hypocycloid_lobes()));
         let numbers = DriveNumbers {
             pitch_arm_m: f64::from(pair.output_lobes()) * pair.eccentricity_m(),
-            planet_turn: match pair.output_plate {
-                OutputPlate::Hypocycloid => z1 / z3,
-                OutputPlate::Epicycloid => z3 / z1,
-            },
+            planet_turn: drive.planet_turn(),
         };
         let states = vec![RowState::default(); rows.len()];
         Ok(Self {
