@@ -178,6 +178,7 @@ class Assembled:
 
     def __init__(self, campaign: Campaign, effects: Sequence[str]) -> None:
         r = campaign.readings
+        assert r.preload_N is not None  # what Campaign.of asks for
         self.effects = tuple(effects)
         self._predictor = Predictor(
             campaign.drive,
