@@ -4,6 +4,7 @@ Number      one parameter with its value and, where it was fitted, its uncertain
 Prediction  what drive and effects say at every reading
 predicted   a case with the effects it has
 fitted      a case with further effects of the library, fitted to the readings
+best_fit    the most probable form and values of some effects
 """
 
 from __future__ import annotations
@@ -15,13 +16,17 @@ from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from cbpt._core import Case, Drive
 from cbpt.errors import InvalidInputError, ReadingsError
 from cbpt.lab.assembled import Assembled, Campaign
+from cbpt.lab.competition import places, start_values
 from cbpt.lab.fit import Fit, Fitter, Hypothesis
 from cbpt.lab.library import VARIANTS, Variant
+from cbpt.lab.noise import Noise
 from cbpt.lab.readings import Readings
+from cbpt.lab.screen import Screen, Signatures
 
 Floats = NDArray[np.float64]
 
@@ -90,7 +95,6 @@ def fitted(case: Case | Drive, readings: Readings, effects: Sequence[str]) -> Pr
     do not count in the fit. Raises `InvalidInputError` for an effect that is not known, and
     `ReadingsError` where the table lacks what it needs.
     """
-    forms = [_forms(effect, readings) for effect in dict.fromkeys(effects)]
     campaign = Campaign.of(case, readings)
     solved = np.isfinite(Assembled(campaign, []).at(np.zeros(0)).angle_arcsec)
     if np.count_nonzero(solved) < 3:
@@ -100,31 +104,51 @@ def fitted(case: Case | Drive, readings: Readings, effects: Sequence[str]) -> Pr
             "readings at which the model has a solution, to fit to",
         )
     fitter = Fitter(campaign if solved.all() else campaign.select(solved))
-    chosen: tuple[Variant, ...] = ()
-    best: Fit | None = None
-    for variants in forms:
-        before = best
-        for variant in variants:
-            fit = _best(fitter, (*chosen, variant), before)
-            if fit and (best is before or best is None or fit.log_evidence > best.log_evidence):
-                best = fit
-        if best is before or best is None:
-            raise InvalidInputError(f"{variants[0].effect}: it cannot be fitted to these readings")
-        chosen = best.hypothesis.variants
-    assert best is not None
+    with threadpool_limits(1, user_api="blas"):
+        best = best_fit(fitter, effects)
     full = Assembled(campaign, fitter.effects)
     free = sum(unknown.sd == np.inf for unknown in best.unknowns)
     return _prediction(full, best.point.values, tuple(_numbers(best)), free)
 
 
+def best_fit(fitter: Fitter, effects: Sequence[str]) -> Fit:
+    """The most probable fit of some effects over all their forms, from promising starts.
+
+    Raises `InvalidInputError` for an effect that is not known or that the readings do not depend
+    on, `ReadingsError` where the table lacks a column that it needs.
+    """
+    forms = [_forms(effect, fitter.campaign.readings) for effect in dict.fromkeys(effects)]
+    null = fitter.fit(Hypothesis())
+    best: Fit | None = None
+    for variants in product(*forms):
+        if null is None:
+            break
+        for start in _starts(fitter, null, variants):
+            got = fitter.fit(Hypothesis(variants), start, Noise(looser=null.noise.looser))
+            if got is not None and (best is None or got.log_evidence > best.log_evidence):
+                best = got
+    if best is None:
+        raise InvalidInputError(
+            f"{' + '.join(effects)}: it cannot be fitted; these readings do not depend on it"
+        )
+    return best
+
+
 def _forms(effect: str, readings: Readings) -> list[Variant]:
-    """Forms of an effect that the table can show."""
+    """Forms of an effect that the table can show; `drift:time` stands for one of them."""
+    if effect == "run_offset":
+        raise InvalidInputError(
+            "run_offset: a zero for each run is no effect to be added; set "
+            'zero = "per_run" under [measurement]'
+        )
     variants = [v for v in VARIANTS if effect in (v.effect, v.label)]
     if not variants:
-        near = difflib.get_close_matches(effect, [v.effect for v in VARIANTS], 1)
-        hint = f"; is {near[0]} meant?" if near else ""
-        known = ", ".join(dict.fromkeys(v.effect for v in VARIANTS))
-        raise InvalidInputError(f"effect {effect!r} cannot be fitted{hint} These can: {known}")
+        known = list(dict.fromkeys(v.effect for v in VARIANTS))
+        near = [k for k in known if effect in k] or difflib.get_close_matches(effect, known, 1)
+        hint = f"is {near[0]} meant? " if effect and near else ""
+        raise InvalidInputError(
+            f"no effect {effect!r} can be fitted; {hint}These can: {', '.join(known)}"
+        )
     possible = [v for v in variants if not v.needs or getattr(readings, v.needs) is not None]
     if not possible:
         need = variants[0].needs
@@ -132,27 +156,18 @@ def _forms(effect: str, readings: Readings) -> list[Variant]:
     return possible
 
 
-def _best(fitter: Fitter, variants: tuple[Variant, ...], before: Fit | None) -> Fit | None:
-    """The most probable of the fits from several starts."""
-    hypothesis = Hypothesis(variants)
-    fits = [fitter.fit(hypothesis, start) for start in _starts(fitter, hypothesis, before)]
-    return max((f for f in fits if f), key=lambda f: f.log_evidence, default=None)
-
-
-def _starts(fitter: Fitter, hypothesis: Hypothesis, before: Fit | None) -> Iterator[Floats]:
-    """No size and a middling one of the last variant, at each of its likely shapes."""
-    last = hypothesis.variants[-1]
-    for shapes in product(*(shape.grid for shape in last.shapes)):
-        for size in (0.0, float(np.sqrt(last.low * last.high))):
-            values = fitter.start(hypothesis, {})
-            if before is not None:
-                for unknown in before.unknowns:
-                    values[unknown.index] = before.point.values[unknown.index]
-            for shape, value in zip(last.shapes, shapes, strict=True):
-                values[fitter.place(last.effect, shape.name)] = value
-            for name in last.sizes[:1]:
-                values[fitter.place(last.effect, name)] += size
-            yield np.clip(values, fitter.model.lower, fitter.model.upper)
+def _starts(fitter: Fitter, null: Fit, variants: Sequence[Variant]) -> Iterator[Floats]:
+    """What the linear problem finds at the shapes that suit it best."""
+    library = Signatures(fitter.campaign, variants)
+    signatures = library.about(null, places(fitter))
+    screen = Screen(null, signatures)
+    members = [
+        [m for m, s in enumerate(signatures) if s.variant is v and screen.usable(m)]
+        for v in variants
+    ]
+    gains = (screen.gain(choice) for choice in product(*members))
+    for gain in sorted(gains, key=lambda g: -g.log_odds)[:2]:
+        yield start_values(fitter, signatures, gain.members, gain.sizes)
 
 
 def _numbers(fit: Fit) -> Iterator[Number]:

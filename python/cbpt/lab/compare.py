@@ -30,9 +30,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from cbpt._core import Case, Drive
 from cbpt.errors import ReadingsError
+from cbpt.lab.inputs import case_and_readings
 from cbpt.lab.levels import levels_of
 from cbpt.lab.noise import Noise, Rows, Whitener
-from cbpt.lab.readings import Readings, read_readings
+from cbpt.lab.readings import Readings
 from cbpt.lab.scatter import Scatter, estimate
 from cbpt.lab.slips import slips
 from cbpt.results import ANGLE_UNITS, Angles, solve_many
@@ -255,22 +256,9 @@ def compare(
 
     Raises `CaseError` and `ReadingsError` for what cannot be read; Ctrl-C stops it.
     """
-    if isinstance(case, (str, os.PathLike)):
-        case = Case.from_file(case)
-    elif isinstance(case, Mapping):
-        case = Case.from_dict(dict(case))
-    elif not isinstance(case, (Case, Drive)):
-        raise TypeError(
-            f"a case comes from a path, a dict, a Case or a Drive, not from {type(case).__name__}"
-        )
-    zero, lever_arm_mm, fill = "common", None, {}
+    case, data = case_and_readings(case, data, columns)
     drive = case if isinstance(case, Drive) else case.drive
-    if isinstance(case, Case):
-        zero, lever_arm_mm = case.zero, case.lever_arm_mm
-        load = {"preload_N": case.preload_N, "input_angle_deg": case.input_angle_deg}
-        fill = {name: value for name, value in load.items() if value is not None}
-    if not isinstance(data, Readings):
-        data = read_readings(data, lever_arm_mm=lever_arm_mm, columns=columns, fill=fill)
+    zero = case.zero if isinstance(case, Case) else "common"
     if data.preload_N is None:
         raise ReadingsError.of_table(data.source, "preload_N", "a preload for every reading")
     findings = tuple(repr(finding) for finding in drive.findings())

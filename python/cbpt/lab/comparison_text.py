@@ -145,8 +145,8 @@ def _added(c: Comparison, before: Comparison, angle_unit: str) -> Iterator[str]:
     yield text_table(["effect", "parameter", "value", "u"], json.dumps(rows))
 
 
-def _rounded(value: float | None) -> float | None:
-    return None if value is None else float(f"{value:.4g}")
+def _rounded(value: float | None) -> str:
+    return "" if value is None else f"{value:.4g}"
 
 
 def _scatter(c: Comparison, angle_unit: str) -> Iterator[str]:
@@ -171,7 +171,7 @@ def _scatter(c: Comparison, angle_unit: str) -> Iterator[str]:
             f"{found}, {scatter.ratio:.2g} times as much. By that the model {judged}."
         )
     else:
-        yield f"Inside their runs the readings scatter by {found}, as stated."
+        yield f"Inside their runs the readings scatter by {found}, in keeping with what is stated."
 
 
 def _where(c: Comparison, angle_unit: str) -> Iterator[str]:

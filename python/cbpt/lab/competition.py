@@ -3,16 +3,16 @@
     Competition     every hypothesis that was fitted, with its odds
     compete         screen, fit, weigh
 
-Order: a first fit of the drive as stated; loose readings; the library at a glance under two noises (as
-that fit sees it, and as a fit that can follow everything sees it); every effect that could gain, fitted in
-full; the pairs that could gain more; patterns without a name, alone and on top of the best. All are
-weighed by evidence and prior odds, so no order of asking decides.
+Order: a first fit of the drive as stated; loose readings; the library at a glance under two noises
+(as that fit sees it, and as a fit that can follow everything sees it); every effect that could
+gain, fitted in full; the pairs that could gain more; patterns without a name, alone and on top of
+the best. All are weighed by evidence and prior odds, so no order of asking decides.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,9 +21,10 @@ from cbpt.lab.assembled import Campaign
 from cbpt.lab.fit import Fit, Fitter, Hypothesis
 from cbpt.lab.library import LOT, ODDS, VARIANTS, Variant
 from cbpt.lab.noise import Noise, Whitener, fit_noise
+from cbpt.lab.patterns import Pattern, patterns_on
 from cbpt.lab.robust import looseness
 from cbpt.lab.screen import Screen, Signature, Signatures
-from cbpt.lab.structure import Component, Structure, components
+from cbpt.lab.structure import Component, components
 
 Floats = NDArray[np.float64]
 Names = tuple[str, ...]
@@ -31,20 +32,6 @@ Names = tuple[str, ...]
 REPLICATES = 400
 _PAIRS = 6
 _GLANCED = 150
-_FAMILIES = 3
-_AMPLITUDES = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
-
-
-@dataclass(frozen=True, eq=False)
-class Pattern:
-    """Something real without a name, on top of a hypothesis."""
-
-    base: Names
-    columns: Names
-    log_evidence: float
-    amplitude: float
-    noise: Noise
-    fitted_arcsec: Floats = field(repr=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +51,8 @@ class Competition:
     """(effect, parameter) of each value of the fits."""
     null_maximum: Floats = field(repr=False)
     """Largest log odds of any effect in noise alone."""
+    flexible: Noise
+    """The noise as a fit sees it that may follow the whole library."""
     looser: Floats | None = field(repr=False)
 
     @property
@@ -131,7 +120,11 @@ def compete(campaign: Campaign, rng: np.random.Generator) -> Competition:
 
     log_odds = {n: _score(fitter, f) - _score(fitter, null) for n, f in fits.items()}
     best = max(log_odds, key=lambda k: log_odds[k])
-    patterns = list(_patterns(fitter, fits, {(), best}, families, flexible))
+    patterns = [
+        p
+        for base in sorted({(), best})
+        for p in patterns_on(fitter, fits[base], families, flexible)
+    ]
     pattern_odds = [
         p.log_evidence
         + prior(p.base)
@@ -152,6 +145,7 @@ def compete(campaign: Campaign, rng: np.random.Generator) -> Competition:
         library,
         names,
         screen.null_of_maximum(weights, REPLICATES, rng),
+        flexible,
         looser,
     )
 
@@ -218,7 +212,7 @@ def _level(fitter: Fitter, fit: Fit, noise: Noise) -> float:
 def _promising(
     screens: list[Screen], levels: list[float], signatures: list[Signature]
 ) -> list[tuple[int, Floats]]:
-    """The best member of every effect that gains at all, with its size; the most promising first."""
+    """The best member of every effect that gains, with its size; the most promising first."""
     found: dict[str, tuple[float, int, Floats]] = {}
     for screen, level in zip(screens, levels, strict=True):
         for m, s in enumerate(signatures):
@@ -318,7 +312,7 @@ def _pairs(
     levels: list[float],
     signatures: list[Signature],
     names: dict[int, tuple[str, str]],
-    bases: list[Names],
+    bases: Sequence[Names],
     noise: Noise,
 ) -> Iterator[Fit | None]:
     """Pairs that might beat every single, fitted in full."""
@@ -360,50 +354,3 @@ def _pairs(
             start_values(fitter, signatures, members, sizes, base_fit),
             noise,
         )
-
-
-def _patterns(
-    fitter: Fitter,
-    fits: dict[Names, Fit],
-    bases: set[Names],
-    families: tuple[Component, ...],
-    noise: Noise,
-) -> Iterator[Pattern]:
-    """Unnamed patterns on top of some hypotheses, each with the amplitude and noise that suit it."""
-    c = fitter.campaign
-    for base in sorted(bases):
-        fit = fits[base]
-        tried: dict[Names, Component] = {}
-        for seen in (fit, fitter.look(fit, replace(noise, looser=fit.noise.looser))):
-            structure = Structure(families, seen.whitener, seen.margin)
-            if not structure.families:
-                continue
-            scores = structure.scores(structure.projected(seen.margin.y)[:, None])
-            odds = structure.log_odds(scores)[:, 0]
-            for i in np.argsort(odds)[::-1][:_FAMILIES]:
-                if odds[i] > 1:
-                    tried[structure.families[i].columns] = structure.families[i]
-        y, x, precision = fitter.linear(fit)
-        start = replace(noise, looser=fit.noise.looser)
-        for family in tried.values():
-            patterns = family.patterns - family.patterns.mean(axis=0)
-            columns = np.column_stack([x, patterns])
-            sd = float(np.median(c.u_arcsec))
-
-            def rated(amplitude: float, structures: bool) -> tuple[float, Noise]:
-                own = np.full(patterns.shape[1], (amplitude * sd) ** -2.0)
-                noise, value = fit_noise(
-                    y,
-                    columns,
-                    np.r_[precision, own],
-                    c.u_arcsec,
-                    c.rows,
-                    start,
-                    fitter.stated_dof,
-                    structures,
-                )
-                return value + fit.log_size_prior, noise
-
-            best = max(_AMPLITUDES, key=lambda a: rated(a, False)[0])
-            value, got = rated(best, True)
-            yield Pattern(base, family.columns, value, best, got, patterns)

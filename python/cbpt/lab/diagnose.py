@@ -3,8 +3,9 @@
     diagnose    a case and its readings -> Diagnosis
 
 Steps: readings at which the model has no solution are set aside and told; everything competes
-(`competition`); the odds become words (`verdict`); the answer is dressed with where the model fails, how
-the error falls in sample and on what was held back, and what the readings could have shown (`answer`).
+(`competition`); the odds become words (`verdict`); the answer is dressed with where the model
+fails, how the error falls in sample and on what was held back, and what the readings could have
+shown (`answer`).
 """
 
 from __future__ import annotations
@@ -22,10 +23,11 @@ from cbpt.lab.answer import Diagnosis, Rung
 from cbpt.lab.assembled import Assembled, Campaign
 from cbpt.lab.competition import Competition, Names, compete
 from cbpt.lab.fit import Fit, Fitter
-from cbpt.lab.holdout import folds, held_out_residual, rms
+from cbpt.lab.holdout import folds, held_out_residual, held_out_with_pattern, rms
 from cbpt.lab.inputs import case_and_readings
+from cbpt.lab.patterns import Pattern
 from cbpt.lab.readings import Readings
-from cbpt.lab.verdict import judge
+from cbpt.lab.verdict import Verdict, judge
 
 __all__ = ["diagnose"]
 
@@ -44,8 +46,9 @@ def diagnose(
 ) -> Diagnosis:
     """Say which effect the readings demand, or that none is needed, or that they cannot tell.
 
-    case, data, columns: as in `compare`. seed: of the simulated chances; the same seed gives the same
-    answer. Raises `CaseError` and `ReadingsError` for what cannot be read or is too little to judge.
+    case, data, columns: as in `compare`. seed: of the simulated chances; the same seed gives the
+    same answer. Raises `CaseError` and `ReadingsError` for what cannot be read or is too little to
+    judge.
     """
     case, readings = case_and_readings(case, data, columns)
     # Thousands of products of small matrices: threads would cost more than they give.
@@ -68,7 +71,7 @@ def _diagnosed(case: Case | Drive, readings: Readings, seed: int) -> Diagnosis:
         verdict=verdict,
         before=nominal,
         after=fits[verdict.names],
-        ladder=tuple(_ladder(competition, verdict.names, nominal, fold)),
+        ladder=tuple(_ladder(competition, verdict, nominal, fold)),
         held_out_by=held_by,
         fold=fold,
         notes=tuple(notes),
@@ -77,10 +80,10 @@ def _diagnosed(case: Case | Drive, readings: Readings, seed: int) -> Diagnosis:
 
 
 def _ladder(
-    competition: Competition, names: Names, nominal: Fit, fold: NDArray[np.int64]
+    competition: Competition, verdict: Verdict, nominal: Fit, fold: NDArray[np.int64]
 ) -> Iterator[Rung]:
     """From the drive as stated to the answer, and one step further."""
-    fitter, fits = competition.fitter, competition.fits
+    fitter, fits, names = competition.fitter, competition.fits, verdict.names
     yield rung(fitter, "", nominal, fold)
     yield rung(fitter, "numbers refitted", fits[()], fold)
     for reached, added in path(names, fits):
@@ -89,10 +92,14 @@ def _ladder(
     if further:
         added = next(iter(set(further) - set(names)))
         yield rung(fitter, added, fits[further], fold)
+    if verdict.pattern is not None:
+        yield _rung_of_pattern(verdict.pattern, fold)
 
 
 def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
-    """Readings that can be judged, and what was set aside. Raises `ReadingsError` where too few are left."""
+    """Readings that can be judged, and what was set aside. Raises `ReadingsError` where too few
+    are left.
+    """
     source = campaign.readings.source
     notes = list(campaign.readings.notes)
     n = len(campaign)
@@ -101,12 +108,13 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
         keep[np.linspace(0, n - 1, MOST).round().astype(int)] = True
         campaign = campaign.select(keep)
         notes.append(f"{MOST} of {n} readings, evenly spaced, were used for the diagnosis")
-    solved = np.isfinite(Assembled(campaign, []).at(np.zeros(0)).angle_arcsec)
+    solved = np.isfinite(_as_given(campaign))
     if not solved.all():
         lines = campaign.readings.line[~solved]
         shown = ", ".join(map(str, lines[:8].tolist())) + (", ..." if len(lines) > 8 else "")
         notes.append(
-            f"{len(lines)} readings were set aside because the model has no solution there (the preload does not "
+            f"{len(lines)} readings were set aside because the model has no solution there (the "
+            "preload does not "
             f"hold the torque, see cbpt compare): lines {shown}"
         )
         if solved.any():
@@ -128,7 +136,8 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
     assert preload is not None
     if np.ptp(preload) <= 1e-3 * float(preload.max()):
         notes.append(
-            "one preload level: effects that differ in how they follow the preload (friction, preload_loss, a "
+            "one preload level: effects that differ in how they follow the preload (friction, "
+            "preload_loss, a "
             "compliance) cannot be told apart by it; measure at three levels"
         )
     if campaign.step_arcsec:
@@ -138,9 +147,16 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
         )
     if not campaign.u_stated:
         notes.append(
-            "no uncertainty is stated: it was estimated from the scatter, so no misfit as small as that can be seen"
+            "no uncertainty is stated: it was estimated from the scatter, so no misfit as small as "
+            "that can be seen"
         )
     return campaign, notes
+
+
+def _as_given(campaign: Campaign) -> Floats:
+    """The case at every reading, arcsec; NaN where there is no solution."""
+    model = Assembled(campaign, [effect for effect, _ in campaign.effects])
+    return model.at(model.neutral).angle_arcsec
 
 
 def rung(fitter: Fitter, added: str, fit: Fit, fold: NDArray[np.int64]) -> Rung:
@@ -148,6 +164,16 @@ def rung(fitter: Fitter, added: str, fit: Fit, fold: NDArray[np.int64]) -> Rung:
     looser = fit.noise.looser
     held = held_out_residual(fitter, fit, fold)
     return Rung(added, rms(fit.residual_arcsec), rms(held), fit.chi2_per_dof, rms(held, looser))
+
+
+def _rung_of_pattern(pattern: Pattern, fold: NDArray[np.int64]) -> Rung:
+    """The error with a pattern that has no name, in place of the last addition."""
+    c = pattern.problem.fitter.campaign
+    residual = pattern.problem.residual(pattern.amplitude, pattern.noise)
+    held = held_out_with_pattern(pattern, fold)
+    chi2 = float(np.mean((residual / c.u_arcsec) ** 2))
+    added = f"any function of {' and '.join(pattern.columns)}"
+    return Rung(added, rms(residual), rms(held), chi2, rms(held, pattern.noise.looser))
 
 
 def path(names: Names, fits: Mapping[Names, Fit]) -> list[tuple[Names, str]]:

@@ -4,16 +4,17 @@
     Fitter      fits hypotheses to one campaign
     Fit         the outcome
 
-The numbers of the drive and the calibrations are always free within their stated uncertainties. The fit
-is the most probable one (Gauss-Newton on whitened residuals and priors, bounds by projection); the
-evidence is Laplace's: likelihood at the mode, times prior density, times the volume of the posterior
-(MacKay 2003, chapter 28). Sizes of effects are equally likely in the logarithm over their plausible range.
+The numbers of the drive and the calibrations are always free within their stated uncertainties.
+The fit is the most probable one (Gauss-Newton on whitened residuals and priors, bounds by
+projection); the evidence is Laplace's: likelihood at the mode, times prior density, times the
+volume of the posterior (MacKay 2003, chapter 28). Sizes of effects are equally likely in the
+logarithm over their plausible range.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,7 +57,7 @@ class Unknown:
     """What one step of the search is, in SI: puts all unknowns on one scale."""
     log: bool = False
     size_of: int = -1
-    """Which of the hypothesis's variants it is the size of; -1 for shapes, drive and calibrations."""
+    """Which of the hypothesis's variants it is the size of; -1 for what is no size."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +94,7 @@ class Fit:
     residual_arcsec: Floats
     """Reading minus model minus zeros."""
     log_marginal: float
-    """Log likelihood with the unknowns integrated out, sizes of effects counted per unit of size."""
+    """Log likelihood, the unknowns integrated out, sizes of effects per unit of size."""
     log_size_prior: float
     """What turns that into evidence: the prior density of the sizes."""
     chi2_per_dof: float
@@ -135,9 +136,11 @@ class Fitter:
         self.stated_dof = STATED_DOF if campaign.u_stated else 1e-3
         if campaign.step_arcsec:
             # Rounding errors hide how much they scatter; what is stated stands.
-            self.stated_dof = 1e3
+            self.stated_dof = 1e5
         self.bars: dict[Noise, float] = {}
-        """The smallest misfit reached under a noise; a fit that cannot come near it is not polished."""
+        """The smallest misfit reached under a noise; a fit that cannot come near it is not
+        polished.
+        """
         self.form_price: dict[str, float] = {}
         """Log price of an effect's having several forms; filled in by who compares them."""
 
@@ -240,7 +243,9 @@ class Fitter:
         return search.outcome(Hypothesis(), self.model.at(self.model.neutral), True)
 
     def linear(self, fit: Fit) -> tuple[Floats, Floats, Floats]:
-        """Readings less model, columns of unknowns and zeros, prior precisions, about a fit; in arcsec."""
+        """Readings less model, columns of unknowns and zeros, prior precisions, about a fit; in
+        arcsec.
+        """
         return _Search(self, fit.unknowns, fit.noise).linear(fit.point)
 
     def place(self, effect: str, name: str) -> int:
@@ -298,12 +303,12 @@ class _Search:
     def coordinates(self, point: Point) -> Floats:
         v = point.values[self.index]
         with np.errstate(divide="ignore", invalid="ignore"):
-            return np.where(self.log, np.log(v), v)
+            return np.asarray(np.where(self.log, np.log(v), v))
 
     def columns(self, point: Point) -> Floats:
         """Slopes by one step of each unknown, arcsec."""
         v = np.where(self.log, point.values[self.index], 1.0)
-        return point.slopes * (v * self.unit)
+        return np.asarray(point.slopes * (v * self.unit))
 
     def off(self, point: Point) -> Floats:
         """Unknowns off the mean of their priors, in units; 0 where there is no prior."""
@@ -316,7 +321,9 @@ class _Search:
         return margin.chi2 + float(self.precision @ self.off(point) ** 2)
 
     def run(self, point: Point, bar: float = np.inf) -> tuple[Point, bool]:
-        """Steps until none promises to gain, or until what the last one promises stays above `bar`."""
+        """Steps until none promises to gain, or until what the last one promises stays above
+        `bar`.
+        """
         value = self.objective(point)
         for number in range(_STEPS):
             step, promised = self.step(point)
@@ -345,7 +352,9 @@ class _Search:
         return self.fitter._at(values, self.unknowns)
 
     def step(self, point: Point) -> tuple[Floats, float]:
-        """The step in units that the linear problem asks for within the bounds, and what it promises."""
+        """The step in units that the linear problem asks for within the bounds, and what it
+        promises.
+        """
         y = self.whitener(self.fitter.campaign.y_arcsec - point.angle_arcsec)
         j = self.whitener(self.columns(point))
         at = self.coordinates(point)
@@ -378,7 +387,9 @@ class _Search:
         return step, now - then
 
     def linear(self, point: Point) -> tuple[Floats, Floats, Floats]:
-        """The problem linearised here: y, columns with zeros, precision; unknowns count from the prior's mean."""
+        """The problem linearised here: y, columns with zeros, precision; unknowns count from the
+        prior's mean.
+        """
         c = self.fitter.campaign
         columns = self.columns(point)
         y = c.y_arcsec - point.angle_arcsec + columns @ self.off(point)

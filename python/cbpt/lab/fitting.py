@@ -9,25 +9,21 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import product
 from typing import Any
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
 from cbpt._core import Case, Drive, text_table
-from cbpt.errors import InvalidInputError
+from cbpt.lab.added import best_fit
 from cbpt.lab.answer import Rung, parameters_of
 from cbpt.lab.assembled import Campaign
 from cbpt.lab.diagnose import prepared, rung
-from cbpt.lab.fit import Fit, Fitter, Hypothesis
+from cbpt.lab.fit import Fit, Fitter
 from cbpt.lab.holdout import folds
 from cbpt.lab.inputs import case_and_readings
-from cbpt.lab.library import PRIORS, Variant
-from cbpt.lab.noise import Noise
+from cbpt.lab.library import PRIORS
 from cbpt.lab.readings import Readings
-from cbpt.lab.screen import Screen, Signatures
 from cbpt.lab.sentence import shown
 
 __all__ = ["Fitted", "fit"]
@@ -50,7 +46,7 @@ class Fitted:
     notes: tuple[str, ...]
 
     def parameters(self) -> dict[str, dict[str, dict[str, Any]]]:
-        """By effect and parameter: value and standard uncertainty, SI, unit, or why there is none."""
+        """By effect and parameter: value, standard uncertainty (or why there is none), unit."""
         return {e: parameters_of(self.result, e) for e in self.effects}
 
     def report(self) -> str:
@@ -83,7 +79,8 @@ def fit(
     *,
     columns: Mapping[str, str] | None = None,
 ) -> Fitted:
-    """Fit effects of the library to readings, the numbers of the drive within their stated uncertainties.
+    """Fit effects of the library to readings, the numbers of the drive within their stated
+    uncertainties.
 
     Of an effect that has several forms (see `cbpt effects`) the most probable one is taken. Raises
     `InvalidInputError` for an effect that is not in the library or cannot be seen in this table,
@@ -95,8 +92,8 @@ def fit(
     with threadpool_limits(1, user_api="blas"):
         campaign, notes = prepared(Campaign.of(case, readings))
         fitter = Fitter(campaign)
-        names = tuple(dict.fromkeys(effects))
-        found = best_fit(fitter, names)
+        names = tuple(dict.fromkeys(e.partition(":")[0] for e in effects))
+        found = best_fit(fitter, effects)
         fold, held_by = folds(campaign)
         nominal = fitter.at_nominal(found)
         return Fitted(
@@ -108,62 +105,6 @@ def fit(
             result=found,
             held_out_by=held_by,
             notes=tuple(notes),
-        )
-
-
-def best_fit(fitter: Fitter, names: Sequence[str]) -> Fit:
-    """The most probable fit of some effects over all their forms and several starts."""
-    forms = [_forms(fitter, name) for name in names]
-    null = fitter.fit(Hypothesis())
-    assert null is not None  # who prepares a campaign leaves out what has no solution
-    best: Fit | None = None
-    for variants in product(*forms):
-        for start in _starts(fitter, null, variants):
-            got = fitter.fit(Hypothesis(variants), start, Noise(looser=null.noise.looser))
-            if got is not None and (best is None or got.log_evidence > best.log_evidence):
-                best = got
-    if best is None:
-        raise InvalidInputError(
-            f"{' + '.join(names)}: no fit was found at which the model has a solution at every reading"
-        )
-    return best
-
-
-def _forms(fitter: Fitter, name: str) -> list[Variant]:
-    known = {v.effect for v in fitter.variants}
-    forms = [v for v in fitter.variants if v.effect == name]
-    if name == "run_offset":
-        raise InvalidInputError(
-            'run_offset: a zero for each run is no effect to be added; set zero = "per_run" under [measurement]'
-        )
-    if not forms:
-        raise InvalidInputError(
-            f"{name}: not an effect of the library that this table can show; there are {', '.join(sorted(known))}"
-        )
-    return forms
-
-
-def _starts(
-    fitter: Fitter, null: Fit, variants: Sequence[Variant]
-) -> Iterator[NDArray[np.float64]]:
-    """Values to start from: what the linear problem finds at the shapes that suit it best."""
-    from cbpt.lab.competition import places, start_values
-
-    library = Signatures(fitter.campaign, variants)
-    signatures = library.about(null, places(fitter))
-    screen = Screen(null, signatures)
-    members = [
-        [m for m, s in enumerate(signatures) if s.variant is v and screen.usable(m)]
-        for v in variants
-    ]
-    ranked = sorted(
-        (screen.gain(choice) for choice in product(*members)), key=lambda g: -g.log_odds
-    )
-    for gain in ranked[:2]:
-        yield start_values(fitter, signatures, gain.members, gain.sizes)
-    if not ranked:
-        raise InvalidInputError(
-            f"{' + '.join(v.effect for v in variants)}: these readings do not depend on it at all"
         )
 
 

@@ -23,7 +23,8 @@ def lines(d: Diagnosis) -> Iterator[str]:
     for r in d.verdict.rests_on:
         if d.verdict.names and abs(r.needed_shift_sigma) > 2:
             yield (
-                f"This rests on {r.number}, stated to {_percent(r.number, r.prior)}: it would have to be off by "
+                f"This rests on {r.number}, stated to {_percent(r.number, r.prior)}: it would have "
+                "to be off by "
                 f"{abs(r.needed_shift_sigma):.0f} standard uncertainties to explain the same."
             )
     card = document["unknown"]
@@ -32,7 +33,8 @@ def lines(d: Diagnosis) -> Iterator[str]:
         yield "What the misfit looks like:"
         yield from (f"  {line}" for line in card["shape"])
     yield ""
-    yield f"Error, in sample and held out by {d.held_out_by} (noise {d.noise_floor_arcsec:.3f} arcsec):"
+    noise = f"noise {d.noise_floor_arcsec:.3f} arcsec"
+    yield f"Error, in sample and held out by {d.held_out_by} ({noise}):"
     rows = [
         [
             r.added or "as stated",
@@ -77,7 +79,8 @@ def _region(region: dict[str, object]) -> str:
         parts.append(str(region["regime"]))
     return (
         f"{', '.join(parts)}: {100 * float(str(region['share_of_misfit'])):.0f} % of the misfit, "
-        f"bias {float(str(region['bias_arcsec'])):+.2f} arcsec (p {float(str(region['p_value'])):.3f})"
+        f"bias {float(str(region['bias_arcsec'])):+.2f} arcsec "
+        f"(p {float(str(region['p_value'])):.3f})"
     )
 
 

@@ -50,8 +50,11 @@ class Scatter:
     @property
     def off(self) -> bool:
         """Whether the stated uncertainty cannot be right."""
-        if self.ratio is None or self.correlation > 0:
+        if self.ratio is None:
             return False
+        if self.correlation > 0:
+            # What is correlated is poorly known; only a large difference counts.
+            return not 0.4 < self.ratio < 2.5
         from scipy.special import chdtrc
 
         above = float(chdtrc(self.dof, self.dof * self.ratio**2))

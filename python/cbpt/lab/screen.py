@@ -1,10 +1,14 @@
-"""The whole library at a glance: every effect as what it would add to the readings if it were small.
+"""The whole library at a glance: every effect as what it would add to the readings if it were
+small.
 
-    Signatures  slopes of the readings by the size of every effect, at several shapes, about one fit
-    Screen      what each signature, and each pair, would gain; and what chance alone would gain at most
+    Signatures  slopes of the readings by the size of every effect, at several shapes, about one
+                    fit
+    Screen      what each signature, and each pair, would gain; and what chance alone would gain at
+                    most
 
-Linear in the sizes, so hundreds of candidates cost one prediction and one matrix product. What comes out
-on top is fitted in full afterwards; the chance of the largest gain needs no more than this.
+Linear in the sizes, so hundreds of candidates cost one prediction and one matrix product. What
+comes out on top is fitted in full afterwards; the chance of the largest gain needs no more than
+this.
 """
 
 from __future__ import annotations
@@ -33,7 +37,9 @@ class Signature:
     unit: Floats = field(repr=False)
     """SI size of one unit of each column."""
     secant: tuple[float, ...] = ()
-    """Where the column is not a slope but the whole change up to these sizes, per unit of their norm."""
+    """Where the column is not a slope but the whole change up to these sizes, per unit of their
+    norm.
+    """
 
     @property
     def one_sided(self) -> bool:
@@ -52,7 +58,7 @@ class Signature:
 
 
 def _direction(secant: tuple[float, ...]) -> Floats:
-    return np.array(secant) / np.linalg.norm(secant)
+    return np.asarray(np.array(secant) / np.linalg.norm(secant))
 
 
 class Signatures:
@@ -107,7 +113,9 @@ class Signatures:
 
 @dataclass(frozen=True, eq=False)
 class Gain:
-    """What some signatures together would gain: Bayes factor against none of them, and their sizes."""
+    """What some signatures together would gain: Bayes factor against none of them, and their
+    sizes.
+    """
 
     members: tuple[int, ...]
     log_odds: float

@@ -12,25 +12,23 @@ Floats = NDArray[np.float64]
 
 # Of the sum of squared residuals at most this part may be left once the factor is on.
 _LEFT = 0.1
-# The logarithm of the factor may be this far from that of the slip: the drive may be off as well.
-_NEAR = 0.25
+# The logarithm of the factor may be this far from the slip's, as the drive may be off as well.
+_NEAR = 0.4
 
-# Readings over model, and what that looks like.
+_ARCMIN, _MRAD, _URAD, _RAD = 1 / 60, np.pi / 648, np.pi / 0.648, np.pi / 648000
+
+# Readings over model, and what that looks like. 57.3, the degrees of a radian, is too near to 60 to
+# be told from it.
 _FACTORS = (
-    (1 / 60, "look like they are in arcmin where arcsec are stated"),
-    (
-        1 / 3600,
-        "look like they are in deg where arcsec are stated",
-    ),
-    (np.pi / 648, "look like they are in mrad where arcsec are stated"),
-    (np.pi / 0.648, "look like they are in urad where arcsec are stated"),
-    (np.pi / 648000, "look like they are in rad where arcsec are stated"),
-    (0.648 / np.pi, "look like they are in arcsec where urad are stated"),
-    (60.0, "look like they are in arcsec where arcmin are stated"),
+    (_ARCMIN, "look like they are in arcmin where arcsec are stated, or rad where deg are"),
+    (1 / 3600, "look like they are in deg where arcsec are stated"),
+    (_MRAD, "look like they are in mrad where arcsec are stated"),
+    (_URAD, "look like they are in urad where arcsec are stated"),
+    (_RAD, "look like they are in rad where arcsec are stated"),
+    (1 / _ARCMIN, "look like they are in arcsec where arcmin are stated, or deg where rad are"),
     (3600.0, "look like they are in arcsec where deg are stated"),
-    (648 / np.pi, "look like they are in arcsec where mrad are stated"),
-    (np.pi / 180, "look like they are in rad where deg are stated"),
-    (180 / np.pi, "look like they are in deg where rad are stated"),
+    (1 / _MRAD, "look like they are in arcsec where mrad are stated"),
+    (1 / _URAD, "look like they are in arcsec where urad are stated"),
     (1000.0, "are 1000 times too large: look for milli, micro or kilo in the units"),
     (0.001, "are 1000 times too small: look for milli, micro or kilo in the units"),
     (1.0, ""),

@@ -443,9 +443,10 @@ class _Scan:
         return scores
 
     def regions(self, best: _Best, p_value: float) -> Iterator[Region]:
-        """The region, or one for each side of the torque."""
-        sizes = any(axis.column == "torque_size" for axis in best.block.axes)
-        sides = [best.rows & (self.sign == side) for side in (1, -1)] if sizes else [best.rows]
+        """The region; where it is a size of the torque without 0, one for each side."""
+        sides = [best.rows]
+        if best.block.axes[0].column == "torque_size" and self.sign[best.rows].all():
+            sides = [best.rows & (self.sign == side) for side in (1, -1)]
         sides = [rows for rows in sides if np.count_nonzero(rows) >= _FEWEST]
         told = [rows for rows in sides if self.misfit[rows].mean() >= self.misfit.mean()]
         for rows in sorted(told or sides, key=lambda rows: -float(self.misfit[rows].sum())):

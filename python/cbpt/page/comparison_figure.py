@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from cbpt.lab.readings import Readings
 
 # Legible on white for every kind of colour vision (Okabe and Ito 2008).
-_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 _FORMATS = (".svg", ".png", ".pdf")
 _MARKERS = {1: ("^", "torque rising"), -1: ("v", "torque falling"), 0: ("o", "torque held")}
 
@@ -54,9 +54,9 @@ def draw_comparison(c: Comparison, path: str | os.PathLike[str], angle_unit: str
     counted = readings.elastic_angle_arcsec - zeros
     curves = model_curves(readings, model.elastic_angle_arcsec, levels, bool(c.numbers))
     for level, torque, angle in curves:
-        upper.plot(torque, angle * factor, color=_COLOURS[level % len(_COLOURS)], lw=1.2)
+        upper.plot(torque, angle * factor, color=COLOURS[level % len(COLOURS)], lw=1.2)
     for level in range(len(levels)):
-        colour = _COLOURS[level % len(_COLOURS)]
+        colour = COLOURS[level % len(COLOURS)]
         rows = levels.index == level
         for value, (marker, _) in _MARKERS.items():
             some = rows & (direction == value)
@@ -70,8 +70,8 @@ def draw_comparison(c: Comparison, path: str | os.PathLike[str], angle_unit: str
     lower.axhline(0, color="0.3", lw=0.8)
     _draw_regions(c, lower, factor)
     handles = [
-        Line2D([], [], color=_COLOURS[i % len(_COLOURS)], label=f"model, preload {level:.4g} N")
-        for i, level in enumerate(levels.value[: len(_COLOURS)])
+        Line2D([], [], color=COLOURS[i % len(COLOURS)], label=f"model, preload {level:.4g} N")
+        for i, level in enumerate(levels.value[: len(COLOURS)])
     ]
     handles += [
         Line2D([], [], ls="", marker=marker, color="0.3", label=f"reading, {label}")
