@@ -99,6 +99,11 @@ CORE_USES: dict[str, set[str]] = {
     "pair": {"drive", "geometry", "hertz"},
     "equilibrium": {"hertz", "pair", "solver", "status"},
     "transmission": {"drive", "geometry", "pair", "equilibrium", "status"},
+    "effect": {"pair"},
+    "predict": {
+        *("drive", "effect", "error", "geometry", "pair", "equilibrium", "status"),
+        *("transmission", "sweep"),
+    },
     "preload": {"drive", "geometry", "pair", "equilibrium", "period", "transmission"},
     "extremes": {
         *("drive", "error", "geometry", "pair", "equilibrium", "period", "status"),

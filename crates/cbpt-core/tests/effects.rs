@@ -7,7 +7,9 @@ use cbpt_core::drive::{
     Material, OutputPlate, RingGroove, TrackCurvature,
 };
 use cbpt_core::effect::{LIBRARY, Scale};
+use cbpt_core::predict::loads::{Effects, solve_load, solve_loads};
 use cbpt_core::predict::{Columns, Predictor, Rows};
+use cbpt_core::sweep::Progress;
 use cbpt_core::{InvalidInput, Status};
 
 const ARCSEC: f64 = std::f64::consts::PI / 648_000.0;
@@ -507,6 +509,46 @@ fn an_undercut_drive_has_no_row() {
     let found = predictor(&drive, &["creep"]).predict(&[0.0, 20.0], &[0]).unwrap();
     assert!(found.status.iter().all(|status| *status == Status::Undercut));
     assert!(found.angle_rad.iter().chain(&found.sensitivities).all(|value| value.is_nan()));
+}
+
+/// A single load is a run of one reading, loaded from rest: alone in full, or one of many, or as a table of its own.
+#[test]
+fn a_load_is_a_run_of_one_reading() {
+    for (label, drive) in drives() {
+        let ids = all_ids();
+        let values = typical_values(&predictor(&drive, &ids));
+        let effects = Effects { ids: &ids, values: &values };
+        let campaign = campaign();
+        let loads: Vec<Load> = (0..campaign.run.len())
+            .map(|i| {
+                Load::new(campaign.torque_Nm[i], campaign.preload_N[i], campaign.input_angle_rad[i]).unwrap()
+            })
+            .collect();
+        let many = solve_loads(&drive, effects, &loads, &Progress::default()).unwrap().unwrap();
+        for (load, outcome) in loads.iter().zip(&many).step_by(5) {
+            let detail = solve_load(&drive, effects, load).unwrap();
+            let table = Rows::new(Columns {
+                run: &[1],
+                time_s: &[50.0],
+                torque_Nm: &[load.torque_Nm()],
+                preload_N: &[load.preload_N()],
+                input_angle_rad: &[load.input_angle_rad()],
+                temperature_K: Some(&[300.0]),
+            });
+            let alone =
+                Predictor::new(drive.clone(), &ids, table.unwrap()).unwrap().predict(&values, &[]).unwrap();
+            let close = |a: f64, b: f64| {
+                assert!((a - b).abs() <= 1e-10 * b.abs() + 1e-16, "{label} at {load:?}: {a} {b}");
+            };
+            close(outcome.angle_rad, alone.angle_rad[0]);
+            close(detail.angle_rad.unwrap(), alone.angle_rad[0]);
+            close(detail.contributions.iter().map(|part| part.angle_rad[0]).sum(), alone.angle_rad[0]);
+            let (mesh, angles) = (outcome.mesh.unwrap(), detail.solution.angles.unwrap());
+            close(mesh.deceleration_rad, angles.deceleration_rad);
+            close(mesh.equal_speed_rad, angles.equal_speed_rad);
+            assert_eq!((detail.solution.load, detail.solution.status), (*load, outcome.status));
+        }
+    }
 }
 
 fn message<T>(result: Result<T, InvalidInput>) -> String {

@@ -169,6 +169,8 @@ impl<'a> Site<'a> {
         let mut mesh = Mesh {
             status: Status::Solved,
             angle_rad: 0.0,
+            parts_rad: [0.0; 2],
+            residual: 0.0,
             slopes: Slopes { gaps: vec![0.0; wanted.map_or(0, |_| self.gaps[0].len())], ..Slopes::default() },
             carrying: [0; 2],
             regime: Regime::AllLoaded,
@@ -247,6 +249,10 @@ pub struct Mesh {
     pub status: Status,
     /// Elastic angle at the output, rad.
     pub angle_rad: f64,
+    /// Its parts: of the deceleration pair, and what of the equal-speed pair reaches the output, rad.
+    pub parts_rad: [f64; 2],
+    /// Largest scaled residual.
+    pub residual: f64,
     /// How it answers, torque and preload being those of the drive.
     pub slopes: Slopes,
     /// Diagonals that carry in one row of the deceleration and the equal-speed pair.
@@ -261,6 +267,8 @@ impl Mesh {
         let (total, own) = (&mut self.slopes, &response.rotation);
         self.status = self.status.worse(response.status);
         self.angle_rad += weight * response.state.rotation_rad;
+        self.parts_rad[pair.min(1)] += weight * response.state.rotation_rad;
+        self.residual = self.residual.max(response.residual);
         total.torque += weight * share * own.torque;
         total.preload += weight * own.preload;
         total.spring += weight * own.spring;

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use crate::drive::Load;
 use crate::effect::port::Row;
 use crate::error::{InvalidInput, require, require_positive};
 
@@ -65,6 +66,25 @@ impl Rows {
             require_positive(&format!("preload_N[{index}]"), *preload)?;
         }
         Self::in_runs(&columns)
+    }
+
+    /// Single loads, each a table of its own: one reading at time 0, loaded from rest.
+    pub fn of_loads(loads: &[Load]) -> Self {
+        let row = |load: &Load| Row {
+            torque_Nm: load.torque_Nm(),
+            preload_N: load.preload_N(),
+            input_angle_rad: load.input_angle_rad(),
+            time_s: 0.0,
+            run_time_s: 0.0,
+            temperature_difference_K: 0.0,
+            largest_torque_share: if load.torque_Nm() == 0.0 { 0.0 } else { 1.0 },
+        };
+        Self {
+            rows: loads.iter().map(row).collect(),
+            places: (0..loads.len()).collect(),
+            starts: (0..=loads.len()).collect(),
+            has_temperature: true,
+        }
     }
 
     fn in_runs(columns: &Columns<'_>) -> Result<Self, InvalidInput> {
