@@ -534,6 +534,7 @@ fn a_load_is_a_run_of_one_reading() {
                 preload_N: &[load.preload_N()],
                 input_angle_rad: &[load.input_angle_rad()],
                 temperature_K: Some(&[300.0]),
+                cycle: None,
             });
             let alone =
                 Predictor::new(drive.clone(), &ids, table.unwrap()).unwrap().predict(&values, &[]).unwrap();

@@ -78,6 +78,8 @@ impl Rows {
             run_time_s: 0.0,
             temperature_difference_K: 0.0,
             largest_torque_share: if load.torque_Nm() == 0.0 { 0.0 } else { 1.0 },
+            largest_torque_share_of_run: if load.torque_Nm() == 0.0 { 0.0 } else { 1.0 },
+            cycles_done: 0.0,
         };
         Self {
             rows: loads.iter().map(row).collect(),
