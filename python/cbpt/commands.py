@@ -1,7 +1,7 @@
 """The `cbpt` command of the Python package.
 
-Verbs of the mechanics (solve, preload, sweep, check, effects, schema) are handed to the Rust command
-line as they are; verbs of the lab are here:
+Verbs of the mechanics (solve, preload, sweep, check, effects, schema) are handed to the Rust tree
+as they are; verbs of the lab are here:
 
     compare     model against a table of readings
     diagnose    which effect is missing          (in `verbs`)
