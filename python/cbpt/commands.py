@@ -1,7 +1,7 @@
 """The `cbpt` command of the Python package.
 
-Verbs of the mechanics (solve, preload, sweep, check, effects, schema) are handed to the Rust command
-line as they are; those of the lab (compare, diagnose, fit) are in `verbs`.
+Verbs of the mechanics (solve, preload, sweep, check, effects, schema) are handed to the Rust
+command line as they are; those of the lab (compare, diagnose, fit) are in `verbs`.
 """
 
 from __future__ import annotations

@@ -45,6 +45,8 @@ class Campaign:
     """Standard uncertainty of each number that is a `PRIORS` effect, by effect id."""
     effects: tuple[tuple[str, dict[str, float]], ...] = ()
     """Effects that the case has, each with its numbers, SI."""
+    u_believed: float = 1.0
+    """What the stated uncertainty was multiplied by, where it cannot be meant as it stands."""
     step_arcsec: float = 0.0
     """Step of the display where it is coarse against the uncertainty, else 0."""
 
@@ -108,6 +110,7 @@ class Campaign:
             zeros,
             self.priors,
             self.effects,
+            self.u_believed,
             self.step_arcsec,
         )
 
@@ -196,6 +199,9 @@ class Assembled:
         parameters = self._predictor.parameters
         self.lower = np.array([p.lower for _, _, p in parameters])
         self.upper = np.array([p.upper for _, _, p in parameters])
+        """Limits of what the equations take."""
+        self.likely = np.array([p.range for _, _, p in parameters], dtype=np.float64).reshape(-1, 2)
+        """Range of what is plausible, shape (p, 2)."""
         self.places = {(owner, p.name): i for i, (owner, _, p) in enumerate(parameters)}
         """Place of each parameter among the values, by instance of an effect and name."""
         for effect, numbers in campaign.effects:

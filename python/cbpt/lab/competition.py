@@ -259,7 +259,8 @@ def start_values(
         for name, value in given.items():
             effect, _, parameter = name.partition(".")
             if effect not in base.hypothesis.effects:
-                values[fitter.place(effect, parameter)] = value
+                i = fitter.place(effect, parameter)
+                values[i] = np.clip(value, fitter.model.lower[i], fitter.model.upper[i])
     return values
 
 
