@@ -131,7 +131,8 @@ def _effects_of(case: Case | Drive) -> tuple[tuple[str, dict[str, float]], ...]:
 def display_step(values: Floats) -> float:
     """The step that all values are whole multiples of, 0 where there is none to be seen."""
     found = np.unique(np.round(values, 9))
-    if len(found) < 3:
+    # A step that hardly any two readings share is that of the digits in the table.
+    if len(found) < 3 or len(found) > 0.7 * len(values):
         return 0.0
     # Digits of the table may round the multiples once more, so the step is refined on them.
     step = float(np.diff(found).min())

@@ -132,14 +132,6 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
     _stop_if_a_slip(campaign, model)
     campaign, told = _believed(campaign, model)
     notes += told
-    preload = campaign.readings.preload_N
-    assert preload is not None
-    if np.ptp(preload) <= 1e-3 * float(preload.max()):
-        notes.append(
-            "one preload level: effects that differ in how they follow the preload (friction, "
-            "preload_loss, a "
-            "compliance) cannot be told apart by it; measure at three levels"
-        )
     if campaign.step_arcsec:
         notes.append(
             f"the angle comes in steps of {campaign.step_arcsec:g} arcsec, coarse against its "
@@ -155,13 +147,13 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
 
 def _stop_if_too_little(campaign: Campaign, n: int, solved: int) -> None:
     source, r = campaign.readings.source, campaign.readings
-    if solved < FEWEST:
+    if solved < FEWEST or 2 * solved < n:
         if n > solved:
             raise ReadingsError.of_column(
                 source,
                 "torque",
                 f"torques that the preload does not hold at {n - solved} of {n} readings",
-                f"at least {FEWEST} readings at which the model has a solution",
+                f"a solution of the model at half of them and at {FEWEST} at least",
                 "check the units of torque and preload, and the drive",
             )
         raise ReadingsError.of_column(
