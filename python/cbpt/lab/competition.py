@@ -105,10 +105,10 @@ def compete(campaign: Campaign, rng: np.random.Generator) -> Competition:
     # The most promising first: the others need not be polished further than it takes to be out.
     for member, sizes in _promising(screens, levels, signatures):
         hypothesis = Hypothesis((signatures[member].variant,))
-        start = start_values(fitter, signatures, (member,), sizes)
+        values = start_values(fitter, signatures, (member,), sizes)
         # Zeros of the runs can hide what goes with the input angle, so both ways are tried.
         for noise in _with_and_without_offsets(flexible):
-            _keep(fits, fitter.fit(hypothesis, start, noise))
+            _keep(fits, fitter.fit(hypothesis, values, noise))
 
     # Pairs: about the drive as stated, and about the best singles.
     ranked = sorted((n for n in fits if len(n) == 1), key=lambda n: -_score(fitter, fits[n]))
