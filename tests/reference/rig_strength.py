@@ -132,39 +132,55 @@ class Yardstick:
         except (NotHeldError, ArithmeticError):
             return np.full(len(self.rows), np.nan)
 
+    def _slopes(self, moved: Floats, model: Floats) -> Floats:
+        """Of the whitened angle by each free number where they are; one-sided, small steps."""
+        columns = []
+        for i in range(len(moved)):
+            for step in (0.02, -0.02):
+                other = moved.copy()
+                other[i] += step
+                there = self._model(other)
+                if np.isfinite(there).all():
+                    columns.append((there - model) / step)
+                    break
+            else:
+                columns.append(np.zeros_like(model))
+        return self._white(np.column_stack(columns))
+
+    def _white(self, x: Floats) -> Floats:
+        return np.asarray(solve_triangular(self.factors[0], x, lower=True))
+
     def _refitted(self, target_rad: Floats) -> float:
         """Square root of the smallest sum of squares, priors included, that a refit leaves.
 
-        Gauss-Newton, the slopes kept up by Broyden's rule, no step longer than two standard
-        deviations and none that makes matters worse.
+        Gauss-Newton, damped where a step makes matters worse. The slopes are found anew at every
+        step: the knee moves with the numbers, and Broyden's rule was caught in its bent valley.
         """
-
-        def white(x: Floats) -> Floats:
-            return np.asarray(solve_triangular(self.factors[0], x, lower=True))
-
-        j = white(self.slopes_rad)
-        moved, left = np.zeros(j.shape[1]), white(target_rad - self.angle_rad)
-        found = float(left @ left)
-        for number in range(25):
-            step = np.linalg.solve(np.eye(j.shape[1]) + j.T @ j, j.T @ left - moved)
+        j, one = self._white(self.slopes_rad), np.eye(self.slopes_rad.shape[1])
+        moved, left = np.zeros(len(one)), self._white(target_rad - self.angle_rad)
+        found, damping = float(left @ left), 0.0
+        for _ in range(25):
+            curvature, pull = one + j.T @ j, j.T @ left - moved
+            step = np.linalg.solve(curvature, pull)
             hoped = float(np.sum((left - j @ step) ** 2) + np.sum((moved + step) ** 2))
-            if np.abs(step).max() < 0.5 and (number == 0 or hoped > 0.995 * found):
+            if np.abs(step).max() < 0.5 and (hoped > 0.98 * found or not moved.any()):
                 return float(np.sqrt(hoped))
-            step = step * min(1.0, 2.0 / float(np.abs(step).max()))
-            for _ in range(5):
+            for _ in range(12):
+                step = np.linalg.solve(curvature + damping * np.diag(np.diag(curvature)), pull)
                 model = self._model(moved + step)
                 if not np.isfinite(model).all():
-                    step = step / 2
+                    damping = max(10 * damping, 1e-3)
                     continue
-                trial = white(target_rad - model)
-                j = j + np.outer(left - trial - j @ step, step) / (step @ step)
+                trial = self._white(target_rad - model)
                 value = float(trial @ trial + np.sum((moved + step) ** 2))
                 if value < found:
                     moved, left, found = moved + step, trial, value
+                    damping = damping / 10 if damping > 1e-4 else 0.0
                     break
-                step = step / 2
+                damping = max(10 * damping, 1e-3)
             else:
                 break
+            j = self._slopes(moved, model)
         return float(np.sqrt(found))
 
     def sized(self, effect: Hidden, d: float, tolerance: float = 0.02) -> Hidden:
