@@ -345,7 +345,7 @@ def test_paths_may_hold_blanks_and_any_letters(desk: Path) -> None:
         ([CASE, "empty.csv"], ["empty.csv", "an empty file"]),
         ([CASE, "wrong.csv"], ["wrong.csv", "line 3", "torque_Nm", "'five'"]),
         (["wrong.toml", DATA], ["wrong.toml", "ball_cuont", "ball_count"]),
-        (["effect.toml", DATA], ["output_torsion", "cannot compute yet"]),
+        (["effect.toml", DATA], ["effect.toml", "k_Nm_per_rad", "compliance_arcsec_per_Nm"]),
         ([CASE], ["DATA"]),
         ([], ["CASE"]),
         ([CASE, DATA, "--out", "answer.xlsx"], ["answer.xlsx", ".csv or .json"]),

@@ -222,10 +222,18 @@ def test_what_cannot_be_compared_is_refused() -> None:
         compare(base(), 7)  # type: ignore[arg-type]
 
 
-def test_an_effect_is_refused_and_not_left_out() -> None:
-    case = case_of("dev03", '[[effect]]\nid = "output_torsion"\nk_Nm_per_rad = 1e6\n')
-    with pytest.raises(cbpt.CaseError, match="output_torsion"):
-        compare(case, CAMPAIGNS / "dev03.csv")
+def test_an_effect_of_the_case_is_part_of_the_model() -> None:
+    plain = compare(case_of("dev03", ""), CAMPAIGNS / "dev03.csv")
+    torsion = '[[effect]]\nid = "output_torsion"\ncompliance_arcsec_per_Nm = 0.5\n'
+    with_it = compare(case_of("dev03", torsion), CAMPAIGNS / "dev03.csv")
+    change = plain.residual_arcsec - with_it.residual_arcsec
+    np.testing.assert_allclose(change, 0.5 * plain.readings.torque_Nm, atol=1e-9)
+
+
+def test_an_own_effect_is_refused_and_not_left_out() -> None:
+    own = '[[effect]]\nid = "mine"\nport = "series"\nexpression = "a * torque_Nm"\n'
+    with pytest.raises(cbpt.CbptError, match="mine"):
+        compare(case_of("dev03", own), CAMPAIGNS / "dev03.csv")
 
 
 def test_what_progress_raises_stops_the_comparison() -> None:
@@ -359,11 +367,8 @@ def test_angles_that_cannot_be_are_refused() -> None:
         compare(EXAMPLES / "campaign.toml", data)
 
 
-def test_effects_are_refused_and_not_ignored() -> None:
-    text = cbpt.example_case() + '\n[[effect]]\nid = "creep"\nc_rad_per_Nm = 1e-7\n'
+def test_a_drive_has_no_place_for_effects() -> None:
+    text = cbpt.example_case() + '\n[[effect]]\nid = "creep"\ncompliance_rad_per_Nm = 1e-7\n'
     with pytest.raises(cbpt.CaseError, match="creep"):
         cbpt.Drive.from_toml(text)
-    with pytest.raises(cbpt.CaseError, match="creep"):
-        _ = cbpt.Case.from_toml(text).drive
-    with pytest.raises(cbpt.CaseError, match="creep"):
-        compare(cbpt.Case.from_toml(text), EXAMPLES / "campaign.csv")
+    assert cbpt.Case.from_toml(text).drive == cbpt.Drive.from_toml(cbpt.example_case())

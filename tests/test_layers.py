@@ -195,8 +195,11 @@ def imports(name: str) -> Imports:
 
 # The part of the package that a module belongs to, the lowest first.
 RANKS = ("_core", "errors", "results", "lab", "page", "commands")
-# The one step up: a method that hands its object on when it is called, never on import.
-UPWARDS = {("cbpt.lab.compare", "cbpt.page.comparison_figure")}
+# The one step up: methods that hand their object on when they are called, never on import.
+UPWARDS = {
+    ("cbpt.lab.compare", "cbpt.page.comparison_figure"),
+    ("cbpt.lab.answer", "cbpt.page.diagnosis_figure"),
+}
 
 
 def rank(name: str) -> int:

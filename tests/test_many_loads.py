@@ -159,7 +159,7 @@ def test_the_rest_survives_pickling() -> None:
     assert pickle.loads(pickle.dumps(largest)) == largest
     refused = drive.solve(50, 600)
     assert pickle.loads(pickle.dumps(refused)).message == refused.message
-    effect = {"id": "eccentric_bearing", "u_ref_um": 2, "exponent": 0.9}
+    effect = {"id": "eccentric_bearing", "reference_deflection_um": 2, "exponent": 0.9}
     whole = cbpt.Case.from_dict(base_case() | {"effect": [effect]})
     assert pickle.loads(pickle.dumps(whole)) == whole
     assert pickle.loads(pickle.dumps(whole.effects)) == whole.effects != []

@@ -11,6 +11,7 @@ Map:
 - `Drive.preload` -> `PreloadThresholds`: the preload that a torque needs;
 - `solve_many` -> `Angles`: arrays of loads on all cores;
 - `read_readings` -> `Readings`, `compare` -> `Comparison`: model against measurement;
+- `diagnose` -> `Diagnosis`: which effect is missing; `fit` -> `Fitted`: the case with it;
 - `errors`: everything that can be raised, under `CbptError`.
 
 Input is in the unit that its name ends in; inside everything is SI and radians.
@@ -36,7 +37,10 @@ from cbpt.errors import CaseError, CbptError, InvalidInputError, ReadingsError
 
 if TYPE_CHECKING:
     __version__: str
+    from cbpt.lab.answer import Diagnosis
     from cbpt.lab.compare import Comparison, compare
+    from cbpt.lab.diagnose import diagnose
+    from cbpt.lab.fitting import Fitted, fit
     from cbpt.lab.readings import Readings, read_readings
     from cbpt.results import Angles, solve_many
 
@@ -44,8 +48,12 @@ if TYPE_CHECKING:
 _LAZY = {
     "Angles": "cbpt.results",
     "Comparison": "cbpt.lab.compare",
+    "Diagnosis": "cbpt.lab.answer",
+    "Fitted": "cbpt.lab.fitting",
     "Readings": "cbpt.lab.readings",
     "compare": "cbpt.lab.compare",
+    "diagnose": "cbpt.lab.diagnose",
+    "fit": "cbpt.lab.fitting",
     "read_readings": "cbpt.lab.readings",
     "solve_many": "cbpt.results",
 }
@@ -56,8 +64,10 @@ __all__ = [
     "CaseError",
     "CbptError",
     "Comparison",
+    "Diagnosis",
     "Drive",
     "Finding",
+    "Fitted",
     "InvalidInputError",
     "LargestAngle",
     "PairSolution",
@@ -67,7 +77,9 @@ __all__ = [
     "Solution",
     "Thresholds",
     "compare",
+    "diagnose",
     "example_case",
+    "fit",
     "read_readings",
     "solve_many",
 ]

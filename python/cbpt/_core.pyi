@@ -23,7 +23,7 @@ class Case:
     @property
     def drive(self, /) -> Drive:
         """
-        The drive. Raises ``CaseError`` where the case has effects, which this version cannot compute yet.
+        The drive without the effects of the case.
         """
     @property
     def effects(self, /) -> list[Effect]:
@@ -68,6 +68,13 @@ class Case:
     def torque_Nm(self, /) -> float | None:
         """
         Torque of ``[load]``, N m, or ``None``.
+        """
+    def with_effects(self, /, effects: "list[tuple[str, dict[str, float]]]") -> Case:
+        """
+        The case with these effects in place of its own: ids of the library, each with numbers named as in a case file
+        (``{"reference_deflection_um": 2}``); what is not given has its default. The same id may stand more than once.
+
+        Raises ``CaseError`` with key, what was found and what is allowed.
         """
     @property
     def zero(self, /) -> str:
@@ -186,7 +193,7 @@ class Effect:
     @property
     def values(self, /) -> list[tuple[str, float]]:
         """
-        Numbers as given, name with unit and value.
+        All numbers of an effect of the library in SI: name with unit, and value.
         """
 
 @final

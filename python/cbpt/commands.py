@@ -4,6 +4,8 @@ Verbs of the mechanics (solve, preload, sweep, check, schema) are handed to the 
 they are; verbs of the lab are here:
 
     compare     model against a table of readings
+    diagnose    which effect is missing          (in `verbs`)
+    fit         add effects to a case            (in `verbs`)
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from cbpt import verbs
 from cbpt._core import run_command_line
 from cbpt.errors import CbptError
 
@@ -79,6 +82,15 @@ def _compare(argv: list[str]) -> int:
     )
     parser.add_argument("case", metavar="CASE", type=Path, help="case file (TOML)")
     parser.add_argument("data", metavar="DATA", type=Path, help="table of readings (CSV)")
+    parser.add_argument(
+        "--with",
+        metavar="EFFECT",
+        nargs="+",
+        action="extend",
+        default=[],
+        dest="effects",
+        help="effects of the library to fit to the readings; the report tells before and after",
+    )
     parser.add_argument("--plot", metavar="FILE", type=Path, help="draw to FILE.svg, .png or .pdf")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.add_argument(
@@ -114,7 +126,11 @@ def _compare(argv: list[str]) -> int:
         check_picture_name(options.plot)
     with _Counter() as counter:
         comparison = compare(
-            options.case, options.data, columns=columns or None, progress=counter.show
+            options.case,
+            options.data,
+            effects=options.effects,
+            columns=columns or None,
+            progress=counter.show,
         )
     if options.out and options.out.suffix.lower() == ".json":
         options.out.write_text(comparison.to_json() + "\n", encoding="utf-8")
@@ -149,7 +165,11 @@ class _Counter:
             print("\r\x1b[K", end="", file=sys.stderr, flush=True)
 
 
-_LAB: dict[str, Callable[[list[str]], int]] = {"compare": _compare}
+_LAB: dict[str, Callable[[list[str]], int]] = {
+    "compare": _compare,
+    "diagnose": verbs.diagnose,
+    "fit": verbs.fit,
+}
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -4,7 +4,7 @@
 
 mod common;
 
-use cbpt_core::equilibrium::PairEquilibrium;
+use cbpt_core::equilibrium::{PairEquilibrium, ReadyPair};
 use cbpt_core::pair::MeshingPoints;
 use cbpt_core::solver::problem::{Evaluation, Problem};
 use common::{any_pair, approach_scale_m, effects, preload_N, torque_Nm};
@@ -32,7 +32,8 @@ fn check<const N: usize>(
     x: &SVector<f64, N>,
 ) -> Result<(), TestCaseError> {
     let size = approach_scale_m(points, preload_N);
-    let equations = PairEquilibrium::new(points, torque_Nm, preload_N, 0.7 * size).unwrap();
+    let pair = ReadyPair::new(points);
+    let equations = PairEquilibrium::new(&pair, torque_Nm, preload_N, Some(0.7 * size)).unwrap();
     let deformations: Vec<f64> =
         points.points.iter().map(|point| equations.state(x).deformation_m(point) / size).collect();
     prop_assume!(deformations.iter().all(|deformation| deformation.abs() > FROM_KINK));
@@ -90,7 +91,8 @@ proptest! {
         share in -0.9..0.9_f64,
     ) {
         let torque = torque_Nm(&points, preload, share);
-        let equations = PairEquilibrium::new(&points, torque, preload, 0.0).unwrap();
+        let pair = ReadyPair::new(&points);
+        let equations = PairEquilibrium::new(&pair, torque, preload, None).unwrap();
         let x = SVector::from([1.0, 0.5, 0.1]);
         let si: SMatrix<f64, 3, 3> = equations.unscaled_jacobian(&equations.evaluate(&x).jacobian);
         let state = equations.state(&x);

@@ -29,7 +29,7 @@ impl<'py, T: Element> Table<'py, T> {
 
     /// So many rows, one after the other in `values`.
     pub fn of_rows(py: Python<'py>, values: &[T], rows: usize) -> PyResult<Self> {
-        let width = if rows == 0 { 0 } else { values.len() / rows };
+        let width = values.len().checked_div(rows).unwrap_or(0);
         Ok(Self(PyArray1::from_slice(py, values).reshape([rows, width])?))
     }
 }

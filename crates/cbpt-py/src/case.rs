@@ -1,5 +1,6 @@
 //! Case files and drives.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use cbpt_cli::case::{Case as RustCase, Zero};
@@ -11,8 +12,8 @@ use serde_json::{Number, Value};
 
 use crate::Reduced;
 use crate::error::{
-    case_error, effect_not_computed, half_a_character, half_a_load, invalid_input, no_case_key,
-    no_case_value, too_much,
+    case_error, drive_with_effect, half_a_character, half_a_load, invalid_input, no_case_key, no_case_value,
+    too_much,
 };
 use crate::interrupt::without_gil;
 use crate::preload::{PreloadThresholds, Thresholds};
@@ -80,11 +81,11 @@ impl Drive {
         &self.drive
     }
 
-    /// The drive of a case, if that is all there is to compute.
+    /// The drive of a case that has nothing else to compute.
     fn new(py: Python<'_>, case: RustCase) -> PyResult<Self> {
         match case.effects.first() {
             None => Ok(Self { drive: case.drive }),
-            Some(effect) => Err(effect_not_computed(py, &effect.id)),
+            Some(effect) => Err(drive_with_effect(py, &effect.id)),
         }
     }
 }
@@ -262,7 +263,7 @@ pub struct Effect {
     port: Option<String>,
     /// Its expression, for an effect of the user's own.
     expression: Option<String>,
-    /// Numbers as given, name with unit and value.
+    /// All numbers of an effect of the library in SI: name with unit, and value.
     values: Vec<(String, f64)>,
 }
 
@@ -321,10 +322,10 @@ impl Case {
         self.case.to_toml()
     }
 
-    /// The drive. Raises ``CaseError`` where the case has effects, which this version cannot compute yet.
+    /// The drive without the effects of the case.
     #[getter]
-    fn drive(&self, py: Python<'_>) -> PyResult<Drive> {
-        Drive::new(py, self.case.clone())
+    fn drive(&self) -> Drive {
+        Drive { drive: self.case.drive.clone() }
     }
 
     /// Torque of ``[load]``, N m, or ``None``.
@@ -358,6 +359,18 @@ impl Case {
     #[getter]
     fn lever_arm_mm(&self) -> Option<f64> {
         self.case.measurement.lever_arm_m.map(|m| m * 1e3)
+    }
+
+    /// The case with these effects in place of its own: ids of the library, each with numbers named as in a case file
+    /// (``{"reference_deflection_um": 2}``); what is not given has its default. The same id may stand more than once.
+    ///
+    /// Raises ``CaseError`` with key, what was found and what is allowed.
+    #[pyo3(signature = (effects: "list[tuple[str, dict[str, float]]]"))]
+    fn with_effects(&self, py: Python<'_>, effects: Vec<(String, BTreeMap<String, f64>)>) -> PyResult<Self> {
+        let entries = effects.iter().map(|(id, numbers)| {
+            (id.as_str(), numbers.iter().map(|(name, value)| (name.as_str(), *value)).collect::<Vec<_>>())
+        });
+        self.case.with_effects(entries).map(|case| Self { case }).map_err(|error| case_error(py, &error))
     }
 
     /// Effects that the case adds to the drive.

@@ -147,7 +147,9 @@ impl Prediction {
     /// Diagonals that carry in one row of the deceleration and of the equal-speed pair, shape (n, 2).
     #[getter]
     fn carrying<'py>(&self, py: Python<'py>) -> PyResult<Table<'py, u32>> {
-        Table::of_rows(py, self.prediction.carrying.as_flattened(), self.prediction.carrying.len())
+        let narrow = |count: &usize| u32::try_from(*count).unwrap_or(u32::MAX);
+        let counts: Vec<u32> = self.prediction.carrying.as_flattened().iter().map(narrow).collect();
+        Table::of_rows(py, &counts, self.prediction.carrying.len())
     }
 
     /// Which contacts carry, shape (n,): 0 all that exist, 1 some have parted, 2 below continuous transmission (d <= 0 in

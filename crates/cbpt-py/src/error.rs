@@ -50,11 +50,10 @@ fn type_name(value: &Bound<'_, PyAny>) -> String {
     value.get_type().name().map_or_else(|_| "unknown".into(), |name| name.to_string_lossy().into_owned())
 }
 
-/// A case with effects, asked for what its drive alone would do: `cbpt.errors.CaseError`.
-pub fn effect_not_computed(py: Python<'_>, id: &str) -> PyErr {
+/// A case with effects where a drive alone is asked for: `cbpt.errors.CaseError`.
+pub fn drive_with_effect(py: Python<'_>, id: &str) -> PyErr {
     let message = format!(
-        "the case has the effect `{id}`, which this version reads but cannot compute yet; remove its [[effect]] to compute \
-         the bare drive"
+        "the case has the effect `{id}`, which a Drive has no place for: read it as a Case, whose .drive is the bare drive"
     );
     raise(py, "CaseError", &message)
 }

@@ -1,8 +1,8 @@
 """The answer: everything a diagnosis found, as an object, as text and as one JSON document.
 
-    Diagnosis   the answer with all it rests on
-    Rung        one step of the ladder of errors
-    SCHEMA      name and version of the JSON document
+Diagnosis   the answer with all it rests on
+Rung        one step of the ladder of errors
+SCHEMA      name and version of the JSON document
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from cbpt._core import Case, Drive
 from cbpt.lab.competition import Competition
 from cbpt.lab.fit import Fit, Unknown
-from cbpt.lab.library import PRIORS
+from cbpt.lab.library import LOT, PRIORS
 from cbpt.lab.readings import Readings
 from cbpt.lab.screen import Screen
 from cbpt.lab.sentence import sentence
@@ -91,7 +91,8 @@ class Diagnosis:
     @property
     def noise_floor_arcsec(self) -> float:
         """The error that noise alone leaves."""
-        c, noise = self.competition.campaign, self.after.noise
+        c, pattern = self.competition.campaign, self.verdict.pattern
+        noise = self.after.noise if pattern is None else pattern.noise
         variance = (noise.scale * c.u_arcsec) ** 2 + noise.offset_arcsec**2
         return float(np.sqrt(np.mean(variance)))
 
@@ -99,12 +100,7 @@ class Diagnosis:
 
     def parameters(self, fit: Fit, effect: str) -> dict[str, dict[str, Any]]:
         """Values of an effect's parameters in a fit, SI, with standard uncertainties."""
-        found = {}
-        for u in fit.unknowns:
-            owner, _, name = u.name.partition(".")
-            if owner == effect and name:
-                found[name] = _parameter(fit, u)
-        return found
+        return parameters_of(fit, effect)
 
     def ranking(self) -> list[dict[str, Any]]:
         """Every single effect that was fitted, the most probable first."""
@@ -139,7 +135,9 @@ class Diagnosis:
         return rows
 
     def detectable(self) -> list[dict[str, Any]]:
-        """The smallest size of each effect that these readings would have shown, about the final fit."""
+        """The smallest size of each effect that these readings would have shown, about the final
+        fit.
+        """
         screen = self._screen()
         # Odds of 20 : 1 after prior odds of 1 : 50 and the price of a free size.
         need = np.sqrt(2 * (np.log(ODDS_LIMIT) + np.log(50.0) + 3.0))
@@ -174,7 +172,11 @@ class Diagnosis:
 
         rng = np.random.default_rng([self.seed, 1])
         fit = self.before
-        regions = find_regions(self.readings, fit.residual_arcsec, fit.whitener, fit.margin.x, None, rng)
+        model = self.competition.fitter.model
+        regime = model.regimes(model.neutral)
+        regions = find_regions(
+            self.readings, fit.residual_arcsec, fit.whitener, fit.margin.x, regime, rng
+        )
         return [r.to_dict() for r in regions]
 
     def to_dict(self) -> dict[str, Any]:
@@ -184,7 +186,7 @@ class Diagnosis:
         from cbpt import __version__
 
         v, c = self.verdict, self.competition
-        noise = self.after.noise
+        noise = self.after.noise if v.pattern is None else v.pattern.noise
         u = float(np.sqrt(np.mean(c.campaign.u_arcsec**2)))
         return {
             "schema": SCHEMA,
@@ -206,7 +208,11 @@ class Diagnosis:
                 "sentence": self.sentence,
                 "within_stated_uncertainty": v.within_uncertainty,
                 "rests_on": [
-                    {"number": r.number, "prior": r.prior, "needed_shift_sigma": r.needed_shift_sigma}
+                    {
+                        "number": r.number,
+                        "prior": r.prior,
+                        "needed_shift_sigma": r.needed_shift_sigma,
+                    }
                     for r in v.rests_on
                 ],
             },
@@ -282,9 +288,24 @@ def prior_odds() -> dict[str, float]:
     return {name or "other": odds for name, odds in ODDS.items()}
 
 
+def parameters_of(fit: Fit, effect: str) -> dict[str, dict[str, Any]]:
+    """Values of an effect's parameters, SI, with standard uncertainties, or why there is none."""
+    own = [u for u in fit.unknowns if u.name.startswith(effect + ".")]
+    if effect == LOT and own:
+        # One number for many balls: how far their diameters differ.
+        sizes = np.array([fit.value(u) for u in own])
+        spread = {"value": float(sizes.std()), "u": None, "unit": "m", "at_bound": False}
+        return {"spread_m": spread | {"why_no_u": f"of {len(own)} balls, each fitted"}}
+    return {u.name.partition(".")[2]: _parameter(fit, u) for u in own}
+
+
 def _parameter(fit: Fit, u: Unknown) -> dict[str, Any]:
     value, sd = fit.value(u), fit.u(u)
-    at_bound = bool(value <= u.lower * (1 + 1e-9) or value >= u.upper * (1 - 1e-9)) if u.upper > u.lower else False
+    at_bound = (
+        bool(value <= u.lower * (1 + 1e-9) or value >= u.upper * (1 - 1e-9))
+        if u.upper > u.lower
+        else False
+    )
     why = None
     if at_bound:
         why = "the best value lies at the end of the allowed range"
@@ -330,7 +351,11 @@ def _total(c: Competition) -> float:
 def _member(screen: Screen, fit: Fit) -> int | None:
     """The signature nearest to a fit's shapes."""
     variant = fit.hypothesis.variants[0]
-    shapes = {u.name.partition(".")[2]: fit.value(u) for u in fit.unknowns if u.name.startswith(variant.effect + ".")}
+    shapes = {
+        u.name.partition(".")[2]: fit.value(u)
+        for u in fit.unknowns
+        if u.name.startswith(variant.effect + ".")
+    }
     found = [
         (sum(abs(np.log(max(shapes.get(n, v), 1e-300) / v)) for n, v in s.shapes.items()), m)
         for m, s in enumerate(screen.signatures)
@@ -345,12 +370,14 @@ def _surviving(screen: Screen, member: int | None) -> float | None:
 
 def _rival(screen: Screen, member: int | None, c: Competition) -> tuple[str | None, float | None]:
     """The other effect whose signature looks most like this one after the refit."""
-    if member is None:
+    if member is None or screen.signatures[member].variant.spread:
         return None, None
     own = screen.places[member]
     best: tuple[str | None, float | None] = (None, None)
     for m, s in enumerate(screen.signatures):
-        if s.variant.effect == screen.signatures[member].variant.effect or not screen.usable(m):
+        same = s.variant.effect == screen.signatures[member].variant.effect
+        # A lot of balls can look like nearly everything, so it says nothing as a rival.
+        if same or s.variant.spread or not screen.usable(m):
             continue
         place = screen.places[m]
         a = np.linalg.cholesky(screen.gram[own, own])
@@ -360,4 +387,3 @@ def _rival(screen: Screen, member: int | None, c: Competition) -> tuple[str | No
         if best[1] is None or correlation > best[1]:
             best = (s.variant.effect, correlation)
     return best
-

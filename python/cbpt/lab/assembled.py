@@ -1,8 +1,9 @@
-"""The model assembled for one table of readings: what it predicts, and how that moves with every number.
+"""The model assembled for one table of readings: what it predicts, and how that moves with every
+number.
 
-    Campaign    readings as the statistics need them: arcsec, order of rows, uncertainties, priors
-    Assembled   a drive with effects on the rows of a campaign, ready to be asked many times
-    Point       values of all parameters with what the model says there
+Campaign    readings as the statistics need them: arcsec, order of rows, uncertainties, priors
+Assembled   a drive with effects on the rows of a campaign, ready to be asked many times Point
+values of all parameters with what the model says there
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive, Predictor
-from cbpt.errors import ReadingsError
+from cbpt.errors import InvalidInputError, ReadingsError
 from cbpt.lab.library import PRIORS
 from cbpt.lab.noise import Rows
 from cbpt.lab.readings import Readings
@@ -42,6 +43,10 @@ class Campaign:
     """Columns (n, z) of the zeros that are always free: one, or one for each run."""
     priors: dict[str, float]
     """Standard uncertainty of each number that is a `PRIORS` effect, by effect id."""
+    effects: tuple[tuple[str, dict[str, float]], ...] = ()
+    """Effects that the case has, each with its numbers, SI."""
+    step_arcsec: float = 0.0
+    """Step of the display where it is coarse against the uncertainty, else 0."""
 
     @classmethod
     def of(cls, case: Case | Drive, readings: Readings) -> Campaign:
@@ -52,6 +57,15 @@ class Campaign:
             )
         drive = case if isinstance(case, Drive) else case.drive
         u = readings.u_elastic_angle_arcsec
+        stated = np.full(len(readings), _UNSTATED_ARCSEC) if u is None else u
+        step = display_step(readings.elastic_angle_arcsec)
+        coarse = step > 1.5 * float(np.median(stated)) if u is not None else False
+        if coarse:
+            # The drive hardly knows the input angle and is the same both ways, so readings at one
+            # torque and preload round alike, and averaging them helps no further.
+            loads = np.column_stack([np.abs(readings.torque_Nm), readings.preload_N])
+            repeats = len(readings) / len(np.unique(np.round(loads, 6), axis=0))
+            stated = np.sqrt(stated**2 + (repeats - 1) * step**2 / 12)
         rows = Rows.of(readings.run_index)
         per_run = isinstance(case, Case) and case.zero == "per_run"
         zeros = np.ones((len(readings), 1))
@@ -61,8 +75,10 @@ class Campaign:
             drive=drive,
             readings=readings,
             y_arcsec=readings.elastic_angle_arcsec,
-            u_arcsec=np.full(len(readings), _UNSTATED_ARCSEC) if u is None else u,
+            u_arcsec=stated,
             u_stated=u is not None,
+            effects=_effects_of(case),
+            step_arcsec=step if coarse else 0.0,
             rows=rows,
             zeros=zeros,
             priors=stated_uncertainty(case),
@@ -91,7 +107,34 @@ class Campaign:
             order,
             zeros,
             self.priors,
+            self.effects,
+            self.step_arcsec,
         )
+
+
+def _effects_of(case: Case | Drive) -> tuple[tuple[str, dict[str, float]], ...]:
+    if isinstance(case, Drive):
+        return ()
+    found = tuple((effect.id, dict(effect.values)) for effect in case.effects)
+    ids = [effect for effect, _ in found]
+    twice = next((i for i in ids if ids.count(i) > 1), None)
+    if twice:
+        raise InvalidInputError(
+            f"effect {twice} stands in the case more than once, which the lab cannot fit; leave one"
+        )
+    return found
+
+
+def display_step(values: Floats) -> float:
+    """The step that all values are whole multiples of, 0 where there is none to be seen."""
+    found = np.unique(np.round(values, 9))
+    if len(found) < 3:
+        return 0.0
+    # Digits of the table may round the multiples once more, so the step is refined on them.
+    step = float(np.diff(found).min())
+    step = float(np.ptp(found)) / max(round(float(np.ptp(found)) / step), 1)
+    off = (found - found[0]) / step
+    return step if np.abs(off - np.round(off)).max() < 0.05 else 0.0
 
 
 REGIMES = np.array([""] * 256, dtype="U32")
@@ -113,7 +156,8 @@ def stated_uncertainty(case: Case | Drive) -> dict[str, float]:
     if isinstance(case, Case):
         stated = tomllib.loads(case.to_toml()).get("uncertainty", {})
     return {
-        effect: float(stated.get(key, DEFAULT_UNCERTAINTY[effect])) for effect, key in PRIORS.items()
+        effect: float(stated.get(key, DEFAULT_UNCERTAINTY[effect]))
+        for effect, key in PRIORS.items()
     }
 
 
@@ -130,7 +174,7 @@ class Point:
 
 
 class Assembled:
-    """A drive with effects, on the rows of one campaign. The same effect may appear several times."""
+    """A drive with effects, on the rows of one campaign; an effect may appear several times."""
 
     def __init__(self, campaign: Campaign, effects: Sequence[str]) -> None:
         r = campaign.readings
@@ -147,25 +191,33 @@ class Assembled:
             temperature,
         )
         self.neutral = self._predictor.neutral()
+        """Values at which nothing is added to the case: its own effects keep theirs."""
         parameters = self._predictor.parameters
         self.lower = np.array([p.lower for _, _, p in parameters])
         self.upper = np.array([p.upper for _, _, p in parameters])
         self.places = {(owner, p.name): i for i, (owner, _, p) in enumerate(parameters)}
         """Place of each parameter among the values, by instance of an effect and name."""
+        for effect, numbers in campaign.effects:
+            if effect in self.effects:
+                for name, value in numbers.items():
+                    self.neutral[self.places[self.effects.index(effect), name]] = value
         balls = [i for (_, name), i in self.places.items() if name == "ball"]
         self.neutral[balls] = np.arange(len(balls)) % max(campaign.balls, 1)
 
     def index(self, instance: int, name: str) -> int:
-        """Place of a parameter among the values; `3.name` is that of the third instance after it."""
+        """Place of a parameter among the values; `3.name` is that of the third instance after."""
         number, dot, stem = name.partition(".")
         return self.places[instance + int(number), stem] if dot else self.places[instance, name]
 
     def at(self, values: Floats, wanted: Sequence[int] = ()) -> Point:
         """Prediction and the slopes of the wanted parameters."""
         found = self._predictor.predict(values, list(wanted))
-        return Point(
-            values, found.angle_rad * ARCSEC_PER_RAD, found.sensitivities * ARCSEC_PER_RAD
-        )
+        return Point(values, found.angle_rad * ARCSEC_PER_RAD, found.sensitivities * ARCSEC_PER_RAD)
+
+    def states(self, values: Floats) -> tuple[Floats, NDArray[np.str_]]:
+        """Angle in arcsec and status of each row."""
+        found = self._predictor.predict(values)
+        return found.angle_rad * ARCSEC_PER_RAD, np.array(found.status, dtype=np.str_)
 
     def regimes(self, values: Floats) -> NDArray[np.str_]:
         """Contact regime of each row."""

@@ -1,33 +1,49 @@
-"""A misfit that nothing in the library explains: what it depends on, ready to be written as an own effect."""
+"""A misfit that nothing in the library explains: what it depends on, ready to be written as an
+own effect."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cbpt.lab.levels import levels_of
 from cbpt.lab.structure import rate_of, run_time
 
 if TYPE_CHECKING:
     from cbpt.lab.answer import Diagnosis
 
 Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+_MOST_LEVELS = 12
+_STRETCHES = 6
+_MOST_LINES = 16
 
 
 def card(d: Diagnosis) -> dict[str, Any]:
-    """Columns, where it is strongest, harmonic of the input angle, and its shape in words."""
+    """Columns it depends on, where it is strongest, harmonic of the input angle, shape in words."""
     pattern = d.verdict.pattern
     assert pattern is not None
-    r = d.after.residual_arcsec
-    u = d.competition.campaign.u_arcsec * d.after.noise.scale
-    values = {name: column(d, name) for name in pattern.columns}
+    f = pattern.fitted_arcsec
+    noise = pattern.noise.scale * float(np.median(d.competition.campaign.u_arcsec))
+    columns = list(pattern.columns)
+    strong = np.abs(f) > 2 * noise
     return {
-        "depends_on": list(pattern.columns),
-        "regime": None,
-        "harmonic": _harmonic(d) if "input_angle_deg" in pattern.columns else None,
+        "depends_on": columns,
+        "regime": _regime(d, f),
+        "harmonic": _harmonic(d, f) if "input_angle_deg" in columns else None,
         "expression": None,
-        "shape": [line for name, v in values.items() for line in _along(name, v, r, u)],
+        "rms_arcsec": float(np.sqrt(np.mean(f**2))),
+        "noise_arcsec": noise,
+        "strong_where": {
+            name: [float(v[strong].min()), float(v[strong].max())]
+            for name, v in ((name, column(d, name)) for name in columns)
+            if strong.any()
+        },
+        "shape": list(_shape(d, columns, f))[:_MOST_LINES],
     }
 
 
@@ -45,30 +61,62 @@ def column(d: Diagnosis, name: str) -> Floats:
     return np.asarray(getattr(readings, name), dtype=np.float64)
 
 
-def _along(name: str, values: Floats, residual: Floats, u: Floats) -> list[str]:
-    """RMS of the misfit over stretches of a column."""
-    edges = np.unique(np.quantile(values, np.linspace(0, 1, 9)))
-    if len(np.unique(values)) <= 12:
-        stretches = [(v, v) for v in np.unique(values)]
-    else:
-        stretches = list(zip(edges[:-1], edges[1:], strict=True))
-    out = []
-    for low, high in stretches:
-        rows = (values >= low) & (values <= high)
-        if rows.any():
-            rms = float(np.sqrt(np.mean(residual[rows] ** 2)))
-            size = rms / float(np.sqrt(np.mean(u[rows] ** 2)))
-            span = f"{low:g}" if low == high else f"{low:g} to {high:g}"
-            out.append(f"{name} {span}: misfit {rms:.2f} arcsec rms, {size:.1f} x noise, mean {residual[rows].mean():+.2f}")
-    return out
+def _shape(d: Diagnosis, columns: list[str], f: Floats) -> Iterator[str]:
+    """Lines such as `input_angle_deg 130: -5.9 at -8, ... +10.6 at 8 torque_Nm`, in arcsec."""
+    along, across = columns[0], columns[1:]
+    for label, rows in _cells(d, across):
+        parts = [
+            f"{float(f[rows & part].mean()):+.2f} at {text}"
+            for text, part in _parts(column(d, along))
+            if (rows & part).any()
+        ]
+        yield f"{label}{', '.join(parts)} {along}"
 
 
-def _harmonic(d: Diagnosis) -> int | None:
-    """The harmonic of the input angle that carries most of the misfit."""
+def _cells(d: Diagnosis, columns: list[str]) -> Iterator[tuple[str, Mask]]:
+    """Every combination of levels or stretches of some columns."""
+    if not columns:
+        yield "", np.ones(len(d.readings), dtype=bool)
+        return
+    for text, part in _parts(column(d, columns[0])):
+        for label, rows in _cells(d, columns[1:]):
+            if (part & rows).any():
+                yield f"{columns[0]} {text}: {label}", part & rows
+
+
+def _parts(values: Floats) -> Iterator[tuple[str, Mask]]:
+    """The levels of a column, or stretches of it where there are many."""
+    found = levels_of(values)
+    if len(found) <= _MOST_LEVELS:
+        for number, level in enumerate(found.value):
+            yield f"{level:g}", found.index == number
+        return
+    edges = np.unique(np.quantile(values, np.linspace(0, 1, _STRETCHES + 1)))
+    for number, (low, high) in enumerate(pairwise(edges)):
+        above = values > low if number else values >= low
+        yield f"{low:.3g} to {high:.3g}", above & (values <= high)
+
+
+def _regime(d: Diagnosis, f: Floats) -> str | None:
+    """The contact regime that holds nearly all of it, if one does."""
+    model = d.competition.fitter.model
+    regime = model.regimes(d.after.point.values)
+    total = float(np.sum(f**2))
+    for name in np.unique(regime):
+        part = regime == name
+        if part.sum() < 0.9 * len(f) and float(np.sum(f[part] ** 2)) > 0.9 * total:
+            return str(name)
+    return None
+
+
+def _harmonic(d: Diagnosis, f: Floats) -> int | None:
+    """The harmonic of the input angle that carries most of it, where the angles can tell."""
     angle = np.deg2rad(d.readings.input_angle_deg)
-    r = d.after.residual_arcsec
-    power = []
-    for h in range(1, 9):
-        x = np.column_stack([np.cos(h * angle), np.sin(h * angle)])
-        power.append(float(np.sum((x.T @ r) ** 2)))
-    return int(np.argmax(power)) + 1 if max(power) > 0 else None
+    distinct = len(np.unique(np.round(np.mod(angle, 2 * np.pi), 6)))
+    # The sign of the torque is not the angle's doing.
+    g = f * np.where(d.readings.torque_Nm < 0, -1.0, 1.0)
+    power = [
+        float(np.sum(g * np.cos(h * angle)) ** 2 + np.sum(g * np.sin(h * angle)) ** 2)
+        for h in range(1, (distinct - 1) // 2 + 1)
+    ]
+    return int(np.argmax(power)) + 1 if len(power) > 1 else None

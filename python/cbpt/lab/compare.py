@@ -1,13 +1,17 @@
 """Model against measurement: how far off, and where.
 
-    compare         a case and its readings -> Comparison
-    Comparison      residuals row by row, the misfit as a whole and by group; text, dict, JSON
+    compare         a case and its readings -> Comparison, with further effects fitted where asked
+    Comparison      residuals row by row, the misfit as a whole, by group and where it stands out
     Misfit          bias, RMSE, largest error, chi-squared of some of the rows
     Group           the misfit of one preload, torque range, direction, input angle or run
 
 A residual is reading minus zero minus model. `zero = "common"` in the case takes the zero of the
 readings as it is; the zero that would fit best is told beside it. `"per_run"` gives every run its
 own, fitted as a weighted mean, at the cost of a degree of freedom each.
+
+The misfit is judged twice: against the stated uncertainty, and against the scatter that the
+readings show themselves (`scatter`), so that an uncertainty that is misstated is told from a model
+that is off. Where it fails is asked of all regions of the table at once (`where`).
 
 Nothing is dropped: rows at which the model has no solution are counted and named, with the reason.
 """
@@ -17,17 +21,26 @@ from __future__ import annotations
 import json
 import os
 import platform
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import asdict, dataclass
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cbpt._core import Case, Drive, text_table
+from cbpt._core import Case, Drive
 from cbpt.errors import ReadingsError
-from cbpt.lab.readings import Readings, read_readings
+from cbpt.lab.inputs import case_and_readings
+from cbpt.lab.levels import levels_of
+from cbpt.lab.noise import Noise, Rows, Whitener
+from cbpt.lab.readings import Readings
+from cbpt.lab.scatter import Scatter, estimate
+from cbpt.lab.slips import slips
 from cbpt.results import ANGLE_UNITS, Angles, solve_many
+
+if TYPE_CHECKING:
+    from cbpt.lab.added import Number, Prediction
+    from cbpt.lab.where import Region
 
 __all__ = ["Comparison", "Group", "Misfit", "compare"]
 
@@ -39,6 +52,8 @@ Mask = NDArray[np.bool_]
 _MOST_LEVELS = 12
 _MOST_TORQUES = 7
 _RANGES = 6
+# Regions are searched in as many readings as this, evenly spaced where there are more.
+_SEARCHED = 2000
 
 
 @dataclass(frozen=True)
@@ -85,7 +100,7 @@ class Comparison:
     """Readings against the model, row by row and in groups. Arrays have shape (n,)."""
 
     readings: Readings
-    model: Angles
+    model: Angles | Prediction
     """The model at every row; NaN and a status where it has no solution."""
     residual_arcsec: Floats
     """Reading minus zero minus model; NaN where the model has no solution."""
@@ -106,6 +121,18 @@ class Comparison:
     """By preload, torque, direction, input angle and run, as far as they vary."""
     findings: tuple[str, ...]
     """What is to be known about the design of the drive itself."""
+    scatter: Scatter | None
+    """What the readings themselves say of their scatter; None where too few follow each other."""
+    p_value_of_scatter: float | None
+    """Chance of a misfit this large if the model were complete, judged by that scatter."""
+    where: tuple[Region, ...]
+    """Where the misfit stands out, the most telling first."""
+    hints: tuple[str, ...]
+    """Slips that the misfit looks like: a wrong unit, a wrong sign."""
+    numbers: tuple[Number, ...]
+    """Parameters of the effects that the model has beside the drive."""
+    before: Comparison | None
+    """The same without the effects that were to be fitted; None where none were."""
 
     @property
     def without_solution(self) -> dict[str, list[int]]:
@@ -130,7 +157,9 @@ class Comparison:
             raise ValueError(
                 f"angle_unit = {angle_unit!r}: expected one of {', '.join(ANGLE_UNITS)}"
             )
-        return "\n".join(_report(self, angle_unit))
+        from cbpt.lab.comparison_text import lines
+
+        return "\n".join(lines(self, angle_unit))
 
     def to_dict(self) -> dict[str, Any]:
         """The comparison as plain values, the same that `to_json` writes."""
@@ -155,6 +184,12 @@ class Comparison:
             "rmse_with_best_zero_arcsec": _finite(self.rmse_with_best_zero_arcsec),
             "overall": asdict(self.overall) if self.overall else None,
             "p_value": self.p_value,
+            "scatter": asdict(self.scatter) if self.scatter else None,
+            "p_value_of_scatter": self.p_value_of_scatter,
+            "where": [region.to_dict() for region in self.where],
+            "hints": list(self.hints),
+            "effects": _of_effects(self.numbers),
+            "before": self.before.to_dict() if self.before else None,
             "groups": [asdict(group) for group in self.groups],
             "without_solution": self.without_solution,
             "findings": list(self.findings),
@@ -204,46 +239,64 @@ def compare(
     case: Case | Drive | str | os.PathLike[str] | Mapping[str, Any],
     data: Readings | str | os.PathLike[str] | Mapping[str, ArrayLike],
     *,
+    effects: Sequence[str] = (),
     columns: Mapping[str, str] | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> Comparison:
     """Solve the model at every reading and say how far off it is, and where.
 
     case: a case file, a `Case` or a dict of one (its `[measurement]` counts, and its `[load]` fills
-        in a preload or an input angle that the table does not have), or a bare `Drive`.
+        in a preload or an input angle that the table does not have), or a bare `Drive`. The effects
+        of the case are part of the model.
     data: a table of readings (file, mapping of columns, data frame) or `Readings`.
+    effects: ids of effects to fit on top; the comparison without them is then `before`. The numbers
+        of the drive and the calibrations move along within their stated uncertainties.
     columns: what headers of the table mean, as in `read_readings`.
     progress: called now and then with the number of rows solved and that of all.
 
     Raises `CaseError` and `ReadingsError` for what cannot be read; Ctrl-C stops it.
     """
-    if isinstance(case, (str, os.PathLike)):
-        case = Case.from_file(case)
-    elif isinstance(case, Mapping):
-        case = Case.from_dict(dict(case))
-    elif not isinstance(case, (Case, Drive)):
-        raise TypeError(
-            f"a case comes from a path, a dict, a Case or a Drive, not from {type(case).__name__}"
-        )
-    zero, lever_arm_mm, fill = "common", None, {}
+    case, data = case_and_readings(case, data, columns)
     drive = case if isinstance(case, Drive) else case.drive
-    if isinstance(case, Case):
-        zero, lever_arm_mm = case.zero, case.lever_arm_mm
-        load = {"preload_N": case.preload_N, "input_angle_deg": case.input_angle_deg}
-        fill = {name: value for name, value in load.items() if value is not None}
-    if not isinstance(data, Readings):
-        data = read_readings(data, lever_arm_mm=lever_arm_mm, columns=columns, fill=fill)
+    zero = case.zero if isinstance(case, Case) else "common"
     if data.preload_N is None:
         raise ReadingsError.of_table(data.source, "preload_N", "a preload for every reading")
-    model = solve_many(
-        drive, data.torque_Nm, data.preload_N, data.input_angle_deg, progress=progress
-    )
     findings = tuple(repr(finding) for finding in drive.findings())
-    return _compared(data, model, zero, findings)
+    plain = _compared(data, *_model(case, drive, data, progress), zero, findings)
+    if not effects:
+        return plain
+    from cbpt.lab.added import fitted
+
+    model = fitted(case, data, effects)
+    return replace(_compared(data, model, model.regime, zero, findings), before=plain)
+
+
+def _model(
+    case: Case | Drive,
+    drive: Drive,
+    readings: Readings,
+    progress: Callable[[int, int], object] | None,
+) -> tuple[Angles | Prediction, NDArray[np.str_]]:
+    """The case at every reading, and the regime of its meshing points there."""
+    from cbpt.lab.added import predicted
+
+    assert readings.preload_N is not None
+    if isinstance(case, Case) and case.effects:
+        model = predicted(case, readings)
+        return model, model.regime
+    loads = readings.torque_Nm, readings.preload_N, readings.input_angle_deg
+    angles = solve_many(drive, *loads, progress=progress)
+    if len(readings) > _SEARCHED:
+        return angles, np.full(len(readings), "")
+    return angles, predicted(case, readings).regime
 
 
 def _compared(
-    readings: Readings, model: Angles, zero: str, findings: tuple[str, ...]
+    readings: Readings,
+    model: Angles | Prediction,
+    regime: NDArray[np.str_],
+    zero: str,
+    findings: tuple[str, ...],
 ) -> Comparison:
     solved = model.has_solution
     raw = readings.elastic_angle_arcsec - model.elastic_angle_arcsec
@@ -259,7 +312,8 @@ def _compared(
                 zeros[str(readings.run[rows][0])] = offset
     best = float(np.average(residual[solved], weights=weight[solved])) if solved.any() else np.nan
     left = residual[solved] - best
-    everything = _misfit(readings, residual, solved, fitted=len(zeros))
+    fitted = len(zeros) + getattr(model, "fitted", 0)
+    scatter = estimate(readings.select(solved), residual[solved]) if solved.any() else None
     return Comparison(
         readings=readings,
         model=model,
@@ -268,11 +322,73 @@ def _compared(
         zero_arcsec=zeros,
         best_common_zero_arcsec=best,
         rmse_with_best_zero_arcsec=float(np.sqrt(np.mean(left**2))) if left.size else np.nan,
-        p_value=_p_value(readings, residual, solved, fitted=len(zeros)),
-        overall=everything,
+        p_value=_p_value(readings, residual, solved, fitted),
+        overall=_misfit(readings, residual, solved, fitted),
         groups=tuple(_groups(readings, residual, solved)),
         findings=findings,
+        scatter=scatter,
+        p_value_of_scatter=_p_value_of_scatter(readings, residual, solved, fitted, scatter),
+        where=_where(readings, residual, solved, regime, zero, scatter),
+        hints=slips(
+            (residual + model.elastic_angle_arcsec)[solved], model.elastic_angle_arcsec[solved]
+        ),
+        numbers=getattr(model, "numbers", ()),
+        before=None,
     )
+
+
+def _where(
+    readings: Readings,
+    residual: Floats,
+    solved: Mask,
+    regime: NDArray[np.str_],
+    zero: str,
+    scatter: Scatter | None,
+) -> tuple[Region, ...]:
+    """Regions, judged by the larger of stated uncertainty and scatter."""
+    stated = readings.u_elastic_angle_arcsec
+    if not solved.any() or (stated is None and scatter is None):
+        return ()
+    from cbpt.lab.where import find_regions
+
+    rows = np.flatnonzero(solved)
+    if len(rows) > _SEARCHED:
+        rows = rows[np.linspace(0, len(rows) - 1, _SEARCHED).round().astype(int)]
+    part, order = readings.select(rows), Rows.of(readings.run_index[rows])
+    noise = Noise()
+    if stated is None:
+        assert scatter is not None
+        u = np.full(len(rows), scatter.u_arcsec)
+    else:
+        u = stated[rows]
+        if (
+            scatter is not None
+            and scatter.ratio is not None
+            and (scatter.off or scatter.correlation)
+        ):
+            noise = Noise(scale=max(scatter.ratio, 1.0))
+    if scatter is not None and len(rows) == np.count_nonzero(solved):
+        noise = replace(noise, correlation=scatter.correlation)
+    whitener = Whitener.of(noise, u, order)
+    zeros = np.zeros((len(rows), 0))
+    if zero == "per_run":
+        zeros = whitener((order.run_index[:, None] == np.arange(order.runs)).astype(np.float64))
+    found = find_regions(
+        part, residual[rows], whitener, zeros, regime[rows], np.random.default_rng(0)
+    )
+    if len(rows) == len(readings):
+        return found
+    finite = np.where(solved, residual, 0.0)
+    return tuple(region.within(readings, finite, regime, solved) for region in found)
+
+
+def _of_effects(numbers: Sequence[Number]) -> list[dict[str, Any]]:
+    """Effects with their parameters, and the numbers of the drive that moved along."""
+    effects: dict[str, dict[str, Any]] = {}
+    for n in numbers:
+        one = effects.setdefault(n.effect, {"effect": n.effect, "added": n.added, "parameters": {}})
+        one["parameters"][n.name] = {"value": n.value, "u": n.u}
+    return list(effects.values())
 
 
 def _misfit(readings: Readings, residual: Floats, rows: Mask, fitted: int = 0) -> Misfit | None:
@@ -306,6 +422,17 @@ def _p_value(readings: Readings, residual: Floats, rows: Mask, fitted: int) -> f
     return float(chdtrc(dof, np.sum((residual[rows] / u[rows]) ** 2)))
 
 
+def _p_value_of_scatter(
+    readings: Readings, residual: Floats, rows: Mask, fitted: int, scatter: Scatter | None
+) -> float | None:
+    dof = np.count_nonzero(rows) - fitted
+    if scatter is None or dof <= 0 or not scatter.u_arcsec:
+        return None
+    u = readings.u_elastic_angle_arcsec
+    sd = scatter.u_arcsec if u is None or scatter.ratio is None else u[rows] * scatter.ratio
+    return scatter.p_value(float(np.sum((residual[rows] / sd) ** 2) / dof), int(dof))
+
+
 def _groups(readings: Readings, residual: Floats, solved: Mask) -> Iterator[Group]:
     total = float(np.sum(residual[solved] ** 2))
     for column, label, low, high, rows in _divisions(readings):
@@ -334,120 +461,23 @@ def _divisions(readings: Readings) -> Iterator[Division]:
 
 
 def _of_numbers(column: str, values: Floats, most: int) -> Iterator[Division]:
-    levels = np.unique(values)
+    levels = levels_of(values)
     if len(levels) < 2:
         return
-    if len(levels) <= most:
-        for level in levels.tolist():
-            yield column, f"{level:g}", level, level, values == level
-        return
-    edges = np.linspace(levels[0], levels[-1], _RANGES + 1)
-    index = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, _RANGES - 1)
+    index = levels.index
+    single = len(levels) <= most
+    if not single:
+        edges = np.linspace(levels.value[0], levels.value[-1], _RANGES + 1)
+        part = np.clip(np.searchsorted(edges, levels.value, side="right") - 1, 0, _RANGES - 1)
+        index = part[index]
     for i in np.unique(index).tolist():
+        rows = index == i
         # Adding 0 turns -0 into 0.
-        low, high = (
-            float(end) + 0.0 for end in (values[index == i].min(), values[index == i].max())
-        )
-        yield column, f"{low:g} to {high:g}", low, high, index == i
-
-
-def _report(c: Comparison, angle_unit: str) -> Iterator[str]:
-    factor = ANGLE_UNITS[angle_unit]
-    yield f"{len(c.readings)} readings of {c.readings.source} against the model"
-    for status, lines in c.without_solution.items():
-        shown = ", ".join(map(str, lines[:8])) + (", ..." if len(lines) > 8 else "")
-        yield (
-            f"No solution of the model at {len(lines)} readings ({status}): "
-            f"{c.readings.place}s {shown}"
-        )
-    yield from c.findings
-    if c.overall is None:
-        yield "Nothing to compare: the model has no solution at any reading."
-        return
-    yield _verdict(c, angle_unit)
-    misfit = c.overall
-    yield ""
-    headers = ["", "readings", "share_of_misfit", "bias", "excess", "rmse", "largest", "chi2/dof"]
-    headers[3:7] = [f"{name}_{angle_unit}" for name in headers[3:7]]
-    rows = [_row("all", 1.0, misfit, factor)]
-    for column in dict.fromkeys(group.column for group in c.groups if group.column != "run"):
-        rows += [
-            _row(f"{column} {group.label}", group.share_of_misfit, group.misfit, factor)
-            for group in c.groups
-            if group.column == column
-        ]
-    yield text_table(headers, json.dumps(rows))
-    yield (
-        f"largest error {misfit.largest_error_arcsec * factor:.4g} {angle_unit} on "
-        f"{c.readings.place} {misfit.largest_error_line}; excess: residual in the direction of the "
-        "torque, above 0 the drive is softer than the model"
-    )
-    if c.zero == "common":
-        yield (
-            f"zero: as in the readings; a common zero of "
-            f"{c.best_common_zero_arcsec * factor:.4g} {angle_unit} would leave an RMSE of "
-            f"{c.rmse_with_best_zero_arcsec * factor:.4g} {angle_unit}"
-        )
-    else:
-        yield f"zero: one for each of {len(c.zero_arcsec)} runs, fitted and taken off"
-    for note in c.readings.notes:
-        yield f"note: {note}"
-
-
-def _row(label: str, share: float, misfit: Misfit, factor: float) -> list[Any]:
-    angles = (
-        misfit.bias_arcsec,
-        misfit.excess_arcsec,
-        misfit.rmse_arcsec,
-        misfit.largest_error_arcsec,
-    )
-    chi2 = None if misfit.chi2_per_dof is None else float(f"{misfit.chi2_per_dof:.3g}")
-    rounded = [float(f"{angle * factor:.4g}") for angle in angles]
-    return [label, misfit.readings, f"{share:.0%}", *rounded, chi2]
-
-
-def _verdict(c: Comparison, angle_unit: str) -> str:
-    """How well the model does, in one sentence, and where it is worst in another."""
-    assert c.overall is not None
-    factor = ANGLE_UNITS[angle_unit]
-    rmse = f"{c.overall.rmse_arcsec * factor:.3g} {angle_unit}"
-    u = c.readings.u_elastic_angle_arcsec
-    lost = len(c.readings) - c.overall.readings
-    if u is None:
-        text = f"RMSE {rmse}; no uncertainty is stated, so whether that is small cannot be told."
-    elif c.p_value is None or c.overall.chi2_per_dof is None:
-        return f"RMSE {rmse}; the fitted zeros leave nothing to judge by: take more readings a run."
-    else:
-        stated = f"{float(np.median(u)) * factor:.3g} {angle_unit}"
-        chi2 = f"chi2 per degree of freedom {c.overall.chi2_per_dof:.3g}"
-        numbers = f"RMSE {rmse}, stated uncertainty {stated}, {chi2}."
-        if lost:
-            text = (
-                f"The model cannot carry {lost} of {len(c.readings)} readings that the rig did: "
-                f"check the units of torque and preload.\nAt the others: {numbers}"
-            )
-        elif c.p_value >= 0.01:
-            if c.p_value > 1 - 1e-6:
-                return (
-                    f"The readings scatter far less than their stated uncertainty: {numbers}\nThe "
-                    "model lies within it, but so would a wrong one: check the uncertainty."
-                )
-            return f"The model agrees with the readings: {numbers}"
-        else:
-            text = f"The model is off: {numbers}"
-    worst = c.worst()
-    if worst is None or (lost and c.p_value is not None and c.p_value >= 0.01):
-        return text
-    # With torques of both signs the mean hides what the direction of the torque shows.
-    m = worst.misfit
-    side = "beyond" if m.excess_arcsec > 0 else "short of"
-    return (
-        f"{text}\nIt is worst at {worst.column} {worst.label}: "
-        f"RMSE {m.rmse_arcsec * factor:.3g} {angle_unit}, "
-        f"the readings lie {abs(m.excess_arcsec) * factor:.3g} {angle_unit} {side} the model in "
-        f"the direction of the torque ({worst.share_of_misfit:.0%} of the misfit, "
-        f"{m.readings} of {c.overall.readings} readings)."
-    )
+        low, high = (float(end) + 0.0 for end in (values[rows].min(), values[rows].max()))
+        label = f"{low:g} to {high:g}"
+        if single:
+            label = f"{low:g}" if low == high else f"{levels.value[i]:.4g}"
+        yield column, label, low, high, rows
 
 
 def _finite(value: float) -> float | None:

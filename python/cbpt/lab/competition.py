@@ -3,16 +3,16 @@
     Competition     every hypothesis that was fitted, with its odds
     compete         screen, fit, weigh
 
-Order: a first fit of the drive as stated; loose readings; the library at a glance under two noises (as
-that fit sees it, and as a fit that can follow everything sees it); every effect that could gain, fitted in
-full; the pairs that could gain more; patterns without a name, alone and on top of the best. All are
-weighed by evidence and prior odds, so no order of asking decides.
+Order: a first fit of the drive as stated; loose readings; the library at a glance under two noises
+(as that fit sees it, and as a fit that can follow everything sees it); every effect that could
+gain, fitted in full; the pairs that could gain more; patterns without a name, alone and on top of
+the best. All are weighed by evidence and prior odds, so no order of asking decides.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,9 +21,10 @@ from cbpt.lab.assembled import Campaign
 from cbpt.lab.fit import Fit, Fitter, Hypothesis
 from cbpt.lab.library import LOT, ODDS, VARIANTS, Variant
 from cbpt.lab.noise import Noise, Whitener, fit_noise
+from cbpt.lab.patterns import Pattern, patterns_on
 from cbpt.lab.robust import looseness
 from cbpt.lab.screen import Screen, Signature, Signatures
-from cbpt.lab.structure import Component, Structure, components
+from cbpt.lab.structure import Component, components
 
 Floats = NDArray[np.float64]
 Names = tuple[str, ...]
@@ -31,20 +32,6 @@ Names = tuple[str, ...]
 REPLICATES = 400
 _PAIRS = 6
 _GLANCED = 150
-_FAMILIES = 3
-_AMPLITUDES = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
-
-
-@dataclass(frozen=True, eq=False)
-class Pattern:
-    """Something real without a name, on top of a hypothesis."""
-
-    base: Names
-    columns: Names
-    log_evidence: float
-    amplitude: float
-    noise: Noise
-    fitted_arcsec: Floats = field(repr=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +51,8 @@ class Competition:
     """(effect, parameter) of each value of the fits."""
     null_maximum: Floats = field(repr=False)
     """Largest log odds of any effect in noise alone."""
+    flexible: Noise
+    """The noise as a fit sees it that may follow the whole library."""
     looser: Floats | None = field(repr=False)
 
     @property
@@ -79,7 +68,9 @@ class Competition:
     def p_value(self, names: Names) -> float:
         """Chance of any single effect looking this good in noise alone."""
         odds = self.log_odds[names]
-        return float((1 + np.count_nonzero(self.null_maximum >= odds)) / (1 + len(self.null_maximum)))
+        return float(
+            (1 + np.count_nonzero(self.null_maximum >= odds)) / (1 + len(self.null_maximum))
+        )
 
 
 def prior(names: Names) -> float:
@@ -90,7 +81,7 @@ def prior(names: Names) -> float:
 def compete(campaign: Campaign, rng: np.random.Generator) -> Competition:
     """Fit and weigh everything. The model must have a solution at every row."""
     fitter = Fitter(campaign, VARIANTS)
-    names = {i: key for key, i in _places(fitter).items()}
+    names = places(fitter)
     nothing = Hypothesis()
     first = fitter.fit(nothing, free_noise=False)
     if first is None:
@@ -106,27 +97,40 @@ def compete(campaign: Campaign, rng: np.random.Generator) -> Competition:
     fits: dict[Names, Fit] = {(): null}
 
     # Singles: under both noises, then in full.
-    screens = [Screen(_seen_with(fitter, null, noise), signatures) for noise in (null.noise, flexible)]
+    screens = [
+        Screen(_seen_with(fitter, null, noise), signatures) for noise in (null.noise, flexible)
+    ]
     levels = [_level(fitter, null, noise) for noise in (null.noise, flexible)]
     _price_forms(fitter, screens, levels, signatures)
-    for member, sizes in _promising(screens, levels, signatures).values():
+    # The most promising first: the others need not be polished further than it takes to be out.
+    for member, sizes in _promising(screens, levels, signatures):
         fit = fitter.fit(
             Hypothesis((signatures[member].variant,)),
-            _start(fitter, signatures, (member,), sizes),
+            start_values(fitter, signatures, (member,), sizes),
             flexible,
         )
         _keep(fits, fit)
 
     # Pairs: about the drive as stated, and about the best singles.
     ranked = sorted((n for n in fits if len(n) == 1), key=lambda n: -_score(fitter, fits[n]))
-    for fit in _pairs(fitter, library, fits, screens, levels, signatures, names, ranked[:3], flexible):
+    for fit in _pairs(
+        fitter, library, fits, screens, levels, signatures, names, ranked[:2], flexible
+    ):
         _keep(fits, fit)
 
     log_odds = {n: _score(fitter, f) - _score(fitter, null) for n, f in fits.items()}
     best = max(log_odds, key=lambda k: log_odds[k])
-    patterns = list(_patterns(fitter, fits, {(), best}, families, flexible))
+    patterns = [
+        p
+        for base in sorted({(), best})
+        for p in patterns_on(fitter, fits[base], families, flexible)
+    ]
     pattern_odds = [
-        p.log_evidence + prior(p.base) + _forms(fitter, fits[p.base]) + np.log(ODDS["unknown"]) - _score(fitter, null)
+        p.log_evidence
+        + prior(p.base)
+        + _forms(fitter, fits[p.base])
+        + np.log(ODDS["unknown"])
+        - _score(fitter, null)
         for p in patterns
     ]
     order = np.argsort(pattern_odds)[::-1]
@@ -141,6 +145,7 @@ def compete(campaign: Campaign, rng: np.random.Generator) -> Competition:
         library,
         names,
         screen.null_of_maximum(weights, REPLICATES, rng),
+        flexible,
         looser,
     )
 
@@ -148,16 +153,19 @@ def compete(campaign: Campaign, rng: np.random.Generator) -> Competition:
 # --- steps ------------------------------------------------------------------------------------
 
 
-def _places(fitter: Fitter) -> dict[tuple[str, str], int]:
+def places(fitter: Fitter) -> dict[int, tuple[str, str]]:
+    """(effect, parameter) of each value; of a ball of a lot with its number, `3.oversize_m`."""
     found = {}
     for (instance, name), i in fitter.model.places.items():
         effect = fitter.effects[instance]
         number = instance - fitter.effects.index(LOT) if effect == LOT else 0
-        found[effect, f"{number}.{name}" if effect == LOT else name] = i
+        found[i] = effect, f"{number}.{name}" if effect == LOT else name
     return found
 
 
-def _loose(fitter: Fitter, fit: Fit, signatures: list[Signature], families: tuple[Component, ...]) -> Floats | None:
+def _loose(
+    fitter: Fitter, fit: Fit, signatures: list[Signature], families: tuple[Component, ...]
+) -> Floats | None:
     c = fitter.campaign
     if len(c) < 12:
         return None
@@ -203,8 +211,8 @@ def _level(fitter: Fitter, fit: Fit, noise: Noise) -> float:
 
 def _promising(
     screens: list[Screen], levels: list[float], signatures: list[Signature]
-) -> dict[str, tuple[int, Floats]]:
-    """The best member of every effect that gains at all, with its size."""
+) -> list[tuple[int, Floats]]:
+    """The best member of every effect that gains, with its size; the most promising first."""
     found: dict[str, tuple[float, int, Floats]] = {}
     for screen, level in zip(screens, levels, strict=True):
         for m, s in enumerate(signatures):
@@ -216,11 +224,15 @@ def _promising(
             value = level + gain.log_odds
             if s.variant.effect not in found or value > found[s.variant.effect][0]:
                 found[s.variant.effect] = (value, m, gain.sizes)
-    return {effect: (m, sizes) for effect, (_, m, sizes) in found.items()}
+    return [(m, sizes) for _, m, sizes in sorted(found.values(), key=lambda f: -f[0])]
 
 
-def _start(
-    fitter: Fitter, signatures: list[Signature], members: tuple[int, ...], sizes: Floats, base: Fit | None = None
+def start_values(
+    fitter: Fitter,
+    signatures: list[Signature],
+    members: tuple[int, ...],
+    sizes: Floats,
+    base: Fit | None = None,
 ) -> Floats:
     """Values to start from: what the screen found, cut to what is plausible."""
     hypothesis = Hypothesis(tuple(signatures[m].variant for m in members))
@@ -232,9 +244,13 @@ def _start(
         width = s.columns.shape[1]
         found = s.sizes(sizes[at : at + width])
         at += width
-        for name, size, ratio in zip(v.sizes, found, v.ratios or (1.0,) * len(v.sizes), strict=True):
+        for name, size, ratio in zip(
+            v.sizes, found, v.ratios or (1.0,) * len(v.sizes), strict=True
+        ):
             most = 0.5 * v.high * ratio if not v.spread else 4 * v.spread
-            given[f"{v.effect}.{name}"] = fitter.neutral(v.effect, name) + float(np.clip(size, -most, most))
+            given[f"{v.effect}.{name}"] = fitter.neutral(v.effect, name) + float(
+                np.clip(size, -most, most)
+            )
         given |= {f"{v.effect}.{name}": value for name, value in s.shapes.items()}
     values = fitter.start(hypothesis, given)
     if base is not None:
@@ -260,7 +276,9 @@ def _forms(fitter: Fitter, fit: Fit) -> float:
     return -float(sum(fitter.form_price.get(e, 0.0) for e in fit.hypothesis.effects))
 
 
-def _price_forms(fitter: Fitter, screens: list[Screen], levels: list[float], signatures: list[Signature]) -> None:
+def _price_forms(
+    fitter: Fitter, screens: list[Screen], levels: list[float], signatures: list[Signature]
+) -> None:
     """The evidence of an effect is the mean over its forms; here seen by the screen."""
     for effect in {v.effect for v in fitter.variants}:
         forms: dict[str, float] = {}
@@ -294,7 +312,7 @@ def _pairs(
     levels: list[float],
     signatures: list[Signature],
     names: dict[int, tuple[str, str]],
-    bases: list[Names],
+    bases: Sequence[Names],
     noise: Noise,
 ) -> Iterator[Fit | None]:
     """Pairs that might beat every single, fitted in full."""
@@ -308,9 +326,7 @@ def _pairs(
             wanted[key] = (score, members, sizes, base)
 
     for screen, level in zip(screens, levels, strict=True):
-        usable = [
-            m for m, s in enumerate(signatures) if screen.usable(m) and not s.variant.spread
-        ]
+        usable = [m for m, s in enumerate(signatures) if screen.usable(m) and not s.variant.spread]
         for _, a, b in screen.pairs(usable)[:_GLANCED]:
             va, vb = signatures[a].variant, signatures[b].variant
             if va.effect == vb.effect:
@@ -335,46 +351,6 @@ def _pairs(
         before = base_fit.hypothesis.variants if base_fit else ()
         yield fitter.fit(
             Hypothesis((*before, *added)),
-            _start(fitter, signatures, members, sizes, base_fit),
-            base_fit.noise if base_fit else noise,
+            start_values(fitter, signatures, members, sizes, base_fit),
+            noise,
         )
-
-
-def _patterns(
-    fitter: Fitter,
-    fits: dict[Names, Fit],
-    bases: set[Names],
-    families: tuple[Component, ...],
-    noise: Noise,
-) -> Iterator[Pattern]:
-    """Unnamed patterns on top of some hypotheses, each with the amplitude and noise that suit it."""
-    c = fitter.campaign
-    for base in sorted(bases):
-        fit = fits[base]
-        tried: dict[Names, Component] = {}
-        for seen in (fit, fitter.look(fit, replace(noise, looser=fit.noise.looser))):
-            structure = Structure(families, seen.whitener, seen.margin)
-            if not structure.families:
-                continue
-            scores = structure.scores(structure.projected(seen.margin.y)[:, None])
-            odds = structure.log_odds(scores)[:, 0]
-            for i in np.argsort(odds)[::-1][:_FAMILIES]:
-                if odds[i] > 1:
-                    tried[structure.families[i].columns] = structure.families[i]
-        y, x, precision = fitter.linear(fit)
-        start = replace(noise, looser=fit.noise.looser)
-        for family in tried.values():
-            patterns = family.patterns - family.patterns.mean(axis=0)
-            columns = np.column_stack([x, patterns])
-            sd = float(np.median(c.u_arcsec))
-
-            def rated(amplitude: float, structures: bool) -> tuple[float, Noise]:
-                own = np.full(patterns.shape[1], (amplitude * sd) ** -2.0)
-                noise, value = fit_noise(
-                    y, columns, np.r_[precision, own], c.u_arcsec, c.rows, start, fitter.stated_dof, structures
-                )
-                return value + fit.log_size_prior, noise
-
-            best = max(_AMPLITUDES, key=lambda a: rated(a, False)[0])
-            value, got = rated(best, True)
-            yield Pattern(base, family.columns, value, best, got, patterns)

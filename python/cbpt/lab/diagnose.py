@@ -3,28 +3,31 @@
     diagnose    a case and its readings -> Diagnosis
 
 Steps: readings at which the model has no solution are set aside and told; everything competes
-(`competition`); the odds become words (`verdict`); the answer is dressed with where the model fails, how
-the error falls in sample and on what was held back, and what the readings could have shown (`answer`).
+(`competition`); the odds become words (`verdict`); the answer is dressed with where the model
+fails, how the error falls in sample and on what was held back, and what the readings could have
+shown (`answer`).
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from threadpoolctl import threadpool_limits
 
 from cbpt._core import Case, Drive
 from cbpt.errors import ReadingsError
 from cbpt.lab.answer import Diagnosis, Rung
 from cbpt.lab.assembled import Assembled, Campaign
 from cbpt.lab.competition import Competition, Names, compete
-from cbpt.lab.fit import Fit, Fitter, Hypothesis
-from cbpt.lab.holdout import folds, held_out_residual, rms
+from cbpt.lab.fit import Fit, Fitter
+from cbpt.lab.holdout import folds, held_out_residual, held_out_with_pattern, rms
 from cbpt.lab.inputs import case_and_readings
+from cbpt.lab.patterns import Pattern
 from cbpt.lab.readings import Readings
-from cbpt.lab.verdict import judge
+from cbpt.lab.verdict import Verdict, judge
 
 __all__ = ["diagnose"]
 
@@ -43,33 +46,32 @@ def diagnose(
 ) -> Diagnosis:
     """Say which effect the readings demand, or that none is needed, or that they cannot tell.
 
-    case, data, columns: as in `compare`. seed: of the simulated chances; the same seed gives the same
-    answer. Raises `CaseError` and `ReadingsError` for what cannot be read or is too little to judge.
+    case, data, columns: as in `compare`. seed: of the simulated chances; the same seed gives the
+    same answer. Raises `CaseError` and `ReadingsError` for what cannot be read or is too little to
+    judge.
     """
     case, readings = case_and_readings(case, data, columns)
+    # Thousands of products of small matrices: threads would cost more than they give.
+    with threadpool_limits(1, user_api="blas"):
+        return _diagnosed(case, readings, seed)
+
+
+def _diagnosed(case: Case | Drive, readings: Readings, seed: int) -> Diagnosis:
     campaign, notes = prepared(Campaign.of(case, readings))
     rng = np.random.default_rng(seed)
     competition = compete(campaign, rng)
     verdict = judge(competition)
     fold, held_by = folds(campaign)
     fits = competition.fits
-    after = fits[verdict.names]
     nominal = competition.fitter.at_nominal(fits[()])
-    ladder = [rung(competition.fitter, "", nominal, fold), rung(competition.fitter, "numbers refitted", fits[()], fold)]
-    for names in path(verdict.names, fits):
-        ladder.append(rung(competition.fitter, names[1], fits[names[0]], fold))
-    further = _one_more(competition, verdict.names)
-    if further:
-        added = next(iter(set(further) - set(verdict.names)))
-        ladder.append(rung(competition.fitter, added, fits[further], fold))
     return Diagnosis(
         case=case,
         readings=campaign.readings,
         competition=competition,
         verdict=verdict,
         before=nominal,
-        after=after,
-        ladder=tuple(ladder),
+        after=fits[verdict.names],
+        ladder=tuple(_ladder(competition, verdict, nominal, fold)),
         held_out_by=held_by,
         fold=fold,
         notes=tuple(notes),
@@ -77,8 +79,27 @@ def diagnose(
     )
 
 
+def _ladder(
+    competition: Competition, verdict: Verdict, nominal: Fit, fold: NDArray[np.int64]
+) -> Iterator[Rung]:
+    """From the drive as stated to the answer, and one step further."""
+    fitter, fits, names = competition.fitter, competition.fits, verdict.names
+    yield rung(fitter, "", nominal, fold)
+    yield rung(fitter, "numbers refitted", fits[()], fold)
+    for reached, added in path(names, fits):
+        yield rung(fitter, added, fits[reached], fold)
+    further = _one_more(competition, names)
+    if further:
+        added = next(iter(set(further) - set(names)))
+        yield rung(fitter, added, fits[further], fold)
+    if verdict.pattern is not None:
+        yield _rung_of_pattern(verdict.pattern, fold)
+
+
 def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
-    """Readings that can be judged, and what was set aside. Raises `ReadingsError` where too few are left."""
+    """Readings that can be judged, and what was set aside. Raises `ReadingsError` where too few
+    are left.
+    """
     source = campaign.readings.source
     notes = list(campaign.readings.notes)
     n = len(campaign)
@@ -87,33 +108,55 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
         keep[np.linspace(0, n - 1, MOST).round().astype(int)] = True
         campaign = campaign.select(keep)
         notes.append(f"{MOST} of {n} readings, evenly spaced, were used for the diagnosis")
-    solved = np.isfinite(Assembled(campaign, []).at(np.zeros(0)).angle_arcsec)
+    solved = np.isfinite(_as_given(campaign))
     if not solved.all():
         lines = campaign.readings.line[~solved]
         shown = ", ".join(map(str, lines[:8].tolist())) + (", ..." if len(lines) > 8 else "")
         notes.append(
-            f"{len(lines)} readings were set aside because the model has no solution there (the preload does not "
+            f"{len(lines)} readings were set aside because the model has no solution there (the "
+            "preload does not "
             f"hold the torque, see cbpt compare): lines {shown}"
         )
         if solved.any():
             campaign = campaign.select(solved)
     if np.count_nonzero(solved) < FEWEST:
         raise ReadingsError.of_table(
-            source, "elastic_angle", f"at least {FEWEST} readings at which the model has a solution, to judge it by"
+            source,
+            "elastic_angle",
+            f"at least {FEWEST} readings at which the model has a solution, to judge it by",
         )
     torque = campaign.readings.torque_Nm
     if np.ptp(torque) <= 1e-9 * max(float(np.abs(torque).max()), 1e-300):
-        raise ReadingsError.of_table(source, "torque", "readings at different torques: at one torque nothing can be told apart")
+        raise ReadingsError.of_table(
+            source,
+            "torque",
+            "readings at different torques: at one torque nothing can be told apart",
+        )
     preload = campaign.readings.preload_N
     assert preload is not None
     if np.ptp(preload) <= 1e-3 * float(preload.max()):
         notes.append(
-            "one preload level: effects that differ in how they follow the preload (friction, preload_loss, a "
+            "one preload level: effects that differ in how they follow the preload (friction, "
+            "preload_loss, a "
             "compliance) cannot be told apart by it; measure at three levels"
         )
+    if campaign.step_arcsec:
+        notes.append(
+            f"the angle comes in steps of {campaign.step_arcsec:g} arcsec, coarse against its "
+            "uncertainty; the uncertainty was enlarged, because readings at one load round alike"
+        )
     if not campaign.u_stated:
-        notes.append("no uncertainty is stated: it was estimated from the scatter, so no misfit as small as that can be seen")
+        notes.append(
+            "no uncertainty is stated: it was estimated from the scatter, so no misfit as small as "
+            "that can be seen"
+        )
     return campaign, notes
+
+
+def _as_given(campaign: Campaign) -> Floats:
+    """The case at every reading, arcsec; NaN where there is no solution."""
+    model = Assembled(campaign, [effect for effect, _ in campaign.effects])
+    return model.at(model.neutral).angle_arcsec
 
 
 def rung(fitter: Fitter, added: str, fit: Fit, fold: NDArray[np.int64]) -> Rung:
@@ -121,6 +164,16 @@ def rung(fitter: Fitter, added: str, fit: Fit, fold: NDArray[np.int64]) -> Rung:
     looser = fit.noise.looser
     held = held_out_residual(fitter, fit, fold)
     return Rung(added, rms(fit.residual_arcsec), rms(held), fit.chi2_per_dof, rms(held, looser))
+
+
+def _rung_of_pattern(pattern: Pattern, fold: NDArray[np.int64]) -> Rung:
+    """The error with a pattern that has no name, in place of the last addition."""
+    c = pattern.problem.fitter.campaign
+    residual = pattern.problem.residual(pattern.amplitude, pattern.noise)
+    held = held_out_with_pattern(pattern, fold)
+    chi2 = float(np.mean((residual / c.u_arcsec) ** 2))
+    added = f"any function of {' and '.join(pattern.columns)}"
+    return Rung(added, rms(residual), rms(held), chi2, rms(held, pattern.noise.looser))
 
 
 def path(names: Names, fits: Mapping[Names, Fit]) -> list[tuple[Names, str]]:

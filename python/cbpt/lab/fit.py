@@ -4,16 +4,17 @@
     Fitter      fits hypotheses to one campaign
     Fit         the outcome
 
-The numbers of the drive and the calibrations are always free within their stated uncertainties. The fit
-is the most probable one (Gauss-Newton on whitened residuals and priors, bounds by projection); the
-evidence is Laplace's: likelihood at the mode, times prior density, times the volume of the posterior
-(MacKay 2003, chapter 28). Sizes of effects are equally likely in the logarithm over their plausible range.
+The numbers of the drive and the calibrations are always free within their stated uncertainties.
+The fit is the most probable one (Gauss-Newton on whitened residuals and priors, bounds by
+projection); the evidence is Laplace's: likelihood at the mode, times prior density, times the
+volume of the posterior (MacKay 2003, chapter 28). Sizes of effects are equally likely in the
+logarithm over their plausible range.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,10 @@ from cbpt.lab.noise import (
 
 Floats = NDArray[np.float64]
 _STEPS = 12
+# In misfit: two of it are one unit of log-evidence.
+_ENOUGH = 0.02
+HOPELESS = 60.0
+"""A fit this much worse than the best under the same noise is left as it is."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +57,7 @@ class Unknown:
     """What one step of the search is, in SI: puts all unknowns on one scale."""
     log: bool = False
     size_of: int = -1
-    """Which of the hypothesis's variants it is the size of; -1 for shapes, drive and calibrations."""
+    """Which of the hypothesis's variants it is the size of; -1 for what is no size."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +94,7 @@ class Fit:
     residual_arcsec: Floats
     """Reading minus model minus zeros."""
     log_marginal: float
-    """Log likelihood with the unknowns integrated out, sizes of effects counted per unit of size."""
+    """Log likelihood, the unknowns integrated out, sizes of effects per unit of size."""
     log_size_prior: float
     """What turns that into evidence: the prior density of the sizes."""
     chi2_per_dof: float
@@ -129,6 +134,13 @@ class Fitter:
         self.effects += (LOT,) * (balls - 1)
         self.model = Assembled(campaign, self.effects)
         self.stated_dof = STATED_DOF if campaign.u_stated else 1e-3
+        if campaign.step_arcsec:
+            # Rounding errors hide how much they scatter; what is stated stands.
+            self.stated_dof = 1e5
+        self.bars: dict[Noise, float] = {}
+        """The smallest misfit reached under a noise; a fit that cannot come near it is not
+        polished.
+        """
         self.form_price: dict[str, float] = {}
         """Log price of an effect's having several forms; filled in by who compares them."""
 
@@ -145,7 +157,9 @@ class Fitter:
                 neutral = float(self.model.neutral[i])
                 found.append(Unknown(i, effect, neutral, sd, *self._bounds(i), unit=sd))
         for number, variant in enumerate(hypothesis.variants):
-            for size, ratio in zip(variant.sizes, variant.ratios or (1.0,) * len(variant.sizes), strict=True):
+            for size, ratio in zip(
+                variant.sizes, variant.ratios or (1.0,) * len(variant.sizes), strict=True
+            ):
                 i, name = self._parameter(variant.effect, size)
                 neutral, unit = float(self.model.neutral[i]), variant.low * ratio
                 sd, owner = (variant.spread, -1) if variant.spread else (np.inf, number)
@@ -170,7 +184,9 @@ class Fitter:
             for name, value in variant.fixed:
                 values[self._parameter(variant.effect, name)[0]] = value
             for shape in variant.shapes:
-                values[self._parameter(variant.effect, shape.name)[0]] = np.sqrt(shape.low * shape.high) if shape.log else 0.5 * (shape.low + shape.high)
+                values[self._parameter(variant.effect, shape.name)[0]] = (
+                    np.sqrt(shape.low * shape.high) if shape.log else 0.5 * (shape.low + shape.high)
+                )
         for name, value in sizes.items():
             effect, _, parameter = name.partition(".")
             i = self._parameter(effect, parameter)[0]
@@ -193,16 +209,26 @@ class Fitter:
         point = self._at(values, unknowns)
         if point is None:
             return None
-        for attempt in range(2 if free_noise else 1):
+        search = _Search(self, unknowns, noise)
+        bar = self.bars.get(noise, np.inf) + HOPELESS
+        point, converged = search.run(point, bar)
+        reached = search.objective(point)
+        self.bars[noise] = min(reached, self.bars.get(noise, np.inf))
+        for _ in range(2 if free_noise and reached < bar else int(free_noise)):
+            y, x, precision = search.linear(point)
+            before = noise
+            noise, _ = fit_noise(
+                y,
+                x,
+                precision,
+                self.campaign.u_arcsec,
+                self.campaign.rows,
+                noise,
+                self.stated_dof,
+            )
             search = _Search(self, unknowns, noise)
-            point, converged = search.run(point)
-            if free_noise:
-                y, x, precision = search.linear(point)
-                noise, _ = fit_noise(
-                    y, x, precision, self.campaign.u_arcsec, self.campaign.rows, noise, self.stated_dof
-                )
-        if free_noise:
-            search = _Search(self, unknowns, noise)
+            if _near(before, noise) or reached >= bar:
+                break
             point, converged = search.run(point)
         return search.outcome(hypothesis, point, converged)
 
@@ -217,7 +243,9 @@ class Fitter:
         return search.outcome(Hypothesis(), self.model.at(self.model.neutral), True)
 
     def linear(self, fit: Fit) -> tuple[Floats, Floats, Floats]:
-        """Readings less model, columns of unknowns and zeros, prior precisions, about a fit; in arcsec."""
+        """Readings less model, columns of unknowns and zeros, prior precisions, about a fit; in
+        arcsec.
+        """
         return _Search(self, fit.unknowns, fit.noise).linear(fit.point)
 
     def place(self, effect: str, name: str) -> int:
@@ -237,7 +265,18 @@ def _unknown_of_shape(index: int, name: str, shape: Shape) -> Unknown:
     low, high = (np.log(shape.low), np.log(shape.high)) if shape.log else (shape.low, shape.high)
     # A normal prior as wide as the uniform one over the range.
     sd = float((high - low) / np.sqrt(12))
-    return Unknown(index, name, float((low + high) / 2), sd, shape.low, shape.high, unit=sd, log=shape.log)
+    return Unknown(
+        index, name, float((low + high) / 2), sd, shape.low, shape.high, unit=sd, log=shape.log
+    )
+
+
+def _near(one: Noise, other: Noise) -> bool:
+    """Whether a fit would not move from one noise to the other."""
+    return (
+        abs(np.log(one.scale / other.scale)) < 0.03
+        and abs(one.correlation - other.correlation) < 0.03
+        and one.offset_arcsec == other.offset_arcsec == 0.0
+    )
 
 
 def _needed(campaign: Campaign, variant: Variant) -> bool:
@@ -264,12 +303,12 @@ class _Search:
     def coordinates(self, point: Point) -> Floats:
         v = point.values[self.index]
         with np.errstate(divide="ignore", invalid="ignore"):
-            return np.where(self.log, np.log(v), v)
+            return np.asarray(np.where(self.log, np.log(v), v))
 
     def columns(self, point: Point) -> Floats:
         """Slopes by one step of each unknown, arcsec."""
         v = np.where(self.log, point.values[self.index], 1.0)
-        return point.slopes * (v * self.unit)
+        return np.asarray(point.slopes * (v * self.unit))
 
     def off(self, point: Point) -> Floats:
         """Unknowns off the mean of their priors, in units; 0 where there is no prior."""
@@ -281,13 +320,18 @@ class _Search:
         margin = Margin.of(r, self.zeros, np.zeros(self.zeros.shape[1]))
         return margin.chi2 + float(self.precision @ self.off(point) ** 2)
 
-    def run(self, point: Point) -> tuple[Point, bool]:
+    def run(self, point: Point, bar: float = np.inf) -> tuple[Point, bool]:
+        """Steps until none promises to gain, or until what the last one promises stays above
+        `bar`.
+        """
         value = self.objective(point)
-        for _ in range(_STEPS):
+        for number in range(_STEPS):
             step, promised = self.step(point)
-            if promised < 1e-3:
+            if promised < _ENOUGH:
                 return point, True
-            for _ in range(7):
+            if number > 1 and value - 2 * promised > bar:
+                return point, False
+            for _ in range(4):
                 candidate = self.moved(point, step)
                 got = np.inf if candidate is None else self.objective(candidate)
                 if got < value:
@@ -297,7 +341,7 @@ class _Search:
                 return point, False
             assert candidate is not None
             gained, point, value = value - got, candidate, got
-            if gained < 1e-2:
+            if gained < _ENOUGH:
                 return point, True
         return point, False
 
@@ -308,7 +352,9 @@ class _Search:
         return self.fitter._at(values, self.unknowns)
 
     def step(self, point: Point) -> tuple[Floats, float]:
-        """The step in units that the linear problem asks for within the bounds, and what it promises."""
+        """The step in units that the linear problem asks for within the bounds, and what it
+        promises.
+        """
         y = self.whitener(self.fitter.campaign.y_arcsec - point.angle_arcsec)
         j = self.whitener(self.columns(point))
         at = self.coordinates(point)
@@ -333,13 +379,17 @@ class _Search:
                 break
             step[out] = (np.clip(goal, self.low, self.high) - at)[out] / self.unit[out]
             free &= ~out
-        now = Margin.of(y, self.zeros, np.zeros(self.zeros.shape[1])).chi2 + float(self.precision @ start**2)
+        now = Margin.of(y, self.zeros, np.zeros(self.zeros.shape[1])).chi2 + float(
+            self.precision @ start**2
+        )
         then = Margin.of(y - j @ step, self.zeros, np.zeros(self.zeros.shape[1])).chi2
         then += float(self.precision @ np.where(self.precision > 0, start + step, 0.0) ** 2)
         return step, now - then
 
     def linear(self, point: Point) -> tuple[Floats, Floats, Floats]:
-        """The problem linearised here: y, columns with zeros, precision; unknowns count from the prior's mean."""
+        """The problem linearised here: y, columns with zeros, precision; unknowns count from the
+        prior's mean.
+        """
         c = self.fitter.campaign
         columns = self.columns(point)
         y = c.y_arcsec - point.angle_arcsec + columns @ self.off(point)

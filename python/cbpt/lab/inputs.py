@@ -22,6 +22,10 @@ def case_and_readings(
         case = Case.from_file(case)
     elif isinstance(case, Mapping):
         case = Case.from_dict(dict(case))
+    elif not isinstance(case, (Case, Drive)):
+        raise TypeError(
+            f"a case comes from a path, a dict, a Case or a Drive, not from {type(case).__name__}"
+        )
     lever_arm_mm, fill = None, {}
     if isinstance(case, Case):
         lever_arm_mm = case.lever_arm_mm

@@ -1,6 +1,8 @@
-"""The library as the competition sees it: what of an effect is its size, what its shape, and what is plausible.
+"""The library as the competition sees it: what of an effect is its size, what its shape, and what
+is plausible.
 
-    Variant     one form of an effect: sizes that vanish where it does nothing, shapes with starting values
+    Variant     one form of an effect: sizes that vanish where it does nothing, shapes with
+                    starting values
     VARIANTS    all forms of all effects
     PRIORS      which number of `[uncertainty]` stands behind which effect
 
@@ -21,7 +23,9 @@ ARCSEC = np.pi / 648000.0
 
 @dataclass(frozen=True)
 class Shape:
-    """A number that says how an effect looks, not how large it is: its range and where to look first."""
+    """A number that says how an effect looks, not how large it is: its range and where to look
+    first.
+    """
 
     name: str
     low: float
@@ -35,8 +39,8 @@ class Variant:
     """One form of an effect.
 
     sizes: parameters that are neutral together; several of them are components of one amplitude.
-    low, high: plausible sizes (off neutral), equally likely in the logarithm. signed: may be negative.
-    fixed: parameters that are not fitted.
+    low, high: plausible sizes (off neutral), equally likely in the logarithm. signed: may be
+    negative. fixed: parameters that are not fitted.
     """
 
     effect: str
@@ -81,7 +85,8 @@ def _all() -> Iterator[Variant]:
         ("sensor_gain", "sensor_gain"),
     ):
         yield Variant(effect, (name,), 0.005, 0.4, signed=True)
-    # A coefficient of 10 per rad is an error of 0.17 arcsec at 60 arcsec; the cubic one counts per 60 arcsec.
+    # A coefficient of 10 per rad is an error of 0.17 arcsec at 60 arcsec; the cubic one counts per
+    # 60 arcsec.
     yield Variant(
         "sensor_nonlinearity",
         ("quadratic_per_rad", "cubic_per_rad2"),
@@ -94,9 +99,7 @@ def _all() -> Iterator[Variant]:
     yield Variant(
         "drift", ("rate_rad_per_K",), 1e-8, 3e-5, True, name="temperature", needs="temperature_degC"
     )
-    yield Variant(
-        "eccentric_bearing", ("reference_deflection_m",), 2e-8, 2e-5, shapes=(_EXPONENT,)
-    )
+    yield Variant("eccentric_bearing", ("reference_deflection_m",), 2e-8, 2e-5, shapes=(_EXPONENT,))
     yield Variant("bearing_play", ("clearance_m",), 2e-8, 2e-5)
     yield Variant("output_torsion", ("compliance_rad_per_Nm",), 1e-7, 1e-4)
     yield Variant("friction_hysteresis", ("friction_radius_m",), 1e-6, 5e-3, shapes=(_ENGAGEMENT,))
@@ -140,9 +143,7 @@ def _all() -> Iterator[Variant]:
     yield Variant("rough_contact", ("exponent",), 0.02, 1.0, signed=True)
     yield Variant("run_in", ("permanent_set_rad",), 0.1 * ARCSEC, 30 * ARCSEC)
     yield Variant("wear", ("lost_share_per_s",), 1e-7, 1e-3, needs="time_s")
-    yield Variant(
-        "creep", ("compliance_rad_per_Nm",), 1e-9, 1e-5, shapes=(_TIME,), needs="time_s"
-    )
+    yield Variant("creep", ("compliance_rad_per_Nm",), 1e-9, 1e-5, shapes=(_TIME,), needs="time_s")
 
 
 VARIANTS: tuple[Variant, ...] = tuple(_all())
@@ -172,8 +173,9 @@ PRIORS = {
 def log_size_prior(variant: Variant, size: Floats, own: Floats) -> float:
     """Log of the prior density of a size, with the 2 pi of Laplace's method.
 
-    size, own: components and their standard uncertainties in units of `low`, shape (k,). A size that is
-    seen no better than its own uncertainty counts as that large: there the logarithm has no say.
+    size, own: components and their standard uncertainties in units of `low`, shape (k,). A size
+    that is seen no better than its own uncertainty counts as that large: there the logarithm has
+    no say.
     """
     k = len(size)
     if k == 0:
@@ -196,7 +198,10 @@ ODDS: dict[str, float] = {
     "preload_scale": 2e-4,
     "sensor_gain": 2e-4,
     "contact_angle": 2e-4,
+    "ball_diameter_lot": 0.01,
     "unknown": 0.005,
 }
-"""Prior odds of an effect against nothing; "" stands for those not listed. A calibration or an angle that is
-wrong by far more than its stated uncertainty is a hundred times less likely than a missing effect."""
+"""Prior odds of an effect against nothing; "" stands for those not listed. A calibration or an
+angle that is wrong by far more than its stated uncertainty is a hundred times less likely than a
+missing effect.
+"""

@@ -6,10 +6,11 @@
     Margin      the likelihood of readings with linear unknowns of normal priors integrated out
     fit_noise   the noise that makes the readings most likely, structure by structure
 
-The covariance is  s^2 D A D + o^2 B,  D the stated uncertainties (times what a loose reading is looser
-by), A the correlation rho^|i-j| of a first-order autoregression along each run, B = 1 where two
-readings share a run. Whitening is exact and costs a few passes over the rows: the autoregression is
-undone by differences (Cochrane and Orcutt 1949), the runs' zeros by a rank-one step a run.
+The covariance is  s^2 D A D + o^2 B,  D the stated uncertainties (times what a loose reading is
+looser by), A the correlation rho^|i-j| of a first-order autoregression along each run, B = 1 where
+two readings share a run. Whitening is exact and costs a few passes over the rows: the
+autoregression is undone by differences (Cochrane and Orcutt 1949), the runs' zeros by a rank-one
+step a run.
 """
 
 from __future__ import annotations
@@ -33,7 +34,8 @@ PRICE = 3.0
 
 @dataclass(frozen=True)
 class Rows:
-    """The order of n readings: `run_index` of each, and `before`, the one before it in its run or -1.
+    """The order of n readings: `run_index` of each, and `before`, the one before it in its run or
+    -1.
 
     order sorts the readings by run; starts says where in that order each run begins.
     """
@@ -52,7 +54,9 @@ class Rows:
         before = np.full(len(index), -1, dtype=np.int64)
         follows = index[order[1:]] == index[order[:-1]]
         before[order[1:][follows]] = order[:-1][follows]
-        starts = np.flatnonzero(np.r_[True, ~follows]) if len(index) else np.zeros(0, dtype=np.int64)
+        starts = (
+            np.flatnonzero(np.r_[True, ~follows]) if len(index) else np.zeros(0, dtype=np.int64)
+        )
         return cls(index.astype(np.int64), before, len(starts), order, starts)
 
     def sums(self, columns: Floats) -> Floats:
@@ -64,11 +68,12 @@ class Rows:
         return Rows.of(self.run_index[rows])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Noise:
-    """One noise. scale: true over stated uncertainty; correlation: rho from a reading to the next of
-    its run; offset_arcsec: spread of the runs' zeros; looser: factor on each reading's standard
-    deviation, 1 for most."""
+    """One noise. scale: true over stated uncertainty; correlation: rho from a reading to the next
+    of its run; offset_arcsec: spread of the runs' zeros; looser: factor on each reading's standard
+    deviation, 1 for most.
+    """
 
     scale: float = 1.0
     correlation: float = 0.0
@@ -129,7 +134,8 @@ class Whitener:
 
 @dataclass(frozen=True)
 class Margin:
-    """Whitened readings with whitened columns X of unknowns, of prior precision (0: none), taken out.
+    """Whitened readings with whitened columns X of unknowns, of prior precision (0: none), taken
+    out.
 
     With A = X'X + precision the mode is A^-1 X'y and what is left of |y|^2 is y'y - y'X A^-1 X'y.
     """
@@ -148,7 +154,8 @@ class Margin:
     def of(cls, y: Floats, x: Floats, precision: Floats) -> Margin:
         """y (n,), x (n, p), precision (p,)."""
         a = x.T @ x + np.diag(precision)
-        # A column that the table cannot see at all has no curvature; a hair of precision keeps A invertible.
+        # A column that the table cannot see at all has no curvature; a hair of precision keeps A
+        # invertible.
         a[np.diag_indices_from(a)] += 1e-12 * max(float(np.trace(a)), 1e-300) / max(len(a), 1)
         factor = np.linalg.cholesky(a)
         b = x.T @ y
@@ -158,7 +165,7 @@ class Margin:
         known = precision > 0
         volume = -float(np.log(np.diagonal(factor)).sum())
         volume += 0.5 * float(np.log(precision[known]).sum())
-        return cls(y, x, factor, mode, max(chi2, 0.0), volume)
+        return cls(y, x, np.asarray(factor), mode, max(chi2, 0.0), volume)
 
     def left(self, columns: Floats) -> Floats:
         """Whitened columns as seen by whoever refits the unknowns: C^(-1/2) of C = 1 + X P X'.
@@ -177,7 +184,7 @@ def log_likelihood(chi2: float, whitener: Whitener, margin_volume: float) -> flo
 
 def log_scale_prior(scale: float, stated_dof: float) -> float:
     """Of the scale, 0 where it is 1."""
-    return -0.5 * stated_dof * (2 * np.log(scale) + 1 / scale**2 - 1)
+    return float(-0.5 * stated_dof * (2 * np.log(scale) + 1 / scale**2 - 1))
 
 
 def fit_noise(
@@ -271,7 +278,10 @@ def _refined(
                 c = noise.correlation + step * min(noise.correlation, 1 - noise.correlation)
                 trials.append((c, ratio))
         if ratio:
-            trials += [(noise.correlation, ratio * (1 - share)), (noise.correlation, ratio * (1 + share))]
+            trials += [
+                (noise.correlation, ratio * (1 - share)),
+                (noise.correlation, ratio * (1 + share)),
+            ]
         for c, o in trials:
             got = rated(c, o)
             if got[0] > best[0]:

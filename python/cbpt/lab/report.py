@@ -23,7 +23,8 @@ def lines(d: Diagnosis) -> Iterator[str]:
     for r in d.verdict.rests_on:
         if d.verdict.names and abs(r.needed_shift_sigma) > 2:
             yield (
-                f"This rests on {r.number}, stated to {_percent(r.number, r.prior)}: it would have to be off by "
+                f"This rests on {r.number}, stated to {_percent(r.number, r.prior)}: it would have "
+                "to be off by "
                 f"{abs(r.needed_shift_sigma):.0f} standard uncertainties to explain the same."
             )
     card = document["unknown"]
@@ -32,9 +33,15 @@ def lines(d: Diagnosis) -> Iterator[str]:
         yield "What the misfit looks like:"
         yield from (f"  {line}" for line in card["shape"])
     yield ""
-    yield f"Error, in sample and held out by {d.held_out_by} (noise {d.noise_floor_arcsec:.3f} arcsec):"
+    noise = f"noise {d.noise_floor_arcsec:.3f} arcsec"
+    yield f"Error, in sample and held out by {d.held_out_by} ({noise}):"
     rows = [
-        [r.added or "as stated", f"{r.rmse_arcsec:.3f}", f"{r.held_out_rmse_arcsec:.3f}", f"{r.chi2_per_dof:.2f}"]
+        [
+            r.added or "as stated",
+            f"{r.rmse_arcsec:.3f}",
+            f"{r.held_out_rmse_arcsec:.3f}",
+            f"{r.chi2_per_dof:.2f}",
+        ]
         for r in d.ladder
     ]
     yield _table(["added", "rmse_arcsec", "held_out_arcsec", "chi2/dof"], rows)
@@ -72,12 +79,17 @@ def _region(region: dict[str, object]) -> str:
         parts.append(str(region["regime"]))
     return (
         f"{', '.join(parts)}: {100 * float(str(region['share_of_misfit'])):.0f} % of the misfit, "
-        f"bias {float(str(region['bias_arcsec'])):+.2f} arcsec (p {float(str(region['p_value'])):.3f})"
+        f"bias {float(str(region['bias_arcsec'])):+.2f} arcsec "
+        f"(p {float(str(region['p_value'])):.3f})"
     )
 
 
 def _percent(number: str, prior: float) -> str:
-    return f"{prior * 57.29577951308232:.2g} deg" if number == "contact_angle" else f"{100 * prior:.2g} %"
+    return (
+        f"{prior * 57.29577951308232:.2g} deg"
+        if number == "contact_angle"
+        else f"{100 * prior:.2g} %"
+    )
 
 
 def _table(headers: list[str], rows: list[list[str]]) -> str:

@@ -1,11 +1,13 @@
-"""Readings that are looser than the rest: outliers and heavy tails, told before any cause is named.
+"""Readings that are looser than the rest: outliers and heavy tails, told before any cause is
+named.
 
     looseness   factor on each reading's standard deviation, or None where all are alike
 
-Each reading is predicted from all others by a smooth field that can follow every effect of the library
-and every pattern of the table (a Gaussian process; leave-one-out in closed form, Rasmussen and Williams
-2006, eq. 5.12). What is far from its prediction gets the weight that Student's t with 4 degrees of freedom
-gives it. A cause that is real moves its neighbours too, so it is not mistaken for a loose reading.
+Each reading is predicted from all others by a smooth field that can follow every effect of the
+library and every pattern of the table (a Gaussian process; leave-one-out in closed form, Rasmussen
+and Williams 2006, eq. 5.12). What is far from its prediction gets the weight that Student's t with
+4 degrees of freedom gives it. A cause that is real moves its neighbours too, so it is not mistaken
+for a loose reading.
 """
 
 from __future__ import annotations
@@ -29,7 +31,8 @@ _AMPLITUDES = (0.0, 1.0, 4.0, 16.0, 64.0)
 def looseness(
     y: Floats, certain: Floats, fields: Sequence[Floats], whitener: Whitener
 ) -> Floats | None:
-    """y: misfit of the readings, (n,); certain: columns that are surely free; fields: groups of patterns.
+    """y: misfit of the readings, (n,); certain: columns that are surely free; fields: groups of
+    patterns.
 
     y and all columns in arcsec; the whitener says what scatter is stated.
     """
@@ -60,7 +63,7 @@ def _alike(z: Floats) -> bool:
 
 def _kernel(groups: Sequence[Floats]) -> Floats:
     """Groups of columns, each group as strong as any other."""
-    total = 0.0
+    total = np.zeros((len(groups[0]), len(groups[0])))
     for g in groups:
         k = g @ g.T
         size = float(np.trace(k)) / len(k)
@@ -76,7 +79,8 @@ def _likelihood(y: Floats, covariance: Floats, loose: Floats) -> float:
     except np.linalg.LinAlgError:
         return -np.inf
     half = solve_triangular(factor, y, lower=True)
-    return -0.5 * len(y) * np.log(float(half @ half)) - float(np.log(np.diag(factor)).sum())
+    size = 0.5 * len(y) * np.log(float(half @ half))
+    return -float(size + np.log(np.diag(factor)).sum())
 
 
 def _left_out(y: Floats, covariance: Floats, loose: Floats) -> Floats:

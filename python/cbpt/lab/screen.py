@@ -1,10 +1,14 @@
-"""The whole library at a glance: every effect as what it would add to the readings if it were small.
+"""The whole library at a glance: every effect as what it would add to the readings if it were
+small.
 
-    Signatures  slopes of the readings by the size of every effect, at several shapes, about one fit
-    Screen      what each signature, and each pair, would gain; and what chance alone would gain at most
+    Signatures  slopes of the readings by the size of every effect, at several shapes, about one
+                    fit
+    Screen      what each signature, and each pair, would gain; and what chance alone would gain at
+                    most
 
-Linear in the sizes, so hundreds of candidates cost one prediction and one matrix product. What comes out
-on top is fitted in full afterwards; the chance of the largest gain needs no more than this.
+Linear in the sizes, so hundreds of candidates cost one prediction and one matrix product. What
+comes out on top is fitted in full afterwards; the chance of the largest gain needs no more than
+this.
 """
 
 from __future__ import annotations
@@ -33,7 +37,9 @@ class Signature:
     unit: Floats = field(repr=False)
     """SI size of one unit of each column."""
     secant: tuple[float, ...] = ()
-    """Where the column is not a slope but the whole change up to these sizes, per unit of their norm."""
+    """Where the column is not a slope but the whole change up to these sizes, per unit of their
+    norm.
+    """
 
     @property
     def one_sided(self) -> bool:
@@ -42,7 +48,9 @@ class Signature:
 
     def sizes(self, found: Floats) -> Floats:
         """SI sizes, off neutral, of what the screen found in units of the columns."""
-        return found[0] * self.unit[0] * _direction(self.secant) if self.secant else found * self.unit
+        return (
+            found[0] * self.unit[0] * _direction(self.secant) if self.secant else found * self.unit
+        )
 
     def log_prior(self, size: Floats, own: Floats) -> float:
         """Prior of a size in units of the columns; see `library.log_size_prior`."""
@@ -50,7 +58,7 @@ class Signature:
 
 
 def _direction(secant: tuple[float, ...]) -> Floats:
-    return np.array(secant) / np.linalg.norm(secant)
+    return np.asarray(np.array(secant) / np.linalg.norm(secant))
 
 
 class Signatures:
@@ -87,7 +95,9 @@ class Signatures:
         point = self.model.at(values, wanted)
         return list(self._split(point, wanted, places))
 
-    def _split(self, point: Point, wanted: list[int], places: list[list[int]]) -> Iterator[Signature]:
+    def _split(
+        self, point: Point, wanted: list[int], places: list[list[int]]
+    ) -> Iterator[Signature]:
         at = {place: column for column, place in enumerate(wanted)}
         for (variant, shapes), own in zip(self.entries, places, strict=True):
             unit = variant.low * np.array(variant.ratios or (1.0,) * len(own))
@@ -103,7 +113,9 @@ class Signatures:
 
 @dataclass(frozen=True, eq=False)
 class Gain:
-    """What some signatures together would gain: Bayes factor against none of them, and their sizes."""
+    """What some signatures together would gain: Bayes factor against none of them, and their
+    sizes.
+    """
 
     members: tuple[int, ...]
     log_odds: float
@@ -201,9 +213,7 @@ class Screen:
         order = np.argsort(chi2)[::-1]
         return [(float(chi2[i]), members[a[i]], members[b[i]]) for i in order]
 
-    def null_of_maximum(
-        self, weights: Floats, replicates: int, rng: np.random.Generator
-    ) -> Floats:
+    def null_of_maximum(self, weights: Floats, replicates: int, rng: np.random.Generator) -> Floats:
         """Largest weighted log odds of any single signature in noise alone, shape (replicates,).
 
         The projections of noise on the signatures are normal with the Gram matrix for covariance;
@@ -233,7 +243,9 @@ class Screen:
             return np.asarray(odds)
         own = np.sqrt(np.diag(inverse))
         r = np.linalg.norm(sizes, axis=0)
-        odds += log_density(v, np.maximum(r, max(float(np.linalg.norm(own)) / np.sqrt(len(own)), 1.0)))
+        odds += log_density(
+            v, np.maximum(r, max(float(np.linalg.norm(own)) / np.sqrt(len(own)), 1.0))
+        )
         if s.one_sided:
             odds = np.where(sizes[0] > 0, odds, -np.inf)
         return np.asarray(odds)

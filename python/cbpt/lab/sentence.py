@@ -70,32 +70,65 @@ def sentence(d: Diagnosis) -> str:
         f"(noise {d.noise_floor_arcsec:.2f})"
     )
     if v.kind == "unknown":
-        assert v.pattern is not None
-        on = listed([_COLUMNS.get(c, c) for c in v.pattern.columns])
-        return f"Something real is missing that no effect of the library explains ({sure}): the misfit depends on {on}."
+        return _unknown(d, sure)
     if v.kind == "complete":
-        if v.within_uncertainty:
-            moved = listed([_moved(r.number, d.competition.fits[()]) for r in v.rests_on if abs(r.needed_shift_sigma) > 0.8])
-            return f"Nothing is missing ({sure}): with the numbers of the drive moved within their stated uncertainty{': ' + moved if moved else ''}, {fall}."
-        return f"Nothing is missing ({sure}): the model as stated explains the readings to within their noise of {d.noise_floor_arcsec:.2f} arcsec."
-    if v.kind == "rig" and not [e for e in v.effects if e != "run_offset"]:
+        return _complete(d, sure, fall)
+    if v.kind == "rig" and set(v.effects) <= {"run_offset"}:
         what = listed([_NOISE[n] for n in v.noise if n in _NOISE])
         return f"The model misses nothing; the instrument does ({sure}): the readings show {what}."
     if v.kind == "ambiguous":
-        parts = []
-        if v.effects:
-            parts.append(f"{listed([NAMES.get(e, e) for e in v.effects])} is certain")
-        for group in v.rivals:
-            parts.append(f"one of {listed([NAMES.get(e, e) for e in group], 'or')} is needed, and these readings cannot say which")
-        return f"{'; '.join(parts)[:1].upper()}{'; '.join(parts)[1:]} ({sure}); {fall}."
+        return _ambiguous(d, sure, fall)
     what = listed([_with_value(d, e) for e in v.effects])
-    verb = {"parameter": "A number of the drive is off", "rig": "The instrument is off"}.get(v.kind, "Missing from the model")
-    return f"{verb}: {what} ({sure}); {fall}."
+    kinds = {"parameter": "A number of the drive is off", "rig": "The instrument is off"}
+    return f"{kinds.get(v.kind, 'Missing from the model')}: {what} ({sure}); {fall}."
+
+
+def _unknown(d: Diagnosis, sure: str) -> str:
+    columns = d.verdict.pattern.columns if d.verdict.pattern else ()
+    on = listed([_COLUMNS.get(c, c) for c in columns])
+    return (
+        f"Something real is missing that no effect of the library explains ({sure}): the misfit "
+        f"depends on {on}."
+    )
+
+
+def _complete(d: Diagnosis, sure: str, fall: str) -> str:
+    v = d.verdict
+    if not v.within_uncertainty:
+        return (
+            f"Nothing is missing ({sure}): the model as stated explains the readings to within "
+            f"their noise of {d.noise_floor_arcsec:.2f} arcsec."
+        )
+    null = d.competition.fits[()]
+    moved = [_moved(r.number, null) for r in v.rests_on if abs(r.needed_shift_sigma) > 0.8]
+    which = f" ({listed(moved)})" if moved else ""
+    return (
+        f"Nothing is missing ({sure}): with the numbers of the drive moved within their stated "
+        f"uncertainty{which}, {fall}."
+    )
+
+
+def _ambiguous(d: Diagnosis, sure: str, fall: str) -> str:
+    v = d.verdict
+    parts = []
+    if v.effects:
+        parts.append(f"{listed([NAMES.get(e, e) for e in v.effects])} is certain")
+    for group in v.rivals:
+        names = listed([NAMES.get(e, e) for e in group], "or")
+        parts.append(f"one of {names} is needed, and these readings cannot say which")
+    text = "; ".join(parts)
+    return f"{text[:1].upper()}{text[1:]} ({sure}); {fall}."
 
 
 def listed(words: list[str], last: str = "and") -> str:
     """a, b and c."""
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} {last} {words[-1]}" if words else ""
+    return (
+        words[0]
+        if len(words) == 1
+        else f"{', '.join(words[:-1])} {last} {words[-1]}"
+        if words
+        else ""
+    )
 
 
 def _moved(number: str, fit: Fit) -> str:

@@ -1,12 +1,14 @@
 """What a misfit depends on, asked without naming a cause.
 
-    Component   a family of patterns over some columns: any function of torque, of torque at each angle, ...
+    Component   a family of patterns over some columns: any function of torque, of torque at each
+                    angle, ...
     components  all families that a table can show
     Structure   which of them a residual has, against chance
 
-Each family is a set of overlapping hats (or levels, or sectors of a turn) and their products, so it holds
-any not too rough function of its columns. What a family explains beyond chance is a sum of squares over
-its rank; the chance of the largest among all families comes from simulated noise through the same refit.
+Each family is a set of overlapping hats (or levels, or sectors of a turn) and their products, so
+it holds any not too rough function of its columns. What a family explains beyond chance is a sum
+of squares over its rank; the chance of the largest among all families comes from simulated noise
+through the same refit.
 """
 
 from __future__ import annotations
@@ -18,11 +20,13 @@ from functools import reduce
 import numpy as np
 from numpy.typing import NDArray
 
+from cbpt.lab.levels import levels_of
 from cbpt.lab.noise import Margin
 from cbpt.lab.readings import Readings
 
 Floats = NDArray[np.float64]
 _MOST_COLUMNS = 160
+_MOST_LEVELS = 40
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,15 +59,19 @@ def hats(values: Floats, knots: int) -> Floats:
         levels = np.unique(np.quantile(levels, np.linspace(0, 1, knots)))
     if len(levels) < 2:
         return np.ones((len(values), 1))
-    return np.column_stack(
-        [np.interp(values, levels, row) for row in np.eye(len(levels))]
-    )
+    return np.column_stack([np.interp(values, levels, row) for row in np.eye(len(levels))])
 
 
 def levels(values: NDArray[np.generic]) -> Floats:
     """One column for each distinct value."""
     _, index = np.unique(values, return_inverse=True)
     return np.eye(int(index.max()) + 1)[index]
+
+
+def smooth(values: Floats) -> Floats:
+    """Powers up to the third, on the largest value."""
+    x = values / max(float(np.abs(values).max()), 1e-300)
+    return np.column_stack([np.ones(len(x)), x, x**2, x**3])
 
 
 def turn(angle_deg: Floats) -> Floats:
@@ -75,24 +83,16 @@ def turn(angle_deg: Floats) -> Floats:
     return np.column_stack([np.ones(len(phase)), np.cos(phase), np.sin(phase)])
 
 
-def steps(values: Floats, tolerance: float = 0.02) -> Floats:
-    """Values that jitter about a few levels, each set to its level."""
-    order = np.argsort(values)
-    jump = np.diff(values[order]) > tolerance * max(float(np.ptp(values)), 1e-300)
-    group = np.r_[0, np.cumsum(jump)]
-    mean = np.bincount(group, values[order]) / np.bincount(group)
-    out = np.empty_like(values)
-    out[order] = mean[group]
-    return out
-
-
 def bases(readings: Readings) -> dict[str, Floats]:
     """Patterns of single columns, of those that vary."""
     r = readings
-    torque = steps(r.torque_Nm)
-    found = {"torque_Nm": hats(torque, 9), "torque_coarse": hats(torque, 5)}
+    torque = levels_of(r.torque_Nm).held
+    alone = levels(torque) if len(np.unique(torque)) <= _MOST_LEVELS else hats(torque, 12)
+    found = {"torque_Nm": alone, "torque_smooth": smooth(torque)}
     if r.preload_N is not None:
-        found["preload_N"] = hats(steps(r.preload_N), 6)
+        preload = levels_of(r.preload_N).held
+        few = len(np.unique(preload)) <= 6
+        found["preload_N"] = levels(preload) if few else hats(preload, 6)
     found["input_angle_deg"] = turn(r.input_angle_deg)
     found["direction"] = levels(r.direction())
     if r.time_s is not None:
@@ -100,7 +100,7 @@ def bases(readings: Readings) -> dict[str, Floats]:
         since = run_time(readings)
         found["run_time_s"] = hats(since, 5)
         rate = np.abs(rate_of(readings))
-        found["torque_rate"] = hats(rate, 4)
+        found["torque_rate"] = hats(rate, 8)
     if r.temperature_degC is not None:
         found["temperature_degC"] = hats(r.temperature_degC, 4)
     if r.cycle is not None:
@@ -160,15 +160,19 @@ def _components(found: dict[str, Floats], n: int) -> Iterator[Component]:
         if name in found:
             yield Component((name,), found[name])
     for name in _WITH_TORQUE:
-        if name in found and "torque_coarse" in found:
-            yield Component(("torque_Nm", name), product([found["torque_coarse"], found[name]]))
-    if {"torque_coarse", "direction", "preload_N"} <= found.keys():
-        three = [found[name] for name in ("torque_coarse", "direction", "preload_N")]
+        if name in found and "torque_smooth" in found:
+            yield Component(("torque_Nm", name), product([found["torque_smooth"], found[name]]))
+    if {"torque_smooth", "direction", "preload_N"} <= found.keys():
+        loads = product([found["torque_Nm"], found["preload_N"]])
+        # Every load by itself: what is left beyond the scatter of its repeats is no noise.
+        if loads.shape[1] < 0.6 * n:
+            yield Component(("torque_Nm", "preload_N"), loads)
+        three = [found[name] for name in ("torque_smooth", "direction", "preload_N")]
         yield Component(("torque_Nm", "direction", "preload_N"), product(three))
 
 
 def product(bases: Sequence[Floats]) -> Floats:
-    """Every pattern of one times every pattern of the others; those that no row has are left out."""
+    """Every pattern of one times every one of the others, but for those that no row has."""
     out = reduce(lambda a, b: (a[:, :, None] * b[:, None, :]).reshape(len(a), -1), bases)
     return out[:, np.abs(out).max(axis=0) > 0.2]
 
@@ -199,7 +203,7 @@ class Structure:
         """Bayes factor of an amplitude fitted against none, shape as scores."""
         m = np.maximum(self.ranks, 1)[:, None]
         ratio = np.maximum(scores / m, 1.0)
-        return 0.5 * m * (ratio - 1 - np.log(ratio)) * (self.ranks[:, None] > 0)
+        return np.asarray(0.5 * m * (ratio - 1 - np.log(ratio)) * (self.ranks[:, None] > 0))
 
     def find(self, residual: Floats, replicates: int, rng: np.random.Generator) -> list[Found]:
         """Families in a whitened residual, the most telling first."""

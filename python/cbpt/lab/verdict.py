@@ -4,10 +4,11 @@
     judge       the rules, in the order in which they apply
 
 1. Something without a name is far likelier than everything with one: `unknown`.
-2. No effect is demanded: `complete`, `rig` where noise or a gain is what is off, `parameter` where a number
-   of the drive has to move by more than two standard uncertainties, `ambiguous` where the calibrations
-   are stated so loosely that drive and instrument explain the same shift.
-3. Effects are demanded: those in every set that is within the limit of odds are certain, the others rivals.
+2. No effect is demanded: `complete`, `rig` where noise or a gain is what is off, `parameter` where
+   a number of the drive has to move by more than two standard uncertainties, `ambiguous` where the
+   calibrations are stated so loosely that drive and instrument explain the same shift.
+3. Effects are demanded: those in every set that is within the limit of odds are certain, the
+   others rivals.
 """
 
 from __future__ import annotations
@@ -19,21 +20,25 @@ import numpy as np
 
 from cbpt._core import effect_specs
 from cbpt.lab.assembled import DEFAULT_UNCERTAINTY
-from cbpt.lab.competition import Competition, Names, Pattern
+from cbpt.lab.competition import Competition, Names
 from cbpt.lab.fit import Fit
 from cbpt.lab.library import ODDS, PRIORS
 from cbpt.lab.noise import Margin, Noise
+from cbpt.lab.patterns import Pattern
 
 ODDS_LIMIT = 20.0
 """Posterior odds beyond which a rival is out."""
 UNKNOWN_LIMIT = 3.0
-"""The same for a pattern without a name, whose evidence is that of its most favourable amplitude."""
+"""The same for a pattern without a name, whose evidence is that of its best amplitude."""
 P_LIMIT = 0.02
 """Largest chance, by simulation, of an effect that is called found."""
 MOVED_SIGMA = 2.0
 """A number that has to move further than this is a finding of its own."""
-# A pattern left over may carry this share of what the effects explain and still be called their form.
+# A pattern left over may carry this share of what the effects explain and still be called their
+# form.
 _FORM_SHARE = 0.15
+# In log likelihood: what scatter beyond that of the readings may cost before a fit is strained.
+_STRAIN = 8.0
 # Calibrations known worse than this many times the usual share a shift with the drive.
 _LOOSE_CALIBRATION = 3.0
 
@@ -71,44 +76,47 @@ def judge(competition: Competition) -> Verdict:
     """The rules above."""
     sets = weighed(competition)
     limit = float(np.log(ODDS_LIMIT))
-    top = max(sets.values())
     best = max(sets, key=lambda n: sets[n])
-    if UNKNOWN in best:
-        rest = sets.get(_less(best, UNKNOWN), -np.inf)
-        known = max((o for n, o in sets.items() if UNKNOWN not in n), default=-np.inf)
-        if top > known + limit and not _only_form(best, top, rest):
-            return _unknown(competition, best)
-    within = {
-        n: o
-        for n, o in sets.items()
-        if n == best or o > top - (np.log(UNKNOWN_LIMIT) if UNKNOWN in n else limit)
-    }
-    # What a pattern on top of a set tells is how far the library's form is from the readings: rivals within
-    # that distance are not decided.
-    named = {n: o for n, o in within.items() if UNKNOWN not in n}
-    if UNKNOWN in best and len(best) > 1:
-        within = {n: o for n, o in sets.items() if UNKNOWN not in n and o > max(named.values(), default=top) - limit}
-        within = within or {_less(best, UNKNOWN): top}
-    leftover = _leftover(sets, within)
-    if leftover:
-        high = max(within.values())
-        within |= {n: o for n, o in sets.items() if UNKNOWN not in n and o > high - limit - leftover}
+    named = {n: o for n, o in sets.items() if UNKNOWN not in n}
+    first = max(named, key=lambda n: named[n])
+    beaten = UNKNOWN in best and sets[best] > named[first] + limit
+    if beaten and not _only_form(best, sets[best], sets.get(_less(best, UNKNOWN), -np.inf)):
+        return _unknown(competition, best)
+    # What a pattern adds to the best set tells how far the library's form is from the readings:
+    # rivals within that distance are not decided.
+    reach = limit + _leftover(sets, first)
+    within = {n: o for n, o in named.items() if o > named[first] - reach}
     if () in within or all(n in ((), (OFFSET,)) for n in within):
         return _no_effect(competition, limit)
-    fewest = min(len(n) for n in within)
-    small = {n: o for n, o in within.items() if len(n) == fewest}
-    chosen = max(small, key=lambda n: small[n])
+    # A pattern alone counts as a rival where it explains about as well; sooner where the named
+    # effect leaves more scatter than there is.
+    fair = limit if _strained(competition, first) else float(np.log(UNKNOWN_LIMIT))
+    alone = [n for n in sets if UNKNOWN in n and set(n) <= {UNKNOWN, OFFSET}]
+    within |= {n: sets[n] for n in alone if sets[n] > max(sets.values()) - fair}
+    # The fewest effects that do: a set with more than another one that does needs no mention.
+    least = {n: o for n, o in within.items() if not any(set(m) < set(n) for m in within)}
+    chosen = max(least, key=lambda n: named.get(n, -np.inf))
     effects = _less(chosen, OFFSET)
-    if not effects or (all(n in PRIORS for n in effects)) or _p_value(competition, effects) > P_LIMIT:
+    numbers_only = all(n in PRIORS for n in effects)
+    if numbers_only or _p_value(competition, effects) > P_LIMIT:
         return _no_effect(competition, limit)
-    return _effects(competition, small, chosen)
+    return _effects(competition, least, chosen)
+
+
+def _strained(competition: Competition, names: Names) -> bool:
+    """Whether a set leaves more scatter than a fit that may follow the whole library."""
+    fit = competition.fits[_less(names, OFFSET)]
+    grown = np.log(fit.noise.scale / competition.flexible.scale)
+    return bool(len(competition.campaign) * grown > _STRAIN)
 
 
 UNKNOWN, OFFSET = "unknown", "run_offset"
 
 
 def weighed(competition: Competition) -> dict[Names, float]:
-    """Log odds of every set that competed; zeros of runs and a pattern without a name are members too."""
+    """Log odds of every set that competed; zeros of runs and a pattern without a name are members
+    too.
+    """
     found: dict[Names, float] = {}
 
     def add(names: Iterable[str], odds: float) -> None:
@@ -138,21 +146,21 @@ def _p_value(competition: Competition, names: Names) -> float:
 
 
 def _only_form(best: Names, top: float, rest: float) -> bool:
-    """Whether what is left without a name is small beside what the named effects of the set explain."""
+    """Whether what is left without a name is small beside what the named effects of the set
+    explain.
+    """
     if len(best) == 1 or not np.isfinite(rest):
         return False
     # The odds of the named part against nothing, its price given back.
     return top - rest < _FORM_SHARE * (rest + 5.0 * (len(best) - 1))
 
 
-def _leftover(sets: dict[Names, float], within: dict[Names, float]) -> float:
-    """How much a pattern adds to the best named set, its own price given back; 0 where it adds nothing."""
-    named = {n: o for n, o in within.items() if UNKNOWN not in n and n}
-    if not named:
+def _leftover(sets: dict[Names, float], best: Names) -> float:
+    """How much a pattern adds to a set, its own price given back; 0 where it adds nothing."""
+    if not best:
         return 0.0
-    best = max(named, key=lambda n: named[n])
     grown = sets.get(tuple(sorted((*best, UNKNOWN))), -np.inf)
-    return max(0.0, float(grown - named[best] - np.log(ODDS[UNKNOWN])))
+    return max(0.0, float(grown - sets[best] - np.log(ODDS[UNKNOWN])))
 
 
 def _unknown(competition: Competition, best: Names) -> Verdict:
@@ -173,7 +181,12 @@ def _no_effect(competition: Competition, limit: float) -> Verdict:
     moved = shifts(null)
     strained = {n: z for n, z in moved.items() if abs(z) > MOVED_SIGMA}
     rivals = sorted(
-        {n for names, o in odds.items() if len(names) == 1 and o > max(odds.values()) - limit for n in names}
+        {
+            n
+            for names, o in odds.items()
+            if len(names) == 1 and o > max(odds.values()) - limit
+            for n in names
+        }
     )
     inadequate = _nominal_rejected(competition, null)
     if inadequate and strained:
@@ -181,30 +194,84 @@ def _no_effect(competition: Competition, limit: float) -> Verdict:
         named = [n for n in rivals if n != wide]
         if named:
             group = tuple(sorted({wide, *named}))
-            return Verdict("ambiguous", (), (group,), _share(competition, [(n,) for n in group] + [()]), _rests(null, moved), False, (), None, noise)
+            return Verdict(
+                "ambiguous",
+                (),
+                (group,),
+                _share(competition, [(n,) for n in group] + [()]),
+                _rests(null, moved),
+                False,
+                (),
+                None,
+                noise,
+            )
         spec = _class_of(wide)
         kind = "rig" if spec == "rig" else "parameter"
-        return Verdict(kind, (wide,), (), _share(competition, [(), (wide,)]), _rests(null, moved), False, (), None, noise)
+        return Verdict(
+            kind,
+            (wide,),
+            (),
+            _share(competition, [(), (wide,)]),
+            _rests(null, moved),
+            False,
+            (),
+            None,
+            noise,
+        )
     special = tuple(n for n in noise if n != "white")
     if inadequate:
         sharing = _sharing(competition, null)
         loose = [
-            n for n in sharing
-            if _class_of(n) == "rig" and competition.campaign.priors[n] >= _LOOSE_CALIBRATION * DEFAULT_UNCERTAINTY[n]
+            n
+            for n in sharing
+            if _class_of(n) == "rig"
+            and competition.campaign.priors[n] >= _LOOSE_CALIBRATION * DEFAULT_UNCERTAINTY[n]
         ]
         if loose and len(sharing) > 1:
-            return Verdict("ambiguous", (), (tuple(sharing),), _share(competition, [()]), _rests(null, moved), True, (), None, noise)
+            return Verdict(
+                "ambiguous",
+                (),
+                (tuple(sharing),),
+                _share(competition, [()]),
+                _rests(null, moved),
+                True,
+                (),
+                None,
+                noise,
+            )
     rig = special or ()
     if rig:
         effects = ("run_offset",) if "run_offset" in rig else ()
-        return Verdict("rig", effects, (), _share(competition, [()]), _rests(null, moved) if inadequate else (), inadequate, (), None, noise)
-    return Verdict("complete", (), (), _share(competition, [()]), _rests(null, moved) if inadequate else (), inadequate, (), None, noise)
+        return Verdict(
+            "rig",
+            effects,
+            (),
+            _share(competition, [()]),
+            _rests(null, moved) if inadequate else (),
+            inadequate,
+            (),
+            None,
+            noise,
+        )
+    return Verdict(
+        "complete",
+        (),
+        (),
+        _share(competition, [()]),
+        _rests(null, moved) if inadequate else (),
+        inadequate,
+        (),
+        None,
+        noise,
+    )
 
 
 def shifts(fit: Fit) -> dict[str, float]:
-    """How far each number of drive and instrument has moved, in its stated standard uncertainties."""
+    """How far each number of drive and instrument has moved, in standard uncertainties."""
     return {
-        u.name: (fit.value(u) - u.mean) / u.sd for u in fit.unknowns if u.name in PRIORS and np.isfinite(u.sd)
+        u.name: (fit.value(u) - u.mean) / u.sd
+        for u in fit.unknowns
+        if u.name in PRIORS and np.isfinite(u.sd)
     }
 
 
@@ -218,7 +285,9 @@ def _nominal_rejected(competition: Competition, null: Fit) -> bool:
 
 
 def _sharing(competition: Competition, null: Fit) -> list[str]:
-    """Numbers that could each carry the shift alone, within the limit of odds, none beyond two sigma."""
+    """Numbers that could each carry the shift alone, within the limit of odds, none beyond two
+    sigma.
+    """
     y, x, precision = competition.fitter.linear(null)
     whitener = null.whitener
     numbers = [u.name for u in null.unknowns]
@@ -229,7 +298,9 @@ def _sharing(competition: Competition, null: Fit) -> list[str]:
         margin = Margin.of(whitener(y), whitener(x[:, keep]), precision[keep])
         alone[name] = (-0.5 * margin.chi2 + margin.log_volume, float(margin.mode[0]))
     top = max(v for v, _ in alone.values())
-    return sorted(n for n, (v, z) in alone.items() if v > top - np.log(ODDS_LIMIT) and abs(z) <= 2.5)
+    return sorted(
+        n for n, (v, z) in alone.items() if v > top - np.log(ODDS_LIMIT) and abs(z) <= 2.5
+    )
 
 
 # --- 3 ---
@@ -264,17 +335,21 @@ def _effects(competition: Competition, sets: dict[Names, float], chosen: Names) 
 
 
 def _groups(remainders: list[set[str]]) -> list[set[str]]:
-    """Groups from each of which one is needed: remainders merged place by place."""
+    """Groups from each of which one is needed; `remainders` are the sets less what is certain.
+
+    Where all need as many, place by place; else at least one of all that any of them needs.
+    """
     remainders = [r for r in remainders if r]
     if len(remainders) < 2:
         return []
+    if len({len(r) for r in remainders}) > 1:
+        return [set().union(*remainders)]
     first, rest = remainders[0], remainders[1:]
     groups = [{name} for name in sorted(first)]
     for other in rest:
-        free = sorted(other)
         # What another set has in common stays in its place; what differs joins the places left.
-        places = [g for g in groups if not g & set(free)]
-        new = [n for n in free if not any(n in g for g in groups)]
+        places = [g for g in groups if not g & other]
+        new = [n for n in sorted(other) if not any(n in g for g in groups)]
         for n, g in zip(new, places or groups, strict=False):
             g.add(n)
     return [g for g in groups if len(g) > 1]
@@ -302,7 +377,9 @@ def _rests(fit: Fit, moved: dict[str, float]) -> tuple[Rest, ...]:
     return tuple(Rest(n, float(sds[n]), z) for n, z in moved.items() if abs(z) > 0.3)
 
 
-def _share(competition: Competition, sets: Iterable[Names], pattern: Pattern | None = None) -> float:
+def _share(
+    competition: Competition, sets: Iterable[Names], pattern: Pattern | None = None
+) -> float:
     """Posterior probability of some sets, or of a pattern, among all that was weighed."""
     odds = competition.log_odds
     top = max([*odds.values(), *competition.pattern_log_odds])
@@ -331,8 +408,16 @@ def noise_words(competition: Competition, noise: Noise) -> tuple[str, ...]:
         words.append("correlated")
     if noise.looser is not None:
         far = np.count_nonzero(noise.looser > 2.0)
-        words.append("outliers" if far <= 0.05 * len(noise.looser) and noise.looser.max() > 2.5 else "heavy_tailed")
+        words.append(
+            "outliers"
+            if far <= 0.05 * len(noise.looser) and noise.looser.max() > 2.5
+            else "heavy_tailed"
+        )
     dof = len(competition.campaign)
-    if competition.campaign.u_stated and abs(np.log(noise.scale)) * np.sqrt(2 * dof) > 3.5 and abs(np.log(noise.scale)) > 0.1:
+    if (
+        competition.campaign.u_stated
+        and abs(np.log(noise.scale)) * np.sqrt(2 * dof) > 3.5
+        and abs(np.log(noise.scale)) > 0.1
+    ):
         words.append("misstated")
     return tuple(words) or ("white",)

@@ -2,7 +2,8 @@
 
 use super::document::{Content, Entry, Node};
 use super::error::{Mistake, Notes};
-use super::fields::{self, EFFECTS, PARAMETERS, dotted};
+use super::fields::{self, Key, PARAMETERS, Value, dotted};
+use super::library::{self, EFFECTS};
 use super::parse::Reader;
 use super::suggest;
 use super::{EffectEntry, OwnParameter};
@@ -32,6 +33,44 @@ fn no_effect(key: String, node: &Node) -> Mistake {
 }
 
 fn one(path: &str, at: Option<usize>, entries: &[Entry], notes: &mut Notes<'_>) -> Option<EffectEntry> {
+    let entry = |key: &str| entries.iter().find(|entry| entry.key == key);
+    let id = entry("id").map(|entry| &entry.node);
+    let found = match id.map(|id| &id.content) {
+        Some(Content::Text(id)) if entry("expression").is_none() => library::find(id),
+        _ => None,
+    };
+    let Some((spec, section)) = found else { return own(path, at, entries, notes) };
+    let mut reader = Reader::new(notes);
+    for other in reader.take(section, path, entries.iter().filter(|entry| entry.key != PARAMETERS)) {
+        reader.unknown(section, path, other);
+    }
+    reader.complete(section, path, at);
+    if let Some(entry) = entry(PARAMETERS) {
+        let problem = "only an own effect, which has an expression, has parameters".into();
+        let allowed = "the numbers of a built-in effect are keys of its own".into();
+        let key = dotted(path, &entry.key);
+        reader.notes.add(entry.at, Mistake { key, problem, allowed, ..Mistake::default() });
+    }
+    if let Some(port) = reader.values.text("effect.port").filter(|port| *port != spec.port.name()) {
+        let found = format!("\"{port}\"");
+        let allowed = format!("{} acts at the port {}; leave the line out", spec.id, spec.port.name());
+        let at = entry("port").and_then(|entry| entry.node.at);
+        reader.notes.add(at, Mistake { key: dotted(path, "port"), found, allowed, ..Mistake::default() });
+    }
+    let number = |key: &Key| {
+        let value = match reader.values.get(&section.si_name(key))? {
+            Value::Real(value) => *value,
+            Value::Count(count) => f64::from(*count),
+            Value::Text(_) => return None,
+        };
+        Some((key.si(), value))
+    };
+    let numbers = library::parameters(section).filter_map(number).collect();
+    Some(EffectEntry { id: spec.id.into(), port: None, expression: None, numbers, parameters: Vec::new() })
+}
+
+/// An effect of the user's own, or one that is not in the library.
+fn own(path: &str, at: Option<usize>, entries: &[Entry], notes: &mut Notes<'_>) -> Option<EffectEntry> {
     let section = fields::effect();
     let mut reader = Reader::new(notes);
     let others = reader.take(section, path, entries.iter().filter(|entry| entry.key != PARAMETERS));
@@ -41,24 +80,16 @@ fn one(path: &str, at: Option<usize>, entries: &[Entry], notes: &mut Notes<'_>) 
     let mut effect = EffectEntry { id, port, expression, numbers: Vec::new(), parameters: Vec::new() };
     let parameters = entries.iter().find(|entry| entry.key == PARAMETERS);
     let id_node = entries.iter().find(|entry| entry.key == "id").map(|entry| &entry.node);
-
-    if effect.expression.is_some() {
-        for other in others {
-            reader.unknown(section, path, other);
-        }
-        check_own(&effect, path, at, id_node, reader.notes);
-        effect.parameters =
-            parameters.map(|entry| own_parameters(path, entry, reader.notes)).unwrap_or_default();
-    } else {
-        check_built_in(&effect, path, id_node, reader.notes);
-        effect.numbers = others.iter().filter_map(|entry| number(path, entry, reader.notes)).collect();
-        if let Some(entry) = parameters {
-            let problem = "only an own effect, which has an expression, has parameters".into();
-            let allowed = "the numbers of a built-in effect are keys of its own".into();
-            let key = dotted(path, &entry.key);
-            reader.notes.add(entry.at, Mistake { key, problem, allowed, ..Mistake::default() });
-        }
+    if effect.expression.is_none() {
+        // Its other keys cannot be judged before its id is right.
+        not_built_in(&effect, path, id_node, reader.notes);
+        return None;
     }
+    for other in others {
+        reader.unknown(section, path, other);
+    }
+    check_own(&effect, path, at, id_node, reader.notes);
+    effect.parameters = parameters.map(|entry| own_parameters(path, entry, reader.notes)).unwrap_or_default();
     Some(effect)
 }
 
@@ -83,29 +114,16 @@ fn expected(key: &str) -> String {
     found.map(|(key, unit)| format!("expected {}", key.expected(unit))).unwrap_or_default()
 }
 
-fn check_built_in(effect: &EffectEntry, path: &str, id: Option<&Node>, notes: &mut Notes<'_>) {
-    if !EFFECTS.contains(&&*effect.id) {
-        let problem = "no built-in effect has this id".into();
-        let allowed = format!("an own effect needs an expression; built-in are {}", EFFECTS.join(", "));
-        let nearest = suggest::nearest(&effect.id, EFFECTS.iter().copied());
-        let found = id.map(|id| id.written.clone()).unwrap_or_default();
-        let key = dotted(path, "id");
-        let mistake = Mistake { key, found, problem, allowed, nearest, ..Mistake::default() };
-        notes.add(id.and_then(|id| id.at), mistake);
+fn not_built_in(effect: &EffectEntry, path: &str, id: Option<&Node>, notes: &mut Notes<'_>) {
+    let Some(id) = id else { return };
+    if !matches!(id.content, Content::Text(_)) {
+        return;
     }
-}
-
-/// A number of a built-in effect.
-fn number(path: &str, entry: &Entry, notes: &mut Notes<'_>) -> Option<(String, f64)> {
-    match entry.node.content {
-        Content::Number(number) if number.is_finite() => Some((entry.key.clone(), number)),
-        _ => {
-            let allowed = "expected a finite number, a parameter of the effect".into();
-            let (key, found) = (dotted(path, &entry.key), entry.node.written.clone());
-            notes.add(entry.node.at, Mistake { key, found, allowed, ..Mistake::default() });
-            None
-        }
-    }
+    let problem = "no built-in effect has this id".into();
+    let allowed = format!("an own effect needs an expression; built-in are {}", EFFECTS.join(", "));
+    let nearest = suggest::nearest(&effect.id, EFFECTS.iter().copied());
+    let (key, found) = (dotted(path, "id"), id.written.clone());
+    notes.add(id.at, Mistake { key, found, problem, allowed, nearest, ..Mistake::default() });
 }
 
 fn own_parameters(path: &str, entry: &Entry, notes: &mut Notes<'_>) -> Vec<OwnParameter> {

@@ -8,6 +8,7 @@ use std::sync::LazyLock;
 
 use cbpt_core::{Elasticity, Material};
 
+use super::library;
 use super::units::{Dimension, PLAIN, Unit};
 
 /// A table of the file. The keys above the first section stand in the section without a name.
@@ -78,35 +79,8 @@ const NOT_NEGATIVE: Range = (Included(0.0), Unbounded);
 const ACUTE: Range = (Excluded(0.0), Excluded(FRAC_PI_2));
 const BALLS: Range = (Included(3.0), Included(1000.0));
 
-/// Ids of the built-in effects.
-pub const EFFECTS: &[&str] = &[
-    "contact_stiffness",
-    "contact_angle",
-    "torque_scale",
-    "preload_scale",
-    "sensor_gain",
-    "sensor_nonlinearity",
-    "run_offset",
-    "drift",
-    "eccentric_bearing",
-    "bearing_play",
-    "output_torsion",
-    "friction_hysteresis",
-    "preload_loss",
-    "preload_spring",
-    "thermal_preload",
-    "eccentricity_error",
-    "groove_pitch_error",
-    "ball_diameter_lot",
-    "plate_tilt",
-    "rough_contact",
-    "run_in",
-    "wear",
-    "creep",
-];
-
 impl Key {
-    fn new(stem: &'static str, kind: Kind, example: Value, meaning: &'static str) -> Self {
+    pub(super) fn new(stem: &'static str, kind: Kind, example: Value, meaning: &'static str) -> Self {
         Self {
             stem: stem.into(),
             kind,
@@ -139,19 +113,19 @@ impl Key {
     }
 
     /// The first word is the example.
-    fn choice(stem: &'static str, words: &'static [&'static str], meaning: &'static str) -> Self {
+    pub(super) fn choice(stem: &'static str, words: &'static [&'static str], meaning: &'static str) -> Self {
         Self::new(stem, Kind::Choice(words), Value::Text(words[0].into()), meaning)
     }
 
-    fn text(stem: &'static str, example: &str, meaning: &'static str) -> Self {
+    pub(super) fn text(stem: &'static str, example: &str, meaning: &'static str) -> Self {
         Self::new(stem, Kind::Text, Value::Text(example.into()), meaning)
     }
 
-    fn within(self, range: Range) -> Self {
+    pub(super) fn within(self, range: Range) -> Self {
         Self { range, ..self }
     }
 
-    fn optional(self) -> Self {
+    pub(super) fn optional(self) -> Self {
         Self { need: Need::Optional, ..self }
     }
 
@@ -160,7 +134,7 @@ impl Key {
     }
 
     /// The example is the default.
-    fn by_default(self) -> Self {
+    pub(super) fn by_default(self) -> Self {
         Self { need: Need::Default(self.example.clone()), ..self }
     }
 
@@ -533,18 +507,19 @@ fn effects() -> Section {
         required: false,
         mechanics: false,
         meaning: "An effect to be added to the model, as often as needed. A built-in effect takes its numbers as \
-                  further keys, for example `stiffness_N_per_m = 1e8`; an own effect has an expression, a port and \
-                  parameters.",
+                  further keys, for example `reference_deflection_um = 2`; those that are not given have their \
+                  defaults. An own effect has an expression, a port and parameters.",
         keys: vec![
-            Key::text("id", EFFECTS[0], "id of a built-in effect, or a new name for an own one"),
-            Key::choice("port", &["load", "gap", "contact", "series", "reading"], "where the effect acts")
-                .optional(),
+            Key::text("id", library::EFFECTS[0], "id of a built-in effect, or a new name for an own one"),
+            Key::choice("port", PORTS, "where the effect acts").optional(),
             Key::text("expression", "a * torque_Nm", "formula of an own effect").optional(),
             Key::new(PARAMETERS, Kind::Parameters, Value::Text(String::new()), "parameters of an own effect")
                 .optional(),
         ],
     }
 }
+
+pub(super) const PORTS: &[&str] = &["load", "gap", "contact", "series", "reading"];
 
 /// The one key that holds a table.
 pub(super) const PARAMETERS: &str = "parameters";

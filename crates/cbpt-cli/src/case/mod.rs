@@ -1,6 +1,7 @@
 //! Case files: a drive and what belongs to it, in TOML with the unit in every key. This is their one parser.
 //!
-//! - `fields` is the table of sections and keys. All else follows it:
+//! - `fields` is the table of sections and keys, `library` that of the built-in effects, made of the core's. All else
+//!   follows them:
 //! - `document` makes one tree of TOML text or a JSON value, `parse` reads the tree by the table, `effect` its effects,
 //!   `build` turns values into a [`Case`] and back, `write` writes it;
 //! - `units` knows the suffixes of keys, `suggest` what a wrong key may have meant, `error` how mistakes are told;
@@ -11,6 +12,7 @@ mod document;
 mod effect;
 mod error;
 mod fields;
+mod library;
 mod parse;
 mod reference;
 mod suggest;
@@ -27,7 +29,7 @@ use std::path::Path;
 use cbpt_core::Drive;
 
 pub use error::{CaseError, Mistake};
-pub use fields::EFFECTS;
+pub use library::EFFECTS;
 pub use reference::{json_schema, key_table};
 
 /// A drive with its loads, its measurement, what is known of its numbers, and effects. SI units.
@@ -96,11 +98,11 @@ pub struct Uncertainty {
 pub struct EffectEntry {
     /// One of [`EFFECTS`], or the name of an own effect.
     pub id: String,
-    /// Where the effect acts: load, gap, contact, series or reading. An own effect has one.
+    /// Where an own effect acts: load, gap, contact, series or reading; that of a built-in effect is known.
     pub port: Option<String>,
     /// Formula of an own effect; a built-in effect has none.
     pub expression: Option<String>,
-    /// Numbers of a built-in effect as written, in the order of the file, the unit in the name.
+    /// All numbers of a built-in effect in SI, in the order of the library, named with their units.
     pub numbers: Vec<(String, f64)>,
     /// Parameters of an own effect in the order of the file.
     pub parameters: Vec<OwnParameter>,
@@ -162,6 +164,34 @@ impl Case {
         let case =
             document::from_json(value, &mut notes).and_then(|document| parse::case(&document, &mut notes));
         notes.or("", case)
+    }
+
+    /// The case with these effects in place of its own: each an id of the library and numbers, named as in a case file.
+    ///
+    /// # Errors
+    /// As [`Case::from_json`].
+    pub fn with_effects<'a, N>(
+        &self,
+        effects: impl IntoIterator<Item = (&'a str, N)>,
+    ) -> Result<Self, CaseError>
+    where
+        N: IntoIterator<Item = (&'a str, f64)>,
+    {
+        let one = |(id, numbers): (&str, N)| {
+            let numbers = numbers.into_iter().map(|(name, value)| {
+                // What is no finite number stays as text, so that the message names its place.
+                let found = serde_json::Number::from_f64(value);
+                (name.to_owned(), found.map_or_else(|| value.to_string().into(), Into::into))
+            });
+            let id = ("id".to_owned(), serde_json::Value::from(id));
+            serde_json::Value::Object(std::iter::once(id).chain(numbers).collect())
+        };
+        let list: Vec<serde_json::Value> = effects.into_iter().map(one).collect();
+        let mut notes = error::Notes::of("");
+        let document = document::from_json(&serde_json::json!({ "effect": list }), &mut notes);
+        let effects = document
+            .map(|entries| entries.iter().flat_map(|entry| effect::read(entry, &mut notes)).collect());
+        notes.or("", effects.map(|effects| Self { effects, ..self.clone() }))
     }
 
     /// The case as the text of a case file in SI units. Reading it gives the very same case.

@@ -263,7 +263,10 @@ fn value(key: &Key, unit: &Unit, node: &Node, check_range: bool) -> Option<Value
             let allowed = value.is_finite() && (!check_range || key.allows(value));
             allowed.then_some(Value::Real(value))
         }
-        (Kind::Count, Content::Number(number)) => whole(*number).map(Value::Count),
+        (Kind::Count, Content::Number(number)) => {
+            let allowed = |count: &u32| !check_range || key.allows(f64::from(*count));
+            whole(*number).filter(allowed).map(Value::Count)
+        }
         (Kind::Choice(words), Content::Text(word)) => {
             words.contains(&&**word).then(|| Value::Text(word.clone()))
         }

@@ -3,9 +3,11 @@
 use std::fmt::Write;
 use std::ops::Bound::{Excluded, Included, Unbounded};
 
+use cbpt_core::effect::Spec;
 use serde_json::{Map, Value as Json, json};
 
-use super::fields::{self, EFFECTS, Key, Kind, Need, PARAMETERS, Section, Value};
+use super::fields::{self, Key, Kind, Need, PARAMETERS, Section, Value};
+use super::library::{self, EFFECTS};
 use super::units::Unit;
 
 /// JSON Schema (draft 2020-12) of case files.
@@ -50,7 +52,7 @@ fn table(section: &'static Section) -> Json {
     schema
 }
 
-/// Built-in effects take numbers, own effects what the table says.
+/// Built-in effects take the numbers of their ids, own effects what the table says.
 fn effect(section: &'static Section) -> Json {
     let mut own = properties(section);
     own.insert(
@@ -61,16 +63,23 @@ fn effect(section: &'static Section) -> Json {
             "additionalProperties": table(fields::parameter()),
         }),
     );
-    own["id"]["not"] = json!({"enum": EFFECTS});
-    let mut built_in = properties(section);
-    built_in.retain(|key, _| key != "expression" && key != PARAMETERS);
-    built_in.insert("id".into(), json!({"description": "id of a built-in effect", "enum": EFFECTS}));
+    own["id"]["not"] = json!({"enum": *EFFECTS});
+    let of_id = |(spec, section): (&Spec, &'static Section)| {
+        let mut keys = table(section);
+        keys["properties"]["id"] = json!({"const": spec.id});
+        keys["properties"]["port"] = json!({"const": spec.port.name()});
+        json!({"if": {"properties": {"id": {"const": spec.id}}}, "then": keys})
+    };
+    let built_in: Vec<Json> = library::built_in().map(of_id).collect();
     json!({
         "type": "object",
         "required": ["id"],
         "if": {"required": ["expression"]},
         "then": {"properties": own, "required": ["port"], "additionalProperties": false},
-        "else": {"properties": built_in, "additionalProperties": {"type": "number"}},
+        "else": {
+            "properties": {"id": {"description": "id of a built-in effect", "enum": *EFFECTS}},
+            "allOf": built_in,
+        },
     })
 }
 
@@ -151,16 +160,27 @@ pub fn key_table() -> String {
         let _ = write!(page, "## {title}\n\n{}{required}\n\n", section.meaning);
         page.push_str("| key | units | takes | default | meaning |\n|---|---|---|---|---|\n");
         for key in &section.keys {
-            let units: Vec<&str> = key.units().iter().map(|unit| unit.suffix).collect();
-            let only = key.only.map(|kind| format!("; `kind = \"{kind}\"` only")).unwrap_or_default();
-            let expected = key.expected(key.usual_unit());
-            let (name, units, need, meaning) = (key.usual(), units.join(", "), need(key), &key.meaning);
-            let _ = writeln!(page, "| `{name}` | {units} | {expected} | {need} | {meaning}{only} |");
+            page += &line(key);
         }
         page.push('\n');
     }
-    let _ = writeln!(page, "Built-in effects: {}.", EFFECTS.join(", "));
+    page += "## Numbers of the built-in effects\n\nWhat each effect is: [effects](effects.md).\n\n\
+             | id | key | units | takes | default | meaning |\n|---|---|---|---|---|---|\n";
+    for (spec, section) in library::built_in() {
+        for key in library::parameters(section) {
+            let _ = write!(page, "| `{}` {}", spec.id, line(key));
+        }
+    }
     page
+}
+
+/// A key's line of a table.
+fn line(key: &Key) -> String {
+    let units: Vec<&str> = key.units().iter().map(|unit| unit.suffix).collect();
+    let only = key.only.map(|kind| format!("; `kind = \"{kind}\"` only")).unwrap_or_default();
+    let expected = key.expected(key.usual_unit());
+    let (name, units, need, meaning) = (key.usual(), units.join(", "), need(key), &key.meaning);
+    format!("| `{name}` | {units} | {expected} | {need} | {meaning}{only} |\n")
 }
 
 /// Default of a key in its usual unit, or whether it is required.

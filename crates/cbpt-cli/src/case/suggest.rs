@@ -20,10 +20,13 @@ pub(super) fn unknown_key<'s>(section: &'s Section, written: &str) -> Unknown<'s
 
 /// The right key without the unit it needs.
 fn unit_forgotten<'s>(section: &'s Section, written: &str) -> Option<Unknown<'s>> {
-    let key = section.keys.iter().find(|key| key.stem == written)?;
+    let of_stem = || section.keys.iter().filter(|key| key.stem == written);
     let problem = "the key needs a unit".into();
-    let allowed = format!("write one of {}", key.names().collect::<Vec<_>>().join(", "));
-    Some(Unknown { mistake: Mistake { problem, allowed, ..Mistake::default() }, meant: Some(key) })
+    let allowed = format!("write one of {}", of_stem().flat_map(Key::names).collect::<Vec<_>>().join(", "));
+    Some(Unknown {
+        mistake: Mistake { problem, allowed, ..Mistake::default() },
+        meant: Some(of_stem().next()?),
+    })
 }
 
 /// The right key with a unit that it does not have.
@@ -31,7 +34,7 @@ fn unit_unknown<'s>(section: &'s Section, written: &str) -> Option<Unknown<'s>> 
     let suffix = |key: &'s Key| Some((key, written.strip_prefix(&*key.stem)?.strip_prefix('_')?.to_owned()));
     let (key, suffix) = section.keys.iter().filter_map(suffix).max_by_key(|(key, _)| key.stem.len())?;
     let mistake = match key.kind {
-        Kind::Quantity(..) if !suffix.contains('_') || suffix.contains("_per_") => {
+        Kind::Quantity(..) if !suffix.contains('_') || format!("_{suffix}").contains("_per_") => {
             let suffixes: Vec<&str> = key.units().iter().map(|unit| unit.suffix).collect();
             let same = key.units().iter().find(|known| known.suffix.eq_ignore_ascii_case(&suffix));
             Mistake {

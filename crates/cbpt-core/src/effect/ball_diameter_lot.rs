@@ -28,3 +28,22 @@ fn shape(own: &[f64], _: usize, ball: &Ball) -> [f64; 3] {
     let this = ball.decelerates && ball.number as f64 == own[0];
     [0.0, f64::from(this), 0.0]
 }
+
+#[cfg(test)]
+#[allow(clippy::float_cmp)] // where nothing is rounded
+mod tests {
+    use super::*;
+    use crate::effect::testing::{BALL, gap, vanishes};
+
+    #[test]
+    fn it_squeezes_one_ball_along_its_normals() {
+        assert_eq!(gap(&SPEC, &[4.0, 0.0], 1, &BALL), [0.0, 1.0, 0.0]);
+        assert_eq!(gap(&SPEC, &[5.0, 0.0], 1, &BALL), [0.0; 3]);
+        assert_eq!(gap(&SPEC, &[4.0, 0.0], 1, &Ball { decelerates: false, ..BALL }), [0.0; 3]);
+    }
+
+    #[test]
+    fn it_vanishes() {
+        vanishes(&SPEC);
+    }
+}

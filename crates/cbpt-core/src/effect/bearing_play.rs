@@ -25,3 +25,22 @@ fn act(own: &[Dual], _: &Row, drive: &DriveNumbers, torque_Nm: Dual) -> Dual {
     let side = if torque_Nm.value == 0.0 { 0.0 } else { torque_Nm.value.signum() };
     own[0] * (0.5 * side / drive.pitch_arm_m)
 }
+
+#[cfg(test)]
+#[allow(clippy::float_cmp)] // where nothing is rounded
+mod tests {
+    use super::*;
+    use crate::effect::testing::{assert_close, series, vanishes};
+
+    #[test]
+    fn it_steps_where_the_torque_reverses() {
+        assert_close(series(&SPEC, &[8e-6], 0.1), 4e-6 / 0.04);
+        assert_close(series(&SPEC, &[8e-6], -9.0), -4e-6 / 0.04);
+        assert_eq!(series(&SPEC, &[8e-6], 0.0), 0.0);
+    }
+
+    #[test]
+    fn it_vanishes() {
+        vanishes(&SPEC);
+    }
+}

@@ -27,3 +27,20 @@ pub static SPEC: Spec = Spec {
 fn act(own: &[Dual], contact: &mut Contact) {
     contact.contact_angle_shift_rad += own[0];
 }
+
+#[cfg(test)]
+#[allow(clippy::float_cmp)] // where nothing is rounded
+mod tests {
+    use super::*;
+    use crate::effect::testing::{contact, vanishes};
+
+    #[test]
+    fn it_shifts_every_angle() {
+        assert_eq!(contact(&SPEC, &[0.02]).contact_angle_shift_rad.value, 0.02);
+    }
+
+    #[test]
+    fn it_vanishes() {
+        vanishes(&SPEC);
+    }
+}

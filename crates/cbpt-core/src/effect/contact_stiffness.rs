@@ -24,3 +24,20 @@ pub static SPEC: Spec = Spec {
 fn act(own: &[Dual], contact: &mut Contact) {
     contact.stiffness_scale *= own[0];
 }
+
+#[cfg(test)]
+#[allow(clippy::float_cmp)] // where nothing is rounded
+mod tests {
+    use super::*;
+    use crate::effect::testing::{contact, vanishes};
+
+    #[test]
+    fn it_scales_every_stiffness() {
+        assert_eq!(contact(&SPEC, &[0.8]).stiffness_scale.value, 0.8);
+    }
+
+    #[test]
+    fn it_vanishes() {
+        vanishes(&SPEC);
+    }
+}

@@ -31,3 +31,21 @@ pub static SPEC: Spec = Spec {
 fn act(own: &[Dual], row: &Row, _: &DriveNumbers, torque_Nm: Dual) -> Dual {
     own[0] * torque_Nm * (own[1].recip() * row.run_time_s).ln_1p()
 }
+
+#[cfg(test)]
+#[allow(clippy::float_cmp)] // where nothing is rounded
+mod tests {
+    use super::*;
+    use crate::effect::testing::{assert_close, series, vanishes};
+
+    /// At a run time of 60 s, ln(1 + 60/20) = ln 4.
+    #[test]
+    fn it_grows_with_the_logarithm_of_time() {
+        assert_close(series(&SPEC, &[1e-6, 20.0], 5.0), 5e-6 * 4_f64.ln());
+    }
+
+    #[test]
+    fn it_vanishes() {
+        vanishes(&SPEC);
+    }
+}

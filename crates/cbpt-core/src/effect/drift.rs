@@ -29,3 +29,21 @@ pub static SPEC: Spec = Spec {
 fn act(own: &[Dual], row: &Row, angle_rad: Dual) -> Dual {
     angle_rad + own[0] * row.time_s + own[1] * row.temperature_difference_K
 }
+
+#[cfg(test)]
+#[allow(clippy::float_cmp)] // where nothing is rounded
+mod tests {
+    use super::*;
+    use crate::effect::testing::{assert_close, reading, vanishes};
+
+    /// 500 s and 3 K.
+    #[test]
+    fn it_goes_with_time_and_temperature() {
+        assert_close(reading(&SPEC, &[1e-9, 2e-6], 1e-4), 1e-4 + 5e-7 + 6e-6);
+    }
+
+    #[test]
+    fn it_vanishes() {
+        vanishes(&SPEC);
+    }
+}

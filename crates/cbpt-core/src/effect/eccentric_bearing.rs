@@ -34,3 +34,23 @@ fn act(own: &[Dual], _: &Row, drive: &DriveNumbers, torque_Nm: Dual) -> Dual {
     let force = torque_Nm.abs() * (1.0 / (drive.pitch_arm_m * REFERENCE_FORCE_N));
     own[0] * force.powf(&own[1]) * (torque_Nm.value.signum() / drive.pitch_arm_m)
 }
+
+#[cfg(test)]
+#[allow(clippy::float_cmp)] // where nothing is rounded
+mod tests {
+    use super::*;
+    use crate::effect::testing::{assert_close, series, vanishes};
+
+    /// 4 N m at an arm of 40 mm are 100 N, 8 N m are 200 N; the deflection turns the output by u/arm, with the torque.
+    #[test]
+    fn it_yields_with_a_power_of_the_force() {
+        assert_close(series(&SPEC, &[1e-6, 0.9], 4.0), 1e-6 / 0.04);
+        assert_close(series(&SPEC, &[1e-6, 0.9], -8.0), -1e-6 * 2_f64.powf(0.9) / 0.04);
+        assert_eq!(series(&SPEC, &[1e-6, 0.9], 0.0), 0.0);
+    }
+
+    #[test]
+    fn it_vanishes() {
+        vanishes(&SPEC);
+    }
+}

@@ -36,3 +36,25 @@ fn act(own: &[Dual], row: &Row, drive: &DriveNumbers, _: Dual) -> Dual {
     let offset = own[0] * sin + own[1] * cos + own[2] * planet_sin + own[3] * planet_cos;
     offset * (1.0 / drive.pitch_arm_m)
 }
+
+#[cfg(test)]
+#[allow(clippy::float_cmp)] // where nothing is rounded
+mod tests {
+    use super::*;
+    use crate::effect::testing::{ROW, assert_close, series, vanishes};
+
+    /// At a crank angle of 30 degrees; the planet's groove turns 0.9 times as far.
+    #[test]
+    fn it_turns_with_the_crank() {
+        let planet = 0.9 * ROW.input_angle_rad;
+        assert_close(series(&SPEC, &[2e-6, 0.0, 0.0, 0.0], 1.0), 1e-6 / 0.04);
+        assert_close(series(&SPEC, &[0.0, 2e-6, 0.0, 0.0], 1.0), 2e-6 * 0.75_f64.sqrt() / 0.04);
+        assert_close(series(&SPEC, &[0.0, 0.0, 2e-6, 0.0], 1.0), 2e-6 * planet.sin() / 0.04);
+        assert_close(series(&SPEC, &[0.0, 0.0, 0.0, 2e-6], 1.0), 2e-6 * planet.cos() / 0.04);
+    }
+
+    #[test]
+    fn it_vanishes() {
+        vanishes(&SPEC);
+    }
+}

@@ -53,3 +53,44 @@ pub fn dahl(before: f64, way_rad: f64, engagement_angle_rad: f64) -> (f64, [f64;
     let by_way = sense * rest / engagement_angle_rad;
     (sense - rest, [by_way, left, -by_way * way_rad / engagement_angle_rad])
 }
+
+#[cfg(test)]
+#[allow(clippy::float_cmp)] // where nothing is rounded
+mod tests {
+    use super::*;
+    use crate::effect::testing::{assert_close, vanishes};
+
+    /// Virgin loading is 1 - exp(-way/alpha_p); a way back is the solution of the differential equation, here by its own
+    /// slope in small steps.
+    #[test]
+    fn it_follows_dahl() {
+        let (loaded, _) = dahl(0.0, 3e-5, 2e-5);
+        assert_close(loaded, 1.0 - (-1.5_f64).exp());
+        let steps = 100_000;
+        let mut by_steps = loaded;
+        for _ in 0..steps {
+            let way = -5e-5 / f64::from(steps);
+            let middle = by_steps + 0.5 * way * (1.0 + by_steps) / 2e-5;
+            by_steps += way * (1.0 + middle) / 2e-5;
+        }
+        assert!((dahl(loaded, -5e-5, 2e-5).0 - by_steps).abs() < 1e-9);
+    }
+
+    #[test]
+    fn its_derivatives_are_exact() {
+        let (before, angle) = (0.3, 2e-5);
+        for way in [3e-5, -1e-5] {
+            let (_, [by_way, by_before, by_angle]) = dahl(before, way, angle);
+            let difference = |f: &dyn Fn(f64) -> f64, h: f64| (f(h) - f(-h)) / (2.0 * h);
+            let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-7, "{a} {b}");
+            close(by_way, difference(&|h| dahl(before, way + h, angle).0, 1e-9));
+            close(by_before, difference(&|h| dahl(before + h, way, angle).0, 1e-5));
+            close(by_angle, difference(&|h| dahl(before, way, angle + h).0, 1e-9));
+        }
+    }
+
+    #[test]
+    fn it_vanishes() {
+        vanishes(&SPEC);
+    }
+}

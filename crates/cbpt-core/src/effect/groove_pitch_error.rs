@@ -34,3 +34,24 @@ fn shape(own: &[f64], size: usize, ball: &Ball) -> [f64; 3] {
     let (sin, cos) = (own[0] * ball.on_fixed_groove_rad).sin_cos();
     [0.0, 0.0, if size == 1 { cos } else { sin }]
 }
+
+#[cfg(test)]
+#[allow(clippy::float_cmp)] // where nothing is rounded
+mod tests {
+    use super::*;
+    use crate::effect::testing::{BALL, assert_close, gap, vanishes};
+
+    #[test]
+    fn it_shifts_the_deceleration_balls_by_a_harmonic() {
+        let (cosine, sine) = (gap(&SPEC, &[3.0, 0.0, 0.0], 1, &BALL), gap(&SPEC, &[3.0, 0.0, 0.0], 2, &BALL));
+        assert_close(cosine[2], (3.0 * BALL.on_fixed_groove_rad).cos());
+        assert_close(sine[2], (3.0 * BALL.on_fixed_groove_rad).sin());
+        assert_eq!([cosine[0], cosine[1]], [0.0; 2]);
+        assert_eq!(gap(&SPEC, &[3.0, 0.0, 0.0], 1, &Ball { decelerates: false, ..BALL }), [0.0; 3]);
+    }
+
+    #[test]
+    fn it_vanishes() {
+        vanishes(&SPEC);
+    }
+}

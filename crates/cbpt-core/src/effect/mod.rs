@@ -39,6 +39,9 @@ pub mod thermal_preload;
 pub mod torque_scale;
 pub mod wear;
 
+#[cfg(test)]
+mod testing;
+
 pub use spec::{Class, Dimension, Parameter, Port, Scale, Spec};
 
 /// Every effect, in the order in which all documents list them.
@@ -71,4 +74,39 @@ pub static LIBRARY: [&Spec; 23] = [
 /// The effect of this id.
 pub fn find(id: &str) -> Option<&'static Spec> {
     LIBRARY.into_iter().find(|spec| spec.id == id)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_is_sound() {
+        for (place, spec) in LIBRARY.iter().enumerate() {
+            assert!(LIBRARY[..place].iter().all(|other| other.id != spec.id), "{} twice", spec.id);
+            assert!(find(spec.id).is_some_and(|found| std::ptr::eq(found, *spec)));
+            assert!(spec.parameters.iter().any(|parameter| parameter.is_size), "{} has no size", spec.id);
+            for parameter in spec.parameters {
+                let name = parameter.name();
+                let (low, high) = parameter.range;
+                assert!(parameter.lower <= low && low < high && high <= parameter.upper, "{name}");
+                assert!(
+                    parameter.lower <= parameter.neutral && parameter.neutral <= parameter.upper,
+                    "{name}"
+                );
+                assert!(parameter.scale != Scale::Log || low > 0.0, "{name}");
+                let names = spec.parameters.iter().filter(|other| other.name() == name).count();
+                assert_eq!(names, 1, "{name} twice");
+            }
+        }
+    }
+
+    #[test]
+    fn twins_are_twins_of_each_other() {
+        for spec in LIBRARY {
+            for twin in spec.twins {
+                assert!(find(twin).is_some_and(|twin| twin.twins.contains(&spec.id)), "{} {twin}", spec.id);
+            }
+        }
+    }
 }

@@ -25,3 +25,20 @@ pub static SPEC: Spec = Spec {
 fn act(own: &[Dual], _: &Row, _: &DriveNumbers, torque_Nm: Dual) -> Dual {
     own[0] * torque_Nm
 }
+
+#[cfg(test)]
+#[allow(clippy::float_cmp)] // where nothing is rounded
+mod tests {
+    use super::*;
+    use crate::effect::testing::{assert_close, series, vanishes};
+
+    #[test]
+    fn it_is_linear_in_torque() {
+        assert_close(series(&SPEC, &[1e-6], -3.0), -3e-6);
+    }
+
+    #[test]
+    fn it_vanishes() {
+        vanishes(&SPEC);
+    }
+}

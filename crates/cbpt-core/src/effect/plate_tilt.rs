@@ -30,3 +30,21 @@ fn shape(_: &[f64], size: usize, ball: &Ball) -> [f64; 3] {
     let (sin, cos) = ball.from_line_rad.sin_cos();
     [ball.pitch_radius_m * if size == 0 { cos } else { sin }, 0.0, 0.0]
 }
+
+#[cfg(test)]
+#[allow(clippy::float_cmp)] // where nothing is rounded
+mod tests {
+    use super::*;
+    use crate::effect::testing::{BALL, assert_close, gap, vanishes};
+
+    #[test]
+    fn it_lifts_every_ball_by_its_place() {
+        assert_close(gap(&SPEC, &[0.0, 0.0], 0, &BALL)[0], BALL.pitch_radius_m * BALL.from_line_rad.cos());
+        assert_close(gap(&SPEC, &[0.0, 0.0], 1, &BALL)[0], BALL.pitch_radius_m * BALL.from_line_rad.sin());
+    }
+
+    #[test]
+    fn it_vanishes() {
+        vanishes(&SPEC);
+    }
+}

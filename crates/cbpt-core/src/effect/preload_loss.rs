@@ -28,3 +28,20 @@ pub static SPEC: Spec = Spec {
 fn act(own: &[Dual], _: &Row, load: &mut Load) {
     load.preload_N *= -own[0] + 1.0;
 }
+
+#[cfg(test)]
+#[allow(clippy::float_cmp)] // where nothing is rounded
+mod tests {
+    use super::*;
+    use crate::effect::testing::{ROW, assert_close, load, vanishes};
+
+    #[test]
+    fn it_takes_its_share_of_the_preload() {
+        assert_close(load(&SPEC, &[0.25]).preload_N.value, 0.75 * ROW.preload_N);
+    }
+
+    #[test]
+    fn it_vanishes() {
+        vanishes(&SPEC);
+    }
+}

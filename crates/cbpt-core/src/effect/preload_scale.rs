@@ -24,3 +24,20 @@ pub static SPEC: Spec = Spec {
 fn act(own: &[Dual], _: &Row, load: &mut Load) {
     load.preload_N *= own[0];
 }
+
+#[cfg(test)]
+#[allow(clippy::float_cmp)] // where nothing is rounded
+mod tests {
+    use super::*;
+    use crate::effect::testing::{ROW, assert_close, load, vanishes};
+
+    #[test]
+    fn it_scales_the_preload() {
+        assert_close(load(&SPEC, &[0.9]).preload_N.value, 0.9 * ROW.preload_N);
+    }
+
+    #[test]
+    fn it_vanishes() {
+        vanishes(&SPEC);
+    }
+}

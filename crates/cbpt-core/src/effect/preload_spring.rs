@@ -28,3 +28,20 @@ pub static SPEC: Spec = Spec {
 fn act(own: &[Dual], _: &Row, load: &mut Load) {
     load.spring_N_per_m += own[0];
 }
+
+#[cfg(test)]
+#[allow(clippy::float_cmp)] // where nothing is rounded
+mod tests {
+    use super::*;
+    use crate::effect::testing::{load, vanishes};
+
+    #[test]
+    fn it_sets_the_axial_spring() {
+        assert_eq!(load(&SPEC, &[2e8]).spring_N_per_m.value, 2e8);
+    }
+
+    #[test]
+    fn it_vanishes() {
+        vanishes(&SPEC);
+    }
+}

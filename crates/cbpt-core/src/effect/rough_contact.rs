@@ -28,3 +28,20 @@ pub static SPEC: Spec = Spec {
 fn act(own: &[Dual], contact: &mut Contact) {
     contact.exponent += own[0] + -HERTZ_EXPONENT;
 }
+
+#[cfg(test)]
+#[allow(clippy::float_cmp)] // where nothing is rounded
+mod tests {
+    use super::*;
+    use crate::effect::testing::{assert_close, contact, vanishes};
+
+    #[test]
+    fn it_sets_the_exponent() {
+        assert_close(contact(&SPEC, &[1.9]).exponent.value, 1.9);
+    }
+
+    #[test]
+    fn it_vanishes() {
+        vanishes(&SPEC);
+    }
+}

@@ -24,3 +24,21 @@ pub static SPEC: Spec = Spec {
 fn act(own: &[Dual], row: &Row, _: &DriveNumbers, _: Dual) -> Dual {
     own[0] * row.largest_torque_share
 }
+
+#[cfg(test)]
+#[allow(clippy::float_cmp)] // where nothing is rounded
+mod tests {
+    use super::*;
+    use crate::effect::testing::{assert_close, series, vanishes};
+
+    /// The largest torque so far is 0.75 of the table's.
+    #[test]
+    fn it_sets_with_the_largest_torque_so_far() {
+        assert_close(series(&SPEC, &[2e-5], 0.0), 1.5e-5);
+    }
+
+    #[test]
+    fn it_vanishes() {
+        vanishes(&SPEC);
+    }
+}

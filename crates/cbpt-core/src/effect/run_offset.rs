@@ -20,3 +20,20 @@ pub static SPEC: Spec = Spec {
     twins: &[],
     action: Action::Spread,
 };
+
+#[cfg(test)]
+#[allow(clippy::float_cmp)] // where nothing is rounded
+mod tests {
+    use super::*;
+    use crate::effect::testing::vanishes;
+
+    #[test]
+    fn it_adds_nothing_to_the_mean() {
+        assert!(matches!(SPEC.action, Action::Spread));
+    }
+
+    #[test]
+    fn it_vanishes() {
+        vanishes(&SPEC);
+    }
+}

@@ -24,3 +24,20 @@ pub static SPEC: Spec = Spec {
 fn act(own: &[Dual], _: &Row, angle_rad: Dual) -> Dual {
     angle_rad * own[0]
 }
+
+#[cfg(test)]
+#[allow(clippy::float_cmp)] // where nothing is rounded
+mod tests {
+    use super::*;
+    use crate::effect::testing::{assert_close, reading, vanishes};
+
+    #[test]
+    fn it_scales_the_angle() {
+        assert_close(reading(&SPEC, &[1.2], 1e-4), 1.2e-4);
+    }
+
+    #[test]
+    fn it_vanishes() {
+        vanishes(&SPEC);
+    }
+}

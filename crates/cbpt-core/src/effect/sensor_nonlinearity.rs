@@ -31,3 +31,20 @@ fn act(own: &[Dual], _: &Row, angle_rad: Dual) -> Dual {
     let squared = angle_rad * angle_rad;
     angle_rad + own[0] * squared + own[1] * (squared * angle_rad)
 }
+
+#[cfg(test)]
+#[allow(clippy::float_cmp)] // where nothing is rounded
+mod tests {
+    use super::*;
+    use crate::effect::testing::{assert_close, reading, vanishes};
+
+    #[test]
+    fn it_adds_square_and_cube() {
+        assert_close(reading(&SPEC, &[50.0, 1e6], -1e-4), -1e-4 + 50.0 * 1e-8 - 1e6 * 1e-12);
+    }
+
+    #[test]
+    fn it_vanishes() {
+        vanishes(&SPEC);
+    }
+}

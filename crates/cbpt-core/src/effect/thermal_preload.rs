@@ -24,3 +24,21 @@ pub static SPEC: Spec = Spec {
 fn act(own: &[Dual], row: &Row, load: &mut Load) {
     load.preload_N += own[0] * row.temperature_difference_K;
 }
+
+#[cfg(test)]
+#[allow(clippy::float_cmp)] // where nothing is rounded
+mod tests {
+    use super::*;
+    use crate::effect::testing::{ROW, assert_close, load, vanishes};
+
+    /// 50 N/K at 3 K.
+    #[test]
+    fn it_adds_what_the_temperature_makes() {
+        assert_close(load(&SPEC, &[50.0]).preload_N.value, ROW.preload_N + 150.0);
+    }
+
+    #[test]
+    fn it_vanishes() {
+        vanishes(&SPEC);
+    }
+}

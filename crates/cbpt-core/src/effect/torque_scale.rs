@@ -24,3 +24,20 @@ pub static SPEC: Spec = Spec {
 fn act(own: &[Dual], _: &Row, load: &mut Load) {
     load.torque_Nm *= own[0];
 }
+
+#[cfg(test)]
+#[allow(clippy::float_cmp)] // where nothing is rounded
+mod tests {
+    use super::*;
+    use crate::effect::testing::{ROW, assert_close, load, vanishes};
+
+    #[test]
+    fn it_scales_the_torque() {
+        assert_close(load(&SPEC, &[1.1]).torque_Nm.value, 1.1 * ROW.torque_Nm);
+    }
+
+    #[test]
+    fn it_vanishes() {
+        vanishes(&SPEC);
+    }
+}

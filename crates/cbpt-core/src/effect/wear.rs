@@ -28,3 +28,21 @@ pub static SPEC: Spec = Spec {
 fn act(own: &[Dual], row: &Row, load: &mut Load) {
     load.preload_N *= own[0] * -row.time_s + 1.0;
 }
+
+#[cfg(test)]
+#[allow(clippy::float_cmp)] // where nothing is rounded
+mod tests {
+    use super::*;
+    use crate::effect::testing::{ROW, assert_close, load, vanishes};
+
+    /// A share of 1e-4 a second is 5 % after 500 s.
+    #[test]
+    fn it_takes_preload_with_time() {
+        assert_close(load(&SPEC, &[1e-4]).preload_N.value, 0.95 * ROW.preload_N);
+    }
+
+    #[test]
+    fn it_vanishes() {
+        vanishes(&SPEC);
+    }
+}

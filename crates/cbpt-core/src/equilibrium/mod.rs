@@ -1,6 +1,6 @@
 //! Equilibrium of a pair: meshing points and load to residual and Jacobian.
 //!
-//! - here: the equations;
+//! - here: the equations; [`ready`]: what of them does not depend on the load;
 //! - [`solve`]: their solution, [`PairState`](solve::PairState);
 //! - [`response`]: the same from a start nearby, and how it answers to every number that it depends on;
 //! - [`report`]: what it means at each meshing point, [`PairSolution`](report::PairSolution).
@@ -26,14 +26,16 @@
 //! w by the approach under F, alpha and t so that the scaled equations stay a gradient. The scaled residual is what
 //! [`crate::Status`] is judged by.
 
+pub mod ready;
 pub mod report;
 pub mod response;
 pub mod solve;
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::pair::{HERTZ_EXPONENT, MeshingPoint, MeshingPoints, REFERENCE_DEFORMATION_M};
+use crate::pair::{HERTZ_EXPONENT, MeshingPoint, REFERENCE_DEFORMATION_M};
 use crate::solver::problem::{Evaluation, Problem};
+pub use ready::ReadyPair;
 
 /// Unknowns of a pair in SI units: approach, rotation, sideways shift.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -61,34 +63,62 @@ impl State {
 
     /// Deformation of a diagonal, m; below 0 the ball has parted from it by that much.
     pub fn deformation_m(&self, point: &MeshingPoint) -> f64 {
-        Levers::new(point, self.pivot_m).deformation_m(self)
+        Levers::new(0, point).deformation_m(self)
     }
 }
 
-/// What a diagonal's deformation gains per unit of approach, rotation about the pivot and sideways shift; its force
-/// acts on each equation with the same levers.
-#[derive(Debug, Clone, Copy)]
+/// A diagonal as the equations see it: what its deformation gains per unit of each unknown. Its force acts on each
+/// equation with the same levers.
+#[derive(Debug, Clone, Copy, PartialEq)]
 struct Levers {
-    per_unknown: [f64; 3],
+    /// Place of the diagonal among all of its pair.
+    index: usize,
+    /// sin(beta), per approach.
+    axial: f64,
+    /// +- a cos(beta), per rotation about the axis, m.
+    turning_m: f64,
+    /// +- cos(beta), per sideways shift.
+    in_plane: f64,
+    arm_m: f64,
+    axial_offset_m: f64,
+    in_plane_offset_m: f64,
     /// Deformation at rest, from zeta, g and p, m.
     offset_m: f64,
     stiffness: f64,
 }
 
 impl Levers {
-    fn new(point: &MeshingPoint, pivot_m: f64) -> Self {
+    fn new(index: usize, point: &MeshingPoint) -> Self {
         let in_plane = point.diagonal.sign() * point.cos_beta;
-        Self {
-            per_unknown: [point.sin_beta, in_plane * point.arm_m - pivot_m * point.sin_beta, in_plane],
-            offset_m: point.axial_offset_m * point.sin_beta
-                + point.normal_offset_m
-                + in_plane * point.in_plane_offset_m,
+        let mut levers = Self {
+            index,
+            axial: point.sin_beta,
+            turning_m: in_plane * point.arm_m,
+            in_plane,
+            arm_m: point.arm_m,
+            axial_offset_m: 0.0,
+            in_plane_offset_m: 0.0,
+            offset_m: 0.0,
             stiffness: point.stiffness,
-        }
+        };
+        levers.add_offset([point.axial_offset_m, point.normal_offset_m, point.in_plane_offset_m]);
+        levers
+    }
+
+    /// Adds to zeta, g and p, m.
+    fn add_offset(&mut self, [axial, normal, in_plane]: [f64; 3]) {
+        self.axial_offset_m += axial;
+        self.in_plane_offset_m += in_plane;
+        self.offset_m += axial * self.axial + normal + in_plane * self.in_plane;
+    }
+
+    /// Per approach, rotation about a pivot and sideways shift.
+    fn per_unknown(&self, pivot_m: f64) -> [f64; 3] {
+        [self.axial, self.turning_m - pivot_m * self.axial, self.in_plane]
     }
 
     fn deformation_m(&self, state: &State) -> f64 {
-        let [axial, rotation, sideways] = self.per_unknown;
+        let [axial, rotation, sideways] = self.per_unknown(state.pivot_m);
         axial * state.pivot_approach_m
             + rotation * state.rotation_rad
             + sideways * state.sideways_m
@@ -97,7 +127,7 @@ impl Levers {
 }
 
 /// Force of a contact law and its derivative with the deformation.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactLaw {
     exponent: f64,
     /// Factor on k: `delta_0`^(1.5 - n), 1 for Hertz.
@@ -132,15 +162,14 @@ impl ContactLaw {
 /// A pair under a load, scaled, in N = 2 (approach, rotation) or 3 (and sideways shift) unknowns.
 #[derive(Debug, Clone)]
 pub struct PairEquilibrium<'a> {
-    points: &'a MeshingPoints,
-    /// Of the points that exist.
-    levers: Vec<Levers>,
-    law: ContactLaw,
+    pair: &'a ReadyPair,
     preload_N: f64,
     /// A: M0/N_Z, at most the holding arm.
     pivot_m: f64,
     /// M0 - A N_Z.
     torque_about_pivot_Nm: f64,
+    /// k_c and the approach d0 from which it is relaxed.
+    spring_N_per_m: f64,
     unloaded_approach_m: f64,
     /// Size of each unknown: m, rad, m.
     unknown_scale: [f64; 3],
@@ -149,26 +178,20 @@ pub struct PairEquilibrium<'a> {
 }
 
 impl<'a> PairEquilibrium<'a> {
-    /// Scales the equations. `unloaded_approach_m` is d0, from which the axial spring is relaxed.
+    /// Scales the equations. `unloaded_approach_m` is d0, from which the axial spring is relaxed; without it no spring acts.
     ///
     /// `None` where no meshing point exists: nothing carries the preload.
     pub fn new(
-        points: &'a MeshingPoints,
+        pair: &'a ReadyPair,
         torque_Nm: f64,
         preload_N: f64,
-        unloaded_approach_m: f64,
+        unloaded_approach_m: Option<f64>,
     ) -> Option<Self> {
-        let law = ContactLaw::new(points.exponent);
-        let torque_scale = points
-            .points
-            .iter()
-            .filter(|point| point.exists())
-            .map(|point| point.torque_per_preload_m().abs())
-            .fold(0.0, f64::max);
+        let torque_scale = pair.largest_torque_per_preload_m;
         if torque_scale <= 0.0 {
             return None;
         }
-        let holding_arm_m = points.holding_arm_m(torque_Nm.signum());
+        let holding_arm_m = pair.holding_arm_m(torque_Nm);
         let held = torque_Nm.abs() <= preload_N * holding_arm_m;
         let (pivot_m, torque_about_pivot_Nm, force_scale) = if held {
             (torque_Nm / preload_N, 0.0, preload_N)
@@ -176,17 +199,15 @@ impl<'a> PairEquilibrium<'a> {
             let pivot_m = holding_arm_m.copysign(torque_Nm);
             (pivot_m, torque_Nm - pivot_m * preload_N, torque_Nm.abs() / holding_arm_m)
         };
-        let approach = rigid_approach_m(points, law, force_scale);
-        let cot = points.points.iter().map(|p| p.cos_beta / p.sin_beta).fold(0.0, f64::max);
-        let existing = points.points.iter().filter(|point| point.exists());
+        let approach = pair.rigid_approach_m(force_scale);
+        let cot = pair.largest_cot;
         Some(Self {
-            points,
-            levers: existing.map(|point| Levers::new(point, pivot_m)).collect(),
-            law,
+            pair,
             preload_N,
             pivot_m,
             torque_about_pivot_Nm,
-            unloaded_approach_m,
+            spring_N_per_m: if unloaded_approach_m.is_some() { pair.axial_spring_N_per_m } else { 0.0 },
+            unloaded_approach_m: unloaded_approach_m.unwrap_or(0.0),
             unknown_scale: [approach, approach / torque_scale, approach / cot],
             equation_scale: [force_scale, force_scale * torque_scale, force_scale * cot],
         })
@@ -223,18 +244,18 @@ impl<'a> PairEquilibrium<'a> {
 impl<const N: usize> Problem<N> for PairEquilibrium<'_> {
     fn evaluate(&self, x: &SVector<f64, N>) -> Evaluation<N> {
         let state = self.state(x);
-        let n = self.law.exponent;
+        let law = self.pair.law;
         let mut energy = 0.0;
         let mut residual = SVector::<f64, N>::zeros();
         let mut jacobian = SMatrix::<f64, N, N>::zeros();
-        for levers in &self.levers {
+        for levers in &self.pair.levers {
             let deformation = levers.deformation_m(&state);
             if deformation <= 0.0 {
                 continue;
             }
-            let (force, slope) = self.law.force_and_slope(levers.stiffness, deformation);
-            energy += force * deformation / (n + 1.0);
-            let lever = levers.per_unknown;
+            let (force, slope) = law.force_and_slope(levers.stiffness, deformation);
+            energy += force * deformation;
+            let lever = levers.per_unknown(self.pivot_m);
             for i in 0..N {
                 residual[i] += force * lever[i];
                 for j in 0..=i {
@@ -243,7 +264,8 @@ impl<const N: usize> Problem<N> for PairEquilibrium<'_> {
             }
         }
         jacobian.fill_upper_triangle_with_lower_triangle();
-        let spring = self.points.axial_spring_N_per_m;
+        energy /= law.exponent + 1.0;
+        let spring = self.spring_N_per_m;
         let travel = state.approach_m() - self.unloaded_approach_m;
         let lever = [1.0, -self.pivot_m, 0.0];
         energy += 0.5 * spring * travel * travel
@@ -265,11 +287,4 @@ impl<const N: usize> Problem<N> for PairEquilibrium<'_> {
             }),
         }
     }
-}
-
-/// Approach of the plates under a preload alone if they could not rotate and no point had an offset, m.
-fn rigid_approach_m(points: &MeshingPoints, law: ContactLaw, preload_N: f64) -> f64 {
-    let axial: f64 =
-        points.points.iter().map(|point| law.force_N(point.stiffness, point.sin_beta) * point.sin_beta).sum();
-    (preload_N / axial).powf(1.0 / law.exponent)
 }

@@ -15,15 +15,11 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::solve::{SMALL_DISPLACEMENT, solve_pair};
-use super::{Levers, PairEquilibrium, State};
-use crate::pair::{MeshingPoint, MeshingPoints, REFERENCE_DEFORMATION_M};
-use crate::solver::newton_lm::{self, Options, Stop, solve_symmetric};
-use crate::solver::problem::Problem;
+use super::solve::{Balance, balance, existence, smallness, unloaded};
+use super::{Levers, PairEquilibrium, ReadyPair, State};
+use crate::pair::REFERENCE_DEFORMATION_M;
+use crate::solver::newton_lm::solve_symmetric;
 use crate::status::Status;
-
-/// A start nearby is worth so many steps; beyond them the cold start is taken.
-const WARM: Options = Options { tolerance: 1e-11, most_steps: 16 };
 
 /// A change of the gaps at every diagonal of a pair for one unit of a parameter: zeta, g and p, each m per unit.
 pub type GapShape = Vec<[f64; 3]>;
@@ -33,8 +29,10 @@ pub type GapShape = Vec<[f64; 3]>;
 pub struct Asked<'a> {
     /// d ln k / d beta of every diagonal, 1/rad, where the answer to the contact angle is wanted.
     pub stiffness_slopes_per_rad: Option<&'a [f64]>,
-    /// Whether the answers to stiffness and exponent are wanted.
-    pub contact: bool,
+    /// Whether the answer to the stiffness is wanted.
+    pub stiffness: bool,
+    /// Whether the answer to the exponent is wanted.
+    pub exponent: bool,
     /// Whether the answer to an axial spring is wanted.
     pub spring: bool,
     /// Shapes of the gaps whose answers are wanted.
@@ -43,7 +41,7 @@ pub struct Asked<'a> {
 
 impl Asked<'_> {
     fn by_point(&self) -> bool {
-        self.contact || self.stiffness_slopes_per_rad.is_some() || !self.gaps.is_empty()
+        self.stiffness || self.exponent || self.stiffness_slopes_per_rad.is_some() || !self.gaps.is_empty()
     }
 }
 
@@ -91,206 +89,138 @@ pub struct Response {
     /// Derivatives of the rotation of one row.
     pub rotation: Slopes,
     /// How many diagonals of one row carry.
-    pub carrying: u32,
+    pub carrying: usize,
     /// How many diagonals of one row exist but have parted.
-    pub parted: u32,
+    pub parted: usize,
 }
 
-/// Solves a pair from states nearby where there are any, and says how its rotation answers to what is asked.
+/// Solves a pair under a torque (N m) and preload (N), from states nearby where there are any, and says how its rotation
+/// answers to what is asked.
 ///
 /// # Errors
 /// The status, where there is no solution.
 pub fn respond(
-    points: &MeshingPoints,
+    pair: &ReadyPair,
     load: [f64; 2],
-    start: Option<&State>,
-    unloaded_start: Option<&State>,
+    nearby: [Option<&State>; 2],
     asked: Asked<'_>,
 ) -> Result<Response, Status> {
-    if points.floats_sideways {
-        respond_in::<3>(points, load, start, unloaded_start, asked)
+    if pair.floats_sideways {
+        respond_in::<3>(pair, load, nearby, asked)
     } else {
-        respond_in::<2>(points, load, start, unloaded_start, asked)
+        respond_in::<2>(pair, load, nearby, asked)
     }
 }
 
 fn respond_in<const N: usize>(
-    points: &MeshingPoints,
+    pair: &ReadyPair,
     [torque_Nm, preload_N]: [f64; 2],
-    start: Option<&State>,
-    unloaded_start: Option<&State>,
+    [nearby, unloaded_nearby]: [Option<&State>; 2],
     asked: Asked<'_>,
 ) -> Result<Response, Status> {
-    let spring = points.axial_spring_N_per_m;
-    let holding_arm = points.holding_arm_m(torque_Nm.signum());
-    let beyond = torque_Nm.abs() >= preload_N * holding_arm && torque_Nm != 0.0;
-    if preload_N <= 0.0 || (beyond && (spring <= 0.0 || holding_arm <= 0.0)) {
-        return Err(Status::BeyondHold { hold_preload_N: torque_Nm.abs() / holding_arm.max(0.0) });
+    if preload_N <= 0.0 {
+        let holding_arm_m = pair.holding_arm_m(torque_Nm);
+        return Err(Status::BeyondHold { hold_preload_N: torque_Nm.abs() / holding_arm_m });
     }
-    let unloaded = if spring > 0.0 || asked.spring {
-        Some(Unloaded::new::<N>(points, preload_N, unloaded_start, asked)?)
-    } else {
-        None
-    };
-    let d0 = unloaded.as_ref().map_or(0.0, |unloaded| unloaded.state.approach_m());
-    let solved = Solved::<N>::near(points, torque_Nm, preload_N, d0, start)?;
-    let state = solved.state();
-    let mut rotation = solved.slopes(SVector::from_fn(|i, _| f64::from(i == 1)), asked)?;
+    existence(pair, torque_Nm, preload_N)?;
+    let sprung = pair.axial_spring_N_per_m > 0.0 || asked.spring;
+    let unloaded = if sprung { Some(unloaded::<N>(pair, preload_N, unloaded_nearby)?) } else { None };
+    let d0 = unloaded.as_ref().map(|unloaded| unloaded.state().approach_m());
+    let balance = balance::<N>(pair, torque_Nm, preload_N, d0, nearby)?;
+    let state = balance.state();
+    let mut rotation = slopes(&balance, SVector::from_fn(|i, _| f64::from(i == 1)), asked)?;
     if let Some(unloaded) = &unloaded {
-        rotation.spring = -rotation.preload * (state.approach_m() - d0);
-        // What d0 gains is as much more preload as the spring gives for it.
-        let per_d0 = rotation.preload * spring;
-        rotation.add(per_d0, &unloaded.approach);
+        rotation.spring = -rotation.preload * (state.approach_m() - d0.unwrap_or(0.0));
+        if pair.axial_spring_N_per_m > 0.0 {
+            // What d0 gains is as much more preload as the spring gives for it.
+            let approach = slopes(unloaded, SVector::from_fn(|i, _| f64::from(i == 0)), asked)?;
+            rotation.add(rotation.preload * pair.axial_spring_N_per_m, &approach);
+        }
     }
-    let existing = || points.points.iter().filter(|point| point.exists());
-    let carrying = existing().filter(|point| state.deformation_m(point) > 0.0).count() as u32;
-    let largest = (points.largest_arm_m() * state.rotation_rad)
-        .abs()
-        .max(state.approach_m().abs())
-        .max(state.sideways_m.abs());
-    let small = largest <= SMALL_DISPLACEMENT * points.ball_radius_m;
+    let carrying = pair.levers.iter().filter(|levers| levers.deformation_m(&state) > 0.0).count();
     Ok(Response {
-        status: if small { Status::Solved } else { Status::OutsideSmallDisplacements },
+        status: smallness(pair, &state),
         state,
-        unloaded: unloaded.map(|unloaded| unloaded.state),
+        unloaded: unloaded.map(|unloaded| unloaded.state()),
         rotation,
         carrying,
-        parted: existing().count() as u32 - carrying,
+        parted: pair.levers.len() - carrying,
     })
 }
 
-/// The pair without torque, from whose approach d0 the axial spring is relaxed.
-struct Unloaded {
-    state: State,
-    /// Derivatives of d0.
-    approach: Slopes,
-}
-
-impl Unloaded {
-    fn new<const N: usize>(
-        points: &MeshingPoints,
-        preload_N: f64,
-        start: Option<&State>,
-        asked: Asked<'_>,
-    ) -> Result<Self, Status> {
-        let unsprung;
-        let points = if points.axial_spring_N_per_m > 0.0 {
-            unsprung = MeshingPoints { axial_spring_N_per_m: 0.0, ..points.clone() };
-            &unsprung
-        } else {
-            points
-        };
-        let solved = Solved::<N>::near(points, 0.0, preload_N, 0.0, start)?;
-        let approach = solved.slopes(SVector::from_fn(|i, _| f64::from(i == 0)), asked)?;
-        Ok(Self { state: solved.state(), approach })
-    }
-}
-
-/// Equations and the place where they hold.
-struct Solved<'a, const N: usize> {
-    points: &'a MeshingPoints,
-    equations: PairEquilibrium<'a>,
-    x: SVector<f64, N>,
-    /// Of the scaled equations, there.
-    jacobian: SMatrix<f64, N, N>,
-}
-
-impl<'a, const N: usize> Solved<'a, N> {
-    fn near(
-        points: &'a MeshingPoints,
-        torque_Nm: f64,
-        preload_N: f64,
-        unloaded_approach_m: f64,
-        start: Option<&State>,
-    ) -> Result<Self, Status> {
-        let equations = PairEquilibrium::new(points, torque_Nm, preload_N, unloaded_approach_m)
-            .ok_or(Status::BeyondHold { hold_preload_N: f64::INFINITY })?;
-        let warm = start.and_then(|start| {
-            let stop = newton_lm::solve(&equations, equations.unknowns::<N>(start), WARM);
-            holds(&equations, &stop).then_some((stop.x, stop.at.jacobian))
-        });
-        let (x, jacobian) = if let Some(found) = warm {
-            found
-        } else {
-            let (status, cold) = solve_pair(points, torque_Nm, preload_N);
-            let Some(cold) = cold else { return Err(status) };
-            let x = equations.unknowns::<N>(&cold.state);
-            (x, equations.evaluate(&x).jacobian)
-        };
-        Ok(Self { points, equations, x, jacobian })
-    }
-
-    fn state(&self) -> State {
-        self.equations.state(&self.x)
-    }
-
-    /// Derivatives of the unknown that `chosen` picks: the approach (about the axis, with no torque) or the rotation.
-    fn slopes(&self, chosen: SVector<f64, N>, asked: Asked<'_>) -> Result<Slopes, Status> {
-        let e = &self.equations;
-        let (unknown, equation) = (e.unknown_scale, e.equation_scale);
-        let right = SVector::from_fn(|i, _| chosen[i] / equation[i]);
-        let scaled = solve_symmetric(self.jacobian, right).ok_or(Status::Indeterminate)?;
-        let lambda = SVector::<f64, N>::from_fn(|i, _| scaled[i] * unknown[i]);
-        let mut slopes = Slopes {
-            torque: lambda[1],
-            preload: lambda[0] - e.pivot_m * lambda[1],
-            gaps: vec![0.0; asked.gaps.len()],
-            ..Slopes::default()
-        };
-        if asked.by_point() {
-            let state = self.state();
-            let existing = self.points.points.iter().enumerate().filter(|(_, point)| point.exists());
-            for ((index, point), levers) in existing.zip(&e.levers) {
-                self.add_point(&mut slopes, &lambda, &state, (index, point), levers, asked);
-            }
+/// Derivatives of the unknown that `chosen` picks: the approach (about the axis, with no torque) or the rotation.
+fn slopes<const N: usize>(
+    balance: &Balance<'_, N>,
+    chosen: SVector<f64, N>,
+    asked: Asked<'_>,
+) -> Result<Slopes, Status> {
+    let e = &balance.equations;
+    let (unknown, equation) = (e.unknown_scale, e.equation_scale);
+    let right = SVector::from_fn(|i, _| chosen[i] / equation[i]);
+    let scaled = solve_symmetric(balance.jacobian, right)
+        .or_else(|| solve_symmetric(stiffened(balance.jacobian), right).filter(|_| chosen[1] == 0.0))
+        .ok_or(Status::Indeterminate)?;
+    let lambda = SVector::<f64, N>::from_fn(|i, _| scaled[i] * unknown[i]);
+    let mut slopes = Slopes {
+        torque: lambda[1],
+        preload: lambda[0] - e.pivot_m * lambda[1],
+        gaps: vec![0.0; asked.gaps.len()],
+        ..Slopes::default()
+    };
+    if asked.by_point() {
+        let state = balance.state();
+        for levers in &e.pair.levers {
+            add_point(&mut slopes, e, &lambda, &state, levers, asked);
         }
-        Ok(slopes)
     }
+    Ok(slopes)
+}
 
-    fn add_point(
-        &self,
-        slopes: &mut Slopes,
-        lambda: &SVector<f64, N>,
-        state: &State,
-        (index, point): (usize, &MeshingPoint),
-        levers: &Levers,
-        asked: Asked<'_>,
-    ) {
-        let deformation = levers.deformation_m(state);
-        if deformation <= 0.0 {
-            return;
-        }
-        let (force, slope) = self.equations.law.force_and_slope(levers.stiffness, deformation);
-        let along = |lever: [f64; 3]| (0..N).map(|i| lambda[i] * lever[i]).sum::<f64>();
-        let w = along(levers.per_unknown);
-        slopes.log_stiffness -= force * w;
+/// Where nothing resists a rotation the approach is one number all the same (see [`unloaded`]), and so are its slopes: a
+/// little resistance to everything finds them.
+fn stiffened<const N: usize>(jacobian: SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
+    jacobian + SMatrix::identity() * (1e-12 * jacobian.diagonal().amax())
+}
+
+/// What a diagonal adds to the slopes.
+fn add_point<const N: usize>(
+    slopes: &mut Slopes,
+    equations: &PairEquilibrium<'_>,
+    lambda: &SVector<f64, N>,
+    state: &State,
+    levers: &Levers,
+    asked: Asked<'_>,
+) {
+    let deformation = levers.deformation_m(state);
+    if deformation <= 0.0 {
+        return;
+    }
+    let (force, slope) = equations.pair.law.force_and_slope(levers.stiffness, deformation);
+    let along = |lever: [f64; 3]| (0..N).map(|i| lambda[i] * lever[i]).sum::<f64>();
+    let w = along(levers.per_unknown(equations.pivot_m));
+    slopes.log_stiffness -= force * w;
+    if asked.exponent {
         slopes.exponent -= force * (deformation / REFERENCE_DEFORMATION_M).ln() * w;
-        let sign = point.diagonal.sign();
-        if let Some(stiffness_slopes) = asked.stiffness_slopes_per_rad {
-            let axial = state.approach_m() + point.axial_offset_m;
-            let in_plane = point.arm_m * state.rotation_rad + point.in_plane_offset_m + state.sideways_m;
-            let closing = point.cos_beta * axial - sign * point.sin_beta * in_plane;
-            let turned = -sign * point.sin_beta;
-            let levers_turned =
-                [point.cos_beta, turned * point.arm_m - self.equations.pivot_m * point.cos_beta, turned];
-            slopes.contact_angle -=
-                (slope * closing + force * stiffness_slopes[index]) * w + force * along(levers_turned);
-        }
-        for (gap, shape) in slopes.gaps.iter_mut().zip(asked.gaps) {
-            let [axial, normal, in_plane] = shape[index];
-            *gap -= slope * w * (point.sin_beta * axial + normal + sign * point.cos_beta * in_plane);
-        }
     }
-}
-
-fn holds<const N: usize>(equations: &PairEquilibrium<'_>, stop: &Stop<N>) -> bool {
-    // False where it is not a number.
-    equations.largest_residual(&stop.at.residual) <= WARM.tolerance
+    if let Some(stiffness_slopes) = asked.stiffness_slopes_per_rad {
+        // d sin = cos, d(+- cos) = -+ sin.
+        let (cos_beta, turned) = (levers.in_plane.abs(), -levers.in_plane.signum() * levers.axial);
+        let axial = state.approach_m() + levers.axial_offset_m;
+        let in_plane = levers.arm_m * state.rotation_rad + levers.in_plane_offset_m + state.sideways_m;
+        let closing = cos_beta * axial + turned * in_plane;
+        let levers_turned = [cos_beta, turned * levers.arm_m - equations.pivot_m * cos_beta, turned];
+        slopes.contact_angle -=
+            (slope * closing + force * stiffness_slopes[levers.index]) * w + force * along(levers_turned);
+    }
+    for (gap, shape) in slopes.gaps.iter_mut().zip(asked.gaps) {
+        let [axial, normal, in_plane] = shape[levers.index];
+        *gap -= slope * w * (levers.axial * axial + normal + levers.in_plane * in_plane);
+    }
 }
 
 impl PairEquilibrium<'_> {
     /// A state in SI to scaled unknowns.
-    fn unknowns<const N: usize>(&self, state: &State) -> SVector<f64, N> {
+    pub(super) fn unknowns<const N: usize>(&self, state: &State) -> SVector<f64, N> {
         let about_pivot = [
             state.pivot_approach_m + (self.pivot_m - state.pivot_m) * state.rotation_rad,
             state.rotation_rad,

@@ -1,8 +1,8 @@
 //! Solution of one pair's equations: existence first, then the iteration, then the check.
 
-use nalgebra::SMatrix;
+use nalgebra::{SMatrix, SVector};
 
-use super::{PairEquilibrium, State};
+use super::{PairEquilibrium, ReadyPair, State};
 use crate::pair::MeshingPoints;
 use crate::solver::newton_lm::{self, Options};
 use crate::status::Status;
@@ -27,77 +27,112 @@ pub struct PairState {
 ///
 /// The first element says how it ended; the second is there exactly when [`Status::has_solution`].
 pub fn solve_pair(points: &MeshingPoints, torque_Nm: f64, preload_N: f64) -> (Status, Option<PairState>) {
-    if points.floats_sideways {
-        solve_in::<3>(points, torque_Nm, preload_N)
+    let pair = ReadyPair::new(points);
+    let solved = if points.floats_sideways {
+        solve_in::<3>(&pair, torque_Nm, preload_N)
     } else {
-        solve_in::<2>(points, torque_Nm, preload_N)
+        solve_in::<2>(&pair, torque_Nm, preload_N)
+    };
+    match solved {
+        Ok(solved) => (smallness(&pair, &solved.state), Some(solved)),
+        Err(status) => (status, None),
     }
 }
 
-fn solve_in<const N: usize>(
-    points: &MeshingPoints,
-    torque_Nm: f64,
-    preload_N: f64,
-) -> (Status, Option<PairState>) {
-    let holding_arm = points.holding_arm_m(torque_Nm.signum());
-    let never = torque_Nm != 0.0 && holding_arm <= 0.0;
-    // A spring that is relaxed takes up preload as the plates part, so with it any torque finds a balance.
-    let springless = points.axial_spring_N_per_m <= 0.0;
-    if never || (springless && torque_Nm.abs() >= preload_N * holding_arm && torque_Nm != 0.0) {
-        return (Status::BeyondHold { hold_preload_N: torque_Nm.abs() / holding_arm }, None);
+fn solve_in<const N: usize>(pair: &ReadyPair, torque_Nm: f64, preload_N: f64) -> Result<PairState, Status> {
+    existence(pair, torque_Nm, preload_N)?;
+    let unloaded_approach_m = if pair.axial_spring_N_per_m > 0.0 {
+        Some(unloaded::<N>(pair, preload_N, None)?.state().approach_m())
+    } else {
+        None
+    };
+    let balance = balance::<N>(pair, torque_Nm, preload_N, unloaded_approach_m, None)?;
+    let jacobian = balance.equations.unscaled_jacobian(&balance.jacobian);
+    let torsional_stiffness_Nm_per_rad = torsional_stiffness(&jacobian).ok_or(Status::Indeterminate)?;
+    let (state, residual, steps) = (balance.state(), balance.residual, balance.steps);
+    Ok(PairState { state, torsional_stiffness_Nm_per_rad, residual, steps })
+}
+
+/// Whether the pair can hold the load: its limit is a closed form.
+///
+/// A spring that is relaxed takes up preload as the plates part, so with it any torque finds a balance.
+pub(super) fn existence(pair: &ReadyPair, torque_Nm: f64, preload_N: f64) -> Result<(), Status> {
+    let holding_arm = pair.holding_arm_m(torque_Nm);
+    let springless = pair.axial_spring_N_per_m <= 0.0;
+    let beyond = holding_arm <= 0.0 || (springless && torque_Nm.abs() >= preload_N * holding_arm);
+    if torque_Nm != 0.0 && beyond {
+        return Err(Status::BeyondHold { hold_preload_N: torque_Nm.abs() / holding_arm });
     }
-    let unloaded_approach_m = if springless { Ok(0.0) } else { unloaded_approach_m::<N>(points, preload_N) };
-    let balance = unloaded_approach_m.and_then(|d0| balance::<N>(points, torque_Nm, preload_N, d0));
-    let Balance { state, jacobian, residual, steps } = match balance {
-        Ok(balance) => balance,
-        Err(status) => return (status, None),
-    };
-    let Some(torsional_stiffness_Nm_per_rad) = torsional_stiffness(&jacobian) else {
-        return (Status::Indeterminate, None);
-    };
-    let solved = PairState { state, torsional_stiffness_Nm_per_rad, residual, steps };
-    let largest = (points.largest_arm_m() * state.rotation_rad)
+    Ok(())
+}
+
+/// Whether the displacements are small against the balls.
+pub(super) fn smallness(pair: &ReadyPair, state: &State) -> Status {
+    let largest = (pair.largest_arm_m * state.rotation_rad)
         .abs()
         .max(state.approach_m().abs())
         .max(state.sideways_m.abs());
-    let small = largest <= SMALL_DISPLACEMENT * points.ball_radius_m;
-    (if small { Status::Solved } else { Status::OutsideSmallDisplacements }, Some(solved))
+    if largest <= SMALL_DISPLACEMENT * pair.ball_radius_m {
+        Status::Solved
+    } else {
+        Status::OutsideSmallDisplacements
+    }
 }
 
 /// Where the forces balance; what resists a rotation there is not asked.
-struct Balance<const N: usize> {
-    state: State,
-    /// Of the unscaled equations.
-    jacobian: SMatrix<f64, N, N>,
-    residual: f64,
-    steps: u32,
+pub(super) struct Balance<'a, const N: usize> {
+    pub equations: PairEquilibrium<'a>,
+    pub x: SVector<f64, N>,
+    /// Of the scaled equations.
+    pub jacobian: SMatrix<f64, N, N>,
+    pub residual: f64,
+    pub steps: u32,
 }
 
-fn balance<const N: usize>(
-    points: &MeshingPoints,
+impl<const N: usize> Balance<'_, N> {
+    pub fn state(&self) -> State {
+        self.equations.state(&self.x)
+    }
+}
+
+/// A start nearby is worth so many steps; beyond them the cold start is taken. Further digits than `floor` are not sought.
+const WARM: Options = Options { tolerance: 1e-11, floor: 1e-14, most_steps: 16 };
+
+/// The balance from a state nearby, if there is one and it leads there, or from the cold start.
+pub(super) fn balance<'a, const N: usize>(
+    pair: &'a ReadyPair,
     torque_Nm: f64,
     preload_N: f64,
-    unloaded_approach_m: f64,
-) -> Result<Balance<N>, Status> {
-    let equations = PairEquilibrium::new(points, torque_Nm, preload_N, unloaded_approach_m)
+    unloaded_approach_m: Option<f64>,
+    nearby: Option<&State>,
+) -> Result<Balance<'a, N>, Status> {
+    let equations = PairEquilibrium::new(pair, torque_Nm, preload_N, unloaded_approach_m)
         .ok_or(Status::BeyondHold { hold_preload_N: f64::INFINITY })?;
-    let options = Options::default();
-    let stop = newton_lm::solve(&equations, PairEquilibrium::start::<N>(), options);
-    let residual = equations.largest_residual(&stop.at.residual);
-    if residual.is_nan() || residual > options.tolerance {
-        return Err(Status::NotConverged { residual });
+    let cold = || (PairEquilibrium::start::<N>(), Options::default());
+    let starts = nearby.map(|state| (equations.unknowns::<N>(state), WARM)).into_iter();
+    let mut stopped_at = f64::NAN;
+    for (start, options) in starts.chain(std::iter::once_with(cold)) {
+        let stop = newton_lm::solve(&equations, start, options);
+        let residual = equations.largest_residual(&stop.at.residual);
+        if residual <= options.tolerance {
+            let (x, jacobian, steps) = (stop.x, stop.at.jacobian, stop.steps);
+            return Ok(Balance { equations, x, jacobian, residual, steps });
+        }
+        stopped_at = residual;
     }
-    let (state, jacobian) = (equations.state(&stop.x), equations.unscaled_jacobian(&stop.at.jacobian));
-    Ok(Balance { state, jacobian, residual, steps: stop.steps })
+    Err(Status::NotConverged { residual: stopped_at })
 }
 
-/// d0, the approach under the preload alone, from which the axial spring is relaxed, m.
+/// The balance under the preload alone, whose approach is the d0 from which the axial spring is relaxed.
 ///
-/// It is one number even where nothing resists a rotation: the forces sum up the levers to (N_Z, 0, 0), so a motion that
-/// deforms no loaded diagonal has no approach.
-fn unloaded_approach_m<const N: usize>(points: &MeshingPoints, preload_N: f64) -> Result<f64, Status> {
-    let unsprung = MeshingPoints { axial_spring_N_per_m: 0.0, ..points.clone() };
-    balance::<N>(&unsprung, 0.0, preload_N, 0.0).map(|unloaded| unloaded.state.approach_m())
+/// That is one number even where nothing resists a rotation: the forces sum up the levers to (N_Z, 0, 0), so a motion
+/// that deforms no loaded diagonal has no approach.
+pub(super) fn unloaded<'a, const N: usize>(
+    pair: &'a ReadyPair,
+    preload_N: f64,
+    nearby: Option<&State>,
+) -> Result<Balance<'a, N>, Status> {
+    balance::<N>(pair, 0.0, preload_N, None, nearby)
 }
 
 /// dM0/dalpha with the other unknowns free: one over the rotation's diagonal element of the inverse Jacobian.

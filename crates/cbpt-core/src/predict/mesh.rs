@@ -8,10 +8,10 @@ use std::f64::consts::TAU;
 
 use crate::drive::{CrossSlide, Deceleration, Drive, EqualSpeed, OutputPlate, RingGroove};
 use crate::effect::port::{Ball, Contact};
-use crate::equilibrium::State;
+use crate::equilibrium::ready::Changes;
 use crate::equilibrium::response::{Asked, GapShape, Response, Slopes, respond};
+use crate::equilibrium::{ReadyPair, State};
 use crate::error::InvalidInput;
-use crate::pair::MeshingPoints;
 use crate::status::Status;
 
 /// The deceleration pair and at most two rows of an equal-speed pair.
@@ -29,7 +29,7 @@ pub struct Tables {
 
 #[derive(Debug, Clone)]
 struct PairTable {
-    points: MeshingPoints,
+    pair: ReadyPair,
     /// d ln k / d beta of every diagonal, 1/rad.
     stiffness_slopes_per_rad: Vec<f64>,
 }
@@ -72,7 +72,7 @@ impl Tables {
                 let slope = |point: &crate::pair::MeshingPoint| point.stiffness_slope_per_rad(groove, track);
                 let stiffness_slopes_per_rad =
                     if slopes { points.points.iter().map(slope).collect() } else { Vec::new() };
-                PairTable { points, stiffness_slopes_per_rad }
+                PairTable { pair: ReadyPair::new(&points), stiffness_slopes_per_rad }
             })
             .collect();
         Self { pairs, share: points.equal_speed_share }
@@ -125,7 +125,7 @@ pub struct Gap {
 #[derive(Debug, Clone)]
 pub struct Site<'a> {
     tables: &'a Tables,
-    pairs: Vec<MeshingPoints>,
+    pairs: Vec<ReadyPair>,
     /// By pair, the shapes of the gaps whose answers are wanted.
     gaps: Vec<Vec<GapShape>>,
 }
@@ -140,20 +140,14 @@ impl<'a> Site<'a> {
         wanted: &[&Gap],
     ) -> Self {
         let ready = |(number, table): (usize, &PairTable)| {
-            let mut points = table.points.clone();
-            points.exponent = contact.exponent.value;
-            points.axial_spring_N_per_m = spring_N_per_m;
-            for point in &mut points.points {
-                point.stiffness *= contact.stiffness_scale.value;
-            }
-            for (value, gap) in gaps.iter().filter(|(value, _)| *value != 0.0) {
-                for (point, [axial, normal, in_plane]) in points.points.iter_mut().zip(&gap.shapes[number]) {
-                    point.axial_offset_m += value * axial;
-                    point.normal_offset_m += value * normal;
-                    point.in_plane_offset_m += value * in_plane;
-                }
-            }
-            points
+            let gaps: Vec<(f64, &[[f64; 3]])> =
+                gaps.iter().map(|(value, gap)| (*value, &gap.shapes[number][..])).collect();
+            table.pair.changed(&Changes {
+                stiffness_scale: contact.stiffness_scale.value,
+                exponent: contact.exponent.value,
+                axial_spring_N_per_m: spring_N_per_m,
+                gaps: &gaps,
+            })
         };
         Self {
             pairs: tables.pairs.iter().enumerate().map(ready).collect(),
@@ -164,34 +158,36 @@ impl<'a> Site<'a> {
         }
     }
 
-    /// Solves all pairs; `warm` holds states nearby and takes the new ones.
+    /// Solves all pairs; `warm` holds states nearby and takes the new ones. Without `wanted` the mesh knows how it answers
+    /// to torque and preload only.
     ///
     /// # Errors
     /// The status, where there is no solution.
-    pub fn solve(&self, load: [f64; 2], wanted: Wanted, warm: &mut Warm) -> Result<Mesh, Status> {
+    pub fn solve(&self, load: [f64; 2], wanted: Option<Wanted>, warm: &mut Warm) -> Result<Mesh, Status> {
         let mut mesh = Mesh {
             status: Status::Solved,
             angle_rad: 0.0,
-            slopes: Slopes { gaps: vec![0.0; self.gaps[0].len()], ..Slopes::default() },
+            slopes: Slopes { gaps: vec![0.0; wanted.map_or(0, |_| self.gaps[0].len())], ..Slopes::default() },
             carrying: [0; 2],
             regime: Regime::AllLoaded,
         };
         let mut failed: Option<Status> = None;
-        for (number, points) in self.pairs.iter().enumerate() {
+        for (number, pair) in self.pairs.iter().enumerate() {
             // Torque of the pair over M0, and the share of its angle that reaches the output.
             let share = if number == 0 { 1.0 } else { self.tables.share };
             let slopes = &self.tables.pairs[number].stiffness_slopes_per_rad;
-            let asked = Asked {
+            let asked = wanted.map_or(Asked::default(), |wanted| Asked {
                 stiffness_slopes_per_rad: wanted.contact_angle.then_some(slopes),
-                contact: wanted.contact,
+                stiffness: wanted.stiffness,
+                exponent: wanted.exponent,
                 spring: wanted.spring,
                 gaps: &self.gaps[number],
-            };
+            });
             let [start, unloaded] = &warm.states[number];
-            match respond(points, [load[0] * share, load[1]], start.as_ref(), unloaded.as_ref(), asked) {
+            match respond(pair, [load[0] * share, load[1]], [start.as_ref(), unloaded.as_ref()], asked) {
                 Ok(response) => {
                     warm.states[number] = [Some(response.state), response.unloaded.or(*unloaded)];
-                    mesh.add(&response, share, f64::from(points.rows), number);
+                    mesh.add(&response, share, f64::from(pair.rows()), number);
                 }
                 Err(status) => failed = Some(failed.map_or(status, |before| before.worse(status))),
             }
@@ -202,9 +198,12 @@ impl<'a> Site<'a> {
 
 /// Which answers are wanted beside those to torque, preload and the gaps of the site.
 #[derive(Debug, Clone, Copy, Default)]
+#[allow(clippy::struct_excessive_bools)] // each a question of its own
 pub struct Wanted {
-    /// To stiffness and exponent.
-    pub contact: bool,
+    /// To the stiffness.
+    pub stiffness: bool,
+    /// To the exponent.
+    pub exponent: bool,
     /// To the contact angle.
     pub contact_angle: bool,
     /// To the axial spring.
@@ -249,7 +248,7 @@ pub struct Mesh {
     /// How it answers, torque and preload being those of the drive.
     pub slopes: Slopes,
     /// Diagonals that carry in one row of the deceleration and the equal-speed pair.
-    pub carrying: [u32; 2],
+    pub carrying: [usize; 2],
     /// Which contacts carry.
     pub regime: Regime,
 }

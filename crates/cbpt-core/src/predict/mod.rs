@@ -90,7 +90,7 @@ pub struct Prediction {
     /// Derivative of the angle by each of the wanted parameters, row by row; NaN where there is no solution.
     pub sensitivities: Vec<f64>,
     /// Diagonals that carry in one row of the deceleration and of the equal-speed pair; 0 where there is no solution.
-    pub carrying: Vec<[u32; 2]>,
+    pub carrying: Vec<[usize; 2]>,
     /// Which contacts carry.
     pub regime: Vec<Option<Regime>>,
 }
@@ -192,7 +192,7 @@ impl Predictor {
         let contact = plain.contact();
         let shift_rad = contact.contact_angle_shift_rad.value;
         let asked = self.asked(wanted);
-        let at_shift = self.tables_at(shift_rad, asked.contact_angle)?;
+        let at_shift = self.tables_at(shift_rad, asked.is_some_and(|asked| asked.contact_angle))?;
         if self.tables[at_shift].undercuts {
             return Ok(self.nowhere(Status::Undercut, wanted.len()));
         }
@@ -307,14 +307,15 @@ impl Predictor {
         acts || wanted.iter().any(|slot| self.effects[self.slots[*slot].effect].id == friction.id)
     }
 
-    fn asked(&self, wanted: &[usize]) -> Wanted {
-        let of = |slot: &usize| self.effects[self.slots[*slot].effect];
-        let contact = |spec: &Spec| matches!(spec.action, Action::Contact(_));
-        Wanted {
-            contact: wanted.iter().map(of).any(contact),
-            contact_angle: wanted.iter().map(of).any(|spec| spec.id == "contact_angle"),
-            spring: wanted.iter().map(of).any(|spec| spec.id == "preload_spring"),
-        }
+    /// Which answers of the meshing points the wanted parameters need.
+    fn asked(&self, wanted: &[usize]) -> Option<Wanted> {
+        let of = |id: &str| wanted.iter().any(|slot| self.effects[self.slots[*slot].effect].id == id);
+        (!wanted.is_empty()).then(|| Wanted {
+            stiffness: of(effect::contact_stiffness::SPEC.id),
+            exponent: of(effect::rough_contact::SPEC.id),
+            contact_angle: of(effect::contact_angle::SPEC.id),
+            spring: of(effect::preload_spring::SPEC.id),
+        })
     }
 
     /// Place in `self.tables` of those at a shift, which are made where they are missing.
@@ -430,7 +431,7 @@ impl Predictor {
                 .map_or(f64::NAN, |_| chain.reading(row, Dual::constant(solved.total_rad)).value)
         };
         let angle_rad: Vec<f64> = self.rows.by_run().iter().zip(solved).map(angle).collect();
-        let carrying: Vec<[u32; 2]> =
+        let carrying: Vec<[usize; 2]> =
             solved.iter().map(|row| row.mesh.as_ref().map_or([0; 2], |mesh| mesh.carrying)).collect();
         let regime: Vec<Option<Regime>> =
             solved.iter().map(|row| row.mesh.as_ref().map(|mesh| mesh.regime)).collect();

@@ -70,7 +70,13 @@ const TOLERANCE: f64 = 1e-12;
 
 impl Block<'_> {
     /// Solves the rows.
-    pub fn solve(&self, wanted: Wanted, friction: bool, states: &mut [RowState], solved: &mut [Solved]) {
+    pub fn solve(
+        &self,
+        wanted: Option<Wanted>,
+        friction: bool,
+        states: &mut [RowState],
+        solved: &mut [Solved],
+    ) {
         let mut memory = Memory::default();
         for (i, row) in self.rows.iter().enumerate() {
             let (state, solved) = (&mut states[i], &mut solved[i]);
@@ -181,7 +187,7 @@ fn under_friction(
     load: &Load,
     series_rad: f64,
     memory: &Memory<f64>,
-    wanted: Wanted,
+    wanted: Option<Wanted>,
     state: &mut RowState,
 ) -> Result<Mesh, Status> {
     let (torque_Nm, preload_N) = (load.torque_Nm.value, load.preload_N.value);
@@ -195,7 +201,7 @@ fn under_friction(
     let size = torque_Nm.abs() + most;
     let mut last = Status::NotConverged { residual: f64::INFINITY };
     for _ in 0..MOST_STEPS {
-        let mesh = match site.solve([m, preload_N], wanted, &mut state.warm) {
+        let mesh = match site.solve([m, preload_N], None, &mut state.warm) {
             Ok(mesh) => mesh,
             Err(status) => {
                 // Too much to hold: less of it, as far as the friction reaches.
@@ -222,7 +228,11 @@ fn under_friction(
         }
         if unbalanced.abs() <= TOLERANCE * size {
             state.mesh_torque_Nm = Some(m);
-            return Ok(mesh);
+            return if wanted.is_some() {
+                site.solve([m, preload_N], wanted, &mut state.warm)
+            } else {
+                Ok(mesh)
+            };
         }
         last = Status::NotConverged { residual: unbalanced.abs() / size };
         if unbalanced > 0.0 {

@@ -15,13 +15,15 @@ use super::problem::{Evaluation, Problem};
 pub struct Options {
     /// Largest component of the scaled residual that counts as solved.
     pub tolerance: f64,
+    /// At this residual the last digits are there and no further step is tried.
+    pub floor: f64,
     /// Most steps to try, accepted or not.
     pub most_steps: u32,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { tolerance: 1e-11, most_steps: 500 }
+        Self { tolerance: 1e-11, floor: 0.0, most_steps: 500 }
     }
 }
 
@@ -52,7 +54,7 @@ pub fn solve<const N: usize>(problem: &impl Problem<N>, start: SVector<f64, N>, 
     let mut damping = 0.0;
     let mut steps = 0;
     let mut refusals = 0;
-    while steps < options.most_steps {
+    while steps < options.most_steps && at.residual.amax() > options.floor {
         let converged = at.residual.amax() <= options.tolerance;
         steps += 1;
         let Some(step) = damped_step(&at, damping) else {

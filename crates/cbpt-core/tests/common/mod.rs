@@ -5,8 +5,8 @@ use cbpt_core::drive::{
     CrossSlide, CrossSlideForm, CrossSlideShare, Deceleration, Drive, EqualSpeed, GrooveSection, Material,
     OutputPlate, RingGroove, TrackCurvature,
 };
-use cbpt_core::equilibrium::PairEquilibrium;
 use cbpt_core::equilibrium::solve::{PairState, solve_pair};
+use cbpt_core::equilibrium::{PairEquilibrium, ReadyPair};
 use cbpt_core::pair::{MeshingPoints, cross_slide, deceleration, ring_groove};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -197,7 +197,8 @@ pub fn solved(points: &MeshingPoints, torque_Nm: f64, preload_N: f64) -> PairSta
 
 /// The approach under the preload alone, m, if no point had an offset: what other displacements are measured by.
 pub fn approach_scale_m(points: &MeshingPoints, preload_N: f64) -> f64 {
-    let equations = PairEquilibrium::new(points, 0.0, preload_N, 0.0).unwrap();
+    let pair = ReadyPair::new(points);
+    let equations = PairEquilibrium::new(&pair, 0.0, preload_N, None).unwrap();
     equations.state(&PairEquilibrium::start::<2>()).approach_m()
 }
 

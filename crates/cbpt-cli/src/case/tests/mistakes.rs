@@ -257,8 +257,43 @@ fn a_wrong_effect_is_told_what_is_expected() {
         "drive.toml:25: effect[0].id = \"eccentric_baering\": no built-in effect has this id; \
          did you mean eccentric_bearing? An own effect needs an expression; built-in are contact_stiffness,",
     );
-    one("id = \"creep\"\nc = \"1\"", "drive.toml:26: effect[0].c = \"1\": expected a finite number");
-    one("id = \"creep\"\nc = nan", "drive.toml:26: effect[0].c = nan: expected a finite number");
+    let of = |id: &str, line: &str, expected: &str| one(&format!("id = \"{id}\"\n{line}"), expected);
+    of(
+        "creep",
+        "time_constant_s = nan",
+        "drive.toml:26: effect[0].time_constant_s = nan: expected a finite number",
+    );
+    of(
+        "creep",
+        "compliance = 1",
+        "drive.toml:26: effect[0].compliance: the key needs a unit; write one of compliance_rad_",
+    );
+    of(
+        "drift",
+        "rate = 1",
+        "drive.toml:26: effect[0].rate: the key needs a unit; write one of rate_rad_per_s, rate_urad",
+    );
+    of(
+        "wear",
+        "lost_share_per_d = 1",
+        "drive.toml:26: effect[0].lost_share_per_d: unit per_d is not read; use per_s,",
+    );
+    of(
+        "bearing_play",
+        "clearance_um = -1",
+        "drive.toml:26: effect[0].clearance_um = -1: expected a finite number in um not less than 0 and not more than 1000",
+    );
+    of(
+        "eccentric_bearing",
+        "reference_deflecton_um = 1",
+        "drive.toml:26: effect[0].reference_deflecton_um: unknown key; did you mean reference_deflection_um? Allowed here: id,",
+    );
+    of(
+        "groove_pitch_error",
+        "harmonic = 2.5",
+        "drive.toml:26: effect[0].harmonic = 2.5: expected a whole number",
+    );
+    of("creep", "port = \"load\"", "drive.toml:26: effect[0].port = \"load\": creep acts at the port series");
     one("id = \"creep\"\nparameters = {}", "drive.toml:26: effect[0].parameters: only an own effect");
     one(
         "id = \"mine\"\nexpression = \"1\"",

@@ -8,7 +8,9 @@ use proptest::collection::{btree_map, vec};
 use proptest::option;
 use proptest::prelude::*;
 
-use super::super::fields::{self, EFFECTS};
+use cbpt_core::effect::{LIBRARY, Parameter, Scale};
+
+use super::super::fields;
 use super::super::{Case, EffectEntry, LoadDefaults, Measurement, OwnParameter, Uncertainty, Zero};
 
 fn positive() -> impl Strategy<Value = f64> {
@@ -98,13 +100,17 @@ fn any_drive() -> impl Strategy<Value = Drive> {
 
 fn any_effect() -> impl Strategy<Value = EffectEntry> {
     let number = || -1e9..1e9;
-    let built_in = (proptest::sample::select(EFFECTS), vec(("[^\0-\x1f]{0,8}x", number()), 0..4)).prop_map(
-        |(id, mut numbers)| {
-            numbers.sort_by(|(a, _), (b, _)| a.cmp(b));
-            numbers.dedup_by(|(a, _), (b, _)| a == b);
-            EffectEntry { id: id.into(), port: None, expression: None, numbers, parameters: Vec::new() }
-        },
-    );
+    let shares = vec(0.0..1.0_f64, 8);
+    let built_in = (proptest::sample::select(LIBRARY.to_vec()), shares).prop_map(|(spec, shares)| {
+        let number = |(parameter, share): (&Parameter, f64)| {
+            let (low, high) = (parameter.lower.max(-1e9), parameter.upper.min(1e9));
+            let value = low + share * (high - low);
+            let whole = parameter.scale == Scale::Fixed;
+            (parameter.name(), if whole { value.floor() } else { value })
+        };
+        let numbers = spec.parameters.iter().zip(shares).map(number).collect();
+        EffectEntry { id: spec.id.into(), port: None, expression: None, numbers, parameters: Vec::new() }
+    });
     let parameter = (any::<String>(), number(), option::of(0.0..1e9), option::of(0.0..1e9));
     let own = (any::<String>(), btree_map("[A-Za-z_][A-Za-z0-9_]{0,8}", parameter, 0..4)).prop_map(
         |(expression, parameters)| EffectEntry {

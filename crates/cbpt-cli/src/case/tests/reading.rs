@@ -91,8 +91,7 @@ fn everything_a_case_may_hold() {
         material_ball_youngs_modulus_GPa = 2
         [[effect]]
         id = "eccentric_bearing"
-        u_ref_um = 2
-        exponent = 0.9
+        reference_deflection_um = 2
         [[effect]]
         id = "my_creep"
         port = "series"
@@ -123,7 +122,7 @@ fn everything_a_case_may_hold() {
         ("material.ball_youngs_modulus_Pa", 2e9),
     ];
     assert_eq!(case.uncertainty.of_drive, of_drive.map(|(name, value)| (name.to_owned(), value)).into());
-    assert_eq!(case.effects[0].numbers, [("u_ref_um".into(), 2.0), ("exponent".into(), 0.9)]);
+    assert_eq!(case.effects[0].numbers, [("reference_deflection_m".into(), 2e-6), ("exponent".into(), 0.9)]);
     let names: Vec<&str> = case.effects[1].parameters.iter().map(|parameter| &*parameter.name).collect();
     assert_eq!((case.effects[1].port.as_deref(), names), (Some("series"), vec!["tau", "a"]));
     assert_eq!(case.effects[1].parameters[0].max, Some(1e4));

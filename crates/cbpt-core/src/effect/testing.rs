@@ -1,0 +1,99 @@
+//! A row, a drive and a ball to test effects on, and the limit that all of them share.
+#![allow(clippy::panic, clippy::float_cmp)]
+
+use super::dual::Dual;
+use super::port::{Action, Ball, Contact, DriveNumbers, Load, Row};
+use super::spec::Spec;
+
+pub const ROW: Row = Row {
+    torque_Nm: 4.0,
+    preload_N: 600.0,
+    input_angle_rad: std::f64::consts::PI / 6.0,
+    time_s: 500.0,
+    run_time_s: 60.0,
+    temperature_difference_K: 3.0,
+    largest_torque_share: 0.75,
+};
+
+pub const DRIVE: DriveNumbers = DriveNumbers { pitch_arm_m: 0.04, planet_turn: 0.9 };
+
+pub const BALL: Ball =
+    Ball { decelerates: true, number: 4, from_line_rad: 0.7, on_fixed_groove_rad: 1.1, pitch_radius_m: 0.05 };
+
+pub fn assert_close(found: f64, expected: f64) {
+    assert!((found - expected).abs() <= 1e-14 * expected.abs().max(1e-12), "{found} {expected}");
+}
+
+fn duals(own: &[f64]) -> Vec<Dual> {
+    own.iter().copied().map(Dual::constant).collect()
+}
+
+pub fn load(spec: &Spec, own: &[f64]) -> Load {
+    let Action::Load(act) = spec.action else { panic!("{} acts elsewhere", spec.id) };
+    let mut load = Load {
+        torque_Nm: Dual::constant(ROW.torque_Nm),
+        preload_N: Dual::constant(ROW.preload_N),
+        spring_N_per_m: Dual::constant(0.0),
+        friction: Vec::new(),
+    };
+    act(&duals(own), &ROW, &mut load);
+    load
+}
+
+pub fn contact(spec: &Spec, own: &[f64]) -> Contact {
+    let Action::Contact(act) = spec.action else { panic!("{} acts elsewhere", spec.id) };
+    let mut contact = Contact {
+        stiffness_scale: Dual::constant(1.0),
+        contact_angle_shift_rad: Dual::constant(0.0),
+        exponent: Dual::constant(1.5),
+    };
+    act(&duals(own), &mut contact);
+    contact
+}
+
+pub fn gap(spec: &Spec, own: &[f64], size: usize, ball: &Ball) -> [f64; 3] {
+    let Action::Gap(shape) = spec.action else { panic!("{} acts elsewhere", spec.id) };
+    shape(own, size, ball)
+}
+
+pub fn series(spec: &Spec, own: &[f64], torque_Nm: f64) -> f64 {
+    let Action::Series(act) = spec.action else { panic!("{} acts elsewhere", spec.id) };
+    act(&duals(own), &ROW, &DRIVE, Dual::constant(torque_Nm)).value
+}
+
+pub fn reading(spec: &Spec, own: &[f64], angle_rad: f64) -> f64 {
+    let Action::Reading(act) = spec.action else { panic!("{} acts elsewhere", spec.id) };
+    act(&duals(own), &ROW, Dual::constant(angle_rad)).value
+}
+
+/// At neutral sizes, and whatever its shape, the effect does nothing to the last bit.
+pub fn vanishes(spec: &Spec) {
+    let own: Vec<f64> = spec.parameters.iter().map(|parameter| parameter.neutral).collect();
+    match spec.action {
+        Action::Spread => {}
+        Action::Load(_) => {
+            let load = load(spec, &own);
+            let values = [load.torque_Nm.value, load.preload_N.value, load.spring_N_per_m.value];
+            assert_eq!(values, [ROW.torque_Nm, ROW.preload_N, 0.0]);
+            assert!(load.friction.iter().all(|friction| friction.radius_m.value == 0.0));
+        }
+        // A gap is its size times a shape.
+        Action::Gap(_) => assert!(spec.parameters.iter().all(|p| !p.is_size || p.neutral == 0.0)),
+        Action::Contact(_) => {
+            let contact = contact(spec, &own);
+            assert_eq!(contact.stiffness_scale.value, 1.0);
+            assert_eq!(contact.contact_angle_shift_rad.value, 0.0);
+            assert_eq!(contact.exponent.value, 1.5);
+        }
+        Action::Series(_) => {
+            for torque_Nm in [-3.0, 0.0, 5.0] {
+                assert_eq!(series(spec, &own, torque_Nm), 0.0);
+            }
+        }
+        Action::Reading(_) => {
+            for angle_rad in [-3e-4, 0.0, 1e-5] {
+                assert_eq!(reading(spec, &own, angle_rad), angle_rad);
+            }
+        }
+    }
+}

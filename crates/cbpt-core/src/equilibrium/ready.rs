@@ -1,0 +1,96 @@
+//! What of a pair's equations does not depend on the load: made once, solved for many loads.
+
+use super::{ContactLaw, Levers};
+use crate::pair::MeshingPoints;
+
+/// A pair whose meshing points are known.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReadyPair {
+    /// Of the diagonals that exist.
+    pub(super) levers: Vec<Levers>,
+    pub(super) law: ContactLaw,
+    pub(super) axial_spring_N_per_m: f64,
+    pub(super) largest_torque_per_preload_m: f64,
+    pub(super) largest_cot: f64,
+    pub(super) largest_arm_m: f64,
+    pub(super) ball_radius_m: f64,
+    pub(super) floats_sideways: bool,
+    /// Torque per preload that is held, to the negative and to the positive side, m.
+    holding_arms_m: [f64; 2],
+    /// Axial force at an approach of 1 m, N.
+    axial_force_at_1m_N: f64,
+    rows: u32,
+}
+
+/// What effects make of the contacts of a pair.
+#[derive(Debug, Clone, Copy)]
+pub struct Changes<'a> {
+    /// Factor on every stiffness.
+    pub stiffness_scale: f64,
+    /// Exponent of the contact law.
+    pub exponent: f64,
+    /// Axial spring, N/m.
+    pub axial_spring_N_per_m: f64,
+    /// Gaps: a value, and zeta, g and p of every diagonal for a value of 1, m.
+    pub gaps: &'a [(f64, &'a [[f64; 3]])],
+}
+
+impl ReadyPair {
+    /// From the meshing points of a pair.
+    pub fn new(points: &MeshingPoints) -> Self {
+        let all = points.points.iter();
+        let existing = || points.points.iter().enumerate().filter(|(_, point)| point.exists());
+        let arms = existing().map(|(_, point)| point.torque_per_preload_m().abs());
+        let mut pair = Self {
+            levers: existing().map(|(index, point)| Levers::new(index, point)).collect(),
+            law: ContactLaw::new(points.exponent),
+            axial_spring_N_per_m: points.axial_spring_N_per_m,
+            largest_torque_per_preload_m: arms.fold(0.0, f64::max),
+            largest_cot: all.map(|point| point.cos_beta / point.sin_beta).fold(0.0, f64::max),
+            largest_arm_m: points.largest_arm_m(),
+            ball_radius_m: points.ball_radius_m,
+            floats_sideways: points.floats_sideways,
+            holding_arms_m: [points.holding_arm_m(-1.0), points.holding_arm_m(1.0)],
+            axial_force_at_1m_N: 0.0,
+            rows: points.rows,
+        };
+        pair.weigh();
+        pair
+    }
+
+    /// The same pair with other contacts.
+    #[must_use]
+    pub fn changed(&self, changes: &Changes<'_>) -> Self {
+        let mut pair = self.clone();
+        pair.law = ContactLaw::new(changes.exponent);
+        pair.axial_spring_N_per_m = changes.axial_spring_N_per_m;
+        for levers in &mut pair.levers {
+            levers.stiffness *= changes.stiffness_scale;
+            for (value, shape) in changes.gaps {
+                levers.add_offset(shape[levers.index].map(|offset| value * offset));
+            }
+        }
+        pair.weigh();
+        pair
+    }
+
+    /// How many equal copies of this row are in series; their angles add.
+    pub fn rows(&self) -> u32 {
+        self.rows
+    }
+
+    /// Torque that a preload of 1 N can hold in the direction of a torque, m.
+    pub fn holding_arm_m(&self, torque_Nm: f64) -> f64 {
+        self.holding_arms_m[usize::from(torque_Nm.is_sign_positive())]
+    }
+
+    /// Approach of the plates under a preload alone if they could not rotate and no point had an offset, m.
+    pub(super) fn rigid_approach_m(&self, preload_N: f64) -> f64 {
+        (preload_N / self.axial_force_at_1m_N).powf(1.0 / self.law.exponent)
+    }
+
+    fn weigh(&mut self) {
+        let force = |levers: &Levers| self.law.force_N(levers.stiffness, levers.axial) * levers.axial;
+        self.axial_force_at_1m_N = self.levers.iter().map(force).sum();
+    }
+}

@@ -1,0 +1,534 @@
+//! A drive with effects on a campaign: sensitivities against differences, the limit where effects vanish, contributions,
+//! the scaling law, the loop of friction, independence of what was asked before.
+#![allow(clippy::unwrap_used, clippy::panic, clippy::float_cmp)]
+
+use cbpt_core::drive::{
+    CrossSlide, CrossSlideForm, CrossSlideShare, Deceleration, Drive, EqualSpeed, GrooveSection, Load,
+    Material, OutputPlate, RingGroove, TrackCurvature,
+};
+use cbpt_core::effect::{LIBRARY, Scale};
+use cbpt_core::predict::{Columns, Predictor, Rows};
+use cbpt_core::{InvalidInput, Status};
+
+const ARCSEC: f64 = std::f64::consts::PI / 648_000.0;
+const GROOVE: GrooveSection =
+    GrooveSection { ball_radius_m: 1.2e-3, groove_conformity: 1.08, groove_depth_m: None };
+const BETA: f64 = std::f64::consts::FRAC_PI_4;
+
+fn drive(output_plate: OutputPlate, equal_speed: EqualSpeed) -> Drive {
+    let deceleration = Deceleration {
+        ball_count: 12,
+        short_amplitude_coefficient: 0.5,
+        rolling_circle_radius_m: 4e-3,
+        contact_angle_rad: BETA,
+        groove: GROOVE,
+        output_plate,
+    };
+    Drive::new(Material::default(), deceleration, equal_speed, TrackCurvature::Exact).unwrap()
+}
+
+fn rings(outside_deg: f64) -> EqualSpeed {
+    EqualSpeed::RingGroove(RingGroove {
+        ball_count: 10,
+        pitch_radius_m: 35e-3,
+        outside_contact_angle_rad: outside_deg.to_radians(),
+        inside_contact_angle_rad: BETA,
+        groove: GROOVE,
+    })
+}
+
+/// An odd number of balls, so that the floating plate shifts sideways.
+fn slide(form: CrossSlideForm) -> EqualSpeed {
+    EqualSpeed::CrossSlide(CrossSlide {
+        ball_count: 9,
+        pitch_radius_m: 35e-3,
+        contact_angle_rad: BETA,
+        groove: GROOVE,
+        form,
+        share: CrossSlideShare::Carried,
+    })
+}
+
+/// Both kinds of equal-speed pair, both outputs, unlike angles, the paper's form with its two rows.
+fn drives() -> [(&'static str, Drive); 4] {
+    [
+        ("rings", drive(OutputPlate::Hypocycloid, rings(45.0))),
+        ("epicycloid output, unlike angles", drive(OutputPlate::Epicycloid, rings(50.0))),
+        ("slide", drive(OutputPlate::Hypocycloid, slide(CrossSlideForm::Balanced))),
+        ("slide as in the paper", drive(OutputPlate::Hypocycloid, slide(CrossSlideForm::Paper))),
+    ]
+}
+
+/// Torques of a run as shares of the largest: up, down, to the other side and back.
+const SHARES: [f64; 14] =
+    [0.0, 0.21, 0.43, 0.66, 0.93, 0.71, 0.38, 0.12, -0.27, -0.58, -0.87, -0.33, 0.11, 0.52];
+
+struct Campaign {
+    run: Vec<i64>,
+    time_s: Vec<f64>,
+    torque_Nm: Vec<f64>,
+    preload_N: Vec<f64>,
+    input_angle_rad: Vec<f64>,
+    temperature_K: Vec<f64>,
+}
+
+impl Campaign {
+    fn rows(&self) -> Result<Rows, InvalidInput> {
+        Rows::new(Columns {
+            run: &self.run,
+            time_s: &self.time_s,
+            torque_Nm: &self.torque_Nm,
+            preload_N: &self.preload_N,
+            input_angle_rad: &self.input_angle_rad,
+            temperature_K: Some(&self.temperature_K),
+        })
+    }
+}
+
+/// Three runs at two preloads, the last with a crank angle of its own at every reading, whose readings alternate with
+/// those of the second.
+fn campaign() -> Campaign {
+    let mut readings = Vec::new();
+    for (run, preload, angle) in [(1_i64, 420.0, 0.3), (2, 800.0, 1.9), (3, 560.0, 4.0)] {
+        for (i, share) in SHARES.iter().enumerate() {
+            let time = i as f64 * 7.0 + 10.0;
+            let angle = if run == 3 { angle + 0.1 * i as f64 } else { angle };
+            readings.push((
+                run,
+                time,
+                share * 5.5e-3 * preload,
+                preload,
+                angle,
+                293.0 + 0.01 * time * run as f64,
+            ));
+        }
+    }
+    let half = 2 * SHARES.len();
+    let alternating = (0..SHARES.len()).flat_map(|i| [readings[SHARES.len() + i], readings[half + i]]);
+    let mixed: Vec<_> = readings[..SHARES.len()].iter().copied().chain(alternating).collect();
+    Campaign {
+        run: mixed.iter().map(|row| row.0).collect(),
+        time_s: mixed.iter().map(|row| row.1).collect(),
+        torque_Nm: mixed.iter().map(|row| row.2).collect(),
+        preload_N: mixed.iter().map(|row| row.3).collect(),
+        input_angle_rad: mixed.iter().map(|row| row.4).collect(),
+        temperature_K: mixed.iter().map(|row| row.5).collect(),
+    }
+}
+
+fn all_ids() -> Vec<&'static str> {
+    LIBRARY.iter().map(|spec| spec.id).collect()
+}
+
+fn predictor(drive: &Drive, ids: &[&str]) -> Predictor {
+    Predictor::new(drive.clone(), ids, campaign().rows().unwrap()).unwrap()
+}
+
+/// A size of each parameter that shows in readings; its scale for differences too.
+#[allow(clippy::match_same_arms)] // one line a quantity
+fn typical(id: &str, name: &str) -> f64 {
+    match (id, name) {
+        ("output_torsion", _) => 2e-6,
+        ("creep", "compliance_rad_per_Nm") => 3e-7,
+        (_, "stiffness_scale") => 0.8,
+        (_, "contact_angle_shift_rad") => 0.02,
+        (_, "torque_gain") => 1.05,
+        (_, "preload_gain") => 0.95,
+        (_, "sensor_gain") => 1.1,
+        (_, "quadratic_per_rad") => 300.0,
+        (_, "cubic_per_rad2") => 1e6,
+        (_, "spread_rad") => ARCSEC,
+        (_, "rate_rad_per_s") => 1e-8,
+        (_, "rate_rad_per_K") => 1e-6,
+        (_, "reference_deflection_m" | "clearance_m") => 1.5e-6,
+        ("eccentric_bearing", "exponent") => 0.8,
+        (_, "friction_radius_m") => 4e-4,
+        (_, "engagement_angle_rad") => 6.0 * ARCSEC,
+        (_, "lost_share") => 0.1,
+        (_, "spring_rate_N_per_m") => 1e7,
+        (_, "rate_N_per_K") => 5.0,
+        (_, "offset_sine_m" | "planet_offset_cosine_m") => 1e-6,
+        (_, "offset_cosine_m" | "planet_offset_sine_m") => -7e-7,
+        (_, "harmonic" | "ball") => 3.0,
+        (_, "cosine_m" | "sine_m" | "oversize_m") => 4e-7,
+        (_, "tilt_cosine_rad" | "tilt_sine_rad") => 1.5e-5,
+        ("rough_contact", "exponent") => 1.6,
+        (_, "permanent_set_rad") => 5.0 * ARCSEC,
+        (_, "lost_share_per_s") => 5e-4,
+        (_, "time_constant_s") => 30.0,
+        _ => panic!("a new parameter, {name} of {id}, wants a typical value"),
+    }
+}
+
+fn typical_values(predictor: &Predictor) -> Vec<f64> {
+    let id = |slot: &cbpt_core::predict::Slot| predictor.effects()[slot.effect].id;
+    predictor.parameters().iter().map(|slot| typical(id(slot), &slot.parameter.name())).collect()
+}
+
+/// Parameters that are fitted.
+fn fitted(predictor: &Predictor) -> Vec<usize> {
+    let fitted = |place: &usize| predictor.parameters()[*place].parameter.scale != Scale::Fixed;
+    (0..predictor.parameters().len()).filter(fitted).collect()
+}
+
+/// Every sensitivity at `values` against differences, from the inside where a value stands at its bound.
+fn check_sensitivities(label: &str, predictor: &mut Predictor, values: &[f64]) {
+    let wanted = fitted(predictor);
+    let width = wanted.len();
+    let here = predictor.predict(values, &wanted).unwrap();
+    assert!(here.status.iter().all(Status::has_solution), "{label}: {:?}", here.status);
+    for (column, &place) in wanted.iter().enumerate() {
+        let slot = predictor.parameters()[place];
+        let (id, name) = (predictor.effects()[slot.effect].id, slot.parameter.name());
+        let at = |predictor: &mut Predictor, change: f64| {
+            let mut values = values.to_vec();
+            values[place] += change;
+            predictor.predict(&values, &[]).unwrap().angle_rad
+        };
+        let h = 1e-5 * typical(id, &name).abs();
+        let difference: Vec<f64> = if values[place] - h < slot.parameter.lower {
+            let (one, two) = (at(predictor, h), at(predictor, 2.0 * h));
+            let ahead = here.angle_rad.iter().zip(one).zip(two);
+            ahead.map(|((here, one), two)| (4.0 * one - 3.0 * here - two) / (2.0 * h)).collect()
+        } else {
+            let (up, down) = (at(predictor, h), at(predictor, -h));
+            up.iter().zip(down).map(|(up, down)| (up - down) / (2.0 * h)).collect()
+        };
+        let exact: Vec<f64> = here.sensitivities.iter().skip(column).step_by(width).copied().collect();
+        let size = exact.iter().fold(0.0, |size: f64, exact| size.max(exact.abs()));
+        // Differences see the angle to about 1e-15 rad.
+        let tolerance = 1e-5 * size + 1e-14 / h;
+        for (row, (exact, difference)) in exact.iter().zip(&difference).enumerate() {
+            let error = (exact - difference).abs();
+            assert!(
+                error <= tolerance,
+                "{label}, {name} of {id}, row {row}: {exact:e} against {difference:e}, largest {size:e}"
+            );
+        }
+    }
+}
+
+#[test]
+fn sensitivities_are_derivatives_where_effects_vanish() {
+    for (label, drive) in drives() {
+        let mut predictor = predictor(&drive, &all_ids());
+        let neutral = predictor.neutral();
+        check_sensitivities(label, &mut predictor, &neutral);
+    }
+}
+
+#[test]
+fn sensitivities_are_derivatives_where_all_effects_act() {
+    for (label, drive) in drives() {
+        let mut predictor = predictor(&drive, &all_ids());
+        let values = typical_values(&predictor);
+        check_sensitivities(label, &mut predictor, &values);
+    }
+}
+
+/// One effect after the other at its typical size, the others neutral.
+#[test]
+fn sensitivities_are_derivatives_where_one_effect_acts() {
+    let (label, drive) = &drives()[0];
+    let mut predictor = predictor(drive, &all_ids());
+    let typical = typical_values(&predictor);
+    for effect in 0..predictor.effects().len() {
+        let mut values = predictor.neutral();
+        for (place, slot) in predictor.parameters().iter().enumerate() {
+            if slot.effect == effect {
+                values[place] = typical[place];
+            }
+        }
+        check_sensitivities(&format!("{label}, {}", predictor.effects()[effect].id), &mut predictor, &values);
+    }
+}
+
+/// Two shapes of the same effect, one of them of no size: its history is that of the other.
+#[test]
+fn a_dictionary_of_shapes_has_right_sensitivities() {
+    let (label, drive) = &drives()[0];
+    let ids = [
+        "friction_hysteresis",
+        "friction_hysteresis",
+        "creep",
+        "creep",
+        "groove_pitch_error",
+        "groove_pitch_error",
+    ];
+    let mut predictor = predictor(drive, &ids);
+    let mut values = predictor.neutral();
+    let place = |effect: usize, stem: &str| {
+        let mut places = predictor.parameters().iter();
+        places.position(|slot| slot.effect == effect && slot.parameter.stem == stem).unwrap()
+    };
+    let (radius, slow) = (place(0, "friction_radius"), place(1, "engagement_angle"));
+    let (long, high) = (place(3, "time_constant"), place(5, "harmonic"));
+    (values[radius], values[slow], values[long], values[high]) = (4e-4, 30.0 * ARCSEC, 300.0, 7.0);
+    check_sensitivities(label, &mut predictor, &values);
+}
+
+/// At neutral values the angles are those of the bare drive: without any effect to the last bit the same, and those of a
+/// single solve to the tolerance of the equations.
+#[test]
+fn without_size_all_effects_vanish() {
+    for (label, drive) in drives() {
+        let mut with = predictor(&drive, &all_ids());
+        let neutral = with.neutral();
+        let with = with.predict(&neutral, &[]).unwrap();
+        let bare = predictor(&drive, &[]).predict(&[], &[]).unwrap();
+        assert_eq!(with, bare, "{label}");
+        let campaign = campaign();
+        for (row, angle) in bare.angle_rad.iter().enumerate() {
+            let load =
+                Load::new(campaign.torque_Nm[row], campaign.preload_N[row], campaign.input_angle_rad[row]);
+            let single = drive.solve(&load.unwrap()).elastic_angle_rad().unwrap();
+            assert!(
+                (angle - single).abs() <= 1e-12 * single.abs() + 1e-18,
+                "{label} {row}: {angle} {single}"
+            );
+        }
+    }
+}
+
+#[test]
+fn contributions_are_named_and_add_up() {
+    let (_, drive) = &drives()[0];
+    let ids = ["sensor_gain", "creep", "preload_loss", "creep", "plate_tilt", "rough_contact"];
+    let mut predictor = predictor(drive, &ids);
+    let values = typical_values(&predictor);
+    let parts = predictor.contributions(&values).unwrap();
+    let names: Vec<&str> = parts.iter().map(|part| part.name.as_str()).collect();
+    let in_port_order =
+        ["model", "preload_loss", "plate_tilt", "rough_contact", "creep", "creep#2", "sensor_gain"];
+    assert_eq!(names, in_port_order);
+    let angle = predictor.predict(&values, &[]).unwrap().angle_rad;
+    let bare = Predictor::new(drive.clone(), &[""; 0], campaign().rows().unwrap())
+        .unwrap()
+        .predict(&[], &[])
+        .unwrap();
+    for (row, angle) in angle.iter().enumerate() {
+        let sum: f64 = parts.iter().map(|part| part.angle_rad[row]).sum();
+        assert!((sum - angle).abs() <= 1e-15 * angle.abs().max(1e-6), "{sum} {angle}");
+        assert!((parts[0].angle_rad[row] - bare.angle_rad[row]).abs() <= 1e-16);
+    }
+}
+
+/// alpha = k^(-2/3) N^(2/3) f(M/N): a scale s on the stiffness multiplies every angle by s^(-2/3), equal gains of torque and
+/// preload by g^(2/3).
+#[test]
+fn angles_scale_with_stiffness_and_load() {
+    for (label, drive) in drives() {
+        let mut predictor = predictor(&drive, &["contact_stiffness", "torque_scale", "preload_scale"]);
+        let base = predictor.predict(&[1.0; 3], &[]).unwrap().angle_rad;
+        let softer = predictor.predict(&[0.6, 1.0, 1.0], &[]).unwrap().angle_rad;
+        let heavier = predictor.predict(&[1.0, 1.3, 1.3], &[]).unwrap().angle_rad;
+        for row in 0..base.len() {
+            let close = |found: f64, factor: f64| {
+                let error = (found - factor * base[row]).abs();
+                assert!(error <= 1e-12 * base[row].abs() + 1e-17, "{label} {row}: {found}");
+            };
+            close(softer[row], 0.6_f64.powf(-2.0 / 3.0));
+            close(heavier[row], 1.3_f64.powf(2.0 / 3.0));
+        }
+    }
+}
+
+/// Angle at a torque on the way up less that on the way down.
+fn loop_width(preload_N: f64) -> f64 {
+    let torque_Nm: Vec<f64> =
+        (0..=40).map(|i| if i <= 20 { f64::from(i) } else { f64::from(40 - i) } * 0.1).collect();
+    let count = torque_Nm.len();
+    let rows = Rows::new(Columns {
+        run: &vec![1; count],
+        time_s: &vec![0.0; count],
+        torque_Nm: &torque_Nm,
+        preload_N: &vec![preload_N; count],
+        input_angle_rad: &vec![0.3; count],
+        temperature_K: None,
+    });
+    let mut predictor =
+        Predictor::new(drives()[0].1.clone(), &["friction_hysteresis"], rows.unwrap()).unwrap();
+    let angle = predictor.predict(&[4e-4, 0.2 * ARCSEC], &[]).unwrap().angle_rad;
+    let bare = predictor.predict(&[0.0, 0.2 * ARCSEC], &[]).unwrap().angle_rad;
+    assert!(angle[10] < bare[10] && angle[30] > bare[30], "virgin loading reads stiffer, unloading lags");
+    angle[30] - angle[10]
+}
+
+/// The loop is as wide as the friction torque, which goes with the preload, times the compliance, which falls with its
+/// cube root.
+#[test]
+fn the_loop_widens_with_the_preload() {
+    let widths = [300.0, 600.0, 1200.0].map(loop_width);
+    for pair in widths.windows(2) {
+        assert!(pair[1] > 1.4 * pair[0] && pair[1] < 1.8 * pair[0], "{widths:?}");
+    }
+}
+
+/// The same readings in runs of their own start unloaded each; a reading's history is that of its own run, wherever its
+/// rows stand in the table.
+#[test]
+fn history_is_per_run() {
+    let (_, drive) = &drives()[0];
+    let values = [4e-4, 6.0 * ARCSEC];
+    let mixed = campaign();
+    let together = predictor(drive, &["friction_hysteresis"]).predict(&values, &[]).unwrap().angle_rad;
+    for run in [1, 2, 3] {
+        let places: Vec<usize> = (0..mixed.run.len()).filter(|i| mixed.run[*i] == run).collect();
+        let pick = |column: &[f64]| places.iter().map(|i| column[*i]).collect::<Vec<f64>>();
+        let alone = Campaign {
+            run: vec![7; places.len()],
+            time_s: pick(&mixed.time_s),
+            torque_Nm: pick(&mixed.torque_Nm),
+            preload_N: pick(&mixed.preload_N),
+            input_angle_rad: pick(&mixed.input_angle_rad),
+            temperature_K: pick(&mixed.temperature_K),
+        };
+        let mut predictor =
+            Predictor::new(drive.clone(), &["friction_hysteresis"], alone.rows().unwrap()).unwrap();
+        let alone = predictor.predict(&values, &[]).unwrap().angle_rad;
+        for (found, place) in alone.iter().zip(&places) {
+            assert!((found - together[*place]).abs() <= 1e-14, "{found} {}", together[*place]);
+        }
+    }
+}
+
+/// Friction's own equation, checked from outside: what the friction holds back is Tf by Dahl along the angles found.
+#[test]
+fn friction_satisfies_its_equation() {
+    let (_, drive) = &drives()[2];
+    let (radius, engagement) = (4e-4, 6.0 * ARCSEC);
+    let mut with = predictor(drive, &["friction_hysteresis"]);
+    let angle = with.predict(&[radius, engagement], &[]).unwrap().angle_rad;
+    let campaign = campaign();
+    let (mut before, mut z) = (f64::NAN, 0.0_f64);
+    for row in (0..angle.len()).filter(|row| campaign.run[*row] == 2) {
+        let (preload, theta) = (campaign.preload_N[row], campaign.input_angle_rad[row]);
+        if before.is_nan() {
+            before = drive.angles(&Load::new(0.0, preload, theta).unwrap()).1.unwrap().elastic_angle_rad();
+        }
+        let way = angle[row] - before;
+        let sense = way.signum();
+        z = sense - (sense - z) * (-way.abs() / engagement).exp();
+        let mesh_torque = campaign.torque_Nm[row] - radius * preload * z;
+        let load = Load::new(mesh_torque, preload, theta).unwrap();
+        let expected = drive.angles(&load).1.unwrap().elastic_angle_rad();
+        assert!(
+            (angle[row] - expected).abs() <= 1e-11 * expected.abs() + 1e-16,
+            "{row}: {} {expected}",
+            angle[row]
+        );
+        before = angle[row];
+    }
+}
+
+/// Angles and sensitivities do not depend on what was asked before.
+#[test]
+fn answers_do_not_depend_on_earlier_calls() {
+    for (label, drive) in drives() {
+        let mut fresh = predictor(&drive, &all_ids());
+        let values = typical_values(&fresh);
+        let wanted = fitted(&fresh);
+        let fresh = fresh.predict(&values, &wanted).unwrap();
+        let mut used = predictor(&drive, &all_ids());
+        let neutral = used.neutral();
+        used.predict(&neutral, &[]).unwrap();
+        let halfway: Vec<f64> = neutral
+            .iter()
+            .zip(&values)
+            .zip(used.parameters())
+            .map(|((a, b), slot)| if slot.parameter.scale == Scale::Fixed { *a } else { 0.5 * (a + b) })
+            .collect();
+        used.predict(&halfway, &wanted).unwrap();
+        let used = used.predict(&values, &wanted).unwrap();
+        for (fresh, used) in fresh.angle_rad.iter().zip(&used.angle_rad) {
+            assert!((fresh - used).abs() <= 1e-10 * fresh.abs(), "{label}: {fresh} {used}");
+        }
+        for column in 0..wanted.len() {
+            let of =
+                |all: &[f64]| all.iter().skip(column).step_by(wanted.len()).copied().collect::<Vec<f64>>();
+            let (fresh, used) = (of(&fresh.sensitivities), of(&used.sensitivities));
+            let size = fresh.iter().fold(0.0, |size: f64, fresh| size.max(fresh.abs()));
+            for (fresh, used) in fresh.iter().zip(used) {
+                assert!((fresh - used).abs() <= 1e-8 * size, "{label} {column}: {fresh} {used}");
+            }
+        }
+    }
+}
+
+/// Readings that the preload cannot hold are told, and the others go on as if these were not there.
+#[test]
+fn rows_without_solution_are_told_and_skipped() {
+    let (_, drive) = &drives()[0];
+    let whole = campaign();
+    let mut heavy = campaign();
+    heavy.torque_Nm[4] = 50.0;
+    let mut without = campaign();
+    let columns = [
+        &mut without.time_s,
+        &mut without.torque_Nm,
+        &mut without.preload_N,
+        &mut without.input_angle_rad,
+        &mut without.temperature_K,
+    ];
+    for column in columns {
+        column.remove(4);
+    }
+    without.run.remove(4);
+    for values in [[0.0, 6.0 * ARCSEC], [4e-4, 6.0 * ARCSEC]] {
+        let predict = |campaign: &Campaign| {
+            let rows = campaign.rows().unwrap();
+            let mut predictor = Predictor::new(drive.clone(), &["friction_hysteresis"], rows).unwrap();
+            predictor.predict(&values, &[0]).unwrap()
+        };
+        let (heavy, without) = (predict(&heavy), predict(&without));
+        assert!(matches!(heavy.status[4], Status::BeyondHold { hold_preload_N } if hold_preload_N > 420.0));
+        assert!(heavy.angle_rad[4].is_nan() && heavy.sensitivities[4].is_nan());
+        let others = (0..whole.run.len()).filter(|row| *row != 4);
+        for (row, expected) in others.zip(&without.angle_rad) {
+            assert!((heavy.angle_rad[row] - expected).abs() <= 1e-14, "{row}");
+        }
+    }
+}
+
+#[test]
+fn an_undercut_drive_has_no_row() {
+    let (_, drive) = &drives()[0];
+    let sharp = Deceleration { short_amplitude_coefficient: 0.9, ..*drive.deceleration() };
+    let drive = Drive::new(*drive.material(), sharp, *drive.equal_speed(), TrackCurvature::Exact).unwrap();
+    let found = predictor(&drive, &["creep"]).predict(&[0.0, 20.0], &[0]).unwrap();
+    assert!(found.status.iter().all(|status| *status == Status::Undercut));
+    assert!(found.angle_rad.iter().chain(&found.sensitivities).all(|value| value.is_nan()));
+}
+
+fn message<T>(result: Result<T, InvalidInput>) -> String {
+    match result {
+        Ok(_) => panic!("must be refused"),
+        Err(error) => error.to_string(),
+    }
+}
+
+#[test]
+fn numbers_that_cannot_be_are_named() {
+    let (_, drive) = &drives()[0];
+    let mut table = campaign();
+    table.preload_N[3] = 0.0;
+    assert!(message(table.rows()).starts_with("preload_N[3] = 0"));
+    let mut table = campaign();
+    table.time_s[2] = -1.0;
+    assert!(message(table.rows()).starts_with("time_s[2] = -1: must not be before"));
+    let mut table = campaign();
+    table.torque_Nm.pop();
+    assert!(message(table.rows()).starts_with("torque_Nm = 41 entries"));
+    let rows = campaign().rows().unwrap();
+    let unknown = message(Predictor::new(drive.clone(), &["crep"], rows));
+    assert!(unknown.starts_with("effects[0] = crep: must be one of contact_stiffness"), "{unknown}");
+    let mut predictor = predictor(drive, &["ball_diameter_lot", "thermal_preload"]);
+    let mut refused = |values: &[f64], wanted: &[usize]| message(predictor.predict(values, wanted));
+    assert!(refused(&[0.0, 0.0], &[]).starts_with("values = 2 entries"));
+    assert!(refused(&[12.0, 0.0, 0.0], &[]).contains("ball of ball_diameter_lot"));
+    assert!(refused(&[0.5, 0.0, 0.0], &[]).contains("whole number"));
+    assert!(refused(&[0.0, f64::NAN, 0.0], &[]).contains("oversize_m"));
+    assert!(refused(&[0.0, 0.0, 1e9], &[]).contains("must lie between"));
+    assert!(refused(&[0.0, 0.0, 0.0], &[3]).starts_with("wanted[0] = 3"));
+    assert!(refused(&[0.0, 0.0, 0.0], &[0]).contains("chosen"));
+}

@@ -1,0 +1,122 @@
+"""Add effects to a case: fit them to readings, and get the case with them in it.
+
+fit         a case, its readings and effects -> Fitted
+Fitted      values with uncertainties, the error before and after, the new case
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from numpy.typing import ArrayLike
+from threadpoolctl import threadpool_limits
+
+from cbpt._core import Case, Drive, text_table
+from cbpt.lab.added import best_fit
+from cbpt.lab.answer import Rung, parameters_of
+from cbpt.lab.assembled import Campaign
+from cbpt.lab.diagnose import prepared, rung
+from cbpt.lab.fit import Fit, Fitter
+from cbpt.lab.holdout import folds
+from cbpt.lab.inputs import case_and_readings
+from cbpt.lab.library import PRIORS
+from cbpt.lab.readings import Readings
+from cbpt.lab.sentence import shown
+
+__all__ = ["Fitted", "fit"]
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """Effects fitted to readings."""
+
+    case: Case
+    """The case with the effects in it, and the numbers of the drive as they were refitted."""
+    readings: Readings
+    effects: tuple[str, ...]
+    before: Rung
+    """The case as given."""
+    after: Rung
+    """With the effects, and the numbers refitted within their stated uncertainties."""
+    result: Fit = field(repr=False)
+    held_out_by: str
+    notes: tuple[str, ...]
+
+    def parameters(self) -> dict[str, dict[str, dict[str, Any]]]:
+        """By effect and parameter: value, standard uncertainty (or why there is none), unit."""
+        return {e: parameters_of(self.result, e) for e in self.effects}
+
+    def report(self) -> str:
+        """As text."""
+        return "\n".join(self._lines())
+
+    def _lines(self) -> Iterator[str]:
+        import json
+
+        yield f"{len(self.readings)} readings of {self.readings.source}"
+        yield from (f"Note: {note}" for note in self.notes)
+        for effect, found in self.parameters().items():
+            values = ", ".join(shown(n, p["value"], p["u"]) for n, p in found.items())
+            yield f"{effect}: {values}"
+        rows = [
+            [name, f"{r.rmse_arcsec:.3f}", f"{r.held_out_rmse_arcsec:.3f}", f"{r.chi2_per_dof:.2f}"]
+            for name, r in (("as given", self.before), ("fitted", self.after))
+        ]
+        yield f"Error, in sample and held out by {self.held_out_by}:"
+        yield text_table(["", "rmse_arcsec", "held_out_arcsec", "chi2/dof"], json.dumps(rows))
+
+    def __repr__(self) -> str:
+        return self.report()
+
+
+def fit(
+    case: Case | Drive | str | os.PathLike[str] | Mapping[str, Any],
+    data: Readings | str | os.PathLike[str] | Mapping[str, ArrayLike],
+    effects: Sequence[str],
+    *,
+    columns: Mapping[str, str] | None = None,
+) -> Fitted:
+    """Fit effects of the library to readings, the numbers of the drive within their stated
+    uncertainties.
+
+    Of an effect that has several forms (see `cbpt effects`) the most probable one is taken. Raises
+    `InvalidInputError` for an effect that is not in the library or cannot be seen in this table,
+    `CaseError` and `ReadingsError` for what cannot be read.
+    """
+    case, readings = case_and_readings(case, data, columns)
+    if isinstance(case, Drive):
+        case = Case.from_toml(case.to_toml())
+    with threadpool_limits(1, user_api="blas"):
+        campaign, notes = prepared(Campaign.of(case, readings))
+        fitter = Fitter(campaign)
+        names = tuple(dict.fromkeys(e.partition(":")[0] for e in effects))
+        found = best_fit(fitter, effects)
+        fold, held_by = folds(campaign)
+        nominal = fitter.at_nominal(found)
+        return Fitted(
+            case=case_with(case, fitter, found),
+            readings=campaign.readings,
+            effects=names,
+            before=rung(fitter, "", nominal, fold),
+            after=rung(fitter, " + ".join(names), found, fold),
+            result=found,
+            held_out_by=held_by,
+            notes=tuple(notes),
+        )
+
+
+def case_with(case: Case, fitter: Fitter, found: Fit) -> Case:
+    """The case with fitted effects, and with the numbers of the drive as refitted."""
+    entries: dict[str, dict[str, float]] = {}
+    for u in found.unknowns:
+        effect, _, name = u.name.partition(".")
+        if effect in PRIORS and not name:
+            # Known by its effect: its one number.
+            name = next(v.sizes[0] for v in fitter.variants if v.effect == effect)
+        entries.setdefault(effect, {})[name] = found.value(u)
+    for variant in found.hypothesis.variants:
+        entries[variant.effect] |= dict(variant.fixed)
+    return case.with_effects(list(entries.items()))

@@ -1,0 +1,60 @@
+"""Likely slips: a misfit that a wrong unit or a wrong sign explains, said in words.
+
+slips   what the readings look like, where one factor on the angle takes most of the misfit away
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+# Of the sum of squared residuals at most this part may be left once the factor is on.
+_LEFT = 0.1
+# The logarithm of the factor may be this far from the slip's, as the drive may be off as well.
+_NEAR = 0.4
+
+_ARCMIN, _MRAD, _URAD, _RAD = 1 / 60, np.pi / 648, np.pi / 0.648, np.pi / 648000
+
+# Readings over model, and what that looks like. 57.3, the degrees of a radian, is too near to 60 to
+# be told from it.
+_FACTORS = (
+    (_ARCMIN, "look like they are in arcmin where arcsec are stated, or rad where deg are"),
+    (1 / 3600, "look like they are in deg where arcsec are stated"),
+    (_MRAD, "look like they are in mrad where arcsec are stated"),
+    (_URAD, "look like they are in urad where arcsec are stated"),
+    (_RAD, "look like they are in rad where arcsec are stated"),
+    (1 / _ARCMIN, "look like they are in arcsec where arcmin are stated, or deg where rad are"),
+    (3600.0, "look like they are in arcsec where deg are stated"),
+    (1 / _MRAD, "look like they are in arcsec where mrad are stated"),
+    (1 / _URAD, "look like they are in arcsec where urad are stated"),
+    (1000.0, "are 1000 times too large: look for milli, micro or kilo in the units"),
+    (0.001, "are 1000 times too small: look for milli, micro or kilo in the units"),
+    (1.0, ""),
+)
+
+
+def slips(reading_arcsec: Floats, model_arcsec: Floats) -> tuple[str, ...]:
+    """Both finite, shape (n,), with the zero taken off; empty where nothing looks like a slip."""
+    size = float(model_arcsec @ model_arcsec)
+    misfit = float(np.sum((reading_arcsec - model_arcsec) ** 2))
+    if len(reading_arcsec) < 3 or not size or not misfit:
+        return ()
+    factor = float(reading_arcsec @ model_arcsec) / size
+    left = float(np.sum((reading_arcsec - factor * model_arcsec) ** 2))
+    # A factor that is tiny leaves what the readings hold, not what the model does.
+    held = float(reading_arcsec @ reading_arcsec)
+    if not factor or left > _LEFT * misfit or left > _LEFT * held:
+        return ()
+    distance, words = min(
+        (abs(float(np.log(abs(factor) / known))), words) for known, words in _FACTORS
+    )
+    if distance > _NEAR:
+        return ()
+    told = [words] if words else []
+    if factor < 0:
+        told.append(
+            "have the opposite sign of the model: torque and angle count in opposite directions"
+        )
+    return tuple(f"the readings {text} (they are {factor:.4g} times the model)" for text in told)

@@ -1,0 +1,329 @@
+"""Effects of the core against the rig's own, which shares nothing with them, and their Python face.
+
+Each effect at a typical size in the form that both have, on one campaign, for three drives.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import cbpt
+from cbpt import Drive, InvalidInputError, _core
+from reference.rig import ARCSEC, Rows, drive_of, simulate
+from reference.rig_campaign import Plan, rows_of
+from reference.rig_effects import LIBRARY, Hidden, hidden
+from reference.rig_kinds import Kind
+
+Floats = NDArray[np.float64]
+CaseDict = dict[str, dict[str, Any]]
+
+RINGS: CaseDict = {
+    "deceleration": {
+        "ball_count": 20,
+        "short_amplitude_coefficient": 0.5,
+        "rolling_circle_radius_mm": 2.5,
+        "ball_radius_mm": 1.2,
+        "groove_conformity": 1.08,
+        "contact_angle_deg": 45.0,
+    },
+    "equal_speed": {
+        "kind": "ring_groove",
+        "ball_count": 12,
+        "pitch_radius_mm": 35.0,
+        "ball_radius_mm": 1.2,
+        "groove_conformity": 1.08,
+        "contact_angle_deg": 45.0,
+    },
+}
+CASES: dict[str, CaseDict] = {
+    "rings": RINGS,
+    "slide": {**RINGS, "equal_speed": {**RINGS["equal_speed"], "kind": "cross_slide"}},
+    "epicycloid": {
+        **RINGS,
+        "deceleration": {**RINGS["deceleration"], "output_plate": "epicycloid"},
+    },
+}
+PLAN = Plan(
+    preloads_N=(420.0, 800.0),
+    angles_deg=(10.0, 130.0),
+    own_angle_each_run=False,
+    cycles=1,
+    steps=5,
+    torque_share=0.8,
+    negative=True,
+    dwells_s=(4.0,),
+    warming_K=3.0,
+)
+ROWS = rows_of(PLAN, RINGS, np.random.default_rng(0))
+
+Values = dict[str, float]
+# What the rig hides, and the same in the numbers of the library: effect by effect.
+SAME: dict[str, tuple[Values, Callable[[Values], list[Values]]]] = {
+    "contact_stiffness": ({"scale": 0.8}, lambda v: [{"stiffness_scale": v["scale"]}]),
+    "contact_angle": (
+        {"shift_rad": 0.03},
+        lambda v: [{"contact_angle_shift_rad": v["shift_rad"]}],
+    ),
+    "torque_scale": ({"gain": 1.04}, lambda v: [{"torque_gain": v["gain"]}]),
+    "preload_scale": ({"gain": 1.1}, lambda v: [{"preload_gain": v["gain"]}]),
+    "sensor_gain": ({"gain": 1.2}, lambda v: [{"sensor_gain": v["gain"]}]),
+    "sensor_nonlinearity": (
+        {"error_rad": 3 * ARCSEC, "cubic_share": 0.4},
+        lambda v: [
+            {
+                "quadratic_per_rad": v["error_rad"] * 0.6 / (60 * ARCSEC) ** 2,
+                "cubic_per_rad2": v["error_rad"] * 0.4 / (60 * ARCSEC) ** 3,
+            }
+        ],
+    ),
+    "drift": (
+        {"total_rad": 4 * ARCSEC},
+        lambda v: [{"rate_rad_per_s": v["total_rad"] / float(np.ptp(ROWS.time_s))}],
+    ),
+    "eccentric_bearing": (
+        {"u_ref_m": 4e-7, "exponent": 2 / 3},
+        lambda v: [{"reference_deflection_m": v["u_ref_m"], "exponent": v["exponent"]}],
+    ),
+    "bearing_play": ({"clearance_m": 4e-6}, lambda v: [{"clearance_m": v["clearance_m"]}]),
+    "output_torsion": (
+        {"compliance_rad_per_Nm": 2e-6},
+        lambda v: [{"compliance_rad_per_Nm": v["compliance_rad_per_Nm"]}],
+    ),
+    "friction_hysteresis": (
+        {"mu_T_m": 5e-4, "length_rad": 6 * ARCSEC},
+        lambda v: [{"friction_radius_m": v["mu_T_m"], "engagement_angle_rad": v["length_rad"]}],
+    ),
+    "preload_loss": ({"share": 0.12}, lambda v: [{"lost_share": v["share"]}]),
+    "preload_spring": (
+        {"rate_N_per_m": 3e8},
+        lambda v: [{"spring_rate_N_per_m": v["rate_N_per_m"]}],
+    ),
+    "thermal_preload": ({"rate_N_per_K": 20.0}, lambda v: [{"rate_N_per_K": v["rate_N_per_K"]}]),
+    "eccentricity_error": (
+        {"offset_m": 6e-7, "phase_rad": 0.7},
+        lambda v: [
+            {
+                "offset_sine_m": v["offset_m"] * np.cos(v["phase_rad"]),
+                "offset_cosine_m": v["offset_m"] * np.sin(v["phase_rad"]),
+            }
+        ],
+    ),
+    "groove_pitch_error": (
+        {"harmonic": 3.0, "amplitude_m": 5e-7, "phase_rad": 0.4},
+        lambda v: [
+            {
+                "harmonic": v["harmonic"],
+                "cosine_m": v["amplitude_m"] * np.cos(v["phase_rad"]),
+                "sine_m": -v["amplitude_m"] * np.sin(v["phase_rad"]),
+            }
+        ],
+    ),
+    "ball_diameter_lot": (
+        {"spread_m": 3e-7, "seed": 5.0},
+        lambda v: [
+            {"ball": float(i), "oversize_m": v["spread_m"] * float(x)}
+            for i, x in enumerate(_lot(int(v["seed"])))
+        ],
+    ),
+    "plate_tilt": (
+        {"tilt_rad": 2e-5, "phase_rad": 0.6},
+        lambda v: [
+            {
+                "tilt_cosine_rad": v["tilt_rad"] * np.cos(v["phase_rad"]),
+                "tilt_sine_rad": v["tilt_rad"] * np.sin(v["phase_rad"]),
+            }
+        ],
+    ),
+    "rough_contact": ({"excess": 0.3}, lambda v: [{"exponent": 1.5 + v["excess"]}]),
+    "run_in": ({"set_rad": 5 * ARCSEC}, lambda v: [{"permanent_set_rad": v["set_rad"]}]),
+    "wear": (
+        {"lost_share": 0.08},
+        lambda v: [{"lost_share_per_s": v["lost_share"] / float(np.ptp(ROWS.time_s))}],
+    ),
+    "creep": (
+        {"rate_rad_per_Nm": 6e-7, "tau_s": 20.0},
+        lambda v: [{"compliance_rad_per_Nm": v["rate_rad_per_Nm"], "time_constant_s": v["tau_s"]}],
+    ),
+}
+
+
+def _lot(seed: int) -> Floats:
+    lot = np.random.default_rng(seed).standard_normal(20)
+    return np.asarray(lot - lot.mean())
+
+
+def rig_drive(case: CaseDict) -> Any:
+    """The rig names the output by another key."""
+    plates = {
+        **case["deceleration"],
+        "output": case["deceleration"].get("output_plate", "hypocycloid"),
+    }
+    return drive_of({**case, "deceleration": plates})
+
+
+def predictor(drive: Drive, effects: list[str], rows: Rows = ROWS) -> _core.Predictor:
+    return _core.Predictor(
+        drive,
+        effects,
+        rows.run.astype(np.int64),
+        rows.time_s,
+        rows.torque_Nm,
+        rows.preload_N,
+        rows.input_angle_rad,
+        rows.temperature_degC,
+    )
+
+
+def of_rig(effect_id: str) -> Hidden:
+    return hidden(effect_id, "library", **SAME[effect_id][0])
+
+
+def values_of(found: _core.Predictor, numbers: list[Values]) -> Floats:
+    """Neutral values with the numbers of each effect put in."""
+    values = found.neutral()
+    for i, (effect, _, parameter) in enumerate(found.parameters):
+        values[i] = numbers[effect].get(parameter.name, values[i])
+    return values
+
+
+def test_every_effect_that_the_rig_has_is_compared() -> None:
+    ids = [spec.id for spec in _core.effect_specs()]
+    assert set(SAME) == set(ids) - {"run_offset"} == set(LIBRARY) - {"run_offset"}
+
+
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("effect_id", SAME)
+def test_an_effect_is_that_of_the_rig(effect_id: str, case: str) -> None:
+    theirs, ours = SAME[effect_id]
+    numbers = ours(theirs)
+    found = predictor(Drive.from_dict(CASES[case]), [effect_id] * len(numbers))
+    prediction = found.predict(values_of(found, numbers))
+    assert prediction.solved.all()
+    wanted = simulate(rig_drive(CASES[case]), ROWS, [of_rig(effect_id)])
+    plain = simulate(rig_drive(CASES[case]), ROWS)
+    assert np.abs(wanted - plain).max() > 0.1 * ARCSEC
+    np.testing.assert_allclose(prediction.angle_rad, wanted, rtol=1e-8, atol=1e-12)
+
+
+def test_effects_together_are_those_of_the_rig() -> None:
+    """Gains first, then the ports. Not a preload that changes within a run: there the rig's
+    friction keeps the limit of the run's start."""
+    left_out = ("contact_angle", "ball_diameter_lot", "thermal_preload", "wear")
+    ids = [each for each in SAME if each not in (*left_out, "friction_hysteresis")]
+    ids.append("friction_hysteresis")  # the rig takes its limit where it is listed
+    effects: list[Hidden] = [of_rig(each) for each in ids]
+    found = predictor(Drive.from_dict(RINGS), ids)
+    numbers = [SAME[each][1](SAME[each][0])[0] for each in ids]
+    prediction = found.predict(values_of(found, numbers))
+    wanted = simulate(drive_of(RINGS), ROWS, effects)
+    np.testing.assert_allclose(prediction.angle_rad, wanted, rtol=1e-8, atol=1e-12)
+
+
+def test_kinds_of_the_rig_and_of_the_library_agree_on_the_port() -> None:
+    ports = {spec.id: spec.port for spec in _core.effect_specs()}
+    gains = {"torque_scale", "preload_scale"}
+    for each, kind in LIBRARY.items():
+        assert isinstance(kind, Kind)
+        assert ports[each] == ("reading" if each in gains else kind.port)
+
+
+# --- the Python face --------------------------------------------------------------------------
+
+
+def test_sensitivities_and_contributions_have_their_shapes() -> None:
+    found = predictor(Drive.from_dict(RINGS), ["creep", "contact_stiffness"])
+    assert found.effects == ["creep", "contact_stiffness"]
+    names = [(effect, id, number.name) for effect, id, number in found.parameters]
+    assert names == [
+        (0, "creep", "compliance_rad_per_Nm"),
+        (0, "creep", "time_constant_s"),
+        (1, "contact_stiffness", "stiffness_scale"),
+    ]
+    values = np.array([6e-7, 20.0, 0.9])
+    prediction = found.predict(values, [2, 0])
+    count = len(ROWS)
+    assert prediction.angle_rad.shape == (count,) and prediction.sensitivities.shape == (count, 2)
+    assert prediction.carrying.shape == (count, 2) and prediction.regime.shape == (count,)
+    assert prediction.solved.all() and set(prediction.regime) <= {0, 1, 2}
+    creeping = ROWS.torque_Nm * np.log1p(ROWS.run_time_s / 20)
+    np.testing.assert_allclose(prediction.sensitivities[:, 1], creeping, rtol=1e-13, atol=1e-15)
+    assert found.predict(values).sensitivities.shape == (count, 0)
+    parts = dict(found.contributions(values))
+    assert list(parts) == ["model", "contact_stiffness", "creep"]
+    np.testing.assert_allclose(sum(parts.values()), prediction.angle_rad, rtol=1e-14, atol=1e-18)
+
+
+def test_rows_without_solution_are_no_numbers() -> None:
+    heavy = ROWS.torque_Nm.copy()
+    heavy[7] = 1e3
+    found = predictor(Drive.from_dict(RINGS), ["creep"], replace(ROWS, torque_Nm=heavy))
+    prediction = found.predict(found.neutral(), [0])
+    assert prediction.status[7] == "beyond_hold" and prediction.regime[7] == 255
+    assert np.flatnonzero(np.isnan(prediction.angle_rad)).tolist() == [7]
+    assert np.isnan(prediction.sensitivities[7]).all()
+
+
+def test_mistakes_are_named() -> None:
+    drive = Drive.from_dict(RINGS)
+    with pytest.raises(InvalidInputError, match=r"effects\[0\] = crep"):
+        predictor(drive, ["crep"])
+    with pytest.raises(InvalidInputError, match=r"preload_N\[0\]"):
+        predictor(drive, [], replace(ROWS, preload_N=-ROWS.preload_N))
+    found = predictor(drive, ["wear"])
+    with pytest.raises(InvalidInputError, match="lost_share_per_s of wear"):
+        found.predict(np.array([-1.0]))
+
+
+def test_specs_are_complete() -> None:
+    for spec in _core.effect_specs():
+        assert spec.kind in ("parameter", "rig", "effect")
+        assert spec.equation and spec.source and spec.tell_tale
+        for number in spec.parameters:
+            low, high = number.range
+            assert number.lower <= low < high <= number.upper
+            assert number.scale in ("linear", "log", "fixed") and number.meaning
+
+
+# --- effects of a case ------------------------------------------------------------------------
+
+
+def test_a_case_takes_effects_and_gives_them_back_in_SI() -> None:
+    case = cbpt.Case.from_dict(RINGS)
+    lot = [(i, {"ball": float(i), "oversize_um": 0.1 * i}) for i in range(3)]
+    effects: list[tuple[str, dict[str, float]]] = [
+        *(("ball_diameter_lot", numbers) for _, numbers in lot),
+        ("drift", {"rate_arcsec_per_h": 3600.0}),
+        ("eccentric_bearing", {"reference_deflection_um": 2.0}),
+    ]
+    more = case.with_effects(effects)
+    assert more.drive == case.drive and case.effects == []
+    found = [(effect.id, dict(effect.values)) for effect in more.effects]
+    assert found[:3] == [
+        ("ball_diameter_lot", {"ball": i, "oversize_m": pytest.approx(1e-7 * i)}) for i in range(3)
+    ]
+    assert found[3][1] == {"rate_rad_per_s": pytest.approx(ARCSEC), "rate_rad_per_K": 0.0}
+    assert found[4] == ("eccentric_bearing", {"reference_deflection_m": 2e-6, "exponent": 0.9})
+    assert cbpt.Case.from_toml(more.to_toml()) == more
+    assert more.with_effects([]) == case
+
+
+@pytest.mark.parametrize(
+    ("effect", "words"),
+    [
+        (("crep", {}), "did you mean creep"),
+        (("creep", {"compliance_rad_per_N": 1e-7}), "rad_per_N is not read; use rad_per_Nm"),
+        (("creep", {"compliance_rad_per_Nm": -1e-7}), "not less than 0"),
+        (("creep", {"compliance_rad_per_Nm": np.nan}), "finite"),
+        (("ball_diameter_lot", {"ball": 0.5}), "whole number"),
+        (("drift", {"rate_rad_per_s": 0.0, "rate_arcsec_per_h": 1.0}), "same quantity"),
+    ],
+)
+def test_what_no_effect_takes_is_told(effect: tuple[str, dict[str, float]], words: str) -> None:
+    with pytest.raises(cbpt.CaseError, match=words):
+        cbpt.Case.from_dict(RINGS).with_effects([effect])
