@@ -1,10 +1,10 @@
 """What somebody who knows the rig's own forms and its noise could say of a campaign.
 
-    Oracle      its answer: the likeliest effect, how alike the rivals look, the error left with the truth
+    Oracle      its answer: the likeliest effect, how alike rivals look, the error left
     ask         the oracle on one campaign with hidden effects
 
-It is what a diagnosis is measured against: the likelihood ratio of the effect in its true form and shape
-against the whole library, everything free refitted, with the covariance that made the noise.
+It is what a diagnosis is measured against: the likelihood ratio of the effect in its true form and
+shape against the whole library, everything free refitted, with the covariance that made the noise.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from reference.rig_rivals import yardstick_of
 from reference.rig_strength import PARAMETERS, Yardstick
 
 LIMIT = 9.1
-"""2 ln of the likelihood ratio that noise alone reaches in 5 % of campaigns with twenty effects to try."""
+"""2 ln of the likelihood ratio that noise reaches in 5 % of campaigns, twenty effects tried."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ def ask(campaign: Campaign, draws: int = 2) -> Oracle:
         else:
             groups = [c[:, None] for c in columns]
         rivals[name] = max(_likeness(g, own) for g in groups)
-        # A zero for each run costs as many numbers as there are runs: not a rival by likelihood alone.
+        # A zero for each run costs as many numbers as there are runs: likelihood alone is unfair.
         if name != "run_offset":
             gains[name] = max(_gain(g, data, _one_sided(kind)) for g in groups)
     best = max(gains, key=lambda n: gains[n])
@@ -125,7 +125,7 @@ def _gain(columns: Floats, data: Floats, one_sided: bool) -> float:
     kept = basis[:, scale > 1e-6 * scale[0]]
     if one_sided and columns.shape[1] == 1 and float(columns[:, 0] @ data) <= 0:
         return 0.0
-    return float(np.sum((kept.T @ data) ** 2)) - 2 * (kept.shape[1] - 1)
+    return float(np.sum((kept.T @ data) ** 2)) - 2.0 * (int(kept.shape[1]) - 1)
 
 
 # --- what the truth leaves on readings it has not seen ----------------------------------------
@@ -144,8 +144,8 @@ def folds(campaign: Campaign) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
 def held_out(campaign: Campaign, yardstick: Yardstick, hiddens: list[Hidden]) -> float:
     """RMS (arcsec) of readings predicted by the true effects in their true forms.
 
-    Their sizes, the numbers of the drive and the zero are refitted to the other folds, to first order
-    about the truth.
+    Their sizes, the numbers of the drive and the zero are refitted to the other folds, to
+    first order about the truth.
     """
     drive, rows = drive_of(campaign.case), campaign.rows
     effects = [*yardstick.base, *hiddens]
@@ -162,7 +162,7 @@ def held_out(campaign: Campaign, yardstick: Yardstick, hiddens: list[Hidden]) ->
     shifts = np.array([campaign.truth["shifts"][n] / s for n, s in yardstick.priors.items()])
     x = np.column_stack([yardstick.slopes_rad, *sizes, np.full(len(rows), u)]) / u
     y = (campaign.angle_rad - truth) / u
-    # Numbers are known to one prior standard deviation about nominal, sizes and the zero not at all.
+    # Numbers are known to one prior standard deviation about nominal, sizes and zero not at all.
     precision = np.r_[np.ones(len(shifts)), np.full(len(sizes) + 1, 1e-9)]
     mean = np.r_[-shifts, np.zeros(len(sizes) + 1)]
     out = np.zeros(len(rows))
@@ -174,5 +174,4 @@ def held_out(campaign: Campaign, yardstick: Yardstick, hiddens: list[Hidden]) ->
         right = x[~held].T @ y[~held] + precision * mean
         half = solve_triangular(factor, right, lower=True)
         out[held] = y[held] - x[held] @ solve_triangular(factor.T, half, lower=False)
-    return float(np.sqrt(np.mean(out**2))) * u / ARCSEC
-
+    return float(np.sqrt(np.mean(out**2)) * u / ARCSEC)

@@ -154,8 +154,8 @@ class Yardstick:
         """Square root of the smallest sum of squares, priors included, that a refit leaves.
 
         Gauss-Newton, damped where a step makes matters worse. The slopes are found anew at every
-        step: the knee moves with the numbers, and Broyden's rule was caught in its bent valley. Where
-        the first step is long, the number that moves the knee is looked through first.
+        step: the knee moves with the numbers, and Broyden's rule was caught in its bent valley.
+        Where the first step is long, the number that moves the knee is looked through first.
         """
         j, one = self._white(self.slopes_rad), np.eye(self.slopes_rad.shape[1])
         moved, left = np.zeros(len(one)), self._white(target_rad - self.angle_rad)
@@ -173,6 +173,7 @@ class Yardstick:
                     continue
             for _ in range(8):
                 step = np.linalg.solve(curvature + damping * np.diag(np.diag(curvature)), pull)
+                step *= min(1.0, 4.0 / float(np.abs(step).max()))
                 model = self._model(moved + step)
                 if not np.isfinite(model).all():
                     damping = max(10 * damping, 1e-3)
