@@ -1,12 +1,13 @@
-"""The trial: campaigns with a hidden effect, diagnosed and scored (what is measured: `trial_score`).
+"""The trial: campaigns with a hidden effect, diagnosed and scored (what is scored: `trial_score`).
 
     python benches/trial.py [--sets N] [--seed S] [--workers 2] [--family F] [--json OUT]
 
-N is for each kind of noise (null), each strength (single, outside) and each other family. Campaigns come
-from the rig in tests/reference, which shares nothing with the product; a diagnosis is given the case
-file and the table alone. Campaigns and answers are kept in out/trial, under what they depend on (the rig's
-source, the product's), so a second run adds only what is new; --fresh starts over. --shuffle M answers M
-sets once more with the library in another order: an id is a label, its place must not matter.
+N is for each kind of noise (null), each strength (single, outside) and each other family. Campaigns
+come from the rig in tests/reference, which shares nothing with the product; a diagnosis is given
+the case file and the table alone. Campaigns and answers are kept in out/trial, under what they
+depend on (the rig's source, the product's), so a second run adds only what is new; --fresh starts
+over. --shuffle M answers M sets once more with the library in another order: an id is a label, its
+place must not matter.
 """
 
 from __future__ import annotations
@@ -21,23 +22,24 @@ import time
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from functools import cache
+from math import gcd
 from pathlib import Path
 from typing import Any
 
 # One thread a worker: campaigns are small, and answers must not depend on the machine.
-for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "RAYON_NUM_THREADS"):
-    os.environ.setdefault(variable, "1")
+os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = "1"
+os.environ["RAYON_NUM_THREADS"] = "1"
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 import numpy as np
-
-TOP = Path(__file__).parents[1]
-sys.path.insert(0, str(TOP / "tests"))
 
 import cbpt
 from cbpt.lab import competition
 from cbpt.lab.answer import Diagnosis
 from cbpt.lab.diagnose import diagnose
 from cbpt.lab.fit import Fit
+from cbpt.lab.holdout import held_out_residual, rms
+from cbpt.lab.library import Variant
 from reference.rig_effects import OUTSIDE
 from reference.rig_noise import NOISE_KINDS
 from reference.rig_oracle import ask
@@ -45,6 +47,7 @@ from reference.rig_strength import NoSuchCampaignError
 from reference.rig_trial import FAMILIES, SINGLES, STRENGTHS, Family, make_trial
 from reference.trial_score import Outcome, document, grade, measures, table
 
+TOP = Path(__file__).parents[1]
 KEPT = TOP / "out" / "trial"
 OUTSIDE_STRENGTHS = 5
 Task = tuple[Family, int, int]
@@ -54,19 +57,20 @@ Task = tuple[Family, int, int]
 
 
 def indices(family: Family, sets: int) -> list[int]:
-    """Indices of a family: every noise or strength `sets` times, effects in turn from different places."""
+    """Indices of a family: every noise or strength `sets` times, effects in turn."""
     if family == "null":
         return list(range(sets * len(NOISE_KINDS)))
     if family == "single":
-        return list(_crossed(sets, len(STRENGTHS), len(SINGLES), 4))
+        return list(_crossed(sets, len(STRENGTHS), len(SINGLES), 5))
     if family == "outside":
         return list(_crossed(sets, OUTSIDE_STRENGTHS, len(OUTSIDE), 3))
     return list(range(sets))
 
 
 def _crossed(sets: int, strengths: int, effects: int, stride: int) -> Iterator[int]:
-    # Index = turn * effects + effect, the strength being turn % strengths; the stride has no divisor in
-    # common with the number of effects, so every effect comes up at every strength after a full round.
+    # Index = turn * effects + effect, the strength being turn % strengths; the stride has no
+    # divisor in common with the number of effects: a full round has every effect at each strength.
+    assert gcd(stride, effects) == 1
     for number in range(sets):
         for strength in range(strengths):
             turn = strength + strengths * (number // effects)
@@ -196,28 +200,22 @@ def answered(d: Diagnosis) -> dict[str, Any]:
         "held_out": {
             "stated": d.ladder[0].held_out_rmse_arcsec,
             "refitted": d.ladder[1].held_out_rmse_arcsec,
-            "after": _final(d),
+            "after": rms(held_out_residual(d.competition.fitter, d.after, d.fold)),
         },
         "parameters": {e: d.parameters(d.after, e) for e in v.names},
         "criteria": criteria(d),
     }
 
 
-def _final(d: Diagnosis) -> float:
-    after: float = d.to_dict()["after"]["held_out_rmse_arcsec"]
-    return after
-
-
 def criteria(d: Diagnosis) -> dict[str, list[str]]:
-    """The effects that plain AIC and BIC pick among everything that was fitted, the stated u believed."""
+    """What plain AIC and BIC pick among everything that was fitted, the stated u believed."""
     fits = d.competition.fits
     n = len(d.readings)
 
     def picked(price: float) -> list[str]:
-        def value(fit: Fit) -> float:
-            return _misfit(d, fit) + price * len(fit.unknowns)
-
-        return sorted(min(fits, key=lambda names: value(fits[names])))
+        values = {names: _misfit(d, f) + price * len(f.unknowns) for names, f in fits.items()}
+        best = min(values.values())
+        return sorted(next(names for names, value in values.items() if value == best))
 
     return {"aic": picked(2.0), "bic": picked(float(np.log(n)))}
 
@@ -230,12 +228,12 @@ def _misfit(d: Diagnosis, fit: Fit) -> float:
 
 
 def shuffled(task: Task) -> tuple[str, str] | None:
-    """The answer with the library as it stands and in another order, as text; None without a campaign."""
+    """The answer with the library as it stands and in another order; None without a campaign."""
     given = campaign(task)
     if given is None:
         return None
     case, columns = cbpt.Case.from_toml(given["case"]), table_of(given)
-    order = competition.VARIANTS
+    order: tuple[Variant, ...] = vars(competition)["VARIANTS"]
     mixed = list(order)
     random.Random(task[1]).shuffle(mixed)
 
@@ -245,10 +243,10 @@ def shuffled(task: Task) -> tuple[str, str] | None:
 
     try:
         first = said()
-        competition.VARIANTS = tuple(mixed)
+        vars(competition)["VARIANTS"] = tuple(mixed)
         return first, said()
     finally:
-        competition.VARIANTS = order
+        vars(competition)["VARIANTS"] = order
 
 
 # --- the run ----------------------------------------------------------------------------------

@@ -18,9 +18,10 @@ from itertools import product
 from typing import Any, Literal
 
 Outcome = Mapping[str, Any]
-"""family, index, truth (as `rig_campaign.Campaign.truth` has it, and duration_s), answer (kind, effects,
-rivals, probability), held_out (stated, refitted, after), criteria {aic, bic: [id]}, parameters {effect:
-{name: {value, u}}}, oracle {names, rivals, held_out_arcsec}, error (text, where there is no answer)."""
+"""family, index, truth (as `rig_campaign.Campaign.truth` has it, and duration_s), answer (kind,
+effects, rivals, probability), held_out (stated, refitted, after), criteria {aic, bic: [id]},
+parameters {effect: {name: {value, u}}}, oracle {names, rivals, held_out_arcsec}, error (text, where
+there is no answer)."""
 
 Grade = Literal["right", "contains", "twin", "unknown", "missed", "wrong", "error"]
 UNNAMED = {"run_offset"}
@@ -28,6 +29,7 @@ UNNAMED = {"run_offset"}
 SEPARABLE = 0.8
 """Largest correlation with a rival up to which one name is asked for."""
 Z95 = 1.959964
+GROUPS = {"singles": ("single",), "pairs": ("pair",), "both": ("single", "pair")}
 
 
 # --- one answer -------------------------------------------------------------------------------
@@ -50,8 +52,9 @@ def size(answer: Mapping[str, Any]) -> int:
 
 
 def grade(outcome: Outcome) -> Grade:
-    """right: as the truth has it. contains: an honest set that holds the truth. twin: one of the truth's
-    twins named for certain. unknown, missed: nothing was named. wrong: a name that is not true."""
+    """right: as the truth has it. contains: an honest set that holds the truth. twin: one of the
+    truth's twins named for certain. unknown, missed: nothing was named. wrong: a name that is not
+    true."""
     if outcome.get("error"):
         return "error"
     truth, answer = outcome["truth"]["answer"], outcome["answer"]
@@ -144,8 +147,8 @@ def wilson(hits: int, n: int, z: float = Z95) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Measure:
-    """One line of the table. value: the share or the number; low, high: 95 % interval, equal to the value
-    where there is none. least, most: what it has to reach. sets: how many it rests on."""
+    """One line of the table. value: the share or the number; low, high: 95 % interval, equal to the
+    value where there is none. least, most: what it has to reach. sets: how many it rests on."""
 
     name: str
     where: str
@@ -160,7 +163,7 @@ class Measure:
     @property
     def reached(self) -> str:
         """yes, no, or open where the interval holds both; empty where nothing is asked."""
-        if self.least is None and self.most is None or not self.sets:
+        if not self.sets or (self.least is None and self.most is None):
             return ""
         least, most = self.least or -math.inf, math.inf if self.most is None else self.most
         if self.low >= least and self.high <= most:
@@ -183,16 +186,21 @@ def share(
 
 
 def mean(
-    name: str, where: str, values: Sequence[float], unit: str = "", **limits: float
+    name: str,
+    where: str,
+    values: Sequence[float],
+    unit: str = "",
+    least: float | None = None,
+    most: float | None = None,
 ) -> Measure:
     """A mean with the interval of its standard error."""
     n = len(values)
     if not n:
-        return Measure(name, where, math.nan, math.nan, math.nan, 0, unit=unit, **limits)
+        return Measure(name, where, math.nan, math.nan, math.nan, 0, least, most, unit)
     middle = sum(values) / n
     spread = math.sqrt(sum((v - middle) ** 2 for v in values) / max(n - 1, 1) / n)
     low, high = middle - Z95 * spread, middle + Z95 * spread
-    return Measure(name, where, middle, low, high, n, unit=unit, **limits)
+    return Measure(name, where, middle, low, high, n, least, most, unit)
 
 
 # --- the table --------------------------------------------------------------------------------
@@ -271,10 +279,8 @@ def _names(outcomes: Sequence[Outcome]) -> list[Measure]:
     found.append(mean("behind the oracle", "d >= 6, rivals <= 0.8", gap, "%", most=0.05))
     parameters = _of(outcomes, "parameter_only")
     found.append(share("parameter named", "3 to 6 sigma", parameters, _right))
-    held = [o for o in parameters if grade(o) in ("right", "contains")]
-    found.append(
-        share("parameter named or among rivals", "3 to 6 sigma", parameters, held.__contains__)
-    )
+    told = _is("right", "contains")
+    found.append(share("parameter named or a rival", "3 to 6 sigma", parameters, told))
     return found
 
 
@@ -283,23 +289,19 @@ def _right(outcome: Outcome) -> bool:
 
 
 def _oracle_right(outcome: Outcome) -> bool:
-    return [outcome["oracle"]["names"]] == outcome["truth"]["answer"]["effects"]
+    return bool([outcome["oracle"]["names"]] == outcome["truth"]["answer"]["effects"])
 
 
 def _sets(outcomes: Sequence[Outcome]) -> list[Measure]:
     found = []
-    for families, where in (
-        (("single",), "singles"),
-        (("pair",), "pairs"),
-        (("single", "pair"), "both"),
-    ):
+    for where, families in GROUPS.items():
         strong = [o for o in _of(outcomes, *families) if o["truth"]["d"] >= 6]
-        asked = {"least": 0.95} if where == "both" else {}
-        held = share("contains the truth", f"{where}, d >= 6", strong, _holds, **asked)
+        least, most = (0.95, 1.5) if where == "both" else (None, None)
+        place = f"{where}, d >= 6"
+        found.append(share("contains the truth", place, strong, _holds, least))
         spoken = [o for o in strong if not o.get("error") and size(o["answer"])]
         sizes = [size(o["answer"]) / len(o["truth"]["answer"]["effects"]) for o in spoken]
-        asked = {"most": 1.5} if where == "both" else {}
-        found += [held, mean("  mean size, for each hidden", f"{where}, d >= 6", sizes, **asked)]
+        found.append(mean("  mean size, for each hidden", place, sizes, most=most))
     wrong = [o for o in _of(outcomes, "single", "pair") if o["truth"]["d"] >= 6]
     found.append(share("a wrong name", "singles and pairs, d >= 6", wrong, _is("wrong", "twin")))
     exact = [o for o in _of(outcomes, "confounded") if o["truth"]["answer"]["exact"]]
@@ -332,27 +334,23 @@ def _outsiders(outcomes: Sequence[Outcome]) -> list[Measure]:
 
 
 def _errors_fall(outcomes: Sequence[Outcome]) -> list[Measure]:
-    """By how much the error on held-out readings falls, against what the true effect refitted gives.
+    """How far the error on held-out readings falls, against what the true effect refitted gives.
 
-    The fall of all sets together over that of the truth: single shares are noise where the fall is small.
+    The fall of all sets together over that of the truth: where it is small, shares are noise.
     """
     found = []
-    for families, where in (
-        (("single",), "singles"),
-        (("pair",), "pairs"),
-        (("single", "pair"), "both"),
-    ):
+    for where, families in GROUPS.items():
         these = [
             o
             for o in _of(outcomes, *families)
             if o["truth"]["d"] >= 6 and not o.get("error") and o["oracle"]["held_out_arcsec"]
         ]
-        # In units of the noise, and from the refitted numbers: what the drive as stated leaves counts for both.
-        pairs = [_fall(o) for o in these]
-        asked = {"least": 0.90} if where == "both" else {}
-        found.append(_ratio("held-out error fall", f"{where}, d >= 6", pairs, **asked))
+        place = f"{where}, d >= 6"
+        least = 0.90 if where == "both" else None
+        # From the refitted numbers: what the drive as stated leaves beyond them anybody removes.
+        found.append(_ratio("held-out error fall", place, [_fall(o) for o in these], least))
         stated = [_fall(o, "stated") for o in these]
-        found.append(_ratio("  from the drive as stated", f"{where}, d >= 6", stated))
+        found.append(_ratio("  from the drive as stated", place, stated))
     return found
 
 
@@ -363,15 +361,17 @@ def _fall(outcome: Outcome, start: str = "refitted") -> tuple[float, float]:
     return (before - held["after"]) / u, (before - best) / u
 
 
-def _ratio(name: str, where: str, pairs: Sequence[tuple[float, float]], **asked: float) -> Measure:
+def _ratio(
+    name: str, where: str, pairs: Sequence[tuple[float, float]], least: float | None = None
+) -> Measure:
     """Sum over sum, with the interval of the delta method."""
     n = len(pairs)
     below = sum(b for _, b in pairs)
     if n < 2 or below <= 0:
-        return Measure(name, where, math.nan, math.nan, math.nan, 0, **asked)
+        return Measure(name, where, math.nan, math.nan, math.nan, 0, least)
     value = sum(a for a, _ in pairs) / below
-    spread = math.sqrt(n * sum((a - value * b) ** 2 for a, b in pairs) / (n - 1)) / below
-    return Measure(name, where, value, value - Z95 * spread, value + Z95 * spread, n, **asked)
+    spread = Z95 * math.sqrt(n * sum((a - value * b) ** 2 for a, b in pairs) / (n - 1)) / below
+    return Measure(name, where, value, value - spread, value + spread, n, least)
 
 
 # --- probabilities ----------------------------------------------------------------------------
@@ -463,11 +463,11 @@ TRUE: dict[str, dict[str, Callable[[Values, float], float]]] = {
     "groove_pitch_error": _wave("amplitude_m", "cosine_m", "sine_m", -1.0),
     "plate_tilt": _wave("tilt_rad", "tilt_cosine_rad", "tilt_sine_rad", 1.0),
 }
-"""What a parameter of the library is in a rig that hides the same form; t is how long the table lasts."""
+"""What a parameter of the library is in a rig that hides the same form; t: how long it lasts."""
 
 
 def intervals(outcomes: Sequence[Outcome]) -> list[tuple[str, bool]]:
-    """(effect.parameter, whether its 95 % interval holds the truth) where rig and library share the form."""
+    """(effect.parameter, whether its 95 % interval holds the truth) where forms are the same."""
     found = []
     for o in _of(outcomes, "single"):
         hidden = o["truth"]["hidden"][0]
