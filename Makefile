@@ -55,8 +55,9 @@ package: build  ## a crate outside the workspace, cargo package, the wheel in an
 wheel: build  ## the wheel, into dist/
 	$(VENV)/bin/maturin build --release --out dist
 
-bench: build  ## speed beside SciPy fsolve, ratio first
+bench: build  ## speed beside SciPy fsolve, ratio first; predictions and diagnoses
 	$(PYTHON) benches/peers.py
+	$(PYTHON) benches/diagnosis.py
 
 format:  ## format Rust and Python
 	cargo fmt --all

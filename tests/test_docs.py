@@ -35,6 +35,27 @@ def test_the_page_of_keys_is_the_programs() -> None:
     assert (TOP / "docs/case-file.md").read_text().endswith(said_by("schema", "--keys"))
 
 
+def test_the_page_of_effects_is_the_programs() -> None:
+    assert (TOP / "docs/effects.md").read_text().endswith(said_by("effects", "--page"))
+
+
+def test_the_schema_knows_the_numbers_of_each_effect() -> None:
+    case = tomllib.loads(cbpt.example_case())
+
+    def accepted(**effect: object) -> bool:
+        return validator().is_valid(case | {"effect": [effect]})
+
+    for spec in cbpt._core.effect_specs():
+        likely = {n.display_name: n.range[0] / n.display_size for n in spec.parameters}
+        assert accepted(id=spec.id) and accepted(id=spec.id, port=spec.port, **likely), spec.id
+        assert not accepted(id=spec.id, nothing=1.0)
+        assert not accepted(id=spec.id, **dict.fromkeys(likely, 1e99))
+    assert not accepted(id="crep")
+    assert not accepted(id="creep", port="load")
+    assert not accepted(id="drift", rate_rad_per_s=0, rate_arcsec_per_h=1)
+    assert accepted(id="mine", port="series", expression="0 * torque_Nm")
+
+
 def test_the_example_is_the_programs() -> None:
     example = (TOP / "examples/base_case.toml").read_text()
     assert example == said_by("schema", "--example") == cbpt.example_case()

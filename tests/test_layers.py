@@ -99,6 +99,11 @@ CORE_USES: dict[str, set[str]] = {
     "pair": {"drive", "geometry", "hertz"},
     "equilibrium": {"hertz", "pair", "solver", "status"},
     "transmission": {"drive", "geometry", "pair", "equilibrium", "status"},
+    "effect": {"pair"},
+    "predict": {
+        *("drive", "effect", "error", "geometry", "pair", "equilibrium", "status"),
+        *("transmission", "sweep"),
+    },
     "preload": {"drive", "geometry", "pair", "equilibrium", "period", "transmission"},
     "extremes": {
         *("drive", "error", "geometry", "pair", "equilibrium", "period", "status"),
@@ -194,7 +199,7 @@ def imports(name: str) -> Imports:
 
 
 # The part of the package that a module belongs to, the lowest first.
-RANKS = ("_core", "errors", "results", "lab", "page", "commands")
+RANKS = ("_core", "errors", "results", "lab", "page", "verbs", "commands")
 # The one step up: methods that hand their object on when they are called, never on import.
 UPWARDS = {
     ("cbpt.lab.compare", "cbpt.page.comparison_figure"),

@@ -90,6 +90,13 @@ class ReadingsError(CbptError, ValueError):
         """A table that lacks a whole column."""
         return cls(path, [Mistake((), column, "no such column", expected)])
 
+    @classmethod
+    def of_column(
+        cls, path: str, column: str, found: str, expected: str, remedy: str = ""
+    ) -> ReadingsError:
+        """A column that is there but cannot be used as it is."""
+        return cls(path, [Mistake((), column, found, expected, remedy)])
+
     def __reduce__(
         self,
     ) -> tuple[Callable[..., ReadingsError], tuple[str, tuple[Mistake, ...], str]]:

@@ -1,17 +1,25 @@
-"""The lab's verbs on the command line: compare is in `commands`, here are diagnose and fit."""
+"""The lab's verbs on the command line.
+
+compare     model against a table of readings, with effects fitted where asked
+diagnose    which effect is missing
+fit         add effects to a case
+"""
 
 from __future__ import annotations
 
 import argparse
+import csv
 import sys
+import time
 from pathlib import Path
 
-SUCCESS = 0
+# As in the Rust command line, whose help lists them.
+SUCCESS, NO_SOLUTION = 0, 3
 
 
-def inputs(prog: str, description: str) -> argparse.ArgumentParser:
+def inputs(prog: str, description: str, epilog: str | None = None) -> argparse.ArgumentParser:
     """A parser that takes a case, a table and what its headers mean."""
-    parser = argparse.ArgumentParser(prog=prog, description=description)
+    parser = argparse.ArgumentParser(prog=prog, description=description, epilog=epilog)
     parser.add_argument("case", metavar="CASE", type=Path, help="case file (TOML)")
     parser.add_argument("data", metavar="DATA", type=Path, help="table of readings (CSV)")
     parser.add_argument(
@@ -35,6 +43,67 @@ def columns_of(parser: argparse.ArgumentParser, options: argparse.Namespace) -> 
             parser.error(f"--column {entry}: expected HEADER=NAME, for example Moment=torque_Nm")
         columns[header] = name
     return columns
+
+
+def compare(argv: list[str]) -> int:
+    """cbpt compare CASE DATA"""
+    from cbpt.lab.compare import compare as compared
+    from cbpt.results import ANGLE_UNITS
+
+    parser = inputs(
+        "cbpt compare",
+        "Solve the model at every reading; say how far off it is, and where.",
+        epilog="The table's columns: run, time_s, torque_Nm, preload_N, input_angle_deg, "
+        "temperature_degC, elastic_angle_arcsec, u_elastic_angle_arcsec; torque, preload and "
+        "angle are needed. Other names and units are read where they are clear.",
+    )
+    parser.add_argument(
+        "--with",
+        metavar="EFFECT",
+        nargs="+",
+        action="extend",
+        default=[],
+        dest="effects",
+        help="effects of the library to fit to the readings; the report tells before and after",
+    )
+    parser.add_argument("--plot", metavar="FILE", type=Path, help="draw to FILE.svg, .png or .pdf")
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.add_argument(
+        "--out",
+        metavar="FILE",
+        type=Path,
+        help="write FILE.csv (reading, model and residual of every row) or FILE.json",
+    )
+    parser.add_argument(
+        "--angle-unit", choices=list(ANGLE_UNITS), default="arcsec", help="unit of text and plot"
+    )
+    options = parser.parse_args(argv)
+    columns = columns_of(parser, options)
+    if options.out and options.out.suffix.lower() not in (".csv", ".json"):
+        parser.error(f"--out {options.out}: the name must end in .csv or .json")
+    if options.plot:
+        from cbpt.page.comparison_figure import check_picture_name
+
+        check_picture_name(options.plot)
+    with _Counter() as counter:
+        comparison = compared(
+            options.case,
+            options.data,
+            effects=options.effects,
+            columns=columns or None,
+            progress=counter.show,
+        )
+    if options.out and options.out.suffix.lower() == ".json":
+        options.out.write_text(comparison.to_json() + "\n", encoding="utf-8")
+    elif options.out:
+        names, rows = comparison.rows()
+        with options.out.open("w", newline="", encoding="utf-8") as file:
+            csv.writer(file).writerows([names, *rows])
+    print(comparison.to_json() if options.json else comparison.report(options.angle_unit))
+    sys.stdout.flush()
+    if options.plot:
+        comparison.plot(options.plot, options.angle_unit)
+    return SUCCESS if comparison.overall else NO_SOLUTION
 
 
 def diagnose(argv: list[str]) -> int:
@@ -105,3 +174,23 @@ def fit(argv: list[str]) -> int:
         options.out.write_text(found.case.to_toml(), encoding="utf-8")
     print(found.report())
     return SUCCESS
+
+
+class _Counter:
+    """A line on the terminal for what takes longer than a second; gone when the work is done."""
+
+    def __init__(self) -> None:
+        self.start = time.monotonic()
+        self.shown = False
+
+    def __enter__(self) -> _Counter:
+        return self
+
+    def show(self, done: int, total: int) -> None:
+        if time.monotonic() - self.start > 1 and sys.stderr is not None and sys.stderr.isatty():
+            self.shown = True
+            print(f"\r{done}/{total} readings solved ", end="", file=sys.stderr, flush=True)
+
+    def __exit__(self, *error: object) -> None:
+        if self.shown:
+            print("\r\x1b[K", end="", file=sys.stderr, flush=True)

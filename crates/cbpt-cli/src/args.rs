@@ -32,6 +32,8 @@ pub enum Verb {
     Sweep(Sweep),
     /// Design findings: undercut, missing walls, touching balls, pressure
     Check(Check),
+    /// The library of effects: equations, tell-tales, numbers with their ranges
+    Effects(Effects),
     /// JSON Schema of case files for editors, the table of keys, or an example
     Schema(Schema),
     /// Model against a table of readings: bias, RMSE, where it fails (Python package)
@@ -164,6 +166,20 @@ pub struct Check {
     /// Form of the output.
     #[command(flatten)]
     pub output: OutputOptions,
+}
+
+/// `cbpt effects`.
+#[derive(Debug, Args)]
+pub struct Effects {
+    /// One effect in full; without it the list of all
+    #[arg(value_name = "ID")]
+    pub id: Option<String>,
+    /// Print one JSON object instead, its numbers in SI
+    #[arg(long)]
+    pub json: bool,
+    /// Print the page of the documentation (Markdown) instead
+    #[arg(long, conflicts_with_all = ["json", "id"])]
+    pub page: bool,
 }
 
 /// `cbpt schema`.

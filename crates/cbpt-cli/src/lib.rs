@@ -40,6 +40,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Verb::Preload(verb) => commands::preload::run(verb),
         Verb::Sweep(verb) => commands::sweep::run(verb),
         Verb::Check(verb) => commands::check::run(verb),
+        Verb::Effects(verb) => commands::effects::run(verb),
         Verb::Schema(verb) => commands::schema::run(verb),
         Verb::Compare(_) => Err(Failure::needs_python("compare")),
     };

@@ -28,6 +28,11 @@ impl Progress {
         self.done.load(Ordering::Relaxed)
     }
 
+    /// So many more are solved.
+    pub(crate) fn add(&self, count: usize) {
+        self.done.fetch_add(count, Ordering::Relaxed);
+    }
+
     /// Asks the sweep to stop soon.
     pub fn cancel(&self) {
         self.cancelled.store(true, Ordering::Relaxed);
@@ -54,7 +59,7 @@ pub fn solve_all(drive: &Drive, loads: &[Load], progress: &Progress) -> Option<V
                 return Vec::new();
             }
             let rows = solve_chunk(drive, chunk);
-            progress.done.fetch_add(rows.len(), Ordering::Relaxed);
+            progress.add(rows.len());
             rows
         })
         .collect();

@@ -63,6 +63,18 @@ pub struct Solution {
 }
 
 impl Solution {
+    /// A load without solution, and why.
+    pub fn none(status: Status, load: Load) -> Self {
+        Self {
+            status,
+            load,
+            angles: None,
+            deceleration: None,
+            equal_speed: None,
+            torsional_stiffness_Nm_per_rad: None,
+        }
+    }
+
     /// Elastic angle of the drive at its output, rad; `None` where there is no solution.
     pub fn elastic_angle_rad(&self) -> Option<f64> {
         self.angles.map(|angles| angles.elastic_angle_rad())
@@ -82,11 +94,20 @@ impl Drive {
 
     /// Planet angle psi against the line of centres at a crank angle, rad.
     pub fn equal_speed_phase_rad(&self, input_angle_rad: f64) -> f64 {
+        match self.deceleration().output_plate {
+            OutputPlate::Hypocycloid => -input_angle_rad * self.planet_turn(),
+            OutputPlate::Epicycloid => input_angle_rad * self.planet_turn(),
+        }
+    }
+
+    /// Turn of the planet's groove against the line of centres for one turn of the crank: Z1/Z3 with the hypocycloid plate
+    /// as output, Z3/Z1 with the epicycloid plate.
+    pub fn planet_turn(&self) -> f64 {
         let pair = self.deceleration();
         let (z1, z3) = (f64::from(pair.epicycloid_lobes()), f64::from(pair.hypocycloid_lobes()));
         match pair.output_plate {
-            OutputPlate::Hypocycloid => -input_angle_rad * z1 / z3,
-            OutputPlate::Epicycloid => input_angle_rad * z3 / z1,
+            OutputPlate::Hypocycloid => z1 / z3,
+            OutputPlate::Epicycloid => z3 / z1,
         }
     }
 
@@ -143,36 +164,9 @@ impl Drive {
     /// The result is a solution or a status with its reason, never a number that does not satisfy the equations.
     pub fn solve(&self, load: &Load) -> Solution {
         if undercuts(self) {
-            return no_solution(Status::Undercut, *load);
+            return Solution::none(Status::Undercut, *load);
         }
-        let points = self.points(load.input_angle_rad());
-        let (status, states) = points.solve(load.torque_Nm(), load.preload_N());
-        let Some(states) = states else { return no_solution(status, *load) };
-        let share = points.equal_speed_share;
-        let deceleration = PairSolution::new(&points.deceleration, load.torque_Nm(), &states.deceleration);
-        let compliance = 1.0 / deceleration.torsional_stiffness_Nm_per_rad
-            + share
-                * share
-                * states
-                    .equal_speed
-                    .iter()
-                    .zip(&points.equal_speed)
-                    .map(|(state, row)| f64::from(row.rows) / state.torsional_stiffness_Nm_per_rad)
-                    .sum::<f64>();
-        let equal_speed = points
-            .equal_speed
-            .iter()
-            .zip(&states.equal_speed)
-            .next()
-            .map(|(row, state)| PairSolution::new(row, load.torque_Nm() * share, state));
-        Solution {
-            status,
-            load: *load,
-            angles: Some(states.angles(&points)),
-            deceleration: Some(deceleration),
-            equal_speed,
-            torsional_stiffness_Nm_per_rad: Some(1.0 / compliance),
-        }
+        self.points(load.input_angle_rad()).solution(load)
     }
 
     /// Elastic angle and its parts alone; cheaper than [`Drive::solve`] and the same numbers.
@@ -205,6 +199,37 @@ impl DriveStates {
 }
 
 impl DrivePoints {
+    /// Solves these meshing points: elastic angle, and each of them.
+    pub fn solution(&self, load: &Load) -> Solution {
+        let (status, states) = self.solve(load.torque_Nm(), load.preload_N());
+        let Some(states) = states else { return Solution::none(status, *load) };
+        let share = self.equal_speed_share;
+        let deceleration = PairSolution::new(&self.deceleration, load.torque_Nm(), &states.deceleration);
+        let compliance = 1.0 / deceleration.torsional_stiffness_Nm_per_rad
+            + share
+                * share
+                * states
+                    .equal_speed
+                    .iter()
+                    .zip(&self.equal_speed)
+                    .map(|(state, row)| f64::from(row.rows) / state.torsional_stiffness_Nm_per_rad)
+                    .sum::<f64>();
+        let equal_speed = self
+            .equal_speed
+            .iter()
+            .zip(&states.equal_speed)
+            .next()
+            .map(|(row, state)| PairSolution::new(row, load.torque_Nm() * share, state));
+        Solution {
+            status,
+            load: *load,
+            angles: Some(states.angles(self)),
+            deceleration: Some(deceleration),
+            equal_speed,
+            torsional_stiffness_Nm_per_rad: Some(1.0 / compliance),
+        }
+    }
+
     /// Elastic angles at these meshing points.
     pub fn angles(&self, torque_Nm: f64, preload_N: f64) -> (Status, Option<Angles>) {
         let (status, states) = self.solve(torque_Nm, preload_N);
@@ -225,16 +250,5 @@ impl DrivePoints {
             }
             _ => (status, None),
         }
-    }
-}
-
-fn no_solution(status: Status, load: Load) -> Solution {
-    Solution {
-        status,
-        load,
-        angles: None,
-        deceleration: None,
-        equal_speed: None,
-        torsional_stiffness_Nm_per_rad: None,
     }
 }

@@ -7,7 +7,9 @@ use cbpt_core::drive::{
     Material, OutputPlate, RingGroove, TrackCurvature,
 };
 use cbpt_core::effect::{LIBRARY, Scale};
+use cbpt_core::predict::loads::{Effects, solve_load, solve_loads};
 use cbpt_core::predict::{Columns, Predictor, Rows};
+use cbpt_core::sweep::Progress;
 use cbpt_core::{InvalidInput, Status};
 
 const ARCSEC: f64 = std::f64::consts::PI / 648_000.0;
@@ -70,6 +72,7 @@ struct Campaign {
     preload_N: Vec<f64>,
     input_angle_rad: Vec<f64>,
     temperature_K: Vec<f64>,
+    cycle: Vec<f64>,
 }
 
 impl Campaign {
@@ -81,6 +84,7 @@ impl Campaign {
             preload_N: &self.preload_N,
             input_angle_rad: &self.input_angle_rad,
             temperature_K: Some(&self.temperature_K),
+            cycle: Some(&self.cycle),
         })
     }
 }
@@ -113,6 +117,8 @@ fn campaign() -> Campaign {
         preload_N: mixed.iter().map(|row| row.3).collect(),
         input_angle_rad: mixed.iter().map(|row| row.4).collect(),
         temperature_K: mixed.iter().map(|row| row.5).collect(),
+        // The first run is the first cycle, all others follow.
+        cycle: mixed.iter().map(|row| row.0 as f64).collect(),
     }
 }
 
@@ -151,9 +157,11 @@ fn typical(id: &str, name: &str) -> f64 {
         (_, "offset_cosine_m" | "planet_offset_sine_m") => -7e-7,
         (_, "harmonic" | "ball") => 3.0,
         (_, "cosine_m" | "sine_m" | "oversize_m") => 4e-7,
+        (_, "planet_cosine_m" | "planet_sine_m") => 2e-7,
         (_, "tilt_cosine_rad" | "tilt_sine_rad") => 1.5e-5,
+        (_, "housing_tilt_cosine_rad" | "housing_tilt_sine_rad") => 8e-6,
         ("rough_contact", "exponent") => 1.6,
-        (_, "permanent_set_rad") => 5.0 * ARCSEC,
+        (_, "permanent_set_rad" | "permanent_set_of_run_rad" | "settled_rad") => 5.0 * ARCSEC,
         (_, "lost_share_per_s") => 5e-4,
         (_, "time_constant_s") => 30.0,
         _ => panic!("a new parameter, {name} of {id}, wants a typical value"),
@@ -345,6 +353,7 @@ fn loop_width(preload_N: f64) -> f64 {
         preload_N: &vec![preload_N; count],
         input_angle_rad: &vec![0.3; count],
         temperature_K: None,
+        cycle: None,
     });
     let mut predictor =
         Predictor::new(drives()[0].1.clone(), &["friction_hysteresis"], rows.unwrap()).unwrap();
@@ -382,6 +391,7 @@ fn history_is_per_run() {
             preload_N: pick(&mixed.preload_N),
             input_angle_rad: pick(&mixed.input_angle_rad),
             temperature_K: pick(&mixed.temperature_K),
+            cycle: pick(&mixed.cycle),
         };
         let mut predictor =
             Predictor::new(drive.clone(), &["friction_hysteresis"], alone.rows().unwrap()).unwrap();
@@ -469,6 +479,7 @@ fn rows_without_solution_are_told_and_skipped() {
         &mut without.preload_N,
         &mut without.input_angle_rad,
         &mut without.temperature_K,
+        &mut without.cycle,
     ];
     for column in columns {
         column.remove(4);
@@ -498,6 +509,47 @@ fn an_undercut_drive_has_no_row() {
     let found = predictor(&drive, &["creep"]).predict(&[0.0, 20.0], &[0]).unwrap();
     assert!(found.status.iter().all(|status| *status == Status::Undercut));
     assert!(found.angle_rad.iter().chain(&found.sensitivities).all(|value| value.is_nan()));
+}
+
+/// A single load is a run of one reading, loaded from rest: alone in full, or one of many, or as a table of its own.
+#[test]
+fn a_load_is_a_run_of_one_reading() {
+    for (label, drive) in drives() {
+        let ids = all_ids();
+        let values = typical_values(&predictor(&drive, &ids));
+        let effects = Effects { ids: &ids, values: &values };
+        let campaign = campaign();
+        let loads: Vec<Load> = (0..campaign.run.len())
+            .map(|i| {
+                Load::new(campaign.torque_Nm[i], campaign.preload_N[i], campaign.input_angle_rad[i]).unwrap()
+            })
+            .collect();
+        let many = solve_loads(&drive, effects, &loads, &Progress::default()).unwrap().unwrap();
+        for (load, outcome) in loads.iter().zip(&many).step_by(5) {
+            let detail = solve_load(&drive, effects, load).unwrap();
+            let table = Rows::new(Columns {
+                run: &[1],
+                time_s: &[50.0],
+                torque_Nm: &[load.torque_Nm()],
+                preload_N: &[load.preload_N()],
+                input_angle_rad: &[load.input_angle_rad()],
+                temperature_K: Some(&[300.0]),
+                cycle: None,
+            });
+            let alone =
+                Predictor::new(drive.clone(), &ids, table.unwrap()).unwrap().predict(&values, &[]).unwrap();
+            let close = |a: f64, b: f64| {
+                assert!((a - b).abs() <= 1e-10 * b.abs() + 1e-16, "{label} at {load:?}: {a} {b}");
+            };
+            close(outcome.angle_rad, alone.angle_rad[0]);
+            close(detail.angle_rad.unwrap(), alone.angle_rad[0]);
+            close(detail.contributions.iter().map(|part| part.angle_rad[0]).sum(), alone.angle_rad[0]);
+            let (mesh, angles) = (outcome.mesh.unwrap(), detail.solution.angles.unwrap());
+            close(mesh.deceleration_rad, angles.deceleration_rad);
+            close(mesh.equal_speed_rad, angles.equal_speed_rad);
+            assert_eq!((detail.solution.load, detail.solution.status), (*load, outcome.status));
+        }
+    }
 }
 
 fn message<T>(result: Result<T, InvalidInput>) -> String {

@@ -214,3 +214,18 @@ proptest! {
         prop_assert!(relative(eight.peak_pressure_Pa, 2.0 * loaded.peak_pressure_Pa) < 1e-14);
     }
 }
+
+proptest! {
+    #![proptest_config(common::config(500))]
+
+    /// The slope of the stiffness by a curvature against a central difference, from the circle to long ellipses.
+    #[test]
+    fn the_stiffness_slope_is_a_derivative(log_ratio in 0.0..9.0_f64, curvature in 10.0..1e4_f64, strong in any::<bool>()) {
+        let other = if strong { curvature * (-log_ratio).exp() } else { curvature * log_ratio.exp() };
+        let stiffness = |curvature: f64| HertzContact::new(curvature, other, 1e11).unwrap().stiffness;
+        let h = 1e-5_f64;
+        let difference = (stiffness(curvature * h.exp()) / stiffness(curvature * (-h).exp())).ln() / (2.0 * h);
+        let exact = HertzContact::new(curvature, other, 1e11).unwrap().stiffness_slope(curvature, other);
+        prop_assert!((exact - difference).abs() < 1e-8, "{exact} {difference}");
+    }
+}

@@ -198,7 +198,7 @@ impl Predictor {
 #[pymethods]
 impl Predictor {
     #[new]
-    #[pyo3(signature = (drive, effects, run, time_s, torque_Nm, preload_N, input_angle_rad, temperature_K = None))]
+    #[pyo3(signature = (drive, effects, run, time_s, torque_Nm, preload_N, input_angle_rad, temperature_K = None, cycle = None))]
     #[allow(clippy::too_many_arguments)] // the columns of a table
     fn new(
         py: Python<'_>,
@@ -210,10 +210,12 @@ impl Predictor {
         preload_N: Floats<'_>,
         input_angle_rad: Floats<'_>,
         temperature_K: Option<Floats<'_>>,
+        cycle: Option<Floats<'_>>,
     ) -> PyResult<Self> {
         let column = |values: &Floats<'_>| values.view().to_vec();
         let (time, torque, preload) = (column(&time_s), column(&torque_Nm), column(&preload_N));
         let (angle, temperature) = (column(&input_angle_rad), temperature_K.as_ref().map(column));
+        let cycle = cycle.as_ref().map(column);
         let rows = Rows::new(Columns {
             run: &run.view().to_vec(),
             time_s: &time,
@@ -221,6 +223,7 @@ impl Predictor {
             preload_N: &preload,
             input_angle_rad: &angle,
             temperature_K: temperature.as_deref(),
+            cycle: cycle.as_deref(),
         });
         let predictor = rows.and_then(|rows| predict::Predictor::new(drive.rust().clone(), &effects, rows));
         let predictor = predictor.map_err(|error| invalid_input(py, &error))?;

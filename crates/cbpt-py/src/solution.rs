@@ -144,7 +144,7 @@ impl Solution {
 
     /// The whole solution as the JSON object that ``cbpt solve --json`` prints.
     fn to_json(&self) -> String {
-        cbpt_cli::report::pretty(&report(self.drive.rust(), &self.solution, &Units::default()).json)
+        cbpt_cli::report::pretty(&report(self.drive.rust(), &self.solution, None, &Units::default()).json)
     }
 
     /// Pickled as drive and load; solving again gives the same numbers.
@@ -155,7 +155,7 @@ impl Solution {
     }
 
     fn __repr__(&self) -> String {
-        report(self.drive.rust(), &self.solution, &Units::default()).text
+        report(self.drive.rust(), &self.solution, None, &Units::default()).text
     }
 }
 

@@ -138,7 +138,7 @@ class Diagnosis:
         """The smallest size of each effect that these readings would have shown, about the final
         fit.
         """
-        screen = self._screen()
+        screen, c = self._screen(), self.competition
         # Odds of 20 : 1 after prior odds of 1 : 50 and the price of a free size.
         need = np.sqrt(2 * (np.log(ODDS_LIMIT) + np.log(50.0) + 3.0))
         best: dict[str, tuple[float, dict[str, float]]] = {}
@@ -148,7 +148,8 @@ class Diagnosis:
                 continue
             place = screen.places[m]
             size = need / np.sqrt(np.diag(screen.gram)[place][0])
-            value = {s.variant.sizes[0]: float(size * s.unit[0])}
+            neutral = c.fitter.neutral(effect, s.variant.sizes[0])
+            value = {s.variant.sizes[0]: float(neutral + size * s.unit[0])}
             if effect not in best or size < best[effect][0]:
                 best[effect] = (float(size), value | s.shapes)
         return [{"effect": e, "smallest": v} for e, (_, v) in sorted(best.items())]
@@ -217,7 +218,7 @@ class Diagnosis:
                 ],
             },
             "noise": {
-                "u_stated_arcsec": u if c.campaign.u_stated else None,
+                "u_stated_arcsec": u / c.campaign.u_believed if c.campaign.u_stated else None,
                 "u_estimated_arcsec": noise.scale * u,
                 "model": list(v.noise),
                 "run_offset_arcsec": noise.offset_arcsec,

@@ -45,6 +45,8 @@ class Campaign:
     """Standard uncertainty of each number that is a `PRIORS` effect, by effect id."""
     effects: tuple[tuple[str, dict[str, float]], ...] = ()
     """Effects that the case has, each with its numbers, SI."""
+    u_believed: float = 1.0
+    """What the stated uncertainty was multiplied by, where it cannot be meant as it stands."""
     step_arcsec: float = 0.0
     """Step of the display where it is coarse against the uncertainty, else 0."""
 
@@ -108,6 +110,7 @@ class Campaign:
             zeros,
             self.priors,
             self.effects,
+            self.u_believed,
             self.step_arcsec,
         )
 
@@ -128,7 +131,8 @@ def _effects_of(case: Case | Drive) -> tuple[tuple[str, dict[str, float]], ...]:
 def display_step(values: Floats) -> float:
     """The step that all values are whole multiples of, 0 where there is none to be seen."""
     found = np.unique(np.round(values, 9))
-    if len(found) < 3:
+    # A step that hardly any two readings share is that of the digits in the table.
+    if len(found) < 3 or len(found) > 0.7 * len(values):
         return 0.0
     # Digits of the table may round the multiples once more, so the step is refined on them.
     step = float(np.diff(found).min())
@@ -178,7 +182,7 @@ class Assembled:
 
     def __init__(self, campaign: Campaign, effects: Sequence[str]) -> None:
         r = campaign.readings
-        temperature = r.temperature_degC
+        assert r.preload_N is not None  # what Campaign.of asks for
         self.effects = tuple(effects)
         self._predictor = Predictor(
             campaign.drive,
@@ -188,13 +192,17 @@ class Assembled:
             r.torque_Nm,
             r.preload_N,
             np.deg2rad(r.input_angle_deg),
-            temperature,
+            None if r.temperature_degC is None else r.temperature_degC,
+            None if r.cycle is None else np.asarray(r.cycle, dtype=np.float64),
         )
         self.neutral = self._predictor.neutral()
         """Values at which nothing is added to the case: its own effects keep theirs."""
         parameters = self._predictor.parameters
         self.lower = np.array([p.lower for _, _, p in parameters])
         self.upper = np.array([p.upper for _, _, p in parameters])
+        """Limits of what the equations take."""
+        self.likely = np.array([p.range for _, _, p in parameters], dtype=np.float64).reshape(-1, 2)
+        """Range of what is plausible, shape (p, 2)."""
         self.places = {(owner, p.name): i for i, (owner, _, p) in enumerate(parameters)}
         """Place of each parameter among the values, by instance of an effect and name."""
         for effect, numbers in campaign.effects:

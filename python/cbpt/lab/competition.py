@@ -12,7 +12,7 @@ the best. All are weighed by evidence and prior odds, so no order of asking deci
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -104,12 +104,11 @@ def compete(campaign: Campaign, rng: np.random.Generator) -> Competition:
     _price_forms(fitter, screens, levels, signatures)
     # The most promising first: the others need not be polished further than it takes to be out.
     for member, sizes in _promising(screens, levels, signatures):
-        fit = fitter.fit(
-            Hypothesis((signatures[member].variant,)),
-            start_values(fitter, signatures, (member,), sizes),
-            flexible,
-        )
-        _keep(fits, fit)
+        hypothesis = Hypothesis((signatures[member].variant,))
+        values = start_values(fitter, signatures, (member,), sizes)
+        # Zeros of the runs can hide what goes with the input angle, so both ways are tried.
+        for noise in _with_and_without_offsets(flexible):
+            _keep(fits, fitter.fit(hypothesis, values, noise))
 
     # Pairs: about the drive as stated, and about the best singles.
     ranked = sorted((n for n in fits if len(n) == 1), key=lambda n: -_score(fitter, fits[n]))
@@ -259,8 +258,15 @@ def start_values(
         for name, value in given.items():
             effect, _, parameter = name.partition(".")
             if effect not in base.hypothesis.effects:
-                values[fitter.place(effect, parameter)] = value
+                i = fitter.place(effect, parameter)
+                values[i] = np.clip(value, fitter.model.lower[i], fitter.model.upper[i])
     return values
+
+
+def _with_and_without_offsets(noise: Noise) -> Iterator[Noise]:
+    yield noise
+    if noise.offset_arcsec:
+        yield replace(noise, offset_arcsec=0.0)
 
 
 def _keep(fits: dict[Names, Fit], fit: Fit | None) -> None:

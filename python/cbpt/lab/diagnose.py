@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,6 +28,8 @@ from cbpt.lab.holdout import folds, held_out_residual, held_out_with_pattern, rm
 from cbpt.lab.inputs import case_and_readings
 from cbpt.lab.patterns import Pattern
 from cbpt.lab.readings import Readings
+from cbpt.lab.scatter import estimate
+from cbpt.lab.slips import slips
 from cbpt.lab.verdict import Verdict, judge
 
 __all__ = ["diagnose"]
@@ -63,7 +66,7 @@ def _diagnosed(case: Case | Drive, readings: Readings, seed: int) -> Diagnosis:
     verdict = judge(competition)
     fold, held_by = folds(campaign)
     fits = competition.fits
-    nominal = competition.fitter.at_nominal(fits[()])
+    nominal = competition.fitter.at_nominal(fits[verdict.names])
     return Diagnosis(
         case=case,
         readings=campaign.readings,
@@ -84,23 +87,29 @@ def _ladder(
 ) -> Iterator[Rung]:
     """From the drive as stated to the answer, and one step further."""
     fitter, fits, names = competition.fitter, competition.fits, verdict.names
-    yield rung(fitter, "", nominal, fold)
-    yield rung(fitter, "numbers refitted", fits[()], fold)
+    # One noise judges every rung: a fit without the effect may take the effect for noise.
+    pattern = verdict.pattern
+    noise = fits[names].noise if pattern is None else pattern.noise
+
+    def seen(added: str, fit: Fit) -> Rung:
+        return rung(fitter, added, fitter.look(fit, noise), fold)
+
+    yield seen("", nominal)
+    yield seen("numbers refitted", fits[()])
     for reached, added in path(names, fits):
-        yield rung(fitter, added, fits[reached], fold)
+        yield seen(added, fits[reached])
     further = _one_more(competition, names)
     if further:
         added = next(iter(set(further) - set(names)))
-        yield rung(fitter, added, fits[further], fold)
-    if verdict.pattern is not None:
-        yield _rung_of_pattern(verdict.pattern, fold)
+        yield seen(added, fits[further])
+    if pattern is not None:
+        yield _rung_of_pattern(pattern, fold)
 
 
 def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
     """Readings that can be judged, and what was set aside. Raises `ReadingsError` where too few
     are left.
     """
-    source = campaign.readings.source
     notes = list(campaign.readings.notes)
     n = len(campaign)
     if n > MOST:
@@ -108,38 +117,21 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
         keep[np.linspace(0, n - 1, MOST).round().astype(int)] = True
         campaign = campaign.select(keep)
         notes.append(f"{MOST} of {n} readings, evenly spaced, were used for the diagnosis")
-    solved = np.isfinite(_as_given(campaign))
+    model = _as_given(campaign)
+    solved = np.isfinite(model)
     if not solved.all():
         lines = campaign.readings.line[~solved]
         shown = ", ".join(map(str, lines[:8].tolist())) + (", ..." if len(lines) > 8 else "")
         notes.append(
             f"{len(lines)} readings were set aside because the model has no solution there (the "
-            "preload does not "
-            f"hold the torque, see cbpt compare): lines {shown}"
+            "preload does not hold the torque, see cbpt compare): lines " + shown
         )
         if solved.any():
-            campaign = campaign.select(solved)
-    if np.count_nonzero(solved) < FEWEST:
-        raise ReadingsError.of_table(
-            source,
-            "elastic_angle",
-            f"at least {FEWEST} readings at which the model has a solution, to judge it by",
-        )
-    torque = campaign.readings.torque_Nm
-    if np.ptp(torque) <= 1e-9 * max(float(np.abs(torque).max()), 1e-300):
-        raise ReadingsError.of_table(
-            source,
-            "torque",
-            "readings at different torques: at one torque nothing can be told apart",
-        )
-    preload = campaign.readings.preload_N
-    assert preload is not None
-    if np.ptp(preload) <= 1e-3 * float(preload.max()):
-        notes.append(
-            "one preload level: effects that differ in how they follow the preload (friction, "
-            "preload_loss, a "
-            "compliance) cannot be told apart by it; measure at three levels"
-        )
+            campaign, model = campaign.select(solved), model[solved]
+    _stop_if_too_little(campaign, n, int(np.count_nonzero(solved)))
+    _stop_if_a_slip(campaign, model)
+    campaign, told = _believed(campaign, model)
+    notes += told
     if campaign.step_arcsec:
         notes.append(
             f"the angle comes in steps of {campaign.step_arcsec:g} arcsec, coarse against its "
@@ -151,6 +143,63 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
             "that can be seen"
         )
     return campaign, notes
+
+
+def _stop_if_too_little(campaign: Campaign, n: int, solved: int) -> None:
+    source, r = campaign.readings.source, campaign.readings
+    if solved < FEWEST or 2 * solved < n:
+        if n > solved:
+            raise ReadingsError.of_column(
+                source,
+                "torque",
+                f"torques that the preload does not hold at {n - solved} of {n} readings",
+                f"a solution of the model at half of them and at {FEWEST} at least",
+                "check the units of torque and preload, and the drive",
+            )
+        raise ReadingsError.of_column(
+            source,
+            "elastic_angle",
+            f"{n} readings",
+            f"at least {FEWEST}",
+            "with so few anything fits; measure more torques and preloads",
+        )
+    for column, values, why in (
+        ("torque", r.torque_Nm, "at one torque no effect shows itself"),
+        ("elastic_angle", r.elastic_angle_arcsec, "an angle that does not move tells nothing"),
+    ):
+        if np.ptp(values) <= 1e-9 * max(float(np.abs(values).max()), 1e-300):
+            raise ReadingsError.of_column(
+                source, column, f"{values[0]:g} at every reading", "a column that varies", why
+            )
+
+
+def _stop_if_a_slip(campaign: Campaign, model: Floats) -> None:
+    """A wrong unit or sign would be diagnosed as an effect."""
+    zero = float(np.median(campaign.y_arcsec - model))
+    found = slips(campaign.y_arcsec - zero, model) or slips(campaign.y_arcsec, model)
+    if found:
+        raise ReadingsError.of_column(
+            campaign.readings.source,
+            "elastic_angle",
+            "; ".join(found),
+            "readings of about the model's size and sign",
+            "name the unit in the header, or turn the sign of the torque or of the angle",
+        )
+
+
+def _believed(campaign: Campaign, model: Floats) -> tuple[Campaign, list[str]]:
+    """The stated uncertainty, unless the readings scatter by far more or less inside their runs."""
+    if not campaign.u_stated or campaign.step_arcsec:
+        return campaign, []
+    found = estimate(campaign.readings, campaign.y_arcsec - model)
+    if found is None or found.ratio is None or 0.2 < found.ratio < 5:
+        return campaign, []
+    told = (
+        f"the readings scatter by {found.u_arcsec:.3g} arcsec inside their runs, {found.ratio:.3g} "
+        "times what is stated; the scatter was used in its place: check the unit of the uncertainty"
+    )
+    scaled = replace(campaign, u_arcsec=campaign.u_arcsec * found.ratio, u_believed=found.ratio)
+    return scaled, [told]
 
 
 def _as_given(campaign: Campaign) -> Floats:

@@ -175,7 +175,12 @@ class Fitter:
         return self.model.index(self.effects.index(effect), name), f"{effect}.{name}"
 
     def _bounds(self, index: int) -> tuple[float, float]:
-        return float(self.model.lower[index]), float(self.model.upper[index])
+        """What is plausible, with some room beyond, and neutral in any case."""
+        low, high = self.model.likely[index]
+        neutral = float(self.model.neutral[index])
+        room = 0.0 if low * high > 0 else 2.0 * (high - low)
+        low = max(min(low, neutral) - room, self.model.lower[index])
+        return float(low), float(min(max(high, neutral) + room, self.model.upper[index]))
 
     def start(self, hypothesis: Hypothesis, sizes: dict[str, float]) -> Floats:
         """Neutral values, but for `sizes` by parameter (`effect.name`) and what a variant fixes."""

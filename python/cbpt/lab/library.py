@@ -119,29 +119,34 @@ def _all() -> Iterator[Variant]:
         name="planet",
     )
     for harmonic in range(2, 9):
+        for groove in ("", "planet_"):
+            yield Variant(
+                "groove_pitch_error",
+                (f"{groove}cosine_m", f"{groove}sine_m"),
+                1e-7,
+                1e-5,
+                signed=True,
+                fixed=(("harmonic", float(harmonic)),),
+                name=f"{'planet' if groove else 'fixed groove'}, harmonic {harmonic}",
+            )
+    for where in ("", "housing_"):
         yield Variant(
-            "groove_pitch_error",
-            ("cosine_m", "sine_m"),
-            1e-7,
-            1e-5,
+            "plate_tilt",
+            (f"{where}tilt_cosine_rad", f"{where}tilt_sine_rad"),
+            1e-6,
+            1e-3,
             signed=True,
-            fixed=(("harmonic", float(harmonic)),),
-            name=f"harmonic {harmonic}",
+            secants=tuple(
+                (size * c, size * s)
+                for size in (1e-5, 4e-5)
+                for c, s in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
+            ),
+            name="in the housing" if where else "with the crank",
         )
-    yield Variant(
-        "plate_tilt",
-        ("tilt_cosine_rad", "tilt_sine_rad"),
-        1e-6,
-        1e-3,
-        signed=True,
-        secants=tuple(
-            (size * c, size * s)
-            for size in (1e-5, 4e-5)
-            for c, s in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
-        ),
-    )
     yield Variant("rough_contact", ("exponent",), 0.02, 1.0, signed=True)
-    yield Variant("run_in", ("permanent_set_rad",), 0.1 * ARCSEC, 30 * ARCSEC)
+    for name, needs in (("permanent_set", ""), ("permanent_set_of_run", ""), ("settled", "cycle")):
+        size = (f"{name}_rad",)
+        yield Variant("run_in", size, 0.1 * ARCSEC, 30 * ARCSEC, name=name, needs=needs)
     yield Variant("wear", ("lost_share_per_s",), 1e-7, 1e-3, needs="time_s")
     yield Variant("creep", ("compliance_rad_per_Nm",), 1e-9, 1e-5, shapes=(_TIME,), needs="time_s")
 

@@ -58,7 +58,8 @@ class Patterned:
         """Precisions of all columns, the patterns being of an amplitude."""
         patterns = self.columns.shape[1] - len(self.precision)
         u = float(np.median(self.fitter.campaign.u_arcsec))
-        return np.r_[self.precision, np.full(patterns, (amplitude * u) ** -2.0)]
+        own = np.full(patterns, (amplitude * u) ** -2.0)
+        return np.concatenate([self.precision, own])
 
     def rated(self, amplitude: float, structures: bool = False) -> tuple[float, Noise]:
         """Log evidence, and the noise that suits it."""

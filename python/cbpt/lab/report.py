@@ -74,7 +74,10 @@ def lines(d: Diagnosis) -> Iterator[str]:
 def _region(region: dict[str, object]) -> str:
     ranges = region["region"]
     assert isinstance(ranges, dict)
-    parts = [f"{name} {low:g} to {high:g}" for name, (low, high) in ranges.items()]
+    parts = [
+        f"{name} {low:g}" if low == high else f"{name} {low:g} to {high:g}"
+        for name, (low, high) in ranges.items()
+    ]
     if region["regime"]:
         parts.append(str(region["regime"]))
     return (

@@ -36,9 +36,14 @@ MOVED_SIGMA = 2.0
 """A number that has to move further than this is a finding of its own."""
 # A pattern left over may carry this share of what the effects explain and still be called their
 # form.
-_FORM_SHARE = 0.15
+_FORM_SHARE = 0.06
 # In log likelihood: what scatter beyond that of the readings may cost before a fit is strained.
 _STRAIN = 8.0
+# Log odds that the best of the patterns gains in noise alone, its own price given back.
+_BY_CHANCE = 2.0
+# A shaft joint that stiffens by a tenth reads like a bearing's exponent.
+KIN = (("eccentric_bearing", "output_torsion"),)
+_KIN_REACH = 3.0
 # Calibrations known worse than this many times the usual share a shift with the drive.
 _LOOSE_CALIBRATION = 3.0
 
@@ -85,22 +90,33 @@ def judge(competition: Competition) -> Verdict:
     # What a pattern adds to the best set tells how far the library's form is from the readings:
     # rivals within that distance are not decided.
     reach = limit + _leftover(sets, first)
-    within = {n: o for n, o in named.items() if o > named[first] - reach}
-    if () in within or all(n in ((), (OFFSET,)) for n in within):
+    within = {n: o for n, o in named.items() if o > named[first] - reach - _kinship(n, first)}
+    alone = {n: o for n, o in sets.items() if UNKNOWN in n and set(n) <= {UNKNOWN, OFFSET}}
+    offsets_only = all(n in ((), (OFFSET,)) for n in within)
+    if () in within or (offsets_only and max(alone.values(), default=-np.inf) < 1 + named[first]):
         return _no_effect(competition, limit)
     # A pattern alone counts as a rival where it explains about as well; sooner where the named
     # effect leaves more scatter than there is.
     fair = limit if _strained(competition, first) else float(np.log(UNKNOWN_LIMIT))
-    alone = [n for n in sets if UNKNOWN in n and set(n) <= {UNKNOWN, OFFSET}]
-    within |= {n: sets[n] for n in alone if sets[n] > max(sets.values()) - fair}
+    within |= {n: o for n, o in alone.items() if o > max(sets.values()) - fair}
     # The fewest effects that do: a set with more than another one that does needs no mention.
     least = {n: o for n, o in within.items() if not any(set(m) < set(n) for m in within)}
     chosen = max(least, key=lambda n: named.get(n, -np.inf))
     effects = _less(chosen, OFFSET)
+    # Either the runs' zeros or an effect: something is there, and noise is no longer the question.
+    either = (OFFSET,) in least and len(least) > 1
     numbers_only = all(n in PRIORS for n in effects)
-    if numbers_only or _p_value(competition, effects) > P_LIMIT:
+    if not either and (numbers_only or _p_value(competition, effects) > P_LIMIT):
         return _no_effect(competition, limit)
     return _effects(competition, least, chosen)
+
+
+def _kinship(names: Names, best: Names) -> float:
+    """How much further a set is a rival because an effect of it differs from one of the best only
+    in a shape that real parts do not keep exactly."""
+    ours, theirs = set(names) - set(best), set(best) - set(names)
+    kin = any({a, b} == set(pair) for a in ours for b in theirs for pair in KIN)
+    return _KIN_REACH if kin and len(ours) == len(theirs) == 1 else 0.0
 
 
 def _strained(competition: Competition, names: Names) -> bool:
@@ -160,14 +176,14 @@ def _leftover(sets: dict[Names, float], best: Names) -> float:
     if not best:
         return 0.0
     grown = sets.get(tuple(sorted((*best, UNKNOWN))), -np.inf)
-    return max(0.0, float(grown - sets[best] - np.log(ODDS[UNKNOWN])))
+    return max(0.0, float(grown - sets[best] - np.log(ODDS[UNKNOWN])) - _BY_CHANCE)
 
 
 def _unknown(competition: Competition, best: Names) -> Verdict:
     pattern = next(p for p in competition.patterns if set(best) - {UNKNOWN, OFFSET} == set(p.base))
     names = pattern.base
     noise = noise_words(competition, pattern.noise)
-    share = _share(competition, [], pattern)
+    share = _share(competition, [UNKNOWN])
     return Verdict("unknown", (), (), share, (), False, names, pattern, noise)
 
 
@@ -179,46 +195,30 @@ def _no_effect(competition: Competition, limit: float) -> Verdict:
     null = fits[()]
     noise = noise_words(competition, null.noise)
     moved = shifts(null)
-    strained = {n: z for n, z in moved.items() if abs(z) > MOVED_SIGMA}
-    rivals = sorted(
-        {
-            n
-            for names, o in odds.items()
-            if len(names) == 1 and o > max(odds.values()) - limit
-            for n in names
-        }
-    )
     inadequate = _nominal_rejected(competition, null)
+    rests = _rests(null, moved) if inadequate else ()
+
+    def verdict(
+        kind: str,
+        effects: tuple[str, ...] = (),
+        rivals: tuple[str, ...] = (),
+        within_uncertainty: bool = False,
+    ) -> Verdict:
+        share = _share_of_nothing(competition, (*effects, *rivals))
+        groups = (rivals,) if rivals else ()
+        return Verdict(kind, effects, groups, share, rests, within_uncertainty, (), None, noise)
+
+    strained = {n: z for n, z in moved.items() if abs(z) > MOVED_SIGMA}
     if inadequate and strained:
         wide = max(strained, key=lambda n: abs(strained[n]))
-        named = [n for n in rivals if n != wide]
-        if named:
-            group = tuple(sorted({wide, *named}))
-            return Verdict(
-                "ambiguous",
-                (),
-                (group,),
-                _share(competition, [(n,) for n in group] + [()]),
-                _rests(null, moved),
-                False,
-                (),
-                None,
-                noise,
-            )
-        spec = _class_of(wide)
-        kind = "rig" if spec == "rig" else "parameter"
-        return Verdict(
-            kind,
-            (wide,),
-            (),
-            _share(competition, [(), (wide,)]),
-            _rests(null, moved),
-            False,
-            (),
-            None,
-            noise,
-        )
-    special = tuple(n for n in noise if n != "white")
+        near = max(odds.values()) - limit
+        named = {n for names, o in odds.items() if len(names) == 1 and o > near for n in names}
+        if _at_end(null, wide):
+            # Further off than a number of a drive can be: its twin is as likely to blame.
+            named |= set(TWINS.get(wide, ()))
+        if named - {wide}:
+            return verdict("ambiguous", rivals=tuple(sorted(named | {wide})))
+        return verdict("rig" if _class_of(wide) == "rig" else "parameter", (wide,))
     if inadequate:
         sharing = _sharing(competition, null)
         loose = [
@@ -228,42 +228,18 @@ def _no_effect(competition: Competition, limit: float) -> Verdict:
             and competition.campaign.priors[n] >= _LOOSE_CALIBRATION * DEFAULT_UNCERTAINTY[n]
         ]
         if loose and len(sharing) > 1:
-            return Verdict(
-                "ambiguous",
-                (),
-                (tuple(sharing),),
-                _share(competition, [()]),
-                _rests(null, moved),
-                True,
-                (),
-                None,
-                noise,
-            )
-    rig = special or ()
-    if rig:
-        effects = ("run_offset",) if "run_offset" in rig else ()
-        return Verdict(
-            "rig",
-            effects,
-            (),
-            _share(competition, [()]),
-            _rests(null, moved) if inadequate else (),
-            inadequate,
-            (),
-            None,
-            noise,
-        )
-    return Verdict(
-        "complete",
-        (),
-        (),
-        _share(competition, [()]),
-        _rests(null, moved) if inadequate else (),
-        inadequate,
-        (),
-        None,
-        noise,
-    )
+            return verdict("ambiguous", rivals=tuple(sharing), within_uncertainty=True)
+    if noise != ("white",):
+        effects = (OFFSET,) if OFFSET in noise else ()
+        return verdict("rig", effects, within_uncertainty=inadequate)
+    return verdict("complete", within_uncertainty=inadequate)
+
+
+def _at_end(fit: Fit, number: str) -> bool:
+    """Whether a number of drive or instrument stands at the end of its range."""
+    u = next(u for u in fit.unknowns if u.name == number)
+    value = fit.value(u)
+    return bool(value <= u.lower * (1 + 1e-6) or value >= u.upper * (1 - 1e-6))
 
 
 def shifts(fit: Fit) -> dict[str, float]:
@@ -325,7 +301,7 @@ def _effects(competition: Competition, sets: dict[Names, float], chosen: Names) 
         kind,
         effects,
         tuple(tuple(sorted(g)) for g in groups),
-        _share(competition, [_less(n, OFFSET) for n in sets]),
+        _share(competition, certain, groups),
         _decided_by(competition, names),
         False,
         names,
@@ -378,18 +354,28 @@ def _rests(fit: Fit, moved: dict[str, float]) -> tuple[Rest, ...]:
 
 
 def _share(
-    competition: Competition, sets: Iterable[Names], pattern: Pattern | None = None
+    competition: Competition, certain: Iterable[str], groups: Iterable[Iterable[str]] = ()
 ) -> float:
-    """Posterior probability of some sets, or of a pattern, among all that was weighed."""
-    odds = competition.log_odds
-    top = max([*odds.values(), *competition.pattern_log_odds])
+    """Posterior probability that all that is certain is at work, and one of each group."""
+    odds = weighed(competition)
+    top = max(odds.values())
+    needed, rivals = set(certain), [set(g) for g in groups]
+
+    def fits(names: Names) -> bool:
+        found = set(names)
+        return needed <= found and all(found & g for g in rivals)
+
     total = sum(np.exp(o - top) for o in odds.values())
-    unnamed = max(competition.pattern_log_odds, default=-np.inf)
-    total += np.exp(unnamed - top)
-    chosen = sum(np.exp(odds[n] - top) for n in set(sets) if n in odds)
-    if pattern is not None:
-        chosen += np.exp(unnamed - top)
-    return float(chosen / total)
+    return float(sum(np.exp(o - top) for n, o in odds.items() if fits(n)) / total)
+
+
+def _share_of_nothing(competition: Competition, besides: Iterable[str] = ()) -> float:
+    """Posterior probability that no effect is at work but for these."""
+    odds = weighed(competition)
+    top = max(odds.values())
+    allowed = {OFFSET, *besides}
+    total = sum(np.exp(o - top) for o in odds.values())
+    return float(sum(np.exp(o - top) for n, o in odds.items() if set(n) <= allowed) / total)
 
 
 def _class_of(effect: str) -> str:
@@ -397,6 +383,7 @@ def _class_of(effect: str) -> str:
 
 
 CLASSES: dict[str, str] = {spec.id: spec.kind for spec in effect_specs()}
+TWINS: dict[str, list[str]] = {spec.id: spec.twins for spec in effect_specs()}
 
 
 def noise_words(competition: Competition, noise: Noise) -> tuple[str, ...]:
@@ -414,7 +401,7 @@ def noise_words(competition: Competition, noise: Noise) -> tuple[str, ...]:
             else "heavy_tailed"
         )
     dof = len(competition.campaign)
-    if (
+    if competition.campaign.u_believed != 1 or (
         competition.campaign.u_stated
         and abs(np.log(noise.scale)) * np.sqrt(2 * dof) > 3.5
         and abs(np.log(noise.scale)) > 0.1

@@ -123,6 +123,11 @@ pub struct OwnParameter {
     pub max: Option<f64>,
 }
 
+/// The built-in effect that a wrong id must have meant, if that is clear.
+pub fn nearest_effect(id: &str) -> Option<String> {
+    suggest::nearest(id, EFFECTS.iter().copied())
+}
+
 /// A case file is a few kilobytes; what is larger is another file.
 const LARGEST: usize = 1 << 20;
 

@@ -3,21 +3,24 @@
 use cbpt_core::{Drive, Finding, Severity};
 use serde_json::{Value, json};
 
-use super::{load, read_case};
+use super::{load, note_bare_drive};
 use crate::args::Check;
+use crate::case::Case;
 use crate::exit::{Exit, Failure};
 use crate::report::{Report, Table, six_digits};
 
 /// Runs the verb.
 pub fn run(verb: &Check) -> Result<Exit, Failure> {
     verb.output.check()?;
-    let case = read_case(&verb.case.path)?;
+    let case = Case::read(&verb.case.path)?;
     // A load is checked where one is meant: given whole in the case, or begun on the command line.
     let begun = verb.load.torque_Nm.is_some() || verb.load.preload_N.is_some();
     let whole = case.load.torque_Nm.is_some() && case.load.preload_N.is_some();
     let load = if begun || whole { Some(load(&case, &verb.load)?) } else { None };
     let findings = case.drive.findings(load.as_ref());
-    report(&case.drive, &findings, load.is_some()).deliver(&verb.output)?;
+    let mut report = report(&case.drive, &findings, load.is_some());
+    note_bare_drive(&mut report, &case, "these are findings");
+    report.deliver(&verb.output)?;
     let failed = findings.iter().any(|finding| finding.severity == Severity::Error);
     Ok(if failed { Exit::DesignError } else { Exit::Success })
 }

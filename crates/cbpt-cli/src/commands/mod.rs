@@ -1,6 +1,7 @@
 //! One file a verb: case and flags to a report.
 
 pub mod check;
+pub mod effects;
 pub mod preload;
 pub mod schema;
 pub mod solve;
@@ -9,10 +10,12 @@ pub mod sweep;
 use std::path::Path;
 
 use cbpt_core::Load;
+use cbpt_core::predict::loads::Effects;
 
 use crate::args::{LoadOptions, OutputOptions};
 use crate::case::Case;
 use crate::exit::Failure;
+use crate::report::Report;
 use crate::units::Unit;
 
 /// The chosen units.
@@ -55,19 +58,46 @@ impl Default for Units {
     }
 }
 
-/// Reads a case whose drive is to be computed as it stands.
-///
-/// Effects are part of the case format but not yet of the model; leaving them out in silence would be a wrong number.
-fn read_case(path: &Path) -> Result<Case, Failure> {
-    let case = Case::read(path)?;
-    match case.effects.first() {
-        None => Ok(case),
-        Some(effect) => Err(Failure::Usage(format!(
-            "{}: the case has the effect `{}`, which this version reads but cannot compute yet; remove its [[effect]] to \
-             compute the bare drive",
-            path.display(),
-            effect.id
-        ))),
+/// The effects of a case, as the core takes them.
+struct CaseEffects<'a> {
+    ids: Vec<&'a str>,
+    values: Vec<f64>,
+}
+
+impl<'a> CaseEffects<'a> {
+    /// `None` where the case has none.
+    ///
+    /// The user's own effects are part of the case format but not of the core; leaving them out in silence would be a
+    /// wrong number.
+    fn of(case: &'a Case, path: &Path) -> Result<Option<Self>, Failure> {
+        if let Some(own) = case.effects.iter().find(|effect| effect.expression.is_some()) {
+            return Err(Failure::Usage(format!(
+                "{}: the case has the own effect `{}`, whose expression this verb does not compute; remove its [[effect]] \
+                 to compute the rest",
+                path.display(),
+                own.id
+            )));
+        }
+        let ids: Vec<&str> = case.effects.iter().map(|effect| &*effect.id).collect();
+        let values =
+            case.effects.iter().flat_map(|effect| &effect.numbers).map(|(_, value)| *value).collect();
+        Ok((!ids.is_empty()).then_some(Self { ids, values }))
+    }
+
+    fn core(&self) -> Effects<'_> {
+        Effects { ids: &self.ids, values: &self.values }
+    }
+}
+
+/// Says of a verb's answer that it is that of the bare drive, where the case has effects.
+fn note_bare_drive(report: &mut Report, case: &Case, what: &str) {
+    if case.effects.is_empty() {
+        return;
+    }
+    let ids: Vec<&str> = case.effects.iter().map(|effect| &*effect.id).collect();
+    report.text += &format!("\nNote: {what} of the drive alone; not counted: {}.", ids.join(", "));
+    if let serde_json::Value::Object(entries) = &mut report.json {
+        entries.insert("effects_not_counted".to_owned(), serde_json::json!(ids));
     }
 }
 

@@ -4,15 +4,16 @@ use cbpt_core::{DriveThresholds, PreloadThresholds};
 use serde_json::{Value, json};
 
 use super::check::{finding_document, finding_text};
-use super::{Units, read_case, torque_Nm};
+use super::{Units, note_bare_drive, torque_Nm};
 use crate::args::Preload;
+use crate::case::Case;
 use crate::exit::{Exit, Failure};
 use crate::report::{Report, Table, number, object, six_digits};
 
 /// Runs the verb.
 pub fn run(verb: &Preload) -> Result<Exit, Failure> {
     verb.output.check()?;
-    let case = read_case(&verb.case.path)?;
+    let case = Case::read(&verb.case.path)?;
     let torque = torque_Nm(&case, verb.torque_Nm)?;
     // A torque that cannot be is refused with the same words as everywhere.
     cbpt_core::Load::new(torque, 1.0, verb.input_angle_deg.unwrap_or(0.0))?;
@@ -29,6 +30,7 @@ pub fn run(verb: &Preload) -> Result<Exit, Failure> {
     if let Value::Object(entries) = &mut report.json {
         entries.insert("findings".to_owned(), findings.iter().map(finding_document).collect());
     }
+    note_bare_drive(&mut report, &case, "these are thresholds");
     report.deliver(&verb.output)?;
     Ok(if thresholds.drive().hold_N.is_finite() { Exit::Success } else { Exit::NoSolution })
 }

@@ -4,26 +4,33 @@ use cbpt_core::equilibrium::report::PairSolution;
 use cbpt_core::extremes::LargestAngle;
 use cbpt_core::hertz::LoadedContact;
 use cbpt_core::pair::Diagonal;
+use cbpt_core::predict::Contribution;
+use cbpt_core::predict::loads::{LoadDetail, solve_load};
 use cbpt_core::{Drive, Finding, Solution, Status};
 use serde_json::{Value, json};
 
 use super::check::finding_text;
-use super::{Units, load, read_case};
+use super::{CaseEffects, Units, load, note_bare_drive};
 use crate::args::Solve;
+use crate::case::Case;
 use crate::exit::{Exit, Failure};
 use crate::report::{Report, Table, number, object, six_digits};
 
 /// Runs the verb.
 pub fn run(verb: &Solve) -> Result<Exit, Failure> {
     verb.output.check()?;
-    let case = read_case(&verb.case.path)?;
+    let case = Case::read(&verb.case.path)?;
+    let effects = CaseEffects::of(&case, &verb.case.path)?;
     let load = load(&case, &verb.load)?;
-    let solution = case.drive.solve(&load);
+    let detail = effects.map(|effects| solve_load(&case.drive, effects.core(), &load)).transpose()?;
+    let solution = detail.as_ref().map_or_else(|| case.drive.solve(&load), |detail| detail.solution.clone());
     let units = Units::from(&verb.output);
-    let mut report = report(&case.drive, &solution, &units);
+    let mut report = report(&case.drive, &solution, detail.as_ref(), &units);
+    let mut of_drive_alone = vec!["findings"];
     if verb.over_period {
         let (status, largest) = case.drive.largest_elastic_angle(load.torque_Nm(), load.preload_N())?;
         add_period(&mut report, status, largest.as_ref(), &units);
+        of_drive_alone.push("the largest angle over a period");
     }
     if verb.points && solution.status.has_solution() {
         report.text.push_str(
@@ -32,16 +39,17 @@ pub fn run(verb: &Solve) -> Result<Exit, Failure> {
         );
         report.text.push_str(&report.table.narrowed(|column| !column.starts_with("wall")).text());
     }
+    note_bare_drive(&mut report, &case, &format!("{} are", of_drive_alone.join(" and ")));
     report.deliver(&verb.output)?;
     Ok(if solution.status.has_solution() { Exit::Success } else { Exit::NoSolution })
 }
 
-/// What a solution has to say.
-pub fn report(drive: &Drive, solution: &Solution, units: &Units) -> Report {
+/// What a solution has to say; `detail` is that of a case with effects.
+pub fn report(drive: &Drive, solution: &Solution, detail: Option<&LoadDetail>, units: &Units) -> Report {
     let findings = drive.findings(Some(&solution.load));
     Report {
-        text: text(drive, solution, &findings, units),
-        json: document(drive, solution, &findings, units),
+        text: text(drive, solution, detail, &findings, units),
+        json: document(drive, solution, detail, &findings, units),
         table: points_table(solution, units),
     }
 }
@@ -77,7 +85,13 @@ fn pairs(solution: &Solution) -> impl Iterator<Item = (&'static str, &PairSoluti
 }
 
 /// The summary, as `print(solution)` and `cbpt solve` show it.
-pub fn text(drive: &Drive, solution: &Solution, findings: &[Finding], units: &Units) -> String {
+pub fn text(
+    drive: &Drive,
+    solution: &Solution,
+    detail: Option<&LoadDetail>,
+    findings: &[Finding],
+    units: &Units,
+) -> String {
     let load = &solution.load;
     let mut lines = vec![format!(
         "Load: {} {}, preload {} {}, input angle {} deg; transmission ratio {}",
@@ -91,20 +105,38 @@ pub fn text(drive: &Drive, solution: &Solution, findings: &[Finding], units: &Un
     match &solution.angles {
         Some(angles) => {
             let angle = |rad: f64| format!("{} {}", six_digits(rad * units.angle.per_si), units.angle.suffix);
-            lines.push(format!("Elastic angle: {}", angle(angles.elastic_angle_rad())));
+            let shown = detail.and_then(|detail| detail.angle_rad);
+            lines.push(match shown {
+                Some(shown) => {
+                    format!("Elastic angle: {} as the instrument shows it, with effects", angle(shown))
+                }
+                None => format!("Elastic angle: {}", angle(angles.elastic_angle_rad())),
+            });
             lines.push(format!(
                 "  deceleration pair {}, equal-speed pair {} (the part that reaches the output)",
                 angle(angles.deceleration_rad),
                 angle(angles.equal_speed_rad)
             ));
+            if let Some(detail) = detail {
+                let [torque_Nm, preload_N] = detail.mesh_load;
+                lines.push(format!(
+                    "  at the meshing points: torque {} {}, preload {} {}",
+                    six_digits(torque_Nm * units.torque.per_si),
+                    units.torque.name,
+                    six_digits(preload_N * units.force.per_si),
+                    units.force.name,
+                ));
+            }
             if let Some(stiffness) = solution.torsional_stiffness_Nm_per_rad {
                 let (_, value) = stiffness_unit(units, stiffness);
                 let unit = format!("{}/{}", units.torque.name, units.angle.suffix);
-                lines.push(format!("Torsional stiffness at this load: {} {unit}", six_digits(value)));
+                let of = if detail.is_some() { " of the meshing points" } else { "" };
+                lines.push(format!("Torsional stiffness{of} at this load: {} {unit}", six_digits(value)));
             }
             lines.push(format!("Status: {} (scaled residual {:.1e})", solution.status, angles.residual));
             lines.push(String::new());
             lines.push(pair_table(solution, units).text());
+            lines.extend(detail.map(|detail| contribution_table(detail, units).text()));
         }
         None => lines.push(format!("Status: {}", solution.status)),
     }
@@ -151,17 +183,33 @@ fn pair_table(solution: &Solution, units: &Units) -> Table {
     table
 }
 
+/// What each effect adds, in the order of the ports.
+fn contribution_table(detail: &LoadDetail, units: &Units) -> Table {
+    let mut table = Table::new(["contribution".to_owned(), format!("angle ({})", units.angle.suffix)]);
+    for part in &detail.contributions {
+        table.rows.push(vec![json!(part.name), number(Some(part.angle_rad[0] * units.angle.per_si))]);
+    }
+    table
+}
+
 /// The JSON object: angles null where there is no solution.
-pub fn document(drive: &Drive, solution: &Solution, findings: &[Finding], units: &Units) -> Value {
+pub fn document(
+    drive: &Drive,
+    solution: &Solution,
+    detail: Option<&LoadDetail>,
+    findings: &[Finding],
+    units: &Units,
+) -> Value {
     let load = &solution.load;
     let angle = |rad: Option<f64>| number(rad.map(|rad| rad * units.angle.per_si));
     let suffix = units.angle.suffix;
     let (stiffness_suffix, _) = stiffness_unit(units, 0.0);
     let of_pairs = object(pairs(solution).map(|(name, pair)| (name.to_owned(), pair_document(pair, units))));
-    object([
+    let shown = detail.map_or_else(|| solution.elastic_angle_rad(), |detail| detail.angle_rad);
+    let mut document = object([
         ("status".to_owned(), json!(solution.status.name())),
         ("message".to_owned(), json!(solution.status.to_string())),
-        (format!("elastic_angle_{suffix}"), angle(solution.elastic_angle_rad())),
+        (format!("elastic_angle_{suffix}"), angle(shown)),
         (format!("alpha_deceleration_{suffix}"), angle(solution.angles.map(|a| a.deceleration_rad))),
         (format!("alpha_equal_speed_{suffix}"), angle(solution.angles.map(|a| a.equal_speed_rad))),
         ("residual".to_owned(), number(solution.angles.map(|a| a.residual))),
@@ -187,7 +235,15 @@ pub fn document(drive: &Drive, solution: &Solution, findings: &[Finding], units:
         ("transmission_ratio".to_owned(), json!(drive.transmission_ratio())),
         ("pairs".to_owned(), of_pairs),
         ("findings".to_owned(), findings.iter().map(super::check::finding_document).collect()),
-    ])
+    ]);
+    if let (Value::Object(entries), Some(detail)) = (&mut document, detail) {
+        let part = |part: &Contribution| (part.name.clone(), angle(Some(part.angle_rad[0])));
+        entries.insert(format!("contributions_{suffix}"), object(detail.contributions.iter().map(part)));
+        let [torque_Nm, preload_N] = detail.mesh_load.map(|value| number(Some(value)));
+        let at_mesh = [("torque_Nm".to_owned(), torque_Nm), ("preload_N".to_owned(), preload_N)];
+        entries.insert("load_at_meshing_points".to_owned(), object(at_mesh));
+    }
+    document
 }
 
 fn pair_document(pair: &PairSolution, units: &Units) -> Value {

@@ -5,12 +5,14 @@ use std::thread;
 use std::time::Duration;
 
 use cbpt_core::Load;
+use cbpt_core::predict::loads::{LoadOutcome, solve_loads};
 use cbpt_core::sweep::{Progress, Row, solve_all};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::{Value, json};
 
-use super::{Units, missing, read_case};
+use super::{CaseEffects, Units, missing};
 use crate::args::Sweep;
+use crate::case::Case;
 use crate::exit::{Exit, Failure};
 use crate::report::{Report, Table, number, object};
 
@@ -22,7 +24,8 @@ const MOST_ROWS: usize = 2_000_000;
 /// Runs the verb.
 pub fn run(verb: &Sweep) -> Result<Exit, Failure> {
     verb.output.check()?;
-    let case = read_case(&verb.case.path)?;
+    let case = Case::read(&verb.case.path)?;
+    let effects = CaseEffects::of(&case, &verb.case.path)?;
     let torques = axis(verb.torque_Nm.as_deref(), case.load.torque_Nm, "--torque-Nm", "torque_Nm")?;
     let preloads = axis(verb.preload_N.as_deref(), case.load.preload_N, "--preload-N", "preload_N")?;
     let case_angle = case.load.input_angle_rad.unwrap_or(0.0).to_degrees();
@@ -43,15 +46,24 @@ pub fn run(verb: &Sweep) -> Result<Exit, Failure> {
             }
         }
     }
-    let solved = with_progress_bar(loads.len(), |progress| solve_all(&case.drive, &loads, progress))
-        .ok_or_else(|| Failure::Usage("the sweep was cancelled".into()))?;
-    let any = solved.iter().any(|(status, _)| status.has_solution());
+    let solved = with_progress_bar(loads.len(), |progress| match &effects {
+        Some(effects) => solve_loads(&case.drive, effects.core(), &loads, progress),
+        None => Ok(solve_all(&case.drive, &loads, progress).map(|rows| rows.iter().map(bare).collect())),
+    })?
+    .ok_or_else(|| Failure::Usage("the sweep was cancelled".into()))?;
+    let any = solved.iter().any(|outcome| outcome.status.has_solution());
     report(&loads, &solved, &Units::from(&verb.output)).deliver(&verb.output)?;
     Ok(if any { Exit::Success } else { Exit::NoSolution })
 }
 
+/// Without effects the instrument shows the meshing points' angle.
+fn bare((status, angles): &Row) -> LoadOutcome {
+    let angle_rad = angles.map_or(f64::NAN, |angles| angles.elastic_angle_rad());
+    LoadOutcome { status: *status, angle_rad, mesh: *angles }
+}
+
 /// What a sweep has to say.
-fn report(loads: &[Load], solved: &[Row], units: &Units) -> Report {
+fn report(loads: &[Load], solved: &[LoadOutcome], units: &Units) -> Report {
     let suffix = units.angle.suffix;
     let mut table = Table::new([
         format!("torque_{}", units.torque.suffix),
@@ -63,20 +75,20 @@ fn report(loads: &[Load], solved: &[Row], units: &Units) -> Report {
         "residual".to_owned(),
         "status".to_owned(),
     ]);
-    for (load, (status, angles)) in loads.iter().zip(solved) {
+    for (load, LoadOutcome { status, angle_rad, mesh: angles }) in loads.iter().zip(solved) {
         let angle = |rad: Option<f64>| number(rad.map(|rad| rad * units.angle.per_si));
         table.rows.push(vec![
             json!(load.torque_Nm() * units.torque.per_si),
             json!(load.preload_N() * units.force.per_si),
             json!(load.input_angle_rad().to_degrees()),
-            angle(angles.map(|a| a.elastic_angle_rad())),
+            angle(Some(*angle_rad)),
             angle(angles.map(|a| a.deceleration_rad)),
             angle(angles.map(|a| a.equal_speed_rad)),
             number(angles.map(|a| a.residual)),
             json!(status.name()),
         ]);
     }
-    let failed = solved.iter().filter(|(status, _)| !status.has_solution()).count();
+    let failed = solved.iter().filter(|outcome| !outcome.status.has_solution()).count();
     let mut shown = table.clone();
     shown.rows.truncate(MOST_ROWS_ON_SCREEN);
     let mut text = shown.text();

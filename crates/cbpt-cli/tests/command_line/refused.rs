@@ -55,14 +55,25 @@ fn a_number_that_cannot_be_is_named() {
     desk.cbpt("preload case.toml --torque-Nm nan").refused(&["torque_Nm"]);
 }
 
+/// Its expression is for the Python package; the drive without it would be a wrong number.
 #[test]
-fn a_case_with_an_effect_is_refused_and_not_computed_without_it() {
-    let desk = Desk::new("effect");
-    let effect = "\n[[effect]]\nid = \"output_torsion\"\ntorsional_stiffness_Nm_per_rad = 1e6\n";
-    desk.write("case.toml", &format!("{EXAMPLE}{effect}"));
-    for verb in ["solve", "preload", "sweep", "check"] {
-        desk.cbpt(&format!("{verb} case.toml")).refused(&["case.toml", "`output_torsion`", "[[effect]]"]);
+fn an_own_effect_is_refused_and_not_left_out() {
+    let desk = Desk::new("own_effect");
+    let own = "\n[[effect]]\nid = \"mine\"\nport = \"series\"\nexpression = \"1e-6 * torque_Nm\"\n";
+    desk.write("case.toml", &format!("{EXAMPLE}{own}"));
+    for verb in ["solve", "sweep"] {
+        desk.cbpt(&format!("{verb} case.toml")).refused(&["case.toml", "`mine`", "[[effect]]"]);
     }
+    let far = "\n[[effect]]\nid = \"ball_diameter_lot\"\nball = 20\noversize_um = 1\n";
+    desk.write("case.toml", &format!("{EXAMPLE}{far}"));
+    desk.cbpt("solve case.toml").refused(&["ball of ball_diameter_lot", "20"]);
+}
+
+#[test]
+fn an_effect_that_is_not_there_is_told_what_it_may_have_meant() {
+    Desk::new("no_effect")
+        .cbpt("effects frictoin_hysteresis")
+        .refused(&["did you mean friction_hysteresis?"]);
 }
 
 #[test]

@@ -339,3 +339,105 @@ fn schema_prints_what_editors_and_people_need() {
     assert_eq!(desk.cbpt("solve new.toml --json").out, desk.cbpt("solve case.toml --json").out);
     desk.cbpt("schema --keys --example").refused(&["--keys", "--example"]);
 }
+
+// --- effects ------------------------------------------------------------------------------
+
+/// Contributions by what each effect does to the base case's 12.46 arcsec at 5 N m.
+#[test]
+fn effects_of_the_case_are_part_of_the_answer() {
+    let desk = Desk::new("effects");
+    let effects = "
+        [[effect]]
+        id = \"sensor_gain\"
+        sensor_gain = 1.1
+        [[effect]]
+        id = \"output_torsion\"
+        compliance_arcsec_per_Nm = 0.5
+        [[effect]]
+        id = \"creep\"
+        compliance_rad_per_Nm = 1e-6";
+    desk.write("with.toml", &format!("{EXAMPLE}{effects}"));
+    let bare = desk.json("solve case.toml --json", 0)["elastic_angle_arcsec"].as_f64().unwrap();
+    let with = desk.json("solve with.toml --json", 0);
+    let parts = &with["contributions_arcsec"];
+    let close = |found: &Value, expected: f64| {
+        let found = found.as_f64().unwrap();
+        assert!((found - expected).abs() < 1e-9, "{found} {expected}");
+    };
+    close(&parts["model"], bare);
+    close(&parts["output_torsion"], 2.5);
+    close(&parts["creep"], 0.0);
+    close(&parts["sensor_gain"], 0.1 * (bare + 2.5));
+    close(&with["elastic_angle_arcsec"], 1.1 * (bare + 2.5));
+    close(&with["load_at_meshing_points"]["torque_Nm"], 5.0);
+    assert_eq!(with["effects_not_counted"][0], "sensor_gain");
+    let said = desk.cbpt("solve with.toml").out;
+    for words in [
+        "as the instrument shows it",
+        "contribution",
+        "output_torsion",
+        "Note: findings are of the drive alone",
+    ] {
+        assert!(said.contains(words), "{words} in {said}");
+    }
+    let sweep = desk.json("sweep with.toml --torque-Nm 5,1000 --json", 0);
+    close(&sweep["elastic_angle_arcsec"][0], 1.1 * (bare + 2.5));
+    assert!(sweep["elastic_angle_arcsec"][1].is_null() && sweep["status"][1] == "beyond_hold");
+    close(&sweep["alpha_deceleration_arcsec"][0], with["alpha_deceleration_arcsec"].as_f64().unwrap());
+    for verb in ["preload", "check"] {
+        assert!(
+            desk.cbpt(&format!("{verb} with.toml"))
+                .out
+                .contains("of the drive alone; not counted: sensor_gain")
+        );
+        assert!(!desk.cbpt(&format!("{verb} case.toml")).out.contains("not counted"));
+    }
+}
+
+/// A preload that is held back, twice as stiff contacts and a gap are those of the pairs that are shown.
+#[test]
+fn effects_reach_the_meshing_points_that_are_shown() {
+    let desk = Desk::new("effects_at_points");
+    let effects = "
+        [[effect]]
+        id = \"preload_loss\"
+        lost_share = 0.25
+        [[effect]]
+        id = \"contact_stiffness\"
+        stiffness_scale = 2
+        [[effect]]
+        id = \"friction_hysteresis\"
+        friction_radius_um = 300";
+    desk.write("with.toml", &format!("{EXAMPLE}{effects}"));
+    let with = desk.json("solve with.toml --json", 0);
+    let at_points = &with["load_at_meshing_points"];
+    assert_eq!(at_points["preload_N"], 450.0);
+    let torque = at_points["torque_Nm"].as_f64().unwrap();
+    assert!(torque > 4.86 && torque < 5.0);
+    let bare = desk.json(&format!("solve case.toml --torque-Nm {torque} --preload-N 450 --json"), 0);
+    for pair in ["deceleration", "equal_speed"] {
+        let angle = |of: &Value| of["pairs"][pair]["angle_arcsec"].as_f64().unwrap();
+        let stiffer = angle(&bare) * 2_f64.powf(-2.0 / 3.0);
+        assert!((angle(&with) / stiffer - 1.0).abs() < 1e-9, "{pair}");
+        let force = |of: &Value| of["pairs"][pair]["points"][0]["force_N"].as_f64().unwrap();
+        assert!((force(&with) / force(&bare) - 1.0).abs() < 1e-9, "{pair}");
+    }
+}
+
+#[test]
+fn the_library_is_listed() {
+    let desk = Desk::new("library");
+    let list = desk.cbpt("effects").out;
+    let all = desk.json("effects --json", 0);
+    let effects = all["effects"].as_array().unwrap();
+    assert_eq!(effects.len(), 23);
+    for effect in effects {
+        let id = effect["id"].as_str().unwrap();
+        assert!(list.contains(id), "{id}");
+        assert_eq!(&desk.json(&format!("effects {id} --json"), 0), effect);
+        assert!(desk.cbpt(&format!("effects {id}")).out.contains(effect["equation"].as_str().unwrap()));
+    }
+    let friction = &effects[11]["parameters"][0];
+    assert_eq!((&friction["name"], &friction["is_size"]), (&"friction_radius_m".into(), &true.into()));
+    desk.cbpt("effects creep --page").refused(&["--page"]);
+}

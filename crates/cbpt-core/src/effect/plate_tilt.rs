@@ -1,7 +1,8 @@
 //! Plates that are not parallel.
 //!
 //! zeta_i = R_pair (c cos(phi_i) + s sin(phi_i)) in both pairs, phi_i from the line of centres: a tilt psi = hypot(c, s)
-//! that turns with the crank, about an axis at the phase atan2(s, c).
+//! that turns with the crank, about an axis at the phase atan2(s, c). A tilt that stands in the housing has the ball's
+//! angle in the housing in place of phi_i.
 
 use super::port::{Action, Ball};
 use super::spec::{Class, Dimension, Parameter, Port, Spec};
@@ -11,12 +12,14 @@ pub static SPEC: Spec = Spec {
     id: "plate_tilt",
     class: Class::Effect,
     port: Port::Gap,
-    equation: "zeta_i = R_pair (c cos(phi_i) + s sin(phi_i)), phi_i from the line of centres",
+    equation: "zeta_i = R_pair (c cos(phi_i) + s sin(phi_i)), phi_i from the line of centres or in the housing",
     source: "geometry of a tilted plane",
     tell_tale: "linear in torque",
     parameters: &[
         tilt("tilt_cosine", "tilt that presses the balls on the line of centres"),
         tilt("tilt_sine", "tilt that presses the balls across the line of centres"),
+        tilt("housing_tilt_cosine", "tilt in the housing, towards the line of centres at the crank's zero"),
+        tilt("housing_tilt_sine", "tilt in the housing, across the line of centres at the crank's zero"),
     ],
     twins: &[],
     action: Action::Gap(shape),
@@ -27,8 +30,8 @@ const fn tilt(stem: &'static str, meaning: &'static str) -> Parameter {
 }
 
 fn shape(_: &[f64], size: usize, ball: &Ball) -> [f64; 3] {
-    let (sin, cos) = ball.from_line_rad.sin_cos();
-    [ball.pitch_radius_m * if size == 0 { cos } else { sin }, 0.0, 0.0]
+    let (sin, cos) = if size < 2 { ball.from_line_rad } else { ball.on_fixed_groove_rad }.sin_cos();
+    [ball.pitch_radius_m * if size.is_multiple_of(2) { cos } else { sin }, 0.0, 0.0]
 }
 
 #[cfg(test)]
@@ -39,8 +42,11 @@ mod tests {
 
     #[test]
     fn it_lifts_every_ball_by_its_place() {
-        assert_close(gap(&SPEC, &[0.0, 0.0], 0, &BALL)[0], BALL.pitch_radius_m * BALL.from_line_rad.cos());
-        assert_close(gap(&SPEC, &[0.0, 0.0], 1, &BALL)[0], BALL.pitch_radius_m * BALL.from_line_rad.sin());
+        let lift = |size| gap(&SPEC, &[0.0; 4], size, &BALL)[0] / BALL.pitch_radius_m;
+        assert_close(lift(0), BALL.from_line_rad.cos());
+        assert_close(lift(1), BALL.from_line_rad.sin());
+        assert_close(lift(2), BALL.on_fixed_groove_rad.cos());
+        assert_close(lift(3), BALL.on_fixed_groove_rad.sin());
     }
 
     #[test]

@@ -19,6 +19,10 @@ pub struct Row {
     pub temperature_difference_K: f64,
     /// Largest torque either way so far over the largest of the table.
     pub largest_torque_share: f64,
+    /// The same since the run began.
+    pub largest_torque_share_of_run: f64,
+    /// Load cycles that were complete before this reading; 0 where none were counted.
+    pub cycles_done: f64,
 }
 
 /// What effects know of the drive.
@@ -73,8 +77,10 @@ pub struct Ball {
     pub number: usize,
     /// Its angle from the line of centres, rad; in a cross-slide from the grooves' normal.
     pub from_line_rad: f64,
-    /// Its angle along the fixed groove of the deceleration pair, rad.
+    /// Its angle along the fixed groove of the deceleration pair, which is its angle in the housing, rad.
     pub on_fixed_groove_rad: f64,
+    /// Its angle along the planet's groove of the deceleration pair, rad.
+    pub on_planet_groove_rad: f64,
     /// Radius of the circle of balls, m.
     pub pitch_radius_m: f64,
 }

@@ -1,6 +1,7 @@
 //! Permanent set of the first loading.
 //!
-//! alpha += set (largest |torque| so far)/(largest |torque| of the table).
+//! alpha += set (largest |torque| so far)/(largest |torque| of the table); so far in the table, or in each run anew where
+//! every run is set up afresh; or settling by the load cycle, alpha += set (1 - exp(-c)), c the cycles done.
 
 use super::dual::Dual;
 use super::port::{Action, DriveNumbers, Row};
@@ -11,18 +12,26 @@ pub static SPEC: Spec = Spec {
     id: "run_in",
     class: Class::Effect,
     port: Port::Series,
-    equation: "alpha += set (largest |M| so far)/(largest |M| of the table)",
+    equation: "alpha += set (largest |M| so far, or in the run)/(largest |M|); or set (1 - exp(-cycles done))",
     source: "plastic flow of asperities at their first loading",
     tell_tale: "the first cycle differs from all others",
-    parameters: &[Parameter::size("permanent_set", Dimension::Angle, "set after the largest torque")
-        .within(-0.1, 0.1)
-        .likely(0.0, 30.0 * ARCSEC)],
+    parameters: &[
+        set("permanent_set", "set after the largest torque"),
+        set("permanent_set_of_run", "set after the largest torque, in every run anew"),
+        set("settled", "set after many load cycles"),
+    ],
     twins: &[],
     action: Action::Series(act),
 };
 
+const fn set(stem: &'static str, meaning: &'static str) -> Parameter {
+    Parameter::size(stem, Dimension::Angle, meaning).within(-0.1, 0.1).likely(0.0, 30.0 * ARCSEC)
+}
+
 fn act(own: &[Dual], row: &Row, _: &DriveNumbers, _: Dual) -> Dual {
     own[0] * row.largest_torque_share
+        + own[1] * row.largest_torque_share_of_run
+        + own[2] * -(-row.cycles_done).exp_m1()
 }
 
 #[cfg(test)]
@@ -31,10 +40,12 @@ mod tests {
     use super::*;
     use crate::effect::testing::{assert_close, series, vanishes};
 
-    /// The largest torque so far is 0.75 of the table's.
+    /// The largest torque so far is 0.75 of the table's, in the run 0.5; two cycles are done.
     #[test]
     fn it_sets_with_the_largest_torque_so_far() {
-        assert_close(series(&SPEC, &[2e-5], 0.0), 1.5e-5);
+        assert_close(series(&SPEC, &[2e-5, 0.0, 0.0], 0.0), 1.5e-5);
+        assert_close(series(&SPEC, &[0.0, 2e-5, 0.0], 0.0), 1e-5);
+        assert_close(series(&SPEC, &[0.0, 0.0, 2e-5], 0.0), 2e-5 * (1.0 - (-2.0_f64).exp()));
     }
 
     #[test]

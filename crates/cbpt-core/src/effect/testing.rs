@@ -13,12 +13,20 @@ pub const ROW: Row = Row {
     run_time_s: 60.0,
     temperature_difference_K: 3.0,
     largest_torque_share: 0.75,
+    largest_torque_share_of_run: 0.5,
+    cycles_done: 2.0,
 };
 
 pub const DRIVE: DriveNumbers = DriveNumbers { pitch_arm_m: 0.04, planet_turn: 0.9 };
 
-pub const BALL: Ball =
-    Ball { decelerates: true, number: 4, from_line_rad: 0.7, on_fixed_groove_rad: 1.1, pitch_radius_m: 0.05 };
+pub const BALL: Ball = Ball {
+    decelerates: true,
+    number: 4,
+    from_line_rad: 0.7,
+    on_fixed_groove_rad: 1.1,
+    on_planet_groove_rad: 1.06,
+    pitch_radius_m: 0.05,
+};
 
 pub fn assert_close(found: f64, expected: f64) {
     assert!((found - expected).abs() <= 1e-14 * expected.abs().max(1e-12), "{found} {expected}");

@@ -88,6 +88,8 @@ pub struct Response {
     pub unloaded: Option<State>,
     /// Derivatives of the rotation of one row.
     pub rotation: Slopes,
+    /// Largest scaled residual.
+    pub residual: f64,
     /// How many diagonals of one row carry.
     pub carrying: usize,
     /// How many diagonals of one row exist but have parted.
@@ -143,6 +145,7 @@ fn respond_in<const N: usize>(
         state,
         unloaded: unloaded.map(|unloaded| unloaded.state()),
         rotation,
+        residual: balance.residual,
         carrying,
         parted: pair.levers.len() - carrying,
     })

@@ -82,6 +82,7 @@ impl Tables {
     pub fn gap_shapes(drive: &Drive, input_angle_rad: f64, gap: GapAt<'_>) -> [GapShape; MOST_PAIRS] {
         let deceleration = drive.deceleration();
         let theta = input_angle_rad;
+        let planet_turn = drive.planet_turn();
         let balls = |count: u32, first_rad: f64, pitch_radius_m: f64, decelerates: bool| -> GapShape {
             // Along the fixed groove a ball moves with the crank's turn against the line of centres.
             let fixed = match deceleration.output_plate {
@@ -96,6 +97,7 @@ impl Tables {
                         number: number as usize,
                         from_line_rad,
                         on_fixed_groove_rad: from_line_rad + fixed,
+                        on_planet_groove_rad: from_line_rad + fixed * planet_turn,
                         pitch_radius_m,
                     });
                     [at; 2]
@@ -167,6 +169,8 @@ impl<'a> Site<'a> {
         let mut mesh = Mesh {
             status: Status::Solved,
             angle_rad: 0.0,
+            parts_rad: [0.0; 2],
+            residual: 0.0,
             slopes: Slopes { gaps: vec![0.0; wanted.map_or(0, |_| self.gaps[0].len())], ..Slopes::default() },
             carrying: [0; 2],
             regime: Regime::AllLoaded,
@@ -245,6 +249,10 @@ pub struct Mesh {
     pub status: Status,
     /// Elastic angle at the output, rad.
     pub angle_rad: f64,
+    /// Its parts: of the deceleration pair, and what of the equal-speed pair reaches the output, rad.
+    pub parts_rad: [f64; 2],
+    /// Largest scaled residual.
+    pub residual: f64,
     /// How it answers, torque and preload being those of the drive.
     pub slopes: Slopes,
     /// Diagonals that carry in one row of the deceleration and the equal-speed pair.
@@ -259,6 +267,8 @@ impl Mesh {
         let (total, own) = (&mut self.slopes, &response.rotation);
         self.status = self.status.worse(response.status);
         self.angle_rad += weight * response.state.rotation_rad;
+        self.parts_rad[pair.min(1)] += weight * response.state.rotation_rad;
+        self.residual = self.residual.max(response.residual);
         total.torque += weight * share * own.torque;
         total.preload += weight * own.preload;
         total.spring += weight * own.spring;

@@ -6,19 +6,21 @@
 //! - `run`: readings of a run one after the other, with the memory that friction has; first the angles, then, from the
 //!   solutions kept, their sensitivities;
 //! - `check`: values that cannot be;
+//! - [`loads`]: single loads instead of a table;
 //! - here: [`Predictor`], which keeps meshing points and solutions from call to call, so that a fit pays for changes only.
 //!
 //! An answer does not depend on earlier calls beyond the tolerance of the equations.
 
 mod chain;
 mod check;
+pub mod loads;
 pub mod mesh;
 pub mod rows;
 mod run;
 
 use rayon::prelude::*;
 
-use crate::drive::{Drive, OutputPlate};
+use crate::drive::Drive;
 use crate::effect::dual::{Dual, WIDTH};
 use crate::effect::port::{Action, DriveNumbers};
 use crate::effect::{self, Parameter, Spec};
@@ -93,6 +95,13 @@ pub struct Prediction {
     pub carrying: Vec<[usize; 2]>,
     /// Which contacts carry.
     pub regime: Vec<Option<Regime>>,
+    /// Parts of the meshing points: of the deceleration pair, and what of the equal-speed pair reaches the output, rad;
+    /// NaN where there is no solution.
+    pub parts_rad: Vec<[f64; 2]>,
+    /// Torque (N m) and preload (N) that reach the meshing points.
+    pub mesh_load: Vec<[f64; 2]>,
+    /// Largest scaled residual; NaN where there is no solution.
+    pub residual: Vec<f64>,
 }
 
 /// A named part of the angle.
@@ -136,13 +145,9 @@ impl Predictor {
         let angle_of = |angle: f64| angles_rad.partition_point(|known| known.total_cmp(&angle).is_lt());
         let angle_of_row = rows.by_run().iter().map(|row| angle_of(row.input_angle_rad)).collect();
         let pair = drive.deceleration();
-        let (z1, z3) = (f64::from(pair.epicycloid_lobes()), f64::from(pair.hypocycloid_lobes()));
         let numbers = DriveNumbers {
             pitch_arm_m: f64::from(pair.output_lobes()) * pair.eccentricity_m(),
-            planet_turn: match pair.output_plate {
-                OutputPlate::Hypocycloid => z1 / z3,
-                OutputPlate::Epicycloid => z3 / z1,
-            },
+            planet_turn: drive.planet_turn(),
         };
         let states = vec![RowState::default(); rows.len()];
         Ok(Self {
@@ -436,12 +441,21 @@ impl Predictor {
         let regime: Vec<Option<Regime>> =
             solved.iter().map(|row| row.mesh.as_ref().map(|mesh| mesh.regime)).collect();
         let status: Vec<Status> = solved.iter().map(|row| row.status).collect();
+        let none = [f64::NAN; 2];
+        let parts: Vec<[f64; 2]> =
+            solved.iter().map(|row| row.mesh.as_ref().map_or(none, |mesh| mesh.parts_rad)).collect();
+        let mesh_load: Vec<[f64; 2]> = solved.iter().map(|row| row.mesh_load).collect();
+        let residual: Vec<f64> =
+            solved.iter().map(|row| row.mesh.as_ref().map_or(f64::NAN, |mesh| mesh.residual)).collect();
         Prediction {
             angle_rad: self.rows.in_table_order(&angle_rad, 1),
             status: self.rows.in_table_order(&status, 1),
             sensitivities: self.rows.in_table_order(sensitivities, width),
             carrying: self.rows.in_table_order(&carrying, 1),
             regime: self.rows.in_table_order(&regime, 1),
+            parts_rad: self.rows.in_table_order(&parts, 1),
+            mesh_load: self.rows.in_table_order(&mesh_load, 1),
+            residual: self.rows.in_table_order(&residual, 1),
         }
     }
 
@@ -454,6 +468,9 @@ impl Predictor {
             sensitivities: vec![f64::NAN; count * width],
             carrying: vec![[0; 2]; count],
             regime: vec![None; count],
+            parts_rad: vec![[f64::NAN; 2]; count],
+            mesh_load: vec![[f64::NAN; 2]; count],
+            residual: vec![f64::NAN; count],
         }
     }
 }

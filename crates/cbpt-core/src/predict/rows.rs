@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use crate::drive::Load;
 use crate::effect::port::Row;
 use crate::error::{InvalidInput, require, require_positive};
 
@@ -20,6 +21,8 @@ pub struct Columns<'a> {
     pub input_angle_rad: &'a [f64],
     /// Temperature, K or degrees Celsius (only differences count), where it was read.
     pub temperature_K: Option<&'a [f64]>,
+    /// Number of the load cycle, where it was counted; its first value is the first cycle.
+    pub cycle: Option<&'a [f64]>,
 }
 
 /// Checked readings. Inside they stand run by run; what is given out is in the order of the table.
@@ -51,7 +54,9 @@ impl Rows {
             ("preload_N", columns.preload_N),
             ("input_angle_rad", columns.input_angle_rad),
         ];
-        for (name, values) in needed.into_iter().chain(columns.temperature_K.map(|t| ("temperature_K", t))) {
+        let optional = [("temperature_K", columns.temperature_K), ("cycle", columns.cycle)];
+        let given = optional.into_iter().filter_map(|(name, values)| values.map(|values| (name, values)));
+        for (name, values) in needed.into_iter().chain(given) {
             same(name, values.len())?;
             for (index, value) in values.iter().enumerate() {
                 require(value.is_finite(), &format!("{name}[{index}]"), value, "must be a finite number")?;
@@ -61,6 +66,27 @@ impl Rows {
             require_positive(&format!("preload_N[{index}]"), *preload)?;
         }
         Self::in_runs(&columns)
+    }
+
+    /// Single loads, each a table of its own: one reading at time 0, loaded from rest.
+    pub fn of_loads(loads: &[Load]) -> Self {
+        let row = |load: &Load| Row {
+            torque_Nm: load.torque_Nm(),
+            preload_N: load.preload_N(),
+            input_angle_rad: load.input_angle_rad(),
+            time_s: 0.0,
+            run_time_s: 0.0,
+            temperature_difference_K: 0.0,
+            largest_torque_share: if load.torque_Nm() == 0.0 { 0.0 } else { 1.0 },
+            largest_torque_share_of_run: if load.torque_Nm() == 0.0 { 0.0 } else { 1.0 },
+            cycles_done: 0.0,
+        };
+        Self {
+            rows: loads.iter().map(row).collect(),
+            places: (0..loads.len()).collect(),
+            starts: (0..=loads.len()).collect(),
+            has_temperature: true,
+        }
     }
 
     fn in_runs(columns: &Columns<'_>) -> Result<Self, InvalidInput> {
@@ -97,8 +123,11 @@ impl Rows {
             starts: vec![0],
             has_temperature: columns.temperature_K.is_some(),
         };
+        let first_cycle = columns.cycle.map_or(0.0, |c| c.iter().copied().fold(f64::INFINITY, f64::min));
         for run in runs {
+            let mut in_run: f64 = 0.0;
             for &place in &run {
+                in_run = in_run.max(columns.torque_Nm[place].abs());
                 let temperature = columns.temperature_K.map_or(0.0, |t| t[place] - t[0]);
                 this.rows.push(Row {
                     torque_Nm: columns.torque_Nm[place],
@@ -108,6 +137,8 @@ impl Rows {
                     run_time_s: columns.time_s[place] - columns.time_s[run[0]],
                     temperature_difference_K: temperature,
                     largest_torque_share: shares[place],
+                    largest_torque_share_of_run: if largest > 0.0 { in_run / largest } else { 0.0 },
+                    cycles_done: columns.cycle.map_or(0.0, |c| c[place] - first_cycle),
                 });
                 this.places.push(place);
             }

@@ -37,13 +37,21 @@ pub struct Solved {
     pub mesh: Option<Mesh>,
     /// Meshing points and what stands in series, rad.
     pub total_rad: f64,
+    /// Torque (N m) and preload (N) that reach the meshing points.
+    pub mesh_load: [f64; 2],
     /// The unloaded state before a run's first row, where friction acts.
     unloaded: Option<Mesh>,
 }
 
 impl Default for Solved {
     fn default() -> Self {
-        Self { status: Status::Solved, mesh: None, total_rad: f64::NAN, unloaded: None }
+        Self {
+            status: Status::Solved,
+            mesh: None,
+            total_rad: f64::NAN,
+            mesh_load: [f64::NAN; 2],
+            unloaded: None,
+        }
     }
 }
 
@@ -98,6 +106,8 @@ impl Block<'_> {
             };
             match found {
                 Ok(mesh) => {
+                    let torque = if load.friction.is_empty() { None } else { state.mesh_torque_Nm };
+                    solved.mesh_load = [torque.unwrap_or(load.torque_Nm.value), preload_N];
                     let total = mesh.angle_rad + series;
                     let way = total - memory.angle_rad;
                     for (z, friction) in memory.states.iter_mut().zip(&load.friction) {

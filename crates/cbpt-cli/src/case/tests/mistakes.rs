@@ -88,7 +88,7 @@ fn a_wrong_section_is_told_what_it_may_have_meant() {
              ball_radius_mm, ball_radius_um, ball_radius_nm",
             "drive.toml:1: equal_speed.groove_conformity: missing; expected a finite number greater than 1",
             "drive.toml:1: equal_speed.contact_angle: missing; write one of contact_angle_rad, contact_angle_mrad, \
-             contact_angle_deg, contact_angle_arcmin, contact_angle_arcsec, \
+             contact_angle_urad, contact_angle_deg, contact_angle_arcmin, contact_angle_arcsec, \
              or both outside_contact_angle and inside_contact_angle",
             "drive.toml: deceleration: the section is missing; it needs ball_count, short_amplitude_coefficient, \
              rolling_circle_radius_mm, ball_radius_mm, groove_conformity, contact_angle_deg",

@@ -1,0 +1,69 @@
+"""How long a prediction and a diagnosis take, on the bundled campaigns. `make bench` runs it.
+
+A prediction is that of every reading after one number has changed, as a fit asks for it; a diagnosis
+is the whole library, pairs, patterns and simulated chances, in process. The best of several rounds
+is shown: these machines are noisy, and nothing but noise makes a round slower.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+import cbpt
+from cbpt.lab.assembled import Assembled, Campaign
+
+DATA = Path(__file__).parents[1] / "tests" / "data" / "hidden_effect"
+ROUNDS = 15
+
+
+def best_ms(work: Callable[[int], object], rounds: int = ROUNDS) -> float:
+    """Shortest time of several rounds, ms."""
+    times = []
+    for number in range(rounds):
+        start = time.perf_counter()
+        work(number)
+        times.append(time.perf_counter() - start)
+    return 1e3 * min(times)
+
+
+def prediction_ms(name: str, effects: list[str], sizes: dict[str, float], wanted: int) -> float:
+    """Of all readings of a campaign, with the slopes by `wanted` numbers."""
+    case = cbpt.Case.from_file(DATA / f"{name}.toml")
+    campaign = Campaign.of(case, cbpt.read_readings(DATA / f"{name}.csv"))
+    model = Assembled(campaign, ["contact_stiffness", "torque_scale", *effects])
+    values = model.neutral.copy()
+    for key, value in sizes.items():
+        values[model.index(2, key)] = value
+
+    def work(number: int) -> None:
+        values[0] = 1 + 0.02 * np.sin(float(number))
+        model.at(values, range(wanted))
+
+    return best_ms(work)
+
+
+def main() -> None:
+    friction = {"friction_radius_m": 6e-4, "engagement_angle_rad": 2.5e-5}
+    rows = [
+        ("prediction, 396 readings", prediction_ms("dev01", [], {}, 0)),
+        ("  with 2 slopes", prediction_ms("dev01", [], {}, 2)),
+        (
+            "prediction with friction, 396 readings",
+            prediction_ms("dev04", ["friction_hysteresis"], friction, 0),
+        ),
+        ("  with 4 slopes", prediction_ms("dev04", ["friction_hysteresis"], friction, 4)),
+    ]
+    for name in (f"dev{i:02d}" for i in range(1, 14)):
+        case, table = DATA / f"{name}.toml", cbpt.read_readings(DATA / f"{name}.csv")
+        took = best_ms(lambda _, c=case, t=table: cbpt.diagnose(c, t), 3)  # type: ignore[misc]
+        rows.append((f"diagnosis of {name}, {len(table)} readings", took))
+    for label, took in rows:
+        print(f"{label:45s} {took:8.2f} ms")
+
+
+if __name__ == "__main__":
+    main()
