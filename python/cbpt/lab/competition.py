@@ -343,11 +343,14 @@ def _pairs(
                 offer(level + gain.log_odds + weight, (a, b), gain.sizes, None)
     for base in bases:
         fit = fits[base]
+        # A lot of balls follows nearly everything a little; it is asked for alone only.
+        if any(v.spread for v in fit.hypothesis.variants):
+            continue
         about = library.about(fit, names)
         screen = Screen(fitter.look(fit, noise), about)
         level = _score(fitter, fitter.look(fit, noise))
         for m, s in enumerate(about):
-            if screen.usable(m) and s.variant.effect not in base:
+            if screen.usable(m) and s.variant.effect not in base and not s.variant.spread:
                 gain = screen.single(m)
                 if np.isfinite(gain.log_odds):
                     offer(level + gain.log_odds + _weight(fitter, s.variant), (m,), gain.sizes, fit)
