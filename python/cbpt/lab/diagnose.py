@@ -37,7 +37,7 @@ __all__ = ["diagnose"]
 Floats = NDArray[np.float64]
 
 FEWEST = 6
-MOST = 2000
+MOST = 1200
 
 
 def diagnose(
@@ -203,7 +203,7 @@ def _believed(campaign: Campaign, model: Floats) -> tuple[Campaign, list[str]]:
     if not campaign.u_stated or campaign.step_arcsec:
         return campaign, []
     found = estimate(campaign.readings, campaign.y_arcsec - model)
-    if found is None or found.ratio is None or 0.2 < found.ratio < 5:
+    if found is None or found.ratio is None or found.dof < 30 or 0.2 < found.ratio < 5:
         return campaign, []
     told = (
         f"the readings scatter by {found.u_arcsec:.3g} arcsec inside their runs, {found.ratio:.3g} "
