@@ -32,18 +32,7 @@ def accepted(name: str) -> list[Said]:
     return found
 
 
-FAILS = {
-    "dev09": "rough_contact joins the two rivals",
-}
-
-
-def listed(names: list[str], fails: dict[str, str]) -> list[Any]:
-    """Parameters of a test; what fails so far is to be mended, and then taken off the list."""
-    marks = {n: [pytest.mark.xfail(strict=True, reason=why)] for n, why in fails.items()}
-    return [pytest.param(n, marks=marks.get(n, [])) for n in names]
-
-
-@pytest.mark.parametrize("name", listed([n for n in TRUTH if n != "dev11"], FAILS))
+@pytest.mark.parametrize("name", [n for n in TRUTH if n != "dev11"])
 def test_answer(name: str) -> None:
     assert said(diagnosed(name).verdict) in accepted(name), diagnosed(name).sentence
 
@@ -74,10 +63,9 @@ def test_value(name: str, effect: str, parameter: str, true: float) -> None:
 
 
 NAMED = ["dev03", "dev04", "dev05", "dev06", "dev07", "dev13"]
-FLAT = {"dev07": "before: zeros of runs take the runout off the held-out readings"}
 
 
-@pytest.mark.parametrize("name", listed(NAMED, FLAT))
+@pytest.mark.parametrize("name", NAMED)
 def test_the_error_falls_on_readings_held_out(name: str) -> None:
     document = diagnosed(name).to_dict()
     before, after = (document[k]["held_out_rmse_arcsec"] for k in ("before", "after"))
