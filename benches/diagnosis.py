@@ -1,8 +1,8 @@
 """How long a prediction and a diagnosis take, on the bundled campaigns. `make bench` runs it.
 
-A prediction is that of every reading after one number has changed, as a fit asks for it; a diagnosis
-is the whole library, pairs, patterns and simulated chances, in process. The best of several rounds
-is shown: these machines are noisy, and nothing but noise makes a round slower.
+A prediction is that of every reading after one number has changed, as a fit asks for it; a
+diagnosis is the whole library, pairs, patterns and simulated chances, in process. The best of
+several rounds is shown: these machines are noisy, and nothing but noise makes a round slower.
 """
 
 from __future__ import annotations

@@ -13,6 +13,7 @@ def main(out: Path) -> None:
     out.mkdir(parents=True, exist_ok=True)
     case, table = HERE / "campaign.toml", HERE / "campaign.csv"
     readings = cbpt.read_readings(table)
+    assert readings.preload_N is not None
     # One preload level is kept back: the model is never fitted to it.
     kept_back = readings.preload_N == readings.preload_N.max()
     known, unseen = readings.select(~kept_back), readings.select(kept_back)
@@ -33,7 +34,7 @@ def main(out: Path) -> None:
     (out / "campaign_with_effect.toml").write_text(fitted.case.to_toml(), encoding="utf-8")
     before, after = cbpt.compare(case, unseen), cbpt.compare(fitted.case, unseen)
     print(
-        f"\nOn the readings kept back ({unseen.preload_N[0]:g} N): "
+        f"\nOn the readings kept back ({readings.preload_N.max():g} N): "
         f"{error(before)} arcsec before, {error(after)} arcsec with the effect."
     )
 

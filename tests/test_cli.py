@@ -24,7 +24,7 @@ import numpy as np
 import pytest
 
 import cbpt
-from cbpt import commands
+from cbpt import commands, verbs
 
 TOP = Path(__file__).parents[1]
 COMMAND = Path(sysconfig.get_path("scripts")) / "cbpt"
@@ -403,7 +403,7 @@ def test_long_work_shows_how_far_it_is(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """On a terminal, after a second, and the line is wiped in the end."""
-    with commands._Counter() as counter:
+    with verbs._Counter() as counter:
         monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
         counter.show(100, 396)
         assert capsys.readouterr().err == ""

@@ -29,7 +29,7 @@ def yardstick_of(campaign: Campaign) -> Yardstick:
     return Yardstick.of(drive_of(campaign.case), campaign.rows, base, known, priors)
 
 
-def _signatures(yardstick: Yardstick, kind: Kind, draws: int) -> list[Floats]:
+def signatures(yardstick: Yardstick, kind: Kind, draws: int) -> list[Floats]:
     """Whitened changes by an effect in the library's form, at a strength near 8."""
     if kind.id == "run_offset":
         runs = np.unique(yardstick.rows.run)
@@ -64,7 +64,7 @@ def rival_correlations(
     for name, kind in LIBRARY.items():
         if name in ids or name in PARAMETERS.values() or name not in among:
             continue
-        columns = _signatures(yardstick, kind, draws)
+        columns = signatures(yardstick, kind, draws)
         if not columns:
             continue
         if name == "run_offset" or "phase_rad" in kind.draw(np.random.default_rng(0)):

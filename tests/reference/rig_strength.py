@@ -132,40 +132,82 @@ class Yardstick:
         except (NotHeldError, ArithmeticError):
             return np.full(len(self.rows), np.nan)
 
+    def _slopes(self, moved: Floats, model: Floats) -> Floats:
+        """Of the whitened angle by each free number where they are; one-sided, small steps."""
+        columns = []
+        for i in range(len(moved)):
+            for step in (0.02, -0.02):
+                other = moved.copy()
+                other[i] += step
+                there = self._model(other)
+                if np.isfinite(there).all():
+                    columns.append((there - model) / step)
+                    break
+            else:
+                columns.append(np.zeros_like(model))
+        return self._white(np.column_stack(columns))
+
+    def _white(self, x: Floats) -> Floats:
+        return np.asarray(solve_triangular(self.factors[0], x, lower=True))
+
     def _refitted(self, target_rad: Floats) -> float:
         """Square root of the smallest sum of squares, priors included, that a refit leaves.
 
-        Gauss-Newton, the slopes kept up by Broyden's rule, no step longer than two standard
-        deviations and none that makes matters worse.
+        Gauss-Newton, damped where a step makes matters worse. The slopes are found anew at every
+        step: the knee moves with the numbers, and Broyden's rule was caught in its bent valley.
+        Where the first step is long, the number that moves the knee is looked through first.
         """
-
-        def white(x: Floats) -> Floats:
-            return np.asarray(solve_triangular(self.factors[0], x, lower=True))
-
-        j = white(self.slopes_rad)
-        moved, left = np.zeros(j.shape[1]), white(target_rad - self.angle_rad)
-        found = float(left @ left)
-        for number in range(25):
-            step = np.linalg.solve(np.eye(j.shape[1]) + j.T @ j, j.T @ left - moved)
+        j, one = self._white(self.slopes_rad), np.eye(self.slopes_rad.shape[1])
+        moved, left = np.zeros(len(one)), self._white(target_rad - self.angle_rad)
+        found, damping = float(left @ left), 0.0
+        for _ in range(12):
+            curvature, pull = one + j.T @ j, j.T @ left - moved
+            step = np.linalg.solve(curvature, pull)
             hoped = float(np.sum((left - j @ step) ** 2) + np.sum((moved + step) ** 2))
-            if np.abs(step).max() < 0.5 and (number == 0 or hoped > 0.995 * found):
+            if np.abs(step).max() < 0.5 and (hoped > 0.98 * found or not moved.any()):
                 return float(np.sqrt(hoped))
-            step = step * min(1.0, 2.0 / float(np.abs(step).max()))
-            for _ in range(5):
+            if not moved.any():
+                best = self._looked_through(target_rad, found)
+                if best is not None:
+                    moved, left, found, j = best
+                    continue
+            for _ in range(8):
+                step = np.linalg.solve(curvature + damping * np.diag(np.diag(curvature)), pull)
+                step *= min(1.0, 4.0 / float(np.abs(step).max()))
                 model = self._model(moved + step)
                 if not np.isfinite(model).all():
-                    step = step / 2
+                    damping = max(10 * damping, 1e-3)
                     continue
-                trial = white(target_rad - model)
-                j = j + np.outer(left - trial - j @ step, step) / (step @ step)
+                trial = self._white(target_rad - model)
                 value = float(trial @ trial + np.sum((moved + step) ** 2))
                 if value < found:
                     moved, left, found = moved + step, trial, value
+                    damping = damping / 10 if damping > 1e-4 else 0.0
                     break
-                step = step / 2
+                damping = max(10 * damping, 1e-3)
             else:
                 break
+            j = self._slopes(moved, model)
         return float(np.sqrt(found))
+
+    def _looked_through(
+        self, target_rad: Floats, found: float
+    ) -> tuple[Floats, Floats, float, Floats] | None:
+        """Where the preload's gain alone leaves least, if that is less than `found`."""
+        names = list(self.priors)
+        if "preload_gain_rel" not in names:
+            return None
+        best = None
+        for sigmas in np.r_[-4:4.1:0.5]:
+            moved = np.zeros(len(names))
+            moved[names.index("preload_gain_rel")] = sigmas
+            model = self._model(moved)
+            if np.isfinite(model).all():
+                left = self._white(target_rad - model)
+                value = float(left @ left + moved @ moved)
+                if value < found:
+                    found, best = value, (moved, left, value, model)
+        return None if best is None else (*best[:3], self._slopes(best[0], best[3]))
 
     def sized(self, effect: Hidden, d: float, tolerance: float = 0.02) -> Hidden:
         """The effect at the size that leaves d, within its range."""
@@ -191,7 +233,7 @@ class Yardstick:
                 guess = guess if steep and guess > low else (low + high) / 2
             if size >= most * 0.999 and got < d:
                 break
-            if low >= 0.98 * most or (high - low) < 1e-6 * most:
+            if low >= 0.98 * most or (high - low) < 3e-3 * high:
                 break
             size = float(guess)
         raise NoSuchCampaignError(f"{effect.id}: d = {d:g} is beyond its range here", 0.5)

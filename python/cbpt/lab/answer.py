@@ -167,6 +167,13 @@ class Diagnosis:
 
         return card(self)
 
+    def next_run(self) -> dict[str, Any] | None:
+        """The run that would decide between rivals: peak torque, preload, input angle, what it
+        separates, and the log odds it is expected to bring; None where there are no rivals."""
+        from cbpt.lab.next_run import next_run
+
+        return next_run(self)
+
     def where(self) -> list[dict[str, Any]]:
         """Regions where the drive as stated fails."""
         from cbpt.lab.where import find_regions
@@ -241,7 +248,7 @@ class Diagnosis:
             "parameters": {e: self.parameters(self.after, e) for e in v.names},
             "detectable": self.detectable(),
             "unknown": self.unknown(),
-            "next_run": None,
+            "next_run": self.next_run(),
             "priors": {PRIORS[e]: sd for e, sd in c.campaign.priors.items()},
             "prior_odds": prior_odds(),
             "notes": list(self.notes),

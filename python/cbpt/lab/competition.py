@@ -97,10 +97,9 @@ def compete(campaign: Campaign, rng: np.random.Generator) -> Competition:
     fits: dict[Names, Fit] = {(): null}
 
     # Singles: under both noises, then in full.
-    screens = [
-        Screen(_seen_with(fitter, null, noise), signatures) for noise in (null.noise, flexible)
-    ]
-    levels = [_level(fitter, null, noise) for noise in (null.noise, flexible)]
+    looks = [fitter.look(null, noise) for noise in (null.noise, flexible)]
+    screens = [Screen(look, signatures) for look in looks]
+    levels = [look.log_evidence for look in looks]
     _price_forms(fitter, screens, levels, signatures)
     # The most promising first: the others need not be polished further than it takes to be out.
     for member, sizes in _promising(screens, levels, signatures):
@@ -134,7 +133,7 @@ def compete(campaign: Campaign, rng: np.random.Generator) -> Competition:
     ]
     order = np.argsort(pattern_odds)[::-1]
     weights = np.array([_weight(fitter, s.variant) for s in signatures])
-    screen = Screen(_seen_with(fitter, null, fits[best].noise), signatures)
+    screen = Screen(fitter.look(null, fits[best].noise), signatures)
     return Competition(
         fitter,
         fits,
@@ -168,12 +167,11 @@ def _loose(
     c = fitter.campaign
     if len(c) < 12:
         return None
-    certain = np.column_stack([c.zeros])
     numbers = fit.point.slopes * np.array([u.unit for u in fit.unknowns])
     seen = [np.where(np.isfinite(s.columns), s.columns, 0.0) for s in signatures]
     fields = [numbers, *seen, *(f.patterns for f in families)]
     y = c.y_arcsec - fit.point.angle_arcsec
-    return looseness(y, certain, fields, Whitener.of(Noise(), c.u_arcsec, c.rows))
+    return looseness(y, c.zeros, fields, Whitener.of(Noise(), c.u_arcsec, c.rows))
 
 
 def _flexible_noise(fitter: Fitter, fit: Fit, signatures: list[Signature], start: Noise) -> Noise:
@@ -196,16 +194,6 @@ def _flexible_noise(fitter: Fitter, fit: Fit, signatures: list[Signature], start
         structures=len(c) > 3 * columns.shape[1],
     )
     return noise
-
-
-def _seen_with(fitter: Fitter, fit: Fit, noise: Noise) -> Fit:
-    """The same fit, looked at through another noise."""
-    return fitter.look(fit, noise)
-
-
-def _level(fitter: Fitter, fit: Fit, noise: Noise) -> float:
-    """Evidence of the drive as stated with a noise."""
-    return fitter.look(fit, noise).log_evidence
 
 
 def _promising(
@@ -343,11 +331,14 @@ def _pairs(
                 offer(level + gain.log_odds + weight, (a, b), gain.sizes, None)
     for base in bases:
         fit = fits[base]
+        # A lot of balls follows nearly everything a little; it is asked for alone only.
+        if any(v.spread for v in fit.hypothesis.variants):
+            continue
         about = library.about(fit, names)
         screen = Screen(fitter.look(fit, noise), about)
         level = _score(fitter, fitter.look(fit, noise))
         for m, s in enumerate(about):
-            if screen.usable(m) and s.variant.effect not in base:
+            if screen.usable(m) and s.variant.effect not in base and not s.variant.spread:
                 gain = screen.single(m)
                 if np.isfinite(gain.log_odds):
                     offer(level + gain.log_odds + _weight(fitter, s.variant), (m,), gain.sizes, fit)

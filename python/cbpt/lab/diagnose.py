@@ -37,7 +37,7 @@ __all__ = ["diagnose"]
 Floats = NDArray[np.float64]
 
 FEWEST = 6
-MOST = 2000
+MOST = 1200
 
 
 def diagnose(
@@ -113,10 +113,8 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
     notes = list(campaign.readings.notes)
     n = len(campaign)
     if n > MOST:
-        keep = np.zeros(n, dtype=bool)
-        keep[np.linspace(0, n - 1, MOST).round().astype(int)] = True
-        campaign = campaign.select(keep)
-        notes.append(f"{MOST} of {n} readings, evenly spaced, were used for the diagnosis")
+        campaign = campaign.select(_sample(campaign))
+        notes.append(f"{len(campaign)} of {n} readings, evenly spread, were used for the diagnosis")
     model = _as_given(campaign)
     solved = np.isfinite(model)
     if not solved.all():
@@ -128,7 +126,7 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
         )
         if solved.any():
             campaign, model = campaign.select(solved), model[solved]
-    _stop_if_too_little(campaign, n, int(np.count_nonzero(solved)))
+    _stop_if_too_little(campaign, len(solved), int(np.count_nonzero(solved)))
     _stop_if_a_slip(campaign, model)
     campaign, told = _believed(campaign, model)
     notes += told
@@ -143,6 +141,19 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
             "that can be seen"
         )
     return campaign, notes
+
+
+def _sample(campaign: Campaign) -> NDArray[np.bool_]:
+    """Whole runs, evenly spread, as many as fit; of long runs, every so many readings."""
+    rows = campaign.rows
+    sizes = np.bincount(rows.run_index, minlength=rows.runs)
+    wanted = max(1, min(rows.runs, int(MOST / sizes.mean())), min(rows.runs, 12))
+    chosen = np.unique(np.linspace(0, rows.runs - 1, wanted).round().astype(int))
+    keep = np.isin(rows.run_index, chosen)
+    stride = int(np.ceil(np.count_nonzero(keep) / MOST))
+    place = np.empty(len(campaign), dtype=np.int64)
+    place[rows.order] = np.arange(len(campaign)) - np.repeat(rows.starts, sizes)
+    return np.asarray(keep & (place % stride == 0))
 
 
 def _stop_if_too_little(campaign: Campaign, n: int, solved: int) -> None:
@@ -192,7 +203,7 @@ def _believed(campaign: Campaign, model: Floats) -> tuple[Campaign, list[str]]:
     if not campaign.u_stated or campaign.step_arcsec:
         return campaign, []
     found = estimate(campaign.readings, campaign.y_arcsec - model)
-    if found is None or found.ratio is None or 0.2 < found.ratio < 5:
+    if found is None or found.ratio is None or found.dof < 30 or 0.2 < found.ratio < 5:
         return campaign, []
     told = (
         f"the readings scatter by {found.u_arcsec:.3g} arcsec inside their runs, {found.ratio:.3g} "

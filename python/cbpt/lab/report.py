@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from cbpt._core import text_table
 from cbpt.lab.sentence import shown
+from cbpt.lab.verdict import ODDS_LIMIT
 
 if TYPE_CHECKING:
     from cbpt.lab.answer import Diagnosis
@@ -27,6 +30,9 @@ def lines(d: Diagnosis) -> Iterator[str]:
                 "to be off by "
                 f"{abs(r.needed_shift_sigma):.0f} standard uncertainties to explain the same."
             )
+    run = document["next_run"]
+    if run:
+        yield _next_run(run)
     card = document["unknown"]
     if card:
         yield ""
@@ -69,6 +75,19 @@ def lines(d: Diagnosis) -> Iterator[str]:
         yield "Where the drive as stated fails:"
         for region in where[:4]:
             yield f"  {_region(region)}"
+
+
+def _next_run(run: dict[str, Any]) -> str:
+    if run["gain"] < np.log(ODDS_LIMIT):
+        return (
+            "No single run like those so far would decide between them; knowledge from outside "
+            "the readings can."
+        )
+    return (
+        f"A run that would tell {', '.join(run['separates'])} apart: "
+        f"preload {run['preload_N']:g} N, input angle {run['input_angle_deg']:g} deg, "
+        f"torque to +-{run['torque_Nm']:g} N m ({run['direction']})."
+    )
 
 
 def _region(region: dict[str, object]) -> str:

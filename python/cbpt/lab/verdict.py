@@ -285,8 +285,7 @@ def _sharing(competition: Competition, null: Fit) -> list[str]:
 def _effects(competition: Competition, sets: dict[Names, float], chosen: Names) -> Verdict:
     certain = set(chosen).intersection(*map(set, sets))
     groups = _groups([set(n) - certain for n in sorted(sets, key=lambda n: -sets[n])])
-    # Zeros of runs are told with the noise, unless they are all there is.
-    effects = tuple(sorted(certain - {OFFSET})) or tuple(sorted(certain))
+    effects = tuple(sorted(certain))
     if groups:
         kind = "ambiguous"
     elif all(_class_of(e) == "rig" for e in effects):
