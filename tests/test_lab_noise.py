@@ -309,7 +309,11 @@ def test_the_scale_is_the_most_probable_one() -> None:
     chi2 = float(centred @ centred) / 0.3**2
 
     def log_posterior(scale: float) -> float:
-        return -0.5 * chi2 / scale**2 - 395 * np.log(scale) + log_scale_prior(scale, STATED_DOF)
+        return (
+            -0.5 * chi2 / float(scale) ** 2
+            - 395 * float(np.log(scale))
+            + log_scale_prior(scale, STATED_DOF)
+        )
 
     grid = np.linspace(1.2, 2.2, 2001)
     best = grid[np.argmax([log_posterior(s) for s in grid])]
