@@ -44,7 +44,7 @@ def wrong(found: Diagnosis | CbptError, true: set[str]) -> str:
     if isinstance(found, CbptError):
         return ""
     v = found.verdict
-    sure = v.kind in ("effect", "parameter") and v.probability > 0.9
+    sure = v.kind in ("effect", "parameter") and v.probability > 0.75
     return (
         f"{v.kind} {v.effects} {v.probability:.2f}" if sure and not set(v.effects) <= true else ""
     )

@@ -1,9 +1,9 @@
 """The run that would decide between rivals, or that none within reach can.
 
-Each rival, as it was fitted, predicts what a further run would read: up, down, through zero and back
-at one preload and one input angle. What tells two rivals apart there is the difference of their
-predictions against the noise and against what each still does not know of its own numbers; half its
-squared length is the log odds that the run is expected to bring.
+Each rival, as it was fitted, predicts what a further run would read: up, down, through zero and
+back at one preload and one input angle. What tells two rivals apart there is the difference of
+their predictions against the noise and against what each still does not know of its own numbers;
+half its squared length is the log odds that the run is expected to bring.
 """
 
 from __future__ import annotations
