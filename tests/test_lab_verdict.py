@@ -21,7 +21,7 @@ from cbpt.lab.competition import Competition, Names
 from cbpt.lab.fit import Unknown
 from cbpt.lab.library import PRIORS
 from cbpt.lab.noise import Noise
-from cbpt.lab.verdict import ODDS_LIMIT, UNKNOWN_LIMIT, Verdict, judge, weighed
+from cbpt.lab.verdict import ODDS_LIMIT, UNKNOWN_LIMIT, Verdict, calibrated, judge, weighed
 from common.drives import examples
 from common.simulated import Floats
 
@@ -144,7 +144,7 @@ def test_one_effect_far_ahead_is_certain() -> None:
     verdict = judge(competition({(FRICTION,): 30, (LOSS,): 12, (FRICTION, CREEP): 28}))
     assert said(verdict) == ("effect", (FRICTION,), ())
     assert verdict.names == (FRICTION,) and verdict.noise == ("white",)
-    assert verdict.probability == pytest.approx(1.0, abs=1e-6)
+    assert verdict.probability == pytest.approx(calibrated(1.0), abs=1e-6)
 
 
 @pytest.mark.parametrize(("behind", "rival"), [(LIMIT - 0.1, True), (LIMIT + 0.1, False)])
@@ -152,10 +152,10 @@ def test_rivals_are_those_within_the_limit_of_odds(behind: float, rival: bool) -
     verdict = judge(competition({(FRICTION,): 30, (LOSS,): 30 - behind}))
     if rival:
         assert said(verdict) == ("ambiguous", (), ((FRICTION, LOSS),))
-        assert verdict.probability == pytest.approx(1.0)
+        assert verdict.probability == pytest.approx(calibrated(1.0))
     else:
         assert said(verdict) == ("effect", (FRICTION,), ())
-        assert verdict.probability == pytest.approx(sigmoid(0.0, -behind))
+        assert verdict.probability == pytest.approx(calibrated(sigmoid(0.0, -behind)))
     assert verdict.names == (FRICTION,)
 
 
@@ -190,7 +190,7 @@ def test_what_all_sets_have_is_certain_and_the_rest_rivals() -> None:
     odds = {(BEARING, FRICTION): 60.0, (FRICTION, TORSION): 59.0, (FRICTION,): 40.0}
     verdict = judge(competition(odds))
     assert said(verdict) == ("ambiguous", (FRICTION,), ((BEARING, TORSION),))
-    assert verdict.probability == pytest.approx(1.0, abs=1e-6)
+    assert verdict.probability == pytest.approx(calibrated(1.0), abs=1e-6)
 
 
 def test_one_effect_or_two_others() -> None:
@@ -309,7 +309,7 @@ def test_zeros_or_an_effect_are_rivals() -> None:
     verdict = judge(competition({(RUNOUT,): 1.0}, null=null))
     assert said(verdict) == ("ambiguous", (), ((RUNOUT, "run_offset"),))
     assert verdict.names == (RUNOUT,)
-    assert verdict.probability == pytest.approx(1.0)
+    assert verdict.probability == pytest.approx(calibrated(1.0))
 
 
 def test_an_effect_far_ahead_of_zeros_is_certain() -> None:
@@ -339,7 +339,7 @@ def test_a_pattern_far_ahead_is_unknown() -> None:
     verdict = judge(competition({(FRICTION,): 30}, {(): 30 + LIMIT + 0.1}))
     assert said(verdict) == ("unknown", (), ())
     assert verdict.names == () and verdict.pattern is not None
-    assert verdict.probability == pytest.approx(sigmoid(LIMIT + 0.1, 0.0), rel=1e-6)
+    assert verdict.probability == pytest.approx(calibrated(sigmoid(LIMIT + 0.1, 0.0)), rel=1e-6)
 
 
 def test_a_pattern_without_anything_beside_is_unknown() -> None:
@@ -354,7 +354,7 @@ def test_a_pattern_alone_that_is_about_as_likely_is_a_rival(behind: float, rival
     verdict = judge(competition({(FRICTION,): 30}, {(): 30 - behind}))
     if rival:
         assert said(verdict) == ("ambiguous", (), ((FRICTION, "unknown"),))
-        assert verdict.probability == pytest.approx(1.0)
+        assert verdict.probability == pytest.approx(calibrated(1.0))
     else:
         assert said(verdict) == ("effect", (FRICTION,), ())
     assert verdict.names == (FRICTION,)
@@ -409,7 +409,7 @@ def test_nothing_is_missing() -> None:
     verdict = judge(competition({(FRICTION,): -3, (LOSS,): -4}))
     assert said(verdict) == ("complete", (), ())
     assert not verdict.within_uncertainty and verdict.rests_on == ()
-    assert verdict.probability == pytest.approx(sigmoid(0.0, -3.0, -4.0))
+    assert verdict.probability == pytest.approx(calibrated(sigmoid(0.0, -3.0, -4.0)))
 
 
 def test_numbers_that_move_within_what_is_stated() -> None:
@@ -447,7 +447,7 @@ def test_an_effect_as_likely_as_a_number_is_its_rival() -> None:
     null = MadeUpFit(values=NUMBERS | {"contact_stiffness": (1.0, 0.02, 1.1)})
     verdict = judge(competition({(SPRING,): -1}, null=null, nominal_chi2=400.0))
     assert said(verdict) == ("ambiguous", (), (("contact_stiffness", SPRING),))
-    assert verdict.probability == pytest.approx(1.0)
+    assert verdict.probability == pytest.approx(calibrated(1.0))
 
 
 @pytest.mark.parametrize(
@@ -495,8 +495,15 @@ def test_probabilities_add_up(odds: dict[Names, float], patterns: dict[Names, fl
         return has_all and all(set(g) & set(names) for g in verdict.rivals)
 
     expected = sum(share for n, share in shares.items() if true_of(n))
-    assert verdict.probability == pytest.approx(expected, abs=1e-9)
+    assert verdict.probability == pytest.approx(calibrated(expected), abs=1e-9)
     assert 0 <= verdict.probability <= 1 + 1e-12
+
+
+def test_a_larger_share_is_more_probable() -> None:
+    """And none is certain."""
+    said_of = [calibrated(share) for share in np.linspace(0, 1, 21)]
+    assert said_of == sorted(said_of)
+    assert said_of[0] >= 0 and 0.9 < said_of[-1] < 1
 
 
 def test_the_order_of_asking_decides_nothing() -> None:
