@@ -173,6 +173,8 @@ def fit(argv: list[str]) -> int:
     if options.out:
         options.out.write_text(found.case.to_toml(), encoding="utf-8")
     print(found.report())
+    if options.out:
+        print(f"Wrote {options.out}: the case with the effect in it.")
     return SUCCESS
 
 

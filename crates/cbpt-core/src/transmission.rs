@@ -94,21 +94,18 @@ impl Drive {
 
     /// Planet angle psi against the line of centres at a crank angle, rad.
     pub fn equal_speed_phase_rad(&self, input_angle_rad: f64) -> f64 {
-        match self.deceleration().output_plate {
-            OutputPlate::Hypocycloid => -input_angle_rad * self.planet_turn(),
-            OutputPlate::Epicycloid => input_angle_rad * self.planet_turn(),
+        let pair = self.deceleration();
+        let (z1, z3) = (f64::from(pair.epicycloid_lobes()), f64::from(pair.hypocycloid_lobes()));
+        match pair.output_plate {
+            OutputPlate::Hypocycloid => -input_angle_rad * z1 / z3,
+            OutputPlate::Epicycloid => input_angle_rad * z3 / z1,
         }
     }
 
     /// Turn of the planet's groove against the line of centres for one turn of the crank: Z1/Z3 with the hypocycloid plate
     /// as output, Z3/Z1 with the epicycloid plate.
     pub fn planet_turn(&self) -> f64 {
-        let pair = self.deceleration();
-        let (z1, z3) = (f64::from(pair.epicycloid_lobes()), f64::from(pair.hypocycloid_lobes()));
-        match pair.output_plate {
-            OutputPlate::Hypocycloid => z1 / z3,
-            OutputPlate::Epicycloid => z3 / z1,
-        }
+        self.equal_speed_phase_rad(1.0).abs()
     }
 
     /// Torque of the equal-speed pair over M0, which is also the share of its angle that reaches the output: 1 for

@@ -117,7 +117,7 @@ def best_fit(fitter: Fitter, effects: Sequence[str]) -> Fit:
     Raises `InvalidInputError` for an effect that is not known or that the readings do not depend
     on, `ReadingsError` where the table lacks a column that it needs.
     """
-    forms = [_forms(effect, fitter.campaign.readings) for effect in dict.fromkeys(effects)]
+    forms = [_forms(effect, fitter) for effect in dict.fromkeys(effects)]
     null = fitter.fit(Hypothesis())
     best: Fit | None = None
     for variants in product(*forms):
@@ -134,20 +134,22 @@ def best_fit(fitter: Fitter, effects: Sequence[str]) -> Fit:
     return best
 
 
-def _forms(effect: str, readings: Readings) -> list[Variant]:
+def _forms(effect: str, fitter: Fitter) -> list[Variant]:
     """Forms of an effect that the table can show; `drift:time` stands for one of them."""
     if effect == "run_offset":
         raise InvalidInputError(
             "run_offset: a zero for each run is no effect to be added; set "
             'zero = "per_run" under [measurement]'
         )
-    variants = [v for v in VARIANTS if effect in (v.effect, v.label)]
+    readings = fitter.campaign.readings
+    everything = (*VARIANTS, *(v for v in fitter.variants if v.spread))
+    variants = [v for v in everything if effect in (v.effect, v.label)]
     if not variants:
-        known = list(dict.fromkeys(v.effect for v in VARIANTS))
+        known = list(dict.fromkeys(v.effect for v in everything))
         near = [k for k in known if effect in k] or difflib.get_close_matches(effect, known, 1)
-        hint = f"is {near[0]} meant? " if effect and near else ""
+        hint = f"Is {near[0]} meant? " if effect and near else ""
         raise InvalidInputError(
-            f"no effect {effect!r} can be fitted; {hint}These can: {', '.join(known)}"
+            f"no effect {effect!r} can be fitted. {hint}These can: {', '.join(known)}"
         )
     possible = [v for v in variants if not v.needs or getattr(readings, v.needs) is not None]
     if not possible:

@@ -10,7 +10,9 @@ from __future__ import annotations
 import json
 import os
 import platform
+from copy import deepcopy
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -38,8 +40,6 @@ class Rung:
     rmse_arcsec: float
     held_out_rmse_arcsec: float
     chi2_per_dof: float
-    robust_held_out_rmse_arcsec: float
-    """Loose readings counted less."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,6 +189,10 @@ class Diagnosis:
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON document as plain values."""
+        return deepcopy(self._document)
+
+    @cached_property
+    def _document(self) -> dict[str, Any]:
         import scipy
 
         from cbpt import __version__

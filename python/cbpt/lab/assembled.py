@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive, Predictor
 from cbpt.errors import InvalidInputError, ReadingsError
-from cbpt.lab.library import PRIORS
+from cbpt.lab.library import LOT, PRIORS
 from cbpt.lab.noise import Rows
 from cbpt.lab.readings import Readings
 from cbpt.results import ARCSEC_PER_RAD
@@ -59,7 +59,10 @@ class Campaign:
             )
         drive = case if isinstance(case, Drive) else case.drive
         u = readings.u_elastic_angle_arcsec
-        stated = np.full(len(readings), _UNSTATED_ARCSEC) if u is None else u
+        # Without a stated uncertainty the scatter decides; exact readings have none, so there is a
+        # floor far below what an instrument can.
+        size = max(1e-3 * float(np.ptp(readings.elastic_angle_arcsec)), 1e-6)
+        stated = np.full(len(readings), min(_UNSTATED_ARCSEC, size)) if u is None else u
         step = display_step(readings.elastic_angle_arcsec)
         coarse = step > 1.5 * float(np.median(stated)) if u is not None else False
         if coarse:
@@ -120,7 +123,7 @@ def _effects_of(case: Case | Drive) -> tuple[tuple[str, dict[str, float]], ...]:
         return ()
     found = tuple((effect.id, dict(effect.values)) for effect in case.effects)
     ids = [effect for effect, _ in found]
-    twice = next((i for i in ids if ids.count(i) > 1), None)
+    twice = next((i for i in ids if ids.count(i) > 1 and i != LOT), None)
     if twice:
         raise InvalidInputError(
             f"effect {twice} stands in the case more than once, which the lab cannot fit; leave one"
@@ -205,10 +208,14 @@ class Assembled:
         """Range of what is plausible, shape (p, 2)."""
         self.places = {(owner, p.name): i for i, (owner, _, p) in enumerate(parameters)}
         """Place of each parameter among the values, by instance of an effect and name."""
+        met: dict[str, int] = {}
         for effect, numbers in campaign.effects:
-            if effect in self.effects:
+            instances = [i for i, known in enumerate(self.effects) if known == effect]
+            number = met.get(effect, 0)
+            met[effect] = number + 1
+            if number < len(instances):
                 for name, value in numbers.items():
-                    self.neutral[self.places[self.effects.index(effect), name]] = value
+                    self.neutral[self.places[instances[number], name]] = value
         balls = [i for (_, name), i in self.places.items() if name == "ball"]
         self.neutral[balls] = np.arange(len(balls)) % max(campaign.balls, 1)
 

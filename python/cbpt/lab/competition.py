@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from cbpt.lab.assembled import Campaign
 from cbpt.lab.fit import Fit, Fitter, Hypothesis
+from cbpt.lab.levels import levels_of
 from cbpt.lab.library import LOT, ODDS, VARIANTS, Variant
 from cbpt.lab.noise import Noise, Whitener, fit_noise
 from cbpt.lab.patterns import Pattern, patterns_on
@@ -31,6 +32,7 @@ Names = tuple[str, ...]
 
 REPLICATES = 400
 _PAIRS = 6
+_FORMS = 3
 _GLANCED = 150
 
 
@@ -171,7 +173,35 @@ def _loose(
     seen = [np.where(np.isfinite(s.columns), s.columns, 0.0) for s in signatures]
     fields = [numbers, *seen, *(f.patterns for f in families)]
     y = c.y_arcsec - fit.point.angle_arcsec
-    return looseness(y, c.zeros, fields, Whitener.of(Noise(), c.u_arcsec, c.rows))
+    looser = looseness(y, c.zeros, fields, Whitener.of(Noise(), c.u_arcsec, c.rows))
+    return None if looser is None or _of_one_place(c, looser > 1.5) else looser
+
+
+def _of_one_place(campaign: Campaign, loose: NDArray[np.bool_]) -> bool:
+    """Whether loose readings sit together where chance would not put them: that is no noise."""
+    r, count = campaign.readings, int(np.count_nonzero(loose))
+    if count < 3:
+        return False
+    size = np.abs(r.torque_Nm)
+    places = [
+        r.run_index,
+        np.round(np.mod(r.input_angle_deg, 360.0), 3),
+        size > np.quantile(size, 0.6),
+    ]
+    if r.preload_N is not None:
+        places.append(levels_of(r.preload_N).index)
+    for place in places:
+        values, index = np.unique(place, return_inverse=True)
+        inside = np.bincount(index[loose], minlength=len(values))
+        at = int(np.argmax(inside))
+        share = float(np.mean(index == at))
+        if (
+            len(values) > 1
+            and inside[at] >= 0.9 * count
+            and share ** inside[at] * len(values) < 0.003
+        ):
+            return True
+    return False
 
 
 def _flexible_noise(fitter: Fitter, fit: Fit, signatures: list[Signature], start: Noise) -> Noise:
@@ -199,7 +229,7 @@ def _flexible_noise(fitter: Fitter, fit: Fit, signatures: list[Signature], start
 def _promising(
     screens: list[Screen], levels: list[float], signatures: list[Signature]
 ) -> list[tuple[int, Floats]]:
-    """The best member of every effect that gains, with its size; the most promising first."""
+    """The best forms of every effect that gains, with sizes; the most promising first."""
     found: dict[str, tuple[float, int, Floats]] = {}
     for screen, level in zip(screens, levels, strict=True):
         for m, s in enumerate(signatures):
@@ -208,10 +238,18 @@ def _promising(
             gain = screen.single(m)
             if gain.chi2 < 2 or not np.isfinite(gain.log_odds):
                 continue
-            value = level + gain.log_odds
-            if s.variant.effect not in found or value > found[s.variant.effect][0]:
-                found[s.variant.effect] = (value, m, gain.sizes)
-    return [(m, sizes) for _, m, sizes in sorted(found.values(), key=lambda f: -f[0])]
+            value, form = level + gain.log_odds, s.variant.label
+            if form not in found or value > found[form][0]:
+                found[form] = (value, m, gain.sizes)
+    ranked = sorted(found.values(), key=lambda f: -f[0])
+    taken: dict[str, int] = {}
+    out = []
+    for _, m, sizes in ranked:
+        effect = signatures[m].variant.effect
+        taken[effect] = taken.get(effect, 0) + 1
+        if taken[effect] <= _FORMS:
+            out.append((m, sizes))
+    return out
 
 
 def start_values(

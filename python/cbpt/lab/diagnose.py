@@ -26,11 +26,13 @@ from cbpt.lab.competition import Competition, Names, compete
 from cbpt.lab.fit import Fit, Fitter
 from cbpt.lab.holdout import folds, held_out_residual, held_out_with_pattern, rms
 from cbpt.lab.inputs import case_and_readings
+from cbpt.lab.library import PRIORS
 from cbpt.lab.patterns import Pattern
 from cbpt.lab.readings import Readings
 from cbpt.lab.scatter import estimate
 from cbpt.lab.slips import slips
 from cbpt.lab.verdict import Verdict, judge
+from cbpt.results import solve_many
 
 __all__ = ["diagnose"]
 
@@ -38,6 +40,8 @@ Floats = NDArray[np.float64]
 
 FEWEST = 6
 MOST = 1200
+# N cm, N mm, kN m, kgf, lbf in, lbf: what loads are at times written in.
+_LOAD_FACTORS = (0.01, 100.0, 1e-3, 1e3, 9.80665, 1 / 9.80665, 0.1129848, 4.448222)
 
 
 def diagnose(
@@ -66,6 +70,7 @@ def _diagnosed(case: Case | Drive, readings: Readings, seed: int) -> Diagnosis:
     verdict = judge(competition)
     fold, held_by = folds(campaign)
     fits = competition.fits
+    notes += _told(campaign, competition, fits[verdict.names])
     nominal = competition.fitter.at_nominal(fits[verdict.names])
     return Diagnosis(
         case=case,
@@ -80,6 +85,27 @@ def _diagnosed(case: Case | Drive, readings: Readings, seed: int) -> Diagnosis:
         notes=tuple(notes),
         seed=seed,
     )
+
+
+def _told(campaign: Campaign, competition: Competition, fit: Fit) -> Iterator[str]:
+    """What a reader should know of the fit behind the answer."""
+    zero = float(np.abs(fit.zeros_arcsec).max()) if campaign.zeros.shape[1] == 1 else 0.0
+    if zero > 5 * float(np.median(campaign.u_arcsec)):
+        yield f"a common zero of {fit.zeros_arcsec[0]:.3g} arcsec was taken off the readings"
+    if competition.looser is not None:
+        lines = campaign.readings.line[competition.looser > 2.0].tolist()
+        if 0 < len(lines) <= 0.05 * len(campaign):
+            yield f"{len(lines)} readings lie far off and count less: lines {lines[:8]}"[
+                :-1
+            ].replace("[", "")
+    for u in fit.unknowns:
+        value = fit.value(u)
+        at_end = value <= u.lower * (1 + 1e-6) or value >= u.upper * (1 - 1e-6)
+        if at_end and u.name.partition(".")[0] in PRIORS:
+            yield (
+                f"{u.name} stands at the end of what is plausible ({value:.3g}): is this the case "
+                "file of this drive?"
+            )
 
 
 def _ladder(
@@ -128,6 +154,7 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
             campaign, model = campaign.select(solved), model[solved]
     _stop_if_too_little(campaign, len(solved), int(np.count_nonzero(solved)))
     _stop_if_a_slip(campaign, model)
+    _stop_if_it_does_not_follow(campaign, model)
     campaign, told = _believed(campaign, model)
     notes += told
     if campaign.step_arcsec:
@@ -198,12 +225,53 @@ def _stop_if_a_slip(campaign: Campaign, model: Floats) -> None:
         )
 
 
+def _stop_if_it_does_not_follow(campaign: Campaign, model: Floats) -> None:
+    """Loads in a wrong unit, or angles that have nothing to do with the torque."""
+    r, rows = campaign.readings, campaign.rows
+
+    def within_runs(values: Floats) -> Floats:
+        mean = np.bincount(rows.run_index, values) / np.bincount(rows.run_index)
+        return np.asarray(values - mean[rows.run_index])
+
+    y, x = within_runs(campaign.y_arcsec), within_runs(model)
+    size = float(y @ y)
+    if len(campaign) < 12 or not size or not float(x @ x):
+        return
+    assert r.preload_N is not None
+    off = float(np.sum((y - x) ** 2))
+    for factor in _LOAD_FACTORS if off > 0.1 * size else ():
+        for torque, preload in ((factor, 1.0), (1.0, factor)):
+            angle = solve_many(
+                campaign.drive, torque * r.torque_Nm, preload * r.preload_N, r.input_angle_deg
+            ).elastic_angle_arcsec
+            if np.isfinite(angle).all() and np.sum((y - within_runs(angle)) ** 2) < 0.01 * off:
+                name = "torque" if torque != 1 else "preload"
+                raise ReadingsError.of_column(
+                    r.source,
+                    name,
+                    f"loads that fit the angles once multiplied by {factor:g}",
+                    f"the {name} in the unit of its header",
+                    "check the unit",
+                )
+    if float(x @ y) ** 2 < 0.3 * size * float(x @ x):
+        raise ReadingsError.of_column(
+            r.source,
+            "elastic_angle",
+            "angles that do not follow the torque",
+            "readings of which the model explains at least a part",
+            "check which column is the angle, and the case file",
+        )
+
+
 def _believed(campaign: Campaign, model: Floats) -> tuple[Campaign, list[str]]:
-    """The stated uncertainty, unless the readings scatter by far more or less inside their runs."""
+    """The stated uncertainty, unless the readings scatter by far more inside their runs."""
     if not campaign.u_stated or campaign.step_arcsec:
         return campaign, []
+    u = campaign.u_arcsec
+    if float(u.max()) > 1.5 * float(u.min()):
+        return campaign, []
     found = estimate(campaign.readings, campaign.y_arcsec - model)
-    if found is None or found.ratio is None or found.dof < 30 or 0.2 < found.ratio < 5:
+    if found is None or found.ratio is None or found.dof < 30 or found.ratio < 5:
         return campaign, []
     told = (
         f"the readings scatter by {found.u_arcsec:.3g} arcsec inside their runs, {found.ratio:.3g} "
@@ -221,9 +289,8 @@ def _as_given(campaign: Campaign) -> Floats:
 
 def rung(fitter: Fitter, added: str, fit: Fit, fold: NDArray[np.int64]) -> Rung:
     """One step of the ladder."""
-    looser = fit.noise.looser
     held = held_out_residual(fitter, fit, fold)
-    return Rung(added, rms(fit.residual_arcsec), rms(held), fit.chi2_per_dof, rms(held, looser))
+    return Rung(added, rms(fit.residual_arcsec), rms(held), fit.chi2_per_dof)
 
 
 def _rung_of_pattern(pattern: Pattern, fold: NDArray[np.int64]) -> Rung:
@@ -233,7 +300,7 @@ def _rung_of_pattern(pattern: Pattern, fold: NDArray[np.int64]) -> Rung:
     held = held_out_with_pattern(pattern, fold)
     chi2 = float(np.mean((residual / c.u_arcsec) ** 2))
     added = f"any function of {' and '.join(pattern.columns)}"
-    return Rung(added, rms(residual), rms(held), chi2, rms(held, pattern.noise.looser))
+    return Rung(added, rms(residual), rms(held), chi2)
 
 
 def path(names: Names, fits: Mapping[Names, Fit]) -> list[tuple[Names, str]]:

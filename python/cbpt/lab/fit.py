@@ -14,7 +14,7 @@ logarithm over their plausible range.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,11 +71,6 @@ class Hypothesis:
         """Ids, sorted."""
         return tuple(sorted(v.effect for v in self.variants))
 
-    @property
-    def label(self) -> str:
-        """For people."""
-        return " + ".join(v.label for v in self.variants) or "nothing"
-
 
 @dataclass(frozen=True, eq=False)
 class Fit:
@@ -128,12 +123,17 @@ class Fitter:
     def __init__(self, campaign: Campaign, variants: Sequence[Variant] = VARIANTS) -> None:
         self.campaign = campaign
         balls = campaign.balls
-        self.variants = tuple(v for v in variants if _needed(campaign, v)) + lots(balls)
+        # What the case has already may turn out to be less.
+        given = {effect for effect, _ in campaign.effects}
+        fitting = (v for v in variants if _needed(campaign, v))
+        self.variants = tuple(
+            replace(v, signed=True) if v.effect in given else v for v in fitting
+        ) + lots(balls)
         self.effects = (*dict.fromkeys([*PRIORS, *(v.effect for v in self.variants)]),)
         # Every ball of a lot is an instance of its own; they come last, one after the other.
         self.effects += (LOT,) * (balls - 1)
         self.model = Assembled(campaign, self.effects)
-        self.stated_dof = STATED_DOF if campaign.u_stated else 1e-3
+        self.stated_dof = STATED_DOF if campaign.u_stated else 0.1
         if campaign.step_arcsec:
             # Rounding errors hide how much they scatter; what is stated stands.
             self.stated_dof = 1e5
@@ -212,6 +212,13 @@ class Fitter:
         values = self.start(hypothesis, {}) if start is None else start.copy()
         noise = noise or Noise()
         point = self._at(values, unknowns)
+        sizes = [u.index for u in unknowns if not u.log and np.isinf(u.sd)]
+        for _ in range(6):
+            if point is not None:
+                break
+            # Too much for the preload to hold: nearer to doing nothing.
+            values[sizes] = 0.5 * (values[sizes] + self.model.neutral[sizes])
+            point = self._at(values, unknowns)
         if point is None:
             return None
         search = _Search(self, unknowns, noise)

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
 from cbpt._core import Case, Drive, text_table
+from cbpt.errors import InvalidInputError
 from cbpt.lab.added import best_fit
 from cbpt.lab.answer import Rung, parameters_of
 from cbpt.lab.assembled import Campaign
@@ -24,7 +25,7 @@ from cbpt.lab.holdout import folds
 from cbpt.lab.inputs import case_and_readings
 from cbpt.lab.library import PRIORS
 from cbpt.lab.readings import Readings
-from cbpt.lab.sentence import shown
+from cbpt.lab.sentence import moved_numbers, shown
 
 __all__ = ["Fitted", "fit"]
 
@@ -42,6 +43,8 @@ class Fitted:
     after: Rung
     """With the effects, and the numbers refitted within their stated uncertainties."""
     result: Fit = field(repr=False)
+    priors: dict[str, float] = field(repr=False)
+    """Standard uncertainty of each number of drive and rig, by effect id."""
     held_out_by: str
     notes: tuple[str, ...]
 
@@ -59,8 +62,11 @@ class Fitted:
         yield f"{len(self.readings)} readings of {self.readings.source}"
         yield from (f"Note: {note}" for note in self.notes)
         for effect, found in self.parameters().items():
-            values = ", ".join(shown(n, p["value"], p["u"]) for n, p in found.items())
+            values = ", ".join(shown(effect, n, p["value"], p["u"]) for n, p in found.items())
             yield f"{effect}: {values}"
+        moved = moved_numbers(self.result, self.priors)
+        if moved:
+            yield f"Numbers of drive and rig that moved, now in the case: {moved}."
         rows = [
             [name, f"{r.rmse_arcsec:.3f}", f"{r.held_out_rmse_arcsec:.3f}", f"{r.chi2_per_dof:.2f}"]
             for name, r in (("as given", self.before), ("fitted", self.after))
@@ -75,7 +81,7 @@ class Fitted:
 def fit(
     case: Case | Drive | str | os.PathLike[str] | Mapping[str, Any],
     data: Readings | str | os.PathLike[str] | Mapping[str, ArrayLike],
-    effects: Sequence[str],
+    effects: str | Sequence[str],
     *,
     columns: Mapping[str, str] | None = None,
 ) -> Fitted:
@@ -86,6 +92,9 @@ def fit(
     `InvalidInputError` for an effect that is not in the library or cannot be seen in this table,
     `CaseError` and `ReadingsError` for what cannot be read.
     """
+    effects = [effects] if isinstance(effects, str) else list(effects)
+    if not effects:
+        raise InvalidInputError("effects: name at least one effect to fit, see cbpt effects")
     case, readings = case_and_readings(case, data, columns)
     if isinstance(case, Drive):
         case = Case.from_toml(case.to_toml())
@@ -103,6 +112,7 @@ def fit(
             before=rung(fitter, "", nominal, fold),
             after=rung(fitter, " + ".join(names), found, fold),
             result=found,
+            priors=campaign.priors,
             held_out_by=held_by,
             notes=tuple(notes),
         )
@@ -110,13 +120,18 @@ def fit(
 
 def case_with(case: Case, fitter: Fitter, found: Fit) -> Case:
     """The case with fitted effects, and with the numbers of the drive as refitted."""
-    entries: dict[str, dict[str, float]] = {}
+    entries: dict[tuple[str, str], dict[str, float]] = {}
     for u in found.unknowns:
         effect, _, name = u.name.partition(".")
         if effect in PRIORS and not name:
             # Known by its effect: its one number.
             name = next(v.sizes[0] for v in fitter.variants if v.effect == effect)
-        entries.setdefault(effect, {})[name] = found.value(u)
+        ball, dot, stem = name.partition(".")
+        if dot:
+            entries[effect, ball] = {"ball": float(ball), stem: found.value(u)}
+        else:
+            entries.setdefault((effect, ""), {})[name] = found.value(u)
     for variant in found.hypothesis.variants:
-        entries[variant.effect] |= dict(variant.fixed)
-    return case.with_effects(list(entries.items()))
+        if not variant.spread:
+            entries[variant.effect, ""] |= dict(variant.fixed)
+    return case.with_effects([(effect, numbers) for (effect, _), numbers in entries.items()])

@@ -138,7 +138,7 @@ def _all() -> Iterator[Variant]:
             signed=True,
             secants=tuple(
                 (size * c, size * s)
-                for size in (1e-5, 4e-5)
+                for size in (1e-5, 4e-5, 1.5e-4)
                 for c, s in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
             ),
             name="in the housing" if where else "with the crank",

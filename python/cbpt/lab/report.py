@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from cbpt._core import text_table
-from cbpt.lab.sentence import shown
+from cbpt.lab.sentence import moved_numbers, shown
 from cbpt.lab.verdict import ODDS_LIMIT
 
 if TYPE_CHECKING:
     from cbpt.lab.answer import Diagnosis
+
+
+_WIDTH = 100
 
 
 def lines(d: Diagnosis) -> Iterator[str]:
@@ -22,7 +26,10 @@ def lines(d: Diagnosis) -> Iterator[str]:
     yield f"{len(d.readings)} readings of {d.readings.source}"
     yield from (f"Note: {note}" for note in d.notes)
     yield ""
-    yield d.sentence
+    yield from wrap(d.sentence, _WIDTH)
+    moved = moved_numbers(d.after, d.competition.campaign.priors)
+    if moved:
+        yield from wrap(f"Numbers of drive and rig that moved: {moved}.", _WIDTH)
     for r in d.verdict.rests_on:
         if d.verdict.names and abs(r.needed_shift_sigma) > 2:
             yield (
@@ -32,12 +39,13 @@ def lines(d: Diagnosis) -> Iterator[str]:
             )
     run = document["next_run"]
     if run:
-        yield _next_run(run)
+        yield from wrap(_next_run(run), _WIDTH)
     card = document["unknown"]
     if card:
         yield ""
         yield "What the misfit looks like:"
-        yield from (f"  {line}" for line in card["shape"])
+        for line in card["shape"]:
+            yield from _wrapped(line)
     yield ""
     noise = f"noise {d.noise_floor_arcsec:.3f} arcsec"
     yield f"Error, in sample and held out by {d.held_out_by} ({noise}):"
@@ -54,9 +62,9 @@ def lines(d: Diagnosis) -> Iterator[str]:
     ranking = document["ranking"][:6]
     if ranking:
         yield ""
-        yield "What could be missing, the most probable first:"
+        yield "Single effects, each alone, the most probable first:"
         yield _table(
-            ["effect", "probability", "held_out_arcsec", "p_value", "closest rival", "parameters"],
+            ["effect", "probability", "held_out_arcsec", "p_value", "looks most like"],
             [
                 [
                     row["effect"],
@@ -64,17 +72,26 @@ def lines(d: Diagnosis) -> Iterator[str]:
                     f"{row['held_out_rmse_arcsec']:.3f}",
                     f"{row['p_value']:.3f}",
                     f"{row['rival']} ({row['rival_correlation']:.2f})" if row["rival"] else "",
-                    ", ".join(shown(n, p["value"], p["u"]) for n, p in row["parameters"].items()),
                 ]
                 for row in ranking
             ],
         )
+        for row in ranking:
+            yield from _wrapped(f"{row['effect']}: {_sizes(row['effect'], row['parameters'])}")
     where = document["where"]
     if where:
         yield ""
         yield "Where the drive as stated fails:"
         for region in where[:4]:
             yield f"  {_region(region)}"
+
+
+def _sizes(effect: str, parameters: dict[str, Any]) -> str:
+    return ", ".join(shown(effect, n, p["value"], p["u"]) for n, p in parameters.items())
+
+
+def _wrapped(text: str) -> list[str]:
+    return wrap(text, _WIDTH, initial_indent="  ", subsequent_indent="    ")
 
 
 def _next_run(run: dict[str, Any]) -> str:

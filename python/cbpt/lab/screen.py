@@ -139,7 +139,21 @@ class Screen:
         left = fit.margin.left(seen)
         self.gram = seen.T @ left
         own = np.einsum("ij,ij->j", seen, seen)
-        self.alive = finite & (np.diag(self.gram) > 1e-6 * np.maximum(own, 1e-300))
+        # Seen at all: beyond rounding, and by a standard uncertainty at the largest plausible size.
+        span = np.concatenate(
+            [
+                np.full(
+                    s.columns.shape[1], 5.0 if s.variant.spread else s.variant.high / s.variant.low
+                )
+                for s in self.signatures
+            ]
+        )
+        size = np.diag(self.gram)
+        self.alive = (
+            finite
+            & (size > 1e-12 * np.maximum(own, 1e-300))
+            & (np.sqrt(np.maximum(size, 0)) * span > 1)
+        )
         self.gram[np.diag_indices_from(self.gram)] += 1e-9 * np.maximum(own, 1e-300)
         self.surviving = np.sqrt(np.clip(np.diag(self.gram) / np.maximum(own, 1e-300), 0, 1))
         self.projection = left.T @ fit.margin.y

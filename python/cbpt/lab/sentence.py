@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cbpt.results import ARCSEC_PER_RAD
+from cbpt._core import effect_specs
 
 if TYPE_CHECKING:
     from cbpt.lab.answer import Diagnosis
@@ -65,22 +66,39 @@ def sentence(d: Diagnosis) -> str:
     """One or two sentences that say what is certain, what is open and how sure that is."""
     v = d.verdict
     sure = f"probability {v.probability:.2f}"
+    if v.probability < 0.5:
+        sure = f"the likeliest answer, but not a sure one: {sure}"
     fall = (
         f"the error falls from {d.before.rmse_arcsec:.2f} to {d.after.rmse_arcsec:.2f} arcsec "
         f"(noise {d.noise_floor_arcsec:.2f})"
     )
+    if d.after.rmse_arcsec > 0.97 * d.before.rmse_arcsec:
+        fall = f"the error stays at {d.after.rmse_arcsec:.2f} arcsec"
     if v.kind == "unknown":
         return _unknown(d, sure)
     if v.kind == "complete":
         return _complete(d, sure, fall)
     if v.kind == "rig" and set(v.effects) <= {"run_offset"}:
-        what = listed([_NOISE[n] for n in v.noise if n in _NOISE])
+        what = listed([_noise(d, n) for n in v.noise if n in _NOISE])
         return f"The model misses nothing; the instrument does ({sure}): the readings show {what}."
     if v.kind == "ambiguous":
         return _ambiguous(d, sure, fall)
     what = listed([_with_value(d, e) for e in v.effects])
     kinds = {"parameter": "A number of the drive is off", "rig": "The instrument is off"}
     return f"{kinds.get(v.kind, 'Missing from the model')}: {what} ({sure}); {fall}."
+
+
+def _noise(d: Diagnosis, word: str) -> str:
+    """A kind of noise with its size."""
+    c, noise = d.competition.campaign, d.after.noise
+    if word == "run_offset":
+        return f"{_NOISE[word]} (spread {noise.offset_arcsec:.2g} arcsec)"
+    if word == "misstated":
+        u = float(np.median(c.u_arcsec))
+        return f"{_NOISE[word]} (stated {u / c.u_believed:.2g}, found {u * noise.scale:.2g} arcsec)"
+    if word == "correlated":
+        return f"{_NOISE[word]} ({noise.correlation:.2f})"
+    return _NOISE[word]
 
 
 def _unknown(d: Diagnosis, sure: str) -> str:
@@ -138,6 +156,16 @@ def _moved(number: str, fit: Fit) -> str:
     return f"{number} {by}"
 
 
+def moved_numbers(fit: Fit, priors: Mapping[str, float]) -> str:
+    """Numbers that a fit moved by more than one of their standard uncertainties."""
+    parts = []
+    for u in fit.unknowns:
+        if u.name in priors and np.isfinite(u.sd) and abs(fit.value(u) - u.mean) > u.sd:
+            sigma = (fit.value(u) - u.mean) / u.sd
+            parts.append(f"{_moved(u.name, fit)} ({sigma:+.1f} standard uncertainties)")
+    return ", ".join(parts)
+
+
 def _with_value(d: Diagnosis, effect: str) -> str:
     """An effect with the numbers that were found for it."""
     name = NAMES.get(effect, effect)
@@ -145,30 +173,24 @@ def _with_value(d: Diagnosis, effect: str) -> str:
     if not found:
         strained = {u.name: u for u in d.after.unknowns if u.name == effect}
         return f"{name} ({_moved(effect, d.after)})" if strained else name
-    return f"{name} ({', '.join(shown(n, p['value'], p['u']) for n, p in found.items())})"
+    return f"{name} ({', '.join(shown(effect, n, p['value'], p['u']) for n, p in found.items())})"
 
 
-def shown(name: str, value: float, u: float | None) -> str:
-    """A parameter in a handy unit."""
-    factor, ending, unit = 1.0, "", ""
-    for end, f, short in (
-        ("_rad_per_Nm", ARCSEC_PER_RAD, "arcsec/(N m)"),
-        ("_rad_per_K", ARCSEC_PER_RAD, "arcsec/K"),
-        ("_rad_per_s", ARCSEC_PER_RAD * 3600, "arcsec/h"),
-        ("_N_per_m", 1e-6, "N/um"),
-        ("_N_per_K", 1.0, "N/K"),
-        ("_per_rad2", 1.0, "1/rad^2"),
-        ("_per_rad", 1.0, "1/rad"),
-        ("_per_s", 3600.0, "1/h"),
-        ("_rad", ARCSEC_PER_RAD, "arcsec"),
-        ("_m", 1e6, "um"),
-        ("_s", 1.0, "s"),
-    ):
-        if name.endswith(end):
-            factor, ending, unit = f, end, short
-            break
-    stem = name.removesuffix(ending).replace("_", " ")
-    text = f"{stem} {value * factor:.3g}"
-    if u is not None:
-        text += f" +- {u * factor:.1g}"
-    return f"{text} {unit}".rstrip()
+def shown(effect: str, name: str, value: float, u: float | None) -> str:
+    """A parameter as a case file would have it: `reference_deflection_um 0.209 +- 0.010`."""
+    label, size = _DISPLAY.get((effect, name), (name, 1.0))
+    if u is None:
+        return f"{label} {value / size:.3g}"
+    spread = u / size
+    digits = 1 - int(np.floor(np.log10(spread))) if spread > 0 and np.isfinite(spread) else 3
+    if digits < 0:
+        digits = 0
+    return f"{label} {value / size:.{digits}f} +- {spread:.{digits}f}"
+
+
+_DISPLAY = {
+    (spec.id, p.name): (p.display_name, p.display_size)
+    for spec in effect_specs()
+    for p in spec.parameters
+} | {("ball_diameter_lot", "spread_m"): ("spread_um", 1e-6)}
+"""Name with the unit that is usual, and that unit in SI, of each parameter."""

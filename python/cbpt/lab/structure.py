@@ -37,21 +37,6 @@ class Component:
     patterns: Floats = field(repr=False)
 
 
-@dataclass(frozen=True, eq=False)
-class Found:
-    """One family in one residual."""
-
-    columns: tuple[str, ...]
-    rank: int
-    chi2: float
-    log_odds: float
-    """Logarithm of the Bayes factor for its being there, at the most favourable amplitude."""
-    p_value: float
-    """Chance of any family standing out as much, by simulation."""
-    fitted: Floats = field(repr=False)
-    """The part of the whitened residual that it explains, shape (n,)."""
-
-
 def hats(values: Floats, knots: int) -> Floats:
     """Piecewise-linear functions that add up to 1, on knots among the values."""
     levels = np.unique(values)
@@ -204,27 +189,6 @@ class Structure:
         m = np.maximum(self.ranks, 1)[:, None]
         ratio = np.maximum(scores / m, 1.0)
         return np.asarray(0.5 * m * (ratio - 1 - np.log(ratio)) * (self.ranks[:, None] > 0))
-
-    def find(self, residual: Floats, replicates: int, rng: np.random.Generator) -> list[Found]:
-        """Families in a whitened residual, the most telling first."""
-        n = len(residual)
-        seen = self.projected(residual)
-        scores = self.scores(seen[:, None])
-        odds = self.log_odds(scores)[:, 0]
-        noise = self.projected(rng.standard_normal((n, replicates)))
-        null = self.log_odds(self.scores(noise)).max(axis=0)
-        found = [
-            Found(
-                family.columns,
-                int(self.ranks[i]),
-                float(scores[i, 0]),
-                float(odds[i]),
-                float((1 + np.count_nonzero(null >= odds[i])) / (1 + replicates)),
-                self.axes[i] @ (self.axes[i].T @ seen),
-            )
-            for i, family in enumerate(self.families)
-        ]
-        return sorted(found, key=lambda f: f.log_odds, reverse=True)
 
 
 def _axes(seen: Floats) -> Floats:

@@ -30,6 +30,9 @@ ODDS_LIMIT = 20.0
 """Posterior odds beyond which a rival is out."""
 UNKNOWN_LIMIT = 3.0
 """The same for a pattern without a name, whose evidence is that of its best amplitude."""
+WEAK_ODDS, WEAK_P = 3.0, 0.01
+"""With less than the limit of odds against nothing, an effect is still told at these odds if chance
+hardly shows as much."""
 P_LIMIT = 0.02
 """Largest chance, by simulation, of an effect that is called found."""
 MOVED_SIGMA = 2.0
@@ -90,10 +93,12 @@ def judge(competition: Competition) -> Verdict:
     # What a pattern adds to the best set tells how far the library's form is from the readings:
     # rivals within that distance are not decided.
     reach = limit + _leftover(sets, first)
-    within = {n: o for n, o in named.items() if o > named[first] - reach - _kinship(n, first)}
+    near = {n: o for n, o in named.items() if o > named[first] - reach - _kinship(n, first)}
+    within = {n: o for n, o in near.items() if n}
     alone = {n: o for n, o in sets.items() if UNKNOWN in n and set(n) <= {UNKNOWN, OFFSET}}
-    offsets_only = all(n in ((), (OFFSET,)) for n in within)
-    if () in within or (offsets_only and max(alone.values(), default=-np.inf) < 1 + named[first]):
+    offsets_only = all(n == (OFFSET,) for n in within)
+    strange = max(alone.values(), default=-np.inf) > 1 + named[first]
+    if not _demanded(competition, first, named) or (offsets_only and not strange):
         return _no_effect(competition, limit)
     # A pattern alone counts as a rival where it explains about as well; sooner where the named
     # effect leaves more scatter than there is.
@@ -106,6 +111,8 @@ def judge(competition: Competition) -> Verdict:
     # Either the runs' zeros or an effect: something is there, and noise is no longer the question.
     either = (OFFSET,) in least and len(least) > 1
     numbers_only = all(n in PRIORS for n in effects)
+    # Numbers alone, but far better with their priors widened: that is a finding like an effect.
+    numbers_only = numbers_only and named[first] - named.get((), -np.inf) < _STRAIN
     if not either and (numbers_only or _p_value(competition, effects) > P_LIMIT):
         return _no_effect(competition, limit)
     return _effects(competition, least, chosen)
@@ -117,6 +124,15 @@ def _kinship(names: Names, best: Names) -> float:
     ours, theirs = set(names) - set(best), set(best) - set(names)
     kin = any({a, b} == set(pair) for a in ours for b in theirs for pair in KIN)
     return _KIN_REACH if kin and len(ours) == len(theirs) == 1 else 0.0
+
+
+def _demanded(competition: Competition, first: Names, named: dict[Names, float]) -> bool:
+    """Whether the best set is called for: far likelier than nothing, or likelier and no chance."""
+    over = named[first] - named.get((), -np.inf)
+    if over >= np.log(ODDS_LIMIT):
+        return True
+    chance = _p_value(competition, _less(first, OFFSET))
+    return bool(over > np.log(WEAK_ODDS) and chance <= WEAK_P)
 
 
 def _strained(competition: Competition, names: Names) -> bool:
@@ -255,6 +271,8 @@ def _nominal_rejected(competition: Competition, null: Fit) -> bool:
     """Whether the readings demand that numbers move at all: the stated ones against the refit."""
     from scipy.special import chdtrc
 
+    if not shifts(null):
+        return False
     nominal = competition.fitter.at_nominal(null)
     gain = max(nominal.margin.chi2 - null.margin.chi2, 0.0)
     return bool(chdtrc(len(shifts(null)), gain) < 0.003)
@@ -327,6 +345,8 @@ def _groups(remainders: list[set[str]]) -> list[set[str]]:
         new = [n for n in sorted(other) if not any(n in g for g in groups)]
         for n, g in zip(new, places or groups, strict=False):
             g.add(n)
+    if not all(r & g for r in remainders for g in groups):
+        return [set().union(*remainders)]
     return [g for g in groups if len(g) > 1]
 
 
@@ -342,8 +362,8 @@ def _decided_by(competition: Competition, chosen: Names) -> tuple[Rest, ...]:
         if other.log_marginal > fits[chosen].log_marginal - 6.0:
             u = next(u for u in other.unknowns if u.name.startswith(number + "."))
             sd = competition.campaign.priors[number]
-            shift = (other.value(u) - u.mean) / sd if sd > 0 else np.inf
-            found.append(Rest(number, sd, float(shift)))
+            if sd > 0:
+                found.append(Rest(number, sd, float((other.value(u) - u.mean) / sd)))
     return tuple(found)
 
 
