@@ -223,27 +223,25 @@ def test_clean_readings_are_not_loose() -> None:
     assert sum(loose(model + noise_of(seed)) is not None for seed in range(100, 130)) <= 2
 
 
-LENGTH = 15.0
-"""Of the planted effects, whitened, once the numbers are refitted."""
-
-
 @pytest.mark.parametrize(
     ("effect", "values"),
     [
         ("eccentric_bearing", {"reference_deflection_m": 1e-6, "exponent": 2 / 3}),
         ("friction_hysteresis", {"friction_radius_m": 4e-4, "engagement_angle_rad": 2e-5}),
+        ("preload_spring", {"spring_rate_N_per_m": 5e7}),
     ],
 )
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(("length", "seed"), [(15, 0), (15, 1), (15, 2), (80, 0)])
 def test_an_effect_is_not_taken_for_loose_readings(
-    effect: str, values: dict[str, float], seed: int
+    effect: str, values: dict[str, float], length: float, seed: int
 ) -> None:
+    """length: of the effect, whitened, once the numbers are refitted."""
     campaign, model, numbers, _ = around()
     size = next(iter(values))
     step = truth(campaign, {(effect, p): v for p, v in values.items()}) - model
     x = np.column_stack([numbers, campaign.zeros])
     left = step - x @ np.linalg.lstsq(x, step, rcond=None)[0]
-    share = LENGTH / float(np.linalg.norm(left / campaign.u_arcsec))
+    share = length / float(np.linalg.norm(left / campaign.u_arcsec))
     made = values | {size: share * values[size]}
     y = truth(campaign, {(effect, p): v for p, v in made.items()}) + noise_of(200 + seed)
     assert loose(y) is None

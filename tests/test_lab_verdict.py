@@ -186,6 +186,11 @@ def test_a_superset_that_is_not_demanded_needs_no_mention() -> None:
     assert said(judge(competition(odds))) == ("effect", (CREEP, FRICTION), ())
 
 
+def test_what_a_superset_adds_is_no_rival() -> None:
+    odds = {(FRICTION,): 30.0, (CREEP, FRICTION): 31.0, (LOSS,): 29.0}
+    assert said(judge(competition(odds))) == ("ambiguous", (), ((FRICTION, LOSS),))
+
+
 def test_what_all_sets_have_is_certain_and_the_rest_rivals() -> None:
     odds = {(BEARING, FRICTION): 60.0, (FRICTION, TORSION): 59.0, (FRICTION,): 40.0}
     verdict = judge(competition(odds))
