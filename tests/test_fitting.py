@@ -132,17 +132,11 @@ def test_a_wrong_effect_does_not_reach_the_noise() -> None:
 
 def test_an_effect_that_is_not_known_is_refused_with_the_near_one() -> None:
     for wrong in ("bearing", "eccentric_baering"):
-        with pytest.raises(InvalidInputError, match=r"is eccentric_bearing meant\?"):
+        with pytest.raises(InvalidInputError, match=r"\. Is eccentric_bearing meant\? "):
             cbpt.fit(case("dev03"), table("dev03"), [wrong])
     with pytest.raises(InvalidInputError, match='zero = "per_run"'):
         cbpt.fit(case("dev03"), table("dev03"), ["run_offset"])
-    with pytest.raises(InvalidInputError, match="friction_hysteresis, preload_loss"):
-        cbpt.fit(case("dev03"), table("dev03"), ["unknown"])
-
-
-@pytest.mark.xfail(strict=True, reason="a capital letter goes on after a semicolon")
-def test_the_message_without_a_near_one_is_two_sentences() -> None:
-    with pytest.raises(InvalidInputError, match=r"'unknown' can be fitted\. These can: "):
+    with pytest.raises(InvalidInputError, match=r"'unknown' can be fitted\. These can: contact_"):
         cbpt.fit(case("dev03"), table("dev03"), ["unknown"])
 
 
@@ -178,7 +172,8 @@ def run(verb: str, *arguments: str | Path, name: str = "dev03") -> int:
 def test_fit_writes_the_case(desk: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run("fit", "--with", "eccentric_bearing", "--out", "new.toml") == 0
     printed = capsys.readouterr()
-    assert printed.out == fitted("dev03").report() + "\n" and printed.err == ""
+    assert printed.out.startswith(fitted("dev03").report() + "\n") and printed.err == ""
+    assert "new.toml" in printed.out.splitlines()[-1]
     assert Case.from_file(desk / "new.toml") == fitted("dev03").case
     assert [p.name for p in desk.iterdir()] == ["new.toml"]
     # To compare again, with the verb as well.
@@ -190,7 +185,7 @@ def test_fit_writes_the_case(desk: Path, capsys: pytest.CaptureFixture[str]) -> 
 def test_fit_of_two_effects(desk: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run("fit", "--with", "eccentric_bearing", "drift:time") == 0
     out = capsys.readouterr().out
-    assert "eccentric_bearing: reference deflection" in out and "\ndrift: " in out
+    assert "\neccentric_bearing: reference" in out and "\ndrift: " in out
     assert list(desk.iterdir()) == []
 
 
@@ -227,7 +222,7 @@ WITH = ["--with", "eccentric_bearing"]
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (["fit", *BOTH, "--with", "bearing"], "is eccentric_bearing meant?"),
+        (["fit", *BOTH, "--with", "bearing"], "Is eccentric_bearing meant?"),
         (["fit", *BOTH], "--with"),
         (["fit", *BOTH, *WITH, "--out", "new.csv"], "ends in .toml"),
         (["fit", *BOTH[::-1], *WITH], "CASE comes first: cbpt fit " + BOTH[0]),

@@ -32,7 +32,7 @@ RUNS = arrays.arrays(np.int64, st.integers(1, 24), elements=st.integers(0, 4))
 
 
 @given(RUNS)
-@examples(100)
+@examples(60)
 def test_before_is_the_last_reading_of_the_same_run(runs: np.ndarray) -> None:
     rows = Rows.of(runs)
     for i, run in enumerate(runs):
@@ -42,7 +42,7 @@ def test_before_is_the_last_reading_of_the_same_run(runs: np.ndarray) -> None:
 
 
 @given(RUNS, st.integers(0, 99))
-@examples(50)
+@examples(30)
 def test_sums_are_run_by_run(runs: np.ndarray, seed: int) -> None:
     rows = Rows.of(runs)
     columns = np.random.default_rng(seed).standard_normal((len(runs), 3))
@@ -73,7 +73,7 @@ def noises(draw: st.DrawFn) -> tuple[Noise, Floats, Rows]:
 
 
 @given(noises())
-@examples(100)
+@examples(60)
 def test_whitener_is_a_root_of_the_inverse_covariance(drawn: tuple[Noise, Floats, Rows]) -> None:
     noise, u, rows = drawn
     covariance = dense(noise, u, rows)
@@ -87,7 +87,7 @@ def test_whitener_is_a_root_of_the_inverse_covariance(drawn: tuple[Noise, Floats
 
 
 @given(noises(), st.integers(0, 99))
-@examples(50)
+@examples(30)
 def test_whitener_takes_vectors_and_columns_alike(
     drawn: tuple[Noise, Floats, Rows], seed: int
 ) -> None:
@@ -124,7 +124,7 @@ def problem(n: int, p: int, seed: int) -> tuple[Floats, Floats, Floats]:
 
 
 @given(st.integers(6, 20), st.integers(1, 5), st.integers(0, 10**6))
-@examples(100)
+@examples(60)
 def test_margin_is_the_dense_marginal_likelihood(n: int, p: int, seed: int) -> None:
     y, x, precision = problem(n, p, seed)
     margin = Margin.of(y, x, precision)
@@ -136,7 +136,7 @@ def test_margin_is_the_dense_marginal_likelihood(n: int, p: int, seed: int) -> N
 
 
 @given(st.integers(8, 20), st.integers(1, 4), st.integers(0, 10**6))
-@examples(50)
+@examples(30)
 def test_flat_unknowns_are_least_squares(n: int, p: int, seed: int) -> None:
     y, x, _ = problem(n, p, seed)
     margin = Margin.of(y, x, np.zeros(p))
@@ -147,7 +147,7 @@ def test_flat_unknowns_are_least_squares(n: int, p: int, seed: int) -> None:
 
 
 @given(st.integers(8, 20), st.integers(1, 4), st.integers(0, 10**6))
-@examples(50)
+@examples(30)
 def test_left_gives_the_scalar_products_of_whoever_refits(n: int, p: int, seed: int) -> None:
     y, x, precision = problem(n, p, seed)
     columns = np.random.default_rng(seed + 1).standard_normal((n, 3))
