@@ -23,7 +23,7 @@ from cbpt.lab.assembled import DEFAULT_UNCERTAINTY
 from cbpt.lab.competition import Competition, Names
 from cbpt.lab.fit import Fit
 from cbpt.lab.library import ODDS, PRIORS
-from cbpt.lab.noise import Margin, Noise
+from cbpt.lab.noise import LEAST_SCALE, Margin, Noise
 from cbpt.lab.patterns import Pattern
 
 ODDS_LIMIT = 20.0
@@ -417,6 +417,9 @@ TWINS: dict[str, list[str]] = {spec.id: spec.twins for spec in effect_specs()}
 
 def noise_words(competition: Competition, noise: Noise) -> tuple[str, ...]:
     """What the noise is beside white, in the words of the answer."""
+    if noise.scale < 1.05 * LEAST_SCALE:
+        # Readings far better than stated: nothing more can be said of how they scatter.
+        return ("misstated",)
     words = []
     if noise.offset_arcsec:
         words.append("run_offset")
