@@ -87,7 +87,8 @@ def judge(competition: Competition) -> Verdict:
     best = max(sets, key=lambda n: sets[n])
     named = {n: o for n, o in sets.items() if UNKNOWN not in n}
     first = max(named, key=lambda n: named[n])
-    beaten = UNKNOWN in best and sets[best] > named[first] + limit
+    # The best of many patterns gains something in noise alone.
+    beaten = UNKNOWN in best and sets[best] > named[first] + limit + _BY_CHANCE
     if beaten and not _only_form(best, sets[best], sets.get(_less(best, UNKNOWN), -np.inf)):
         return _unknown(competition, best)
     # What a pattern adds to the best set tells how far the library's form is from the readings:
