@@ -39,6 +39,12 @@ pub enum Verb {
     /// Model against a table of readings: bias, RMSE, where it fails (Python package)
     #[command(disable_help_flag = true)]
     Compare(Elsewhere),
+    /// Which effect the readings demand, or that none is needed, or that they cannot tell (Python package)
+    #[command(disable_help_flag = true)]
+    Diagnose(Elsewhere),
+    /// Effects fitted to readings, and the case with them in it (Python package)
+    #[command(disable_help_flag = true)]
+    Fit(Elsewhere),
 }
 
 /// Anything: the verb is implemented elsewhere.

@@ -43,6 +43,8 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Verb::Effects(verb) => commands::effects::run(verb),
         Verb::Schema(verb) => commands::schema::run(verb),
         Verb::Compare(_) => Err(Failure::needs_python("compare")),
+        Verb::Diagnose(_) => Err(Failure::needs_python("diagnose")),
+        Verb::Fit(_) => Err(Failure::needs_python("fit")),
     };
     match outcome {
         Ok(exit) => exit.code(),

@@ -198,7 +198,7 @@ def _of_one_place(campaign: Campaign, loose: NDArray[np.bool_]) -> bool:
         if (
             len(values) > 1
             and inside[at] >= 0.9 * count
-            and share ** inside[at] * len(values) < 0.003
+            and share ** inside[at] * len(values) < 3e-4
         ):
             return True
     return False

@@ -30,7 +30,7 @@ _CORRELATIONS, _FINE_CORRELATIONS = (0.25, 0.6), (0.12, 0.4, 0.75, 0.88)
 _OFFSETS, _FINE_OFFSETS = (0.5, 2.0), (0.25, 1.0, 4.0, 10.0, 30.0)
 # What a further number of the noise has to gain in log-likelihood: its prior and its width.
 PRICE = 3.0
-_LEAST_SCALE = 0.25
+LEAST_SCALE = 0.25
 
 
 @dataclass(frozen=True)
@@ -237,7 +237,7 @@ def _balanced(scale: float, chi2: float, dof: float, stated_dof: float) -> float
 
     Never far below what is stated: readings that agree better than they can are no proof of more.
     """
-    least = _LEAST_SCALE if stated_dof >= 1 else 1e-9
+    least = LEAST_SCALE if stated_dof >= 1 else 1e-9
     return max(float(np.sqrt((chi2 * scale**2 + stated_dof) / (dof + stated_dof))), least)
 
 

@@ -80,7 +80,7 @@ def sentence(d: Diagnosis) -> str:
         return _complete(d, sure, fall)
     if v.kind == "rig" and set(v.effects) <= {"run_offset"}:
         what = listed([_noise(d, n) for n in v.noise if n in _NOISE])
-        return f"The model misses nothing; the instrument does ({sure}): the readings show {what}."
+        return f"Nothing is missing in the model; the readings show {what} ({sure})."
     if v.kind == "ambiguous":
         return _ambiguous(d, sure, fall)
     what = listed([_with_value(d, e) for e in v.effects])

@@ -23,7 +23,7 @@ from cbpt.lab.assembled import DEFAULT_UNCERTAINTY
 from cbpt.lab.competition import Competition, Names
 from cbpt.lab.fit import Fit
 from cbpt.lab.library import ODDS, PRIORS
-from cbpt.lab.noise import Margin, Noise
+from cbpt.lab.noise import LEAST_SCALE, Margin, Noise
 from cbpt.lab.patterns import Pattern
 
 ODDS_LIMIT = 20.0
@@ -87,7 +87,8 @@ def judge(competition: Competition) -> Verdict:
     best = max(sets, key=lambda n: sets[n])
     named = {n: o for n, o in sets.items() if UNKNOWN not in n}
     first = max(named, key=lambda n: named[n])
-    beaten = UNKNOWN in best and sets[best] > named[first] + limit
+    # The best of many patterns gains something in noise alone.
+    beaten = UNKNOWN in best and sets[best] > named[first] + limit + _BY_CHANCE
     if beaten and not _only_form(best, sets[best], sets.get(_less(best, UNKNOWN), -np.inf)):
         return _unknown(competition, best)
     # What a pattern adds to the best set tells how far the library's form is from the readings:
@@ -417,6 +418,9 @@ TWINS: dict[str, list[str]] = {spec.id: spec.twins for spec in effect_specs()}
 
 def noise_words(competition: Competition, noise: Noise) -> tuple[str, ...]:
     """What the noise is beside white, in the words of the answer."""
+    if noise.scale < 1.05 * LEAST_SCALE:
+        # Readings far better than stated: nothing more can be said of how they scatter.
+        return ("misstated",)
     words = []
     if noise.offset_arcsec:
         words.append("run_offset")
