@@ -13,6 +13,7 @@ from hypothesis.extra import numpy as arrays
 from scipy.optimize import minimize
 
 from cbpt.lab.noise import (
+    LEAST_SCALE,
     PRICE,
     STATED_DOF,
     Margin,
@@ -319,6 +320,11 @@ def test_the_scale_is_the_most_probable_one() -> None:
     grid = np.linspace(1.2, 2.2, 2001)
     best = grid[np.argmax([log_posterior(s) for s in grid])]
     assert found(y, structures=False).scale == pytest.approx(best, rel=1e-3)
+
+
+def test_a_scale_far_below_what_is_stated_is_not_believed() -> None:
+    y = sample(Noise(0.05), U, TWELVE, np.random.default_rng(8))
+    assert found(y).scale == LEAST_SCALE
 
 
 def test_nothing_stated_leaves_the_scale_to_the_readings() -> None:

@@ -37,6 +37,8 @@ LIMIT, FAIR = float(np.log(ODDS_LIMIT)), float(np.log(UNKNOWN_LIMIT))
 BEARING, TORSION, FRICTION = "eccentric_bearing", "output_torsion", "friction_hysteresis"
 LOSS, SPRING, CREEP, RUNOUT = "preload_loss", "preload_spring", "creep", "eccentricity_error"
 OFFSETS = Noise(offset_arcsec=0.5)
+BY_CHANCE = 2.0
+"""Log odds that the best of the patterns gains in noise alone."""
 
 # --- a competition made up ----------------------------------------------------------------
 
@@ -350,15 +352,16 @@ def test_zeros_beside_an_effect_are_told() -> None:
 
 
 def test_a_pattern_far_ahead_is_unknown() -> None:
-    verdict = judge(competition({(FRICTION,): 30}, {(): 30 + LIMIT + 0.1}))
+    ahead = LIMIT + BY_CHANCE + 0.1
+    verdict = judge(competition({(FRICTION,): 30}, {(): 30 + ahead}))
     assert said(verdict) == ("unknown", (), ())
     assert verdict.names == () and verdict.pattern is not None
-    assert verdict.probability == pytest.approx(calibrated(sigmoid(LIMIT + 0.1, 0.0)), rel=1e-6)
+    assert verdict.probability == pytest.approx(calibrated(sigmoid(ahead, 0.0)), rel=1e-6)
 
 
 def test_a_pattern_without_anything_beside_is_unknown() -> None:
-    assert judge(competition({}, {(): LIMIT + 0.1})).kind == "unknown"
-    assert judge(competition({}, {(): LIMIT - 0.1})).kind == "complete"
+    assert judge(competition({}, {(): LIMIT + BY_CHANCE + 0.1})).kind == "unknown"
+    assert judge(competition({}, {(): LIMIT + BY_CHANCE - 0.1})).kind == "complete"
 
 
 @pytest.mark.parametrize(
@@ -473,6 +476,7 @@ def test_an_effect_as_likely_as_a_number_is_its_rival() -> None:
         (Noise(scale=1.05), ("white",)),
         (Noise(looser=np.r_[np.full(4, 5.0), np.ones(392)]), ("outliers",)),
         (Noise(looser=np.r_[np.full(60, 2.2), np.ones(336)]), ("heavy_tailed",)),
+        (Noise(0.25, 0.5, 0.4), ("misstated",)),
         (Noise(1.3, 0.5, 0.4), ("run_offset", "correlated", "misstated")),
     ],
 )
