@@ -168,10 +168,6 @@ def test_scores_are_sums_of_squares_of_their_rank() -> None:
         np.testing.assert_allclose(axes.T @ axes, np.eye(axes.shape[1]), atol=1e-8)
 
 
-@pytest.mark.xfail(
-    strict=True,
-    reason="QR without pivoting: a twin among the columns takes a direction off a later one",
-)
 def test_what_a_refit_takes_away_is_no_structure() -> None:
     """Numbers of the drive and the zero; the gain of the sensor is a twin of the stiffness."""
     fitter, fit, structure = many_angles()

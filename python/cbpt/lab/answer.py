@@ -108,7 +108,7 @@ class Diagnosis:
         total = _total(c)
         # Signatures as the drive without effects shows them, looked at through the final noise.
         null = c.fitter.look(c.fits[()], self.after.noise)
-        screen = Screen(null, c.library.about(null, c.names))
+        screen = Screen(null, c.library.about(null, c.names, secants=False))
         best = self.verdict.names
         rows = []
         singles = sorted((n for n in c.fits if len(n) == 1), key=lambda n: -c.log_odds[n])
@@ -156,7 +156,7 @@ class Diagnosis:
 
     def _screen(self) -> Screen:
         c = self.competition
-        return Screen(self.after, c.library.about(self.after, c.names))
+        return Screen(self.after, c.library.about(self.after, c.names, secants=False))
 
     def unknown(self) -> dict[str, Any] | None:
         """What the misfit depends on, where nothing in the library explains it."""

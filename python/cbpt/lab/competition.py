@@ -372,7 +372,7 @@ def _pairs(
         # A lot of balls follows nearly everything a little; it is asked for alone only.
         if any(v.spread for v in fit.hypothesis.variants):
             continue
-        about = library.about(fit, names)
+        about = library.about(fit, names, secants=False)
         screen = Screen(fitter.look(fit, noise), about)
         level = _score(fitter, fitter.look(fit, noise))
         for m, s in enumerate(about):

@@ -169,9 +169,9 @@ class Margin:
         return cls(y, x, np.asarray(factor), mode, max(chi2, 0.0), volume)
 
     def left(self, columns: Floats) -> Floats:
-        """Whitened columns as seen by whoever refits the unknowns: C^(-1/2) of C = 1 + X P X'.
+        """Whitened columns as seen by whoever refits the unknowns: C^-1 of C = 1 + X P X' on them.
 
-        Not the square root itself but M with M'M = C^-1: scalar products come out right.
+        A whitened column times this is the scalar product that counts.
         """
         return columns - self.x @ np.linalg.solve(
             self.factor.T, np.linalg.solve(self.factor, self.x.T @ columns)
@@ -264,7 +264,9 @@ def _searched(
         return
     noise = either[1]
     if noise.correlation:
-        yield from (rated(noise.correlation, o * typical) for o in (0.7, 2.0, 5.0))
+        # Zeros that are not there yet look like a correlation larger than it is.
+        for c in (noise.correlation, 0.5 * noise.correlation):
+            yield from (rated(c, o * typical) for o in (0.7, 2.0, 5.0))
     else:
         ratio = noise.offset_arcsec / noise.scale
         yield from (rated(c, ratio) for c in (0.2, 0.5, 0.75))

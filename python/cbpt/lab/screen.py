@@ -75,8 +75,13 @@ class Signatures:
         self.base = (*dict.fromkeys([*PRIORS, *once]), *(LOT,) * campaign.balls)
         self.model = Assembled(campaign, [*self.base, *once])
 
-    def about(self, fit: Fit, names: dict[int, tuple[str, str]]) -> list[Signature]:
-        """Slopes at the values of a fit; `names` says which (effect, parameter) its values are."""
+    def about(
+        self, fit: Fit, names: dict[int, tuple[str, str]], secants: bool = True
+    ) -> list[Signature]:
+        """Slopes at the values of a fit; `names` says which (effect, parameter) its values are.
+
+        secants: also the change up to a finite size, for effects that do not grow in proportion.
+        """
         values = self.model.neutral.copy()
         present = set(fit.hypothesis.effects) | set(PRIORS)
         for i, (effect, name) in names.items():
@@ -93,17 +98,17 @@ class Signatures:
             places.append([self.model.index(owner, size) for size in variant.sizes])
             wanted += [i for i in places[-1] if i not in wanted]
         point = self.model.at(values, wanted)
-        return list(self._split(point, wanted, places))
+        return list(self._split(point, wanted, places, secants))
 
     def _split(
-        self, point: Point, wanted: list[int], places: list[list[int]]
+        self, point: Point, wanted: list[int], places: list[list[int]], secants: bool
     ) -> Iterator[Signature]:
         at = {place: column for column, place in enumerate(wanted)}
         for (variant, shapes), own in zip(self.entries, places, strict=True):
             unit = variant.low * np.array(variant.ratios or (1.0,) * len(own))
             columns = point.slopes[:, [at[i] for i in own]] * unit
             yield Signature(variant, shapes, columns, unit)
-            for secant in variant.secants:
+            for secant in variant.secants if secants else ():
                 values = point.values.copy()
                 values[own] += secant
                 change = self.model.at(values).angle_arcsec - point.angle_arcsec

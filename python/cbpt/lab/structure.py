@@ -167,9 +167,9 @@ class Structure:
 
     def __init__(self, families: Sequence[Component], whitener: object, margin: Margin) -> None:
         self.families = [f for f in families if f.patterns.shape[1] <= _MOST_COLUMNS]
-        q, r = np.linalg.qr(margin.x)
-        size = np.abs(np.diag(r))
-        self._free = q[:, size > 1e-9 * max(float(size.max(initial=0.0)), 1e-300)]
+        length = np.maximum(np.linalg.norm(margin.x, axis=0), 1e-300)
+        axes, size, _ = np.linalg.svd(margin.x / length, full_matrices=False)
+        self._free = axes[:, size > 1e-9 * max(float(size.max(initial=0.0)), 1e-300)]
         self.axes: list[Floats] = []
         for family in self.families:
             seen = self.projected(whitener(family.patterns))  # type: ignore[operator]
