@@ -1,9 +1,9 @@
 """The model assembled for one table of readings: what it predicts, and how that moves with every
 number.
 
-Campaign    readings as the statistics need them: arcsec, order of rows, uncertainties, priors
-Assembled   a drive with effects on the rows of a campaign, ready to be asked many times Point
-values of all parameters with what the model says there
+    Campaign    readings as the statistics need them: arcsec, order of rows, uncertainties, priors
+    Assembled   a drive with effects on the rows of a campaign, ready to be asked many times
+    Point       values of all parameters with what the model says there
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """The library as the competition sees it: what of an effect is its size, what its shape, and what
 is plausible.
 
-    Variant     one form of an effect: sizes that vanish where it does nothing, shapes with
-                    starting values
+    Variant     one form of an effect: sizes that vanish where it does nothing, and shapes
     VARIANTS    all forms of all effects
     PRIORS      which number of `[uncertainty]` stands behind which effect
 

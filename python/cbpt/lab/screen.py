@@ -1,10 +1,8 @@
 """The whole library at a glance: every effect as what it would add to the readings if it were
 small.
 
-    Signatures  slopes of the readings by the size of every effect, at several shapes, about one
-                    fit
-    Screen      what each signature, and each pair, would gain; and what chance alone would gain at
-                    most
+    Signatures  slopes of the readings by the size of every effect, at several shapes
+    Screen      what each signature, and each pair, would gain; and what chance alone gains at most
 
 Linear in the sizes, so hundreds of candidates cost one prediction and one matrix product. What
 comes out on top is fitted in full afterwards; the chance of the largest gain needs no more than

@@ -1,14 +1,12 @@
 """What a misfit depends on, asked without naming a cause.
 
-    Component   a family of patterns over some columns: any function of torque, of torque at each
-                    angle, ...
+    Component   a family of patterns: any function of torque, of torque at each angle, ...
     components  all families that a table can show
-    Structure   which of them a residual has, against chance
+    Structure   how much of a residual each of them explains
 
-Each family is a set of overlapping hats (or levels, or sectors of a turn) and their products, so
-it holds any not too rough function of its columns. What a family explains beyond chance is a sum
-of squares over its rank; the chance of the largest among all families comes from simulated noise
-through the same refit.
+Each family is a set of overlapping hats (or levels, or powers) and their products, so it holds any
+not too rough function of its columns. What a family explains is a sum of squares over its rank;
+`patterns` weighs it against everything that has a name.
 """
 
 from __future__ import annotations
