@@ -41,7 +41,7 @@ python: build $(VENV)/tested  ## lints, types, stubs and tests of the Python pac
 	$(VENV)/bin/mypy
 	git diff --exit-code -- python/cbpt/_core.pyi  # the stub is the build's own
 	$(PYTHON) -m mypy.stubtest cbpt._core
-	$(PYTHON) -m pytest
+	$(PYTHON) -m pytest -n 2 --dist loadfile
 
 package: build  ## a crate outside the workspace, cargo package, the wheel in an empty environment
 	cargo run --quiet --manifest-path examples/embed/Cargo.toml

@@ -33,7 +33,7 @@ Names = tuple[str, ...]
 REPLICATES = 400
 _PAIRS = 6
 _FORMS = 3
-_GLANCED = 150
+_GLANCED = 60
 
 
 @dataclass(frozen=True, eq=False)

@@ -237,6 +237,8 @@ class Fitter:
                 self.campaign.rows,
                 noise,
                 self.stated_dof,
+                # What is out needs no finer noise to be out.
+                structures=reached < bar,
             )
             search = _Search(self, unknowns, noise)
             if _near(before, noise) or reached >= bar:
@@ -352,7 +354,11 @@ class _Search:
             else:
                 return point, False
             assert candidate is not None
-            gained, point, value = value - got, candidate, got
+            gained, value = value - got, got
+            accepted = self.fitter._at(candidate.values, self.unknowns)
+            if accepted is None:
+                return point, False
+            point = accepted
             if gained < _ENOUGH:
                 return point, True
         return point, False
@@ -361,7 +367,8 @@ class _Search:
         x = np.clip(self.coordinates(point) + step * self.unit, self.low, self.high)
         values = point.values.copy()
         values[self.index] = np.where(self.log, np.exp(np.where(self.log, x, 0.0)), x)
-        return self.fitter._at(values, self.unknowns)
+        # Without slopes: most of the cost is saved where the step is refused.
+        return self.fitter._at(values, ())
 
     def step(self, point: Point) -> tuple[Floats, float]:
         """The step in units that the linear problem asks for within the bounds, and what it

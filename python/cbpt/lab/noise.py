@@ -160,13 +160,12 @@ class Margin:
         a[np.diag_indices_from(a)] += 1e-12 * max(float(np.trace(a)), 1e-300) / max(len(a), 1)
         factor = np.linalg.cholesky(a)
         b = x.T @ y
-        half = np.linalg.solve(factor, b)
-        mode = np.linalg.solve(factor.T, half)
-        chi2 = float(y @ y - half @ half)
+        mode = np.linalg.solve(a, b)
+        chi2 = float(y @ y - b @ mode)
         known = precision > 0
         volume = -float(np.log(np.diagonal(factor)).sum())
         volume += 0.5 * float(np.log(precision[known]).sum())
-        return cls(y, x, np.asarray(factor), mode, max(chi2, 0.0), volume)
+        return cls(y, x, np.asarray(factor), np.asarray(mode), max(chi2, 0.0), volume)
 
     def left(self, columns: Floats) -> Floats:
         """Whitened columns as seen by whoever refits the unknowns: C^-1 of C = 1 + X P X' on them.

@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 Names = tuple[str, ...]
 
 _FAMILIES = 3
-_AMPLITUDES = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
+_AMPLITUDES = (0.5, 1.5, 5.0, 15.0)
 
 
 @dataclass(frozen=True, eq=False)
