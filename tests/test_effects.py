@@ -15,32 +15,14 @@ from numpy.typing import NDArray
 
 import cbpt
 from cbpt import Drive, InvalidInputError, _core
+from common.rings import RINGS, CaseDict
 from reference.rig import ARCSEC, Rows, drive_of, simulate
 from reference.rig_campaign import Plan, rows_of
 from reference.rig_effects import LIBRARY, Hidden, hidden
 from reference.rig_kinds import Kind
 
 Floats = NDArray[np.float64]
-CaseDict = dict[str, dict[str, Any]]
 
-RINGS: CaseDict = {
-    "deceleration": {
-        "ball_count": 20,
-        "short_amplitude_coefficient": 0.5,
-        "rolling_circle_radius_mm": 2.5,
-        "ball_radius_mm": 1.2,
-        "groove_conformity": 1.08,
-        "contact_angle_deg": 45.0,
-    },
-    "equal_speed": {
-        "kind": "ring_groove",
-        "ball_count": 12,
-        "pitch_radius_mm": 35.0,
-        "ball_radius_mm": 1.2,
-        "groove_conformity": 1.08,
-        "contact_angle_deg": 45.0,
-    },
-}
 CASES: dict[str, CaseDict] = {
     "rings": RINGS,
     "slide": {**RINGS, "equal_speed": {**RINGS["equal_speed"], "kind": "cross_slide"}},

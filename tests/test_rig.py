@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from common.rings import RINGS as CASE
 from reference.contact import Floats
 from reference.forward import CrossSlide, Drive, solve_drive
 from reference.rig import ARCSEC, Rows, drive_of, held_Nm, simulate
@@ -24,24 +25,6 @@ from reference.rig_noise import NOISE_KINDS, Noise, draw_noise
 from reference.rig_rivals import rival_correlations, yardstick_of
 from reference.rig_trial import SINGLES, Family, make_trial
 
-CASE: dict[str, dict[str, Any]] = {
-    "deceleration": {
-        "ball_count": 20,
-        "short_amplitude_coefficient": 0.5,
-        "rolling_circle_radius_mm": 2.5,
-        "ball_radius_mm": 1.2,
-        "groove_conformity": 1.08,
-        "contact_angle_deg": 45.0,
-    },
-    "equal_speed": {
-        "kind": "ring_groove",
-        "ball_count": 12,
-        "pitch_radius_mm": 35.0,
-        "ball_radius_mm": 1.2,
-        "groove_conformity": 1.08,
-        "contact_angle_deg": 45.0,
-    },
-}
 PLAN = Plan(
     preloads_N=(420.0, 800.0),
     angles_deg=(10.0, 130.0, 250.0),

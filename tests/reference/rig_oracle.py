@@ -20,7 +20,7 @@ from reference.rig_campaign import Campaign
 from reference.rig_effects import LIBRARY, Hidden, draw_hidden
 from reference.rig_kinds import Kind
 from reference.rig_mesh import NotHeldError
-from reference.rig_rivals import yardstick_of
+from reference.rig_rivals import yardstick_of, zeros_of_runs
 from reference.rig_strength import PARAMETERS, Yardstick
 
 LIMIT = 9.1
@@ -90,8 +90,7 @@ def _signatures(yardstick: Yardstick, kind: Kind, draws: int) -> list[Floats]:
     A few simulations each, where `rig_rivals.signatures` refits at every size it tries.
     """
     if kind.id == "run_offset":
-        runs = np.unique(yardstick.rows.run)
-        return [yardstick.whiten(ARCSEC * (yardstick.rows.run == r)) for r in runs]
+        return zeros_of_runs(yardstick)
     found = []
     rng = np.random.default_rng(7)
     for _ in range(draws):

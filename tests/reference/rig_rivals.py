@@ -29,11 +29,16 @@ def yardstick_of(campaign: Campaign) -> Yardstick:
     return Yardstick.of(drive_of(campaign.case), campaign.rows, base, known, priors)
 
 
+def zeros_of_runs(yardstick: Yardstick) -> list[Floats]:
+    """Whitened change by a zero of one arcsec of each run."""
+    runs = np.unique(yardstick.rows.run)
+    return [yardstick.whiten(ARCSEC * (yardstick.rows.run == r)) for r in runs]
+
+
 def signatures(yardstick: Yardstick, kind: Kind, draws: int) -> list[Floats]:
     """Whitened changes by an effect in the library's form, at a strength near 8."""
     if kind.id == "run_offset":
-        runs = np.unique(yardstick.rows.run)
-        return [yardstick.whiten(ARCSEC * (yardstick.rows.run == r)) for r in runs]
+        return zeros_of_runs(yardstick)
     found = []
     rng = np.random.default_rng(7)
     for _ in range(draws):

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 import os
-import platform
 from copy import deepcopy
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -26,6 +25,7 @@ from cbpt.lab.readings import Readings
 from cbpt.lab.screen import Screen
 from cbpt.lab.sentence import sentence
 from cbpt.lab.verdict import CLASSES, ODDS_LIMIT, Verdict
+from cbpt.lab.versions import versions
 
 Floats = NDArray[np.float64]
 SCHEMA = "cbpt.diagnosis/1"
@@ -193,22 +193,13 @@ class Diagnosis:
 
     @cached_property
     def _document(self) -> dict[str, Any]:
-        import scipy
-
-        from cbpt import __version__
-
         v, c = self.verdict, self.competition
         noise = self.after.noise if v.pattern is None else v.pattern.noise
         u = float(np.sqrt(np.mean(c.campaign.u_arcsec**2)))
         return {
             "schema": SCHEMA,
             "seed": self.seed,
-            "versions": {
-                "cbpt": __version__,
-                "numpy": np.__version__,
-                "scipy": scipy.__version__,
-                "python": platform.python_version(),
-            },
+            "versions": versions(),
             "data_sha256": self.readings.sha256,
             "source": self.readings.source,
             "readings": len(self.readings),

@@ -20,7 +20,6 @@ from __future__ import annotations
 
 import json
 import os
-import platform
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -36,6 +35,7 @@ from cbpt.lab.noise import Noise, Rows, Whitener
 from cbpt.lab.readings import Readings
 from cbpt.lab.scatter import Scatter, estimate
 from cbpt.lab.slips import slips
+from cbpt.lab.versions import versions
 from cbpt.results import ANGLE_UNITS, Angles, solve_many
 
 if TYPE_CHECKING:
@@ -163,18 +163,9 @@ class Comparison:
 
     def to_dict(self) -> dict[str, Any]:
         """The comparison as plain values, the same that `to_json` writes."""
-        import scipy
-
-        from cbpt import __version__
-
         return {
             "schema": SCHEMA,
-            "versions": {
-                "cbpt": __version__,
-                "numpy": np.__version__,
-                "scipy": scipy.__version__,
-                "python": platform.python_version(),
-            },
+            "versions": versions(),
             "data_sha256": self.readings.sha256,
             "source": self.readings.source,
             "readings": len(self.readings),
