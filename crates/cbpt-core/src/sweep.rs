@@ -1,6 +1,8 @@
 //! Many loads on one drive, on all cores and in the lanes of each.
 //!
-//! [`solve_all`] takes loads in any order, gathers those at one input angle, makes their meshing points once, and solves
+//! - [`solve_all`], [`solve_into`]: one drive, many loads; [`solve_each`]: a drive for every load.
+//!
+//! Loads may come in any order: the sweep gathers those at one input angle, makes their meshing points once, and solves
 //! them side by side ([`crate::equilibrium::lanes`]). A load without solution is a row with its status.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -95,6 +97,27 @@ fn solve_sorted(drive: &Drive, loads: &[Load], rows: &mut [Row], progress: &Prog
             }
         });
     });
+}
+
+/// Solves each drive under the load at its place into the row at its place, where every drive may be another one. Whether
+/// it came to the end, as [`solve_into`].
+pub fn solve_each(drives: &[Drive], loads: &[Load], rows: &mut [Row], progress: &Progress) -> bool {
+    let parts = drives.par_chunks(BATCH).zip(loads.par_chunks(BATCH)).zip(rows.par_chunks_mut(BATCH));
+    parts.for_each(|((drives, loads), rows)| {
+        if progress.is_cancelled() {
+            return;
+        }
+        for ((drive, load), row) in drives.iter().zip(loads).zip(rows) {
+            if undercuts(drive) {
+                *row = (Status::Undercut, None);
+            } else {
+                let points = drive.points(load.input_angle_rad());
+                DriveLanes::new(&points, 1).solve(&[*load], std::slice::from_mut(row));
+            }
+        }
+        progress.add(drives.len().min(loads.len()));
+    });
+    !progress.is_cancelled()
 }
 
 /// The pairs of a drive at one input angle, ready for many loads.
