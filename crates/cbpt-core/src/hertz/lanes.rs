@@ -34,11 +34,7 @@ impl HertzContact {
             for (place, &curvature) in curvatures.iter().enumerate() {
                 block.set(place, curvature, other_per_m);
             }
-            arch.dispatch(Shapes { block: &mut block, count: curvatures.len() });
-            arch.dispatch(
-                #[inline(always)]
-                || block.scale(contact_modulus_Pa),
-            );
+            arch.dispatch(Contacts { block: &mut block, count: curvatures.len(), contact_modulus_Pa });
             // Room for the cubes again; a modulus that is no number must not come out as a contact.
             let usable = contact_modulus_Pa > 1e-3 && contact_modulus_Pa < 1e20;
             contacts.extend(curvatures.iter().enumerate().map(|(place, &curvature)| {
@@ -141,9 +137,9 @@ impl Block {
 
     /// From shapes to contacts: with z = (2 pi/3 E* kappa)^2 2 E/(c1 + c2), k^(-2/3) = K z^(-1/3).
     #[inline(always)]
-    fn scale(&mut self, contact_modulus_Pa: f64) {
+    fn scale(&mut self, contact_modulus_Pa: f64, count: usize) {
         let factor = 2.0 * PI / 3.0 * contact_modulus_Pa;
-        for i in 0..BLOCK {
+        for i in 0..count.min(BLOCK) {
             let (kappa, e) = (self.shape[i], self.e[i]);
             let both = factor * kappa;
             let compliance = self.k[i] * inverse_cbrt(both * both * 2.0 * e / self.sum_per_m[i]);
@@ -165,13 +161,14 @@ impl Block {
     }
 }
 
-/// Finds the shapes of the first `count` contacts of a block.
-struct Shapes<'a> {
+/// Makes the first `count` contacts of a block.
+struct Contacts<'a> {
     block: &'a mut Block,
     count: usize,
+    contact_modulus_Pa: f64,
 }
 
-impl WithSimd for Shapes<'_> {
+impl WithSimd for Contacts<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -183,6 +180,7 @@ impl WithSimd for Shapes<'_> {
         for v in 0..self.count.div_ceil(S::F64_LANES) {
             (shapes[v], ks[v], es[v]) = shape(simd, ratios[v], shapes[v]);
         }
+        self.block.scale(self.contact_modulus_Pa, self.count);
     }
 }
 
@@ -223,8 +221,7 @@ fn shape<S: Simd>(simd: S, ratio: S::f64s, start: S::f64s) -> (S::f64s, S::f64s,
     let e = mul(k, sub(one, missing));
     let (b, d) = (mul(k, sub(half_m, sum)), mul(k, missing));
 
-    let found = div(b, mul(complement, d));
-    let off = sub(div(found, ratio), one);
+    let off = sub(div(b, mul(mul(complement, d), ratio)), one);
     let slope = add(number(2.0), sub(div(mul(complement, k), b), div(e, d)));
     let log = mul(off, simd.negate_mul_add_e_f64s(half, off, one));
     let step = div(log, slope);
