@@ -13,7 +13,7 @@ use pulp::{Arch, Simd, WithSimd};
 use super::{HertzContact, curvature_mismatch, ellipticity};
 
 /// Contacts in one go.
-const BLOCK: usize = 64;
+const BLOCK: usize = 16;
 /// Ratios of curvatures for which the lanes are exact: nearer to a circle, differences of the integrals lose digits.
 const LEAST_RATIO: f64 = 1.05;
 const OCTAVES: u64 = 13;
@@ -29,8 +29,8 @@ impl HertzContact {
     pub fn many(curvatures_per_m: &[f64], other_per_m: f64, contact_modulus_Pa: f64) -> Vec<Option<Self>> {
         let arch = Arch::new();
         let mut contacts = Vec::with_capacity(curvatures_per_m.len());
+        let mut block = Block::new();
         for curvatures in curvatures_per_m.chunks(BLOCK) {
-            let mut block = Block::new();
             for (place, &curvature) in curvatures.iter().enumerate() {
                 block.set(place, curvature, other_per_m);
             }
@@ -118,6 +118,7 @@ impl Block {
     // The piece lies in the table because the ratio does, and 2^47 is a number.
     #[allow(clippy::cast_possible_truncation)]
     fn set(&mut self, place: usize, a_per_m: f64, b_per_m: f64) {
+        self.known[place] = false;
         let ratio = if a_per_m > b_per_m { a_per_m / b_per_m } else { b_per_m / a_per_m };
         // Curvatures of that size leave room for the cubes; anything else, no number among it, is not known here.
         let ordinary = |curvature: f64| curvature > 1e-9 && curvature < 1e12;
