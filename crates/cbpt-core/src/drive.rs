@@ -21,11 +21,11 @@ impl Elasticity {
     pub const BEARING_STEEL: Self = Self { youngs_modulus_Pa: 208e9, poissons_ratio: 0.3 };
 
     fn check(&self, who: &str) -> Result<(), InvalidInput> {
-        require_positive(&format!("material.{who}youngs_modulus_Pa"), self.youngs_modulus_Pa)?;
+        require_positive(format_args!("material.{who}youngs_modulus_Pa"), self.youngs_modulus_Pa)?;
         let nu = self.poissons_ratio;
         require(
             nu > -1.0 && nu < 0.5,
-            &format!("material.{who}poissons_ratio"),
+            format_args!("material.{who}poissons_ratio"),
             nu,
             "must lie between -1 and 0.5, 0.3 for steel",
         )
@@ -70,15 +70,15 @@ pub struct GrooveSection {
 
 impl GrooveSection {
     fn check(&self, pair: &str) -> Result<(), InvalidInput> {
-        require_positive(&format!("{pair}.ball_radius_m"), self.ball_radius_m)?;
+        require_positive(format_args!("{pair}.ball_radius_m"), self.ball_radius_m)?;
         require(
             self.groove_conformity.is_finite() && self.groove_conformity > 1.0,
-            &format!("{pair}.groove_conformity"),
+            format_args!("{pair}.groove_conformity"),
             self.groove_conformity,
             "must be greater than 1 (groove-arc radius over ball radius), typically 1.03 to 1.1",
         )?;
         match self.groove_depth_m {
-            Some(depth) => require_positive(&format!("{pair}.groove_depth_m"), depth),
+            Some(depth) => require_positive(format_args!("{pair}.groove_depth_m"), depth),
             None => Ok(()),
         }
     }

@@ -24,11 +24,16 @@ impl InvalidInput {
 }
 
 /// A number must be finite and greater than zero.
-pub(crate) fn require_positive(field: &str, value: f64) -> Result<(), InvalidInput> {
+pub(crate) fn require_positive(field: impl Display, value: f64) -> Result<(), InvalidInput> {
     require(value.is_finite() && value > 0.0, field, value, "must be a finite number greater than 0")
 }
 
-/// States a rule for one field.
-pub(crate) fn require(holds: bool, field: &str, value: impl Display, rule: &str) -> Result<(), InvalidInput> {
-    if holds { Ok(()) } else { Err(InvalidInput::new(field, value, rule)) }
+/// States a rule for one field, whose name is put together only where it is broken.
+pub(crate) fn require(
+    holds: bool,
+    field: impl Display,
+    value: impl Display,
+    rule: &str,
+) -> Result<(), InvalidInput> {
+    if holds { Ok(()) } else { Err(InvalidInput::new(field.to_string(), value, rule)) }
 }

@@ -23,21 +23,21 @@ impl Predictor {
             let field = || format!("values[{place}], {} of {}", parameter.name(), self.name(slot.effect));
             let within = *value >= parameter.lower && *value <= parameter.upper;
             let rule = format!("must lie between {} and {}", parameter.lower, parameter.upper);
-            require(value.is_finite() && within, &field(), value, &rule)?;
+            require(value.is_finite() && within, field(), value, &rule)?;
             if parameter.scale == Scale::Fixed {
-                require(value.fract() == 0.0, &field(), value, "must be a whole number")?;
+                require(value.fract() == 0.0, field(), value, "must be a whole number")?;
             }
             if parameter.stem == "ball" {
                 let balls = self.drive.deceleration().ball_count;
                 let rule = format!("must be below the number of deceleration balls, {balls}");
-                require(*value < f64::from(balls), &field(), value, &rule)?;
+                require(*value < f64::from(balls), field(), value, &rule)?;
             }
             let thermal = matches!(
                 parameter.dimension,
                 Dimension::AnglePerTemperature | Dimension::ForcePerTemperature
             );
             if thermal && !self.rows.has_temperature() {
-                require(*value == 0.0, &field(), value, "must be 0 where no temperature was read")?;
+                require(*value == 0.0, field(), value, "must be 0 where no temperature was read")?;
             }
         }
         Ok(())
