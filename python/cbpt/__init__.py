@@ -12,6 +12,7 @@ Map:
 - `solve_many` -> `Angles`: arrays of loads on all cores;
 - `read_readings` -> `Readings`, `compare` -> `Comparison`: model against measurement;
 - `diagnose` -> `Diagnosis`: which effect is missing; `fit` -> `Fitted`: the case with it;
+- `read_plan` -> `Plan`: a campaign to come; `simulate` -> `Readings`: what it would read;
 - `errors`: everything that can be raised, under `CbptError`.
 
 Input is in the unit that its name ends in; inside everything is SI and radians.
@@ -33,7 +34,7 @@ from cbpt._core import (
     Thresholds,
     example_case,
 )
-from cbpt.errors import CaseError, CbptError, InvalidInputError, ReadingsError
+from cbpt.errors import CaseError, CbptError, InvalidInputError, PlanError, ReadingsError
 
 if TYPE_CHECKING:
     __version__: str
@@ -41,7 +42,9 @@ if TYPE_CHECKING:
     from cbpt.lab.compare import Comparison, compare
     from cbpt.lab.diagnose import diagnose
     from cbpt.lab.fitting import Fitted, fit
+    from cbpt.lab.plan import Plan, read_plan
     from cbpt.lab.readings import Readings, read_readings
+    from cbpt.lab.simulate import simulate
     from cbpt.results import Angles, solve_many
 
 # Loaded when first asked for, so that `import cbpt` stays light.
@@ -50,11 +53,14 @@ _LAZY = {
     "Comparison": "cbpt.lab.compare",
     "Diagnosis": "cbpt.lab.answer",
     "Fitted": "cbpt.lab.fitting",
+    "Plan": "cbpt.lab.plan",
     "Readings": "cbpt.lab.readings",
     "compare": "cbpt.lab.compare",
     "diagnose": "cbpt.lab.diagnose",
     "fit": "cbpt.lab.fitting",
+    "read_plan": "cbpt.lab.plan",
     "read_readings": "cbpt.lab.readings",
+    "simulate": "cbpt.lab.simulate",
     "solve_many": "cbpt.results",
 }
 
@@ -71,6 +77,8 @@ __all__ = [
     "InvalidInputError",
     "LargestAngle",
     "PairSolution",
+    "Plan",
+    "PlanError",
     "PreloadThresholds",
     "Readings",
     "ReadingsError",
@@ -80,7 +88,9 @@ __all__ = [
     "diagnose",
     "example_case",
     "fit",
+    "read_plan",
     "read_readings",
+    "simulate",
     "solve_many",
 ]
 

@@ -45,6 +45,9 @@ pub enum Verb {
     /// Effects fitted to readings, and the case with them in it (Python package)
     #[command(disable_help_flag = true)]
     Fit(Elsewhere),
+    /// Readings that a planned campaign would give, with effects and noise (Python package)
+    #[command(disable_help_flag = true)]
+    Simulate(Elsewhere),
 }
 
 /// Anything: the verb is implemented elsewhere.

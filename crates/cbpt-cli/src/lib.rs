@@ -45,6 +45,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Verb::Compare(_) => Err(Failure::needs_python("compare")),
         Verb::Diagnose(_) => Err(Failure::needs_python("diagnose")),
         Verb::Fit(_) => Err(Failure::needs_python("fit")),
+        Verb::Simulate(_) => Err(Failure::needs_python("simulate")),
     };
     match outcome {
         Ok(exit) => exit.code(),
