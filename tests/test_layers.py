@@ -204,6 +204,7 @@ RANKS = ("_core", "errors", "results", "lab", "page", "verbs", "plan_verbs", "co
 UPWARDS = {
     ("cbpt.lab.compare", "cbpt.page.comparison_figure"),
     ("cbpt.lab.answer", "cbpt.page.diagnosis_figure"),
+    ("cbpt.lab.isolability", "cbpt.page.isolability_figure"),
 }
 
 

@@ -2,7 +2,7 @@
 
 Verbs of the mechanics (solve, preload, sweep, check, effects, schema) are handed to the Rust
 command line as they are; those of the lab are in `verbs` (compare, diagnose, fit) and, about
-campaigns to come, in `plan_verbs` (simulate).
+campaigns to come, in `plan_verbs` (simulate, isolability, next-run, plan).
 """
 
 from __future__ import annotations
@@ -67,6 +67,9 @@ _LAB: dict[str, Callable[[list[str]], int]] = {
     "diagnose": verbs.diagnose,
     "fit": verbs.fit,
     "simulate": plan_verbs.simulate,
+    "isolability": plan_verbs.isolability,
+    "next-run": plan_verbs.next_run,
+    "plan": plan_verbs.plan,
 }
 
 if __name__ == "__main__":
