@@ -59,6 +59,16 @@ def test_effects_that_are_not_told_apart_come_out_as_rivals() -> None:
     assert {"eccentric_bearing", "output_torsion"} <= {e for g in verdict.rivals for e in g}
 
 
+def test_what_an_answer_calls_detectable_is_what_was_said_beforehand() -> None:
+    answer = cbpt.diagnose(CASE, simulate(CASE, PLAN, seed=3))
+    after = {entry["effect"]: entry["smallest"] for entry in answer.detectable()}
+    for effect in ("bearing_play", "eccentric_bearing", "output_torsion"):
+        seen = found().effect(effect)
+        name, even = seen.form.variant.sizes[0], seen.values()
+        assert even is not None
+        assert after[effect][name] == pytest.approx(even[name], rel=0.25)
+
+
 # --- properties ---------------------------------------------------------------------------
 
 

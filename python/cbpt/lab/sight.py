@@ -20,7 +20,9 @@ from cbpt.lab.simulate import stop_without_solution
 Floats = NDArray[np.float64]
 
 # A number that moves by more than this part of its uncertainty may leave the straight.
-_FAR = 0.05
+_FAR = 0.1
+# What stands out by more than this is seen and told apart, whatever a finer fit would make of it.
+_PLAIN = 60.0
 
 
 class Sight:
@@ -54,20 +56,33 @@ class Sight:
         return np.vstack([seen - x @ moved, -self.root[:, None] * moved]), moved
 
     def refitted(self, changes: Floats) -> Floats:
-        """The same for changes of any size: where the numbers move far, they are fitted in full.
+        """The same for changes of any size (n, m), of sizes that grow: where the numbers move far,
+        they are fitted in full.
 
         NaN where there is no change, because the model has no solution.
         """
         solved = np.isfinite(changes).all(axis=0)
         left, moved = self._split(np.where(solved, changes, 0.0))
-        priors = len(self.fit.unknowns)
-        for j in np.flatnonzero(solved & (np.abs(moved[:priors]) > _FAR).any(axis=0)):
-            y = self.campaign.y_arcsec + changes[:, j]
-            self.numbers.campaign = replace(self.campaign, y_arcsec=y)
+        unknowns = self.numbers.unknowns(Hypothesis())
+        places = [u.index for u in unknowns]
+        last: Fit | None = None
+        for j in np.flatnonzero(solved & (np.abs(moved[: len(unknowns)]) > _FAR).any(axis=0)):
+            self.numbers.campaign = replace(
+                self.campaign, y_arcsec=self.campaign.y_arcsec + changes[:, j]
+            )
             self.numbers.bars.clear()
-            fit = self.numbers.fit(Hypothesis(), noise=self.fit.noise, free_noise=False)
-            if fit is not None:
-                m = fit.margin
-                left[:, j] = np.r_[m.y - m.x @ m.mode, -self.root * m.mode]
+            start = self.numbers.start(Hypothesis(), {})
+            if last is None:
+                step = np.clip(moved[: len(unknowns), j], -3, 3) * [u.unit for u in unknowns]
+                start[places] += step
+            else:
+                start[places] = last.point.values[places]
+            last = self.numbers.fit(Hypothesis(), start, noise=self.fit.noise, free_noise=False)
+            if last is None:
+                continue
+            m = last.margin
+            left[:, j] = np.r_[m.y - m.x @ m.mode, -self.root * m.mode]
+            if np.linalg.norm(left[:, j]) > _PLAIN:
+                break
         left[:, ~solved] = np.nan
         return left
