@@ -23,7 +23,7 @@ HIDDEN: list[tuple[str, dict[str, float]]] = [
     ("output_torsion", {"compliance_arcsec_per_Nm": 0.35}),
     ("rough_contact", {"exponent": 1.58}),
     ("bearing_play", {"clearance_um": 0.15}),
-    ("preload_loss", {"lost_share": 0.12}),
+    ("preload_loss", {"lost_share": 0.06}),
     ("preload_spring", {"spring_rate_N_per_um": 40.0}),
     ("friction_hysteresis", {"friction_radius_um": 120.0}),
     ("creep", {"compliance_arcsec_per_Nm": 0.06}),

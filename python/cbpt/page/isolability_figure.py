@@ -48,7 +48,8 @@ def draw_isolability(i: Isolability, path: str | os.PathLike[str]) -> None:
     axes.set_yticks(range(len(names)), names, fontsize=8)
     axes.spines[:].set_visible(False)
     axes.set_title(
-        "larger: told apart only above the smallest size seen; no: not by this plan; twins: never",
+        "larger: told apart only above the smallest size seen; no: not by this plan; twins: never; "
+        "blank: not both are seen",
         fontsize=8,
     )
     with mpl.rc_context({"svg.hashsalt": "cbpt", "svg.fonttype": "none"}):
