@@ -23,6 +23,7 @@ from cbpt.lab.assembled import Assembled, Campaign, Point
 from cbpt.lab.forms import FORM_ODDS, form_columns, modulations
 from cbpt.lab.library import LOT, PRIORS, VARIANTS, Shape, Variant, log_size_prior, lots
 from cbpt.lab.noise import (
+    FIXED_DOF,
     PRICE,
     STATED_DOF,
     Margin,
@@ -143,7 +144,7 @@ class Fitter:
         self.stated_dof = STATED_DOF if campaign.u_stated else 0.1
         if campaign.step_arcsec:
             # Rounding errors hide how much they scatter; what is stated stands.
-            self.stated_dof = 1e5
+            self.stated_dof = FIXED_DOF
         self.bars: dict[Noise, float] = {}
         """The smallest misfit reached under a noise; a fit that cannot come near it is not
         polished.

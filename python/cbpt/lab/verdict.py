@@ -48,8 +48,8 @@ _FORM_SHARE = 0.06
 _STRAIN = 8.0
 # Log odds that the best of the patterns gains in noise alone, its own price given back.
 _BY_CHANCE = 2.0
-# A shaft joint that stiffens by a tenth reads like a bearing's exponent; where each run has an angle
-# of its own, runout is a zero of each run.
+# A shaft joint that stiffens by a tenth reads like a bearing's exponent; where each run has its own
+# angle, runout is a zero of each run.
 KIN = (("eccentric_bearing", "output_torsion"), ("eccentricity_error", "run_offset"))
 _KIN_REACH = 3.0
 # Calibrations known worse than this many times the usual share a shift with the drive.
