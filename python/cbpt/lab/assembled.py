@@ -208,6 +208,11 @@ class Assembled:
         """Range of what is plausible, shape (p, 2)."""
         self.places = {(owner, p.name): i for i, (owner, _, p) in enumerate(parameters)}
         """Place of each parameter among the values, by instance of an effect and name."""
+        for (_, name), i in self.places.items():
+            if name == "contact_angle_shift_rad":
+                low, high = _contact_angles(campaign.drive)
+                self.lower[i] = max(self.lower[i], 0.02 - low)
+                self.upper[i] = min(self.upper[i], np.pi / 2 - 0.02 - high)
         met: dict[str, int] = {}
         for effect, numbers in campaign.effects:
             instances = [i for i, known in enumerate(self.effects) if known == effect]
@@ -237,6 +242,18 @@ class Assembled:
     def regimes(self, values: Floats) -> NDArray[np.str_]:
         """Contact regime of each row."""
         return REGIMES[self._predictor.predict(values).regime]
+
+
+def _contact_angles(drive: Drive) -> tuple[float, float]:
+    """The least and the greatest contact angle of all pairs, rad."""
+    pairs = tomllib.loads(drive.to_toml())
+    angles = [
+        value
+        for pair in ("deceleration", "equal_speed")
+        for name, value in pairs[pair].items()
+        if name.endswith("contact_angle_rad")
+    ]
+    return min(angles), max(angles)
 
 
 def _or_zero(column: NDArray[np.float64] | None, n: int) -> Floats:
