@@ -2,7 +2,7 @@
 
     python benches/next_run.py [--seeds N] [--draws M]
 
-Effects are hidden one at a time, at three strengths, in a short campaign of the example's drive;
+Effects are hidden one at a time, at several strengths, in a short campaign of the example's drive;
 where the diagnosis leaves rivals, runs are added until every two of them are expected to be 20 : 1
 apart (linearised), once as suggested and M times at random among the same candidates. Random orders
 that do not get there within 15 runs count as 15, which favours them.
@@ -24,7 +24,7 @@ from common.next_runs import HIDDEN, race, scaled, view_of
 
 TOP = Path(__file__).parents[1]
 MOST = 15
-STRENGTHS = (2.0, 1.0, 4.0)
+STRENGTHS = (1.0, 1.5, 2.0, 0.7, 3.0, 4.0)
 
 
 def main() -> None:
