@@ -21,13 +21,24 @@ def inputs(prog: str, description: str, epilog: str | None = None) -> argparse.A
     """A parser that takes a case, a table and what its headers mean."""
     parser = argparse.ArgumentParser(prog=prog, description=description, epilog=epilog)
     parser.add_argument("case", metavar="CASE", type=Path, help="case file (TOML)")
-    parser.add_argument("data", metavar="DATA", type=Path, help="table of readings (CSV)")
+    parser.add_argument(
+        "data",
+        metavar="DATA",
+        type=Path,
+        help="table of readings: CSV, xlsx, xls, ods, MATLAB, TDMS or Parquet",
+    )
     parser.add_argument(
         "--column",
         metavar="HEADER=NAME",
         action="append",
         default=[],
         help="what a header means, for example Moment=torque_Nm; repeatable",
+    )
+    parser.add_argument(
+        "--sheet",
+        metavar="NAME",
+        help="sheet of a workbook, struct of a MATLAB file or group of a TDMS file; else the first "
+        "with readings",
     )
     return parser
 
@@ -91,6 +102,7 @@ def compare(argv: list[str]) -> int:
             options.data,
             effects=options.effects,
             columns=columns or None,
+            sheet=options.sheet,
             progress=counter.show,
         )
     if options.out and options.out.suffix.lower() == ".json":
@@ -134,7 +146,9 @@ def diagnose(argv: list[str]) -> int:
         from cbpt.page.comparison_figure import check_picture_name
 
         check_picture_name(options.plot)
-    answer = diagnosed(options.case, options.data, columns=columns or None, seed=options.seed)
+    answer = diagnosed(
+        options.case, options.data, columns=columns or None, sheet=options.sheet, seed=options.seed
+    )
     if options.json == "-":
         print(answer.to_json())
     else:
@@ -169,7 +183,9 @@ def fit(argv: list[str]) -> int:
     if options.out and options.out.suffix.lower() != ".toml":
         parser.error(f"--out {options.out}: the name of a case file ends in .toml")
     columns = columns_of(parser, options)
-    found = fitted(options.case, options.data, options.effects, columns=columns or None)
+    found = fitted(
+        options.case, options.data, options.effects, columns=columns or None, sheet=options.sheet
+    )
     if options.out:
         options.out.write_text(found.case.to_toml(), encoding="utf-8")
     print(found.report())

@@ -232,6 +232,7 @@ def compare(
     *,
     effects: Sequence[str] = (),
     columns: Mapping[str, str] | None = None,
+    sheet: str | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> Comparison:
     """Solve the model at every reading and say how far off it is, and where.
@@ -242,12 +243,12 @@ def compare(
     data: a table of readings (file, mapping of columns, data frame) or `Readings`.
     effects: ids of effects to fit on top; the comparison without them is then `before`. The numbers
         of the drive and the calibrations move along within their stated uncertainties.
-    columns: what headers of the table mean, as in `read_readings`.
+    columns, sheet: what headers of the table mean and which sheet it is, as in `read_readings`.
     progress: called now and then with the number of rows solved and that of all.
 
     Raises `CaseError` and `ReadingsError` for what cannot be read; Ctrl-C stops it.
     """
-    case, data = case_and_readings(case, data, columns)
+    case, data = case_and_readings(case, data, columns, sheet)
     drive = case if isinstance(case, Drive) else case.drive
     zero = case.zero if isinstance(case, Case) else "common"
     if data.preload_N is None:

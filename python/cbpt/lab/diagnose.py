@@ -49,15 +49,16 @@ def diagnose(
     data: Readings | str | os.PathLike[str] | Mapping[str, ArrayLike],
     *,
     columns: Mapping[str, str] | None = None,
+    sheet: str | None = None,
     seed: int = 0,
 ) -> Diagnosis:
     """Say which effect the readings demand, or that none is needed, or that they cannot tell.
 
-    case, data, columns: as in `compare`. seed: of the simulated chances; the same seed gives the
-    same answer. Raises `CaseError` and `ReadingsError` for what cannot be read or is too little to
-    judge.
+    case, data, columns, sheet: as in `compare`. seed: of the simulated chances; the same seed gives
+    the same answer. Raises `CaseError` and `ReadingsError` for what cannot be read or is too little
+    to judge.
     """
-    case, readings = case_and_readings(case, data, columns)
+    case, readings = case_and_readings(case, data, columns, sheet)
     # Thousands of products of small matrices: threads would cost more than they give.
     with threadpool_limits(1, user_api="blas"):
         return _diagnosed(case, readings, seed)
