@@ -21,6 +21,7 @@ from cbpt._core import Case, Drive
 from cbpt.lab.competition import Competition
 from cbpt.lab.fit import Fit, Unknown
 from cbpt.lab.library import LOT, PRIORS
+from cbpt.lab.noise_words import noise_of
 from cbpt.lab.readings import Readings
 from cbpt.lab.screen import Screen
 from cbpt.lab.sentence import sentence
@@ -194,8 +195,6 @@ class Diagnosis:
     @cached_property
     def _document(self) -> dict[str, Any]:
         v, c = self.verdict, self.competition
-        noise = self.after.noise if v.pattern is None else v.pattern.noise
-        u = float(np.sqrt(np.mean(c.campaign.u_arcsec**2)))
         return {
             "schema": SCHEMA,
             "seed": self.seed,
@@ -219,13 +218,7 @@ class Diagnosis:
                     for r in v.rests_on
                 ],
             },
-            "noise": {
-                "u_stated_arcsec": u / c.campaign.u_believed if c.campaign.u_stated else None,
-                "u_estimated_arcsec": noise.scale * u,
-                "model": list(v.noise),
-                "run_offset_arcsec": noise.offset_arcsec,
-                "correlation": noise.correlation,
-            },
+            "noise": noise_of(self),
             "before": self._errors(self.ladder[0], self.before),
             "after": self._errors(self._final_rung(), self.after),
             "where": self.where(),

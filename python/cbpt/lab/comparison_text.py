@@ -33,6 +33,7 @@ def lines(c: Comparison, angle_unit: str) -> Iterator[str]:
         yield from _added(c, c.before, angle_unit)
     yield _verdict(c, angle_unit)
     yield from _scatter(c, angle_unit)
+    yield from _repeats(c, angle_unit)
     for hint in c.hints:
         yield f"A likely slip: {hint}."
     misfit = c.overall
@@ -172,6 +173,25 @@ def _scatter(c: Comparison, angle_unit: str) -> Iterator[str]:
         )
     else:
         yield f"Inside their runs the readings scatter by {found}, in keeping with what is stated."
+
+
+def _repeats(c: Comparison, angle_unit: str) -> Iterator[str]:
+    """The misfit against what readings taken again say of their uncertainty."""
+    found, p = c.repeats, c.p_value_of_repeats
+    if found is None:
+        return
+    u = f"{found.u_arcsec * ANGLE_UNITS[angle_unit]:.3g} {angle_unit}"
+    if not found.steady:
+        yield (
+            f"Repeats differ by {u} ({found}), far more than readings scatter inside their runs: "
+            "something changes between them."
+        )
+    elif p is not None and found.ratio is None:
+        judged = "agrees with the readings" if p >= 0.01 else "is off"
+        yield f"The uncertainty was estimated from repeats: {u} ({found})."
+        yield f"By that the model {judged}."
+    elif p is not None:
+        yield f"Repeats agree to {u} ({found})."
 
 
 def _where(c: Comparison, angle_unit: str) -> Iterator[str]:

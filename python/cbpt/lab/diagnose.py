@@ -29,6 +29,7 @@ from cbpt.lab.inputs import case_and_readings
 from cbpt.lab.library import PRIORS
 from cbpt.lab.patterns import Pattern
 from cbpt.lab.readings import Readings
+from cbpt.lab.repeats import pooled
 from cbpt.lab.scatter import estimate
 from cbpt.lab.slips import slips
 from cbpt.lab.verdict import Verdict, judge
@@ -158,15 +159,16 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
     _stop_if_it_does_not_follow(campaign, model)
     campaign, told = _believed(campaign, model)
     notes += told
+    campaign = _repeated(campaign, model)
     if campaign.step_arcsec:
         notes.append(
             f"the angle comes in steps of {campaign.step_arcsec:g} arcsec, coarse against its "
             "uncertainty; the uncertainty was enlarged, because readings at one load round alike"
         )
-    if not campaign.u_stated:
+    if not campaign.u_stated and not campaign.u_repeated:
         notes.append(
-            "no uncertainty is stated: it was estimated from the scatter, so no misfit as small as "
-            "that can be seen"
+            "no uncertainty is stated and no repeats tell it: it was estimated from the scatter, "
+            "so no misfit as small as that can be seen"
         )
     return campaign, notes
 
@@ -280,6 +282,16 @@ def _believed(campaign: Campaign, model: Floats) -> tuple[Campaign, list[str]]:
     )
     scaled = replace(campaign, u_arcsec=campaign.u_arcsec * found.ratio, u_believed=found.ratio)
     return scaled, [told]
+
+
+def _repeated(campaign: Campaign, model: Floats) -> Campaign:
+    """What repeats say of the uncertainty; where none is stated it is theirs."""
+    residual = campaign.y_arcsec - model
+    found = pooled(campaign.readings, residual, estimate(campaign.readings, residual))
+    campaign = replace(campaign, repeats=found)
+    if found is None or not campaign.u_repeated:
+        return campaign
+    return replace(campaign, u_arcsec=np.full(len(campaign), found.u_arcsec))
 
 
 def _as_given(campaign: Campaign) -> Floats:
