@@ -12,9 +12,16 @@ import csv
 import sys
 import time
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from cbpt.lab.answer import Diagnosis
+    from cbpt.lab.fitting import Fitted
 
 # As in the Rust command line, whose help lists them.
 SUCCESS, NO_SOLUTION = 0, 3
+# Files that the table of results is written to.
+RESULTS = (".csv", ".md", ".json")
 
 
 def inputs(prog: str, description: str, epilog: str | None = None) -> argparse.ArgumentParser:
@@ -41,6 +48,56 @@ def inputs(prog: str, description: str, epilog: str | None = None) -> argparse.A
         "with readings",
     )
     return parser
+
+
+def add_results(parser: argparse.ArgumentParser) -> None:
+    """Flags of the table of results."""
+    parser.add_argument(
+        "--results",
+        metavar="FILE",
+        nargs="?",
+        const="-",
+        help="every number with its uncertainty and what it rests on: print the table, or write it "
+        "to FILE.csv, .md or .json",
+    )
+    for flag, what in (
+        ("--torque-Nm", "load at which the results tell the elastic angle"),
+        ("--preload-N", "the preload there; else that of the case"),
+        ("--input-angle-deg", "the input angle there; else that of the case, or 0"),
+    ):
+        parser.add_argument(flag, metavar="VALUE", type=float, help=what)
+
+
+def show_results(found: Diagnosis | Fitted, options: argparse.Namespace) -> None:
+    """The table of results, printed or written."""
+    load = options.torque_Nm, options.preload_N, options.input_angle_deg
+    if options.results is None and load == (None, None, None):
+        return
+    results = found.results(*load)
+    if options.results in (None, "-"):
+        print(f"\n{results.report()}")
+        return
+    made = {".csv": results.to_csv, ".md": results.to_markdown, ".json": results.to_json}
+    path = Path(options.results)
+    path.write_text(made[path.suffix.lower()](), encoding="utf-8")
+
+
+def check_results(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
+    """Before anything is computed."""
+    name = options.results
+    if name not in (None, "-") and Path(name).suffix.lower() not in RESULTS:
+        parser.error(f"--results {name}: the name must end in {', '.join(RESULTS)}")
+
+
+def optional_files(argv: list[str], **endings: tuple[str, ...]) -> list[str]:
+    """The flags whose file may be left out, told from what comes after: `--json CASE DATA`."""
+    told = []
+    for place, word in enumerate(argv):
+        known = endings.get(word.removeprefix("--")) if word.startswith("--") else None
+        after = argv[place + 1] if place + 1 < len(argv) else "-"
+        takes = known is not None and (after == "-" or after.lower().endswith(known))
+        told.append(f"{word}=-" if known is not None and not takes else word)
+    return told
 
 
 def columns_of(parser: argparse.ArgumentParser, options: argparse.Namespace) -> dict[str, str]:
@@ -140,8 +197,10 @@ def diagnose(argv: list[str]) -> int:
         default=0,
         help="of the simulated chances; the same seed, the same answer",
     )
-    options = parser.parse_args(argv)
+    add_results(parser)
+    options = parser.parse_args(optional_files(argv, json=(".json",), results=RESULTS))
     columns = columns_of(parser, options)
+    check_results(parser, options)
     if options.plot:
         from cbpt.page.comparison_figure import check_picture_name
 
@@ -155,6 +214,8 @@ def diagnose(argv: list[str]) -> int:
         if options.json:
             Path(options.json).write_text(answer.to_json() + "\n", encoding="utf-8")
         print(answer.report())
+    if options.json != "-" or options.results not in (None, "-"):
+        show_results(answer, options)
     sys.stdout.flush()
     if options.plot:
         answer.plot(options.plot)
@@ -179,16 +240,19 @@ def fit(argv: list[str]) -> int:
         help="ids of effects, see cbpt effects",
     )
     parser.add_argument("--out", metavar="CASE2", type=Path, help="write the case with the effects")
-    options = parser.parse_args(argv)
+    add_results(parser)
+    options = parser.parse_args(optional_files(argv, results=RESULTS))
     if options.out and options.out.suffix.lower() != ".toml":
         parser.error(f"--out {options.out}: the name of a case file ends in .toml")
     columns = columns_of(parser, options)
+    check_results(parser, options)
     found = fitted(
         options.case, options.data, options.effects, columns=columns or None, sheet=options.sheet
     )
     if options.out:
         options.out.write_text(found.case.to_toml(), encoding="utf-8")
     print(found.report())
+    show_results(found, options)
     if options.out:
         print(f"Wrote {options.out}: the case with the effect in it.")
     return SUCCESS

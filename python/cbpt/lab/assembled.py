@@ -207,7 +207,9 @@ class Assembled:
             None if r.temperature_degC is None else r.temperature_degC,
             None if r.cycle is None else np.asarray(r.cycle, dtype=np.float64),
         )
-        self.neutral = self._predictor.neutral()
+        self.nothing = self._predictor.neutral()
+        """Values at which every effect does nothing."""
+        self.neutral = self.nothing.copy()
         """Values at which nothing is added to the case: its own effects keep theirs."""
         parameters = self._predictor.parameters
         self.lower = np.array([p.lower for _, _, p in parameters])

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from cbpt.lab.budget import dof_of
+
 if TYPE_CHECKING:
     from cbpt.lab.answer import Diagnosis
 
@@ -24,7 +26,7 @@ def noise_of(d: Diagnosis) -> dict[str, Any]:
         "u_stated_arcsec": u / c.u_believed if c.u_stated else None,
         "u_estimated_arcsec": noise.scale * u,
         "u_from": u_from(d),
-        "u_dof": u_dof(d),
+        "u_dof": dof_of(d.competition.fitter, d.after),
         "u_says": statement(d),
         "repeats": asdict(c.repeats) if c.repeats else None,
         "model": list(d.verdict.noise),
@@ -39,23 +41,13 @@ def u_from(d: Diagnosis) -> str:
     return "stated" if c.u_stated else "repeats" if c.u_repeated else "scatter"
 
 
-def u_dof(d: Diagnosis) -> float:
-    """Degrees of freedom of the estimate: those of the readings about the answer, and those that
-    what was known before counts as. What is correlated is fewer independent readings."""
-    fit = d.after
-    free = sum(bool(np.isinf(u.sd)) for u in fit.unknowns)
-    left = max(len(d.readings) - fit.zeros_arcsec.size - free, 0)
-    rho = fit.noise.correlation
-    return float(left * (1 - rho) / (1 + rho) + d.competition.fitter.stated_dof)
-
-
 def statement(d: Diagnosis) -> str:
     """What the uncertainty of a reading is and what it rests on."""
     c = d.competition.campaign
     noise = d.after.noise if d.verdict.pattern is None else d.verdict.pattern.noise
     found = noise.scale * float(np.sqrt(np.mean(c.u_arcsec**2)))
     about = f"the scatter about the answer gives {found:.3g} arcsec"
-    about += f" ({u_dof(d):.0f} degrees of freedom)"
+    about += f" ({dof_of(d.competition.fitter, d.after):.0f} degrees of freedom)"
     if c.u_stated:
         text = f"The uncertainty of a reading is stated; {about}"
     elif c.u_repeated:
