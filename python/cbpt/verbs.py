@@ -8,7 +8,10 @@ fit         add effects to a case
 from __future__ import annotations
 
 import argparse
+import ast
 import csv
+import re
+import shlex
 import sys
 import time
 from pathlib import Path
@@ -113,6 +116,25 @@ def columns_of(parser: argparse.ArgumentParser, options: argparse.Namespace) -> 
     return columns
 
 
+_TEXT = r"""('(?:[^'\\]|\\.)*'|"(?:[^"\\]|\\.)*")"""
+
+
+def in_flags(text: str) -> str:
+    """What a message tells to pass in Python, said in the flags of the command line."""
+
+    def flag(found: re.Match[str]) -> str:
+        try:
+            words = [str(ast.literal_eval(word)) for word in found.groups()]
+        except (SyntaxError, ValueError):  # a header that only looks like it
+            return found[0]
+        name = "--column" if len(words) > 1 else "--sheet"
+        return f"{name} {shlex.quote('='.join(words))}"
+
+    text = re.sub(rf"columns=\{{{_TEXT}: {_TEXT}\}}", flag, text)
+    text = re.sub(rf"sheet={_TEXT}", flag, text)
+    return text.replace("`columns`", "--column").replace("(sheet=)", "(--sheet)")
+
+
 def compare(argv: list[str]) -> int:
     """cbpt compare CASE DATA"""
     from cbpt.lab.compare import compare as compared
@@ -168,7 +190,8 @@ def compare(argv: list[str]) -> int:
         names, rows = comparison.rows()
         with options.out.open("w", newline="", encoding="utf-8") as file:
             csv.writer(file).writerows([names, *rows])
-    print(comparison.to_json() if options.json else comparison.report(options.angle_unit))
+    report = comparison.report(options.angle_unit)
+    print(comparison.to_json() if options.json else in_flags(report))
     sys.stdout.flush()
     if options.plot:
         comparison.plot(options.plot, options.angle_unit)
@@ -213,7 +236,7 @@ def diagnose(argv: list[str]) -> int:
     else:
         if options.json:
             Path(options.json).write_text(answer.to_json() + "\n", encoding="utf-8")
-        print(answer.report())
+        print(in_flags(answer.report()))
     if options.json != "-" or options.results not in (None, "-"):
         show_results(answer, options)
     sys.stdout.flush()
@@ -251,7 +274,7 @@ def fit(argv: list[str]) -> int:
     )
     if options.out:
         options.out.write_text(found.case.to_toml(), encoding="utf-8")
-    print(found.report())
+    print(in_flags(found.report()))
     show_results(found, options)
     if options.out:
         print(f"Wrote {options.out}: the case with the effect in it.")

@@ -38,8 +38,8 @@ def lines(c: Comparison, angle_unit: str) -> Iterator[str]:
         yield f"A likely slip: {hint}."
     misfit = c.overall
     yield ""
-    headers = ["", "readings", "share_of_misfit", "bias", "excess", "rmse", "largest", "chi2/dof"]
-    headers[3:7] = [f"{name}_{angle_unit}" for name in headers[3:7]]
+    headers = ["", "readings", "share of\nmisfit", "bias", "excess", "rmse", "largest", "chi2/dof"]
+    headers[3:7] = [f"{name}\n{angle_unit}" for name in headers[3:7]]
     rows = [_row("all", 1.0, misfit, factor)]
     for column in dict.fromkeys(group.column for group in c.groups if group.column != "run"):
         rows += [
@@ -202,8 +202,8 @@ def _where(c: Comparison, angle_unit: str) -> Iterator[str]:
             yield "where: no region stands out, the misfit is alike everywhere or too small to tell"
         return
     yield "where the misfit stands out from the rest (p_value: the chance that noise alone does):"
-    headers = ["region", "readings", "share_of_misfit", "bias", "excess", "p_value"]
-    headers[3:5] = [f"{name}_{angle_unit}" for name in headers[3:5]]
+    headers = ["region", "readings", "share of\nmisfit", "bias", "excess", "p_value"]
+    headers[3:5] = [f"{name}\n{angle_unit}" for name in headers[3:5]]
     rows = [
         [
             region.label,

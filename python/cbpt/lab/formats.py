@@ -112,9 +112,7 @@ def _chosen(
     fitting = [part for part in parts if part.has_readings(columns)]
     if not fitting and len(parts) > 1:
         expected = f"a {what} with readings, with a column torque_Nm"
-        remedy = (
-            f"name the {what} with sheet={parts[0].name!r} and its columns with columns={{...}}"
-        )
+        remedy = f"name the {what}, as in sheet={parts[0].name!r}, and say what its columns are"
         raise wrong(source, "", f"only {names}", expected, remedy)
     if len(fitting) > 1:
         others = ", ".join(repr(part.name) for part in fitting[1:])

@@ -352,7 +352,7 @@ class _Reader:
         given = uses.keys() | asked
         sensor = uses.get("sensor_displacement") or uses.get("u_sensor_displacement")
         if sensor and self.lever_arm_mm is None:
-            expected = "lever_arm_mm, the radius at which the sensor reads"
+            expected = "lever_arm_mm under [measurement] of the case: the radius of the sensor"
             remedy = f"or set the column aside with columns={{{sensor.header!r}: 'extra'}}"
             self.wrong(sensor.header, "no lever arm", expected, remedy)
         given |= {_SENSOR[key] for key in given & _SENSOR.keys()}
@@ -470,6 +470,10 @@ class _Reader:
         if self.lever_arm_mm is not None:
             arm_um = 1e3 * self.lever_arm_mm
             if "sensor_displacement" in values:
+                self.notes.append(
+                    "the elastic angle is atan(displacement / lever arm), with the lever arm of "
+                    f"{self.lever_arm_mm:g} mm"
+                )
                 slope = values["sensor_displacement"] / arm_um
                 values["elastic_angle"] = np.arctan(slope) * _ARCSEC_PER_RAD
             if "u_sensor_displacement" in values:
