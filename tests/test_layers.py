@@ -199,11 +199,12 @@ def imports(name: str) -> Imports:
 
 
 # The part of the package that a module belongs to, the lowest first.
-RANKS = ("_core", "errors", "results", "lab", "page", "verbs", "commands")
+RANKS = ("_core", "errors", "results", "lab", "page", "verbs", "plan_verbs", "commands")
 # The one step up: methods that hand their object on when they are called, never on import.
 UPWARDS = {
     ("cbpt.lab.compare", "cbpt.page.comparison_figure"),
     ("cbpt.lab.answer", "cbpt.page.diagnosis_figure"),
+    ("cbpt.lab.isolability", "cbpt.page.isolability_figure"),
 }
 
 

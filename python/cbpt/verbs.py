@@ -1,4 +1,4 @@
-"""The lab's verbs on the command line.
+"""The lab's verbs on the command line; those about campaigns to come are in `plan_verbs`.
 
 compare     model against a table of readings, with effects fitted where asked
 diagnose    which effect is missing
@@ -25,18 +25,19 @@ if TYPE_CHECKING:
 SUCCESS, NO_SOLUTION = 0, 3
 # Files that the table of results is written to.
 RESULTS = (".csv", ".md", ".json")
+_TABLE = "table of readings: CSV, xlsx, xls, ods, MATLAB, TDMS or Parquet"
 
 
-def inputs(prog: str, description: str, epilog: str | None = None) -> argparse.ArgumentParser:
-    """A parser that takes a case, a table and what its headers mean."""
+def inputs(
+    prog: str,
+    description: str,
+    epilog: str | None = None,
+    table: tuple[str, str] = ("DATA", _TABLE),
+) -> argparse.ArgumentParser:
+    """A parser that takes a case, a table (its name and what it is) and what its headers mean."""
     parser = argparse.ArgumentParser(prog=prog, description=description, epilog=epilog)
     parser.add_argument("case", metavar="CASE", type=Path, help="case file (TOML)")
-    parser.add_argument(
-        "data",
-        metavar="DATA",
-        type=Path,
-        help="table of readings: CSV, xlsx, xls, ods, MATLAB, TDMS or Parquet",
-    )
+    parser.add_argument("data", metavar=table[0], type=Path, help=table[1])
     parser.add_argument(
         "--column",
         metavar="HEADER=NAME",

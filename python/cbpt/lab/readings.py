@@ -184,7 +184,8 @@ def read_readings(
         first that has readings.
     need_preload: whether a table without a preload is an error.
     fill: what to take for every reading where the table has no such column: `preload_N`,
-        `input_angle_deg`. A note tells where it was taken.
+        `input_angle_deg`. A note tells where it was taken. A plan has no angles yet and fills
+        `elastic_angle_arcsec` with NaN.
 
     Torque and elastic angle (or sensor displacement) are needed, in the units of
     `cbpt.lab.units`. A run that is out of time order is sorted, which a note tells.
@@ -357,7 +358,7 @@ class _Reader:
             self.wrong(sensor.header, "no lever arm", expected, remedy)
         given |= {_SENSOR[key] for key in given & _SENSOR.keys()}
         for key in ["torque", "elastic_angle"] + ["preload"] * self.need_preload:
-            if key not in given:
+            if key not in given | self.fill.keys():
                 self.missing(_QUANTITY[key], hints)
         for key, lost in _WITHOUT.items():
             if key in given:
