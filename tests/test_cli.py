@@ -531,3 +531,9 @@ def test_tables_fit_a_terminal(capsys: pytest.CaptureFixture[str]) -> None:
     assert compare() == 0
     lines = [line for line in capsys.readouterr().out.splitlines() if line[:1] in "│┌╞└"]
     assert len(lines) > 10 and max(map(len, lines)) <= 100
+
+
+@pytest.mark.parametrize("effect", [[], ["friction_hysteresis"]])
+def test_the_tables_of_effects_fit_a_terminal(effect: list[str]) -> None:
+    lines = [line for line in run("effects", *effect).stdout.splitlines() if line[:1] in "│┌╞└"]
+    assert len(lines) > 5 and max(map(len, lines)) <= 100
