@@ -46,7 +46,7 @@ def _guarded(verb: Callable[[list[str]], int], argv: list[str]) -> int:
     try:
         return verb(argv)
     except CbptError as error:
-        print(f"cbpt: {error}", file=sys.stderr)
+        print(f"cbpt: {verbs.in_flags(str(error))}", file=sys.stderr)
         return BAD_INPUT
     except BrokenPipeError:
         # The reader (`| head`) has seen enough; what is left in the buffer must not complain.

@@ -20,6 +20,7 @@ from cbpt.errors import InvalidInputError, ReadingsError
 from cbpt.lab.library import LOT, PRIORS
 from cbpt.lab.noise import Rows
 from cbpt.lab.readings import Readings
+from cbpt.lab.repeats import Repeats
 from cbpt.results import ARCSEC_PER_RAD
 
 Floats = NDArray[np.float64]
@@ -49,6 +50,8 @@ class Campaign:
     """What the stated uncertainty was multiplied by, where it cannot be meant as it stands."""
     step_arcsec: float = 0.0
     """Step of the display where it is coarse against the uncertainty, else 0."""
+    repeats: Repeats | None = None
+    """What readings taken again say of the uncertainty, where that was asked."""
 
     @classmethod
     def of(cls, case: Case | Drive, readings: Readings) -> Campaign:
@@ -93,6 +96,11 @@ class Campaign:
         return len(self.y_arcsec)
 
     @property
+    def u_repeated(self) -> bool:
+        """Whether the uncertainty is that of the repeats, as none is stated."""
+        return not self.u_stated and self.repeats is not None and self.repeats.steady
+
+    @property
     def balls(self) -> int:
         """Number of deceleration balls."""
         return int(tomllib.loads(self.drive.to_toml())["deceleration"]["ball_count"])
@@ -115,6 +123,7 @@ class Campaign:
             self.effects,
             self.u_believed,
             self.step_arcsec,
+            self.repeats,
         )
 
 
@@ -198,7 +207,9 @@ class Assembled:
             None if r.temperature_degC is None else r.temperature_degC,
             None if r.cycle is None else np.asarray(r.cycle, dtype=np.float64),
         )
-        self.neutral = self._predictor.neutral()
+        self.nothing = self._predictor.neutral()
+        """Values at which every effect does nothing."""
+        self.neutral = self.nothing.copy()
         """Values at which nothing is added to the case: its own effects keep theirs."""
         parameters = self._predictor.parameters
         self.lower = np.array([p.lower for _, _, p in parameters])

@@ -142,6 +142,9 @@ class Fitter:
         self.effects += (LOT,) * (balls - 1)
         self.model = Assembled(campaign, self.effects)
         self.stated_dof = STATED_DOF if campaign.u_stated else 0.1
+        if campaign.u_repeated:
+            assert campaign.repeats is not None
+            self.stated_dof = min(campaign.repeats.dof, STATED_DOF)
         if campaign.step_arcsec:
             # Rounding errors hide how much they scatter; what is stated stands.
             self.stated_dof = FIXED_DOF

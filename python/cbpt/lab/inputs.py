@@ -29,6 +29,7 @@ def case_and_readings(
     case: Case | Drive | str | os.PathLike[str] | Mapping[str, Any],
     data: Readings | str | os.PathLike[str] | Mapping[str, ArrayLike],
     columns: Mapping[str, str] | None = None,
+    sheet: str | None = None,
 ) -> tuple[Case | Drive, Readings]:
     """The case, and the readings with what the case fills in: lever arm, preload, input angle."""
     case = case_of(case)
@@ -38,5 +39,7 @@ def case_and_readings(
         load = {"preload_N": case.preload_N, "input_angle_deg": case.input_angle_deg}
         fill = {name: value for name, value in load.items() if value is not None}
     if not isinstance(data, Readings):
-        data = read_readings(data, lever_arm_mm=lever_arm_mm, columns=columns, fill=fill)
+        data = read_readings(
+            data, lever_arm_mm=lever_arm_mm, columns=columns, sheet=sheet, fill=fill
+        )
     return case, data

@@ -178,7 +178,7 @@ def _with_value(d: Diagnosis, effect: str) -> str:
 
 def shown(effect: str, name: str, value: float, u: float | None) -> str:
     """A parameter as a case file would have it: `reference_deflection_um 0.209 +- 0.010`."""
-    label, size = _DISPLAY.get((effect, name), (name, 1.0))
+    label, size = DISPLAY.get((effect, name), (name, 1.0))
     if u is None:
         return f"{label} {value / size:.3g}"
     spread = u / size
@@ -188,7 +188,7 @@ def shown(effect: str, name: str, value: float, u: float | None) -> str:
     return f"{label} {value / size:.{digits}f} +- {spread:.{digits}f}"
 
 
-_DISPLAY = {
+DISPLAY = {
     (spec.id, p.name): (p.display_name, p.display_size)
     for spec in effect_specs()
     for p in spec.parameters
