@@ -291,7 +291,10 @@ def test_compare_says_angles_in_the_unit_asked_for(
     assert compare("--angle-unit", unit) == 0
     out = capsys.readouterr().out
     assert out == cbpt.compare(CASE, DATA).report(unit) + "\n"
-    assert f"rmse_{unit}" in out
+    header = next(line for line in out.splitlines() if "chi2/dof" in line)
+    assert (
+        header.count("┆") and out.splitlines()[out.splitlines().index(header) + 1].count(unit) == 4
+    )
 
 
 def test_compare_is_told_what_headers_mean(desk: Path, capsys: pytest.CaptureFixture[str]) -> None:
