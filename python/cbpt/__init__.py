@@ -11,7 +11,8 @@ Map:
 - `Drive.preload` -> `PreloadThresholds`: the preload that a torque needs;
 - `solve_many` -> `Angles`: arrays of loads on all cores;
 - `read_readings` -> `Readings`, `compare` -> `Comparison`: model against measurement;
-- `diagnose` -> `Diagnosis`: which effect is missing; `fit` -> `Fitted`: the case with it;
+- `diagnose` -> `Diagnosis`: which effect is missing; `diagnose_by` -> `DividedDiagnosis`: the same
+  for each level of a column; `fit` -> `Fitted`: the case with it;
 - `errors`: everything that can be raised, under `CbptError`.
 
 Input is in the unit that its name ends in; inside everything is SI and radians.
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
     from cbpt.lab.answer import Diagnosis
     from cbpt.lab.compare import Comparison, compare
     from cbpt.lab.diagnose import diagnose
+    from cbpt.lab.divided import DividedDiagnosis, diagnose_by
     from cbpt.lab.fitting import Fitted, fit
     from cbpt.lab.readings import Readings, read_readings
     from cbpt.results import Angles, solve_many
@@ -49,10 +51,12 @@ _LAZY = {
     "Angles": "cbpt.results",
     "Comparison": "cbpt.lab.compare",
     "Diagnosis": "cbpt.lab.answer",
+    "DividedDiagnosis": "cbpt.lab.divided",
     "Fitted": "cbpt.lab.fitting",
     "Readings": "cbpt.lab.readings",
     "compare": "cbpt.lab.compare",
     "diagnose": "cbpt.lab.diagnose",
+    "diagnose_by": "cbpt.lab.divided",
     "fit": "cbpt.lab.fitting",
     "read_readings": "cbpt.lab.readings",
     "solve_many": "cbpt.results",
@@ -65,6 +69,7 @@ __all__ = [
     "CbptError",
     "Comparison",
     "Diagnosis",
+    "DividedDiagnosis",
     "Drive",
     "Finding",
     "Fitted",
@@ -78,6 +83,7 @@ __all__ = [
     "Thresholds",
     "compare",
     "diagnose",
+    "diagnose_by",
     "example_case",
     "fit",
     "read_readings",

@@ -29,7 +29,25 @@ def inputs(prog: str, description: str, epilog: str | None = None) -> argparse.A
         default=[],
         help="what a header means, for example Moment=torque_Nm; repeatable",
     )
+    parser.add_argument(
+        "--only",
+        metavar="COLUMN=VALUE",
+        action="append",
+        default=[],
+        help="take these readings alone, for example preload_step=3; repeatable",
+    )
     return parser
+
+
+def only_of(parser: argparse.ArgumentParser, options: argparse.Namespace) -> dict[str, str] | None:
+    """What --only says."""
+    only = {}
+    for entry in options.only:
+        column, equals, value = entry.partition("=")
+        if not equals:
+            parser.error(f"--only {entry}: expected COLUMN=VALUE, for example preload_step=3")
+        only[column] = value
+    return only or None
 
 
 def columns_of(parser: argparse.ArgumentParser, options: argparse.Namespace) -> dict[str, str]:
@@ -91,6 +109,7 @@ def compare(argv: list[str]) -> int:
             options.data,
             effects=options.effects,
             columns=columns or None,
+            only=only_of(parser, options),
             progress=counter.show,
         )
     if options.out and options.out.suffix.lower() == ".json":
@@ -108,7 +127,9 @@ def compare(argv: list[str]) -> int:
 
 def diagnose(argv: list[str]) -> int:
     """cbpt diagnose CASE DATA"""
+    from cbpt.lab.answer import Diagnosis
     from cbpt.lab.diagnose import diagnose as diagnosed
+    from cbpt.lab.divided import DividedDiagnosis, diagnose_by
 
     parser = inputs(
         "cbpt diagnose",
@@ -123,6 +144,11 @@ def diagnose(argv: list[str]) -> int:
     )
     parser.add_argument("--plot", metavar="FILE", type=Path, help="draw to FILE.svg, .png or .pdf")
     parser.add_argument(
+        "--by",
+        metavar="COLUMN",
+        help="diagnose each level of a column by itself, and tell how the numbers change",
+    )
+    parser.add_argument(
         "--seed",
         type=int,
         default=0,
@@ -130,11 +156,19 @@ def diagnose(argv: list[str]) -> int:
     )
     options = parser.parse_args(argv)
     columns = columns_of(parser, options)
+    only = only_of(parser, options)
     if options.plot:
+        if options.by:
+            parser.error("--plot draws one diagnosis: leave out --by, take one level with --only")
         from cbpt.page.comparison_figure import check_picture_name
 
         check_picture_name(options.plot)
-    answer = diagnosed(options.case, options.data, columns=columns or None, seed=options.seed)
+    answer: Diagnosis | DividedDiagnosis
+    given = {"columns": columns or None, "only": only, "seed": options.seed}
+    if options.by:
+        answer = diagnose_by(options.case, options.data, options.by, **given)
+    else:
+        answer = diagnosed(options.case, options.data, **given)
     if options.json == "-":
         print(answer.to_json())
     else:
@@ -142,7 +176,7 @@ def diagnose(argv: list[str]) -> int:
             Path(options.json).write_text(answer.to_json() + "\n", encoding="utf-8")
         print(answer.report())
     sys.stdout.flush()
-    if options.plot:
+    if options.plot and isinstance(answer, Diagnosis):
         answer.plot(options.plot)
     return SUCCESS
 
@@ -169,7 +203,13 @@ def fit(argv: list[str]) -> int:
     if options.out and options.out.suffix.lower() != ".toml":
         parser.error(f"--out {options.out}: the name of a case file ends in .toml")
     columns = columns_of(parser, options)
-    found = fitted(options.case, options.data, options.effects, columns=columns or None)
+    found = fitted(
+        options.case,
+        options.data,
+        options.effects,
+        columns=columns or None,
+        only=only_of(parser, options),
+    )
     if options.out:
         options.out.write_text(found.case.to_toml(), encoding="utf-8")
     print(found.report())

@@ -335,6 +335,8 @@ def unit_of(name: str) -> str:
         ("_per_rad2", "1/rad^2"),
         ("_per_rad", "1/rad"),
         ("_per_s", "1/s"),
+        ("_per_Nm", "1/(N m)"),
+        ("_Nm", "N m"),
         ("_rad", "rad"),
         ("_m", "m"),
         ("_s", "s"),

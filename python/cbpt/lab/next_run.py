@@ -42,6 +42,8 @@ class _Run:
 
 def next_run(d: Diagnosis) -> dict[str, Any] | None:
     """The best run for the largest group of rivals; None where there are none that predict."""
+    if d.competition.campaign.drive.kind != "ball_drive":
+        return None  # how far a torsion spring may be loaded is not known
     group = max(d.verdict.rivals, key=len, default=())
     fits = dict(sorted(_fits(d, group)))
     if len(fits) < 2:
