@@ -4,6 +4,7 @@ its numbers change with the step of the preload."""
 from __future__ import annotations
 
 import pickle
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -45,7 +46,7 @@ def test_a_table_is_carried_on_straight_and_says_so() -> None:
 @pytest.mark.parametrize("asked", ["findings", "preload", "transmission_ratio", "largest"])
 def test_what_is_about_balls_is_refused(asked: str) -> None:
     spring = drive()
-    questions = {
+    questions: dict[str, Callable[[], object]] = {
         "findings": spring.findings,
         "preload": lambda: spring.preload(5),
         "transmission_ratio": lambda: spring.transmission_ratio,
