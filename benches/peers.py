@@ -227,7 +227,9 @@ def starting(command: list[str], rounds: int = 9) -> float:
 
 def import_beyond_numpy(rounds: int = 9) -> float:
     """Least time of `import cbpt` once numpy is there, ms."""
-    code = "import numpy, time; s = time.perf_counter(); import cbpt; print(time.perf_counter() - s)"
+    code = (
+        "import numpy, time; s = time.perf_counter(); import cbpt; print(time.perf_counter() - s)"
+    )
     runs = (subprocess.check_output([sys.executable, "-c", code]) for _ in range(rounds))
     return min(float(run) for run in runs) * 1e3
 
@@ -308,9 +310,7 @@ def main(cases: int, rounds: int) -> dict[str, Any]:
 
         def geometry() -> None:
             columns = (pointer(values) for values in (numbers, torque, preload, angles))
-            found = lib.cbpt_new_geometry(
-                ctypes.c_size_t(1), ctypes.c_size_t(count), *columns
-            )
+            found = lib.cbpt_new_geometry(ctypes.c_size_t(1), ctypes.c_size_t(count), *columns)
             assert found == count, f"{found} of {count}"
 
         def drive(threads: int) -> Callable[[], None]:

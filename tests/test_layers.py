@@ -93,6 +93,8 @@ CORE_USES: dict[str, set[str]] = {
     "status": set(),
     "period": set(),
     "drive": {"error"},
+    "torsion_spring": {"error", "status"},
+    "reducer": {"drive", "effect", "torsion_spring"},
     "hertz": set(),
     "geometry": {"drive", "hertz"},
     "solver": {"error"},
@@ -102,7 +104,7 @@ CORE_USES: dict[str, set[str]] = {
     "effect": {"pair"},
     "predict": {
         *("drive", "effect", "error", "geometry", "pair", "equilibrium", "status"),
-        *("transmission", "sweep"),
+        *("reducer", "torsion_spring", "transmission", "sweep"),
     },
     "preload": {"drive", "geometry", "pair", "equilibrium", "period", "transmission"},
     "extremes": {

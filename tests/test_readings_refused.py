@@ -107,7 +107,7 @@ def test_many_mistakes_are_counted(write: Write) -> None:
         ("torqe_Nm,preload_N,alpha_deg", "columns={'torqe_Nm': 'torque_Nm'}"),
         ("torque_Nm,preload_N,angle_deg", "columns={'angle_deg': 'elastic_angle_deg'}"),
         ("T [lbf in],preload_N,alpha_deg", "'lbf in' is no unit of"),
-        ("torque_Nm,preload_step,alpha_deg", "'step' is no unit of it"),
+        ("torque_Nm,preload_mark,alpha_deg", "'mark' is no unit of it"),
         ("torque_Nm preload_N alpha_deg", "separated by commas, semicolons or tabs"),
         ("torque,preload_N,alpha_deg", "columns={'torque': 'torque_Nm'}"),
         ("#torque_Nm,preload_N,alpha_deg", "remove the # if"),

@@ -11,7 +11,8 @@ Map:
 - `Drive.preload` -> `PreloadThresholds`: the preload that a torque needs;
 - `solve_many` -> `Angles`: arrays of loads on all cores;
 - `read_readings` -> `Readings`, `compare` -> `Comparison`: model against measurement;
-- `diagnose` -> `Diagnosis`: which effect is missing; `fit` -> `Fitted`: the case with it;
+- `diagnose` -> `Diagnosis`: which effect is missing; `diagnose_by` -> `DividedDiagnosis`: the same
+  for each level of a column; `fit` -> `Fitted`: the case with it;
 - `read_plan` -> `Plan`: a campaign to come; `simulate` -> `Readings`: what it would read;
   `isolability` -> `Isolability`: what it could see and tell apart; `next_runs` -> `NextRuns`: what
   would decide; `shortest_plan` -> `Design`: a whole campaign;
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
     from cbpt.lab.candidates import Limits
     from cbpt.lab.compare import Comparison, compare
     from cbpt.lab.diagnose import diagnose
+    from cbpt.lab.divided import DividedDiagnosis, diagnose_by
     from cbpt.lab.fitting import Fitted, fit
     from cbpt.lab.isolability import Isolability, isolability
     from cbpt.lab.next_run import NextRuns, next_runs
@@ -59,6 +61,7 @@ _LAZY = {
     "Comparison": "cbpt.lab.compare",
     "Design": "cbpt.lab.campaign_design",
     "Diagnosis": "cbpt.lab.answer",
+    "DividedDiagnosis": "cbpt.lab.divided",
     "Fitted": "cbpt.lab.fitting",
     "Isolability": "cbpt.lab.isolability",
     "Limits": "cbpt.lab.candidates",
@@ -67,6 +70,7 @@ _LAZY = {
     "Readings": "cbpt.lab.readings",
     "compare": "cbpt.lab.compare",
     "diagnose": "cbpt.lab.diagnose",
+    "diagnose_by": "cbpt.lab.divided",
     "fit": "cbpt.lab.fitting",
     "isolability": "cbpt.lab.isolability",
     "next_runs": "cbpt.lab.next_run",
@@ -85,6 +89,7 @@ __all__ = [
     "Comparison",
     "Design",
     "Diagnosis",
+    "DividedDiagnosis",
     "Drive",
     "Finding",
     "Fitted",
@@ -103,6 +108,7 @@ __all__ = [
     "Thresholds",
     "compare",
     "diagnose",
+    "diagnose_by",
     "example_case",
     "fit",
     "isolability",

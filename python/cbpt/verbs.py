@@ -51,6 +51,13 @@ def inputs(
         help="sheet of a workbook, struct of a MATLAB file or group of a TDMS file; else the first "
         "with readings",
     )
+    parser.add_argument(
+        "--only",
+        metavar="COLUMN=VALUE",
+        action="append",
+        default=[],
+        help="take these readings alone, for example preload_step=3; repeatable",
+    )
     return parser
 
 
@@ -102,6 +109,17 @@ def optional_files(argv: list[str], **endings: tuple[str, ...]) -> list[str]:
         takes = known is not None and (after == "-" or after.lower().endswith(known))
         told.append(f"{word}=-" if known is not None and not takes else word)
     return told
+
+
+def only_of(parser: argparse.ArgumentParser, options: argparse.Namespace) -> dict[str, str] | None:
+    """What --only says."""
+    only = {}
+    for entry in options.only:
+        column, equals, value = entry.partition("=")
+        if not equals:
+            parser.error(f"--only {entry}: expected COLUMN=VALUE, for example preload_step=3")
+        only[column] = value
+    return only or None
 
 
 def columns_of(parser: argparse.ArgumentParser, options: argparse.Namespace) -> dict[str, str]:
@@ -183,6 +201,7 @@ def compare(argv: list[str]) -> int:
             effects=options.effects,
             columns=columns or None,
             sheet=options.sheet,
+            only=only_of(parser, options),
             progress=counter.show,
         )
     if options.out and options.out.suffix.lower() == ".json":
@@ -201,7 +220,9 @@ def compare(argv: list[str]) -> int:
 
 def diagnose(argv: list[str]) -> int:
     """cbpt diagnose CASE DATA"""
+    from cbpt.lab.answer import Diagnosis
     from cbpt.lab.diagnose import diagnose as diagnosed
+    from cbpt.lab.divided import DividedDiagnosis, diagnose_by
 
     parser = inputs(
         "cbpt diagnose",
@@ -216,6 +237,11 @@ def diagnose(argv: list[str]) -> int:
     )
     parser.add_argument("--plot", metavar="FILE", type=Path, help="draw to FILE.svg, .png or .pdf")
     parser.add_argument(
+        "--by",
+        metavar="COLUMN",
+        help="diagnose each level of a column by itself, and tell how the numbers change",
+    )
+    parser.add_argument(
         "--seed",
         type=int,
         default=0,
@@ -225,24 +251,38 @@ def diagnose(argv: list[str]) -> int:
     options = parser.parse_args(optional_files(argv, json=(".json",), results=RESULTS))
     columns = columns_of(parser, options)
     check_results(parser, options)
+    only = only_of(parser, options)
+    if options.by and (options.plot or options.results):
+        parser.error(
+            "--plot and --results are of one diagnosis: take a level with --only, not --by"
+        )
     if options.plot:
         from cbpt.page.comparison_figure import check_picture_name
 
         check_picture_name(options.plot)
-    answer = diagnosed(
-        options.case, options.data, columns=columns or None, sheet=options.sheet, seed=options.seed
-    )
+    answer: Diagnosis | DividedDiagnosis
+    given = {
+        "columns": columns or None,
+        "sheet": options.sheet,
+        "only": only,
+        "seed": options.seed,
+    }
+    if options.by:
+        answer = diagnose_by(options.case, options.data, options.by, **given)
+    else:
+        answer = diagnosed(options.case, options.data, **given)
     if options.json == "-":
         print(answer.to_json())
     else:
         if options.json:
             Path(options.json).write_text(answer.to_json() + "\n", encoding="utf-8")
         print(in_flags(answer.report()))
-    if options.json != "-" or options.results not in (None, "-"):
-        show_results(answer, options)
-    sys.stdout.flush()
-    if options.plot:
-        answer.plot(options.plot)
+    if isinstance(answer, Diagnosis):
+        if options.json != "-" or options.results not in (None, "-"):
+            show_results(answer, options)
+        sys.stdout.flush()
+        if options.plot:
+            answer.plot(options.plot)
     return SUCCESS
 
 
@@ -271,7 +311,12 @@ def fit(argv: list[str]) -> int:
     columns = columns_of(parser, options)
     check_results(parser, options)
     found = fitted(
-        options.case, options.data, options.effects, columns=columns or None, sheet=options.sheet
+        options.case,
+        options.data,
+        options.effects,
+        columns=columns or None,
+        sheet=options.sheet,
+        only=only_of(parser, options),
     )
     if options.out:
         options.out.write_text(found.case.to_toml(), encoding="utf-8")

@@ -64,6 +64,13 @@ pub fn drive_with_effect(py: Python<'_>, id: &str) -> PyErr {
     raise(py, "CaseError", &message)
 }
 
+/// A question about balls and grooves put to a torsion spring: `cbpt.errors.InvalidInputError`.
+pub fn about_ball_drives(py: Python<'_>, asked: &str) -> PyErr {
+    let message =
+        format!("{asked} is about the balls and grooves of a ball drive; this one is a torsion spring");
+    raise(py, "InvalidInputError", &message)
+}
+
 /// A torque without a preload or the reverse: `cbpt.errors.InvalidInputError`.
 pub fn half_a_load(py: Python<'_>) -> PyErr {
     raise(py, "InvalidInputError", "a load to check needs both torque_Nm and preload_N")

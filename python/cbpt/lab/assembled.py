@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt._core import Case, Drive, Predictor
+from cbpt._core import Case, Drive, Predictor, effect_specs
 from cbpt.errors import InvalidInputError, ReadingsError
 from cbpt.lab.library import LOT, PRIORS
 from cbpt.lab.noise import Rows
@@ -56,11 +56,11 @@ class Campaign:
     @classmethod
     def of(cls, case: Case | Drive, readings: Readings) -> Campaign:
         """From a case and its readings. Raises `ReadingsError` where there is no preload."""
-        if readings.preload_N is None:
+        drive = case if isinstance(case, Drive) else case.drive
+        if readings.preload_N is None and drive.kind == "ball_drive":
             raise ReadingsError.of_table(
                 readings.source, "preload_N", "a preload for every reading"
             )
-        drive = case if isinstance(case, Drive) else case.drive
         u = readings.u_elastic_angle_arcsec
         # Without a stated uncertainty the scatter decides; exact readings have none, so there is a
         # floor far below what an instrument can.
@@ -71,7 +71,8 @@ class Campaign:
         if coarse:
             # The drive hardly knows the input angle and is the same both ways, so readings at one
             # torque and preload round alike, and averaging them helps no further.
-            loads = np.column_stack([np.abs(readings.torque_Nm), readings.preload_N])
+            same = np.zeros(len(readings)) if readings.preload_N is None else readings.preload_N
+            loads = np.column_stack([np.abs(readings.torque_Nm), same])
             repeats = len(readings) / len(np.unique(np.round(loads, 6), axis=0))
             stated = np.sqrt(stated**2 + (repeats - 1) * step**2 / 12)
         rows = Rows.of(readings.run_index)
@@ -102,8 +103,8 @@ class Campaign:
 
     @property
     def balls(self) -> int:
-        """Number of deceleration balls."""
-        return int(tomllib.loads(self.drive.to_toml())["deceleration"]["ball_count"])
+        """Number of deceleration balls; a torsion spring has none."""
+        return self.drive.deceleration_ball_count if self.drive.kind == "ball_drive" else 0
 
     def select(self, rows: Mask) -> Campaign:
         """Some of the readings; history along a run is then that of the rows that are left."""
@@ -169,11 +170,14 @@ DEFAULT_UNCERTAINTY = {
 def stated_uncertainty(case: Case | Drive) -> dict[str, float]:
     """Of each number that is a `PRIORS` effect: as the case says, else the defaults."""
     stated = {}
+    kind = (case.drive if isinstance(case, Case) else case).kind
+    suited = {spec.id for spec in effect_specs() if kind in spec.reducers}
     if isinstance(case, Case):
         stated = tomllib.loads(case.to_toml()).get("uncertainty", {})
     return {
         effect: float(stated.get(key, DEFAULT_UNCERTAINTY[effect]))
         for effect, key in PRIORS.items()
+        if effect in suited
     }
 
 
@@ -194,7 +198,6 @@ class Assembled:
 
     def __init__(self, campaign: Campaign, effects: Sequence[str]) -> None:
         r = campaign.readings
-        assert r.preload_N is not None  # what Campaign.of asks for
         self.effects = tuple(effects)
         self._predictor = Predictor(
             campaign.drive,

@@ -251,6 +251,7 @@ def compare(
     effects: Sequence[str] = (),
     columns: Mapping[str, str] | None = None,
     sheet: str | None = None,
+    only: Mapping[str, Any] | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> Comparison:
     """Solve the model at every reading and say how far off it is, and where.
@@ -262,16 +263,18 @@ def compare(
     effects: ids of effects to fit on top; the comparison without them is then `before`. The numbers
         of the drive and the calibrations move along within their stated uncertainties.
     columns, sheet: what headers of the table mean and which sheet it is, as in `read_readings`.
+    only: which readings to take, {"design": "conic", "preload_step": 3}.
     progress: called now and then with the number of rows solved and that of all.
 
     Raises `CaseError` and `ReadingsError` for what cannot be read; Ctrl-C stops it.
     """
-    case, data = case_and_readings(case, data, columns, sheet)
+    case, data = case_and_readings(case, data, columns, sheet, only)
     drive = case if isinstance(case, Drive) else case.drive
     zero = case.zero if isinstance(case, Case) else "common"
-    if data.preload_N is None:
+    if data.preload_N is None and drive.kind == "ball_drive":
         raise ReadingsError.of_table(data.source, "preload_N", "a preload for every reading")
-    findings = tuple(repr(finding) for finding in drive.findings())
+    ball_drive = drive.kind == "ball_drive"
+    findings = tuple(map(repr, drive.findings())) if ball_drive else ()
     plain = _compared(data, *_model(case, drive, data, progress), zero, findings)
     if not effects:
         return plain
@@ -290,11 +293,11 @@ def _model(
     """The case at every reading, and the regime of its meshing points there."""
     from cbpt.lab.added import predicted
 
-    assert readings.preload_N is not None
     if isinstance(case, Case) and case.effects:
         model = predicted(case, readings)
         return model, model.regime
-    loads = readings.torque_Nm, readings.preload_N, readings.input_angle_deg
+    preload = 0.0 if readings.preload_N is None else readings.preload_N
+    loads = readings.torque_Nm, preload, readings.input_angle_deg
     angles = solve_many(drive, *loads, progress=progress)
     if len(readings) > _SEARCHED:
         return angles, np.full(len(readings), "")
@@ -471,8 +474,13 @@ Division = tuple[str, str, float | None, float | None, Mask]
 
 
 def _divisions(readings: Readings) -> Iterator[Division]:
-    assert readings.preload_N is not None
-    yield from _of_numbers("preload_N", readings.preload_N, _MOST_LEVELS)
+    if readings.preload_N is not None:
+        yield from _of_numbers("preload_N", readings.preload_N, _MOST_LEVELS)
+    if readings.preload_step is not None:
+        for step in np.unique(readings.preload_step):
+            rows = readings.preload_step == step
+            if not rows.all():
+                yield "preload_step", str(step), None, None, rows
     yield from _of_numbers("torque_Nm", readings.torque_Nm, _MOST_TORQUES)
     direction = readings.direction()
     for value, label in ((1, "rising"), (-1, "falling"), (0, "held")):

@@ -33,6 +33,7 @@ from cbpt.lab.noise import (
     log_likelihood,
     log_scale_prior,
 )
+from cbpt.lab.reach import library_of
 
 Floats = NDArray[np.float64]
 _STEPS = 12
@@ -128,16 +129,17 @@ class Fit:
 class Fitter:
     """Fits hypotheses to one campaign: the library assembled once, every effect once."""
 
-    def __init__(self, campaign: Campaign, variants: Sequence[Variant] = VARIANTS) -> None:
+    def __init__(self, campaign: Campaign, variants: Sequence[Variant] | None = None) -> None:
         self.campaign = campaign
         balls = campaign.balls
         # What the case has already may turn out to be less.
         given = {effect for effect, _ in campaign.effects}
-        fitting = (v for v in variants if _needed(campaign, v))
+        self.library = tuple(library_of(campaign) if variants is None else variants)
+        fitting = (v for v in self.library if _needed(campaign, v))
         self.variants = tuple(
             replace(v, signed=True) if v.effect in given else v for v in fitting
-        ) + lots(balls)
-        self.effects = (*dict.fromkeys([*PRIORS, *(v.effect for v in self.variants)]),)
+        ) + (lots(balls) if balls else ())
+        self.effects = (*dict.fromkeys([*campaign.priors, *(v.effect for v in self.variants)]),)
         # Every ball of a lot is an instance of its own; they come last, one after the other.
         self.effects += (LOT,) * (balls - 1)
         self.model = Assembled(campaign, self.effects)
@@ -148,6 +150,11 @@ class Fitter:
         if campaign.step_arcsec:
             # Rounding errors hide how much they scatter; what is stated stands.
             self.stated_dof = FIXED_DOF
+        # Play and friction of a torsion spring are no small change: a fit needs more steps, and how
+        # it begins does not say how it ends.
+        large = campaign.drive.kind == "torsion_spring"
+        self.steps = 4 * _STEPS if large else _STEPS
+        self.hopeless = np.inf if large else HOPELESS
         self.bars: dict[Noise, float] = {}
         """The smallest misfit reached under a noise; a fit that cannot come near it is not
         polished.
@@ -173,11 +180,12 @@ class Fitter:
                 variant.sizes, variant.ratios or (1.0,) * len(variant.sizes), strict=True
             ):
                 i, name = self._parameter(variant.effect, size)
+                bounds = self._bounds(i)
+                if variant.scaled:
+                    bounds = self._scaled(i, variant, ratio)
                 neutral, unit = float(self.model.neutral[i]), variant.low * ratio
                 sd, owner = (variant.spread, -1) if variant.spread else (np.inf, number)
-                found.append(
-                    Unknown(i, name, neutral, sd, *self._bounds(i), unit=unit, size_of=owner)
-                )
+                found.append(Unknown(i, name, neutral, sd, *bounds, unit=unit, size_of=owner))
             for shape in variant.shapes:
                 i, name = self._parameter(variant.effect, shape.name)
                 found.append(_unknown_of_shape(i, name, shape))
@@ -193,6 +201,13 @@ class Fitter:
         room = 0.0 if low * high > 0 else 2.0 * (high - low)
         low = max(min(low, neutral) - room, self.model.lower[index])
         return float(low), float(min(max(high, neutral) + room, self.model.upper[index]))
+
+    def _scaled(self, index: int, variant: Variant, ratio: float) -> tuple[float, float]:
+        """Bounds of a size whose range is the variant's own: three times what is plausible."""
+        neutral = float(self.model.neutral[index])
+        reach = 3.0 * variant.high * ratio
+        low = max(neutral - reach, float(self.model.lower[index])) if variant.signed else neutral
+        return min(low, neutral), min(neutral + reach, float(self.model.upper[index]))
 
     def start(self, hypothesis: Hypothesis, sizes: dict[str, float]) -> Floats:
         """Neutral values, but for `sizes` by parameter (`effect.name`) and what a variant fixes."""
@@ -234,7 +249,7 @@ class Fitter:
         if point is None:
             return None
         search = _Search(self, unknowns, noise, 0.0, hypothesis.variants)
-        bar = self.bars.get(noise, np.inf) + HOPELESS
+        bar = self.bars.get(noise, np.inf) + self.hopeless
         point, converged = search.run(point, bar)
         reached = search.objective(point)
         self.bars[noise] = min(reached, self.bars.get(noise, np.inf))
@@ -391,7 +406,7 @@ class _Search:
         `bar`.
         """
         value = self.objective(point)
-        for number in range(_STEPS):
+        for number in range(self.fitter.steps):
             step, promised = self.step(point)
             if promised < _ENOUGH:
                 return point, True

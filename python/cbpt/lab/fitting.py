@@ -110,6 +110,7 @@ def fit(
     *,
     columns: Mapping[str, str] | None = None,
     sheet: str | None = None,
+    only: Mapping[str, Any] | None = None,
 ) -> Fitted:
     """Fit effects of the library to readings, the numbers of the drive within their stated
     uncertainties.
@@ -121,7 +122,7 @@ def fit(
     effects = [effects] if isinstance(effects, str) else list(effects)
     if not effects:
         raise InvalidInputError("effects: name at least one effect to fit, see cbpt effects")
-    case, readings = case_and_readings(case, data, columns, sheet)
+    case, readings = case_and_readings(case, data, columns, sheet, only)
     if isinstance(case, Drive):
         case = Case.from_toml(case.to_toml())
     with threadpool_limits(1, user_api="blas"):

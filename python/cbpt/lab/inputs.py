@@ -30,6 +30,8 @@ def case_and_readings(
     data: Readings | str | os.PathLike[str] | Mapping[str, ArrayLike],
     columns: Mapping[str, str] | None = None,
     sheet: str | None = None,
+    only: Mapping[str, Any] | None = None,
+    by: str | None = None,
 ) -> tuple[Case | Drive, Readings]:
     """The case, and the readings with what the case fills in: lever arm, preload, input angle."""
     case = case_of(case)
@@ -39,7 +41,17 @@ def case_and_readings(
         load = {"preload_N": case.preload_N, "input_angle_deg": case.input_angle_deg}
         fill = {name: value for name, value in load.items() if value is not None}
     if not isinstance(data, Readings):
+        spring = (case.drive if isinstance(case, Case) else case).kind == "torsion_spring"
         data = read_readings(
-            data, lever_arm_mm=lever_arm_mm, columns=columns, sheet=sheet, fill=fill
+            data,
+            lever_arm_mm=lever_arm_mm,
+            columns=columns,
+            sheet=sheet,
+            need_preload=not spring,
+            fill=fill,
+            only=only,
+            by=by,
         )
+    elif only or by:
+        raise TypeError("only and by are read with the table: pass a path or columns, not Readings")
     return case, data

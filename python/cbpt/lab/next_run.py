@@ -298,6 +298,8 @@ def ranked(d: Diagnosis, limits: Limits | None = None, most: int = CANDIDATES) -
 
 def next_run(d: Diagnosis) -> dict[str, Any] | None:
     """The best run for rivals, as the answer's document has it; None where there are none."""
+    if d.competition.campaign.drive.kind != "ball_drive":
+        return None  # how far a torsion spring may be loaded is not known
     if not d.verdict.rivals:
         return None
     found = ranked(d)

@@ -57,7 +57,9 @@ class Readings:
     place: what `line` counts, "line" or "row".
     source: the path (with the sheet where there are several), or "<data>".
     sha256: of the bytes of the file (of data: of names and values).
+    preload_step: labels, int64 or str, of a preload that was set but not measured.
     extra: the other numeric columns under their own names, NaN where a cell is empty.
+    labels: the cells of the columns that were asked for by `only` or `by`, as text.
     """
 
     torque_Nm: Floats
@@ -73,7 +75,9 @@ class Readings:
     source: str = "<data>"
     sha256: str = ""
     notes: tuple[str, ...] = ()
+    preload_step: NDArray[Any] | None = None
     extra: dict[str, Floats] = field(default_factory=dict)
+    labels: dict[str, NDArray[np.str_]] = field(default_factory=dict)
     place: str = "row"
     run_index: Ints = field(init=False)
 
@@ -150,6 +154,7 @@ class Readings:
 
         kept = {f.name: part(getattr(self, f.name)) for f in dataclasses.fields(self) if f.init}
         kept["extra"] = {name: part(values) for name, values in self.extra.items()}
+        kept["labels"] = {name: part(values) for name, values in self.labels.items()}
         return Readings(**kept)
 
 
@@ -170,6 +175,8 @@ def read_readings(
     sheet: str | None = None,
     need_preload: bool = True,
     fill: Mapping[str, float] | None = None,
+    only: Mapping[str, Any] | None = None,
+    by: str | None = None,
 ) -> Readings:
     """Read a table of readings.
 
@@ -186,6 +193,9 @@ def read_readings(
     fill: what to take for every reading where the table has no such column: `preload_N`,
         `input_angle_deg`. A note tells where it was taken. A plan has no angles yet and fills
         `elastic_angle_arcsec` with NaN.
+    only: which readings to take, {"design": "conic", "preload_step": 3}: those whose cells in all
+        of these columns say so, as text or as a number.
+    by: a column whose cells are kept as `labels`, to divide the readings by.
 
     Torque and elastic angle (or sensor displacement) are needed, in the units of
     `cbpt.lab.units`. A run that is out of time order is sorted, which a note tells.
@@ -201,7 +211,36 @@ def read_readings(
         table = read_file(source, sheet, columns)
     else:
         table = read_columns(source)
-    return _Reader(table, columns, lever_arm_mm, need_preload, fill or {}).read()
+    reader = _Reader(table, columns, lever_arm_mm, need_preload, fill or {})
+    reader.kept = tuple(dict.fromkeys([*(only or {}), *([by] if by else [])]))
+    return _only(reader.read(), only or {})
+
+
+def _only(readings: Readings, only: Mapping[str, Any]) -> Readings:
+    """The readings whose labels are as asked."""
+    rows = np.ones(len(readings), dtype=bool)
+    for column, wanted in only.items():
+        labels = readings.labels[column]
+        same = np.array([_same(label, str(wanted)) for label in labels.tolist()], dtype=bool)
+        if not (rows & same).any():
+            found = ", ".join(dict.fromkeys(labels[rows].tolist()))
+            raise ReadingsError.of_column(
+                readings.source, column, f"only {found}", f"readings of {column} = {wanted}"
+            )
+        rows &= same
+    if rows.all():
+        return readings
+    told = ", ".join(f"{column} = {wanted}" for column, wanted in only.items())
+    note = f"{np.count_nonzero(rows)} of {len(rows)} readings, those of {told}"
+    return dataclasses.replace(readings.select(rows), notes=(*readings.notes, note))
+
+
+def _same(label: str, wanted: str) -> bool:
+    """Whether two cells say the same, as text or as numbers."""
+    try:
+        return label == wanted or float(label) == float(wanted)
+    except ValueError:
+        return False
 
 
 def _name(source: object) -> str:
@@ -254,11 +293,14 @@ class _Reader:
         self.fill = {_COLUMNS[name]: value for name, value in fill.items()}
         self.mistakes: list[Mistake] = []
         self.notes = list(table.notes)
+        self.kept: tuple[str, ...] = ()
 
     def read(self) -> Readings:
         uses = self.assign()
-        run = uses.get("run")
-        loaded = self.table.load({run.index} if run else ())
+        run, step = uses.get("run"), uses.get("preload_step")
+        kept = self.columns_kept(uses)
+        as_text = {use.index for use in (run, step) if use} | set(kept.values())
+        loaded = self.table.load(as_text)
         self.mistakes += loaded.mistakes
         if not len(loaded.lines) and not loaded.mistakes:
             self.wrong("", "no rows under the headers", "a row for each reading")
@@ -267,7 +309,13 @@ class _Reader:
         self.stop_if_wrong()  # what follows needs whole columns
         values = {key: self.in_own_unit(use, loaded) for key, use in uses.items()}
         labels = self.labels(loaded.columns[run.index]) if run else np.ones(len(loaded.lines), int)
-        readings = self.build(values, labels, self.extra(uses, loaded), loaded.lines)
+        extra = self.extra(uses, loaded, set(kept.values()))
+        readings = self.build(values, labels, extra, loaded.lines)
+        readings = dataclasses.replace(
+            readings,
+            preload_step=self.labels(loaded.columns[step.index]) if step else None,
+            labels={name: np.array(loaded.columns[i].text) for name, i in kept.items()},
+        )
         readings = self.in_time(readings, has_runs=run is not None)
         self.stop_if_wrong()
         if run and readings.run_index.max() == 0:
@@ -329,6 +377,17 @@ class _Reader:
         self.notes += [f"read {', '.join(told)}"] if told else []
         self.notes += [f"{name!r} is kept as extra: {hint}" for name, hint in hints.items() if hint]
         return uses
+
+    def columns_kept(self, uses: dict[str, _Use]) -> dict[str, int]:
+        """Where the columns stand whose cells are wanted as text, by header or by quantity."""
+        headers = self.table.headers
+        places = {use.quantity.column: use.index for use in uses.values()}
+        places |= {header: index for index, header in enumerate(headers)}
+        for name in self.kept:
+            if name not in places:
+                known = ", ".join(map(repr, headers))
+                self.wrong(name, "no such column", f"one of the headers {known}")
+        return {name: places[name] for name in self.kept if name in places}
 
     def understand(self, name: str, below: str) -> Header:
         """What a header means: as `columns` state it, else as it reads."""
@@ -403,9 +462,9 @@ class _Reader:
         if column.clock and use.quantity.kind not in ("", "time"):
             wrong["a number, not a date or a duration"] = list(range(len(column.numbers)))
         for row, cell in column.odd.items():
-            if key == "run":
+            if key in {"run", "preload_step"}:
                 if cell == "" or cell.casefold() == "nan":
-                    wrong.setdefault("the label of a run", []).append(row)
+                    wrong.setdefault(f"the label of a {key.replace('_', ' ')}", []).append(row)
             elif _is_boundless(cell):
                 wrong.setdefault("a finite number", []).append(row)
             else:
@@ -440,16 +499,18 @@ class _Reader:
             return np.array([whole[text] for text in column.text], dtype=np.int64)
         return np.array([str(whole.get(text, text)) for text in column.text], dtype=np.str_)
 
-    def extra(self, uses: dict[str, _Use], loaded: Loaded) -> dict[str, Floats]:
+    def extra(self, uses: dict[str, _Use], loaded: Loaded, kept: set[int]) -> dict[str, Floats]:
         """The columns without a use: numbers are kept, for anything else there is a note."""
         used = {use.index for use in uses.values()}
-        kept: dict[str, Floats] = {}
+        found: dict[str, Floats] = {}
         for index, column in enumerate(loaded.columns):
             name = self.table.headers[index] or f"column {index + 1}"
             filled = {row: cell for row, cell in column.odd.items() if cell}
             if index in used or (not filled and len(column.odd) == len(column.numbers)):
                 continue
             text = next((row for row, cell in filled.items() if not _is_boundless(cell)), None)
+            if text is not None and index in kept:
+                continue
             if column.clock:
                 hint = f"if it is the time of the readings, columns={{{name!r}: 'time_s'}}"
                 self.notes.append(f"ignored column {name!r}: dates or durations; {hint}")
@@ -460,8 +521,8 @@ class _Reader:
                 continue
             for row, cell in filled.items():  # nan and inf
                 column.numbers[row] = float(cell)
-            kept[name] = column.numbers
-        return kept
+            found[name] = column.numbers
+        return found
 
     # --- the readings ---------------------------------------------------------------------
 

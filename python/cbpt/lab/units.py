@@ -197,6 +197,7 @@ CONTRACT: tuple[Quantity, ...] = (
         _names("u, u alpha, u α, sigma, σ, sigma alpha, σ α"),
     ),
     Quantity("cycle", "", "", _names("cycle, cycle no, cycle number")),
+    Quantity("preload_step", "", "", _names("preload step, preload setting, preload stage")),
     Quantity(
         "sensor_displacement",
         "length",

@@ -55,6 +55,14 @@ fn head(spec: &Spec, end: &str) -> String {
         format!("Tell-tale: {}", spec.tell_tale),
         format!("Source: {}", spec.source),
     ];
+    match (spec.suits_ball_drives(), spec.suits_springs(false), spec.suits_springs(true)) {
+        (true, true, _) => lines.push("Of ball drives, and of torsion springs".to_owned()),
+        (true, false, true) => {
+            lines.push("Of ball drives, and of torsion springs that have a reference_radius".to_owned());
+        }
+        (true, ..) => lines.push("Of ball drives only".to_owned()),
+        (false, ..) => lines.push("Of torsion springs only".to_owned()),
+    }
     if !spec.twins.is_empty() {
         lines.push(format!("No torque-angle data tell it from: {}", spec.twins.join(", ")));
     }
