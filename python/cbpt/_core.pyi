@@ -771,7 +771,7 @@ def run_command_line(arguments: SupportsGetItem[int, str]) -> int:
     Runs the Rust verbs of the command line (program name first) and returns the exit code.
     """
 
-def solve_angles(drive: Drive, torque_Nm: NDArray[float64], preload_N: NDArray[float64], input_angle_rad: NDArray[float64], shape: SupportsGetItem[int, SupportsIndex], progress: Any | None = None) -> tuple[NDArray[float64], NDArray[float64], NDArray[float64], NDArray[float64], list[str]]:
+def solve_angles(drive: Drive, torque_Nm: NDArray[float64], preload_N: NDArray[float64], input_angle_rad: NDArray[float64], shape: SupportsGetItem[int, SupportsIndex], progress: Any | None = None) -> tuple[NDArray[float64], NDArray[float64], NDArray[float64], NDArray[float64], NDArray[uint8], list[str]]:
     """
     Solves a drive for arrays of torque (N m), preload (N) and input angle (rad), all of shape (n,), on all cores;
     ``shape`` is that of the n loads in C order.
@@ -779,7 +779,8 @@ def solve_angles(drive: Drive, torque_Nm: NDArray[float64], preload_N: NDArray[f
     A torsion spring takes a preload of 0 for none and has its whole angle in the first part.
 
     Returns the parts of the deceleration and the equal-speed pair (rad), the scaled residual, the hold preload (N, NaN
-    unless the status is ``beyond_hold``) and the status, each of length n; NaN where there is no solution. Raises
+    unless the status is ``beyond_hold``) and which of the names that follow is the status, each of length n; NaN where there
+    is no solution. Raises
     ``InvalidInputError`` with the index of a number that cannot be; Ctrl-C stops it. ``progress``, where given, is called
     now and then with the number of loads solved.
     """

@@ -105,7 +105,7 @@ def solve_many(
     shape = torque.shape
     t, n, a = (np.ascontiguousarray(x).reshape(-1) for x in (torque, preload, np.deg2rad(angle)))
     report = None if progress is None else lambda done: progress(done, torque.size)
-    deceleration, equal_speed, residual, hold, status = solve_angles(
+    deceleration, equal_speed, residual, hold, code, names = solve_angles(
         drive, t, n, a, list(shape), report
     )
     return Angles(
@@ -116,7 +116,7 @@ def solve_many(
         alpha_equal_speed_rad=equal_speed.reshape(shape),
         residual=residual.reshape(shape),
         hold_preload_N=hold.reshape(shape),
-        status=np.array(status, dtype=np.str_).reshape(shape),
+        status=np.array(names, dtype=np.str_)[code].reshape(shape),
     )
 
 

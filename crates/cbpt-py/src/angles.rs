@@ -10,8 +10,15 @@ use crate::case::Drive;
 use crate::error::invalid_input;
 use crate::interrupt::without_gil;
 
-type Columns<'py> =
-    (Column<'py, f64>, Column<'py, f64>, Column<'py, f64>, Column<'py, f64>, Vec<&'static str>);
+/// Two angles, the residual, the hold preload, the place of the status in the names that follow.
+type Columns<'py> = (
+    Column<'py, f64>,
+    Column<'py, f64>,
+    Column<'py, f64>,
+    Column<'py, f64>,
+    Column<'py, u8>,
+    Vec<&'static str>,
+);
 
 /// Solves a drive for arrays of torque (N m), preload (N) and input angle (rad), all of shape (n,), on all cores;
 /// ``shape`` is that of the n loads in C order.
@@ -19,7 +26,8 @@ type Columns<'py> =
 /// A torsion spring takes a preload of 0 for none and has its whole angle in the first part.
 ///
 /// Returns the parts of the deceleration and the equal-speed pair (rad), the scaled residual, the hold preload (N, NaN
-/// unless the status is ``beyond_hold``) and the status, each of length n; NaN where there is no solution. Raises
+/// unless the status is ``beyond_hold``) and which of the names that follow is the status, each of length n; NaN where there
+/// is no solution. Raises
 /// ``InvalidInputError`` with the index of a number that cannot be; Ctrl-C stops it. ``progress``, where given, is called
 /// now and then with the number of loads solved.
 #[pyfunction]
@@ -66,12 +74,24 @@ pub fn solve_angles<'py>(
             _ => f64::NAN,
         }),
     );
+    let mut names: Vec<&'static str> = Vec::new();
+    let mut codes: Vec<u8> = Vec::with_capacity(rows.len());
+    for (status, _) in &rows {
+        let known = names.iter().position(|name| *name == status.name());
+        // There are six statuses.
+        #[allow(clippy::cast_possible_truncation)]
+        codes.push(known.unwrap_or(names.len()) as u8);
+        if known.is_none() {
+            names.push(status.name());
+        }
+    }
     Ok((
         column(&|angles| angles.deceleration_rad),
         column(&|angles| angles.equal_speed_rad),
         column(&|angles| angles.residual),
         hold,
-        rows.iter().map(|(status, _)| status.name()).collect(),
+        Column::new(py, codes),
+        names,
     ))
 }
 

@@ -42,15 +42,15 @@ pub fn wall_contacts(
 fn along_per_m(
     groove: &GrooveSection,
     curvature_per_m: f64,
-    contact_angle_rad: f64,
+    cos_beta: f64,
     track: TrackCurvature,
 ) -> Option<f64> {
     let straight = 1.0 / groove.ball_radius_m;
     if track == TrackCurvature::Neglect {
         return Some(straight);
     }
-    let room = remaining_room(groove, curvature_per_m, contact_angle_rad);
-    (room > 0.0).then(|| straight + curvature_per_m * contact_angle_rad.cos() / room)
+    let room = room_at(groove, curvature_per_m, cos_beta);
+    (room > 0.0).then(|| straight + curvature_per_m * cos_beta / room)
 }
 
 /// d ln k / d beta of a wall's `contact`, made by [`wall_contact`] of the same numbers, 1/rad: along the track the
@@ -78,5 +78,9 @@ fn across_per_m(groove: &GrooveSection) -> f64 {
 
 /// 1 - kappa r cos(beta): what the track's curvature leaves of a wall; 0 or less means that the wall is missing.
 pub fn remaining_room(groove: &GrooveSection, curvature_per_m: f64, contact_angle_rad: f64) -> f64 {
-    1.0 - curvature_per_m * groove.ball_radius_m * contact_angle_rad.cos()
+    room_at(groove, curvature_per_m, contact_angle_rad.cos())
+}
+
+fn room_at(groove: &GrooveSection, curvature_per_m: f64, cos_beta: f64) -> f64 {
+    1.0 - curvature_per_m * groove.ball_radius_m * cos_beta
 }

@@ -13,7 +13,7 @@ use pulp::{Arch, Simd, WithSimd};
 use super::{HertzContact, curvature_mismatch, ellipticity};
 
 /// Contacts in one go.
-const BLOCK: usize = 64;
+const BLOCK: usize = 16;
 /// Ratios of curvatures for which the lanes are exact: nearer to a circle, differences of the integrals lose digits.
 const LEAST_RATIO: f64 = 1.05;
 const OCTAVES: u64 = 13;
@@ -29,16 +29,12 @@ impl HertzContact {
     pub fn many(curvatures_per_m: &[f64], other_per_m: f64, contact_modulus_Pa: f64) -> Vec<Option<Self>> {
         let arch = Arch::new();
         let mut contacts = Vec::with_capacity(curvatures_per_m.len());
+        let mut block = Block::new();
         for curvatures in curvatures_per_m.chunks(BLOCK) {
-            let mut block = Block::new();
             for (place, &curvature) in curvatures.iter().enumerate() {
                 block.set(place, curvature, other_per_m);
             }
-            arch.dispatch(Shapes { block: &mut block, count: curvatures.len() });
-            arch.dispatch(
-                #[inline(always)]
-                || block.scale(contact_modulus_Pa),
-            );
+            arch.dispatch(Contacts { block: &mut block, count: curvatures.len(), contact_modulus_Pa });
             // Room for the cubes again; a modulus that is no number must not come out as a contact.
             let usable = contact_modulus_Pa > 1e-3 && contact_modulus_Pa < 1e20;
             contacts.extend(curvatures.iter().enumerate().map(|(place, &curvature)| {
@@ -122,6 +118,7 @@ impl Block {
     // The piece lies in the table because the ratio does, and 2^47 is a number.
     #[allow(clippy::cast_possible_truncation)]
     fn set(&mut self, place: usize, a_per_m: f64, b_per_m: f64) {
+        self.known[place] = false;
         let ratio = if a_per_m > b_per_m { a_per_m / b_per_m } else { b_per_m / a_per_m };
         // Curvatures of that size leave room for the cubes; anything else, no number among it, is not known here.
         let ordinary = |curvature: f64| curvature > 1e-9 && curvature < 1e12;
@@ -141,9 +138,9 @@ impl Block {
 
     /// From shapes to contacts: with z = (2 pi/3 E* kappa)^2 2 E/(c1 + c2), k^(-2/3) = K z^(-1/3).
     #[inline(always)]
-    fn scale(&mut self, contact_modulus_Pa: f64) {
+    fn scale(&mut self, contact_modulus_Pa: f64, count: usize) {
         let factor = 2.0 * PI / 3.0 * contact_modulus_Pa;
-        for i in 0..BLOCK {
+        for i in 0..count.min(BLOCK) {
             let (kappa, e) = (self.shape[i], self.e[i]);
             let both = factor * kappa;
             let compliance = self.k[i] * inverse_cbrt(both * both * 2.0 * e / self.sum_per_m[i]);
@@ -165,13 +162,14 @@ impl Block {
     }
 }
 
-/// Finds the shapes of the first `count` contacts of a block.
-struct Shapes<'a> {
+/// Makes the first `count` contacts of a block.
+struct Contacts<'a> {
     block: &'a mut Block,
     count: usize,
+    contact_modulus_Pa: f64,
 }
 
-impl WithSimd for Shapes<'_> {
+impl WithSimd for Contacts<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -183,6 +181,7 @@ impl WithSimd for Shapes<'_> {
         for v in 0..self.count.div_ceil(S::F64_LANES) {
             (shapes[v], ks[v], es[v]) = shape(simd, ratios[v], shapes[v]);
         }
+        self.block.scale(self.contact_modulus_Pa, self.count);
     }
 }
 
@@ -223,8 +222,7 @@ fn shape<S: Simd>(simd: S, ratio: S::f64s, start: S::f64s) -> (S::f64s, S::f64s,
     let e = mul(k, sub(one, missing));
     let (b, d) = (mul(k, sub(half_m, sum)), mul(k, missing));
 
-    let found = div(b, mul(complement, d));
-    let off = sub(div(found, ratio), one);
+    let off = sub(div(b, mul(mul(complement, d), ratio)), one);
     let slope = add(number(2.0), sub(div(mul(complement, k), b), div(e, d)));
     let log = mul(off, simd.negate_mul_add_e_f64s(half, off, one));
     let step = div(log, slope);

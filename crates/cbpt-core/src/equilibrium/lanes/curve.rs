@@ -20,6 +20,7 @@ const LOADS_PER_PIECE: usize = 16;
 pub struct Curve {
     per_holding_arm: f64,
     pieces_per_t: f64,
+    floats_sideways: bool,
     /// Coefficients in the place inside a piece (0 to 1), lowest power first, of each unknown.
     pieces: Vec<[[f64; 4]; 3]>,
 }
@@ -45,9 +46,9 @@ impl Curve {
             for some in nodes.chunks(BATCH) {
                 let mut batch = Batch::new();
                 for (lane, t) in some.iter().enumerate() {
-                    let pivot = sign * holding_arm * t * (2.0 - t);
-                    batch.set(lane, pivot, start(pivot));
+                    batch.set_pivot(lane, sign * holding_arm * t * (2.0 - t));
                 }
+                batch.start(some.len(), start);
                 kernel::run(contacts, pair.floats_sideways, &mut batch, some.len());
                 for (lane, t) in some.iter().enumerate() {
                     let found = batch.found(lane);
@@ -61,6 +62,7 @@ impl Curve {
             Some(Self {
                 per_holding_arm: 1.0 / holding_arm,
                 pieces_per_t: 1.0 / step,
+                floats_sideways: pair.floats_sideways,
                 pieces: points.windows(2).map(|ends| hermite(ends[0], ends[1])).collect(),
             })
         };
@@ -78,7 +80,9 @@ impl Curve {
         let place = (1.0 - left.sqrt()) * self.pieces_per_t;
         let piece = (place as usize).min(self.pieces.len() - 1);
         let s = place - piece as f64;
-        self.pieces[piece].map(|c| c[0] + s * (c[1] + s * (c[2] + s * c[3])))
+        let cubic = |c: &[f64; 4]| c[0] + s * (c[1] + s * (c[2] + s * c[3]));
+        let [approach, rotation, sideways] = &self.pieces[piece];
+        [cubic(approach), cubic(rotation), if self.floats_sideways { cubic(sideways) } else { 0.0 }]
     }
 }
 

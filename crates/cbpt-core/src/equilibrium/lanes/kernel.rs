@@ -84,10 +84,18 @@ impl Batch {
         }
     }
 
-    pub fn set(&mut self, lane: usize, pivot: f64, start: [f64; 3]) {
+    pub fn set_pivot(&mut self, lane: usize, pivot: f64) {
         self.pivot[lane] = pivot;
-        for (of_all, value) in self.x.iter_mut().zip(start) {
-            of_all[lane] = value;
+    }
+
+    /// Starts the first `count` lanes.
+    #[inline(always)]
+    pub fn start(&mut self, count: usize, from: impl Fn(f64) -> [f64; 3]) {
+        for lane in 0..count {
+            let start = from(self.pivot[lane]);
+            for i in 0..3 {
+                self.x[i][lane] = start[i];
+            }
         }
     }
 

@@ -21,7 +21,7 @@ mod powers;
 
 use std::sync::OnceLock;
 
-use super::solve::{existence, smallness, solve_ready};
+use super::solve::{smallness, solve_ready};
 use super::{ReadyPair, State};
 use crate::pair::{HERTZ_EXPONENT, MeshingPoints};
 use crate::status::Status;
@@ -64,6 +64,7 @@ pub struct LanePair {
     approach_at_1N_m: f64,
     /// By which the arms are scaled, m.
     torque_scale_m: f64,
+    per_torque_scale: f64,
     /// How many loads were announced.
     loads: usize,
     /// For torques to the negative and to the positive side.
@@ -86,6 +87,7 @@ impl LanePair {
         };
         let approach_at_1N_m = pair.rigid_approach_m(1.0);
         Self {
+            per_torque_scale: 1.0 / torque_scale_m,
             pair,
             contacts,
             approach_at_1N_m,
@@ -110,24 +112,27 @@ impl LanePair {
         preload_powers: &[f64],
         outcomes: &mut [LaneOutcome],
     ) {
+        let loads = torque_Nm.iter().zip(preload_N).take(if self.contacts.is_empty() { 0 } else { BATCH });
         let mut batch = kernel::Batch::new();
-        let loads = torque_Nm.iter().zip(preload_N).take(BATCH);
+        let mut held = [false; BATCH];
+        let mut sides = [false; 2];
         let mut count = 0;
-        if !self.contacts.is_empty() {
-            for (&torque, &preload) in loads.clone() {
-                // A load that is not held is asked about below; meanwhile its lane must only do no harm.
-                let held = self.holds(torque, preload);
-                let pivot = if held { torque / preload / self.torque_scale_m } else { 0.0 };
-                batch.set(count, pivot, self.start(pivot));
-                count += 1;
-            }
-            kernel::run(&self.contacts, self.pair.floats_sideways, &mut batch, count);
+        for (&torque, &preload) in loads {
+            // A load that is not held is asked about below; meanwhile its lane must only do no harm.
+            held[count] = self.holds(torque, preload);
+            let pivot = if held[count] { torque / preload * self.per_torque_scale } else { 0.0 };
+            batch.set_pivot(count, pivot);
+            sides[usize::from(pivot >= 0.0)] = true;
+            count += 1;
         }
-        for (lane, (((&torque, &preload), &power), outcome)) in
-            loads.zip(preload_powers).zip(outcomes).enumerate()
-        {
-            let found = (lane < count && self.holds(torque, preload)).then(|| batch.found(lane));
-            *outcome = self.outcome(torque, preload, power, found);
+        let curves = [self.curve(0, sides[0]), self.curve(1, sides[1])];
+        batch.start(count, |pivot| {
+            curves[usize::from(pivot >= 0.0)].map_or(kernel::COLD, |curve| curve.at(pivot))
+        });
+        kernel::run(&self.contacts, self.pair.floats_sideways, &mut batch, count);
+        let loads = torque_Nm.iter().zip(preload_N).zip(preload_powers).zip(outcomes);
+        for (lane, (((&torque, &preload), &power), outcome)) in loads.take(BATCH).enumerate() {
+            *outcome = self.outcome(torque, preload, power, held[lane].then(|| batch.found(lane)));
         }
     }
 
@@ -142,13 +147,10 @@ impl LanePair {
         preload_power: f64,
         found: Option<kernel::Found>,
     ) -> LaneOutcome {
-        if let Err(status) = existence(&self.pair, torque_Nm, preload_N) {
-            return LaneOutcome { status, rotation_rad: f64::NAN, residual: f64::NAN, steps: 0 };
-        }
         if let Some(kernel::Found { pivot, x, residual, steps }) = found.filter(kernel::Found::is_solved) {
             let approach_m = self.approach_at_1N_m * preload_power;
             let state = State {
-                rotation_rad: x[1] * approach_m / self.torque_scale_m,
+                rotation_rad: x[1] * approach_m * self.per_torque_scale,
                 sideways_m: x[2] * approach_m / self.pair.largest_cot,
                 pivot_approach_m: x[0] * approach_m,
                 pivot_m: pivot * self.torque_scale_m,
@@ -167,16 +169,15 @@ impl LanePair {
         }
     }
 
-    /// Where the iteration starts for a scaled pivot: on the curve, or plates pressed together.
-    fn start(&self, pivot: f64) -> [f64; 3] {
-        let side = usize::from(pivot >= 0.0);
-        let curve = || {
-            let sign = if side == 1 { 1.0 } else { -1.0 };
-            Curve::new(&self.pair, &self.contacts, sign, self.torque_scale_m, self.loads)
-        };
-        let known =
-            if self.loads >= CURVE_PAYS_FROM { self.curves[side].get_or_init(curve).as_ref() } else { None };
-        known.map_or(kernel::COLD, |curve| curve.at(pivot))
+    /// The curve to one side, where loads ask for it and are many enough.
+    fn curve(&self, side: usize, asked: bool) -> Option<&Curve> {
+        let sign = if side == 1 { 1.0 } else { -1.0 };
+        let make = || Curve::new(&self.pair, &self.contacts, sign, self.torque_scale_m, self.loads);
+        if asked && self.loads >= CURVE_PAYS_FROM {
+            self.curves[side].get_or_init(make).as_ref()
+        } else {
+            None
+        }
     }
 }
 
