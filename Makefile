@@ -6,7 +6,7 @@ OUT    := out
 export CARGO_TARGET_DIR := $(CURDIR)/target
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help build demo test rust python package wheel bench instructions format clean
+.PHONY: help build demo test rust python package wheel bench trial instructions format clean
 help:  ## this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
 
@@ -63,6 +63,9 @@ bench: build $(VENV)/benched  ## speed beside fsolve, NumPy, numba and C, ratios
 	cargo build --release --quiet -p cbpt-cli
 	$(PYTHON) benches/peers.py
 	$(PYTHON) benches/diagnosis.py
+
+trial: build  ## the diagnosis scored on campaigns with a hidden effect, at full length (an hour or two): docs/trial.md
+	$(PYTHON) benches/trial.py --sets 60 --null-sets 400 --quiet --page docs/trial.md --json out/trial.json
 
 instructions:  ## instructions of the hot loops against what is kept, by callgrind
 	python3 benches/instructions.py

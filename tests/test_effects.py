@@ -175,7 +175,7 @@ def values_of(found: _core.Predictor, numbers: list[Values]) -> Floats:
 
 
 def test_every_effect_that_the_rig_has_is_compared() -> None:
-    ids = [spec.id for spec in _core.effect_specs()]
+    ids = [spec.id for spec in _core.effect_specs() if "ball_drive" in spec.reducers]
     assert set(SAME) == set(ids) - {"run_offset"} == set(LIBRARY) - {"run_offset"}
 
 

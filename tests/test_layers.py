@@ -93,6 +93,8 @@ CORE_USES: dict[str, set[str]] = {
     "status": set(),
     "period": set(),
     "drive": {"error"},
+    "torsion_spring": {"error", "status"},
+    "reducer": {"drive", "effect", "torsion_spring"},
     "hertz": set(),
     "geometry": {"drive", "hertz"},
     "solver": {"error"},
@@ -102,7 +104,7 @@ CORE_USES: dict[str, set[str]] = {
     "effect": {"pair"},
     "predict": {
         *("drive", "effect", "error", "geometry", "pair", "equilibrium", "status"),
-        *("transmission", "sweep"),
+        *("reducer", "torsion_spring", "transmission", "sweep"),
     },
     "preload": {"drive", "geometry", "pair", "equilibrium", "period", "transmission"},
     "extremes": {
@@ -199,11 +201,12 @@ def imports(name: str) -> Imports:
 
 
 # The part of the package that a module belongs to, the lowest first.
-RANKS = ("_core", "errors", "results", "lab", "page", "verbs", "commands")
+RANKS = ("_core", "errors", "results", "lab", "page", "verbs", "plan_verbs", "commands")
 # The one step up: methods that hand their object on when they are called, never on import.
 UPWARDS = {
     ("cbpt.lab.compare", "cbpt.page.comparison_figure"),
     ("cbpt.lab.answer", "cbpt.page.diagnosis_figure"),
+    ("cbpt.lab.isolability", "cbpt.page.isolability_figure"),
 }
 
 

@@ -190,7 +190,7 @@ def test_headers(header: str, key: str, symbol: str) -> None:
 
 @pytest.mark.parametrize(
     "header",
-    ["U [V]", "M [kg]", "commanded_torque_Nm", "preload_step", "angle_deg", "T_amb", "F [N]", ""],
+    ["U [V]", "M [kg]", "commanded_torque_Nm", "angle_deg", "T_amb", "F [N]", ""],
 )
 def test_headers_of_other_things(header: str) -> None:
     said = read_header(header)

@@ -85,7 +85,8 @@ class Case:
 @final
 class Drive:
     """
-    A cycloid ball planetary transmission, checked and frozen.
+    A cycloid ball planetary transmission, checked and frozen; or any other reducer as a torsion spring, which has
+    ``solve``, but no pairs, findings and thresholds of the preload.
 
     Make one with :meth:`Drive.from_file`, :meth:`Drive.from_toml` or :meth:`Drive.from_dict`; the keys are those of a
     case file.
@@ -136,6 +137,11 @@ class Drive:
 
         Raises ``CaseError`` with line, key, what was found and what is allowed.
         """
+    @property
+    def kind(self, /) -> str:
+        """
+        ``ball_drive`` or ``torsion_spring``.
+        """
     def largest_elastic_angle(self, /, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex) -> LargestAngle | None:
         """
         Largest elastic angle over a period of the drive at a torque (N m) and preload (N); ``None`` where some angle of
@@ -146,11 +152,12 @@ class Drive:
         Preload that a torque (N m) needs: to hold, for continuous transmission, for zero backlash, of each pair and of
         the drive; maxima over a period, or at ``input_angle_deg`` where it is given.
         """
-    def solve(self, /, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex, input_angle_deg: SupportsFloat | SupportsIndex = 0.0) -> Solution:
+    def solve(self, /, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex | None = None, input_angle_deg: SupportsFloat | SupportsIndex = 0.0) -> Solution:
         """
         Solves the drive under one load.
 
-        ``torque_Nm``: resistance torque on the output, either sign; ``preload_N``: axial preload, above 0;
+        ``torque_Nm``: resistance torque on the output, either sign; ``preload_N``: axial preload, above 0, which a torsion
+        spring does without;
         ``input_angle_deg``: angle of the input crank from the line of centres. Returns a :class:`Solution`, whose
         ``status`` says whether there is one; its angles are ``None`` where there is not. Raises ``InvalidInputError``
         for a number that cannot be.
@@ -283,6 +290,11 @@ class EffectSpec:
     def port(self, /) -> str:
         """
         Where it acts: ``load``, ``gap``, ``contact``, ``series`` or ``reading``.
+        """
+    @property
+    def reducers(self, /) -> list[str]:
+        """
+        Kinds of reducer that can have it: ``ball_drive``, ``torsion_spring``.
         """
     @property
     def source(self, /) -> str:
@@ -520,7 +532,7 @@ class Prediction:
     def regime(self, /) -> NDArray[uint8]:
         """
         Which contacts carry, shape (n,): 0 all that exist, 1 some have parted, 2 below continuous transmission (d <= 0 in
-        a pair), 255 no solution.
+        a pair), 255 no solution or a torsion spring.
         """
     @property
     def sensitivities(self, /) -> NDArray[float64]:
@@ -536,8 +548,8 @@ class Prediction:
     @property
     def status(self, /) -> list[str]:
         """
-        Status of each row: ``ok``, ``outside_small_displacements``, ``beyond_hold``, ``undercut``, ``indeterminate`` or
-        ``not_converged``.
+        Status of each row: ``ok``, ``outside_small_displacements``, ``outside_table``, ``beyond_hold``, ``undercut``,
+        ``indeterminate`` or ``not_converged``.
         """
 
 @final
@@ -546,12 +558,13 @@ class Predictor:
     A drive with effects on a table of readings.
 
     ``effects``: ids of the library, one as often as wanted. The columns have shape (n,): ``run`` whole numbers, ``time_s``
-    in order within a run, ``torque_Nm`` either sign, ``preload_N`` above 0, ``input_angle_rad``, and ``temperature_K`` (or
+    in order within a run, ``torque_Nm`` either sign, ``preload_N`` above 0 (``None`` for a
+    torsion spring without one), ``input_angle_rad``, and ``temperature_K`` (or
     degrees Celsius, only differences count) where it was read. Meshing points and solutions are kept from call to call, so
     a fit pays for changes only; an answer does not depend on earlier calls beyond the tolerance of the equations. Calls from
     several threads wait for each other. Raises ``InvalidInputError``, which names column, row and rule.
     """
-    def __new__(cls, /, drive: Drive, effects: SupportsGetItem[int, str], run: NDArray[int64], time_s: NDArray[float64], torque_Nm: NDArray[float64], preload_N: NDArray[float64], input_angle_rad: NDArray[float64], temperature_K: NDArray[float64] | None = None, cycle: NDArray[float64] | None = None) -> Predictor: ...
+    def __new__(cls, /, drive: Drive, effects: SupportsGetItem[int, str], run: NDArray[int64], time_s: NDArray[float64], torque_Nm: NDArray[float64], preload_N: NDArray[float64] | None, input_angle_rad: NDArray[float64], temperature_K: NDArray[float64] | None = None, cycle: NDArray[float64] | None = None) -> Predictor: ...
     def __repr__(self, /) -> str: ...
     def contributions(self, /, values: NDArray[float64]) -> list[tuple[str, NDArray[float64]]]:
         """
@@ -626,7 +639,7 @@ class Solution:
     """
     A drive under one load. Print it for a summary; its angles are ``None`` where there is no solution.
     """
-    def __reduce__(self, /) -> tuple[Any, tuple[float, float, float]]:
+    def __reduce__(self, /) -> tuple[Any, tuple[float, float | None, float]]:
         """
         Pickled as drive and load; solving again gives the same numbers.
         """
@@ -687,9 +700,9 @@ class Solution:
         The status in words, with the preload that would hold where that is the matter.
         """
     @property
-    def preload_N(self, /) -> float:
+    def preload_N(self, /) -> float | None:
         """
-        Axial preload, N.
+        Axial preload, N; ``None`` where a torsion spring has none.
         """
     @property
     def residual(self, /) -> float | None:
@@ -762,6 +775,8 @@ def solve_angles(drive: Drive, torque_Nm: NDArray[float64], preload_N: NDArray[f
     """
     Solves a drive for arrays of torque (N m), preload (N) and input angle (rad), all of shape (n,), on all cores;
     ``shape`` is that of the n loads in C order.
+
+    A torsion spring takes a preload of 0 for none and has its whole angle in the first part.
 
     Returns the parts of the deceleration and the equal-speed pair (rad), the scaled residual, the hold preload (N, NaN
     unless the status is ``beyond_hold``) and which of the names that follow is the status, each of length n; NaN where there

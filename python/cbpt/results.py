@@ -48,8 +48,8 @@ class Angles:
     hold_preload_N: NDArray[np.float64]
     """Preload at which the torque would just slip, where the status is `beyond_hold`."""
     status: NDArray[np.str_]
-    """`ok`, `outside_small_displacements`, `beyond_hold`, `undercut`, `indeterminate` or
-    `not_converged`."""
+    """`ok`, `outside_small_displacements`, `outside_table`, `beyond_hold`, `undercut`,
+    `indeterminate` or `not_converged`."""
 
     @property
     def elastic_angle_rad(self) -> NDArray[np.float64]:
@@ -83,7 +83,7 @@ class Angles:
 def solve_many(
     drive: Drive,
     torque_Nm: ArrayLike,
-    preload_N: ArrayLike,
+    preload_N: ArrayLike = 0.0,
     input_angle_deg: ArrayLike = 0.0,
     *,
     progress: Callable[[int, int], object] | None = None,
@@ -94,7 +94,8 @@ def solve_many(
     `solve_many(drive, torque[:, None], preload)` is a grid. Raises `InvalidInputError` with the
     index (in the grid) of a number that cannot be, and for complex or masked numbers; `ValueError`
     where the shapes do not broadcast; Ctrl-C stops it. `progress` is called now and then with the
-    number of loads solved and that of all.
+    number of loads solved and that of all. A torsion spring needs no preload and has one part,
+    which stands in `alpha_deceleration_rad`.
     """
     torque, preload, angle = np.broadcast_arrays(
         _real("torque_Nm", torque_Nm),

@@ -406,12 +406,20 @@ impl Load {
         Ok(Self { torque_Nm, preload_N, input_angle_rad })
     }
 
+    /// The load of a torsion spring without a preload.
+    ///
+    /// # Errors
+    /// As [`Load::new`].
+    pub fn without_preload(torque_Nm: f64, input_angle_rad: f64) -> Result<Self, InvalidInput> {
+        Ok(Self { preload_N: 0.0, ..Self::new(torque_Nm, 1.0, input_angle_rad)? })
+    }
+
     /// Resistance torque M0 on the output, N m.
     pub fn torque_Nm(&self) -> f64 {
         self.torque_Nm
     }
 
-    /// Axial preload N_Z, N.
+    /// Axial preload N_Z, N; 0 where a torsion spring has none.
     pub fn preload_N(&self) -> f64 {
         self.preload_N
     }

@@ -169,6 +169,7 @@ fn unsolved(solution: &Solution) -> Option<Finding> {
     let (severity, remedy) = match solution.status {
         // Undercut has a finding of its own.
         Status::Solved | Status::Undercut => return None,
+        Status::OutsideTable => (Severity::Warning, "extend the table"),
         Status::OutsideSmallDisplacements => (Severity::Warning, "lower the load or raise the preload"),
         _ => (Severity::Error, "lower the torque or raise the preload"),
     };

@@ -3,6 +3,7 @@
 //! # Map
 //! Data runs one way: drive -> meshing points -> equilibrium -> angles.
 //! - [`drive`]: the drive and the load as data, checked once;
+//! - [`torsion_spring`]: any other reducer; [`reducer`]: either kind;
 //! - [`geometry`]: tracks, walls, undercut; [`hertz`]: curvatures to stiffness and pressure;
 //! - [`pair`]: each kind of pair to its meshing points;
 //! - [`equilibrium`]: meshing points and load to equations, their solution and what it means point by point;
@@ -27,9 +28,11 @@ pub mod pair;
 mod period;
 pub mod predict;
 pub mod preload;
+pub mod reducer;
 pub mod solver;
 pub mod status;
 pub mod sweep;
+pub mod torsion_spring;
 pub mod transmission;
 
 pub use drive::{
@@ -39,5 +42,7 @@ pub use drive::{
 pub use error::InvalidInput;
 pub use findings::{Finding, Severity};
 pub use preload::{DriveThresholds, PreloadThresholds};
+pub use reducer::Reducer;
 pub use status::Status;
+pub use torsion_spring::TorsionSpring;
 pub use transmission::{Angles, Solution};

@@ -2,7 +2,8 @@
 
 use std::fmt;
 
-/// Outcome of a solve. Only [`Status::Solved`] and [`Status::OutsideSmallDisplacements`] come with numbers.
+/// Outcome of a solve. Only [`Status::Solved`], [`Status::OutsideSmallDisplacements`] and
+/// [`Status::OutsideTable`] come with numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Status {
     /// The equations hold to the tolerance.
@@ -10,6 +11,8 @@ pub enum Status {
     /// The equations hold, but the displacements are no longer small against the ball radius: the linear geometry
     /// behind them fails first, so the value is that of the equations, not of the drive.
     OutsideSmallDisplacements,
+    /// The torque lies beyond the table of a torsion spring, whose curve goes on straight there.
+    OutsideTable,
     /// The torque is at or beyond what this preload can hold: balls slip out of their grooves.
     BeyondHold {
         /// Preload at which this torque would just slip; more than this is needed, N. Infinite where no preload holds.
@@ -29,7 +32,7 @@ pub enum Status {
 impl Status {
     /// Whether numbers come with this status.
     pub fn has_solution(&self) -> bool {
-        matches!(self, Self::Solved | Self::OutsideSmallDisplacements)
+        matches!(self, Self::Solved | Self::OutsideSmallDisplacements | Self::OutsideTable)
     }
 
     /// Short stable name, as in tables and JSON.
@@ -37,6 +40,7 @@ impl Status {
         match self {
             Self::Solved => "ok",
             Self::OutsideSmallDisplacements => "outside_small_displacements",
+            Self::OutsideTable => "outside_table",
             Self::BeyondHold { .. } => "beyond_hold",
             Self::Undercut => "undercut",
             Self::Indeterminate => "indeterminate",
@@ -49,7 +53,7 @@ impl Status {
     pub fn worse(self, other: Self) -> Self {
         let rank = |status: &Self| match status {
             Self::Solved => 0,
-            Self::OutsideSmallDisplacements => 1,
+            Self::OutsideSmallDisplacements | Self::OutsideTable => 1,
             Self::NotConverged { .. } => 2,
             Self::Indeterminate => 3,
             Self::BeyondHold { .. } => 4,
@@ -73,6 +77,11 @@ impl fmt::Display for Status {
                 "solved, but outside small displacements: approach or turn at the balls is more than 5 % of their radius, \
                  where the linear geometry fails; check the units of the load and of the case, and near the holding \
                  limit raise the preload"
+            ),
+            Self::OutsideTable => write!(
+                f,
+                "solved, but the torque lies beyond the table of the torsion spring: the curve was carried on straight; \
+                 extend the table"
             ),
             Self::BeyondHold { hold_preload_N } if hold_preload_N.is_finite() => write!(
                 f,

@@ -81,7 +81,7 @@ impl Campaign {
             run: &self.run,
             time_s: &self.time_s,
             torque_Nm: &self.torque_Nm,
-            preload_N: &self.preload_N,
+            preload_N: Some(&self.preload_N),
             input_angle_rad: &self.input_angle_rad,
             temperature_K: Some(&self.temperature_K),
             cycle: Some(&self.cycle),
@@ -123,7 +123,7 @@ fn campaign() -> Campaign {
 }
 
 fn all_ids() -> Vec<&'static str> {
-    LIBRARY.iter().map(|spec| spec.id).collect()
+    LIBRARY.iter().filter(|spec| spec.suits_ball_drives()).map(|spec| spec.id).collect()
 }
 
 fn predictor(drive: &Drive, ids: &[&str]) -> Predictor {
@@ -149,6 +149,8 @@ fn typical(id: &str, name: &str) -> f64 {
         (_, "reference_deflection_m" | "clearance_m") => 1.5e-6,
         ("eccentric_bearing", "exponent") => 0.8,
         (_, "friction_radius_m") => 4e-4,
+        (_, "friction_torque_Nm") => 0.1,
+        (_, "load_growth_per_Nm") => 0.05,
         (_, "engagement_angle_rad") => 6.0 * ARCSEC,
         (_, "lost_share") => 0.1,
         (_, "spring_rate_N_per_m") => 1e7,
@@ -350,15 +352,15 @@ fn loop_width(preload_N: f64) -> f64 {
         run: &vec![1; count],
         time_s: &vec![0.0; count],
         torque_Nm: &torque_Nm,
-        preload_N: &vec![preload_N; count],
+        preload_N: Some(&vec![preload_N; count]),
         input_angle_rad: &vec![0.3; count],
         temperature_K: None,
         cycle: None,
     });
     let mut predictor =
         Predictor::new(drives()[0].1.clone(), &["friction_hysteresis"], rows.unwrap()).unwrap();
-    let angle = predictor.predict(&[4e-4, 0.2 * ARCSEC], &[]).unwrap().angle_rad;
-    let bare = predictor.predict(&[0.0, 0.2 * ARCSEC], &[]).unwrap().angle_rad;
+    let angle = predictor.predict(&[4e-4, 0.2 * ARCSEC, 0.0, 0.0], &[]).unwrap().angle_rad;
+    let bare = predictor.predict(&[0.0, 0.2 * ARCSEC, 0.0, 0.0], &[]).unwrap().angle_rad;
     assert!(angle[10] < bare[10] && angle[30] > bare[30], "virgin loading reads stiffer, unloading lags");
     angle[30] - angle[10]
 }
@@ -378,7 +380,7 @@ fn the_loop_widens_with_the_preload() {
 #[test]
 fn history_is_per_run() {
     let (_, drive) = &drives()[0];
-    let values = [4e-4, 6.0 * ARCSEC];
+    let values = [4e-4, 6.0 * ARCSEC, 0.0, 0.0];
     let mixed = campaign();
     let together = predictor(drive, &["friction_hysteresis"]).predict(&values, &[]).unwrap().angle_rad;
     for run in [1, 2, 3] {
@@ -408,7 +410,7 @@ fn friction_satisfies_its_equation() {
     let (_, drive) = &drives()[2];
     let (radius, engagement) = (4e-4, 6.0 * ARCSEC);
     let mut with = predictor(drive, &["friction_hysteresis"]);
-    let angle = with.predict(&[radius, engagement], &[]).unwrap().angle_rad;
+    let angle = with.predict(&[radius, engagement, 0.0, 0.0], &[]).unwrap().angle_rad;
     let campaign = campaign();
     let (mut before, mut z) = (f64::NAN, 0.0_f64);
     for row in (0..angle.len()).filter(|row| campaign.run[*row] == 2) {
@@ -485,7 +487,7 @@ fn rows_without_solution_are_told_and_skipped() {
         column.remove(4);
     }
     without.run.remove(4);
-    for values in [[0.0, 6.0 * ARCSEC], [4e-4, 6.0 * ARCSEC]] {
+    for values in [[0.0, 6.0 * ARCSEC, 0.0, 0.0], [4e-4, 6.0 * ARCSEC, 0.0, 0.0]] {
         let predict = |campaign: &Campaign| {
             let rows = campaign.rows().unwrap();
             let mut predictor = Predictor::new(drive.clone(), &["friction_hysteresis"], rows).unwrap();
@@ -531,7 +533,7 @@ fn a_load_is_a_run_of_one_reading() {
                 run: &[1],
                 time_s: &[50.0],
                 torque_Nm: &[load.torque_Nm()],
-                preload_N: &[load.preload_N()],
+                preload_N: Some(&[load.preload_N()]),
                 input_angle_rad: &[load.input_angle_rad()],
                 temperature_K: Some(&[300.0]),
                 cycle: None,

@@ -1,7 +1,7 @@
 //! Many loads at once: arrays in, arrays out.
 
-use cbpt_core::Load;
-use cbpt_core::sweep::solve_all;
+use cbpt_core::sweep::{Row, solve_all};
+use cbpt_core::{Angles, Load, Reducer, TorsionSpring};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -22,6 +22,8 @@ type Columns<'py> = (
 
 /// Solves a drive for arrays of torque (N m), preload (N) and input angle (rad), all of shape (n,), on all cores;
 /// ``shape`` is that of the n loads in C order.
+///
+/// A torsion spring takes a preload of 0 for none and has its whole angle in the first part.
 ///
 /// Returns the parts of the deceleration and the equal-speed pair (rad), the scaled residual, the hold preload (N, NaN
 /// unless the status is ``beyond_hold``) and which of the names that follow is the status, each of length n; NaN where there
@@ -45,14 +47,23 @@ pub fn solve_angles<'py>(
     }
     let mut loads = Vec::with_capacity(torque.len());
     for (index, ((torque, preload), angle)) in torque.iter().zip(preload).zip(angle).enumerate() {
-        loads.push(Load::new(*torque, *preload, *angle).map_err(|mut error| {
+        let load = match (drive.rust(), *preload) {
+            (Reducer::TorsionSpring(_), 0.0) => Load::without_preload(*torque, *angle),
+            _ => Load::new(*torque, *preload, *angle),
+        };
+        loads.push(load.map_err(|mut error| {
             error.field += &place(index, &shape);
             invalid_input(py, &error)
         })?);
     }
     let rust = drive.rust().clone();
-    let rows = without_gil(py, progress.as_ref(), |progress| solve_all(&rust, &loads, progress))?
-        .unwrap_or_default();
+    let rows = match &rust {
+        Reducer::BallDrive(drive) => {
+            without_gil(py, progress.as_ref(), |progress| solve_all(drive, &loads, progress))?
+                .unwrap_or_default()
+        }
+        Reducer::TorsionSpring(spring) => loads.iter().map(|load| twisted(spring, load)).collect(),
+    };
     let column = |of: &dyn Fn(&cbpt_core::Angles) -> f64| {
         Column::new(py, rows.iter().map(|(_, angles)| angles.as_ref().map_or(f64::NAN, of)))
     };
@@ -82,6 +93,13 @@ pub fn solve_angles<'py>(
         Column::new(py, codes),
         names,
     ))
+}
+
+/// A torsion spring has one part.
+fn twisted(spring: &TorsionSpring, load: &Load) -> Row {
+    let twist = spring.twist(load.torque_Nm());
+    let angles = Angles { deceleration_rad: twist.angle_rad, equal_speed_rad: 0.0, residual: 0.0, steps: 0 };
+    (twist.status, Some(angles))
 }
 
 /// The place of a load in its array, as numpy writes it: `[2, 0]`, or nothing where there is only one load.

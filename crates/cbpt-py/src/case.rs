@@ -5,19 +5,37 @@ use std::path::PathBuf;
 
 use cbpt_cli::case::{Case as RustCase, Zero};
 use cbpt_core::sweep::Progress;
-use cbpt_core::{Load, Severity};
+use cbpt_core::{Load, Reducer, Severity, TorsionSpring};
+use pyo3::exceptions::PyUnicodeError;
+use pyo3::inspect::PyStaticExpr;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
 use serde_json::{Number, Value};
 
 use crate::Reduced;
 use crate::error::{
-    case_error, drive_with_effect, half_a_character, half_a_load, invalid_input, no_case_key, no_case_value,
-    too_much,
+    about_ball_drives, case_error, drive_with_effect, half_a_character, half_a_load, invalid_input,
+    no_case_key, no_case_path, no_case_value, too_much,
 };
 use crate::interrupt::without_gil;
 use crate::preload::{PreloadThresholds, Thresholds};
 use crate::solution::{LargestAngle, Solution};
+
+/// The path of a case file; one that no file can have is a mistake in the case and no fault of the codec.
+struct CasePath(PathBuf);
+
+impl<'a, 'py> FromPyObject<'a, 'py> for CasePath {
+    type Error = PyErr;
+
+    const INPUT_TYPE: PyStaticExpr = <PathBuf as FromPyObject<'a, 'py>>::INPUT_TYPE;
+
+    fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        let py = object.py();
+        object.extract().map(Self).map_err(|error: PyErr| {
+            if error.is_instance_of::<PyUnicodeError>(py) { no_case_path(&object) } else { error }
+        })
+    }
+}
 
 /// One finding about a design: its code, severity (note, warning, error), the pair, a message and the remedy.
 #[pyclass(frozen, eq, get_all, module = "cbpt._core")]
@@ -66,25 +84,31 @@ impl From<&cbpt_core::Finding> for Finding {
     }
 }
 
-/// A cycloid ball planetary transmission, checked and frozen.
+/// A cycloid ball planetary transmission, checked and frozen; or any other reducer as a torsion spring, which has
+/// ``solve``, but no pairs, findings and thresholds of the preload.
 ///
 /// Make one with :meth:`Drive.from_file`, :meth:`Drive.from_toml` or :meth:`Drive.from_dict`; the keys are those of a
 /// case file.
 #[pyclass(frozen, eq, module = "cbpt._core")]
 #[derive(Clone, PartialEq)]
 pub struct Drive {
-    drive: cbpt_core::Drive,
+    reducer: Reducer,
 }
 
 impl Drive {
-    pub fn rust(&self) -> &cbpt_core::Drive {
-        &self.drive
+    pub fn rust(&self) -> &Reducer {
+        &self.reducer
+    }
+
+    /// The ball drive that a question is about.
+    pub fn ball_drive(&self, py: Python<'_>, asked: &str) -> PyResult<&cbpt_core::Drive> {
+        self.reducer.ball_drive().ok_or_else(|| about_ball_drives(py, asked))
     }
 
     /// The drive of a case that has nothing else to compute.
     fn new(py: Python<'_>, case: RustCase) -> PyResult<Self> {
         match case.effects.first() {
-            None => Ok(Self { drive: case.drive }),
+            None => Ok(Self { reducer: case.reducer }),
             Some(effect) => Err(drive_with_effect(py, &effect.id)),
         }
     }
@@ -96,8 +120,8 @@ impl Drive {
     ///
     /// Raises ``CaseError`` with file, line, key, what was found and what is allowed.
     #[staticmethod]
-    fn from_file(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        Self::new(py, RustCase::read(&path).map_err(|error| case_error(py, &error))?)
+    fn from_file(py: Python<'_>, path: CasePath) -> PyResult<Self> {
+        Self::new(py, RustCase::read(&path.0).map_err(|error| case_error(py, &error))?)
     }
 
     /// Reads the drive of a case given as TOML text.
@@ -120,50 +144,63 @@ impl Drive {
 
     /// The drive as a case file in SI units; ``from_toml`` of it gives the same drive to the last bit.
     fn to_toml(&self) -> String {
-        RustCase::drive_to_toml(&self.drive)
+        RustCase::reducer_to_toml(&self.reducer)
+    }
+
+    /// ``ball_drive`` or ``torsion_spring``.
+    #[getter]
+    fn kind(&self) -> &'static str {
+        match self.reducer {
+            Reducer::BallDrive(_) => "ball_drive",
+            Reducer::TorsionSpring(_) => "torsion_spring",
+        }
     }
 
     /// Input turns for one turn of the output, below 0 where they turn against each other.
     #[getter]
-    fn transmission_ratio(&self) -> f64 {
-        self.rust().transmission_ratio()
+    fn transmission_ratio(&self, py: Python<'_>) -> PyResult<f64> {
+        Ok(self.ball_drive(py, "transmission_ratio")?.transmission_ratio())
     }
 
     /// Eccentricity e = K r0, m.
     #[getter]
-    fn eccentricity_m(&self) -> f64 {
-        self.rust().deceleration().eccentricity_m()
+    fn eccentricity_m(&self, py: Python<'_>) -> PyResult<f64> {
+        Ok(self.ball_drive(py, "eccentricity_m")?.deceleration().eccentricity_m())
     }
 
     /// Number of deceleration balls.
     #[getter]
-    fn deceleration_ball_count(&self) -> u32 {
-        self.rust().deceleration().ball_count
+    fn deceleration_ball_count(&self, py: Python<'_>) -> PyResult<u32> {
+        Ok(self.ball_drive(py, "deceleration_ball_count")?.deceleration().ball_count)
     }
 
     /// Number of equal-speed balls (of one row of a cross-slide).
     #[getter]
-    fn equal_speed_ball_count(&self) -> u32 {
-        self.rust().equal_speed().ball_count()
+    fn equal_speed_ball_count(&self, py: Python<'_>) -> PyResult<u32> {
+        Ok(self.ball_drive(py, "equal_speed_ball_count")?.equal_speed().ball_count())
     }
 
     /// Solves the drive under one load.
     ///
-    /// ``torque_Nm``: resistance torque on the output, either sign; ``preload_N``: axial preload, above 0;
+    /// ``torque_Nm``: resistance torque on the output, either sign; ``preload_N``: axial preload, above 0, which a torsion
+    /// spring does without;
     /// ``input_angle_deg``: angle of the input crank from the line of centres. Returns a :class:`Solution`, whose
     /// ``status`` says whether there is one; its angles are ``None`` where there is not. Raises ``InvalidInputError``
     /// for a number that cannot be.
-    #[pyo3(signature = (torque_Nm, preload_N, input_angle_deg = 0.0))]
+    #[pyo3(signature = (torque_Nm, preload_N = None, input_angle_deg = 0.0))]
     fn solve(
         &self,
         py: Python<'_>,
         torque_Nm: f64,
-        preload_N: f64,
+        preload_N: Option<f64>,
         input_angle_deg: f64,
     ) -> PyResult<Solution> {
-        let load = Load::new(torque_Nm, preload_N, input_angle_deg.to_radians())
-            .map_err(|error| invalid_input(py, &error))?;
-        Ok(py.detach(|| Solution::solve(self.clone(), &load, input_angle_deg)))
+        let load = match preload_N {
+            Some(preload_N) => Load::new(torque_Nm, preload_N, input_angle_deg.to_radians()),
+            None => Load::without_preload(torque_Nm, input_angle_deg.to_radians()),
+        };
+        load.and_then(|load| py.detach(|| Solution::solve(self.clone(), &load, input_angle_deg)))
+            .map_err(|error| invalid_input(py, &error))
     }
 
     /// Preload that a torque (N m) needs: to hold, for continuous transmission, for zero backlash, of each pair and of
@@ -177,9 +214,10 @@ impl Drive {
     ) -> PyResult<PreloadThresholds> {
         Load::new(torque_Nm, 1.0, input_angle_deg.unwrap_or(0.0))
             .map_err(|error| invalid_input(py, &error))?;
+        let drive = self.ball_drive(py, "preload")?;
         let found = py.detach(|| match input_angle_deg {
-            Some(angle) => self.rust().preload_thresholds_at(torque_Nm, angle.to_radians()),
-            None => self.rust().preload_thresholds(torque_Nm),
+            Some(angle) => drive.preload_thresholds_at(torque_Nm, angle.to_radians()),
+            None => drive.preload_thresholds(torque_Nm),
         });
         Ok(PreloadThresholds::new(
             torque_Nm,
@@ -197,7 +235,7 @@ impl Drive {
         torque_Nm: f64,
         preload_N: f64,
     ) -> PyResult<Option<LargestAngle>> {
-        let drive = self.rust();
+        let drive = self.ball_drive(py, "largest_elastic_angle")?;
         let work = |progress: &Progress| drive.largest_elastic_angle_watched(torque_Nm, preload_N, progress);
         let found = without_gil(py, None, work)?;
         Ok(found.map_err(|error| invalid_input(py, &error))?.1.map(LargestAngle::from))
@@ -220,7 +258,7 @@ impl Drive {
             (None, None) => None,
             _ => return Err(half_a_load(py)),
         };
-        Ok(self.rust().findings(load.as_ref()).iter().map(Finding::from).collect())
+        Ok(self.ball_drive(py, "findings")?.findings(load.as_ref()).iter().map(Finding::from).collect())
     }
 
     fn __reduce__(slf: &Bound<'_, Self>) -> Reduced<(String,)> {
@@ -232,7 +270,10 @@ impl Drive {
     }
 
     fn __repr__(&self) -> String {
-        let drive = self.rust();
+        let drive = match &self.reducer {
+            Reducer::BallDrive(drive) => drive,
+            Reducer::TorsionSpring(spring) => return repr_of_spring(spring),
+        };
         let (pair, equal) = (drive.deceleration(), drive.equal_speed());
         let kind = match equal {
             cbpt_core::EqualSpeed::RingGroove(_) => "ring grooves",
@@ -299,8 +340,8 @@ pub struct Case {
 impl Case {
     /// Reads a case file. Raises ``CaseError`` with file, line, key, what was found and what is allowed.
     #[staticmethod]
-    fn from_file(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        RustCase::read(&path).map(|case| Self { case }).map_err(|error| case_error(py, &error))
+    fn from_file(py: Python<'_>, path: CasePath) -> PyResult<Self> {
+        RustCase::read(&path.0).map(|case| Self { case }).map_err(|error| case_error(py, &error))
     }
 
     /// Reads a case from TOML text; ``name`` stands for the file in messages.
@@ -325,7 +366,7 @@ impl Case {
     /// The drive without the effects of the case.
     #[getter]
     fn drive(&self) -> Drive {
-        Drive { drive: self.case.drive.clone() }
+        Drive { reducer: self.case.reducer.clone() }
     }
 
     /// Torque of ``[load]``, N m, or ``None``.
@@ -400,7 +441,17 @@ impl Case {
         let effects: Vec<&str> = self.case.effects.iter().map(|effect| effect.id.as_str()).collect();
         let with =
             if effects.is_empty() { String::new() } else { format!(", effects {}", effects.join(", ")) };
-        format!("Case({}{with})", Drive { drive: self.case.drive.clone() }.__repr__())
+        format!("Case({}{with})", Drive { reducer: self.case.reducer.clone() }.__repr__())
+    }
+}
+
+fn repr_of_spring(spring: &TorsionSpring) -> String {
+    match (spring.torsional_stiffness_Nm_per_rad(), spring.points()) {
+        (Some(stiffness), _) => format!("Drive(torsion spring of {stiffness} N m/rad)"),
+        (None, points) => {
+            let [first, .., last] = points else { return "Drive(torsion spring)".into() };
+            format!("Drive(torsion spring, {} points from {} to {} N m)", points.len(), first[0], last[0])
+        }
     }
 }
 

@@ -85,6 +85,8 @@ pub struct EffectSpec {
     parameters: Vec<EffectParameter>,
     /// Ids of effects that no torque-angle data can tell from it once the contact stiffness is free.
     twins: Vec<String>,
+    /// Kinds of reducer that can have it: ``ball_drive``, ``torsion_spring``.
+    reducers: Vec<String>,
 }
 
 #[pymethods]
@@ -106,6 +108,11 @@ pub fn effect_specs() -> Vec<EffectSpec> {
         tell_tale: spec.tell_tale.into(),
         parameters: spec.parameters.iter().map(EffectParameter::from).collect(),
         twins: spec.twins.iter().map(|&id| id.into()).collect(),
+        reducers: [("ball_drive", spec.suits_ball_drives()), ("torsion_spring", spec.suits_springs(true))]
+            .into_iter()
+            .filter(|(_, suits)| *suits)
+            .map(|(kind, _)| kind.into())
+            .collect(),
     };
     effect::LIBRARY.into_iter().map(spec).collect()
 }
@@ -131,8 +138,8 @@ impl Prediction {
         Table::of_rows(py, &self.prediction.sensitivities, self.prediction.angle_rad.len())
     }
 
-    /// Status of each row: ``ok``, ``outside_small_displacements``, ``beyond_hold``, ``undercut``, ``indeterminate`` or
-    /// ``not_converged``.
+    /// Status of each row: ``ok``, ``outside_small_displacements``, ``outside_table``, ``beyond_hold``, ``undercut``,
+    /// ``indeterminate`` or ``not_converged``.
     #[getter]
     fn status(&self) -> Vec<&'static str> {
         self.prediction.status.iter().map(cbpt_core::Status::name).collect()
@@ -153,7 +160,7 @@ impl Prediction {
     }
 
     /// Which contacts carry, shape (n,): 0 all that exist, 1 some have parted, 2 below continuous transmission (d <= 0 in
-    /// a pair), 255 no solution.
+    /// a pair), 255 no solution or a torsion spring.
     #[getter]
     fn regime<'py>(&self, py: Python<'py>) -> Column<'py, u8> {
         Column::new(py, self.prediction.regime.iter().map(|regime| regime.map_or(255, |regime| regime as u8)))
@@ -168,7 +175,8 @@ impl Prediction {
 /// A drive with effects on a table of readings.
 ///
 /// ``effects``: ids of the library, one as often as wanted. The columns have shape (n,): ``run`` whole numbers, ``time_s``
-/// in order within a run, ``torque_Nm`` either sign, ``preload_N`` above 0, ``input_angle_rad``, and ``temperature_K`` (or
+/// in order within a run, ``torque_Nm`` either sign, ``preload_N`` above 0 (``None`` for a
+/// torsion spring without one), ``input_angle_rad``, and ``temperature_K`` (or
 /// degrees Celsius, only differences count) where it was read. Meshing points and solutions are kept from call to call, so
 /// a fit pays for changes only; an answer does not depend on earlier calls beyond the tolerance of the equations. Calls from
 /// several threads wait for each other. Raises ``InvalidInputError``, which names column, row and rule.
@@ -207,25 +215,26 @@ impl Predictor {
         run: Integers<'_>,
         time_s: Floats<'_>,
         torque_Nm: Floats<'_>,
-        preload_N: Floats<'_>,
+        preload_N: Option<Floats<'_>>,
         input_angle_rad: Floats<'_>,
         temperature_K: Option<Floats<'_>>,
         cycle: Option<Floats<'_>>,
     ) -> PyResult<Self> {
         let column = |values: &Floats<'_>| values.view().to_vec();
-        let (time, torque, preload) = (column(&time_s), column(&torque_Nm), column(&preload_N));
+        let (time, torque) = (column(&time_s), column(&torque_Nm));
+        let preload = preload_N.as_ref().map(column);
         let (angle, temperature) = (column(&input_angle_rad), temperature_K.as_ref().map(column));
         let cycle = cycle.as_ref().map(column);
         let rows = Rows::new(Columns {
             run: &run.view().to_vec(),
             time_s: &time,
             torque_Nm: &torque,
-            preload_N: &preload,
+            preload_N: preload.as_deref(),
             input_angle_rad: &angle,
             temperature_K: temperature.as_deref(),
             cycle: cycle.as_deref(),
         });
-        let predictor = rows.and_then(|rows| predict::Predictor::new(drive.rust().clone(), &effects, rows));
+        let predictor = rows.and_then(|rows| predict::Predictor::new(drive.rust(), &effects, rows));
         let predictor = predictor.map_err(|error| invalid_input(py, &error))?;
         Ok(Self { predictor: Mutex::new(predictor), drive: drive.clone() })
     }

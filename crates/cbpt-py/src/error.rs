@@ -30,6 +30,12 @@ pub fn no_case_key(place: &str, key: &Bound<'_, PyAny>) -> PyErr {
     raise(key.py(), "CaseError", &format!("{section}: found a key of type {found}, expected a text"))
 }
 
+/// A path with a lone surrogate in it: `cbpt.errors.CaseError`.
+pub fn no_case_path(path: &Bound<'_, PyAny>) -> PyErr {
+    let shown = path.repr().map_or_else(|_| "the path".into(), |text| text.to_string_lossy().into_owned());
+    raise(path.py(), "CaseError", &format!("{shown}: no file can have this name, check the path"))
+}
+
 /// A value that is in itself, or as good as: `cbpt.errors.CaseError`.
 pub fn too_much(py: Python<'_>, place: &str, what: &str, most: usize) -> PyErr {
     let message =
@@ -56,6 +62,13 @@ pub fn drive_with_effect(py: Python<'_>, id: &str) -> PyErr {
         "the case has the effect `{id}`, which a Drive has no place for: read it as a Case, whose .drive is the bare drive"
     );
     raise(py, "CaseError", &message)
+}
+
+/// A question about balls and grooves put to a torsion spring: `cbpt.errors.InvalidInputError`.
+pub fn about_ball_drives(py: Python<'_>, asked: &str) -> PyErr {
+    let message =
+        format!("{asked} is about the balls and grooves of a ball drive; this one is a torsion spring");
+    raise(py, "InvalidInputError", &message)
 }
 
 /// A torque without a preload or the reverse: `cbpt.errors.InvalidInputError`.

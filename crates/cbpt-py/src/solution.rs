@@ -1,11 +1,11 @@
 //! A solved load: angles, pairs and every meshing point as numpy arrays.
 
 use cbpt_cli::commands::Units;
-use cbpt_cli::commands::solve::report;
+use cbpt_cli::commands::solve::{report, solved};
 use cbpt_cli::units::ARCSEC_PER_RAD;
 use cbpt_core::equilibrium::report::{LoadedPoint, PairSolution as RustPair};
 use cbpt_core::hertz::LoadedContact;
-use cbpt_core::{Load, Status};
+use cbpt_core::{InvalidInput, Load, Status};
 use pyo3::prelude::*;
 
 use crate::Reduced;
@@ -21,9 +21,9 @@ pub struct Solution {
 }
 
 impl Solution {
-    pub fn solve(drive: Drive, load: &Load, input_angle_deg: f64) -> Self {
-        let solution = drive.rust().solve(load);
-        Self { drive, input_angle_deg, solution }
+    pub fn solve(drive: Drive, load: &Load, input_angle_deg: f64) -> Result<Self, InvalidInput> {
+        let solution = solved(drive.rust(), load)?;
+        Ok(Self { drive, input_angle_deg, solution })
     }
 
     fn again(&self) -> Self {
@@ -76,10 +76,10 @@ impl Solution {
         self.solution.load.torque_Nm()
     }
 
-    /// Axial preload, N.
+    /// Axial preload, N; ``None`` where a torsion spring has none.
     #[getter]
-    fn preload_N(&self) -> f64 {
-        self.solution.load.preload_N()
+    fn preload_N(&self) -> Option<f64> {
+        Some(self.solution.load.preload_N()).filter(|preload| *preload > 0.0)
     }
 
     /// Angle of the input crank, degrees.
@@ -103,13 +103,17 @@ impl Solution {
     /// Part of the deceleration pair, seconds of arc.
     #[getter]
     fn alpha_deceleration_arcsec(&self) -> Option<f64> {
-        Self::to_arcsec(self.solution.angles.map(|angles| angles.deceleration_rad))
+        Self::to_arcsec(
+            self.solution.deceleration.as_ref().and(self.solution.angles).map(|a| a.deceleration_rad),
+        )
     }
 
     /// Part of the equal-speed pair that reaches the output, seconds of arc.
     #[getter]
     fn alpha_equal_speed_arcsec(&self) -> Option<f64> {
-        Self::to_arcsec(self.solution.angles.map(|angles| angles.equal_speed_rad))
+        Self::to_arcsec(
+            self.solution.equal_speed.as_ref().and(self.solution.angles).map(|a| a.equal_speed_rad),
+        )
     }
 
     /// Torsional stiffness dM0/dalpha of the drive at this load and constant preload, N m/rad.
@@ -139,7 +143,9 @@ impl Solution {
     /// Findings of the design under this load, the worst first.
     #[getter]
     fn findings(&self) -> Vec<Finding> {
-        self.drive.rust().findings(Some(&self.solution.load)).iter().map(Finding::from).collect()
+        let drive = self.drive.rust().ball_drive();
+        let findings = drive.map(|drive| drive.findings(Some(&self.solution.load))).unwrap_or_default();
+        findings.iter().map(Finding::from).collect()
     }
 
     /// The whole solution as the JSON object that ``cbpt solve --json`` prints.
@@ -148,7 +154,7 @@ impl Solution {
     }
 
     /// Pickled as drive and load; solving again gives the same numbers.
-    fn __reduce__(slf: &Bound<'_, Self>) -> Reduced<(f64, f64, f64)> {
+    fn __reduce__(slf: &Bound<'_, Self>) -> Reduced<(f64, Option<f64>, f64)> {
         let own = slf.get();
         let solve = Bound::new(slf.py(), own.drive.clone())?.getattr("solve")?;
         Ok((solve.unbind(), (own.torque_Nm(), own.preload_N(), own.input_angle_deg)))

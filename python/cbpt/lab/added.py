@@ -23,7 +23,7 @@ from cbpt.errors import InvalidInputError, ReadingsError
 from cbpt.lab.assembled import Assembled, Campaign
 from cbpt.lab.competition import places, start_values
 from cbpt.lab.fit import Fit, Fitter, Hypothesis
-from cbpt.lab.library import VARIANTS, Variant
+from cbpt.lab.library import Variant
 from cbpt.lab.noise import Noise
 from cbpt.lab.readings import Readings
 from cbpt.lab.screen import Screen, Signatures
@@ -142,7 +142,7 @@ def _forms(effect: str, fitter: Fitter) -> list[Variant]:
             'zero = "per_run" under [measurement]'
         )
     readings = fitter.campaign.readings
-    everything = (*VARIANTS, *(v for v in fitter.variants if v.spread))
+    everything = (*fitter.library, *(v for v in fitter.variants if v.spread))
     variants = [v for v in everything if effect in (v.effect, v.label)]
     if not variants:
         known = list(dict.fromkeys(v.effect for v in everything))

@@ -15,11 +15,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt._core import Case, Drive, Predictor
+from cbpt._core import Case, Drive, Predictor, effect_specs
 from cbpt.errors import InvalidInputError, ReadingsError
 from cbpt.lab.library import LOT, PRIORS
 from cbpt.lab.noise import Rows
 from cbpt.lab.readings import Readings
+from cbpt.lab.repeats import Repeats
 from cbpt.results import ARCSEC_PER_RAD
 
 Floats = NDArray[np.float64]
@@ -49,15 +50,17 @@ class Campaign:
     """What the stated uncertainty was multiplied by, where it cannot be meant as it stands."""
     step_arcsec: float = 0.0
     """Step of the display where it is coarse against the uncertainty, else 0."""
+    repeats: Repeats | None = None
+    """What readings taken again say of the uncertainty, where that was asked."""
 
     @classmethod
     def of(cls, case: Case | Drive, readings: Readings) -> Campaign:
         """From a case and its readings. Raises `ReadingsError` where there is no preload."""
-        if readings.preload_N is None:
+        drive = case if isinstance(case, Drive) else case.drive
+        if readings.preload_N is None and drive.kind == "ball_drive":
             raise ReadingsError.of_table(
                 readings.source, "preload_N", "a preload for every reading"
             )
-        drive = case if isinstance(case, Drive) else case.drive
         u = readings.u_elastic_angle_arcsec
         # Without a stated uncertainty the scatter decides; exact readings have none, so there is a
         # floor far below what an instrument can.
@@ -68,7 +71,8 @@ class Campaign:
         if coarse:
             # The drive hardly knows the input angle and is the same both ways, so readings at one
             # torque and preload round alike, and averaging them helps no further.
-            loads = np.column_stack([np.abs(readings.torque_Nm), readings.preload_N])
+            same = np.zeros(len(readings)) if readings.preload_N is None else readings.preload_N
+            loads = np.column_stack([np.abs(readings.torque_Nm), same])
             repeats = len(readings) / len(np.unique(np.round(loads, 6), axis=0))
             stated = np.sqrt(stated**2 + (repeats - 1) * step**2 / 12)
         rows = Rows.of(readings.run_index)
@@ -93,9 +97,14 @@ class Campaign:
         return len(self.y_arcsec)
 
     @property
+    def u_repeated(self) -> bool:
+        """Whether the uncertainty is that of the repeats, as none is stated."""
+        return not self.u_stated and self.repeats is not None and self.repeats.steady
+
+    @property
     def balls(self) -> int:
-        """Number of deceleration balls."""
-        return int(tomllib.loads(self.drive.to_toml())["deceleration"]["ball_count"])
+        """Number of deceleration balls; a torsion spring has none."""
+        return self.drive.deceleration_ball_count if self.drive.kind == "ball_drive" else 0
 
     def select(self, rows: Mask) -> Campaign:
         """Some of the readings; history along a run is then that of the rows that are left."""
@@ -115,6 +124,7 @@ class Campaign:
             self.effects,
             self.u_believed,
             self.step_arcsec,
+            self.repeats,
         )
 
 
@@ -160,11 +170,14 @@ DEFAULT_UNCERTAINTY = {
 def stated_uncertainty(case: Case | Drive) -> dict[str, float]:
     """Of each number that is a `PRIORS` effect: as the case says, else the defaults."""
     stated = {}
+    kind = (case.drive if isinstance(case, Case) else case).kind
+    suited = {spec.id for spec in effect_specs() if kind in spec.reducers}
     if isinstance(case, Case):
         stated = tomllib.loads(case.to_toml()).get("uncertainty", {})
     return {
         effect: float(stated.get(key, DEFAULT_UNCERTAINTY[effect]))
         for effect, key in PRIORS.items()
+        if effect in suited
     }
 
 
@@ -185,7 +198,6 @@ class Assembled:
 
     def __init__(self, campaign: Campaign, effects: Sequence[str]) -> None:
         r = campaign.readings
-        assert r.preload_N is not None  # what Campaign.of asks for
         self.effects = tuple(effects)
         self._predictor = Predictor(
             campaign.drive,
@@ -198,7 +210,9 @@ class Assembled:
             None if r.temperature_degC is None else r.temperature_degC,
             None if r.cycle is None else np.asarray(r.cycle, dtype=np.float64),
         )
-        self.neutral = self._predictor.neutral()
+        self.nothing = self._predictor.neutral()
+        """Values at which every effect does nothing."""
+        self.neutral = self.nothing.copy()
         """Values at which nothing is added to the case: its own effects keep theirs."""
         parameters = self._predictor.parameters
         self.lower = np.array([p.lower for _, _, p in parameters])
@@ -208,6 +222,11 @@ class Assembled:
         """Range of what is plausible, shape (p, 2)."""
         self.places = {(owner, p.name): i for i, (owner, _, p) in enumerate(parameters)}
         """Place of each parameter among the values, by instance of an effect and name."""
+        for (_, name), i in self.places.items():
+            if name == "contact_angle_shift_rad":
+                low, high = _contact_angles(campaign.drive)
+                self.lower[i] = max(self.lower[i], 0.02 - low)
+                self.upper[i] = min(self.upper[i], np.pi / 2 - 0.02 - high)
         met: dict[str, int] = {}
         for effect, numbers in campaign.effects:
             instances = [i for i, known in enumerate(self.effects) if known == effect]
@@ -237,6 +256,18 @@ class Assembled:
     def regimes(self, values: Floats) -> NDArray[np.str_]:
         """Contact regime of each row."""
         return REGIMES[self._predictor.predict(values).regime]
+
+
+def _contact_angles(drive: Drive) -> tuple[float, float]:
+    """The least and the greatest contact angle of all pairs, rad."""
+    pairs = tomllib.loads(drive.to_toml())
+    angles = [
+        value
+        for pair in ("deceleration", "equal_speed")
+        for name, value in pairs[pair].items()
+        if name.endswith("contact_angle_rad")
+    ]
+    return min(angles), max(angles)
 
 
 def _or_zero(column: NDArray[np.float64] | None, n: int) -> Floats:

@@ -56,6 +56,8 @@ def column(d: Diagnosis, name: str) -> Floats:
         return np.abs(rate_of(readings))
     if name == "direction":
         return readings.direction().astype(np.float64)
+    if name == "preload_step" and d.readings.preload_step is not None:
+        return np.unique(d.readings.preload_step, return_inverse=True)[1].astype(np.float64)
     if name == "run":
         return readings.run_index.astype(np.float64)
     return np.asarray(getattr(readings, name), dtype=np.float64)

@@ -29,6 +29,7 @@ from cbpt.lab.inputs import case_and_readings
 from cbpt.lab.library import PRIORS
 from cbpt.lab.patterns import Pattern
 from cbpt.lab.readings import Readings
+from cbpt.lab.repeats import pooled
 from cbpt.lab.scatter import estimate
 from cbpt.lab.slips import slips
 from cbpt.lab.verdict import Verdict, judge
@@ -49,21 +50,24 @@ def diagnose(
     data: Readings | str | os.PathLike[str] | Mapping[str, ArrayLike],
     *,
     columns: Mapping[str, str] | None = None,
+    sheet: str | None = None,
+    only: Mapping[str, object] | None = None,
     seed: int = 0,
 ) -> Diagnosis:
     """Say which effect the readings demand, or that none is needed, or that they cannot tell.
 
-    case, data, columns: as in `compare`. seed: of the simulated chances; the same seed gives the
-    same answer. Raises `CaseError` and `ReadingsError` for what cannot be read or is too little to
-    judge.
+    case, data, columns, sheet, only: as in `compare`. seed: of the simulated chances; the same seed
+    gives the same answer. Raises `CaseError` and `ReadingsError` for what cannot be read or is too
+    little to judge.
     """
-    case, readings = case_and_readings(case, data, columns)
+    case, readings = case_and_readings(case, data, columns, sheet, only)
     # Thousands of products of small matrices: threads would cost more than they give.
     with threadpool_limits(1, user_api="blas"):
-        return _diagnosed(case, readings, seed)
+        return diagnosed(case, readings, seed)
 
 
-def _diagnosed(case: Case | Drive, readings: Readings, seed: int) -> Diagnosis:
+def diagnosed(case: Case | Drive, readings: Readings, seed: int) -> Diagnosis:
+    """The same of what was read already."""
     campaign, notes = prepared(Campaign.of(case, readings))
     rng = np.random.default_rng(seed)
     competition = compete(campaign, rng)
@@ -157,15 +161,19 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
     _stop_if_it_does_not_follow(campaign, model)
     campaign, told = _believed(campaign, model)
     notes += told
+    campaign = _repeated(campaign, model)
+    known = campaign.u_stated or campaign.u_repeated
+    if campaign.drive.kind == "torsion_spring" and not known:
+        campaign = _of_the_scatter(campaign, model)
     if campaign.step_arcsec:
         notes.append(
             f"the angle comes in steps of {campaign.step_arcsec:g} arcsec, coarse against its "
             "uncertainty; the uncertainty was enlarged, because readings at one load round alike"
         )
-    if not campaign.u_stated:
+    if not campaign.u_stated and not campaign.u_repeated:
         notes.append(
-            "no uncertainty is stated: it was estimated from the scatter, so no misfit as small as "
-            "that can be seen"
+            "no uncertainty is stated and no repeats tell it: it was estimated from the scatter, "
+            "so no misfit as small as that can be seen"
         )
     return campaign, notes
 
@@ -237,12 +245,12 @@ def _stop_if_it_does_not_follow(campaign: Campaign, model: Floats) -> None:
     size = float(y @ y)
     if len(campaign) < 12 or not size or not float(x @ x):
         return
-    assert r.preload_N is not None
+    preloads = 0.0 if r.preload_N is None else r.preload_N
     off = float(np.sum((y - x) ** 2))
     for factor in _LOAD_FACTORS if off > 0.1 * size else ():
-        for torque, preload in ((factor, 1.0), (1.0, factor)):
+        for torque, preload in ((factor, 1.0), (1.0, factor))[: 1 + (r.preload_N is not None)]:
             angle = solve_many(
-                campaign.drive, torque * r.torque_Nm, preload * r.preload_N, r.input_angle_deg
+                campaign.drive, torque * r.torque_Nm, preload * preloads, r.input_angle_deg
             ).elastic_angle_arcsec
             if np.isfinite(angle).all() and np.sum((y - within_runs(angle)) ** 2) < 0.01 * off:
                 name = "torque" if torque != 1 else "preload"
@@ -279,6 +287,24 @@ def _believed(campaign: Campaign, model: Floats) -> tuple[Campaign, list[str]]:
     )
     scaled = replace(campaign, u_arcsec=campaign.u_arcsec * found.ratio, u_believed=found.ratio)
     return scaled, [told]
+
+
+def _repeated(campaign: Campaign, model: Floats) -> Campaign:
+    """What repeats say of the uncertainty; where none is stated it is theirs."""
+    residual = campaign.y_arcsec - model
+    found = pooled(campaign.readings, residual, estimate(campaign.readings, residual))
+    campaign = replace(campaign, repeats=found)
+    if found is None or not campaign.u_repeated:
+        return campaign
+    return replace(campaign, u_arcsec=np.full(len(campaign), found.u_arcsec))
+
+
+def _of_the_scatter(campaign: Campaign, model: Floats) -> Campaign:
+    """An uncertainty to start from, of the right size: angles of reducers span many decades."""
+    found = estimate(campaign.readings, campaign.y_arcsec - model)
+    if found is None or not found.u_arcsec:
+        return campaign
+    return replace(campaign, u_arcsec=np.full(len(campaign), found.u_arcsec))
 
 
 def _as_given(campaign: Campaign) -> Floats:

@@ -20,8 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.assembled import Assembled, Campaign, Point
+from cbpt.lab.forms import FORM_ODDS, form_columns, modulations
 from cbpt.lab.library import LOT, PRIORS, VARIANTS, Shape, Variant, log_size_prior, lots
 from cbpt.lab.noise import (
+    FIXED_DOF,
     PRICE,
     STATED_DOF,
     Margin,
@@ -31,11 +33,14 @@ from cbpt.lab.noise import (
     log_likelihood,
     log_scale_prior,
 )
+from cbpt.lab.reach import library_of
 
 Floats = NDArray[np.float64]
 _STEPS = 12
 # In misfit: two of it are one unit of log-evidence.
 _ENOUGH = 0.02
+# In log-likelihood: a departure from form that gains less needs no new look at the noise.
+_NOISE_WORTH = 2.0
 HOPELESS = 60.0
 """A fit this much worse than the best under the same noise is left as it is."""
 
@@ -95,6 +100,10 @@ class Fit:
     chi2_per_dof: float
     """Against the stated uncertainty."""
     converged: bool
+    form_sd: float = 0.0
+    """How far the effects may depart from their forms; see `forms`."""
+    log_forms: float = 0.0
+    """Log prior of that departure, and what the others add to the evidence."""
 
     def value(self, unknown: Unknown) -> float:
         """SI."""
@@ -109,7 +118,7 @@ class Fit:
     @property
     def log_evidence(self) -> float:
         """Of the hypothesis, up to a constant that all share."""
-        return self.log_marginal + self.log_size_prior
+        return self.log_marginal + self.log_size_prior + self.log_forms
 
     @property
     def rmse_arcsec(self) -> float:
@@ -120,27 +129,37 @@ class Fit:
 class Fitter:
     """Fits hypotheses to one campaign: the library assembled once, every effect once."""
 
-    def __init__(self, campaign: Campaign, variants: Sequence[Variant] = VARIANTS) -> None:
+    def __init__(self, campaign: Campaign, variants: Sequence[Variant] | None = None) -> None:
         self.campaign = campaign
         balls = campaign.balls
         # What the case has already may turn out to be less.
         given = {effect for effect, _ in campaign.effects}
-        fitting = (v for v in variants if _needed(campaign, v))
+        self.library = tuple(library_of(campaign) if variants is None else variants)
+        fitting = (v for v in self.library if _needed(campaign, v))
         self.variants = tuple(
             replace(v, signed=True) if v.effect in given else v for v in fitting
-        ) + lots(balls)
-        self.effects = (*dict.fromkeys([*PRIORS, *(v.effect for v in self.variants)]),)
+        ) + (lots(balls) if balls else ())
+        self.effects = (*dict.fromkeys([*campaign.priors, *(v.effect for v in self.variants)]),)
         # Every ball of a lot is an instance of its own; they come last, one after the other.
         self.effects += (LOT,) * (balls - 1)
         self.model = Assembled(campaign, self.effects)
         self.stated_dof = STATED_DOF if campaign.u_stated else 0.1
+        if campaign.u_repeated:
+            assert campaign.repeats is not None
+            self.stated_dof = min(campaign.repeats.dof, STATED_DOF)
         if campaign.step_arcsec:
             # Rounding errors hide how much they scatter; what is stated stands.
-            self.stated_dof = 1e5
+            self.stated_dof = FIXED_DOF
+        # Play and friction of a torsion spring are no small change: a fit needs more steps, and how
+        # it begins does not say how it ends.
+        large = campaign.drive.kind == "torsion_spring"
+        self.steps = 4 * _STEPS if large else _STEPS
+        self.hopeless = np.inf if large else HOPELESS
         self.bars: dict[Noise, float] = {}
         """The smallest misfit reached under a noise; a fit that cannot come near it is not
         polished.
         """
+        self.modulations = modulations(campaign.readings)
         self.form_price: dict[str, float] = {}
         """Log price of an effect's having several forms; filled in by who compares them."""
 
@@ -161,11 +180,12 @@ class Fitter:
                 variant.sizes, variant.ratios or (1.0,) * len(variant.sizes), strict=True
             ):
                 i, name = self._parameter(variant.effect, size)
+                bounds = self._bounds(i)
+                if variant.scaled:
+                    bounds = self._scaled(i, variant, ratio)
                 neutral, unit = float(self.model.neutral[i]), variant.low * ratio
                 sd, owner = (variant.spread, -1) if variant.spread else (np.inf, number)
-                found.append(
-                    Unknown(i, name, neutral, sd, *self._bounds(i), unit=unit, size_of=owner)
-                )
+                found.append(Unknown(i, name, neutral, sd, *bounds, unit=unit, size_of=owner))
             for shape in variant.shapes:
                 i, name = self._parameter(variant.effect, shape.name)
                 found.append(_unknown_of_shape(i, name, shape))
@@ -181,6 +201,13 @@ class Fitter:
         room = 0.0 if low * high > 0 else 2.0 * (high - low)
         low = max(min(low, neutral) - room, self.model.lower[index])
         return float(low), float(min(max(high, neutral) + room, self.model.upper[index]))
+
+    def _scaled(self, index: int, variant: Variant, ratio: float) -> tuple[float, float]:
+        """Bounds of a size whose range is the variant's own: three times what is plausible."""
+        neutral = float(self.model.neutral[index])
+        reach = 3.0 * variant.high * ratio
+        low = max(neutral - reach, float(self.model.lower[index])) if variant.signed else neutral
+        return min(low, neutral), min(neutral + reach, float(self.model.upper[index]))
 
     def start(self, hypothesis: Hypothesis, sizes: dict[str, float]) -> Floats:
         """Neutral values, but for `sizes` by parameter (`effect.name`) and what a variant fixes."""
@@ -221,8 +248,8 @@ class Fitter:
             point = self._at(values, unknowns)
         if point is None:
             return None
-        search = _Search(self, unknowns, noise)
-        bar = self.bars.get(noise, np.inf) + HOPELESS
+        search = _Search(self, unknowns, noise, 0.0, hypothesis.variants)
+        bar = self.bars.get(noise, np.inf) + self.hopeless
         point, converged = search.run(point, bar)
         reached = search.objective(point)
         self.bars[noise] = min(reached, self.bars.get(noise, np.inf))
@@ -240,16 +267,41 @@ class Fitter:
                 # What is out needs no finer noise to be out.
                 structures=reached < bar,
             )
-            search = _Search(self, unknowns, noise)
+            search = _Search(self, unknowns, noise, 0.0, hypothesis.variants)
             if _near(before, noise) or reached >= bar:
                 break
             point, converged = search.run(point)
-        return search.outcome(hypothesis, point, converged)
+        exact = search.outcome(hypothesis, point, converged)
+        return self._of_any_form(exact) if free_noise and search.formed else exact
+
+    def _of_any_form(self, exact: Fit) -> Fit:
+        """The evidence summed over how far the effects may depart from their forms; noise and
+        uncertainty are those of the likeliest departure.
+        """
+        c = self.campaign
+        seen = [exact]
+        for sd, _ in FORM_ODDS[1:]:
+            loose = self._departed(exact, exact.noise, sd)
+            if loose.log_marginal > exact.log_marginal + _NOISE_WORTH:
+                noise, _ = fit_noise(
+                    *self.linear(loose), c.u_arcsec, c.rows, exact.noise, self.stated_dof
+                )
+                loose = self._departed(exact, noise, sd)
+            seen.append(loose)
+        odds = [
+            f.log_evidence + np.log(share) for f, (_, share) in zip(seen, FORM_ODDS, strict=True)
+        ]
+        best = int(np.argmax(odds))
+        total = float(np.logaddexp.reduce(odds))
+        return replace(seen[best], log_forms=total - seen[best].log_evidence)
+
+    def _departed(self, fit: Fit, noise: Noise, form_sd: float) -> Fit:
+        search = _Search(self, fit.unknowns, noise, form_sd, fit.hypothesis.variants)
+        return search.outcome(fit.hypothesis, fit.point, fit.converged)
 
     def look(self, fit: Fit, noise: Noise) -> Fit:
         """The same values through another noise."""
-        search = _Search(self, fit.unknowns, noise)
-        return search.outcome(fit.hypothesis, fit.point, fit.converged)
+        return replace(self._departed(fit, noise, fit.form_sd), log_forms=fit.log_forms)
 
     def at_nominal(self, fit: Fit) -> Fit:
         """The drive exactly as stated but for its zeros, seen through the noise of a fit."""
@@ -260,7 +312,8 @@ class Fitter:
         """Readings less model, columns of unknowns and zeros, prior precisions, about a fit; in
         arcsec.
         """
-        return _Search(self, fit.unknowns, fit.noise).linear(fit.point)
+        variants = fit.hypothesis.variants
+        return _Search(self, fit.unknowns, fit.noise, fit.form_sd, variants).linear(fit.point)
 
     def place(self, effect: str, name: str) -> int:
         """Where a parameter stands among the values."""
@@ -300,8 +353,22 @@ def _needed(campaign: Campaign, variant: Variant) -> bool:
 class _Search:
     """Gauss-Newton for one set of unknowns and one noise, in steps of each unknown's own unit."""
 
-    def __init__(self, fitter: Fitter, unknowns: tuple[Unknown, ...], noise: Noise) -> None:
+    def __init__(
+        self,
+        fitter: Fitter,
+        unknowns: tuple[Unknown, ...],
+        noise: Noise,
+        form_sd: float = 0.0,
+        variants: tuple[Variant, ...] = (),
+    ) -> None:
         self.fitter, self.unknowns, self.noise = fitter, unknowns, noise
+        self.form_sd, self.variants = form_sd, variants
+        # Numbers of the drive have no form, and a lot of balls is any form already.
+        self.formed = [
+            [i for i, u in enumerate(unknowns) if u.size_of == number]
+            for number, v in enumerate(variants)
+            if v.effect not in PRIORS and not v.spread
+        ]
         c = fitter.campaign
         self.whitener = Whitener.of(noise, c.u_arcsec, c.rows)
         self.zeros = self.whitener(c.zeros)
@@ -339,7 +406,7 @@ class _Search:
         `bar`.
         """
         value = self.objective(point)
-        for number in range(_STEPS):
+        for number in range(self.fitter.steps):
             step, promised = self.step(point)
             if promised < _ENOUGH:
                 return point, True
@@ -412,8 +479,20 @@ class _Search:
         c = self.fitter.campaign
         columns = self.columns(point)
         y = c.y_arcsec - point.angle_arcsec + columns @ self.off(point)
-        x = np.column_stack([columns, c.zeros])
-        return y, x, np.r_[self.precision, np.zeros(c.zeros.shape[1])]
+        forms = self.forms(point, columns)
+        x = np.column_stack([columns, forms, c.zeros])
+        zeros = np.zeros(c.zeros.shape[1])
+        return y, x, np.r_[self.precision, np.ones(forms.shape[1]), zeros]
+
+    def forms(self, point: Point, columns: Floats) -> Floats:
+        """What effects may show beside their forms, each column of unit prior, arcsec."""
+        found = [np.zeros((len(columns), 0))]
+        if self.form_sd:
+            size = (self.coordinates(point) - self.mean) / self.unit
+            for at in self.formed:
+                contribution = columns[:, at] @ size[at]
+                found.append(self.form_sd * form_columns(contribution, self.fitter.modulations))
+        return np.column_stack(found)
 
     def outcome(self, hypothesis: Hypothesis, point: Point, converged: bool) -> Fit:
         c = self.fitter.campaign
@@ -443,6 +522,7 @@ class _Search:
             log_size_prior=sum(self.log_prior_of_sizes(hypothesis, point, covariance)),
             chi2_per_dof=float(np.sum((residual / c.u_arcsec) ** 2) / dof),
             converged=converged,
+            form_sd=self.form_sd,
         )
 
     def log_prior_of_sizes(

@@ -30,6 +30,11 @@ def folds(campaign: Campaign) -> tuple[NDArray[np.int64], str]:
         level = levels_of(preload)
         if len(level) >= 3:
             return level.index % _MOST_FOLDS, "preload level"
+    step = campaign.readings.preload_step
+    if step is not None:
+        names, index = np.unique(step, return_inverse=True)
+        if len(names) >= 3:
+            return index.astype(np.int64) % _MOST_FOLDS, "preload step"
     if campaign.rows.runs >= 3:
         return campaign.rows.run_index % _MOST_FOLDS, "run"
     n = len(campaign)

@@ -2,6 +2,7 @@
 
     Levels      which level each reading belongs to, and the value of each level
     levels_of   finds them
+    settings    what a rig was set to: preloads, else steps of the preload, else runs
 
 A held torque or preload jitters about its set point. Values belong to one level where they lie
 close together against the distance to the next; a column without such gaps is left as it is.
@@ -10,9 +11,13 @@ close together against the distance to the next; a column without such gaps is l
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from cbpt.lab.readings import Readings
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -53,6 +58,19 @@ def levels_of(values: Floats) -> Levels:
     group = _grouped(exact, len(values))
     index = group[index].astype(np.int64)
     return Levels(index, _means(values, exact, group, index))
+
+
+def settings(readings: Readings) -> tuple[Levels, list[str]]:
+    """What the rig was set to at each reading, and a name for each setting."""
+    if readings.preload_N is not None:
+        levels = levels_of(readings.preload_N)
+        return levels, [f"preload {value:.4g} N" for value in levels.value]
+    word, labels = "run", readings.run
+    if readings.preload_step is not None:
+        word, labels = "preload step", readings.preload_step
+    names, index = np.unique(labels, return_inverse=True)
+    numbers = np.arange(len(names), dtype=np.float64)
+    return Levels(index.astype(np.int64), numbers), [f"{word} {name}" for name in names.tolist()]
 
 
 def _grouped(exact: Floats, n: int) -> Ints:

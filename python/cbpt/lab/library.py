@@ -58,6 +58,9 @@ class Variant:
     secants: tuple[tuple[float, ...], ...] = ()
     """Sizes at which to look as well, where an effect does not grow in proportion to its size."""
 
+    scaled: bool = False
+    """Its ranges are those of one table, not of the core's library."""
+
     @property
     def label(self) -> str:
         """Effect and form."""

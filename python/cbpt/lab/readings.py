@@ -1,10 +1,11 @@
 """A measurement: readings of the elastic angle under torque and preload.
 
-    read_readings   a CSV file, a mapping of columns or a data frame -> Readings
+    read_readings   a file, a mapping of columns or a data frame -> Readings
     Readings        the columns as arrays in the units of their names, and what they cannot tell
 
-What a header means is told in `units`, how a file becomes columns in `table`; here is what a
-table of readings has to hold. Two rules: a unit is never guessed, and no row silently disappears.
+What a header means is told in `units`, how a file becomes columns in `table` and `formats`; here is
+what a table of readings has to hold. Two rules: a unit is never guessed, and no row silently
+disappears.
 """
 
 from __future__ import annotations
@@ -22,7 +23,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cbpt.errors import Mistake, ReadingsError
-from cbpt.lab.table import Column, Loaded, Table, read_columns, read_text
+from cbpt.lab.columns import read_columns
+from cbpt.lab.formats import read_file
+from cbpt.lab.table import Column, Loaded, Table
 from cbpt.lab.units import (
     CONTRACT,
     Header,
@@ -52,8 +55,11 @@ class Readings:
     u_elastic_angle_arcsec: standard uncertainty (k = 1).
     line: int64, the line of the file each reading stands on, 1-based (of data: the row).
     place: what `line` counts, "line" or "row".
-    source: the path, or "<data>"; sha256: of the bytes of the file (of data: of names and values).
+    source: the path (with the sheet where there are several), or "<data>".
+    sha256: of the bytes of the file (of data: of names and values).
+    preload_step: labels, int64 or str, of a preload that was set but not measured.
     extra: the other numeric columns under their own names, NaN where a cell is empty.
+    labels: the cells of the columns that were asked for by `only` or `by`, as text.
     """
 
     torque_Nm: Floats
@@ -69,7 +75,9 @@ class Readings:
     source: str = "<data>"
     sha256: str = ""
     notes: tuple[str, ...] = ()
+    preload_step: NDArray[Any] | None = None
     extra: dict[str, Floats] = field(default_factory=dict)
+    labels: dict[str, NDArray[np.str_]] = field(default_factory=dict)
     place: str = "row"
     run_index: Ints = field(init=False)
 
@@ -146,6 +154,7 @@ class Readings:
 
         kept = {f.name: part(getattr(self, f.name)) for f in dataclasses.fields(self) if f.init}
         kept["extra"] = {name: part(values) for name, values in self.extra.items()}
+        kept["labels"] = {name: part(values) for name, values in self.labels.items()}
         return Readings(**kept)
 
 
@@ -163,20 +172,30 @@ def read_readings(
     *,
     lever_arm_mm: float | None = None,
     columns: Mapping[str, str] | None = None,
+    sheet: str | None = None,
     need_preload: bool = True,
     fill: Mapping[str, float] | None = None,
+    only: Mapping[str, Any] | None = None,
+    by: str | None = None,
 ) -> Readings:
     """Read a table of readings.
 
-    source: the path of a text table; or a mapping of column to values, or a data frame (pandas,
-        polars, pyarrow, ...), each value of shape (n,).
+    source: the path of a text table (CSV), a workbook (xlsx, xls, ods), a MATLAB, TDMS or Parquet
+        file; or a mapping of column to values, a data frame (pandas, polars, pyarrow, ...), a
+        structured array or a data set of xarray, each column of shape (n,).
     lever_arm_mm: radius at which the sensor reads; needed where the table has
         `sensor_displacement_um` in place of the elastic angle, which is then atan(dh / h).
     columns: what a header means, {"Moment": "torque_Nm"}; the unit may be any that is known
         ("elastic_angle_deg"), and "extra" sets a column aside.
+    sheet: which sheet of a workbook, struct of a MATLAB file or group of a TDMS file; else the
+        first that has readings.
     need_preload: whether a table without a preload is an error.
     fill: what to take for every reading where the table has no such column: `preload_N`,
-        `input_angle_deg`. A note tells where it was taken.
+        `input_angle_deg`. A note tells where it was taken. A plan has no angles yet and fills
+        `elastic_angle_arcsec` with NaN.
+    only: which readings to take, {"design": "conic", "preload_step": 3}: those whose cells in all
+        of these columns say so, as text or as a number.
+    by: a column whose cells are kept as `labels`, to divide the readings by.
 
     Torque and elastic angle (or sensor displacement) are needed, in the units of
     `cbpt.lab.units`. A run that is out of time order is sorted, which a note tells.
@@ -187,8 +206,41 @@ def read_readings(
     if lever_arm_mm is not None and not (math.isfinite(lever_arm_mm) and lever_arm_mm > 0):
         mistake = Mistake((), "lever_arm_mm", f"{lever_arm_mm!r}", "a length above 0")
         raise ReadingsError(_name(source), [mistake])
-    table = read_text(source) if isinstance(source, str | os.PathLike) else read_columns(source)
-    return _Reader(table, columns or {}, lever_arm_mm, need_preload, fill or {}).read()
+    columns = columns or {}
+    if isinstance(source, str | os.PathLike):
+        table = read_file(source, sheet, columns)
+    else:
+        table = read_columns(source)
+    reader = _Reader(table, columns, lever_arm_mm, need_preload, fill or {})
+    reader.kept = tuple(dict.fromkeys([*(only or {}), *([by] if by else [])]))
+    return _only(reader.read(), only or {})
+
+
+def _only(readings: Readings, only: Mapping[str, Any]) -> Readings:
+    """The readings whose labels are as asked."""
+    rows = np.ones(len(readings), dtype=bool)
+    for column, wanted in only.items():
+        labels = readings.labels[column]
+        same = np.array([_same(label, str(wanted)) for label in labels.tolist()], dtype=bool)
+        if not (rows & same).any():
+            found = ", ".join(dict.fromkeys(labels[rows].tolist()))
+            raise ReadingsError.of_column(
+                readings.source, column, f"only {found}", f"readings of {column} = {wanted}"
+            )
+        rows &= same
+    if rows.all():
+        return readings
+    told = ", ".join(f"{column} = {wanted}" for column, wanted in only.items())
+    note = f"{np.count_nonzero(rows)} of {len(rows)} readings, those of {told}"
+    return dataclasses.replace(readings.select(rows), notes=(*readings.notes, note))
+
+
+def _same(label: str, wanted: str) -> bool:
+    """Whether two cells say the same, as text or as numbers."""
+    try:
+        return label == wanted or float(label) == float(wanted)
+    except ValueError:
+        return False
 
 
 def _name(source: object) -> str:
@@ -241,11 +293,14 @@ class _Reader:
         self.fill = {_COLUMNS[name]: value for name, value in fill.items()}
         self.mistakes: list[Mistake] = []
         self.notes = list(table.notes)
+        self.kept: tuple[str, ...] = ()
 
     def read(self) -> Readings:
         uses = self.assign()
-        run = uses.get("run")
-        loaded = self.table.load({run.index} if run else ())
+        run, step = uses.get("run"), uses.get("preload_step")
+        kept = self.columns_kept(uses)
+        as_text = {use.index for use in (run, step) if use} | set(kept.values())
+        loaded = self.table.load(as_text)
         self.mistakes += loaded.mistakes
         if not len(loaded.lines) and not loaded.mistakes:
             self.wrong("", "no rows under the headers", "a row for each reading")
@@ -254,7 +309,13 @@ class _Reader:
         self.stop_if_wrong()  # what follows needs whole columns
         values = {key: self.in_own_unit(use, loaded) for key, use in uses.items()}
         labels = self.labels(loaded.columns[run.index]) if run else np.ones(len(loaded.lines), int)
-        readings = self.build(values, labels, self.extra(uses, loaded), loaded.lines)
+        extra = self.extra(uses, loaded, set(kept.values()))
+        readings = self.build(values, labels, extra, loaded.lines)
+        readings = dataclasses.replace(
+            readings,
+            preload_step=self.labels(loaded.columns[step.index]) if step else None,
+            labels={name: np.array(loaded.columns[i].text) for name, i in kept.items()},
+        )
         readings = self.in_time(readings, has_runs=run is not None)
         self.stop_if_wrong()
         if run and readings.run_index.max() == 0:
@@ -317,6 +378,17 @@ class _Reader:
         self.notes += [f"{name!r} is kept as extra: {hint}" for name, hint in hints.items() if hint]
         return uses
 
+    def columns_kept(self, uses: dict[str, _Use]) -> dict[str, int]:
+        """Where the columns stand whose cells are wanted as text, by header or by quantity."""
+        headers = self.table.headers
+        places = {use.quantity.column: use.index for use in uses.values()}
+        places |= {header: index for index, header in enumerate(headers)}
+        for name in self.kept:
+            if name not in places:
+                known = ", ".join(map(repr, headers))
+                self.wrong(name, "no such column", f"one of the headers {known}")
+        return {name: places[name] for name in self.kept if name in places}
+
     def understand(self, name: str, below: str) -> Header:
         """What a header means: as `columns` state it, else as it reads."""
         stated = self.columns.get(name)
@@ -340,12 +412,12 @@ class _Reader:
         given = uses.keys() | asked
         sensor = uses.get("sensor_displacement") or uses.get("u_sensor_displacement")
         if sensor and self.lever_arm_mm is None:
-            expected = "lever_arm_mm, the radius at which the sensor reads"
+            expected = "lever_arm_mm under [measurement] of the case: the radius of the sensor"
             remedy = f"or set the column aside with columns={{{sensor.header!r}: 'extra'}}"
             self.wrong(sensor.header, "no lever arm", expected, remedy)
         given |= {_SENSOR[key] for key in given & _SENSOR.keys()}
         for key in ["torque", "elastic_angle"] + ["preload"] * self.need_preload:
-            if key not in given:
+            if key not in given | self.fill.keys():
                 self.missing(_QUANTITY[key], hints)
         for key, lost in _WITHOUT.items():
             if key in given:
@@ -387,10 +459,12 @@ class _Reader:
         """Mistakes for the cells of a column that cannot be used."""
         column, key = loaded.columns[use.index], use.quantity.key
         wrong: dict[str, list[int]] = {}
+        if column.clock and use.quantity.kind not in ("", "time"):
+            wrong["a number, not a date or a duration"] = list(range(len(column.numbers)))
         for row, cell in column.odd.items():
-            if key == "run":
+            if key in {"run", "preload_step"}:
                 if cell == "" or cell.casefold() == "nan":
-                    wrong.setdefault("the label of a run", []).append(row)
+                    wrong.setdefault(f"the label of a {key.replace('_', ' ')}", []).append(row)
             elif _is_boundless(cell):
                 wrong.setdefault("a finite number", []).append(row)
             else:
@@ -409,8 +483,9 @@ class _Reader:
     @staticmethod
     def in_own_unit(use: _Use, loaded: Loaded) -> Floats:
         """The numbers of a column in the unit of the contract."""
-        numbers = loaded.columns[use.index].numbers
-        return use.unit.convert(numbers, _UNIT[use.quantity.key]) if use.unit else numbers
+        column = loaded.columns[use.index]
+        unit = _UNIT["time"] if column.clock else use.unit
+        return unit.convert(column.numbers, _UNIT[use.quantity.key]) if unit else column.numbers
 
     @staticmethod
     def labels(column: Column) -> NDArray[Any]:
@@ -424,24 +499,30 @@ class _Reader:
             return np.array([whole[text] for text in column.text], dtype=np.int64)
         return np.array([str(whole.get(text, text)) for text in column.text], dtype=np.str_)
 
-    def extra(self, uses: dict[str, _Use], loaded: Loaded) -> dict[str, Floats]:
+    def extra(self, uses: dict[str, _Use], loaded: Loaded, kept: set[int]) -> dict[str, Floats]:
         """The columns without a use: numbers are kept, for anything else there is a note."""
         used = {use.index for use in uses.values()}
-        kept: dict[str, Floats] = {}
+        found: dict[str, Floats] = {}
         for index, column in enumerate(loaded.columns):
             name = self.table.headers[index] or f"column {index + 1}"
             filled = {row: cell for row, cell in column.odd.items() if cell}
             if index in used or (not filled and len(column.odd) == len(column.numbers)):
                 continue
             text = next((row for row, cell in filled.items() if not _is_boundless(cell)), None)
+            if text is not None and index in kept:
+                continue
+            if column.clock:
+                hint = f"if it is the time of the readings, columns={{{name!r}: 'time_s'}}"
+                self.notes.append(f"ignored column {name!r}: dates or durations; {hint}")
+                continue
             if text is not None:
                 where = f"{self.table.place} {loaded.lines[text]}"
                 self.notes.append(f"ignored column {name!r}: {where} has {filled[text]!r}")
                 continue
             for row, cell in filled.items():  # nan and inf
                 column.numbers[row] = float(cell)
-            kept[name] = column.numbers
-        return kept
+            found[name] = column.numbers
+        return found
 
     # --- the readings ---------------------------------------------------------------------
 
@@ -451,6 +532,10 @@ class _Reader:
         if self.lever_arm_mm is not None:
             arm_um = 1e3 * self.lever_arm_mm
             if "sensor_displacement" in values:
+                self.notes.append(
+                    "the elastic angle is atan(displacement / lever arm), with the lever arm of "
+                    f"{self.lever_arm_mm:g} mm"
+                )
                 slope = values["sensor_displacement"] / arm_um
                 values["elastic_angle"] = np.arctan(slope) * _ARCSEC_PER_RAD
             if "u_sensor_displacement" in values:

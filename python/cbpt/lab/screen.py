@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from cbpt.lab.assembled import Assembled, Campaign, Point
 from cbpt.lab.fit import Fit
-from cbpt.lab.library import LOT, PRIORS, Variant, log_density, log_size_prior
+from cbpt.lab.library import LOT, Variant, log_density, log_size_prior
 
 Floats = NDArray[np.float64]
 
@@ -70,8 +70,9 @@ class Signatures:
                 shapes = {s.name: g for s, g in zip(variant.shapes, grid, strict=True)}
                 self.entries.append((variant, shapes))
         once = [v.effect for v, _ in self.entries if not v.spread]
-        self.base = (*dict.fromkeys([*PRIORS, *once]), *(LOT,) * campaign.balls)
+        self.base = (*dict.fromkeys([*campaign.priors, *once]), *(LOT,) * campaign.balls)
         self.model = Assembled(campaign, [*self.base, *once])
+        self.numbers = set(campaign.priors)
 
     def about(
         self, fit: Fit, names: dict[int, tuple[str, str]], secants: bool = True
@@ -81,7 +82,7 @@ class Signatures:
         secants: also the change up to a finite size, for effects that do not grow in proportion.
         """
         values = self.model.neutral.copy()
-        present = set(fit.hypothesis.effects) | set(PRIORS)
+        present = set(fit.hypothesis.effects) | self.numbers
         for i, (effect, name) in names.items():
             if effect in present:
                 values[self.model.index(self.base.index(effect), name)] = fit.point.values[i]

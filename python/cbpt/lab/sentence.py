@@ -25,6 +25,7 @@ NAMES = {
     "drift": "a drift of the instrument",
     "eccentric_bearing": "compliance of the eccentric bearing",
     "bearing_play": "play in the bearing",
+    "backlash": "backlash",
     "output_torsion": "torsion of the output shaft",
     "friction_hysteresis": "friction (a hysteresis loop that follows the preload)",
     "preload_loss": "preload that does not reach the meshing points",
@@ -41,9 +42,16 @@ NAMES = {
 }
 """What each effect is called in a sentence."""
 
+_OF_SPRINGS = {
+    "contact_stiffness": "a torsional stiffness other than stated",
+    "eccentric_bearing": "a compliance that stiffens with the load",
+    "friction_hysteresis": "friction (a hysteresis loop)",
+}
+
 _COLUMNS = {
     "torque_Nm": "the torque",
     "preload_N": "the preload",
+    "preload_step": "the preload step",
     "input_angle_deg": "the input angle",
     "direction": "the direction of loading",
     "time_s": "time",
@@ -60,6 +68,12 @@ _NOISE = {
     "outliers": "a few outliers",
     "misstated": "an uncertainty that is misstated",
 }
+
+
+def name_of(d: Diagnosis, effect: str) -> str:
+    """What an effect is called, of the reducer that this is about."""
+    own = _OF_SPRINGS if d.competition.campaign.drive.kind == "torsion_spring" else {}
+    return own.get(effect, NAMES.get(effect, effect))
 
 
 def sentence(d: Diagnosis) -> str:
@@ -106,7 +120,19 @@ def _unknown(d: Diagnosis, sure: str) -> str:
     on = listed([_COLUMNS.get(c, c) for c in columns])
     return (
         f"Something real is missing that no effect of the library explains ({sure}): the misfit "
-        f"depends on {on}."
+        f"depends on {on}." + _beside(d)
+    )
+
+
+def _beside(d: Diagnosis) -> str:
+    """What has a name beside a pattern that has none; of a reducer that is most of its loop."""
+    named = d.verdict.names
+    if not named or d.competition.campaign.drive.kind != "torsion_spring":
+        return ""
+    what = listed([_with_value(d, e) for e in named])
+    return (
+        f" Beside it there is {what}: the error falls from {d.before.rmse_arcsec:.3g} to "
+        f"{d.after.rmse_arcsec:.3g} arcsec."
     )
 
 
@@ -130,9 +156,9 @@ def _ambiguous(d: Diagnosis, sure: str, fall: str) -> str:
     v = d.verdict
     parts = []
     if v.effects:
-        parts.append(f"{listed([NAMES.get(e, e) for e in v.effects])} is certain")
+        parts.append(f"{listed([name_of(d, e) for e in v.effects])} is certain")
     for group in v.rivals:
-        names = listed([NAMES.get(e, e) for e in group], "or")
+        names = listed([name_of(d, e) for e in group], "or")
         parts.append(f"one of {names} is needed, and these readings cannot say which")
     text = "; ".join(parts)
     return f"{text[:1].upper()}{text[1:]} ({sure}); {fall}."
@@ -168,7 +194,7 @@ def moved_numbers(fit: Fit, priors: Mapping[str, float]) -> str:
 
 def _with_value(d: Diagnosis, effect: str) -> str:
     """An effect with the numbers that were found for it."""
-    name = NAMES.get(effect, effect)
+    name = name_of(d, effect)
     found = d.parameters(d.after, effect)
     if not found:
         strained = {u.name: u for u in d.after.unknowns if u.name == effect}
@@ -178,7 +204,7 @@ def _with_value(d: Diagnosis, effect: str) -> str:
 
 def shown(effect: str, name: str, value: float, u: float | None) -> str:
     """A parameter as a case file would have it: `reference_deflection_um 0.209 +- 0.010`."""
-    label, size = _DISPLAY.get((effect, name), (name, 1.0))
+    label, size = DISPLAY.get((effect, name), (name, 1.0))
     if u is None:
         return f"{label} {value / size:.3g}"
     spread = u / size
@@ -188,7 +214,7 @@ def shown(effect: str, name: str, value: float, u: float | None) -> str:
     return f"{label} {value / size:.{digits}f} +- {spread:.{digits}f}"
 
 
-_DISPLAY = {
+DISPLAY = {
     (spec.id, p.name): (p.display_name, p.display_size)
     for spec in effect_specs()
     for p in spec.parameters

@@ -76,6 +76,8 @@ def bases(readings: Readings) -> dict[str, Floats]:
         preload = levels_of(r.preload_N).held
         few = len(np.unique(preload)) <= 6
         found["preload_N"] = levels(preload) if few else hats(preload, 6)
+    if r.preload_step is not None:
+        found["preload_step"] = levels(r.preload_step)
     found["input_angle_deg"] = turn(r.input_angle_deg)
     found["direction"] = levels(r.direction())
     if r.time_s is not None:
@@ -112,6 +114,7 @@ def rate_of(readings: Readings) -> Floats:
 _SINGLES = (
     "torque_Nm",
     "preload_N",
+    "preload_step",
     "input_angle_deg",
     "direction",
     "time_s",
@@ -122,6 +125,7 @@ _SINGLES = (
 )
 _WITH_TORQUE = (
     "preload_N",
+    "preload_step",
     "input_angle_deg",
     "direction",
     "time_s",

@@ -197,6 +197,7 @@ CONTRACT: tuple[Quantity, ...] = (
         _names("u, u alpha, u α, sigma, σ, sigma alpha, σ α"),
     ),
     Quantity("cycle", "", "", _names("cycle, cycle no, cycle number")),
+    Quantity("preload_step", "", "", _names("preload step, preload setting, preload stage")),
     Quantity(
         "sensor_displacement",
         "length",
@@ -352,7 +353,7 @@ def _rename(header: str, candidates: tuple[Quantity, ...]) -> str:
         return f"name the column {first.key}"
     return (
         f"state its unit in the header, as in {first.column} or {first.key} [{first.unit}], or by "
-        f"columns={{{header!r}: {first.column!r}}}; {{{header!r}: 'extra'}} sets it aside"
+        f"columns={{{header!r}: {first.column!r}}}; columns={{{header!r}: 'extra'}} sets it aside"
     )
 
 

@@ -107,6 +107,8 @@ class Region:
         if self.regime is not None:
             rows &= regime == self.regime
         columns = {"direction": readings.direction(), "run": _run_values(readings)}
+        if readings.preload_step is not None:
+            columns["preload_step"] = _step_values(readings)
         for column, (low, high) in self.ranges.items():
             values = columns[column] if column in columns else getattr(readings, column)
             if column == "input_angle_deg":
@@ -131,7 +133,8 @@ def _range_text(column: str, low: float, high: float) -> str:
     if column == "direction":
         first, last = _DIRECTIONS[int(low)], _DIRECTIONS[int(high)]
         return f"torque {first}" if first == last else f"torque {first} or {last}"
-    name, _, unit = column.rpartition("_") if column != "run" else (column, "", "")
+    whole = column in ("run", "preload_step")
+    name, _, unit = (column, "", "") if whole else column.rpartition("_")
     near = abs(high - low) <= 0.005 * max(abs(low), abs(high))
     value = f"{(low + high) / 2 if low != high else low:.4g}"
     # For people an arc ends inside the turn.
@@ -226,6 +229,8 @@ def _axes(readings: Readings, regime: Ints | None) -> dict[str, _Axis]:
         found.append(_numbers("torque_size", np.abs(r.torque_Nm)))
     if r.preload_N is not None:
         found.append(_numbers("preload_N", r.preload_N))
+    if r.preload_step is not None:
+        found.append(_steps(r))
     found.append(_angle(r.input_angle_deg))
     found.append(_kinds("direction", r.direction()))
     if r.time_s is not None:
@@ -284,6 +289,23 @@ def _runs(readings: Readings) -> _Axis:
     order = np.argsort(np.argsort(_first_values(values, index, runs)))
     cell = (order * count // max(runs, 1))[index] if runs else index
     return _Axis("run", values, cell, count)
+
+
+def _steps(readings: Readings) -> _Axis:
+    """Steps of the preload are kinds: that they rise with it is not known."""
+    values = _step_values(readings)
+    _, cell = np.unique(values, return_inverse=True)
+    cells = int(cell.max(initial=-1)) + 1
+    return _Axis("preload_step", values, cell.astype(np.int64), cells, apart=True)
+
+
+def _step_values(readings: Readings) -> Floats:
+    """Labels where they are numbers, else their places in the alphabet."""
+    assert readings.preload_step is not None
+    steps = readings.preload_step
+    if np.issubdtype(steps.dtype, np.number):
+        return np.asarray(steps, dtype=np.float64)
+    return np.asarray(np.unique(steps, return_inverse=True)[1] + 1, dtype=np.float64)
 
 
 def _run_values(readings: Readings) -> Floats:

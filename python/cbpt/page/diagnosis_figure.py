@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.errors import PlotError
-from cbpt.lab.levels import Levels, levels_of
+from cbpt.lab.levels import Levels, settings
 from cbpt.page.comparison_figure import COLOURS, check_picture_name, model_curves
 
 if TYPE_CHECKING:
@@ -79,14 +79,12 @@ def draw_diagnosis(diagnosis: Diagnosed, path: str | os.PathLike[str]) -> None:
 
     figure = Figure(figsize=(8, 9.6), layout="constrained")
     angle, before, after, ladder = _panels(figure)
-    preload = diagnosis.readings.preload_N
-    assert preload is not None
-    levels = levels_of(preload)
+    levels, names = settings(diagnosis.readings)
     _draw_angle(angle, diagnosis, levels)
     _draw_residual(before, diagnosis, diagnosis.residual_before_arcsec, levels, "as stated")
     _draw_residual(after, diagnosis, diagnosis.residual_after_arcsec, levels, "as diagnosed")
     _draw_ladder(ladder, diagnosis)
-    _draw_legend(angle, diagnosis, levels)
+    _draw_legend(angle, diagnosis, names)
     for axes in (angle, before, after, ladder):
         axes.spines[["top", "right"]].set_visible(False)
     figure.suptitle("\n".join(wrap(diagnosis.sentence, 104)), x=0.01, ha="left", fontsize=10.5)
@@ -207,16 +205,15 @@ def _step_name(added: str, place: int, steps: int) -> str:
     return "\n".join(wrap(text if " " in added else f"+ {text}", width))
 
 
-def _draw_legend(axes: Axes, d: Diagnosed, levels: Levels) -> None:
+def _draw_legend(axes: Axes, d: Diagnosed, names: list[str]) -> None:
     from matplotlib.lines import Line2D
 
-    shown = range(min(len(levels), _NAMED))
     handles = [
-        Line2D([], [], color=_colour(i), lw=3, label=f"preload {levels.value[i]:.4g} N")
-        for i in shown
+        Line2D([], [], color=_colour(i), lw=3, label=name) for i, name in enumerate(names[:_NAMED])
     ]
-    if len(levels) > _NAMED:
-        handles.append(Line2D([], [], ls="", label=f"and {len(levels) - _NAMED} more preloads"))
+    if len(names) > _NAMED:
+        what = names[0].rpartition(" ")[0] if " N" not in names[0] else "preload"
+        handles.append(Line2D([], [], ls="", label=f"and {len(names) - _NAMED} more {what}s"))
     handles += [
         Line2D([], [], color="0.3", lw=1.0, ls=_DASHED, label="model as stated"),
         Line2D([], [], color="0.3", lw=1.4, label="model as diagnosed"),

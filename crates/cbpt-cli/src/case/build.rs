@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use cbpt_core::{
     CrossSlide, CrossSlideForm, CrossSlideShare, Deceleration, Drive, Elasticity, EqualSpeed, GrooveSection,
-    InvalidInput, Load, Material, OutputPlate, RingGroove, TrackCurvature,
+    InvalidInput, Load, Material, OutputPlate, Reducer, RingGroove, TorsionSpring, TrackCurvature,
 };
 
 use super::fields::{self, Value};
@@ -99,14 +99,12 @@ const ZEROS: [(&str, Zero); 2] = [("common", Zero::Common), ("per_run", Zero::Pe
 
 /// The case without its effects. The mechanics check its numbers and name the first that cannot be.
 pub(super) fn case(values: &Values) -> Result<Case, InvalidInput> {
-    let track_curvature = TRACK_CURVATURE.into_iter().find(|name| values.has(name)).unwrap_or_default();
     Ok(Case {
-        drive: Drive::new(
-            material(values)?,
-            deceleration(values)?,
-            equal_speed(values)?,
-            values.choice(track_curvature, &TRACK_CURVATURES)?,
-        )?,
+        reducer: if values.has(SPRING_TORQUE) || values.has(SPRING_STIFFNESS) {
+            torsion_spring(values)?.into()
+        } else {
+            ball_drive(values)?.into()
+        },
         load: load(values)?,
         measurement: Measurement {
             zero: values.choice("measurement.zero", &ZEROS)?,
@@ -115,6 +113,33 @@ pub(super) fn case(values: &Values) -> Result<Case, InvalidInput> {
         uncertainty: uncertainty(values)?,
         effects: Vec::new(),
     })
+}
+
+const SPRING_STIFFNESS: &str = "torsion_spring.torsional_stiffness_Nm_per_rad";
+const SPRING_TORQUE: &str = "torsion_spring.torque_Nm";
+const SPRING_ANGLE: &str = "torsion_spring.elastic_angle_rad";
+const SPRING_RADIUS: &str = "torsion_spring.reference_radius_m";
+
+fn torsion_spring(values: &Values) -> Result<TorsionSpring, InvalidInput> {
+    let radius = values.real(SPRING_RADIUS);
+    let list = |name: &str| match values.get(name) {
+        Some(Value::Reals(list)) => Ok(list),
+        _ => Err(missing(name)),
+    };
+    match values.real(SPRING_STIFFNESS) {
+        Some(stiffness) => TorsionSpring::linear(stiffness, radius),
+        None => TorsionSpring::table(list(SPRING_TORQUE)?, list(SPRING_ANGLE)?, radius),
+    }
+}
+
+fn ball_drive(values: &Values) -> Result<Drive, InvalidInput> {
+    let track_curvature = TRACK_CURVATURE.into_iter().find(|name| values.has(name)).unwrap_or_default();
+    Drive::new(
+        material(values)?,
+        deceleration(values)?,
+        equal_speed(values)?,
+        values.choice(track_curvature, &TRACK_CURVATURES)?,
+    )
 }
 
 fn material(values: &Values) -> Result<Material, InvalidInput> {
@@ -201,7 +226,7 @@ fn uncertainty(values: &Values) -> Result<Uncertainty, InvalidInput> {
 
 /// The inverse of [`case`]: the fewest values that give the case, its defaults spelled out.
 pub(super) fn values(case: &Case) -> Values {
-    let mut values = drive_values(&case.drive);
+    let mut values = reducer_values(&case.reducer);
     values.set_some("load.torque_Nm", case.load.torque_Nm);
     values.set_some("load.preload_N", case.load.preload_N);
     values.set_some("load.input_angle_rad", case.load.input_angle_rad);
@@ -211,8 +236,28 @@ pub(super) fn values(case: &Case) -> Values {
     values
 }
 
-/// The part of [`values`] that the drive alone needs.
-pub(super) fn drive_values(drive: &Drive) -> Values {
+/// The part of [`values`] that the reducer alone needs.
+pub(super) fn reducer_values(reducer: &Reducer) -> Values {
+    match reducer {
+        Reducer::BallDrive(drive) => drive_values(drive),
+        Reducer::TorsionSpring(spring) => spring_values(spring),
+    }
+}
+
+fn spring_values(spring: &TorsionSpring) -> Values {
+    let mut values = Values::default();
+    values.set_some(SPRING_STIFFNESS, spring.torsional_stiffness_Nm_per_rad());
+    values.set_some(SPRING_RADIUS, spring.reference_radius_m());
+    let points = spring.points();
+    if !points.is_empty() {
+        for (column, name) in [SPRING_TORQUE, SPRING_ANGLE].into_iter().enumerate() {
+            values.set(name, Value::Reals(points.iter().map(|point| point[column]).collect()));
+        }
+    }
+    values
+}
+
+fn drive_values(drive: &Drive) -> Values {
     let mut values = Values::default();
     values.set_word("track_curvature", drive.track_curvature(), &TRACK_CURVATURES);
     values.set_material(drive.material());

@@ -61,7 +61,7 @@ fn one(path: &str, at: Option<usize>, entries: &[Entry], notes: &mut Notes<'_>) 
         let value = match reader.values.get(&section.si_name(key))? {
             Value::Real(value) => *value,
             Value::Count(count) => f64::from(*count),
-            Value::Text(_) => return None,
+            Value::Text(_) | Value::Reals(_) => return None,
         };
         Some((key.si(), value))
     };

@@ -42,6 +42,8 @@ pub(super) struct Key {
 pub(super) enum Kind {
     /// A number with a unit; beside the dimension the unit that is usual.
     Quantity(Dimension, &'static str),
+    /// A list of numbers with a unit; beside the dimension the unit that is usual.
+    Quantities(Dimension, &'static str),
     /// A number without a unit.
     Number,
     /// A whole number.
@@ -70,6 +72,7 @@ pub(super) enum Value {
     Real(f64),
     Count(u32),
     Text(String),
+    Reals(Vec<f64>),
 }
 
 pub(super) type Range = (Bound<f64>, Bound<f64>);
@@ -145,7 +148,7 @@ impl Key {
     /// The units the key may carry, the SI unit first; one without a name for a key without unit.
     pub(super) fn units(&self) -> &'static [Unit] {
         match self.kind {
-            Kind::Quantity(dimension, _) => dimension.units(),
+            Kind::Quantity(dimension, _) | Kind::Quantities(dimension, _) => dimension.units(),
             _ => PLAIN,
         }
     }
@@ -154,7 +157,9 @@ impl Key {
     pub(super) fn usual_unit(&self) -> &'static Unit {
         let units = self.units();
         match self.kind {
-            Kind::Quantity(_, usual) => units.iter().find(|unit| unit.suffix == usual).unwrap_or(&units[0]),
+            Kind::Quantity(_, usual) | Kind::Quantities(_, usual) => {
+                units.iter().find(|unit| unit.suffix == usual).unwrap_or(&units[0])
+            }
             _ => &units[0],
         }
     }
@@ -195,6 +200,7 @@ impl Key {
     pub(super) fn expected(&self, unit: &Unit) -> String {
         let what = match self.kind {
             Kind::Quantity(..) => format!("a finite number in {}", unit.suffix),
+            Kind::Quantities(..) => format!("a list of finite numbers in {}", unit.suffix),
             Kind::Number => "a finite number".into(),
             Kind::Count => "a whole number".into(),
             Kind::Choice(words) => {
@@ -244,6 +250,9 @@ pub(super) fn dotted(path: &str, key: &str) -> String {
     if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") }
 }
 
+/// The section of any other reducer, which stands in place of those.
+pub(super) const SPRING: &str = "torsion_spring";
+
 /// All sections in the order in which they are written.
 pub(super) fn sections() -> &'static [Section] {
     &SECTIONS
@@ -279,7 +288,8 @@ pub(super) fn uncertain() -> impl Iterator<Item = (&'static Section, &'static Ke
         .filter(|(_, key)| uncertain_key(key))
 }
 
-const DRIVE: [&str; 3] = ["material", "deceleration", "equal_speed"];
+/// The sections of a ball drive.
+pub(super) const DRIVE: [&str; 3] = ["material", "deceleration", "equal_speed"];
 
 /// Limits of checks have no part in the elastic angle, so nothing is lost by their uncertainty.
 const LIMITS: [&str; 2] = ["contact_pressure_limit", "groove_depth"];
@@ -304,7 +314,17 @@ static SECTIONS: LazyLock<Vec<Section>> = LazyLock::new(|| {
         keys: vec![track_curvature().by_default()],
     };
     let [material, deceleration, equal_speed] = drive;
-    vec![top, material, deceleration, equal_speed, load(), measurement(), uncertainty, effects()]
+    vec![
+        top,
+        material,
+        deceleration,
+        equal_speed,
+        torsion_spring(),
+        load(),
+        measurement(),
+        uncertainty,
+        effects(),
+    ]
 });
 
 fn track_curvature() -> Key {
@@ -433,6 +453,41 @@ fn equal_speed() -> Section {
             .by_default()
             .only("cross_slide"),
             track_curvature().optional(),
+        ],
+    }
+}
+
+fn torsion_spring() -> Section {
+    let stiffness = Key::quantity(
+        "torsional_stiffness",
+        Dimension::TorquePerAngle,
+        "Nm_per_arcmin",
+        1e5,
+        "torsional stiffness k_t at the output, where one number says it",
+    );
+    let list = |stem, dimension, usual, example: [f64; 2], meaning| {
+        Key::new(stem, Kind::Quantities(dimension, usual), Value::Reals(example.to_vec()), meaning).optional()
+    };
+    let radius = "radius at which effects act that are lengths; without it they are not offered";
+    Section {
+        name: SPRING,
+        required: false,
+        mechanics: true,
+        meaning: "Any other reducer (gears, harmonic, pin cycloid) as a torsion spring, in place of [material], \
+                  [deceleration] and [equal_speed]: one stiffness, or a smooth curve through a table of torque and angle. \
+                  A table from 0 at 0 on holds both ways; beyond it the curve goes on straight, with the status \
+                  `outside_table`.",
+        keys: vec![
+            stiffness.unless(&["torque", "elastic_angle"]),
+            list("torque", Dimension::Torque, "Nm", [0.0, 10.0], "torques of the table, rising"),
+            list(
+                "elastic_angle",
+                Dimension::Angle,
+                "arcsec",
+                [0.0, 1e-4],
+                "elastic angles of the table, rising, one for each torque",
+            ),
+            Key::quantity("reference_radius", Dimension::Length, "mm", 0.05, radius).optional(),
         ],
     }
 }

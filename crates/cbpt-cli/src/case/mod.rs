@@ -1,4 +1,4 @@
-//! Case files: a drive and what belongs to it, in TOML with the unit in every key. This is their one parser.
+//! Case files: a reducer and what belongs to it, in TOML with the unit in every key. This is their one parser.
 //!
 //! - `fields` is the table of sections and keys, `library` that of the built-in effects, made of the core's. All else
 //!   follows them:
@@ -26,17 +26,17 @@ use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::Path;
 
-use cbpt_core::Drive;
+use cbpt_core::{Drive, Reducer};
 
 pub use error::{CaseError, Mistake};
 pub use library::EFFECTS;
 pub use reference::{json_schema, key_table};
 
-/// A drive with its loads, its measurement, what is known of its numbers, and effects. SI units.
+/// A reducer with its loads, its measurement, what is known of its numbers, and effects. SI units.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Case {
-    /// The drive, checked.
-    pub drive: Drive,
+    /// The reducer, checked.
+    pub reducer: Reducer,
     /// The load where nothing else is said.
     pub load: LoadDefaults,
     /// How readings were taken.
@@ -204,9 +204,14 @@ impl Case {
         write::toml(self)
     }
 
-    /// A drive as the text of a case file in SI units. Reading it gives the very same drive.
-    pub fn drive_to_toml(drive: &Drive) -> String {
-        write::drive_toml(drive)
+    /// The ball drive, if the case has one.
+    pub fn drive(&self) -> Option<&Drive> {
+        self.reducer.ball_drive()
+    }
+
+    /// A reducer as the text of a case file in SI units. Reading it gives the very same reducer.
+    pub fn reducer_to_toml(reducer: &Reducer) -> String {
+        write::reducer_toml(reducer)
     }
 }
 

@@ -43,14 +43,28 @@ pub(super) fn case(document: &[Entry], notes: &mut Notes<'_>) -> Option<Case> {
     }
     reader.one_kind();
     reader.one_track_curvature();
+    let spring = found.iter().any(|(name, _)| *name == fields::SPRING);
+    reader.one_reducer(&found);
     for section in fields::sections().iter().filter(|section| section.name != fields::effect().name) {
+        let of_ball_drive = section.name.is_empty() || fields::DRIVE.contains(&section.name);
+        if (spring && of_ball_drive) || (!spring && section.name == fields::SPRING) {
+            continue;
+        }
         match found.iter().find(|(name, _)| *name == section.name) {
             Some((_, entry)) => reader.complete(section, &entry.key, entry.at),
             None if section.required => reader.missing_section(section),
             None => reader.complete(section, section.name, None),
         }
     }
-    reader.build().map(|case| Case { effects, ..case })
+    let case = reader.build().map(|case| Case { effects, ..case })?;
+    for (index, entry) in case.effects.iter().enumerate() {
+        let why = cbpt_core::effect::find(&entry.id).and_then(|spec| case.reducer.unsuited(spec));
+        if let Some(why) = why {
+            let (key, found) = (format!("effect[{index}].id"), format!("\"{}\"", entry.id));
+            notes.add(None, Mistake { key, found, allowed: why.into(), ..Mistake::default() });
+        }
+    }
+    Some(case)
 }
 
 impl<'n, 't> Reader<'n, 't> {
@@ -163,6 +177,31 @@ impl<'n, 't> Reader<'n, 't> {
         }
     }
 
+    /// A ball drive or a torsion spring, and of the spring one stiffness or a table.
+    fn one_reducer(&mut self, found: &[(&str, &Entry)]) {
+        if found.iter().all(|(name, _)| *name != fields::SPRING) {
+            return;
+        }
+        for (name, entry) in found.iter().filter(|(name, _)| fields::DRIVE.contains(name)) {
+            let problem = "is about a ball drive, and this case has a [torsion_spring]".into();
+            let allowed = "keep one of them".into();
+            let key = format!("[{name}]");
+            self.notes.add(entry.at, Mistake { key, problem, allowed, ..Mistake::default() });
+        }
+        let source = |stem: &str| {
+            let of = |(name, _): &(&String, &Source)| name.starts_with(&format!("{}.{stem}", fields::SPRING));
+            self.sources.iter().find(of).map(|(_, source)| source)
+        };
+        if let (Some(stiffness), Some(table)) =
+            (source("torsional_stiffness"), source("torque").or(source("elastic_angle")))
+        {
+            let (at, key) = (stiffness.at, stiffness.key.clone());
+            let problem = format!("{} says the stiffness as well", table.key);
+            let allowed = "keep one of them".into();
+            self.notes.add(at, Mistake { key, problem, allowed, ..Mistake::default() });
+        }
+    }
+
     /// One setting for the drive, wherever it stands.
     fn one_track_curvature(&mut self) {
         let given = TRACK_CURVATURE.map(|name| (self.values.text(name), self.sources.get(name)));
@@ -182,7 +221,7 @@ impl<'n, 't> Reader<'n, 't> {
     fn missing_section(&mut self, section: &Section) {
         let required = |key: &&Key| matches!(key.need, Need::Required | Need::RequiredUnless(_));
         let keys: Vec<String> = section.keys.iter().filter(required).map(Key::usual).collect();
-        let allowed = format!("it needs {}", keys.join(", "));
+        let allowed = format!("it needs {}; any other reducer has a [{}]", keys.join(", "), fields::SPRING);
         let problem = "the section is missing".into();
         self.notes.add(None, Mistake { key: section.name.into(), problem, allowed, ..Mistake::default() });
         self.put_examples(section);
@@ -246,6 +285,15 @@ impl<'n, 't> Reader<'n, 't> {
         {
             self.notes.add(at, Mistake { key: written, found, allowed, ..Mistake::default() });
             self.values.set(name, key.example.clone());
+            if matches!(key.kind, Kind::Quantities(..)) {
+                // Lists go together.
+                let lists = |key: &&Key| matches!(key.kind, Kind::Quantities(..));
+                for section in fields::sections() {
+                    for key in section.keys.iter().filter(lists) {
+                        self.values.set(section.si_name(key), key.example.clone());
+                    }
+                }
+            }
             return Some(());
         }
         if self.notes.is_empty() {
@@ -258,6 +306,13 @@ impl<'n, 't> Reader<'n, 't> {
 /// The value of a key in SI, if it is what the key takes; the range only where asked.
 fn value(key: &Key, unit: &Unit, node: &Node, check_range: bool) -> Option<Value> {
     match (key.kind, &node.content) {
+        (Kind::Quantities(..), Content::List(items)) => {
+            let number = |item: &Node| match item.content {
+                Content::Number(number) => Some(unit.to_si(number)).filter(|value| value.is_finite()),
+                _ => None,
+            };
+            items.iter().map(number).collect::<Option<Vec<f64>>>().map(Value::Reals)
+        }
         (Kind::Quantity(..) | Kind::Number, Content::Number(number)) => {
             let value = unit.to_si(*number);
             let allowed = value.is_finite() && (!check_range || key.allows(value));

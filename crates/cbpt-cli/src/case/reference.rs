@@ -22,12 +22,19 @@ pub fn json_schema() -> Json {
     }
     let required: Vec<&str> =
         fields::sections().iter().filter(|section| section.required).map(|section| section.name).collect();
+    let foreign: Map<String, Json> = fields::DRIVE
+        .into_iter()
+        .chain(["track_curvature"])
+        .map(|name| (name.into(), false.into()))
+        .collect();
     json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": "Case file of a cycloid ball planetary transmission",
+        "title": "Case file of a cycloid ball planetary transmission, or of another reducer as a torsion spring",
         "type": "object",
         "properties": properties,
-        "required": required,
+        "if": {"required": [fields::SPRING]},
+        "then": {"properties": foreign},
+        "else": {"required": required},
         "additionalProperties": false,
     })
 }
@@ -93,6 +100,10 @@ fn property(key: &Key, unit: &Unit) -> Json {
     let mut schema = json!({"description": key.meaning});
     match key.kind {
         Kind::Quantity(..) | Kind::Number => schema["type"] = "number".into(),
+        Kind::Quantities(..) => {
+            schema["type"] = "array".into();
+            schema["items"] = json!({"type": "number"});
+        }
         Kind::Count => schema["type"] = "integer".into(),
         Kind::Choice(words) => schema["enum"] = words.into(),
         Kind::Text => schema["type"] = "string".into(),
@@ -113,6 +124,7 @@ fn property(key: &Key, unit: &Unit) -> Json {
             Value::Real(value) => unit.of_si(*value).into(),
             Value::Count(count) => (*count).into(),
             Value::Text(text) => text.as_str().into(),
+            Value::Reals(values) => values.iter().map(|value| unit.of_si(*value)).collect(),
         };
     }
     schema
@@ -155,7 +167,7 @@ pub fn key_table() -> String {
             "effect.parameters" => "`parameters` of an `[[effect]]`".into(),
             _ => format!("`{}`", section.place()),
         };
-        let required = if section.required { " Required." } else { "" };
+        let required = if section.required { " Required unless there is a `[torsion_spring]`." } else { "" };
         // Writing to a string cannot fail.
         let _ = write!(page, "## {title}\n\n{}{required}\n\n", section.meaning);
         page.push_str("| key | units | takes | default | meaning |\n|---|---|---|---|---|\n");
@@ -195,5 +207,6 @@ fn need(key: &Key) -> String {
         }
         Need::Default(Value::Count(count)) => count.to_string(),
         Need::Default(Value::Text(text)) => format!("\"{text}\""),
+        Need::Default(Value::Reals(values)) => format!("{values:?}"),
     }
 }

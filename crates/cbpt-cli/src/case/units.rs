@@ -19,6 +19,8 @@ pub(super) enum Dimension {
     AnglePerTorque,
     ForcePerLength,
     ForcePerTemperature,
+    PerTorque,
+    TorquePerAngle,
 }
 
 /// One unit as keys write it: the `mm` of `ball_radius_mm`; empty for a plain number.
@@ -86,6 +88,14 @@ const ANGLE_PER_TORQUE: &[Unit] =
 const FORCE_PER_LENGTH: &[Unit] =
     &[shift("N_per_m", 0), shift("N_per_mm", 3), shift("N_per_um", 6), shift("kN_per_mm", 6)];
 const FORCE_PER_TEMPERATURE: &[Unit] = &[shift("N_per_K", 0), shift("kN_per_K", 3)];
+const PER_TORQUE: &[Unit] = &[shift("per_Nm", 0), shift("per_kNm", -3)];
+const TORQUE_PER_ANGLE: &[Unit] = &[
+    shift("Nm_per_rad", 0),
+    shift("kNm_per_rad", 3),
+    times("Nm_per_deg", 180.0 / PI),
+    times("Nm_per_arcmin", 10_800.0 / PI),
+    times("Nm_per_arcsec", 648_000.0 / PI),
+];
 
 impl Dimension {
     /// The units that are read, the SI unit first.
@@ -105,6 +115,8 @@ impl Dimension {
             Self::AnglePerTorque => ANGLE_PER_TORQUE,
             Self::ForcePerLength => FORCE_PER_LENGTH,
             Self::ForcePerTemperature => FORCE_PER_TEMPERATURE,
+            Self::PerTorque => PER_TORQUE,
+            Self::TorquePerAngle => TORQUE_PER_ANGLE,
         }
     }
 }
@@ -151,6 +163,8 @@ pub(super) fn is_unit(suffix: &str) -> bool {
         ANGLE_PER_TORQUE,
         FORCE_PER_LENGTH,
         FORCE_PER_TEMPERATURE,
+        PER_TORQUE,
+        TORQUE_PER_ANGLE,
     ];
     all.into_iter().flatten().any(|unit| unit.suffix == suffix)
 }

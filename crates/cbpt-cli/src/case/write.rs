@@ -3,7 +3,7 @@
 use super::build::Values;
 use super::fields::{self, Key, Section, Value};
 use super::{Case, EffectEntry, OwnParameter, build};
-use cbpt_core::Drive;
+use cbpt_core::Reducer;
 
 /// TOML that reads back as the very same case.
 pub(super) fn toml(case: &Case) -> String {
@@ -11,9 +11,9 @@ pub(super) fn toml(case: &Case) -> String {
     sections.into_iter().chain(case.effects.iter().map(effect)).collect::<Vec<_>>().join("\n")
 }
 
-/// TOML of a case that has this drive and nothing else.
-pub(super) fn drive_toml(drive: &Drive) -> String {
-    sections(&build::drive_values(drive)).join("\n")
+/// TOML of a case that has this reducer and nothing else.
+pub(super) fn reducer_toml(reducer: &Reducer) -> String {
+    sections(&build::reducer_values(reducer)).join("\n")
 }
 
 fn sections(values: &Values) -> Vec<String> {
@@ -57,6 +57,7 @@ fn literal(value: &Value) -> String {
         Value::Real(number) => format!("{number:?}"),
         Value::Count(count) => count.to_string(),
         Value::Text(text) => quoted(text),
+        Value::Reals(numbers) => format!("{numbers:?}"),
     }
 }
 

@@ -3,7 +3,7 @@
 use cbpt_core::{Drive, Finding, Severity};
 use serde_json::{Value, json};
 
-use super::{load, note_bare_drive};
+use super::{ball_drive, load, note_bare_drive};
 use crate::args::Check;
 use crate::case::Case;
 use crate::exit::{Exit, Failure};
@@ -13,12 +13,13 @@ use crate::report::{Report, Table, six_digits};
 pub fn run(verb: &Check) -> Result<Exit, Failure> {
     verb.output.check()?;
     let case = Case::read(&verb.case.path)?;
+    let drive = ball_drive(&case, &verb.case.path, "findings are")?;
     // A load is checked where one is meant: given whole in the case, or begun on the command line.
     let begun = verb.load.torque_Nm.is_some() || verb.load.preload_N.is_some();
     let whole = case.load.torque_Nm.is_some() && case.load.preload_N.is_some();
     let load = if begun || whole { Some(load(&case, &verb.load)?) } else { None };
-    let findings = case.drive.findings(load.as_ref());
-    let mut report = report(&case.drive, &findings, load.is_some());
+    let findings = drive.findings(load.as_ref());
+    let mut report = report(drive, &findings, load.is_some());
     note_bare_drive(&mut report, &case, "these are findings");
     report.deliver(&verb.output)?;
     let failed = findings.iter().any(|finding| finding.severity == Severity::Error);

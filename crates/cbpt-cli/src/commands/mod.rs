@@ -9,8 +9,8 @@ pub mod sweep;
 
 use std::path::Path;
 
-use cbpt_core::Load;
 use cbpt_core::predict::loads::Effects;
+use cbpt_core::{Drive, Load};
 
 use crate::args::{LoadOptions, OutputOptions};
 use crate::case::Case;
@@ -101,6 +101,17 @@ fn note_bare_drive(report: &mut Report, case: &Case, what: &str) {
     }
 }
 
+/// The ball drive that a verb is about.
+fn ball_drive<'a>(case: &'a Case, path: &Path, what: &str) -> Result<&'a Drive, Failure> {
+    case.drive().ok_or_else(|| {
+        Failure::Usage(format!(
+            "{}: {what} about the balls and grooves of a ball drive; this case has a [torsion_spring], for which there are \
+             solve, sweep, compare, diagnose and fit",
+            path.display()
+        ))
+    })
+}
+
 /// The torque of the flags, else of the case.
 fn torque_Nm(case: &Case, flag: Option<f64>) -> Result<f64, Failure> {
     flag.or(case.load.torque_Nm).ok_or_else(|| missing("--torque-Nm", "torque_Nm"))
@@ -109,9 +120,12 @@ fn torque_Nm(case: &Case, flag: Option<f64>) -> Result<f64, Failure> {
 /// The load of the flags, filled up from the case's `[load]`.
 fn load(case: &Case, flags: &LoadOptions) -> Result<Load, Failure> {
     let torque = torque_Nm(case, flags.torque_Nm)?;
-    let preload =
-        flags.preload_N.or(case.load.preload_N).ok_or_else(|| missing("--preload-N", "preload_N"))?;
-    Ok(Load::new(torque, preload, input_angle_rad(case, flags.input_angle_deg))?)
+    let angle = input_angle_rad(case, flags.input_angle_deg);
+    match flags.preload_N.or(case.load.preload_N) {
+        Some(preload) => Ok(Load::new(torque, preload, angle)?),
+        None if case.drive().is_none() => Ok(Load::without_preload(torque, angle)?),
+        None => Err(missing("--preload-N", "preload_N")),
+    }
 }
 
 fn input_angle_rad(case: &Case, flag_deg: Option<f64>) -> f64 {

@@ -4,7 +4,7 @@ use cbpt_core::{DriveThresholds, PreloadThresholds};
 use serde_json::{Value, json};
 
 use super::check::{finding_document, finding_text};
-use super::{Units, note_bare_drive, torque_Nm};
+use super::{Units, ball_drive, note_bare_drive, torque_Nm};
 use crate::args::Preload;
 use crate::case::Case;
 use crate::exit::{Exit, Failure};
@@ -14,15 +14,16 @@ use crate::report::{Report, Table, number, object, six_digits};
 pub fn run(verb: &Preload) -> Result<Exit, Failure> {
     verb.output.check()?;
     let case = Case::read(&verb.case.path)?;
+    let drive = ball_drive(&case, &verb.case.path, "preload thresholds are")?;
     let torque = torque_Nm(&case, verb.torque_Nm)?;
     // A torque that cannot be is refused with the same words as everywhere.
     cbpt_core::Load::new(torque, 1.0, verb.input_angle_deg.unwrap_or(0.0))?;
     let thresholds = match verb.input_angle_deg {
-        Some(angle) => case.drive.preload_thresholds_at(torque, angle.to_radians()),
-        None => case.drive.preload_thresholds(torque),
+        Some(angle) => drive.preload_thresholds_at(torque, angle.to_radians()),
+        None => drive.preload_thresholds(torque),
     };
     let mut report = report(&thresholds, torque, verb.input_angle_deg, &Units::from(&verb.output));
-    let findings = case.drive.findings(None);
+    let findings = drive.findings(None);
     for finding in &findings {
         report.text.push('\n');
         report.text += &finding_text(finding);

@@ -5,12 +5,12 @@ use cbpt_core::extremes::LargestAngle;
 use cbpt_core::hertz::LoadedContact;
 use cbpt_core::pair::Diagonal;
 use cbpt_core::predict::Contribution;
-use cbpt_core::predict::loads::{LoadDetail, solve_load};
-use cbpt_core::{Drive, Finding, Solution, Status};
+use cbpt_core::predict::loads::{Effects, LoadDetail, solve_load};
+use cbpt_core::{Finding, Load, Reducer, Solution, Status};
 use serde_json::{Value, json};
 
 use super::check::finding_text;
-use super::{CaseEffects, Units, load, note_bare_drive};
+use super::{CaseEffects, Units, ball_drive, load, note_bare_drive};
 use crate::args::Solve;
 use crate::case::Case;
 use crate::exit::{Exit, Failure};
@@ -22,13 +22,20 @@ pub fn run(verb: &Solve) -> Result<Exit, Failure> {
     let case = Case::read(&verb.case.path)?;
     let effects = CaseEffects::of(&case, &verb.case.path)?;
     let load = load(&case, &verb.load)?;
-    let detail = effects.map(|effects| solve_load(&case.drive, effects.core(), &load)).transpose()?;
-    let solution = detail.as_ref().map_or_else(|| case.drive.solve(&load), |detail| detail.solution.clone());
+    let detail = effects.map(|effects| solve_load(&case.reducer, effects.core(), &load)).transpose()?;
+    let solution = match &detail {
+        Some(detail) => detail.solution.clone(),
+        None => solved(&case.reducer, &load)?,
+    };
     let units = Units::from(&verb.output);
-    let mut report = report(&case.drive, &solution, detail.as_ref(), &units);
+    let mut report = report(&case.reducer, &solution, detail.as_ref(), &units);
     let mut of_drive_alone = vec!["findings"];
+    if verb.points {
+        ball_drive(&case, &verb.case.path, "meshing points are")?;
+    }
     if verb.over_period {
-        let (status, largest) = case.drive.largest_elastic_angle(load.torque_Nm(), load.preload_N())?;
+        let drive = ball_drive(&case, &verb.case.path, "the largest angle over a period is")?;
+        let (status, largest) = drive.largest_elastic_angle(load.torque_Nm(), load.preload_N())?;
         add_period(&mut report, status, largest.as_ref(), &units);
         of_drive_alone.push("the largest angle over a period");
     }
@@ -39,17 +46,30 @@ pub fn run(verb: &Solve) -> Result<Exit, Failure> {
         );
         report.text.push_str(&report.table.narrowed(|column| !column.starts_with("wall")).text());
     }
-    note_bare_drive(&mut report, &case, &format!("{} are", of_drive_alone.join(" and ")));
+    if case.drive().is_some() {
+        note_bare_drive(&mut report, &case, &format!("{} are", of_drive_alone.join(" and ")));
+    }
     report.deliver(&verb.output)?;
     Ok(if solution.status.has_solution() { Exit::Success } else { Exit::NoSolution })
 }
 
+/// A reducer without effects under a load.
+///
+/// # Errors
+/// [`InvalidInput`](cbpt_core::InvalidInput) for a ball drive without a preload.
+pub fn solved(reducer: &Reducer, load: &Load) -> Result<Solution, cbpt_core::InvalidInput> {
+    match reducer.ball_drive().filter(|_| load.preload_N() > 0.0) {
+        Some(drive) => Ok(drive.solve(load)),
+        None => Ok(solve_load(reducer, Effects { ids: &[], values: &[] }, load)?.solution),
+    }
+}
+
 /// What a solution has to say; `detail` is that of a case with effects.
-pub fn report(drive: &Drive, solution: &Solution, detail: Option<&LoadDetail>, units: &Units) -> Report {
-    let findings = drive.findings(Some(&solution.load));
+pub fn report(reducer: &Reducer, solution: &Solution, detail: Option<&LoadDetail>, units: &Units) -> Report {
+    let findings = reducer.ball_drive().map(|drive| drive.findings(Some(&solution.load))).unwrap_or_default();
     Report {
-        text: text(drive, solution, detail, &findings, units),
-        json: document(drive, solution, detail, &findings, units),
+        text: text(reducer, solution, detail, &findings, units),
+        json: document(reducer, solution, detail, &findings, units),
         table: points_table(solution, units),
     }
 }
@@ -86,22 +106,29 @@ fn pairs(solution: &Solution) -> impl Iterator<Item = (&'static str, &PairSoluti
 
 /// The summary, as `print(solution)` and `cbpt solve` show it.
 pub fn text(
-    drive: &Drive,
+    reducer: &Reducer,
     solution: &Solution,
     detail: Option<&LoadDetail>,
     findings: &[Finding],
     units: &Units,
 ) -> String {
     let load = &solution.load;
+    let force = |value: f64| format!("{} {}", six_digits(value * units.force.per_si), units.force.name);
+    let preload = match load.preload_N() {
+        0.0 => String::new(),
+        preload_N => format!(", preload {}", force(preload_N)),
+    };
+    let of = match reducer {
+        Reducer::BallDrive(drive) => format!("transmission ratio {}", six_digits(drive.transmission_ratio())),
+        Reducer::TorsionSpring(_) => "a reducer as a torsion spring".to_owned(),
+    };
     let mut lines = vec![format!(
-        "Load: {} {}, preload {} {}, input angle {} deg; transmission ratio {}",
+        "Load: {} {}{preload}, input angle {} deg; {of}",
         six_digits(load.torque_Nm() * units.torque.per_si),
         units.torque.name,
-        six_digits(load.preload_N() * units.force.per_si),
-        units.force.name,
         six_digits(load.input_angle_rad().to_degrees()),
-        six_digits(drive.transmission_ratio()),
     )];
+    let pairs = reducer.ball_drive().is_some();
     match &solution.angles {
         Some(angles) => {
             let angle = |rad: f64| format!("{} {}", six_digits(rad * units.angle.per_si), units.angle.suffix);
@@ -112,30 +139,43 @@ pub fn text(
                 }
                 None => format!("Elastic angle: {}", angle(angles.elastic_angle_rad())),
             });
-            lines.push(format!(
-                "  deceleration pair {}, equal-speed pair {} (the part that reaches the output)",
-                angle(angles.deceleration_rad),
-                angle(angles.equal_speed_rad)
-            ));
-            if let Some(detail) = detail {
+            if pairs {
+                lines.push(format!(
+                    "  deceleration pair {}, equal-speed pair {} (the part that reaches the output)",
+                    angle(angles.deceleration_rad),
+                    angle(angles.equal_speed_rad)
+                ));
+            }
+            if let Some(detail) = detail.filter(|_| !pairs) {
+                let torque = six_digits(detail.mesh_load[0] * units.torque.per_si);
+                lines.push(format!("  carried by the spring: {torque} {}", units.torque.name));
+            }
+            if let Some(detail) = detail.filter(|_| pairs) {
                 let [torque_Nm, preload_N] = detail.mesh_load;
                 lines.push(format!(
-                    "  at the meshing points: torque {} {}, preload {} {}",
+                    "  at the meshing points: torque {} {}, preload {}",
                     six_digits(torque_Nm * units.torque.per_si),
                     units.torque.name,
-                    six_digits(preload_N * units.force.per_si),
-                    units.force.name,
+                    force(preload_N),
                 ));
             }
             if let Some(stiffness) = solution.torsional_stiffness_Nm_per_rad {
                 let (_, value) = stiffness_unit(units, stiffness);
                 let unit = format!("{}/{}", units.torque.name, units.angle.suffix);
-                let of = if detail.is_some() { " of the meshing points" } else { "" };
+                let of = match detail {
+                    Some(_) if pairs => " of the meshing points",
+                    Some(_) => " of the spring",
+                    None => "",
+                };
                 lines.push(format!("Torsional stiffness{of} at this load: {} {unit}", six_digits(value)));
             }
-            lines.push(format!("Status: {} (scaled residual {:.1e})", solution.status, angles.residual));
-            lines.push(String::new());
-            lines.push(pair_table(solution, units).text());
+            if pairs {
+                lines.push(format!("Status: {} (scaled residual {:.1e})", solution.status, angles.residual));
+                lines.push(String::new());
+                lines.push(pair_table(solution, units).text());
+            } else {
+                lines.push(format!("Status: {}", solution.status));
+            }
             lines.extend(detail.map(|detail| contribution_table(detail, units).text()));
         }
         None => lines.push(format!("Status: {}", solution.status)),
@@ -194,7 +234,7 @@ fn contribution_table(detail: &LoadDetail, units: &Units) -> Table {
 
 /// The JSON object: angles null where there is no solution.
 pub fn document(
-    drive: &Drive,
+    reducer: &Reducer,
     solution: &Solution,
     detail: Option<&LoadDetail>,
     findings: &[Finding],
@@ -204,14 +244,15 @@ pub fn document(
     let angle = |rad: Option<f64>| number(rad.map(|rad| rad * units.angle.per_si));
     let suffix = units.angle.suffix;
     let (stiffness_suffix, _) = stiffness_unit(units, 0.0);
+    let of_pairs_angles = solution.angles.filter(|_| reducer.ball_drive().is_some());
     let of_pairs = object(pairs(solution).map(|(name, pair)| (name.to_owned(), pair_document(pair, units))));
     let shown = detail.map_or_else(|| solution.elastic_angle_rad(), |detail| detail.angle_rad);
     let mut document = object([
         ("status".to_owned(), json!(solution.status.name())),
         ("message".to_owned(), json!(solution.status.to_string())),
         (format!("elastic_angle_{suffix}"), angle(shown)),
-        (format!("alpha_deceleration_{suffix}"), angle(solution.angles.map(|a| a.deceleration_rad))),
-        (format!("alpha_equal_speed_{suffix}"), angle(solution.angles.map(|a| a.equal_speed_rad))),
+        (format!("alpha_deceleration_{suffix}"), angle(of_pairs_angles.map(|a| a.deceleration_rad))),
+        (format!("alpha_equal_speed_{suffix}"), angle(of_pairs_angles.map(|a| a.equal_speed_rad))),
         ("residual".to_owned(), number(solution.angles.map(|a| a.residual))),
         (
             "hold_preload_N".to_owned(),
@@ -228,11 +269,14 @@ pub fn document(
             "load".to_owned(),
             json!({
                 "torque_Nm": load.torque_Nm(),
-                "preload_N": load.preload_N(),
+                "preload_N": number(Some(load.preload_N()).filter(|preload| *preload > 0.0)),
                 "input_angle_deg": load.input_angle_rad().to_degrees(),
             }),
         ),
-        ("transmission_ratio".to_owned(), json!(drive.transmission_ratio())),
+        (
+            "transmission_ratio".to_owned(),
+            number(reducer.ball_drive().map(cbpt_core::Drive::transmission_ratio)),
+        ),
         ("pairs".to_owned(), of_pairs),
         ("findings".to_owned(), findings.iter().map(super::check::finding_document).collect()),
     ]);

@@ -5,7 +5,7 @@ use std::thread;
 use std::time::Duration;
 
 use cbpt_core::Load;
-use cbpt_core::predict::loads::{LoadOutcome, solve_loads};
+use cbpt_core::predict::loads::{Effects, LoadOutcome, solve_loads};
 use cbpt_core::sweep::{Progress, Row, solve_all};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::{Value, json};
@@ -27,7 +27,12 @@ pub fn run(verb: &Sweep) -> Result<Exit, Failure> {
     let case = Case::read(&verb.case.path)?;
     let effects = CaseEffects::of(&case, &verb.case.path)?;
     let torques = axis(verb.torque_Nm.as_deref(), case.load.torque_Nm, "--torque-Nm", "torque_Nm")?;
-    let preloads = axis(verb.preload_N.as_deref(), case.load.preload_N, "--preload-N", "preload_N")?;
+    let preloads = match (verb.preload_N.as_deref(), case.load.preload_N) {
+        (None, None) if case.drive().is_none() => vec![None],
+        (flag, of_case) => {
+            axis(flag, of_case, "--preload-N", "preload_N")?.into_iter().map(Some).collect::<Vec<_>>()
+        }
+    };
     let case_angle = case.load.input_angle_rad.unwrap_or(0.0).to_degrees();
     let angles =
         axis(verb.input_angle_deg.as_deref(), Some(case_angle), "--input-angle-deg", "input_angle_deg")?;
@@ -42,17 +47,27 @@ pub fn run(verb: &Sweep) -> Result<Exit, Failure> {
     for angle in &angles {
         for preload in &preloads {
             for torque in &torques {
-                loads.push(Load::new(*torque, *preload, angle.to_radians())?);
+                let angle = angle.to_radians();
+                loads.push(match preload {
+                    Some(preload) => Load::new(*torque, *preload, angle)?,
+                    None => Load::without_preload(*torque, angle)?,
+                });
             }
         }
     }
-    let solved = with_progress_bar(loads.len(), |progress| match &effects {
-        Some(effects) => solve_loads(&case.drive, effects.core(), &loads, progress),
-        None => Ok(solve_all(&case.drive, &loads, progress).map(|rows| rows.iter().map(bare).collect())),
+    let none = Effects { ids: &[], values: &[] };
+    let solved = with_progress_bar(loads.len(), |progress| match (&effects, case.drive()) {
+        (None, Some(drive)) => {
+            Ok(solve_all(drive, &loads, progress).map(|rows| rows.iter().map(bare).collect()))
+        }
+        (effects, _) => {
+            let effects = effects.as_ref().map_or(none, CaseEffects::core);
+            solve_loads(&case.reducer, effects, &loads, progress)
+        }
     })?
     .ok_or_else(|| Failure::Usage("the sweep was cancelled".into()))?;
     let any = solved.iter().any(|outcome| outcome.status.has_solution());
-    report(&loads, &solved, &Units::from(&verb.output)).deliver(&verb.output)?;
+    report(&loads, &solved, case.drive().is_some(), &Units::from(&verb.output)).deliver(&verb.output)?;
     Ok(if any { Exit::Success } else { Exit::NoSolution })
 }
 
@@ -63,7 +78,9 @@ fn bare((status, angles): &Row) -> LoadOutcome {
 }
 
 /// What a sweep has to say.
-fn report(loads: &[Load], solved: &[LoadOutcome], units: &Units) -> Report {
+///
+/// A torsion spring has no pairs, and where its loads have no preload none is shown.
+fn report(loads: &[Load], solved: &[LoadOutcome], pairs: bool, units: &Units) -> Report {
     let suffix = units.angle.suffix;
     let mut table = Table::new([
         format!("torque_{}", units.torque.suffix),
@@ -87,6 +104,11 @@ fn report(loads: &[Load], solved: &[LoadOutcome], units: &Units) -> Report {
             number(angles.map(|a| a.residual)),
             json!(status.name()),
         ]);
+    }
+    if !pairs {
+        let preload = loads.iter().any(|load| load.preload_N() > 0.0);
+        let of_pairs = |column: &str| column.starts_with("alpha_") || column == "residual";
+        table = table.narrowed(|column| !of_pairs(column) && (preload || !column.starts_with("preload_")));
     }
     let failed = solved.iter().filter(|outcome| !outcome.status.has_solution()).count();
     let mut shown = table.clone();

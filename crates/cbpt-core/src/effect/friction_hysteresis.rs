@@ -1,6 +1,7 @@
 //! Friction that resists the output's rotation and remembers.
 //!
-//! The meshing points carry M0 - Tf. Tf = Tf0 z with the limit Tf0 = mu_T N_Z and dz/dalpha = (1 - sgn(dalpha) z)/alpha_p
+//! The meshing points carry M0 - Tf. Tf = Tf0 z with the limit Tf0 = (mu_T N_Z + T0)(1 + g |M0|): a part that follows the
+//! preload, one that does not, both growing with the load where g is not 0. dz/dalpha = (1 - sgn(dalpha) z)/alpha_p
 //! on the total angle (meshing points and what stands in series), z = 0 in the unloaded state in which each run starts.
 //! Between readings alpha moves one way, so z follows in closed form: with s the sense of rotation
 //! z2 = s - (s - z1) exp(-|dalpha|/alpha_p).
@@ -14,9 +15,9 @@ pub static SPEC: Spec = Spec {
     id: "friction_hysteresis",
     class: Class::Effect,
     port: Port::Load,
-    equation: "M_mesh = M0 - Tf, dTf/dalpha = (Tf0/alpha_p)(1 - sgn(dalpha) Tf/Tf0), Tf0 = mu_T N_Z",
+    equation: "M_mesh = M0 - Tf, dTf/dalpha = (Tf0/alpha_p)(1 - sgn(dalpha) Tf/Tf0), Tf0 = (mu_T N_Z + T0)(1 + g |M0|)",
     source: "Dahl, A Solid Friction Model, Aerospace Corporation TOR-0158(3107-18)-1 (1968)",
-    tell_tale: "a loop whose width grows with preload; the first loading of a run reads stiffer",
+    tell_tale: "a loop whose width grows with preload where friction follows it; the first loading of a run reads stiffer",
     parameters: &[
         Parameter::size(
             "friction_radius",
@@ -32,16 +33,32 @@ pub static SPEC: Spec = Spec {
             10.0 * ARCSEC,
             "angle alpha_p over which the friction builds up",
         )
-        .within(1e-3 * ARCSEC, 1e4 * ARCSEC)
+        .within(1e-3 * ARCSEC, 1e6 * ARCSEC)
         .likely(2.0 * ARCSEC, 40.0 * ARCSEC)
         .log(),
+        Parameter::size(
+            "friction_torque",
+            Dimension::Torque,
+            "largest friction torque at no preload and no load, T0",
+        )
+        .within(0.0, 1e6)
+        .likely(1e-4, 10.0)
+        .log(),
+        Parameter::shape("load_growth", Dimension::PerTorque, 0.0, "growth g of the friction with the load")
+            .within(0.0, 1e6)
+            .likely(0.0, 10.0),
     ],
     twins: &[],
     action: Action::Load(act),
 };
 
 fn act(own: &[Dual], _: &Row, load: &mut Load) {
-    load.friction.push(Friction { radius_m: own[0], engagement_angle_rad: own[1] });
+    load.friction.push(Friction {
+        radius_m: own[0],
+        engagement_angle_rad: own[1],
+        torque_Nm: own[2],
+        growth_per_Nm: own[3],
+    });
 }
 
 /// z after the rotation `way_rad` from `before`, and its derivatives by the way, by `before` and by alpha_p.

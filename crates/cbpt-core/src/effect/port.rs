@@ -7,7 +7,7 @@ use super::dual::Dual;
 pub struct Row {
     /// Torque that was read, N m.
     pub torque_Nm: f64,
-    /// Preload that was read, N.
+    /// Preload that was read, N; 0 where there is none.
     pub preload_N: f64,
     /// Angle of the input crank, rad.
     pub input_angle_rad: f64,
@@ -28,10 +28,10 @@ pub struct Row {
 /// What effects know of the drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DriveNumbers {
-    /// Zo e, from the centre of the output plate to the pitch point, m.
+    /// Zo e, from the centre of the output plate to the pitch point, m; of a torsion spring its reference radius.
     pub pitch_arm_m: f64,
     /// Turn of the planet's groove against the line of centres for one turn of the crank: Z1/Z3 with the hypocycloid plate
-    /// as output, Z3/Z1 with the epicycloid plate.
+    /// as output, Z3/Z1 with the epicycloid plate; 0 of a torsion spring.
     pub planet_turn: f64,
 }
 
@@ -53,8 +53,20 @@ pub struct Load {
 pub struct Friction {
     /// Largest friction torque over the preload, m.
     pub radius_m: Dual,
+    /// Largest friction torque whatever the preload, N m.
+    pub torque_Nm: Dual,
+    /// Growth of both with the torque on the output, 1/(N m).
+    pub growth_per_Nm: Dual,
     /// Angle over which it builds up, rad.
     pub engagement_angle_rad: Dual,
+}
+
+impl Friction {
+    /// Largest friction torque under a load, N m.
+    pub fn limit_Nm(&self, load: &Load) -> Dual {
+        let at_rest = self.radius_m * load.preload_N + self.torque_Nm;
+        at_rest * (self.growth_per_Nm * load.torque_Nm.abs() + 1.0)
+    }
 }
 
 /// What the contacts of all pairs become.
@@ -66,6 +78,10 @@ pub struct Contact {
     pub contact_angle_shift_rad: Dual,
     /// Exponent of the contact law.
     pub exponent: Dual,
+    /// Backlash of a torsion spring, rad.
+    pub play_rad: Dual,
+    /// Torque within which the backlash is taken up, N m.
+    pub transition_torque_Nm: Dual,
 }
 
 /// A ball's place, for effects on gaps.

@@ -92,6 +92,8 @@ pub enum Dimension {
     AnglePerTime,
     AnglePerTemperature,
     AnglePerTorque,
+    Torque,
+    PerTorque,
     ForcePerLength,
     ForcePerTemperature,
     PerTime,
@@ -123,6 +125,8 @@ impl Dimension {
             Self::AnglePerTime => unit("rad_per_s", 1.0),
             Self::AnglePerTemperature => unit("rad_per_K", 1.0),
             Self::AnglePerTorque => unit("rad_per_Nm", 1.0),
+            Self::Torque => unit("Nm", 1.0),
+            Self::PerTorque => unit("per_Nm", 1.0),
             Self::ForcePerLength => unit("N_per_m", 1.0),
             Self::ForcePerTemperature => unit("N_per_K", 1.0),
             Self::PerTime => unit("per_s", 1.0),
@@ -142,7 +146,9 @@ impl Dimension {
             Self::AnglePerTorque => unit("arcsec_per_Nm", ARCSEC),
             Self::ForcePerLength => unit("N_per_um", 1e6),
             Self::PerTime => unit("per_h", 1.0 / 3600.0),
-            Self::Number | Self::ForcePerTemperature | Self::Time => self.si(),
+            Self::Number | Self::Torque | Self::PerTorque | Self::ForcePerTemperature | Self::Time => {
+                self.si()
+            }
         }
     }
 }

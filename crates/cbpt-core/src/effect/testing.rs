@@ -54,6 +54,8 @@ pub fn contact(spec: &Spec, own: &[f64]) -> Contact {
         stiffness_scale: Dual::constant(1.0),
         contact_angle_shift_rad: Dual::constant(0.0),
         exponent: Dual::constant(1.5),
+        play_rad: Dual::constant(0.0),
+        transition_torque_Nm: Dual::constant(1.0),
     };
     act(&duals(own), &mut contact);
     contact
@@ -83,7 +85,7 @@ pub fn vanishes(spec: &Spec) {
             let load = load(spec, &own);
             let values = [load.torque_Nm.value, load.preload_N.value, load.spring_N_per_m.value];
             assert_eq!(values, [ROW.torque_Nm, ROW.preload_N, 0.0]);
-            assert!(load.friction.iter().all(|friction| friction.radius_m.value == 0.0));
+            assert!(load.friction.iter().all(|friction| friction.limit_Nm(&load).value == 0.0));
         }
         // A gap is its size times a shape.
         Action::Gap(_) => assert!(spec.parameters.iter().all(|p| !p.is_size || p.neutral == 0.0)),
@@ -92,6 +94,7 @@ pub fn vanishes(spec: &Spec) {
             assert_eq!(contact.stiffness_scale.value, 1.0);
             assert_eq!(contact.contact_angle_shift_rad.value, 0.0);
             assert_eq!(contact.exponent.value, 1.5);
+            assert_eq!(contact.play_rad.value, 0.0);
         }
         Action::Series(_) => {
             for torque_Nm in [-3.0, 0.0, 5.0] {

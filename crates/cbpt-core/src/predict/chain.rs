@@ -45,6 +45,8 @@ impl Chain {
             stiffness_scale: Dual::constant(1.0),
             contact_angle_shift_rad: Dual::constant(0.0),
             exponent: Dual::constant(HERTZ_EXPONENT),
+            play_rad: Dual::constant(0.0),
+            transition_torque_Nm: Dual::constant(1.0),
         };
         for link in &self.links {
             if let Action::Contact(act) = link.action {

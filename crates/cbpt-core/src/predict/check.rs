@@ -4,13 +4,19 @@ use super::Predictor;
 use crate::effect::spec::{Dimension, Scale};
 use crate::effect::{self, Spec};
 use crate::error::{InvalidInput, require};
+use crate::reducer::Reducer;
 
-/// The effect of an id.
-pub fn known(place: usize, id: &str) -> Result<&'static Spec, InvalidInput> {
-    effect::find(id).ok_or_else(|| {
+/// The effect of an id, if the reducer can have it.
+pub fn known(reducer: &Reducer, place: usize, id: &str) -> Result<&'static Spec, InvalidInput> {
+    let field = format!("effects[{place}]");
+    let spec = effect::find(id).ok_or_else(|| {
         let ids: Vec<&str> = effect::LIBRARY.iter().map(|spec| spec.id).collect();
-        InvalidInput::new(format!("effects[{place}]"), id, format!("must be one of {}", ids.join(", ")))
-    })
+        InvalidInput::new(&field, id, format!("must be one of {}", ids.join(", ")))
+    })?;
+    match reducer.unsuited(spec) {
+        None => Ok(spec),
+        Some(why) => Err(InvalidInput::new(field, id, why)),
+    }
 }
 
 impl Predictor {
@@ -27,8 +33,8 @@ impl Predictor {
             if parameter.scale == Scale::Fixed {
                 require(value.fract() == 0.0, field(), value, "must be a whole number")?;
             }
-            if parameter.stem == "ball" {
-                let balls = self.drive.deceleration().ball_count;
+            if let Some(drive) = self.reducer.ball_drive().filter(|_| parameter.stem == "ball") {
+                let balls = drive.deceleration().ball_count;
                 let rule = format!("must be below the number of deceleration balls, {balls}");
                 require(*value < f64::from(balls), field(), value, &rule)?;
             }
@@ -38,6 +44,22 @@ impl Predictor {
             );
             if thermal && !self.rows.has_temperature() {
                 require(*value == 0.0, field(), value, "must be 0 where no temperature was read")?;
+            }
+            if parameter.stem == "friction_radius" && !self.rows.has_preload() {
+                require(
+                    *value == 0.0,
+                    &field(),
+                    value,
+                    "must be 0 where no preload was read; friction_torque_Nm does without",
+                )?;
+            }
+            if parameter.stem.starts_with("planet_") && self.reducer.torsion_spring().is_some() {
+                require(
+                    *value == 0.0,
+                    &field(),
+                    value,
+                    "must be 0: a torsion spring has no planet that is known",
+                )?;
             }
         }
         Ok(())

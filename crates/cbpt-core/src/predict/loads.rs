@@ -4,12 +4,14 @@
 //! or a change of temperature adds nothing.
 
 use super::mesh::{Tables, shifted};
+use super::spring::Spring;
 use super::{Contribution, Predictor, Rows};
 use crate::drive::{Drive, Load};
 use crate::effect::port::{Action, Ball};
 use crate::error::InvalidInput;
 use crate::geometry::undercut::undercuts;
 use crate::pair::MeshingPoints;
+use crate::reducer::Reducer;
 use crate::status::Status;
 use crate::sweep::Progress;
 use crate::transmission::{Angles, Solution};
@@ -55,17 +57,18 @@ pub struct LoadDetail {
 /// # Errors
 /// [`InvalidInput`] for an id or a value that cannot be.
 pub fn solve_loads(
-    drive: &Drive,
+    reducer: impl Into<Reducer>,
     effects: Effects<'_>,
     loads: &[Load],
     progress: &Progress,
 ) -> Result<Option<Vec<LoadOutcome>>, InvalidInput> {
+    let reducer = reducer.into();
     let mut outcomes = Vec::with_capacity(loads.len());
     for batch in loads.chunks(BATCH) {
         if progress.is_cancelled() {
             return Ok(None);
         }
-        let mut predictor = Predictor::new(drive.clone(), effects.ids, Rows::of_loads(batch))?;
+        let mut predictor = Predictor::new(&reducer, effects.ids, Rows::of_loads(batch))?;
         let found = predictor.predict(effects.values, &[])?;
         for (row, status) in found.status.iter().enumerate() {
             let [deceleration_rad, equal_speed_rad] = found.parts_rad[row];
@@ -86,14 +89,17 @@ pub fn solve_loads(
 ///
 /// # Errors
 /// [`InvalidInput`] for an id or a value that cannot be.
-pub fn solve_load(drive: &Drive, effects: Effects<'_>, load: &Load) -> Result<LoadDetail, InvalidInput> {
-    let mut predictor = Predictor::new(drive.clone(), effects.ids, Rows::of_loads(&[*load]))?;
+pub fn solve_load(
+    reducer: impl Into<Reducer>,
+    effects: Effects<'_>,
+    load: &Load,
+) -> Result<LoadDetail, InvalidInput> {
+    let mut predictor = Predictor::new(reducer, effects.ids, Rows::of_loads(&[*load]))?;
     let contributions = predictor.contributions(effects.values)?;
     let found = predictor.predict(effects.values, &[])?;
     let mesh_load = found.mesh_load[0];
     let solution = if found.status[0].has_solution() {
-        let at_mesh = Load::new(mesh_load[0], mesh_load[1], load.input_angle_rad())?;
-        Solution { load: *load, ..predictor.meshing(effects.values, &at_mesh)? }
+        predictor.meshing(effects.values, load, mesh_load)?
     } else {
         Solution::none(found.status[0], *load)
     };
@@ -105,13 +111,39 @@ pub fn solve_load(drive: &Drive, effects: Effects<'_>, load: &Load) -> Result<Lo
     })
 }
 
+/// A torsion spring under the torque that it carries.
+fn twisted(spring: &Spring<'_>, load: &Load, torque_Nm: f64) -> Solution {
+    let mesh = spring.solve(torque_Nm);
+    let [deceleration_rad, equal_speed_rad] = mesh.parts_rad;
+    Solution {
+        status: mesh.status,
+        load: *load,
+        angles: Some(Angles { deceleration_rad, equal_speed_rad, residual: mesh.residual, steps: 0 }),
+        deceleration: None,
+        equal_speed: None,
+        torsional_stiffness_Nm_per_rad: Some(1.0 / mesh.slopes.torque),
+    }
+}
+
 impl Predictor {
+    /// Pairs or spring as the effects make them, under the torque and preload that reach them.
+    fn meshing(&self, values: &[f64], load: &Load, mesh_load: [f64; 2]) -> Result<Solution, InvalidInput> {
+        let contact = self.chain(values, &[]).contact();
+        match &self.reducer {
+            Reducer::TorsionSpring(curve) => Ok(twisted(&Spring::new(curve, &contact), load, mesh_load[0])),
+            Reducer::BallDrive(drive) => {
+                let at_mesh = Load::new(mesh_load[0], mesh_load[1], load.input_angle_rad())?;
+                Ok(Solution { load: *load, ..self.pairs(drive, values, &at_mesh)? })
+            }
+        }
+    }
+
     /// The pairs with contacts and gaps as the effects make them, under a load at the meshing points.
-    fn meshing(&self, values: &[f64], at_mesh: &Load) -> Result<Solution, InvalidInput> {
+    fn pairs(&self, nominal: &Drive, values: &[f64], at_mesh: &Load) -> Result<Solution, InvalidInput> {
         let chain = self.chain(values, &[]);
         let contact = chain.contact();
         let shift_rad = contact.contact_angle_shift_rad.value;
-        let drive = if shift_rad == 0.0 { self.drive.clone() } else { shifted(&self.drive, shift_rad)? };
+        let drive = if shift_rad == 0.0 { nominal.clone() } else { shifted(nominal, shift_rad)? };
         if undercuts(&drive) {
             return Ok(Solution::none(Status::Undercut, *at_mesh));
         }
@@ -129,7 +161,7 @@ impl Predictor {
                 let own = self.own_slots(effect);
                 let Action::Gap(shape) = self.effects[effect].action else { continue };
                 let gap = |ball: &Ball| shape(&values[own.clone()], slot - own.start, ball);
-                let shapes = Tables::gap_shapes(&self.drive, angle_rad, &gap);
+                let shapes = Tables::gap_shapes(nominal, angle_rad, &gap);
                 for (point, [axial, normal, in_plane]) in pair.points.iter_mut().zip(&shapes[number]) {
                     point.axial_offset_m += values[slot] * axial;
                     point.normal_offset_m += values[slot] * normal;

@@ -1,7 +1,7 @@
 //! All pairs of a drive at one input angle with the contacts that the effects make of them, under a load.
 //!
 //! - [`Tables`]: meshing points at one input angle, their slopes by the contact angle, the shapes of gaps;
-//! - [`Site`]: the same with scale, exponent, spring and gaps applied, ready for loads;
+//! - [`Site`]: what carries a load: [`Pairs`] with scale, exponent, spring and gaps applied, or a torsion spring;
 //! - [`Mesh`]: the solved drive: its angle and how that answers to each number.
 
 use std::f64::consts::TAU;
@@ -13,6 +13,8 @@ use crate::equilibrium::response::{Asked, GapShape, Response, Slopes, respond};
 use crate::equilibrium::{ReadyPair, State};
 use crate::error::InvalidInput;
 use crate::status::Status;
+
+use super::spring::Spring;
 
 /// The deceleration pair and at most two rows of an equal-speed pair.
 pub const MOST_PAIRS: usize = 3;
@@ -123,16 +125,38 @@ pub struct Gap {
     pub shapes: [GapShape; MOST_PAIRS],
 }
 
+/// What carries a load at one input angle.
+#[derive(Debug, Clone)]
+pub enum Site<'a> {
+    /// The pairs of a ball drive.
+    Pairs(Pairs<'a>),
+    /// A torsion spring, the same at every angle.
+    Spring(Spring<'a>),
+}
+
+impl Site<'_> {
+    /// Solves it under a torque (N m) and a preload (N); see [`Pairs::solve`].
+    ///
+    /// # Errors
+    /// The status, where there is no solution.
+    pub fn solve(&self, load: [f64; 2], wanted: Option<Wanted>, warm: &mut Warm) -> Result<Mesh, Status> {
+        match self {
+            Self::Pairs(pairs) => pairs.solve(load, wanted, warm),
+            Self::Spring(spring) => Ok(spring.solve(load[0])),
+        }
+    }
+}
+
 /// The pairs at one input angle, ready for loads.
 #[derive(Debug, Clone)]
-pub struct Site<'a> {
+pub struct Pairs<'a> {
     tables: &'a Tables,
     pairs: Vec<ReadyPair>,
     /// By pair, the shapes of the gaps whose answers are wanted.
     gaps: Vec<Vec<GapShape>>,
 }
 
-impl<'a> Site<'a> {
+impl<'a> Pairs<'a> {
     /// Applies the values of scale, exponent, spring and gaps; `wanted` are the gaps whose answers will be asked for.
     pub fn new(
         tables: &'a Tables,
@@ -172,8 +196,9 @@ impl<'a> Site<'a> {
             parts_rad: [0.0; 2],
             residual: 0.0,
             slopes: Slopes { gaps: vec![0.0; wanted.map_or(0, |_| self.gaps[0].len())], ..Slopes::default() },
+            backlash: [0.0; 2],
             carrying: [0; 2],
-            regime: Regime::AllLoaded,
+            regime: None,
         };
         let mut failed: Option<Status> = None;
         for (number, pair) in self.pairs.iter().enumerate() {
@@ -255,10 +280,12 @@ pub struct Mesh {
     pub residual: f64,
     /// How it answers, torque and preload being those of the drive.
     pub slopes: Slopes,
+    /// How it answers to the play of a torsion spring and to its transition torque.
+    pub backlash: [f64; 2],
     /// Diagonals that carry in one row of the deceleration and the equal-speed pair.
     pub carrying: [usize; 2],
-    /// Which contacts carry.
-    pub regime: Regime,
+    /// Which contacts carry; a torsion spring has none.
+    pub regime: Option<Regime>,
 }
 
 impl Mesh {
@@ -286,6 +313,6 @@ impl Mesh {
         } else {
             Regime::AllLoaded
         };
-        self.regime = self.regime.max(regime);
+        self.regime = self.regime.max(Some(regime));
     }
 }

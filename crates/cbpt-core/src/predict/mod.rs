@@ -1,10 +1,11 @@
-//! A drive with effects on a table of readings: what an ideal instrument would show, row by row.
+//! A reducer with effects on a table of readings: what an ideal instrument would show, row by row.
 //!
 //! - [`rows`]: the readings' columns, checked once;
 //! - `chain`: the effects along one row, port by port;
 //! - [`mesh`]: the pairs at one input angle under a load, and how their angle answers to each number;
 //! - `run`: readings of a run one after the other, with the memory that friction has; first the angles, then, from the
 //!   solutions kept, their sensitivities;
+//! - `spring`: a torsion spring in their place;
 //! - `check`: values that cannot be;
 //! - [`loads`]: single loads instead of a table;
 //! - here: [`Predictor`], which keeps meshing points and solutions from call to call, so that a fit pays for changes only.
@@ -17,22 +18,24 @@ pub mod loads;
 pub mod mesh;
 pub mod rows;
 mod run;
+mod spring;
 
 use rayon::prelude::*;
 
-use crate::drive::Drive;
 use crate::effect::dual::{Dual, WIDTH};
 use crate::effect::port::{Action, DriveNumbers};
 use crate::effect::{self, Parameter, Spec};
-use crate::error::InvalidInput;
+use crate::error::{InvalidInput, require};
 use crate::geometry::undercut::undercuts;
+use crate::reducer::Reducer;
 use crate::status::Status;
 
 use chain::{Chain, Link};
 pub use mesh::Regime;
-use mesh::{Gap, Site, Tables, Wanted, shifted};
+use mesh::{Gap, Pairs, Site, Tables, Wanted, shifted};
 pub use rows::{Columns, Rows};
 use run::{Block, RowState, Solved};
+use spring::Spring;
 
 /// A number of one effect of a predictor.
 #[derive(Debug, Clone, Copy)]
@@ -43,10 +46,10 @@ pub struct Slot {
     pub parameter: &'static Parameter,
 }
 
-/// A drive with effects on a table of readings.
+/// A reducer with effects on a table of readings.
 #[derive(Debug, Clone)]
 pub struct Predictor {
-    drive: Drive,
+    reducer: Reducer,
     numbers: DriveNumbers,
     effects: Vec<&'static Spec>,
     /// Numbers of all effects, effect by effect.
@@ -121,15 +124,23 @@ const KEPT_SHIFTS: usize = 2;
 const CHUNK: usize = 16;
 
 impl Predictor {
-    /// A predictor of a drive with the effects of these ids, on these rows. An id may stand more than once.
+    /// A predictor of a reducer with the effects of these ids, on these rows. An id may stand more than once.
     ///
     /// # Errors
-    /// [`InvalidInput`] for an id that is not in the library.
-    pub fn new(drive: Drive, effects: &[impl AsRef<str>], rows: Rows) -> Result<Self, InvalidInput> {
+    /// [`InvalidInput`] for an id that is not in the library or that the reducer cannot have, and for rows without the
+    /// preload that a ball drive needs.
+    pub fn new(
+        reducer: impl Into<Reducer>,
+        effects: &[impl AsRef<str>],
+        rows: Rows,
+    ) -> Result<Self, InvalidInput> {
+        let reducer = reducer.into();
+        let has_it = rows.has_preload() || reducer.torsion_spring().is_some();
+        require(has_it, "preload_N", "nothing", "a ball drive needs a preload above 0 at every reading")?;
         let found: Vec<&'static Spec> = effects
             .iter()
             .enumerate()
-            .map(|(i, id)| check::known(i, id.as_ref()))
+            .map(|(i, id)| check::known(&reducer, i, id.as_ref()))
             .collect::<Result<_, _>>()?;
         let mut slots = Vec::new();
         let mut first_slots = Vec::new();
@@ -144,14 +155,21 @@ impl Predictor {
         angles_rad.dedup_by_key(|angle| angle.to_bits());
         let angle_of = |angle: f64| angles_rad.partition_point(|known| known.total_cmp(&angle).is_lt());
         let angle_of_row = rows.by_run().iter().map(|row| angle_of(row.input_angle_rad)).collect();
-        let pair = drive.deceleration();
-        let numbers = DriveNumbers {
-            pitch_arm_m: f64::from(pair.output_lobes()) * pair.eccentricity_m(),
-            planet_turn: drive.planet_turn(),
+        let numbers = match &reducer {
+            Reducer::BallDrive(drive) => DriveNumbers {
+                pitch_arm_m: f64::from(drive.deceleration().output_lobes())
+                    * drive.deceleration().eccentricity_m(),
+                planet_turn: drive.planet_turn(),
+            },
+            // Without a radius no effect asks for it.
+            Reducer::TorsionSpring(spring) => DriveNumbers {
+                pitch_arm_m: spring.reference_radius_m().unwrap_or(f64::INFINITY),
+                planet_turn: 0.0,
+            },
         };
         let states = vec![RowState::default(); rows.len()];
         Ok(Self {
-            drive,
+            reducer,
             numbers,
             effects: found,
             slots,
@@ -203,13 +221,13 @@ impl Predictor {
         }
         let gap_slots = self.gap_slots(values, wanted);
         self.renew_gaps(values, &gap_slots);
+        let mut states = std::mem::take(&mut self.states);
         let spring = self.spring(&plain);
         let sites = self.sites(&self.tables[at_shift].at_angle, &contact, spring, values, &gap_slots, wanted);
         let friction = self.remembers(&plain, wanted);
         let groups = self.groups(friction);
         let (rows, angle_of_row) = (self.rows.by_run(), &self.angle_of_row);
         let mut solved: Vec<Solved> = vec![Solved::default(); rows.len()];
-        let mut states = std::mem::take(&mut self.states);
         in_groups(&groups, &mut states, &mut solved).into_par_iter().for_each(|(group, states, solved)| {
             let block = Block {
                 chain: &plain,
@@ -333,18 +351,20 @@ impl Predictor {
             }
             self.tables.remove(place);
         }
-        let drive = if shift_rad == 0.0 { self.drive.clone() } else { shifted(&self.drive, shift_rad)? };
-        let undercuts = undercuts(&drive);
-        let at_angle = if undercuts {
-            Vec::new()
-        } else {
-            self.angles_rad.par_iter().map(|&angle| Tables::new(&drive, angle, with_slopes)).collect()
-        };
+        let (mut undercut, mut at_angle) = (false, Vec::new());
+        if let Reducer::BallDrive(nominal) = &self.reducer {
+            let drive = if shift_rad == 0.0 { nominal.clone() } else { shifted(nominal, shift_rad)? };
+            undercut = undercuts(&drive);
+            if !undercut {
+                let at = |&angle: &f64| Tables::new(&drive, angle, with_slopes);
+                at_angle = self.angles_rad.par_iter().map(at).collect();
+            }
+        }
         if self.tables.len() == KEPT_SHIFTS {
             let oldest = self.tables.iter().position(|tables| tables.shift_rad != 0.0).unwrap_or(0);
             self.tables.remove(oldest);
         }
-        self.tables.push(TablesAtShift { shift_rad, with_slopes, undercuts, at_angle });
+        self.tables.push(TablesAtShift { shift_rad, with_slopes, undercuts: undercut, at_angle });
         Ok(self.tables.len() - 1)
     }
 
@@ -374,7 +394,8 @@ impl Predictor {
             let Action::Gap(shape) = self.effects[effect].action else { continue };
             let size = slot - own.start;
             let gap = |ball: &effect::port::Ball| shape(&chosen, size, ball);
-            let at = |angle: &f64| Gap { shapes: Tables::gap_shapes(&self.drive, *angle, &gap) };
+            let Some(drive) = self.reducer.ball_drive() else { continue };
+            let at = |angle: &f64| Gap { shapes: Tables::gap_shapes(drive, *angle, &gap) };
             let at_angle = self.angles_rad.par_iter().map(at).collect();
             let made = GapsOfSlot { slot, chosen: fixed(&chosen), at_angle };
             match known {
@@ -390,7 +411,7 @@ impl Predictor {
     }
 
     fn sites<'t>(
-        &self,
+        &'t self,
         tables: &'t [Tables],
         contact: &effect::port::Contact,
         spring_N_per_m: f64,
@@ -398,6 +419,9 @@ impl Predictor {
         gap_slots: &[usize],
         wanted: &[usize],
     ) -> Vec<Site<'t>> {
+        if let Reducer::TorsionSpring(curve) = &self.reducer {
+            return vec![Site::Spring(Spring::new(curve, contact)); self.angles_rad.len()];
+        }
         let gaps_of = |slot: usize| self.gaps.iter().find(|gaps| gaps.slot == slot);
         tables
             .par_iter()
@@ -408,7 +432,7 @@ impl Predictor {
                 let valued: Vec<(f64, &Gap)> = all.iter().map(|(slot, gap)| (values[*slot], *gap)).collect();
                 let asked: Vec<&Gap> =
                     all.iter().filter(|(slot, _)| wanted.contains(slot)).map(|(_, gap)| *gap).collect();
-                Site::new(tables, contact, spring_N_per_m, &valued, &asked)
+                Site::Pairs(Pairs::new(tables, contact, spring_N_per_m, &valued, &asked))
             })
             .collect()
     }
@@ -439,7 +463,7 @@ impl Predictor {
         let carrying: Vec<[usize; 2]> =
             solved.iter().map(|row| row.mesh.as_ref().map_or([0; 2], |mesh| mesh.carrying)).collect();
         let regime: Vec<Option<Regime>> =
-            solved.iter().map(|row| row.mesh.as_ref().map(|mesh| mesh.regime)).collect();
+            solved.iter().map(|row| row.mesh.as_ref().and_then(|mesh| mesh.regime)).collect();
         let status: Vec<Status> = solved.iter().map(|row| row.status).collect();
         let none = [f64::NAN; 2];
         let parts: Vec<[f64; 2]> =

@@ -15,8 +15,8 @@ pub struct Columns<'a> {
     pub time_s: &'a [f64],
     /// Torque M0 on the output, N m.
     pub torque_Nm: &'a [f64],
-    /// Axial preload, N, above 0.
-    pub preload_N: &'a [f64],
+    /// Axial preload, N, above 0; a torsion spring may do without.
+    pub preload_N: Option<&'a [f64]>,
     /// Angle of the input crank, rad.
     pub input_angle_rad: &'a [f64],
     /// Temperature, K or degrees Celsius (only differences count), where it was read.
@@ -34,6 +34,7 @@ pub struct Rows {
     /// Where each run begins in `rows`, and the end of the last.
     starts: Vec<usize>,
     has_temperature: bool,
+    has_preload: bool,
 }
 
 impl Rows {
@@ -51,10 +52,13 @@ impl Rows {
         let needed = [
             ("time_s", columns.time_s),
             ("torque_Nm", columns.torque_Nm),
-            ("preload_N", columns.preload_N),
             ("input_angle_rad", columns.input_angle_rad),
         ];
-        let optional = [("temperature_K", columns.temperature_K), ("cycle", columns.cycle)];
+        let optional = [
+            ("preload_N", columns.preload_N),
+            ("temperature_K", columns.temperature_K),
+            ("cycle", columns.cycle),
+        ];
         let given = optional.into_iter().filter_map(|(name, values)| values.map(|values| (name, values)));
         for (name, values) in needed.into_iter().chain(given) {
             same(name, values.len())?;
@@ -62,7 +66,7 @@ impl Rows {
                 require(value.is_finite(), &format!("{name}[{index}]"), value, "must be a finite number")?;
             }
         }
-        for (index, preload) in columns.preload_N.iter().enumerate() {
+        for (index, preload) in columns.preload_N.unwrap_or_default().iter().enumerate() {
             require_positive(&format!("preload_N[{index}]"), *preload)?;
         }
         Self::in_runs(&columns)
@@ -86,6 +90,7 @@ impl Rows {
             places: (0..loads.len()).collect(),
             starts: (0..=loads.len()).collect(),
             has_temperature: true,
+            has_preload: loads.iter().all(|load| load.preload_N() > 0.0),
         }
     }
 
@@ -122,6 +127,7 @@ impl Rows {
             places: Vec::with_capacity(shares.len()),
             starts: vec![0],
             has_temperature: columns.temperature_K.is_some(),
+            has_preload: columns.preload_N.is_some(),
         };
         let first_cycle = columns.cycle.map_or(0.0, |c| c.iter().copied().fold(f64::INFINITY, f64::min));
         for run in runs {
@@ -131,7 +137,7 @@ impl Rows {
                 let temperature = columns.temperature_K.map_or(0.0, |t| t[place] - t[0]);
                 this.rows.push(Row {
                     torque_Nm: columns.torque_Nm[place],
-                    preload_N: columns.preload_N[place],
+                    preload_N: columns.preload_N.map_or(0.0, |preload| preload[place]),
                     input_angle_rad: columns.input_angle_rad[place],
                     time_s: columns.time_s[place] - columns.time_s[0],
                     run_time_s: columns.time_s[place] - columns.time_s[run[0]],
@@ -165,6 +171,11 @@ impl Rows {
     /// Whether temperatures were read.
     pub fn has_temperature(&self) -> bool {
         self.has_temperature
+    }
+
+    /// Whether there is a preload at every reading.
+    pub fn has_preload(&self) -> bool {
+        self.has_preload
     }
 
     /// The readings, run by run.

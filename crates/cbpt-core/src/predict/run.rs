@@ -138,6 +138,8 @@ impl Block<'_> {
             angle.add_slope(slopes.log_stiffness / contact.stiffness_scale.value, &contact.stiffness_scale);
             angle.add_slope(slopes.contact_angle, &contact.contact_angle_shift_rad);
             angle.add_slope(slopes.exponent, &contact.exponent);
+            angle.add_slope(mesh.backlash[0], &contact.play_rad);
+            angle.add_slope(mesh.backlash[1], &contact.transition_torque_Nm);
             for (slope, gap) in slopes.gaps.iter().zip(gaps) {
                 angle.add_slope(*slope, gap);
             }
@@ -169,7 +171,7 @@ fn with_torque(at_torque: Dual, per_torque: f64, load: &Load, memory: &mut Memor
     let mut after = Vec::with_capacity(memory.states.len());
     for (before, friction) in memory.states.iter().zip(&load.friction) {
         let angle = friction.engagement_angle_rad;
-        let limit = friction.radius_m * load.preload_N;
+        let limit = friction.limit_Nm(load);
         let (z, [by_way, by_before, by_angle]) = dahl(before.value, way, angle.value);
         let mut state = Dual::constant(z);
         state.add_slope(by_before, before);
@@ -201,7 +203,7 @@ fn under_friction(
     state: &mut RowState,
 ) -> Result<Mesh, Status> {
     let (torque_Nm, preload_N) = (load.torque_Nm.value, load.preload_N.value);
-    let limit = |friction: &crate::effect::port::Friction| friction.radius_m.value * preload_N.max(0.0);
+    let limit = |friction: &crate::effect::port::Friction| friction.limit_Nm(load).value.max(0.0);
     let most: f64 = load.friction.iter().map(limit).sum();
     // Friction before the way, in the order of the frictions.
     let frictions = || memory.states.iter().zip(&load.friction);

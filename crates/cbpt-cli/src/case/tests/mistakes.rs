@@ -65,7 +65,8 @@ fn a_wrong_key_is_told_what_it_may_have_meant() {
 
 #[test]
 fn a_wrong_section_is_told_what_it_may_have_meant() {
-    let sections = "material, deceleration, equal_speed, load, measurement, uncertainty, effect";
+    let sections =
+        "material, deceleration, equal_speed, torsion_spring, load, measurement, uncertainty, effect";
     assert_eq!(
         message(&edited("[deceleration]", "[decelaration]")),
         format!(
@@ -91,7 +92,7 @@ fn a_wrong_section_is_told_what_it_may_have_meant() {
              contact_angle_urad, contact_angle_deg, contact_angle_arcmin, contact_angle_arcsec, \
              or both outside_contact_angle and inside_contact_angle",
             "drive.toml: deceleration: the section is missing; it needs ball_count, short_amplitude_coefficient, \
-             rolling_circle_radius_mm, ball_radius_mm, groove_conformity, contact_angle_deg",
+             rolling_circle_radius_mm, ball_radius_mm, groove_conformity, contact_angle_deg; any other reducer has a [torsion_spring]",
         ]
     );
     assert_eq!(
@@ -400,4 +401,30 @@ fn a_flood_of_mistakes_stops() {
     let told = Case::from_toml(&few, "drive.toml").unwrap_err();
     let more = told.mistakes.len() - CaseError::TOLD;
     assert!(told.to_string().ends_with(&format!("\nand {more} more")), "{told}");
+}
+
+#[test]
+fn a_torsion_spring_is_no_ball_drive() {
+    let spring = "[torsion_spring]\ntorsional_stiffness_Nm_per_rad = 1e4\n";
+    assert!(messages(&format!("{RING}{spring}"))[0].contains("[material]: is about a ball drive"));
+    assert_eq!(
+        message(&format!("{spring}torque_Nm = [0, 1]\nelastic_angle_rad = [0, 1]\n")),
+        "drive.toml:2: torsion_spring.torsional_stiffness_Nm_per_rad: torsion_spring.torque_Nm says the stiffness as \
+         well; keep one of them"
+    );
+    assert!(message("[torsion_spring]\ntorque_Nm = [0, 1]\n").contains("torsional_stiffness: missing"));
+    let table =
+        |torque: &str| format!("[torsion_spring]\ntorque_Nm = {torque}\nelastic_angle_mrad = [0, 1, 2]\n");
+    assert_eq!(
+        message(&table("[0, 2, 1]")),
+        "drive.toml:2: torsion_spring.torque_Nm = an array: must rise from entry to entry, and entry 3 is not above the \
+         one before"
+    );
+    for no_list in ["[0, \"a\", 1]", "5"] {
+        assert!(messages(&table(no_list))[0].contains("expected a list of finite numbers in Nm"));
+    }
+    let tilt = message(&format!("{spring}[[effect]]\nid = \"plate_tilt\"\n"));
+    assert!(tilt.contains("effect[0].id = \"plate_tilt\": is about the balls"), "{tilt}");
+    let play = message(&format!("{spring}[[effect]]\nid = \"bearing_play\"\n"));
+    assert!(play.contains("torsion_spring.reference_radius_mm"), "{play}");
 }

@@ -101,7 +101,8 @@ fn any_drive() -> impl Strategy<Value = Drive> {
 fn any_effect() -> impl Strategy<Value = EffectEntry> {
     let number = || -1e9..1e9;
     let shares = vec(0.0..1.0_f64, 8);
-    let built_in = (proptest::sample::select(LIBRARY.to_vec()), shares).prop_map(|(spec, shares)| {
+    let of_ball_drives: Vec<_> = LIBRARY.into_iter().filter(|spec| spec.suits_ball_drives()).collect();
+    let built_in = (proptest::sample::select(of_ball_drives), shares).prop_map(|(spec, shares)| {
         let number = |(parameter, share): (&Parameter, f64)| {
             let (low, high) = (parameter.lower.max(-1e9), parameter.upper.min(1e9));
             let value = low + share * (high - low);
@@ -151,7 +152,7 @@ fn any_case() -> impl Strategy<Value = Case> {
                 of_drive,
                 effects,
             )| Case {
-                drive,
+                reducer: drive.into(),
                 load: LoadDefaults { torque_Nm, preload_N, input_angle_rad },
                 measurement: Measurement {
                     zero: if per_run { Zero::PerRun } else { Zero::Common },

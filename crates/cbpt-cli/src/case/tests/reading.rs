@@ -43,7 +43,7 @@ fn a_drive_is_read_in_si() {
         of_drive: BTreeMap::new(),
     };
     let expected = Case {
-        drive: drive.unwrap(),
+        reducer: drive.unwrap().into(),
         load: LoadDefaults::default(),
         measurement: Measurement { zero: Zero::Common, lever_arm_m: None },
         uncertainty,
@@ -99,7 +99,7 @@ fn everything_a_case_may_hold() {
         parameters = { tau = { unit = "s", start = 20, min = 1, max = 1e4 }, a = { unit = "rad/(N m)", start = 1e-7 } }
         "#,
     );
-    let drive = &case.drive;
+    let drive = case.drive().unwrap();
     assert_eq!(drive.track_curvature(), TrackCurvature::Neglect);
     assert_eq!(drive.material().ball, Elasticity { youngs_modulus_Pa: 310e9, poissons_ratio: 0.3 });
     assert_eq!(drive.material().plate, Elasticity { youngs_modulus_Pa: 210e9, poissons_ratio: 0.28 });
@@ -133,7 +133,8 @@ fn everything_a_case_may_hold() {
 #[test]
 fn each_wall_may_have_its_own_angle() {
     let angles = |text: &str| match read(&edited("contact_angle_deg = 45.0\n\n[uncertainty]", text))
-        .drive
+        .drive()
+        .unwrap()
         .equal_speed()
     {
         EqualSpeed::RingGroove(ring) => (ring.outside_contact_angle_rad, ring.inside_contact_angle_rad),
@@ -147,13 +148,15 @@ fn each_wall_may_have_its_own_angle() {
 
 #[test]
 fn units_are_equivalent_to_the_last_bit() {
-    let radius =
-        |line: &str| read(&edited("ball_radius_mm = 1.2", line)).drive.deceleration().groove.ball_radius_m;
+    let radius = |line: &str| {
+        read(&edited("ball_radius_mm = 1.2", line)).drive().unwrap().deceleration().groove.ball_radius_m
+    };
     for line in ["m = 0.0012", "cm = 0.12", "mm = 1.2", "um = 1200", "um = 1.2e3", "nm = 1_200_000"] {
         assert_eq!(radius(&format!("ball_radius_{line}")), 0.0012, "{line}");
     }
-    let angle =
-        |line: &str| read(&edited("contact_angle_deg = 45.0", line)).drive.deceleration().contact_angle_rad;
+    let angle = |line: &str| {
+        read(&edited("contact_angle_deg = 45.0", line)).drive().unwrap().deceleration().contact_angle_rad
+    };
     for line in [
         "deg = 45",
         "arcmin = 2700",
@@ -164,7 +167,7 @@ fn units_are_equivalent_to_the_last_bit() {
         assert_eq!(angle(&format!("contact_angle_{line}")), FRAC_PI_4, "{line}");
     }
     let modulus = |line: &str| {
-        read(&edited("youngs_modulus_GPa = 208.0", line)).drive.material().ball.youngs_modulus_Pa
+        read(&edited("youngs_modulus_GPa = 208.0", line)).drive().unwrap().material().ball.youngs_modulus_Pa
     };
     for line in ["GPa = 208", "MPa = 208e3", "kPa = 208e6", "Pa = 208000000000"] {
         assert_eq!(modulus(&format!("youngs_modulus_{line}")), 208e9, "{line}");
@@ -190,7 +193,7 @@ fn track_curvature_is_one_setting() {
         edited("ball_count = 20", &format!("ball_count = 20\n{neglect}")),
         format!("{neglect}{}", edited("kind =", &format!("{neglect}kind ="))),
     ] {
-        assert_eq!(read(&text).drive.track_curvature(), TrackCurvature::Neglect, "{text}");
+        assert_eq!(read(&text).drive().unwrap().track_curvature(), TrackCurvature::Neglect, "{text}");
     }
     let exact = edited("kind =", "track_curvature = \"exact\"\nkind =");
     assert_eq!(
@@ -236,4 +239,21 @@ fn json_has_the_same_keys() {
     );
     let message = Case::from_json(&json!([1])).unwrap_err().to_string();
     assert_eq!(message, "a case is an object with the sections of a case file");
+}
+
+/// Any other reducer: one stiffness or a table, in the units of its makers.
+#[test]
+fn a_torsion_spring_is_read_and_written() {
+    let line = read("[torsion_spring]\ntorsional_stiffness_Nm_per_arcmin = 2.0\nreference_radius_mm = 50\n");
+    let spring = line.reducer.torsion_spring().unwrap();
+    let stiffness = spring.torsional_stiffness_Nm_per_rad().unwrap();
+    assert!((stiffness - 2.0 * 10_800.0 / PI).abs() < 1e-9);
+    assert_eq!(spring.reference_radius_m(), Some(0.05));
+    assert!(line.drive().is_none());
+    let table = read("[torsion_spring]\ntorque_Nm = [0, 10, 30]\nelastic_angle_arcmin = [0.0, 6.0, 15.0]\n");
+    assert_eq!(table.reducer.torsion_spring().unwrap().points()[2], [30.0, 15.0 / 10_800.0 * PI]);
+    for case in [line, table] {
+        assert_eq!(read(&case.to_toml()), case);
+        assert_eq!(read(&Case::reducer_to_toml(&case.reducer)).reducer, case.reducer);
+    }
 }

@@ -7,16 +7,19 @@ use serde_json::{Value as Json, json};
 use super::super::fields::{self, Kind, Value};
 use super::super::{Case, json_schema, key_table};
 
-/// The required keys with the examples of the table.
-fn examples() -> Json {
+/// The required keys with the examples of the table, of a torsion spring or of a ball drive.
+fn examples(spring: bool) -> Json {
     let mut case = json!({});
-    for section in fields::sections().iter().filter(|section| section.required) {
+    let needed =
+        |section: &&fields::Section| if spring { section.name == fields::SPRING } else { section.required };
+    for section in fields::sections().iter().filter(needed) {
         for key in &section.keys {
             if matches!(key.need, fields::Need::Required | fields::Need::RequiredUnless(_)) {
                 case[section.name][key.si()] = match &key.example {
                     Value::Real(number) => json!(number),
                     Value::Count(count) => json!(count),
                     Value::Text(text) => json!(text),
+                    Value::Reals(numbers) => json!(numbers),
                 };
             }
         }
@@ -38,7 +41,8 @@ fn no_two_keys_are_written_alike_and_examples_are_allowed() {
             }
         }
     }
-    Case::from_json(&examples()).unwrap();
+    Case::from_json(&examples(false)).unwrap();
+    Case::from_json(&examples(true)).unwrap();
 }
 
 /// The ranges that editors and the reference show are the ones that are checked.
@@ -51,7 +55,7 @@ fn the_table_allows_what_the_mechanics_allow() {
             .filter(|key| matches!(key.kind, Kind::Quantity(..) | Kind::Number | Kind::Count))
         {
             let accepts = |value: f64| {
-                let mut case = examples();
+                let mut case = examples(section.name == fields::SPRING);
                 case[section.name][key.si()] = json!(value);
                 Case::from_json(&case).is_ok()
             };

@@ -1,0 +1,77 @@
+//! Backlash between the members that carry the torque.
+//!
+//! They take up the play j as the torque m that they carry turns over: alpha += (j/2) m/sqrt(m^2 + m_t^2), a step of j as
+//! m_t goes to 0. Behind friction, so that a loop crosses its play where the friction of that way is overcome.
+
+use super::dual::Dual;
+use super::port::{Action, Contact};
+use super::spec::{Class, Dimension, Parameter, Port, Spec};
+
+/// The effect.
+pub static SPEC: Spec = Spec {
+    id: "backlash",
+    class: Class::Effect,
+    port: Port::Contact,
+    equation: "alpha += (j/2) m/sqrt(m^2 + m_t^2), m the torque carried",
+    source: "lost motion as makers of reducers state it: the angle between both flanks at next to no torque",
+    tell_tale: "a steep part about zero torque, at other torques on the way up than on the way down under friction",
+    parameters: &[
+        Parameter::size("play", Dimension::Angle, "angle j between both flanks")
+            .within(0.0, 1.0)
+            .likely(0.0, 0.1),
+        Parameter::shape(
+            "transition_torque",
+            Dimension::Torque,
+            0.1,
+            "torque m_t within which the play is taken up",
+        )
+        .within(1e-9, 1e6)
+        .likely(1e-3, 1e3)
+        .log(),
+    ],
+    twins: &[],
+    action: Action::Contact(act),
+};
+
+fn act(own: &[Dual], contact: &mut Contact) {
+    contact.play_rad += own[0];
+    contact.transition_torque_Nm = own[1];
+}
+
+/// The share of the play, -1/2 to 1/2, that a torque takes up, and its derivatives by the torque and by m_t.
+pub fn taken_up(torque_Nm: f64, transition_Nm: f64) -> (f64, [f64; 2]) {
+    let size = torque_Nm.hypot(transition_Nm);
+    let (sine, cosine) = (torque_Nm / size, transition_Nm / size);
+    let steep = 0.5 * cosine * cosine / size;
+    (0.5 * sine, [steep, -0.5 * sine * cosine / size])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effect::testing::{assert_close, vanishes};
+
+    /// 3 and 4 make 5; far from the transition it is the step, at no torque nothing.
+    #[test]
+    fn it_takes_up_the_play() {
+        assert_close(taken_up(3.0, 4.0).0, 0.3);
+        assert_close(taken_up(-5.0, 1e-9).0, -0.5);
+        assert_close(taken_up(0.0, 0.1).0, 0.0);
+    }
+
+    #[test]
+    fn its_derivatives_are_exact() {
+        for torque in [-2.0, 0.0, 0.3] {
+            let (_, [by_torque, by_transition]) = taken_up(torque, 0.5);
+            let h = 1e-6;
+            let difference = |f: &dyn Fn(f64) -> f64| (f(h) - f(-h)) / (2.0 * h);
+            assert!((by_torque - difference(&|h| taken_up(torque + h, 0.5).0)).abs() < 1e-9);
+            assert!((by_transition - difference(&|h| taken_up(torque, 0.5 + h).0)).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn it_vanishes() {
+        vanishes(&SPEC);
+    }
+}

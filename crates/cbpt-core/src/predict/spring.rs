@@ -1,0 +1,52 @@
+//! A torsion spring in place of meshing points: alpha = f(m)/s + j t(m), with the curve f, the scale s of
+//! `contact_stiffness` and the share t of the play j that `backlash` takes up, each with its slopes in closed form.
+
+use crate::effect::backlash::taken_up;
+use crate::effect::port::Contact;
+use crate::equilibrium::response::Slopes;
+use crate::torsion_spring::TorsionSpring;
+
+use super::mesh::Mesh;
+
+/// The spring as effects make it.
+#[derive(Debug, Clone)]
+pub struct Spring<'a> {
+    curve: &'a TorsionSpring,
+    scale: f64,
+    play_rad: f64,
+    transition_Nm: f64,
+}
+
+impl<'a> Spring<'a> {
+    /// Applies the values of scale and play.
+    pub fn new(curve: &'a TorsionSpring, contact: &Contact) -> Self {
+        Self {
+            curve,
+            scale: contact.stiffness_scale.value,
+            play_rad: contact.play_rad.value,
+            transition_Nm: contact.transition_torque_Nm.value,
+        }
+    }
+
+    /// The spring under the torque that it carries.
+    pub fn solve(&self, torque_Nm: f64) -> Mesh {
+        let twist = self.curve.twist(torque_Nm);
+        let (share, [by_torque, by_transition]) = taken_up(torque_Nm, self.transition_Nm);
+        let elastic_rad = twist.angle_rad / self.scale;
+        let angle_rad = elastic_rad + self.play_rad * share;
+        Mesh {
+            status: twist.status,
+            angle_rad,
+            parts_rad: [angle_rad, 0.0],
+            residual: 0.0,
+            slopes: Slopes {
+                torque: twist.compliance_rad_per_Nm / self.scale + self.play_rad * by_torque,
+                log_stiffness: -elastic_rad,
+                ..Slopes::default()
+            },
+            backlash: [share, self.play_rad * by_transition],
+            carrying: [0; 2],
+            regime: None,
+        }
+    }
+}
