@@ -48,7 +48,7 @@ impl Predictor {
             if parameter.stem == "friction_radius" && !self.rows.has_preload() {
                 require(
                     *value == 0.0,
-                    &field(),
+                    field(),
                     value,
                     "must be 0 where no preload was read; friction_torque_Nm does without",
                 )?;
@@ -56,7 +56,7 @@ impl Predictor {
             if parameter.stem.starts_with("planet_") && self.reducer.torsion_spring().is_some() {
                 require(
                     *value == 0.0,
-                    &field(),
+                    field(),
                     value,
                     "must be 0: a torsion spring has no planet that is known",
                 )?;

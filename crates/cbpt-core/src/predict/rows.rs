@@ -63,11 +63,16 @@ impl Rows {
         for (name, values) in needed.into_iter().chain(given) {
             same(name, values.len())?;
             for (index, value) in values.iter().enumerate() {
-                require(value.is_finite(), &format!("{name}[{index}]"), value, "must be a finite number")?;
+                require(
+                    value.is_finite(),
+                    format_args!("{name}[{index}]"),
+                    value,
+                    "must be a finite number",
+                )?;
             }
         }
         for (index, preload) in columns.preload_N.unwrap_or_default().iter().enumerate() {
-            require_positive(&format!("preload_N[{index}]"), *preload)?;
+            require_positive(format_args!("preload_N[{index}]"), *preload)?;
         }
         Self::in_runs(&columns)
     }
@@ -105,7 +110,7 @@ impl Rows {
             if let Some(&before) = runs[number].last() {
                 require(
                     columns.time_s[place] >= columns.time_s[before],
-                    &format!("time_s[{place}]"),
+                    format_args!("time_s[{place}]"),
                     columns.time_s[place],
                     "must not be before the reading above it of the same run",
                 )?;
