@@ -32,8 +32,8 @@ pub fn wall_contacts(
     track: TrackCurvature,
 ) -> Vec<Option<HertzContact>> {
     // No number where the wall is missing, and no contact of it then.
-    let along =
-        |&curvature: &f64| along_per_m(groove, curvature, contact_angle_rad, track).unwrap_or(f64::NAN);
+    let cos_beta = contact_angle_rad.cos();
+    let along = |&curvature: &f64| along_per_m(groove, curvature, cos_beta, track).unwrap_or(f64::NAN);
     let along: Vec<f64> = curvatures_per_m.iter().map(along).collect();
     HertzContact::many(&along, across_per_m(groove), contact_modulus_Pa)
 }
