@@ -3,7 +3,8 @@
     ```python             all of a file in one namespace; `>>>` is compared with what it shows
     ```console, ```sh     lines that begin with `cbpt ` or `$ cbpt `; exit code 0, or 3 where the
                           line ends in `# exits 3`
-    ```text               right after a python block: what that block prints, `...` for anything
+    ```text               right after such a block: what it prints (of commands, the last one),
+                          `...` for anything
     ```toml               a case file, where it has a deceleration pair
 
 A file's blocks share a directory with a copy of examples/. A block is not run where the line
@@ -100,7 +101,8 @@ def run_python(page: Path, block: Block, namespace: dict[str, Any]) -> str:
     return printed.getvalue()
 
 
-def run_command(command: str, place: str) -> None:
+def run_command(command: str, place: str) -> str:
+    """Run a line; returns what it prints."""
     expected = EXITS.search(command)
     code = int(expected[1]) if expected else 0
     path = os.pathsep.join([sysconfig.get_path("scripts"), os.environ.get("PATH", "")])
@@ -117,6 +119,7 @@ def run_command(command: str, place: str) -> None:
     )
     assert ran.returncode == code, f"{place}: {command}\n{ran.stdout}{ran.stderr}"
     assert "Traceback" not in ran.stderr, f"{place}: {command}\n{ran.stderr}"
+    return ran.stdout
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(TOP)))
@@ -136,7 +139,7 @@ def test_what_a_page_shows_works(
             printed[block] = run_python(page, block, namespace)
         elif block.language in ("console", "sh"):
             for number, command in commands(block):
-                run_command(command, f"{page.relative_to(TOP)}:{number}")
+                printed[block] = run_command(command, f"{page.relative_to(TOP)}:{number}")
         elif block.language == "text" and block.follows in printed:
             shown = printed[block.follows]
             same = doctest.OutputChecker().check_output(block.text, shown, doctest.ELLIPSIS)
