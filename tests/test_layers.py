@@ -99,7 +99,7 @@ CORE_USES: dict[str, set[str]] = {
     "pair": {"drive", "geometry", "hertz"},
     "equilibrium": {"hertz", "pair", "solver", "status"},
     "transmission": {"drive", "geometry", "pair", "equilibrium", "status"},
-    "effect": {"pair"},
+    "effect": {"error", "pair"},
     "predict": {
         *("drive", "effect", "error", "geometry", "pair", "equilibrium", "status"),
         *("transmission", "sweep"),
@@ -114,7 +114,8 @@ CORE_USES: dict[str, set[str]] = {
 }
 CLI_USES: dict[str, set[str]] = {
     "units": set(),
-    "case": set(),
+    "formula": set(),
+    "case": {"formula"},
     "args": {"units"},
     "exit": {"case"},
     "report": {"args", "exit"},
@@ -199,7 +200,7 @@ def imports(name: str) -> Imports:
 
 
 # The part of the package that a module belongs to, the lowest first.
-RANKS = ("_core", "errors", "results", "lab", "page", "verbs", "commands")
+RANKS = ("_core", "errors", "results", "effects", "lab", "page", "verbs", "commands")
 # The one step up: methods that hand their object on when they are called, never on import.
 UPWARDS = {
     ("cbpt.lab.compare", "cbpt.page.comparison_figure"),

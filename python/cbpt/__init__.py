@@ -12,6 +12,7 @@ Map:
 - `solve_many` -> `Angles`: arrays of loads on all cores;
 - `read_readings` -> `Readings`, `compare` -> `Comparison`: model against measurement;
 - `diagnose` -> `Diagnosis`: which effect is missing; `fit` -> `Fitted`: the case with it;
+- `effects`: effects of your own, as an expression or a Python function;
 - `errors`: everything that can be raised, under `CbptError`.
 
 Input is in the unit that its name ends in; inside everything is SI and radians.
@@ -37,6 +38,7 @@ from cbpt.errors import CaseError, CbptError, InvalidInputError, ReadingsError
 
 if TYPE_CHECKING:
     __version__: str
+    from cbpt import effects as effects
     from cbpt.lab.answer import Diagnosis
     from cbpt.lab.compare import Comparison, compare
     from cbpt.lab.diagnose import diagnose
@@ -78,6 +80,7 @@ __all__ = [
     "Thresholds",
     "compare",
     "diagnose",
+    "effects",
     "example_case",
     "fit",
     "read_readings",
@@ -90,6 +93,8 @@ def __getattr__(name: str) -> Any:
         from importlib.metadata import version
 
         return version("cbpt")
+    if name == "effects":
+        return import_module("cbpt.effects")
     if name in _LAZY:
         return getattr(import_module(_LAZY[name]), name)
     raise AttributeError(f"module 'cbpt' has no attribute {name!r}")

@@ -299,10 +299,11 @@ def parameters_of(fit: Fit, effect: str) -> dict[str, dict[str, Any]]:
         sizes = np.array([fit.value(u) for u in own])
         spread = {"value": float(sizes.std()), "u": None, "unit": "m", "at_bound": False}
         return {"spread_m": spread | {"why_no_u": f"of {len(own)} balls, each fitted"}}
-    return {u.name.partition(".")[2]: _parameter(fit, u) for u in own}
+    units = dict(unit for v in fit.hypothesis.variants if v.effect == effect for unit in v.units)
+    return {u.name.partition(".")[2]: _parameter(fit, u, units) for u in own}
 
 
-def _parameter(fit: Fit, u: Unknown) -> dict[str, Any]:
+def _parameter(fit: Fit, u: Unknown, units: dict[str, str]) -> dict[str, Any]:
     value, sd = fit.value(u), fit.u(u)
     at_bound = (
         bool(value <= u.lower * (1 + 1e-9) or value >= u.upper * (1 - 1e-9))
@@ -318,7 +319,7 @@ def _parameter(fit: Fit, u: Unknown) -> dict[str, Any]:
     return {
         "value": value,
         "u": None if why else sd,
-        "unit": unit_of(name),
+        "unit": units.get(name, unit_of(name)),
         "at_bound": at_bound,
         "why_no_u": why,
     }

@@ -9,7 +9,7 @@ half its squared length is the log odds that the run is expected to bring.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
@@ -113,7 +113,9 @@ def _plan(d: Diagnosis, runs: list[_Run]) -> Campaign:
         columns["temperature_degC"] = np.full(len(number), float(r.temperature_degC.mean()))
     if r.cycle is not None:
         columns["cycle"] = np.ones(len(number))
-    return Campaign.of(d.case, read_readings(columns))
+    c = d.competition.campaign
+    plan = Campaign.of(d.case, read_readings(columns))
+    return replace(plan, own=c.own, candidates=c.candidates, effects=c.effects)
 
 
 def _gains(d: Diagnosis, plan: Fitter, fits: list[Fit], runs: int) -> Floats:

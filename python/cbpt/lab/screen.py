@@ -70,7 +70,7 @@ class Signatures:
                 shapes = {s.name: g for s, g in zip(variant.shapes, grid, strict=True)}
                 self.entries.append((variant, shapes))
         once = [v.effect for v, _ in self.entries if not v.spread]
-        self.base = (*dict.fromkeys([*PRIORS, *once]), *(LOT,) * campaign.balls)
+        self.base = (*dict.fromkeys([*PRIORS, *campaign.own, *once]), *(LOT,) * campaign.balls)
         self.model = Assembled(campaign, [*self.base, *once])
 
     def about(

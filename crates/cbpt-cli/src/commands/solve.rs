@@ -20,7 +20,7 @@ use crate::report::{Report, Table, number, object, six_digits};
 pub fn run(verb: &Solve) -> Result<Exit, Failure> {
     verb.output.check()?;
     let case = Case::read(&verb.case.path)?;
-    let effects = CaseEffects::of(&case, &verb.case.path)?;
+    let effects = CaseEffects::of(&case);
     let load = load(&case, &verb.load)?;
     let detail = effects.map(|effects| solve_load(&case.drive, effects.core(), &load)).transpose()?;
     let solution = detail.as_ref().map_or_else(|| case.drive.solve(&load), |detail| detail.solution.clone());

@@ -25,7 +25,7 @@ const MOST_ROWS: usize = 2_000_000;
 pub fn run(verb: &Sweep) -> Result<Exit, Failure> {
     verb.output.check()?;
     let case = Case::read(&verb.case.path)?;
-    let effects = CaseEffects::of(&case, &verb.case.path)?;
+    let effects = CaseEffects::of(&case);
     let torques = axis(verb.torque_Nm.as_deref(), case.load.torque_Nm, "--torque-Nm", "torque_Nm")?;
     let preloads = axis(verb.preload_N.as_deref(), case.load.preload_N, "--preload-N", "preload_N")?;
     let case_angle = case.load.input_angle_rad.unwrap_or(0.0).to_degrees();

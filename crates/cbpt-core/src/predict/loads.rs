@@ -4,7 +4,7 @@
 //! or a change of temperature adds nothing.
 
 use super::mesh::{Tables, shifted};
-use super::{Contribution, Predictor, Rows};
+use super::{Contribution, Effect, Predictor, Rows};
 use crate::drive::{Drive, Load};
 use crate::effect::port::{Action, Ball};
 use crate::error::InvalidInput;
@@ -20,8 +20,8 @@ const BATCH: usize = 2048;
 /// Effects with their numbers.
 #[derive(Debug, Clone, Copy)]
 pub struct Effects<'a> {
-    /// Ids of the library, one as often as wanted.
-    pub ids: &'a [&'a str],
+    /// Of the library, one as often as wanted, and of the user's own.
+    pub effects: &'a [Effect],
     /// The numbers of all of them, in the order of [`Predictor::parameters`].
     pub values: &'a [f64],
 }
@@ -65,7 +65,7 @@ pub fn solve_loads(
         if progress.is_cancelled() {
             return Ok(None);
         }
-        let mut predictor = Predictor::new(drive.clone(), effects.ids, Rows::of_loads(batch))?;
+        let mut predictor = Predictor::of(drive.clone(), effects.effects.to_vec(), Rows::of_loads(batch))?;
         let found = predictor.predict(effects.values, &[])?;
         for (row, status) in found.status.iter().enumerate() {
             let [deceleration_rad, equal_speed_rad] = found.parts_rad[row];
@@ -87,7 +87,7 @@ pub fn solve_loads(
 /// # Errors
 /// [`InvalidInput`] for an id or a value that cannot be.
 pub fn solve_load(drive: &Drive, effects: Effects<'_>, load: &Load) -> Result<LoadDetail, InvalidInput> {
-    let mut predictor = Predictor::new(drive.clone(), effects.ids, Rows::of_loads(&[*load]))?;
+    let mut predictor = Predictor::of(drive.clone(), effects.effects.to_vec(), Rows::of_loads(&[*load]))?;
     let contributions = predictor.contributions(effects.values)?;
     let found = predictor.predict(effects.values, &[])?;
     let mesh_load = found.mesh_load[0];
@@ -108,7 +108,7 @@ pub fn solve_load(drive: &Drive, effects: Effects<'_>, load: &Load) -> Result<Lo
 impl Predictor {
     /// The pairs with contacts and gaps as the effects make them, under a load at the meshing points.
     fn meshing(&self, values: &[f64], at_mesh: &Load) -> Result<Solution, InvalidInput> {
-        let chain = self.chain(values, &[]);
+        let chain = self.chain(values, &[], &|_| true);
         let contact = chain.contact();
         let shift_rad = contact.contact_angle_shift_rad.value;
         let drive = if shift_rad == 0.0 { self.drive.clone() } else { shifted(&self.drive, shift_rad)? };
@@ -124,10 +124,10 @@ impl Predictor {
             for point in &mut pair.points {
                 point.stiffness *= contact.stiffness_scale.value;
             }
-            for slot in self.gap_slots(values, &[]) {
+            for slot in self.gap_slots(values, &[], &|_| true) {
                 let effect = self.slots[slot].effect;
                 let own = self.own_slots(effect);
-                let Action::Gap(shape) = self.effects[effect].action else { continue };
+                let Some(Action::Gap(shape)) = self.effects[effect].action() else { continue };
                 let gap = |ball: &Ball| shape(&values[own.clone()], slot - own.start, ball);
                 let shapes = Tables::gap_shapes(&self.drive, angle_rad, &gap);
                 for (point, [axial, normal, in_plane]) in pair.points.iter_mut().zip(&shapes[number]) {
