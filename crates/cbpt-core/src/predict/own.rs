@@ -69,7 +69,9 @@ impl Chain {
             }
             if rest && adds_to == AddsTo::Series {
                 let mut unloaded = loads;
-                unloaded.iter_mut().for_each(|load| load.torque_Nm = Dual::constant(0.0));
+                for load in &mut unloaded {
+                    load.torque_Nm = Dual::constant(0.0);
+                }
                 let values = self.values(&**effect, own, rows, &unloaded, &angles)?;
                 for (added, value) in added.iter_mut().zip(values) {
                     added.series_at_rest_rad += value;
