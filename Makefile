@@ -6,7 +6,7 @@ OUT    := out
 export CARGO_TARGET_DIR := $(CURDIR)/target
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help build demo test rust python package wheel bench format clean
+.PHONY: help build demo test rust python package wheel bench trial format clean
 help:  ## this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
 
@@ -58,6 +58,9 @@ wheel: build  ## the wheel, into dist/
 bench: build  ## speed beside SciPy fsolve, ratio first; predictions and diagnoses
 	$(PYTHON) benches/peers.py
 	$(PYTHON) benches/diagnosis.py
+
+trial: build  ## the diagnosis scored on campaigns with a hidden effect, at full length (an hour or two): docs/trial.md
+	$(PYTHON) benches/trial.py --sets 60 --null-sets 400 --quiet --page docs/trial.md --json out/trial.json
 
 format:  ## format Rust and Python
 	cargo fmt --all

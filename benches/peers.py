@@ -1,64 +1,439 @@
-"""Speed beside what people use today: SciPy `fsolve`, one case at a time. Ratios first.
+"""Speed beside what others would write, in one run on one thread; ratios first.
 
-    python benches/peers.py [--cases N]
+    python benches/peers.py [--cases N] [--rounds N] [--json FILE]
 
-20-ball deceleration pair of the base case on one geometry, random loads; both in one run on one
-machine, because times alone say little on a shared one. The residual of both is checked.
+The deceleration pair of the base case (20 balls, 40 contacts) at one input angle, N random loads of
+0.5 to 5 N m and 300 to 900 N; then loads at 40 to 99.9 % of what holds, a new geometry for every
+load, two threads and starting times. Every scaled residual is checked to be at most 1e-11.
+
+Peers take turns with CBPT in every round; a time is the processor's, the least of all rounds, which
+is what a shared machine disturbs least. "From the answer" starts a peer at the solution, so that it
+makes one pass over the contacts and no more: no start can do better, CBPT's own included.
+
+The peers need a C compiler and `pip install --group bench`; what is missing is said, not guessed.
 """
 
 from __future__ import annotations
 
 import argparse
+import ctypes
+import json
 import os
+import platform
+import shutil
+import subprocess
+import sys
+import tempfile
 import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
-# One thread, so that the ratio is about the solver and not about the number of cores.
-os.environ["RAYON_NUM_THREADS"] = "1"
+os.environ |= {"RAYON_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import fsolve
 
 import cbpt
 
+Floats = NDArray[np.float64]
+TOP = Path(__file__).parents[1]
+INPUT_ANGLE_RAD = 0.1
+SIN = np.sqrt(0.5)
 
-def main(cases: int, peer_cases: int) -> None:
-    drive = cbpt.Drive.from_toml(cbpt.example_case())
+
+# --- what is run --------------------------------------------------------------------------
+
+
+def library() -> ctypes.CDLL:
+    """`benches/speed`, built: CBPT without Python around it, and the levenberg-marquardt crate."""
+    manifest = TOP / "benches" / "speed" / "Cargo.toml"
+    subprocess.run(
+        ["cargo", "build", "--release", "--quiet", "--manifest-path", str(manifest)], check=True
+    )
+    target = Path(os.environ.get("CARGO_TARGET_DIR", manifest.parent / "target"))
+    name = {"darwin": "libspeed.dylib", "win32": "speed.dll"}.get(sys.platform, "libspeed.so")
+    found = ctypes.CDLL(str(target / "release" / name))
+    found.pair_holding_arm_m.restype = ctypes.c_double
+    return found
+
+
+def flags() -> set[str]:
+    """Instruction sets of this processor, where the system says."""
+    info = Path("/proc/cpuinfo")
+    return set(info.read_text().split()) if info.exists() else set()
+
+
+def c_kernel(width: int, folder: str) -> ctypes.CDLL | str:
+    """The kernel by hand, or why it is missing."""
+    compiler = shutil.which("cc")
+    needed = {4: {"avx2", "fma"}, 8: {"avx512f", "avx512dq"}}[width]
+    if compiler is None:
+        return "no C compiler"
+    if not needed <= flags():
+        return "this processor has no " + " ".join(sorted(needed - flags()))
+    out = Path(folder) / f"kernel{width}.so"
+    switches = [f"-m{flag}" for flag in sorted(needed)]
+    source = TOP / "benches" / "speed" / "kernel.c"
+    command = [compiler, "-O3", "-ffast-math", "-funroll-loops", "-shared", "-fPIC", *switches]
+    subprocess.run([*command, f"-DWIDTH={width}", str(source), "-o", str(out), "-lm"], check=True)
+    return ctypes.CDLL(str(out))
+
+
+def pointer(values: Floats) -> ctypes.c_void_p:
+    return ctypes.c_void_p(values.ctypes.data)
+
+
+class Pair:
+    """The contacts as peers see them: force (u d + v alpha)^1.5, u and v the levers times k^0.4."""
+
+    def __init__(self, lib: ctypes.CDLL) -> None:
+        arm, stiffness = np.zeros(64), np.zeros(64)
+        angle = ctypes.c_double(INPUT_ANGLE_RAD)
+        count = lib.pair_contacts(angle, pointer(arm), pointer(stiffness))
+        self.u = stiffness[:count] ** 0.4 * SIN
+        self.v = self.u * arm[:count]
+        self.arm_m = float(arm.max())
+        self.hold_m = float(lib.pair_holding_arm_m(angle))
+        self.axial = float((self.u**2.5).sum())
+        self.turning = float((self.v**2 * np.sqrt(self.u)).sum())
+
+    def start(self, torque: Floats, preload: Floats) -> tuple[Floats, Floats]:
+        """The response at rest."""
+        third = np.cbrt(preload / self.axial)
+        return third**2, torque / (1.5 * self.turning * third)
+
+    def residual(
+        self, torque: Floats, preload: Floats, approach: Floats, rotation: Floats
+    ) -> float:
+        y = np.maximum(np.outer(approach, self.u) + np.outer(rotation, self.v), 0.0) ** 1.5
+        axial = np.abs(y @ self.u / preload - 1)
+        return float(max(axial.max(), np.abs((y @ self.v - torque) / preload / self.arm_m).max()))
+
+
+def with_fsolve(pair: Pair, torque: Floats, preload: Floats) -> Floats:
+    def equations(x: Floats, m0: float, n_z: float) -> list[float]:
+        y = np.maximum(pair.u * (x[0] * 1e-6) + pair.v * (x[1] * 1e-6), 0.0)
+        force = y * np.sqrt(y)
+        return [force @ pair.u / n_z - 1, (force @ pair.v - m0) / n_z]
+
+    starts = np.column_stack(pair.start(torque, preload)) * 1e6
+    return np.array(
+        [
+            fsolve(equations, start, args=(m0, n_z), xtol=1e-10)[1] * 1e-6
+            for start, m0, n_z in zip(starts, torque, preload, strict=True)
+        ]
+    )
+
+
+def with_numpy(pair: Pair, torque: Floats, preload: Floats) -> tuple[Floats, Floats]:
+    """Newton on blocks of cases that fit the caches."""
+    approach, rotation = pair.start(torque, preload)
+    levers = np.array([pair.u**2, pair.u * pair.v, pair.v**2]).T
+    for block in np.split(np.arange(len(torque)), range(512, len(torque), 512)):
+        d, a, n, m = approach[block], rotation[block], preload[block], torque[block]
+        for _ in range(30):
+            y = np.multiply.outer(d, pair.u)
+            y += np.multiply.outer(a, pair.v)
+            np.maximum(y, 0.0, out=y)
+            np.sqrt(y, out=y)
+            s00, s01, s11 = (y @ levers).T
+            r0, r1 = s00 * d + s01 * a - n, s01 * d + s11 * a - m
+            done = max(np.abs(r0 / n).max(), np.abs(r1 / n).max() / pair.arm_m) <= 1e-11
+            factor = 2 / 3 / (s00 * s11 - s01**2)
+            d, a = d - factor * (s11 * r0 - s01 * r1), a - factor * (s00 * r1 - s01 * r0)
+            if done:
+                break
+        approach[block], rotation[block] = d, a
+    return approach, rotation
+
+
+def numba_kernel() -> Callable[..., int] | str:
+    try:
+        from numba import njit
+    except ImportError:
+        return "numba is not installed"
+
+    def newton(
+        u: Floats,
+        v: Floats,
+        axial: float,
+        turning: float,
+        arm: float,
+        given: bool,
+        torque: Floats,
+        preload: Floats,
+        approach: Floats,
+        rotation: Floats,
+        residual: Floats,
+    ) -> int:
+        for c in range(len(torque)):
+            n, m = preload[c], torque[c]
+            if given:
+                d, a = approach[c], rotation[c]
+            else:
+                third = (n / axial) ** (1 / 3)
+                d, a = third * third, m / (1.5 * turning * third)
+            left = np.inf
+            for _ in range(50):
+                s00 = s01 = s11 = 0.0
+                for i in range(len(u)):
+                    weight = np.sqrt(max(u[i] * d + v[i] * a, 0.0))
+                    s00 += weight * u[i] * u[i]
+                    s01 += weight * u[i] * v[i]
+                    s11 += weight * v[i] * v[i]
+                r0, r1 = s00 * d + s01 * a - n, s01 * d + s11 * a - m
+                left = max(abs(r0) / n, abs(r1) / (n * arm))
+                factor = 2 / 3 / (s00 * s11 - s01 * s01)
+                d -= factor * (s11 * r0 - s01 * r1)
+                a -= factor * (s00 * r1 - s01 * r0)
+                if left <= 1e-11:
+                    break
+            approach[c], rotation[c], residual[c] = d, a, left
+        return 0
+
+    compiled: Callable[..., int] = njit(fastmath=True)(newton)
+    return compiled
+
+
+# --- timing -------------------------------------------------------------------------------
+
+
+def least(rounds: int, works: dict[str, tuple[int, Callable[[], object]]]) -> dict[str, float]:
+    """Least time a case of each, in microseconds; all take turns in every round.
+
+    What the processor spends, so that other jobs do not count; on several threads a clock's time.
+    """
+    times = dict.fromkeys(works, np.inf)
+    for _ in range(rounds):
+        for name, (cases, work) in works.items():
+            clock = time.perf_counter if "thread" in name else time.process_time
+            start = clock()
+            work()
+            times[name] = min(times[name], (clock() - start) / cases * 1e6)
+    return times
+
+
+def starting(command: list[str], rounds: int = 9) -> float:
+    """Least time of a process, ms."""
+    times = []
+    for _ in range(rounds):
+        start = time.perf_counter()
+        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+        times.append(time.perf_counter() - start)
+    return min(times) * 1e3
+
+
+def import_beyond_numpy(rounds: int = 9) -> float:
+    """Least time of `import cbpt` once numpy is there, ms."""
+    code = (
+        "import numpy, time; s = time.perf_counter(); import cbpt; print(time.perf_counter() - s)"
+    )
+    runs = (subprocess.check_output([sys.executable, "-c", code]) for _ in range(rounds))
+    return min(float(run) for run in runs) * 1e3
+
+
+# --- the table ----------------------------------------------------------------------------
+
+
+def main(cases: int, rounds: int) -> dict[str, Any]:
+    cases -= cases % 8
+    lib = library()
+    pair = Pair(lib)
+    angle = ctypes.c_double(INPUT_ANGLE_RAD)
     rng = np.random.default_rng(0)
     torque, preload = rng.uniform(0.5, 5, cases), rng.uniform(300, 900, cases)
-    start = time.perf_counter()
-    angles = cbpt.solve_many(drive, torque, preload)
-    ours = (time.perf_counter() - start) / cases
-    assert angles.has_solution.all() and angles.residual.max() <= 1e-11
+    hard = rng.uniform(0.4, 0.999, cases) * preload * pair.hold_m
+    rotation, residual, approach, cold = (np.zeros(cases) for _ in range(4))
+    absent: dict[str, str] = {}
 
-    # What fsolve is given: arms and stiffnesses of the deceleration pair, taken from the solved
-    # contacts, so that both solve the same equations.
-    pair = drive.solve(torque_Nm=5, preload_N=600).deceleration
-    assert pair is not None
-    stiffness = pair.force_N / pair.deformation_m**1.5
-    sine = np.sqrt(0.5)
-    arm = (pair.deformation_m / sine - pair.approach_m) / pair.angle_rad
+    def ours(name: str, loads: Floats, count: int = cases) -> Callable[[], None]:
+        function = getattr(lib, name)
 
-    def equations(x: np.ndarray, m0: float, n_z: float) -> list[float]:
-        delta = np.maximum((x[0] * 1e-6 + arm * x[1] * 1e-6) * sine, 0.0)
-        force = stiffness * delta**1.5
-        return [force.sum() * sine / n_z - 1, (force @ arm * sine - m0) / n_z]
+        def work() -> None:
+            columns = (pointer(values) for values in (loads, preload, rotation, residual))
+            solved = function(angle, ctypes.c_size_t(count), *columns)
+            assert solved == count and residual[:count].max() <= 1e-11, name
 
-    start = time.perf_counter()
-    solved = [
-        fsolve(equations, [4.0, 1.0], args=(m0, n_z), xtol=1e-10)[1] * 1e-6
-        for m0, n_z in zip(torque[:peer_cases], preload[:peer_cases], strict=True)
+        return work
+
+    few = min(cases, 2_000)
+    works: dict[str, tuple[int, Callable[[], object]]] = {
+        "cbpt": (cases, ours("cbpt_pair", torque)),
+        "cbpt, 40 to 99.9 % of hold": (cases, ours("cbpt_pair", hard)),
+        "cbpt, scalar solver": (few, ours("cbpt_pair_scalar", torque, few)),
+        "levenberg-marquardt crate": (few, ours("levenberg_marquardt_pair", torque, few)),
+        "fsolve": (few // 4, lambda: with_fsolve(pair, torque[: few // 4], preload[: few // 4])),
+        "numpy, batched Newton": (cases, lambda: with_numpy(pair, torque, preload)),
+    }
+    solved = with_numpy(pair, torque, preload)
+    assert pair.residual(torque, preload, *solved) <= 1e-11
+    ours("cbpt_pair", torque)()
+    agreement = float(np.abs(rotation / solved[1] - 1).max())
+    assert agreement < 1e-10
+
+    jit = numba_kernel()
+    with tempfile.TemporaryDirectory() as folder:
+        for name, kernel in {
+            "numba": jit,
+            "C AVX2": c_kernel(4, folder),
+            "C AVX-512": c_kernel(8, folder),
+        }.items():
+            if isinstance(kernel, str):
+                absent[name] = kernel
+                continue
+            for given in (False, True):
+
+                def work(kernel: Any = kernel, name: str = name, given: bool = given) -> None:
+                    states = solved if given else (approach, cold)
+                    if name == "numba":
+                        numbers = (pair.u, pair.v, pair.axial, pair.turning, pair.arm_m, given)
+                        kernel(*numbers, torque, preload, *states, residual)
+                    else:
+                        kernel.newton(
+                            *(ctypes.c_size_t(size) for size in (cases, len(pair.u))),
+                            *(pointer(values) for values in (pair.u, pair.v)),
+                            ctypes.c_double(pair.arm_m),
+                            ctypes.c_int(given),
+                            *(pointer(x) for x in (torque, preload, *states, residual)),
+                        )
+                    assert residual.max() <= 1e-11, name
+
+                work()
+                works[name + (", from the answer" if given else "")] = (cases, work)
+
+        count = min(cases, 5_000)
+        low, high = np.array([[0.35, 5e-3, 0.70, 1.05], [0.50, 7e-3, 0.87, 1.12]])
+        numbers = np.ascontiguousarray(rng.uniform(low, high, (count, 4)).T)
+        angles = np.zeros(cases)
+
+        def geometry() -> None:
+            columns = (pointer(values) for values in (numbers, torque, preload, angles))
+            found = lib.cbpt_new_geometry(ctypes.c_size_t(1), ctypes.c_size_t(count), *columns)
+            assert found == count, f"{found} of {count}"
+
+        def drive(threads: int) -> Callable[[], None]:
+            def work() -> None:
+                columns = (pointer(values) for values in (torque, preload, angles))
+                sizes = (ctypes.c_size_t(size) for size in (threads, cases))
+                assert lib.cbpt_drive(*sizes, *columns) == cases
+
+            return work
+
+        along = rng.uniform(500, 900, count)
+        stiffness = np.zeros(count)
+
+        def hertz(name: str) -> Callable[[], None]:
+            def work() -> None:
+                across = ctypes.c_double(50.0)
+                size = ctypes.c_size_t(count)
+                getattr(lib, name)(size, pointer(along), across, pointer(stiffness))
+
+            return work
+
+        paper = cbpt.Drive.from_toml(cbpt.example_case())
+        works |= {
+            "cbpt, new geometry, both pairs": (count, geometry),
+            "cbpt, one Hertz stiffness": (count, hertz("cbpt_hertz")),
+            "cbpt, one Hertz stiffness alone": (count, hertz("cbpt_hertz_scalar")),
+            "cbpt, both pairs, 1 thread": (cases, drive(1)),
+            "cbpt, both pairs, 2 threads": (cases, drive(2)),
+            "cbpt, both pairs, processor time of one": (cases, drive(1)),
+            "cbpt, both pairs, processor time of two": (cases, drive(2)),
+            "cbpt.solve_many from Python, both pairs": (
+                cases,
+                lambda: cbpt.solve_many(paper, torque, preload, 5.7),
+            ),
+        }
+        times = least(rounds, works)
+    return {
+        "machine": f"{platform.processor() or platform.machine()}: {model()}",
+        "widths": sorted(flags() & {"avx2", "fma", "avx512f", "avx512dq"}),
+        "load": os.getloadavg()[0],
+        "date": time.strftime("%Y-%m-%d"),
+        "cases": cases,
+        "rounds": rounds,
+        "agreement": agreement,
+        "absent": absent,
+        "us": times,
+        "ms": {
+            "import cbpt beyond numpy": import_beyond_numpy(),
+            **help_time(),
+        },
+    }
+
+
+def model() -> str:
+    info = Path("/proc/cpuinfo")
+    lines = info.read_text().splitlines() if info.exists() else []
+    return next((line.split(": ")[1] for line in lines if line.startswith("model name")), "?")
+
+
+def help_time() -> dict[str, float]:
+    target = Path(os.environ.get("CARGO_TARGET_DIR", TOP / "target"))
+    binary = target / "release" / "cbpt"
+    return {"cbpt --help, the binary": starting([str(binary), "--help"])} if binary.exists() else {}
+
+
+def text(found: dict[str, Any]) -> str:
+    us, ms = found["us"], found["ms"]
+
+    def row(name: str, value: float | None, target: str, unit: str = "x") -> str:
+        shown = "absent" if value is None else f"{value:.3g} {unit}"
+        return f"{name:<58}{shown:>12}   {target}"
+
+    def ratio(above: str, below: str = "cbpt") -> float | None:
+        return us[above] / us[below] if above in us and below in us else None
+
+    lines = [
+        row("fsolve / cbpt", ratio("fsolve"), ">= 800"),
+        row("numba / cbpt", ratio("numba"), ">= 1.5"),
+        row("numba from the answer / cbpt", ratio("numba, from the answer"), "(1 pass)"),
+        row("cbpt / C AVX2", ratio("cbpt", "C AVX2"), "<= 1.5"),
+        row("cbpt / C AVX2 from the answer", ratio("cbpt", "C AVX2, from the answer"), "(1 pass)"),
+        row("cbpt / C AVX-512", ratio("cbpt", "C AVX-512"), "<= 1.5"),
+        row("numpy / cbpt", ratio("numpy, batched Newton"), ""),
+        row("levenberg-marquardt crate / cbpt", ratio("levenberg-marquardt crate"), ""),
+        row("scalar solver / cbpt", ratio("cbpt, scalar solver"), ""),
+        row("40 to 99.9 % of hold / easy", ratio("cbpt, 40 to 99.9 % of hold"), "<= 3"),
+        row(
+            "1 thread / 2 threads",
+            ratio("cbpt, both pairs, 1 thread", "cbpt, both pairs, 2 threads"),
+            ">= 1.9",
+        ),
+        row(
+            "2 x processor time of one thread / of two",
+            2
+            * us["cbpt, both pairs, processor time of one"]
+            / us["cbpt, both pairs, processor time of two"],
+            "(what an idle machine gives)",
+        ),
+        row("a new geometry, both pairs", us["cbpt, new geometry, both pairs"], "<= 6", "us"),
+        row("one Hertz stiffness", us["cbpt, one Hertz stiffness"] * 1e3, "<= 30", "ns"),
+        *(
+            row(name, value, "<= 30" if "import" in name else "<= 20", "ms")
+            for name, value in ms.items()
+        ),
+        "",
+        *(f"{name:<58}{value:>12.4f} us" for name, value in us.items()),
+        *(f"{name:<58}{'absent':>12}   {why}" for name, why in found["absent"].items()),
+        "",
+        f"{found['machine']}; {' '.join(found['widths']) or 'widths unknown'}; load average "
+        f"{found['load']:.1f}; {found['date']}",
+        f"{found['cases']} loads, least of {found['rounds']} rounds in turns; angles agree to "
+        f"{found['agreement']:.0e}",
     ]
-    theirs = (time.perf_counter() - start) / peer_cases
-    agreement = np.abs(solved / angles.alpha_deceleration_rad[:peer_cases] - 1).max()
-
-    print(f"fsolve / cbpt, time a load:  {theirs / ours:.0f}")
-    print(f"cbpt   {ours * 1e6:8.2f} us (both pairs of the drive, one thread, {cases} loads)")
-    print(f"fsolve {theirs * 1e6:8.2f} us (deceleration pair alone, {peer_cases} loads)")
-    print(f"largest relative difference of the deceleration angle: {agreement:.1e}")
+    return "\n".join(lines)
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--cases", type=int, default=100_000)
+    parser.add_argument("--rounds", type=int, default=9)
+    parser.add_argument("--json", type=Path)
     options = parser.parse_args()
-    main(options.cases, min(options.cases, 2_000))
+    result = main(options.cases, options.rounds)
+    print(text(result))
+    if options.json:
+        options.json.write_text(json.dumps(result, indent=1))

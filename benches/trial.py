@@ -1,8 +1,10 @@
 """The trial: campaigns with a hidden effect, diagnosed and scored (what is scored: `trial_score`).
 
-    python benches/trial.py [--sets N] [--seed S] [--workers 2] [--family F] [--json OUT]
+    python benches/trial.py [--sets N] [--null-sets M] [--seed S] [--workers 2] [--family F]
+                            [--json OUT] [--page PAGE.md]
 
-N is for each kind of noise (null), each strength (single, outside) and each other family. Campaigns
+N is for each strength (single, outside) and each other family, M (else N) for each kind of noise
+of campaigns that hide nothing. `make trial` is the full length and writes docs/trial.md. Campaigns
 come from the rig in tests/reference, which shares nothing with the product; a diagnosis is given
 the case file and the table alone. Campaigns and answers are kept in out/trial, under what they
 depend on (the rig's source, the product's), so a second run adds only what is new; --fresh starts
@@ -45,6 +47,7 @@ from reference.rig_noise import NOISE_KINDS
 from reference.rig_oracle import ask
 from reference.rig_strength import NoSuchCampaignError
 from reference.rig_trial import FAMILIES, SINGLES, STRENGTHS, Family, make_trial
+from reference.trial_page import write_page
 from reference.trial_score import Outcome, document, grade, measures, table
 
 TOP = Path(__file__).parents[1]
@@ -56,10 +59,10 @@ Task = tuple[Family, int, int]
 # --- which campaigns --------------------------------------------------------------------------
 
 
-def indices(family: Family, sets: int) -> list[int]:
+def indices(family: Family, sets: int, null_sets: int | None = None) -> list[int]:
     """Indices of a family: every noise or strength `sets` times, effects in turn."""
     if family == "null":
-        return list(range(sets * len(NOISE_KINDS)))
+        return list(range((sets if null_sets is None else null_sets) * len(NOISE_KINDS)))
     if family == "single":
         return list(_crossed(sets, len(STRENGTHS), len(SINGLES), 5))
     if family == "outside":
@@ -77,9 +80,11 @@ def _crossed(sets: int, strengths: int, effects: int, stride: int) -> Iterator[i
             yield turn * effects + (stride * number + 2 * strength) % effects
 
 
-def tasks(families: Iterable[Family], sets: int, seed: int) -> list[Task]:
+def tasks(
+    families: Iterable[Family], sets: int, seed: int, null_sets: int | None = None
+) -> list[Task]:
     """All campaigns, families interleaved so that an unfinished trial holds some of each."""
-    lists = [[(f, i, seed) for i in indices(f, sets)] for f in families]
+    lists = [[(f, i, seed) for i in indices(f, sets, null_sets)] for f in families]
     order = sorted(
         (n / len(list_), k, n) for k, list_ in enumerate(lists) for n in range(len(list_))
     )
@@ -279,10 +284,12 @@ def run(work: list[Task], workers: int, fresh: bool, quiet: bool) -> list[Outcom
 def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
     parser.add_argument("--sets", type=int, default=15, help="for each noise, strength or family")
+    parser.add_argument("--null-sets", type=int, help="for each kind of noise; else as --sets")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--family", choices=FAMILIES, action="append", help="several may be given")
     parser.add_argument("--json", type=Path, help="where to write the score")
+    parser.add_argument("--page", type=Path, help="where to write the score as a page")
     parser.add_argument(
         "--fresh", action="store_true", help="diagnose again what was diagnosed before"
     )
@@ -291,7 +298,7 @@ def main() -> int:
     )
     parser.add_argument("--quiet", action="store_true", help="the table alone")
     asked = parser.parse_args()
-    work = tasks(asked.family or FAMILIES, asked.sets, asked.seed)
+    work = tasks(asked.family or FAMILIES, asked.sets, asked.seed, asked.null_sets)
     answer_folder()  # what the sources are now, whatever happens to them during the trial
     outcomes = run(work, asked.workers, asked.fresh, asked.quiet)
     step = max(len(work) // max(asked.shuffle, 1), 1)
@@ -305,16 +312,19 @@ def main() -> int:
     print(f"library in another order: {len(changed)} of {len(pairs)} answers change")
     for first, second in changed:
         print(f"  {first} -> {second}")
+    score = document(outcomes) | {
+        "sets_each": asked.sets,
+        "null_sets_each": asked.sets if asked.null_sets is None else asked.null_sets,
+        "seed": asked.seed,
+        "version": cbpt.__version__,
+        "rig": rig_folder().name.split("-")[1],
+        "order_of_library": {"sets": len(pairs), "changed": len(changed)},
+    }
     if asked.json:
-        score = document(outcomes) | {
-            "sets_each": asked.sets,
-            "seed": asked.seed,
-            "version": cbpt.__version__,
-            "rig": rig_folder().name.split("-")[1],
-            "order_of_library": {"sets": len(pairs), "changed": len(changed)},
-        }
         asked.json.parent.mkdir(parents=True, exist_ok=True)
         asked.json.write_text(json.dumps(score, indent=1) + "\n", encoding="utf-8")
+    if asked.page:
+        write_page(asked.page, score, outcomes)
     return 0
 
 

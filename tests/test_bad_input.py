@@ -287,3 +287,9 @@ def test_a_load_that_cannot_be_is_named() -> None:
             solve_many(BASE, 5, [600, bad])
     with pytest.raises(ValueError, match="broadcast"):
         solve_many(BASE, [1, 2], [1, 2, 3])
+
+
+@pytest.mark.parametrize("read", [cbpt.Case.from_file, cbpt.Drive.from_file])
+def test_a_path_that_no_file_can_have(read: Any) -> None:
+    with pytest.raises(cbpt.CaseError, match="no file can have this name"):
+        read("\ud800.toml")

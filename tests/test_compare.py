@@ -305,7 +305,7 @@ def test_the_report_is_in_the_unit_that_is_asked_for() -> None:
     assert "RMSE 2.48 arcsec" in c.report()
     assert f"RMSE {2.4839 / 60:.3g} arcmin" in c.report("arcmin")
     assert "RMSE 12 urad" in c.report("urad")
-    assert "rmse_mrad" in c.report("mrad") and "arcsec" not in c.report("mrad")
+    assert "mrad ┆" in c.report("mrad") and "arcsec" not in c.report("mrad")
 
 
 def test_everything_is_pickled() -> None:

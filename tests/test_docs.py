@@ -65,7 +65,7 @@ def test_the_example_is_the_programs() -> None:
     "case",
     [
         *sorted((TOP / "tests/data/hidden_effect").glob("*.toml")),
-        *sorted(TOP.glob("examples/*.toml")),
+        *(path for path in sorted(TOP.glob("examples/*.toml")) if path.name != "plan.toml"),
     ],
     ids=lambda path: path.name,
 )

@@ -306,3 +306,15 @@ def test_the_numbers_are_those_of_the_library() -> None:
     """The names that this file plants numbers by."""
     assert set(NUMBERS) == set(PRIORS)
     assert {e for e, _, _ in PLANTED} >= {v.effect for v in VARIANTS} - {"ball_diameter_lot"}
+
+
+def test_contact_angles_stay_angles() -> None:
+    """Fits used to end in an error where the shift reached 45 degrees."""
+    fitter = Fitter(plan("dev03"), [variant_of("contact_angle")])
+    place = fitter.place("contact_angle", "contact_angle_shift_rad")
+    low, high = fitter.model.lower[place], fitter.model.upper[place]
+    for shift in (low, high):
+        values = fitter.model.neutral.copy()
+        values[place] = shift
+        fitter.model.at(values)
+    assert low < -0.1 and high > 0.1

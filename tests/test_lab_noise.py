@@ -13,6 +13,7 @@ from hypothesis.extra import numpy as arrays
 from scipy.optimize import minimize
 
 from cbpt.lab.noise import (
+    FIXED_DOF,
     LEAST_SCALE,
     PRICE,
     STATED_DOF,
@@ -328,3 +329,13 @@ def test_nothing_stated_leaves_the_scale_to_the_readings() -> None:
     assert noise.scale == pytest.approx(float(np.std(y, ddof=1)) / 0.3, rel=1e-4)
     assert log_scale_prior(1.0, STATED_DOF) == 0.0
     assert log_scale_prior(0.5, STATED_DOF) < 0 and log_scale_prior(2.0, STATED_DOF) < 0
+
+
+def test_a_fixed_scale_is_not_made_smaller_by_correlation() -> None:
+    """Readings that scatter less than stated used to come out as strongly correlated."""
+    rows, u = Rows.of(np.repeat(np.arange(4), 25)), np.full(100, 0.3)
+    y = 0.25 * u * np.random.default_rng(3).standard_normal(100)
+    none = np.zeros((100, 0)), np.zeros(0)
+    fixed, _ = fit_noise(y, *none, u, rows, Noise(), FIXED_DOF)
+    assert fixed.correlation == 0 and fixed.offset_arcsec == 0
+    assert fixed.scale == pytest.approx(1, abs=1e-3)

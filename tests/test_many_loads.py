@@ -39,7 +39,10 @@ from common.drives import (
 def test_many_loads_are_solved_as_each_alone(
     drive: Drive, loads: list[tuple[float, float, float]]
 ) -> None:
-    """solve_many gives, in order, what solve gives one by one; unsolvable loads stay as rows."""
+    """solve_many gives, in order, what solve gives one by one; unsolvable loads stay as rows.
+
+    Both solve the same equations to the same tolerance, each in its own way.
+    """
     rows = [(torque_of(drive, share, n, angle), n, angle) for share, n, angle in loads]
     torque, preload, angle = np.array(rows).T
     many = solve_many(drive, torque, preload, angle)
@@ -53,11 +56,11 @@ def test_many_loads_are_solved_as_each_alone(
             (many.elastic_angle_arcsec, s.elastic_angle_arcsec),
             (many.alpha_deceleration_rad / ARCSEC, s.alpha_deceleration_arcsec),
             (many.alpha_equal_speed_rad / ARCSEC, s.alpha_equal_speed_arcsec),
-            (many.residual, s.residual),
             (many.hold_preload_N, s.hold_preload_N),
         ]:
             value = float(found[i])
-            assert (alone is None and math.isnan(value)) or value == pytest.approx(alone, rel=1e-14)
+            assert (alone is None and math.isnan(value)) or value == pytest.approx(alone, rel=1e-10)
+        assert math.isnan(many.residual[i]) if s.residual is None else many.residual[i] <= 1e-11
 
 
 def test_loads_broadcast_as_in_numpy() -> None:
@@ -78,7 +81,8 @@ def test_loads_broadcast_as_in_numpy() -> None:
     assert all(array.shape == (4, 3) and array.dtype == np.float64 for array in arrays)
     assert many.status.shape == many.has_solution.shape == (4, 3)
     assert many.has_solution.dtype == np.bool_
-    assert many.elastic_angle_rad[3, 2] == drive.solve(5, 600, 7).elastic_angle_rad
+    alone = drive.solve(5, 600, 7).elastic_angle_rad
+    assert many.elastic_angle_rad[3, 2] == pytest.approx(alone, rel=1e-10)
     assert solve_many(drive, 5, 600).elastic_angle_rad.shape == ()
     assert len(solve_many(drive, [], 600)) == 0
 

@@ -142,10 +142,10 @@ def test_columns_that_cannot_be(write: Write, columns: dict[str, str], expected:
         (b"", "an empty file"),
         (b"\n \n\t\n", "an empty file"),
         (b"# only\n# comments\n", "2 comment lines and nothing else"),
-        (b"PK\x03\x04\x14\x00\x06\x00", "an Excel workbook"),
+        (b"PK\x03\x04\x14\x00\x06\x00", "a workbook (or another zip archive) that cannot be read"),
         (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "an old Excel workbook"),
         (b"\x89HDF\r\n\x1a\n", "an HDF5"),
-        (b"TDSm\x0e\0\0\0", "a TDMS file"),
+        (b"TDSm\x0e\0\0\0", "no group with a table"),
         (b"PAR1\x15\x04", "a Parquet file"),
         (b"\x1f\x8b\x08\0", "a gzip archive"),
         (bytes(range(256)), "a binary file"),
@@ -156,7 +156,7 @@ def test_files_that_are_no_table(write: Write, content: bytes, found: str) -> No
     error = refused(write(content, "t.xlsx"))
     assert found in error.value and error.line is None and "t.xlsx" in str(error)
     if content.startswith(b"PK"):
-        assert "export the sheet to CSV" in str(error) and "later version" in str(error)
+        assert "save it anew, or export the table to CSV" in str(error)
 
 
 def test_paths_that_are_no_file(tmp_path: Path) -> None:
@@ -228,11 +228,21 @@ def test_gaps_in_data(values: Any, found: str) -> None:
     assert "row 2" in str(error) and error.value == found
 
 
-@pytest.mark.parametrize("kind", ["timedelta64[ns]", "datetime64[ns]"])
-def test_clocks_are_no_numbers(kind: str) -> None:
-    """A count of nanoseconds must not pass for seconds."""
-    error = refused(TABLE | {"time_s": np.arange(3).astype(kind)})
-    assert error.column == "time_s" and error.expected == "a number"
+@pytest.mark.parametrize("kind", ["timedelta64", "datetime64"])
+@pytest.mark.parametrize("unit", ["ns", "ms", "m"])
+def test_clocks_are_seconds(kind: str, unit: str) -> None:
+    """A count of nanoseconds must not pass for seconds, nor seconds for what the header says."""
+    clock = np.arange(7, 10).astype(f"{kind}[{unit}]")
+    since = 7 if kind == "timedelta64" else 0
+    seconds = np.arange(since, since + 3) * {"ns": 1e-9, "ms": 1e-3, "m": 60.0}[unit]
+    for header in ("time_s", "time_min", "time"):
+        read = read_readings(TABLE | {header: clock})
+        assert read.time_s is not None
+        np.testing.assert_allclose(read.time_s, seconds, rtol=1e-15)
+    error = refused(TABLE | {"torque_Nm": clock})
+    assert error.column == "torque_Nm" and "not a date" in error.expected
+    read = read_readings(TABLE | {"written": clock})
+    assert not read.extra and any("ignored column 'written'" in note for note in read.notes)
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,9 @@ Map:
 - `read_readings` -> `Readings`, `compare` -> `Comparison`: model against measurement;
 - `diagnose` -> `Diagnosis`: which effect is missing; `fit` -> `Fitted`: the case with it;
 - `effects`: effects of your own, as an expression or a Python function;
+- `read_plan` -> `Plan`: a campaign to come; `simulate` -> `Readings`: what it would read;
+  `isolability` -> `Isolability`: what it could see and tell apart; `next_runs` -> `NextRuns`: what
+  would decide; `shortest_plan` -> `Design`: a whole campaign;
 - `errors`: everything that can be raised, under `CbptError`.
 
 Input is in the unit that its name ends in; inside everything is SI and radians.
@@ -34,29 +37,45 @@ from cbpt._core import (
     Thresholds,
     example_case,
 )
-from cbpt.errors import CaseError, CbptError, InvalidInputError, ReadingsError
+from cbpt.errors import CaseError, CbptError, InvalidInputError, PlanError, ReadingsError
 
 if TYPE_CHECKING:
     __version__: str
     from cbpt import effects as effects
     from cbpt.lab.answer import Diagnosis
+    from cbpt.lab.campaign_design import Design, shortest_plan
+    from cbpt.lab.candidates import Limits
     from cbpt.lab.compare import Comparison, compare
     from cbpt.lab.diagnose import diagnose
     from cbpt.lab.fitting import Fitted, fit
+    from cbpt.lab.isolability import Isolability, isolability
+    from cbpt.lab.next_run import NextRuns, next_runs
+    from cbpt.lab.plan import Plan, read_plan
     from cbpt.lab.readings import Readings, read_readings
+    from cbpt.lab.simulate import simulate
     from cbpt.results import Angles, solve_many
 
 # Loaded when first asked for, so that `import cbpt` stays light.
 _LAZY = {
     "Angles": "cbpt.results",
     "Comparison": "cbpt.lab.compare",
+    "Design": "cbpt.lab.campaign_design",
     "Diagnosis": "cbpt.lab.answer",
     "Fitted": "cbpt.lab.fitting",
+    "Isolability": "cbpt.lab.isolability",
+    "Limits": "cbpt.lab.candidates",
+    "NextRuns": "cbpt.lab.next_run",
+    "Plan": "cbpt.lab.plan",
     "Readings": "cbpt.lab.readings",
     "compare": "cbpt.lab.compare",
     "diagnose": "cbpt.lab.diagnose",
     "fit": "cbpt.lab.fitting",
+    "isolability": "cbpt.lab.isolability",
+    "next_runs": "cbpt.lab.next_run",
+    "read_plan": "cbpt.lab.plan",
     "read_readings": "cbpt.lab.readings",
+    "shortest_plan": "cbpt.lab.campaign_design",
+    "simulate": "cbpt.lab.simulate",
     "solve_many": "cbpt.results",
 }
 
@@ -66,13 +85,19 @@ __all__ = [
     "CaseError",
     "CbptError",
     "Comparison",
+    "Design",
     "Diagnosis",
     "Drive",
     "Finding",
     "Fitted",
     "InvalidInputError",
+    "Isolability",
     "LargestAngle",
+    "Limits",
+    "NextRuns",
     "PairSolution",
+    "Plan",
+    "PlanError",
     "PreloadThresholds",
     "Readings",
     "ReadingsError",
@@ -83,7 +108,12 @@ __all__ = [
     "effects",
     "example_case",
     "fit",
+    "isolability",
+    "next_runs",
+    "read_plan",
     "read_readings",
+    "shortest_plan",
+    "simulate",
     "solve_many",
 ]
 

@@ -1,7 +1,8 @@
 """The `cbpt` command of the Python package.
 
 Verbs of the mechanics (solve, preload, sweep, check, effects, schema) are handed to the Rust
-command line as they are; those of the lab (compare, diagnose, fit) are in `verbs`.
+command line as they are; those of the lab are in `verbs` (compare, diagnose, fit) and, about
+campaigns to come, in `plan_verbs` (simulate, isolability, next-run, plan).
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import sys
 import threading
 from collections.abc import Callable, Sequence
 
-from cbpt import verbs
+from cbpt import plan_verbs, verbs
 from cbpt._core import run_command_line
 from cbpt.errors import CbptError
 
@@ -45,7 +46,7 @@ def _guarded(verb: Callable[[list[str]], int], argv: list[str]) -> int:
     try:
         return verb(argv)
     except CbptError as error:
-        print(f"cbpt: {error}", file=sys.stderr)
+        print(f"cbpt: {verbs.in_flags(str(error))}", file=sys.stderr)
         return BAD_INPUT
     except BrokenPipeError:
         # The reader (`| head`) has seen enough; what is left in the buffer must not complain.
@@ -65,6 +66,10 @@ _LAB: dict[str, Callable[[list[str]], int]] = {
     "compare": verbs.compare,
     "diagnose": verbs.diagnose,
     "fit": verbs.fit,
+    "simulate": plan_verbs.simulate,
+    "isolability": plan_verbs.isolability,
+    "next-run": plan_verbs.next_run,
+    "plan": plan_verbs.plan,
 }
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ __all__ = [
     "CbptError",
     "InvalidInputError",
     "Mistake",
+    "PlanError",
     "PlotError",
     "ReadingsError",
 ]
@@ -29,6 +30,10 @@ class InvalidInputError(CbptError, ValueError):
 
 class CaseError(CbptError, ValueError):
     """A case file cannot be read as it is: file, line, key, what was found and what is allowed."""
+
+
+class PlanError(CbptError, ValueError):
+    """A plan cannot be read, or cannot be carried out: file, run, key, what was found, expected."""
 
 
 class PlotError(CbptError):

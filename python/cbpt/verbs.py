@@ -1,4 +1,4 @@
-"""The lab's verbs on the command line.
+"""The lab's verbs on the command line; those about campaigns to come are in `plan_verbs`.
 
 compare     model against a table of readings, with effects fitted where asked
 diagnose    which effect is missing
@@ -8,20 +8,36 @@ fit         add effects to a case
 from __future__ import annotations
 
 import argparse
+import ast
 import csv
+import re
+import shlex
 import sys
 import time
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from cbpt.lab.answer import Diagnosis
+    from cbpt.lab.fitting import Fitted
 
 # As in the Rust command line, whose help lists them.
 SUCCESS, NO_SOLUTION = 0, 3
+# Files that the table of results is written to.
+RESULTS = (".csv", ".md", ".json")
+_TABLE = "table of readings: CSV, xlsx, xls, ods, MATLAB, TDMS or Parquet"
 
 
-def inputs(prog: str, description: str, epilog: str | None = None) -> argparse.ArgumentParser:
-    """A parser that takes a case, a table and what its headers mean."""
+def inputs(
+    prog: str,
+    description: str,
+    epilog: str | None = None,
+    table: tuple[str, str] = ("DATA", _TABLE),
+) -> argparse.ArgumentParser:
+    """A parser that takes a case, a table (its name and what it is) and what its headers mean."""
     parser = argparse.ArgumentParser(prog=prog, description=description, epilog=epilog)
     parser.add_argument("case", metavar="CASE", type=Path, help="case file (TOML)")
-    parser.add_argument("data", metavar="DATA", type=Path, help="table of readings (CSV)")
+    parser.add_argument("data", metavar=table[0], type=Path, help=table[1])
     parser.add_argument(
         "--column",
         metavar="HEADER=NAME",
@@ -29,7 +45,63 @@ def inputs(prog: str, description: str, epilog: str | None = None) -> argparse.A
         default=[],
         help="what a header means, for example Moment=torque_Nm; repeatable",
     )
+    parser.add_argument(
+        "--sheet",
+        metavar="NAME",
+        help="sheet of a workbook, struct of a MATLAB file or group of a TDMS file; else the first "
+        "with readings",
+    )
     return parser
+
+
+def add_results(parser: argparse.ArgumentParser) -> None:
+    """Flags of the table of results."""
+    parser.add_argument(
+        "--results",
+        metavar="FILE",
+        nargs="?",
+        const="-",
+        help="every number with its uncertainty and what it rests on: print the table, or write it "
+        "to FILE.csv, .md or .json",
+    )
+    for flag, what in (
+        ("--torque-Nm", "load at which the results tell the elastic angle"),
+        ("--preload-N", "the preload there; else that of the case"),
+        ("--input-angle-deg", "the input angle there; else that of the case, or 0"),
+    ):
+        parser.add_argument(flag, metavar="VALUE", type=float, help=what)
+
+
+def show_results(found: Diagnosis | Fitted, options: argparse.Namespace) -> None:
+    """The table of results, printed or written."""
+    load = options.torque_Nm, options.preload_N, options.input_angle_deg
+    if options.results is None and load == (None, None, None):
+        return
+    results = found.results(*load)
+    if options.results in (None, "-"):
+        print(f"\n{results.report()}")
+        return
+    made = {".csv": results.to_csv, ".md": results.to_markdown, ".json": results.to_json}
+    path = Path(options.results)
+    path.write_text(made[path.suffix.lower()](), encoding="utf-8")
+
+
+def check_results(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
+    """Before anything is computed."""
+    name = options.results
+    if name not in (None, "-") and Path(name).suffix.lower() not in RESULTS:
+        parser.error(f"--results {name}: the name must end in {', '.join(RESULTS)}")
+
+
+def optional_files(argv: list[str], **endings: tuple[str, ...]) -> list[str]:
+    """The flags whose file may be left out, told from what comes after: `--json CASE DATA`."""
+    told = []
+    for place, word in enumerate(argv):
+        known = endings.get(word.removeprefix("--")) if word.startswith("--") else None
+        after = argv[place + 1] if place + 1 < len(argv) else "-"
+        takes = known is not None and (after == "-" or after.lower().endswith(known))
+        told.append(f"{word}=-" if known is not None and not takes else word)
+    return told
 
 
 def columns_of(parser: argparse.ArgumentParser, options: argparse.Namespace) -> dict[str, str]:
@@ -43,6 +115,25 @@ def columns_of(parser: argparse.ArgumentParser, options: argparse.Namespace) -> 
             parser.error(f"--column {entry}: expected HEADER=NAME, for example Moment=torque_Nm")
         columns[header] = name
     return columns
+
+
+_TEXT = r"""('(?:[^'\\]|\\.)*'|"(?:[^"\\]|\\.)*")"""
+
+
+def in_flags(text: str) -> str:
+    """What a message tells to pass in Python, said in the flags of the command line."""
+
+    def flag(found: re.Match[str]) -> str:
+        try:
+            words = [str(ast.literal_eval(word)) for word in found.groups()]
+        except (SyntaxError, ValueError):  # a header that only looks like it
+            return found[0]
+        name = "--column" if len(words) > 1 else "--sheet"
+        return f"{name} {shlex.quote('='.join(words))}"
+
+    text = re.sub(rf"columns=\{{{_TEXT}: {_TEXT}\}}", flag, text)
+    text = re.sub(rf"sheet={_TEXT}", flag, text)
+    return text.replace("`columns`", "--column").replace("(sheet=)", "(--sheet)")
 
 
 def compare(argv: list[str]) -> int:
@@ -92,6 +183,7 @@ def compare(argv: list[str]) -> int:
             options.data,
             effects=options.effects,
             columns=columns or None,
+            sheet=options.sheet,
             progress=counter.show,
         )
     if options.out and options.out.suffix.lower() == ".json":
@@ -100,7 +192,8 @@ def compare(argv: list[str]) -> int:
         names, rows = comparison.rows()
         with options.out.open("w", newline="", encoding="utf-8") as file:
             csv.writer(file).writerows([names, *rows])
-    print(comparison.to_json() if options.json else comparison.report(options.angle_unit))
+    report = comparison.report(options.angle_unit)
+    print(comparison.to_json() if options.json else in_flags(report))
     sys.stdout.flush()
     if options.plot:
         comparison.plot(options.plot, options.angle_unit)
@@ -138,8 +231,10 @@ def diagnose(argv: list[str]) -> int:
         default=0,
         help="of the simulated chances; the same seed, the same answer",
     )
-    options = parser.parse_args(argv)
+    add_results(parser)
+    options = parser.parse_args(optional_files(argv, json=(".json",), results=RESULTS))
     columns = columns_of(parser, options)
+    check_results(parser, options)
     if options.plot:
         from cbpt.page.comparison_figure import check_picture_name
 
@@ -149,6 +244,7 @@ def diagnose(argv: list[str]) -> int:
         options.data,
         effects=options.effects,
         columns=columns or None,
+        sheet=options.sheet,
         seed=options.seed,
     )
     if options.json == "-":
@@ -156,7 +252,9 @@ def diagnose(argv: list[str]) -> int:
     else:
         if options.json:
             Path(options.json).write_text(answer.to_json() + "\n", encoding="utf-8")
-        print(answer.report())
+        print(in_flags(answer.report()))
+    if options.json != "-" or options.results not in (None, "-"):
+        show_results(answer, options)
     sys.stdout.flush()
     if options.plot:
         answer.plot(options.plot)
@@ -181,14 +279,19 @@ def fit(argv: list[str]) -> int:
         help="ids of effects, see cbpt effects, or of own effects of the case",
     )
     parser.add_argument("--out", metavar="CASE2", type=Path, help="write the case with the effects")
-    options = parser.parse_args(argv)
+    add_results(parser)
+    options = parser.parse_args(optional_files(argv, results=RESULTS))
     if options.out and options.out.suffix.lower() != ".toml":
         parser.error(f"--out {options.out}: the name of a case file ends in .toml")
     columns = columns_of(parser, options)
-    found = fitted(options.case, options.data, options.effects, columns=columns or None)
+    check_results(parser, options)
+    found = fitted(
+        options.case, options.data, options.effects, columns=columns or None, sheet=options.sheet
+    )
     if options.out:
         options.out.write_text(found.case.to_toml(), encoding="utf-8")
-    print(found.report())
+    print(in_flags(found.report()))
+    show_results(found, options)
     if options.out:
         print(f"Wrote {options.out}: the case with the effect in it.")
     return SUCCESS

@@ -45,6 +45,18 @@ pub enum Verb {
     /// Effects fitted to readings, and the case with them in it (Python package)
     #[command(disable_help_flag = true)]
     Fit(Elsewhere),
+    /// What a planned campaign could see and tell apart, before any reading (Python package)
+    #[command(disable_help_flag = true)]
+    Isolability(Elsewhere),
+    /// Readings that a planned campaign would give, with effects and noise (Python package)
+    #[command(disable_help_flag = true)]
+    Simulate(Elsewhere),
+    /// The runs that would decide between what the readings leave open (Python package)
+    #[command(disable_help_flag = true)]
+    NextRun(Elsewhere),
+    /// The shortest campaign that tells effects apart (Python package)
+    #[command(disable_help_flag = true)]
+    Plan(Elsewhere),
 }
 
 /// Anything: the verb is implemented elsewhere.

@@ -47,6 +47,10 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Verb::Compare(_) => Err(Failure::needs_python("compare")),
         Verb::Diagnose(_) => Err(Failure::needs_python("diagnose")),
         Verb::Fit(_) => Err(Failure::needs_python("fit")),
+        Verb::Isolability(_) => Err(Failure::needs_python("isolability")),
+        Verb::Simulate(_) => Err(Failure::needs_python("simulate")),
+        Verb::NextRun(_) => Err(Failure::needs_python("next-run")),
+        Verb::Plan(_) => Err(Failure::needs_python("plan")),
     };
     match outcome {
         Ok(exit) => exit.code(),

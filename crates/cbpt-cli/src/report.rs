@@ -39,8 +39,20 @@ impl Table {
 
     /// As text; numbers to six significant digits.
     pub fn text(&self) -> String {
+        self.drawn(None)
+    }
+
+    /// The same, at most so many characters wide: for cells of words, which then run over several lines.
+    pub fn text_within(&self, width: u16) -> String {
+        self.drawn(Some(width))
+    }
+
+    fn drawn(&self, within: Option<u16>) -> String {
         let mut drawn = Drawn::new();
         drawn.load_style(UTF8_FULL_CONDENSED).set_content_arrangement(ContentArrangement::Disabled);
+        if let Some(width) = within {
+            drawn.set_content_arrangement(ContentArrangement::Dynamic).set_width(width);
+        }
         drawn.set_header(&self.columns);
         for row in &self.rows {
             drawn.add_row(row.iter().map(cell_text));

@@ -1,19 +1,19 @@
-//! Many loads on one drive, on all cores.
+//! Many loads on one drive, on all cores and in the lanes of each.
 //!
-//! A load without solution is a row with its status. Loads that follow each other at the same input angle share one
-//! set of meshing points, so sort by angle where that is cheap.
+//! - [`solve_all`], [`solve_into`]: one drive, many loads; [`solve_each`]: a drive for every load.
+//!
+//! Loads may come in any order: the sweep gathers those at one input angle, makes their meshing points once, and solves
+//! them side by side ([`crate::equilibrium::lanes`]). A load without solution is a row with its status.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
 use crate::drive::{Drive, Load};
+use crate::equilibrium::lanes::{BATCH, LaneOutcome, LanePair, two_thirds_powers};
 use crate::geometry::undercut::undercuts;
 use crate::status::Status;
 use crate::transmission::{Angles, DrivePoints};
-
-/// Loads a thread takes at a time.
-const CHUNK: usize = 128;
 
 /// Shared between a running sweep and whoever watches it.
 #[derive(Debug, Default)]
@@ -49,37 +49,137 @@ pub type Row = (Status, Option<Angles>);
 
 /// Solves every load, in their order; `None` if the sweep was cancelled.
 pub fn solve_all(drive: &Drive, loads: &[Load], progress: &Progress) -> Option<Vec<Row>> {
-    if undercuts(drive) {
-        return Some(vec![(Status::Undercut, None); loads.len()]);
-    }
-    let chunks: Vec<Vec<Row>> = loads
-        .par_chunks(CHUNK)
-        .map(|chunk| {
-            if progress.is_cancelled() {
-                return Vec::new();
-            }
-            let rows = solve_chunk(drive, chunk);
-            progress.add(rows.len());
-            rows
-        })
-        .collect();
-    (!progress.is_cancelled()).then(|| chunks.concat())
+    let mut rows = vec![(Status::Undercut, None); loads.len()];
+    solve_into(drive, loads, &mut rows, progress).then_some(rows)
 }
 
-fn solve_chunk(drive: &Drive, loads: &[Load]) -> Vec<Row> {
-    let mut at_angle: Option<(f64, DrivePoints)> = None;
-    let mut rows = Vec::with_capacity(loads.len());
-    for load in loads {
-        let angle = load.input_angle_rad();
-        let fresh = at_angle.as_ref().is_none_or(|(known, _)| known.to_bits() != angle.to_bits());
-        if fresh {
-            at_angle = Some((angle, drive.points(angle)));
-        }
-        if let Some((_, points)) = &at_angle {
-            rows.push(points.angles(load.torque_Nm(), load.preload_N()));
+/// Solves each load into the row at its place; rows beyond the loads stay as they are. Whether it came to the end: `false`
+/// if the sweep was cancelled, and then some rows are not solved.
+pub fn solve_into(drive: &Drive, loads: &[Load], rows: &mut [Row], progress: &Progress) -> bool {
+    if undercuts(drive) {
+        rows.iter_mut().zip(loads).for_each(|(row, _)| *row = (Status::Undercut, None));
+        return !progress.is_cancelled();
+    }
+    let angle = |load: &Load| load.input_angle_rad().to_bits();
+    if loads.windows(2).all(|two| angle(&two[0]) <= angle(&two[1])) {
+        solve_sorted(drive, loads, rows, progress);
+    } else {
+        let mut order: Vec<usize> = (0..loads.len().min(rows.len())).collect();
+        order.sort_by_key(|&place| angle(&loads[place]));
+        let sorted: Vec<Load> = order.iter().map(|&place| loads[place]).collect();
+        let mut solved = vec![(Status::Undercut, None); sorted.len()];
+        solve_sorted(drive, &sorted, &mut solved, progress);
+        for (place, row) in order.into_iter().zip(solved) {
+            rows[place] = row;
         }
     }
-    rows
+    !progress.is_cancelled()
+}
+
+/// Solves loads of which those at one input angle follow each other.
+fn solve_sorted(drive: &Drive, loads: &[Load], rows: &mut [Row], progress: &Progress) {
+    let mut rest = rows;
+    let mut runs = Vec::new();
+    for run in loads.chunk_by(|a, b| a.input_angle_rad().to_bits() == b.input_angle_rad().to_bits()) {
+        let (own, others) = rest.split_at_mut(run.len().min(rest.len()));
+        rest = others;
+        runs.push((run, own));
+    }
+    runs.into_par_iter().for_each(|(run, rows)| {
+        if progress.is_cancelled() {
+            return;
+        }
+        let lanes = DriveLanes::new(&drive.points(run[0].input_angle_rad()), run.len());
+        run.par_chunks(BATCH).zip(rows.par_chunks_mut(BATCH)).for_each(|(loads, rows)| {
+            if !progress.is_cancelled() {
+                lanes.solve(loads, rows);
+                progress.add(loads.len());
+            }
+        });
+    });
+}
+
+/// Solves each drive under the load at its place into the row at its place, where every drive may be another one. Whether
+/// it came to the end, as [`solve_into`].
+pub fn solve_each(drives: &[Drive], loads: &[Load], rows: &mut [Row], progress: &Progress) -> bool {
+    let parts = drives.par_chunks(BATCH).zip(loads.par_chunks(BATCH)).zip(rows.par_chunks_mut(BATCH));
+    parts.for_each(|((drives, loads), rows)| {
+        if progress.is_cancelled() {
+            return;
+        }
+        for ((drive, load), row) in drives.iter().zip(loads).zip(rows) {
+            if undercuts(drive) {
+                *row = (Status::Undercut, None);
+            } else {
+                let points = drive.points(load.input_angle_rad());
+                DriveLanes::new(&points, 1).solve(&[*load], std::slice::from_mut(row));
+            }
+        }
+        progress.add(drives.len().min(loads.len()));
+    });
+    !progress.is_cancelled()
+}
+
+/// The pairs of a drive at one input angle, ready for many loads.
+#[derive(Debug)]
+pub struct DriveLanes {
+    deceleration: LanePair,
+    equal_speed: Vec<LanePair>,
+    equal_speed_share: f64,
+}
+
+impl DriveLanes {
+    /// Ready for about `loads` loads: many are worth more preparation.
+    pub fn new(points: &DrivePoints, loads: usize) -> Self {
+        Self {
+            deceleration: LanePair::new(&points.deceleration, loads),
+            equal_speed: points.equal_speed.iter().map(|row| LanePair::new(row, loads)).collect(),
+            equal_speed_share: points.equal_speed_share,
+        }
+    }
+
+    /// Solves each load into the row at its place, whatever its input angle says.
+    pub fn solve(&self, loads: &[Load], rows: &mut [Row]) {
+        for (loads, rows) in loads.chunks(BATCH).zip(rows.chunks_mut(BATCH)) {
+            self.solve_batch(loads, rows);
+        }
+    }
+
+    fn solve_batch(&self, loads: &[Load], rows: &mut [Row]) {
+        let count = loads.len();
+        let (mut torque, mut preload, mut powers) = ([0.0; BATCH], [1.0; BATCH], [1.0; BATCH]);
+        for (load, (torque, preload)) in loads.iter().zip(torque.iter_mut().zip(&mut preload)) {
+            (*torque, *preload) = (load.torque_Nm(), load.preload_N());
+        }
+        two_thirds_powers(&preload[..count], &mut powers);
+        let mut outcomes = [LaneOutcome::NONE; BATCH];
+        self.deceleration.solve(&torque[..count], &preload, &powers, &mut outcomes);
+        for (row, outcome) in rows.iter_mut().zip(&outcomes[..count]) {
+            let angles = outcome.status.has_solution().then_some(Angles {
+                deceleration_rad: outcome.rotation_rad,
+                equal_speed_rad: 0.0,
+                residual: outcome.residual,
+                steps: outcome.steps,
+            });
+            *row = (outcome.status, angles);
+        }
+        for torque in &mut torque {
+            *torque *= self.equal_speed_share;
+        }
+        for pair in &self.equal_speed {
+            pair.solve(&torque[..count], &preload, &powers, &mut outcomes);
+            let share = self.equal_speed_share * f64::from(pair.rows());
+            for (row, outcome) in rows.iter_mut().zip(&outcomes[..count]) {
+                row.0 = row.0.worse(outcome.status);
+                row.1 = row.1.filter(|_| outcome.status.has_solution()).map(|angles| Angles {
+                    equal_speed_rad: angles.equal_speed_rad + share * outcome.rotation_rad,
+                    residual: angles.residual.max(outcome.residual),
+                    steps: angles.steps + outcome.steps,
+                    ..angles
+                });
+            }
+        }
+    }
 }
 
 #[cfg(test)]
@@ -92,9 +192,16 @@ mod tests {
         let loads: Vec<Load> = (0..300)
             .filter_map(|i| Load::new(f64::from(i) * 0.03, 200.0, f64::from(i / 50) * 0.01).ok())
             .collect();
-        let rows = solve_all(&drive, &loads, &Progress::default());
+        let rows = solve_all(&drive, &loads, &Progress::default()).unwrap_or_default();
         let single: Vec<Row> = loads.iter().map(|load| drive.angles(load)).collect();
-        assert_eq!(rows, Some(single.clone()));
+        assert_eq!(rows.len(), single.len());
+        for (row, alone) in rows.iter().zip(&single) {
+            assert_eq!(row.0, alone.0);
+            assert_eq!(row.1.is_some(), alone.1.is_some());
+            if let (Some(row), Some(alone)) = (row.1, alone.1) {
+                assert!((row.elastic_angle_rad() - alone.elastic_angle_rad()).abs() <= 1e-15);
+            }
+        }
         assert!(single.iter().any(|(status, _)| !status.has_solution()));
     }
 

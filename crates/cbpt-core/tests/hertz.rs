@@ -46,7 +46,10 @@ impl Integrals {
 /// - strong curvature: c = 2 p B / (E* b);
 /// - approach:         delta = p b K / E*.
 fn largest_error(weak: f64, strong: f64, modulus: f64) -> f64 {
-    let contact = HertzContact::new(weak, strong, modulus).unwrap();
+    error_of(&HertzContact::new(weak, strong, modulus).unwrap(), weak, strong, modulus)
+}
+
+fn error_of(contact: &HertzContact, weak: f64, strong: f64, modulus: f64) -> f64 {
     let force = 1e3;
     let loaded = contact.under(force);
     let (a, b) = (loaded.major_semi_axis_m, loaded.minor_semi_axis_m);
@@ -56,6 +59,7 @@ fn largest_error(weak: f64, strong: f64, modulus: f64) -> f64 {
         relative(2.0 * pressure * b * integrals.d / (modulus * a * a), weak),
         relative(2.0 * pressure * integrals.b / (modulus * b), strong),
         relative(pressure * b * integrals.k / modulus, loaded.approach_m),
+        relative(contact.compliance * contact.stiffness.powf(2.0 / 3.0), 1.0),
         relative(contact.stiffness * loaded.approach_m.powf(1.5), force),
         relative(loaded.peak_pressure_Pa, pressure),
         relative(a / b, contact.ellipticity),
@@ -143,16 +147,51 @@ fn a_curvature_or_modulus_that_cannot_be_is_refused() {
 /// Contacts in series carry one force and add their approaches; a missing one leaves nothing.
 #[test]
 fn contacts_in_series_add_their_compliances() {
-    for (a, b) in [(3e9, 3e9), (1e9, 7e9), (1e-3, 1e12)] {
-        let both = in_series(a, b);
+    let contact = |curvature: f64| HertzContact::new(curvature, 50.0, CONTACT_MODULUS_PA);
+    for (a, b) in [(700.0, 700.0), (60.0, 9000.0), (1e-3, 1e6)] {
+        let both = in_series([contact(a), contact(b)]);
         let approach = |k: f64| (55.0_f64 / k).powf(2.0 / 3.0);
-        assert!(relative(approach(both), approach(a) + approach(b)) < 1e-14);
-        assert!(relative(in_series(b, a), both) < 1e-15);
-        assert!(both < a.min(b));
+        let [first, second] = [a, b].map(|curvature| contact(curvature).unwrap().stiffness);
+        assert!(relative(approach(both), approach(first) + approach(second)) < 1e-14);
+        assert!(relative(in_series([contact(b), contact(a)]), both) < 1e-15);
+        assert!(both < first.min(second));
     }
-    assert!(relative(in_series(3e9, 3e9), 3e9 / 8_f64.sqrt()) < 1e-15 * 4.0);
-    for (a, b) in [(0.0, 1e9), (1e9, 0.0), (0.0, 0.0), (-1.0, 1e9)] {
-        assert!(in_series(a, b).abs() < f64::MIN_POSITIVE, "{a} {b}");
+    for missing in [[None, contact(700.0)], [contact(700.0), None], [None, None]] {
+        assert!(in_series(missing).abs() < f64::MIN_POSITIVE);
+    }
+}
+
+/// Contacts made together satisfy the same equations as those made alone, over the whole range and beyond the table.
+#[test]
+fn contacts_made_together_satisfy_the_defining_equations() {
+    let across = 50.0;
+    let along: Vec<f64> =
+        ratios().filter(|ratio| *ratio > 1.0).flat_map(|ratio| [across * ratio, across / ratio]).collect();
+    let contacts = HertzContact::many(&along, across, CONTACT_MODULUS_PA);
+    assert_eq!(contacts.len(), along.len());
+    for (contact, along) in contacts.iter().zip(along) {
+        let (weak, strong) = (across.min(along), across.max(along));
+        let error = error_of(&contact.unwrap(), weak, strong, CONTACT_MODULUS_PA);
+        assert!(error < TOLERANCE, "{weak} {strong}: {error:e}");
+    }
+}
+
+/// What is no ellipse is none among others either, and its neighbours are as they would be alone.
+#[test]
+fn what_is_no_contact_is_none_among_others() {
+    let along = [700.0, f64::NAN, -1.0, 0.0, f64::INFINITY, 1e-300, 1e300, 700.0];
+    for (across, modulus) in
+        [(50.0, 1.1e11), (f64::NAN, 1.1e11), (50.0, f64::NAN), (50.0, 1e300), (0.0, 1.1e11)]
+    {
+        for (contact, along) in HertzContact::many(&along, across, modulus).iter().zip(along) {
+            match (contact, HertzContact::new(along, across, modulus)) {
+                (Some(contact), Some(alone)) => {
+                    let same = relative(contact.stiffness, alone.stiffness) < TOLERANCE;
+                    assert!(same || !alone.stiffness.is_normal(), "{along} {across} {modulus}");
+                }
+                (found, alone) => assert_eq!(found.is_some(), alone.is_some(), "{along} {across} {modulus}"),
+            }
+        }
     }
 }
 

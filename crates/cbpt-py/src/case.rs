@@ -9,19 +9,37 @@ use cbpt_cli::formula::Formula;
 use cbpt_core::effect::OwnEffect as _;
 use cbpt_core::sweep::Progress;
 use cbpt_core::{InvalidInput, Load, Severity};
+use pyo3::exceptions::PyUnicodeError;
+use pyo3::inspect::PyStaticExpr;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
 use serde_json::{Map, Number, Value};
 
 use crate::Reduced;
 use crate::error::{
-    case_error, drive_with_effect, half_a_character, half_a_load, invalid_input, no_case_key, no_case_value,
-    too_much,
+    case_error, drive_with_effect, half_a_character, half_a_load, invalid_input, no_case_key, no_case_path,
+    no_case_value, too_much,
 };
 use crate::interrupt::without_gil;
 use crate::own::OwnEffect;
 use crate::preload::{PreloadThresholds, Thresholds};
 use crate::solution::{LargestAngle, Solution};
+
+/// The path of a case file; one that no file can have is a mistake in the case and no fault of the codec.
+struct CasePath(PathBuf);
+
+impl<'a, 'py> FromPyObject<'a, 'py> for CasePath {
+    type Error = PyErr;
+
+    const INPUT_TYPE: PyStaticExpr = <PathBuf as FromPyObject<'a, 'py>>::INPUT_TYPE;
+
+    fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        let py = object.py();
+        object.extract().map(Self).map_err(|error: PyErr| {
+            if error.is_instance_of::<PyUnicodeError>(py) { no_case_path(&object) } else { error }
+        })
+    }
+}
 
 /// One finding about a design: its code, severity (note, warning, error), the pair, a message and the remedy.
 #[pyclass(frozen, eq, get_all, module = "cbpt._core")]
@@ -100,8 +118,8 @@ impl Drive {
     ///
     /// Raises ``CaseError`` with file, line, key, what was found and what is allowed.
     #[staticmethod]
-    fn from_file(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        Self::new(py, RustCase::read(&path).map_err(|error| case_error(py, &error))?)
+    fn from_file(py: Python<'_>, path: CasePath) -> PyResult<Self> {
+        Self::new(py, RustCase::read(&path.0).map_err(|error| case_error(py, &error))?)
     }
 
     /// Reads the drive of a case given as TOML text.
@@ -303,8 +321,8 @@ pub struct Case {
 impl Case {
     /// Reads a case file. Raises ``CaseError`` with file, line, key, what was found and what is allowed.
     #[staticmethod]
-    fn from_file(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        RustCase::read(&path).map(|case| Self { case }).map_err(|error| case_error(py, &error))
+    fn from_file(py: Python<'_>, path: CasePath) -> PyResult<Self> {
+        RustCase::read(&path.0).map(|case| Self { case }).map_err(|error| case_error(py, &error))
     }
 
     /// Reads a case from TOML text; ``name`` stands for the file in messages.

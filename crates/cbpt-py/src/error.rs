@@ -30,6 +30,12 @@ pub fn no_case_key(place: &str, key: &Bound<'_, PyAny>) -> PyErr {
     raise(key.py(), "CaseError", &format!("{section}: found a key of type {found}, expected a text"))
 }
 
+/// A path with a lone surrogate in it: `cbpt.errors.CaseError`.
+pub fn no_case_path(path: &Bound<'_, PyAny>) -> PyErr {
+    let shown = path.repr().map_or_else(|_| "the path".into(), |text| text.to_string_lossy().into_owned());
+    raise(path.py(), "CaseError", &format!("{shown}: no file can have this name, check the path"))
+}
+
 /// A value that is in itself, or as good as: `cbpt.errors.CaseError`.
 pub fn too_much(py: Python<'_>, place: &str, what: &str, most: usize) -> PyErr {
     let message =

@@ -15,15 +15,19 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from cbpt._core import Case, Drive
+from cbpt.lab.at_load import AtLoad, angle_at, load_of_choice
 from cbpt.lab.competition import Competition
-from cbpt.lab.fit import Fit, Unknown
-from cbpt.lab.library import LOT, PRIORS
+from cbpt.lab.fit import Fit
+from cbpt.lab.library import PRIORS
+from cbpt.lab.parameters import parameters_of
 from cbpt.lab.readings import Readings
+from cbpt.lab.result_table import Results, results_of
 from cbpt.lab.screen import Screen
 from cbpt.lab.sentence import sentence
+from cbpt.lab.uncertainty import noise_of
 from cbpt.lab.verdict import CLASSES, ODDS_LIMIT, Verdict
 from cbpt.lab.versions import versions
 
@@ -95,6 +99,62 @@ class Diagnosis:
         noise = self.after.noise if pattern is None else pattern.noise
         variance = (noise.scale * c.u_arcsec) ** 2 + noise.offset_arcsec**2
         return float(np.sqrt(np.mean(variance)))
+
+    # --- results ---
+
+    def predict(
+        self, torque_Nm: ArrayLike, preload_N: ArrayLike, input_angle_deg: ArrayLike = 0.0
+    ) -> AtLoad:
+        """The elastic angle of the drive under loads of choice, with its standard uncertainty.
+
+        Of the drive itself: gains and zeros of the instruments are left out. Loads broadcast.
+        """
+        rivals = {}
+        for group in self.verdict.rivals:
+            for rival in set(group) - set(self.verdict.names):
+                rest = set(self.verdict.names) - set(group)
+                names = tuple(sorted({*rest, rival}))
+                if names in self.competition.fits:
+                    rivals[" + ".join(names)] = self.competition.fits[names]
+        return angle_at(
+            self.competition.fitter,
+            self.after,
+            torque_Nm,
+            preload_N,
+            input_angle_deg,
+            why_no_u=self._why_no_u,
+            rivals=dict(sorted(rivals.items())),
+        )
+
+    def results(
+        self,
+        torque_Nm: ArrayLike | None = None,
+        preload_N: ArrayLike | None = None,
+        input_angle_deg: ArrayLike | None = None,
+    ) -> Results:
+        """Every number of the answer with its uncertainty and what it rests on.
+
+        With a torque, or one in `[load]` of the case, the elastic angle there is among them.
+        """
+        load = load_of_choice(self.case, torque_Nm, preload_N, input_angle_deg)
+        final = self._final_rung()
+        return results_of(
+            self.competition.fitter,
+            self.after,
+            (
+                ("rmse as stated", self.ladder[0].rmse_arcsec),
+                ("rmse of the answer", final.rmse_arcsec),
+                ("rmse of the answer, held out", final.held_out_rmse_arcsec),
+            ),
+            self.predict(*load) if load else None,
+            self._why_no_u or "",
+        )
+
+    @property
+    def _why_no_u(self) -> str | None:
+        if self.verdict.pattern is None:
+            return None
+        return "something is at work that the model does not hold"
 
     # --- parts of the document ---
 
@@ -194,8 +254,6 @@ class Diagnosis:
     @cached_property
     def _document(self) -> dict[str, Any]:
         v, c = self.verdict, self.competition
-        noise = self.after.noise if v.pattern is None else v.pattern.noise
-        u = float(np.sqrt(np.mean(c.campaign.u_arcsec**2)))
         return {
             "schema": SCHEMA,
             "seed": self.seed,
@@ -219,13 +277,7 @@ class Diagnosis:
                     for r in v.rests_on
                 ],
             },
-            "noise": {
-                "u_stated_arcsec": u / c.campaign.u_believed if c.campaign.u_stated else None,
-                "u_estimated_arcsec": noise.scale * u,
-                "model": list(v.noise),
-                "run_offset_arcsec": noise.offset_arcsec,
-                "correlation": noise.correlation,
-            },
+            "noise": noise_of(self),
             "before": self._errors(self.ladder[0], self.before),
             "after": self._errors(self._final_rung(), self.after),
             "where": self.where(),
@@ -240,6 +292,7 @@ class Diagnosis:
                 for r in self.ladder
             ],
             "held_out_by": self.held_out_by,
+            "results": self.results().to_list(),
             "parameters": {e: self.parameters(self.after, e) for e in v.names},
             "detectable": self.detectable(),
             "unknown": self.unknown(),
@@ -289,60 +342,6 @@ def prior_odds() -> dict[str, float]:
     from cbpt.lab.library import ODDS
 
     return {name or "other": odds for name, odds in ODDS.items()}
-
-
-def parameters_of(fit: Fit, effect: str) -> dict[str, dict[str, Any]]:
-    """Values of an effect's parameters, SI, with standard uncertainties, or why there is none."""
-    own = [u for u in fit.unknowns if u.name.startswith(effect + ".")]
-    if effect == LOT and own:
-        # One number for many balls: how far their diameters differ.
-        sizes = np.array([fit.value(u) for u in own])
-        spread = {"value": float(sizes.std()), "u": None, "unit": "m", "at_bound": False}
-        return {"spread_m": spread | {"why_no_u": f"of {len(own)} balls, each fitted"}}
-    units = dict(unit for v in fit.hypothesis.variants if v.effect == effect for unit in v.units)
-    return {u.name.partition(".")[2]: _parameter(fit, u, units) for u in own}
-
-
-def _parameter(fit: Fit, u: Unknown, units: dict[str, str]) -> dict[str, Any]:
-    value, sd = fit.value(u), fit.u(u)
-    at_bound = (
-        bool(value <= u.lower * (1 + 1e-9) or value >= u.upper * (1 - 1e-9))
-        if u.upper > u.lower
-        else False
-    )
-    why = None
-    if at_bound:
-        why = "the best value lies at the end of the allowed range"
-    elif not np.isfinite(sd) or (np.isfinite(u.upper) and sd > (u.upper - u.lower)):
-        why = "the readings do not determine it"
-    name = u.name.partition(".")[2]
-    return {
-        "value": value,
-        "u": None if why else sd,
-        "unit": units.get(name, unit_of(name)),
-        "at_bound": at_bound,
-        "why_no_u": why,
-    }
-
-
-def unit_of(name: str) -> str:
-    """The unit at the end of a parameter's name; empty for pure numbers."""
-    for ending, unit in (
-        ("_rad_per_Nm", "rad/(N m)"),
-        ("_rad_per_s", "rad/s"),
-        ("_rad_per_K", "rad/K"),
-        ("_N_per_m", "N/m"),
-        ("_N_per_K", "N/K"),
-        ("_per_rad2", "1/rad^2"),
-        ("_per_rad", "1/rad"),
-        ("_per_s", "1/s"),
-        ("_rad", "rad"),
-        ("_m", "m"),
-        ("_s", "s"),
-    ):
-        if name.endswith(ending):
-            return unit
-    return ""
 
 
 def _total(c: Competition) -> float:

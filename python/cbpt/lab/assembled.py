@@ -20,6 +20,7 @@ from cbpt.errors import InvalidInputError, ReadingsError
 from cbpt.lab.library import LOT, PRIORS, Variant
 from cbpt.lab.noise import Rows
 from cbpt.lab.readings import Readings
+from cbpt.lab.repeats import Repeats
 from cbpt.results import ARCSEC_PER_RAD
 
 Floats = NDArray[np.float64]
@@ -53,6 +54,8 @@ class Campaign:
     """Effects of the user's own by id: those of the case, and those to be fitted."""
     candidates: tuple[Variant, ...] = ()
     """Forms of the own effects that are to be fitted."""
+    repeats: Repeats | None = None
+    """What readings taken again say of the uncertainty, where that was asked."""
 
     @classmethod
     def of(cls, case: Case | Drive, readings: Readings) -> Campaign:
@@ -96,6 +99,11 @@ class Campaign:
 
     def __len__(self) -> int:
         return len(self.y_arcsec)
+
+    @property
+    def u_repeated(self) -> bool:
+        """Whether the uncertainty is that of the repeats, as none is stated."""
+        return not self.u_stated and self.repeats is not None and self.repeats.steady
 
     @property
     def balls(self) -> int:
@@ -198,7 +206,9 @@ class Assembled:
             None if r.temperature_degC is None else r.temperature_degC,
             None if r.cycle is None else np.asarray(r.cycle, dtype=np.float64),
         )
-        self.neutral = self._predictor.neutral()
+        self.nothing = self._predictor.neutral()
+        """Values at which every effect does nothing."""
+        self.neutral = self.nothing.copy()
         """Values at which nothing is added to the case: its own effects keep theirs."""
         parameters = self._predictor.parameters
         self.lower = np.array([p.lower for _, _, p in parameters])
@@ -208,6 +218,11 @@ class Assembled:
         """Range of what is plausible, shape (p, 2)."""
         self.places = {(owner, p.name): i for i, (owner, _, p) in enumerate(parameters)}
         """Place of each parameter among the values, by instance of an effect and name."""
+        for (_, name), i in self.places.items():
+            if name == "contact_angle_shift_rad":
+                low, high = _contact_angles(campaign.drive)
+                self.lower[i] = max(self.lower[i], 0.02 - low)
+                self.upper[i] = min(self.upper[i], np.pi / 2 - 0.02 - high)
         met: dict[str, int] = {}
         for effect, numbers in campaign.effects:
             instances = [i for i, known in enumerate(self.effects) if known == effect]
@@ -241,6 +256,18 @@ class Assembled:
     def regimes(self, values: Floats) -> NDArray[np.str_]:
         """Contact regime of each row."""
         return REGIMES[self._predictor.predict(values).regime]
+
+
+def _contact_angles(drive: Drive) -> tuple[float, float]:
+    """The least and the greatest contact angle of all pairs, rad."""
+    pairs = tomllib.loads(drive.to_toml())
+    angles = [
+        value
+        for pair in ("deceleration", "equal_speed")
+        for name, value in pairs[pair].items()
+        if name.endswith("contact_angle_rad")
+    ]
+    return min(angles), max(angles)
 
 
 def _or_zero(column: NDArray[np.float64] | None, n: int) -> Floats:

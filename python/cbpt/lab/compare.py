@@ -33,6 +33,7 @@ from cbpt.lab.inputs import case_and_readings
 from cbpt.lab.levels import levels_of
 from cbpt.lab.noise import Noise, Rows, Whitener
 from cbpt.lab.readings import Readings
+from cbpt.lab.repeats import Repeats, pooled
 from cbpt.lab.scatter import Scatter, estimate
 from cbpt.lab.slips import slips
 from cbpt.lab.versions import versions
@@ -125,6 +126,10 @@ class Comparison:
     """What the readings themselves say of their scatter; None where too few follow each other."""
     p_value_of_scatter: float | None
     """Chance of a misfit this large if the model were complete, judged by that scatter."""
+    repeats: Repeats | None
+    """What readings taken again say of the uncertainty; None where too few were."""
+    p_value_of_repeats: float | None
+    """The same chance, judged by the repeats; None where they are not steady."""
     where: tuple[Region, ...]
     """Where the misfit stands out, the most telling first."""
     hints: tuple[str, ...]
@@ -133,6 +138,16 @@ class Comparison:
     """Parameters of the effects that the model has beside the drive."""
     before: Comparison | None
     """The same without the effects that were to be fitted; None where none were."""
+
+    @property
+    def u_from(self) -> str | None:
+        """What the uncertainty of a reading is known from: `stated`, else `repeats`, else
+        `scatter` inside the runs; None where nothing tells it."""
+        if self.readings.u_elastic_angle_arcsec is not None:
+            return "stated"
+        if self.repeats is not None and self.repeats.steady:
+            return "repeats"
+        return None if self.scatter is None else "scatter"
 
     @property
     def without_solution(self) -> dict[str, list[int]]:
@@ -177,6 +192,9 @@ class Comparison:
             "p_value": self.p_value,
             "scatter": asdict(self.scatter) if self.scatter else None,
             "p_value_of_scatter": self.p_value_of_scatter,
+            "repeats": asdict(self.repeats) if self.repeats else None,
+            "p_value_of_repeats": self.p_value_of_repeats,
+            "u_from": self.u_from,
             "where": [region.to_dict() for region in self.where],
             "hints": list(self.hints),
             "effects": _of_effects(self.numbers),
@@ -232,6 +250,7 @@ def compare(
     *,
     effects: Sequence[str | OwnEffect] = (),
     columns: Mapping[str, str] | None = None,
+    sheet: str | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> Comparison:
     """Solve the model at every reading and say how far off it is, and where.
@@ -243,12 +262,12 @@ def compare(
     effects: ids of effects, and own effects, to fit on top; the comparison without them is then
         `before`. The numbers of the drive and the calibrations move along within their stated
         uncertainties.
-    columns: what headers of the table mean, as in `read_readings`.
+    columns, sheet: what headers of the table mean and which sheet it is, as in `read_readings`.
     progress: called now and then with the number of rows solved and that of all.
 
     Raises `CaseError` and `ReadingsError` for what cannot be read; Ctrl-C stops it.
     """
-    case, data = case_and_readings(case, data, columns)
+    case, data = case_and_readings(case, data, columns, sheet)
     drive = case if isinstance(case, Drive) else case.drive
     zero = case.zero if isinstance(case, Case) else "common"
     if data.preload_N is None:
@@ -305,7 +324,11 @@ def _compared(
     best = float(np.average(residual[solved], weights=weight[solved])) if solved.any() else np.nan
     left = residual[solved] - best
     fitted = len(zeros) + getattr(model, "fitted", 0)
-    scatter = estimate(readings.select(solved), residual[solved]) if solved.any() else None
+    scatter, repeats = None, None
+    if solved.any():
+        part = readings.select(solved)
+        scatter = estimate(part, residual[solved])
+        repeats = pooled(part, residual[solved], scatter)
     return Comparison(
         readings=readings,
         model=model,
@@ -319,8 +342,12 @@ def _compared(
         groups=tuple(_groups(readings, residual, solved)),
         findings=findings,
         scatter=scatter,
-        p_value_of_scatter=_p_value_of_scatter(readings, residual, solved, fitted, scatter),
-        where=_where(readings, residual, solved, regime, zero, scatter),
+        p_value_of_scatter=_p_value_of(scatter, readings, residual, solved, fitted),
+        repeats=repeats,
+        p_value_of_repeats=_p_value_of(
+            repeats if repeats and repeats.steady else None, readings, residual, solved, fitted
+        ),
+        where=_where(readings, residual, solved, regime, zero, scatter, repeats),
         hints=slips(
             (residual + model.elastic_angle_arcsec)[solved], model.elastic_angle_arcsec[solved]
         ),
@@ -336,10 +363,13 @@ def _where(
     regime: NDArray[np.str_],
     zero: str,
     scatter: Scatter | None,
+    repeats: Repeats | None,
 ) -> tuple[Region, ...]:
-    """Regions, judged by the larger of stated uncertainty and scatter."""
+    """Regions, judged by the larger of stated uncertainty and scatter; by repeats where none is
+    stated."""
     stated = readings.u_elastic_angle_arcsec
-    if not solved.any() or (stated is None and scatter is None):
+    repeats = repeats if repeats and repeats.steady else None
+    if not solved.any() or (stated is None and scatter is None and repeats is None):
         return ()
     from cbpt.lab.where import find_regions
 
@@ -349,8 +379,9 @@ def _where(
     part, order = readings.select(rows), Rows.of(readings.run_index[rows])
     noise = Noise()
     if stated is None:
-        assert scatter is not None
-        u = np.full(len(rows), scatter.u_arcsec)
+        known = repeats or scatter
+        assert known is not None
+        u = np.full(len(rows), known.u_arcsec)
     else:
         u = stated[rows]
         if (
@@ -414,15 +445,18 @@ def _p_value(readings: Readings, residual: Floats, rows: Mask, fitted: int) -> f
     return float(chdtrc(dof, np.sum((residual[rows] / u[rows]) ** 2)))
 
 
-def _p_value_of_scatter(
-    readings: Readings, residual: Floats, rows: Mask, fitted: int, scatter: Scatter | None
+def _p_value_of(
+    known: Scatter | Repeats | None, readings: Readings, residual: Floats, rows: Mask, fitted: int
 ) -> float | None:
+    """Judged by an uncertainty that was estimated, and is known to so many degrees of freedom."""
     dof = np.count_nonzero(rows) - fitted
-    if scatter is None or dof <= 0 or not scatter.u_arcsec:
+    if known is None or dof <= 0 or not known.u_arcsec:
         return None
+    from scipy.special import fdtrc
+
     u = readings.u_elastic_angle_arcsec
-    sd = scatter.u_arcsec if u is None or scatter.ratio is None else u[rows] * scatter.ratio
-    return scatter.p_value(float(np.sum((residual[rows] / sd) ** 2) / dof), int(dof))
+    sd = known.u_arcsec if u is None or known.ratio is None else u[rows] * known.ratio
+    return float(fdtrc(dof, known.dof, np.sum((residual[rows] / sd) ** 2) / dof))
 
 
 def _groups(readings: Readings, residual: Floats, solved: Mask) -> Iterator[Group]:

@@ -33,12 +33,13 @@ def lines(c: Comparison, angle_unit: str) -> Iterator[str]:
         yield from _added(c, c.before, angle_unit)
     yield _verdict(c, angle_unit)
     yield from _scatter(c, angle_unit)
+    yield from _repeats(c, angle_unit)
     for hint in c.hints:
         yield f"A likely slip: {hint}."
     misfit = c.overall
     yield ""
-    headers = ["", "readings", "share_of_misfit", "bias", "excess", "rmse", "largest", "chi2/dof"]
-    headers[3:7] = [f"{name}_{angle_unit}" for name in headers[3:7]]
+    headers = ["", "readings", "share of\nmisfit", "bias", "excess", "rmse", "largest", "chi2/dof"]
+    headers[3:7] = [f"{name}\n{angle_unit}" for name in headers[3:7]]
     rows = [_row("all", 1.0, misfit, factor)]
     for column in dict.fromkeys(group.column for group in c.groups if group.column != "run"):
         rows += [
@@ -174,6 +175,25 @@ def _scatter(c: Comparison, angle_unit: str) -> Iterator[str]:
         yield f"Inside their runs the readings scatter by {found}, in keeping with what is stated."
 
 
+def _repeats(c: Comparison, angle_unit: str) -> Iterator[str]:
+    """The misfit against what readings taken again say of their uncertainty."""
+    found, p = c.repeats, c.p_value_of_repeats
+    if found is None:
+        return
+    u = f"{found.u_arcsec * ANGLE_UNITS[angle_unit]:.3g} {angle_unit}"
+    if not found.steady:
+        yield (
+            f"Repeats differ by {u} ({found}), far more than readings scatter inside their runs: "
+            "something changes between them."
+        )
+    elif p is not None and found.ratio is None:
+        judged = "agrees with the readings" if p >= 0.01 else "is off"
+        yield f"The uncertainty was estimated from repeats: {u} ({found})."
+        yield f"By that the model {judged}."
+    elif p is not None:
+        yield f"Repeats agree to {u} ({found})."
+
+
 def _where(c: Comparison, angle_unit: str) -> Iterator[str]:
     """The regions in which the misfit stands out."""
     factor = ANGLE_UNITS[angle_unit]
@@ -182,8 +202,8 @@ def _where(c: Comparison, angle_unit: str) -> Iterator[str]:
             yield "where: no region stands out, the misfit is alike everywhere or too small to tell"
         return
     yield "where the misfit stands out from the rest (p_value: the chance that noise alone does):"
-    headers = ["region", "readings", "share_of_misfit", "bias", "excess", "p_value"]
-    headers[3:5] = [f"{name}_{angle_unit}" for name in headers[3:5]]
+    headers = ["region", "readings", "share of\nmisfit", "bias", "excess", "p_value"]
+    headers[3:5] = [f"{name}\n{angle_unit}" for name in headers[3:5]]
     rows = [
         [
             region.label,

@@ -31,7 +31,9 @@ Floats = NDArray[np.float64]
 Names = tuple[str, ...]
 
 REPLICATES = 400
-_PAIRS = 6
+_PAIRS = 8
+# A pair is fitted in full where the screen sees it this near to the best single.
+_PAIR_ROOM = 4.0
 _FORMS = 3
 _GLANCED = 60
 
@@ -223,7 +225,10 @@ def _flexible_noise(fitter: Fitter, fit: Fit, signatures: list[Signature], start
         fitter.stated_dof,
         structures=len(c) > 3 * columns.shape[1],
     )
-    return noise
+    # What so many free columns take from the scatter by chance is given back.
+    size = np.linalg.svd(columns / c.u_arcsec[:, None], compute_uv=False)
+    taken = float(np.sum(size**2 / (size**2 + 1e-2)))
+    return replace(noise, scale=noise.scale * np.sqrt(len(c) / max(len(c) - taken, 1.0)))
 
 
 def _promising(
@@ -348,7 +353,7 @@ def _pairs(
     noise: Noise,
 ) -> Iterator[Fit | None]:
     """Pairs that might beat every single, fitted in full."""
-    bar = max(_score(fitter, f) for f in fits.values()) - 2.0
+    bar = max(_score(fitter, f) for f in fits.values()) - _PAIR_ROOM
     wanted: dict[Names, tuple[float, tuple[int, ...], Floats, Fit | None]] = {}
 
     def offer(score: float, members: tuple[int, ...], sizes: Floats, base: Fit | None) -> None:
@@ -369,14 +374,12 @@ def _pairs(
                 offer(level + gain.log_odds + weight, (a, b), gain.sizes, None)
     for base in bases:
         fit = fits[base]
-        # A lot of balls follows nearly everything a little; it is asked for alone only.
-        if any(v.spread for v in fit.hypothesis.variants):
-            continue
         about = library.about(fit, names, secants=False)
-        screen = Screen(fitter.look(fit, noise), about)
-        level = _score(fitter, fitter.look(fit, noise))
+        # As the library has it: what looks like a departure from form may be the second effect.
+        seen = fitter.look(replace(fit, form_sd=0.0), noise)
+        screen, level = Screen(seen, about), _score(fitter, seen)
         for m, s in enumerate(about):
-            if screen.usable(m) and s.variant.effect not in base and not s.variant.spread:
+            if screen.usable(m) and s.variant.effect not in base:
                 gain = screen.single(m)
                 if np.isfinite(gain.log_odds):
                     offer(level + gain.log_odds + _weight(fitter, s.variant), (m,), gain.sizes, fit)

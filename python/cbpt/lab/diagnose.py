@@ -30,6 +30,7 @@ from cbpt.lab.library import PRIORS
 from cbpt.lab.own import campaign_of, chosen
 from cbpt.lab.patterns import Pattern
 from cbpt.lab.readings import Readings
+from cbpt.lab.repeats import pooled
 from cbpt.lab.scatter import estimate
 from cbpt.lab.slips import slips
 from cbpt.lab.verdict import Verdict, judge
@@ -51,17 +52,18 @@ def diagnose(
     *,
     effects: Sequence[str | OwnEffect] = (),
     columns: Mapping[str, str] | None = None,
+    sheet: str | None = None,
     seed: int = 0,
 ) -> Diagnosis:
     """Say which effect the readings demand, or that none is needed, or that they cannot tell.
 
-    case, data, columns: as in `compare`. effects: own effects that compete beside the library, made
-    with `cbpt.effects` or ids of the case's own, which are then not taken as given. seed: of the
-    simulated chances; the same seed gives the same answer. Raises `CaseError` and `ReadingsError`
-    for what cannot be read or is too little to judge, `InvalidInputError` for an own effect that
-    cannot be fitted.
+    case, data, columns, sheet: as in `compare`. effects: own effects that compete beside the
+    library, made with `cbpt.effects` or ids of the case's own, which are then not taken as given.
+    seed: of the simulated chances; the same seed gives the same answer. Raises `CaseError` and
+    `ReadingsError` for what cannot be read or is too little to judge, `InvalidInputError` for an
+    own effect that cannot be fitted.
     """
-    case, readings = case_and_readings(case, data, columns)
+    case, readings = case_and_readings(case, data, columns, sheet)
     # Thousands of products of small matrices: threads would cost more than they give.
     with threadpool_limits(1, user_api="blas"):
         return _diagnosed(case, readings, _own(case, effects), seed)
@@ -172,15 +174,16 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
     _stop_if_it_does_not_follow(campaign, model)
     campaign, told = _believed(campaign, model)
     notes += told
+    campaign = _repeated(campaign, model)
     if campaign.step_arcsec:
         notes.append(
             f"the angle comes in steps of {campaign.step_arcsec:g} arcsec, coarse against its "
             "uncertainty; the uncertainty was enlarged, because readings at one load round alike"
         )
-    if not campaign.u_stated:
+    if not campaign.u_stated and not campaign.u_repeated:
         notes.append(
-            "no uncertainty is stated: it was estimated from the scatter, so no misfit as small as "
-            "that can be seen"
+            "no uncertainty is stated and no repeats tell it: it was estimated from the scatter, "
+            "so no misfit as small as that can be seen"
         )
     return campaign, notes
 
@@ -294,6 +297,16 @@ def _believed(campaign: Campaign, model: Floats) -> tuple[Campaign, list[str]]:
     )
     scaled = replace(campaign, u_arcsec=campaign.u_arcsec * found.ratio, u_believed=found.ratio)
     return scaled, [told]
+
+
+def _repeated(campaign: Campaign, model: Floats) -> Campaign:
+    """What repeats say of the uncertainty; where none is stated it is theirs."""
+    residual = campaign.y_arcsec - model
+    found = pooled(campaign.readings, residual, estimate(campaign.readings, residual))
+    campaign = replace(campaign, repeats=found)
+    if found is None or not campaign.u_repeated:
+        return campaign
+    return replace(campaign, u_arcsec=np.full(len(campaign), found.u_arcsec))
 
 
 def _as_given(campaign: Campaign) -> Floats:

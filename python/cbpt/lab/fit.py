@@ -20,8 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.assembled import Assembled, Campaign, Point
+from cbpt.lab.forms import FORM_ODDS, form_columns, modulations
 from cbpt.lab.library import LOT, PRIORS, VARIANTS, Shape, Variant, log_size_prior, lots
 from cbpt.lab.noise import (
+    FIXED_DOF,
     PRICE,
     STATED_DOF,
     Margin,
@@ -36,6 +38,8 @@ Floats = NDArray[np.float64]
 _STEPS = 12
 # In misfit: two of it are one unit of log-evidence.
 _ENOUGH = 0.02
+# In log-likelihood: a departure from form that gains less needs no new look at the noise.
+_NOISE_WORTH = 2.0
 HOPELESS = 60.0
 """A fit this much worse than the best under the same noise is left as it is."""
 
@@ -95,6 +99,10 @@ class Fit:
     chi2_per_dof: float
     """Against the stated uncertainty."""
     converged: bool
+    form_sd: float = 0.0
+    """How far the effects may depart from their forms; see `forms`."""
+    log_forms: float = 0.0
+    """Log prior of that departure, and what the others add to the evidence."""
 
     def value(self, unknown: Unknown) -> float:
         """SI."""
@@ -109,7 +117,7 @@ class Fit:
     @property
     def log_evidence(self) -> float:
         """Of the hypothesis, up to a constant that all share."""
-        return self.log_marginal + self.log_size_prior
+        return self.log_marginal + self.log_size_prior + self.log_forms
 
     @property
     def rmse_arcsec(self) -> float:
@@ -135,13 +143,17 @@ class Fitter:
         self.effects += (LOT,) * (balls - 1)
         self.model = Assembled(campaign, self.effects)
         self.stated_dof = STATED_DOF if campaign.u_stated else 0.1
+        if campaign.u_repeated:
+            assert campaign.repeats is not None
+            self.stated_dof = min(campaign.repeats.dof, STATED_DOF)
         if campaign.step_arcsec:
             # Rounding errors hide how much they scatter; what is stated stands.
-            self.stated_dof = 1e5
+            self.stated_dof = FIXED_DOF
         self.bars: dict[Noise, float] = {}
         """The smallest misfit reached under a noise; a fit that cannot come near it is not
         polished.
         """
+        self.modulations = modulations(campaign.readings)
         self.form_price: dict[str, float] = {}
         """Log price of an effect's having several forms; filled in by who compares them."""
 
@@ -222,7 +234,7 @@ class Fitter:
             point = self._at(values, unknowns)
         if point is None:
             return None
-        search = _Search(self, unknowns, noise)
+        search = _Search(self, unknowns, noise, 0.0, hypothesis.variants)
         bar = self.bars.get(noise, np.inf) + HOPELESS
         point, converged = search.run(point, bar)
         reached = search.objective(point)
@@ -241,16 +253,41 @@ class Fitter:
                 # What is out needs no finer noise to be out.
                 structures=reached < bar,
             )
-            search = _Search(self, unknowns, noise)
+            search = _Search(self, unknowns, noise, 0.0, hypothesis.variants)
             if _near(before, noise) or reached >= bar:
                 break
             point, converged = search.run(point)
-        return search.outcome(hypothesis, point, converged)
+        exact = search.outcome(hypothesis, point, converged)
+        return self._of_any_form(exact) if free_noise and search.formed else exact
+
+    def _of_any_form(self, exact: Fit) -> Fit:
+        """The evidence summed over how far the effects may depart from their forms; noise and
+        uncertainty are those of the likeliest departure.
+        """
+        c = self.campaign
+        seen = [exact]
+        for sd, _ in FORM_ODDS[1:]:
+            loose = self._departed(exact, exact.noise, sd)
+            if loose.log_marginal > exact.log_marginal + _NOISE_WORTH:
+                noise, _ = fit_noise(
+                    *self.linear(loose), c.u_arcsec, c.rows, exact.noise, self.stated_dof
+                )
+                loose = self._departed(exact, noise, sd)
+            seen.append(loose)
+        odds = [
+            f.log_evidence + np.log(share) for f, (_, share) in zip(seen, FORM_ODDS, strict=True)
+        ]
+        best = int(np.argmax(odds))
+        total = float(np.logaddexp.reduce(odds))
+        return replace(seen[best], log_forms=total - seen[best].log_evidence)
+
+    def _departed(self, fit: Fit, noise: Noise, form_sd: float) -> Fit:
+        search = _Search(self, fit.unknowns, noise, form_sd, fit.hypothesis.variants)
+        return search.outcome(fit.hypothesis, fit.point, fit.converged)
 
     def look(self, fit: Fit, noise: Noise) -> Fit:
         """The same values through another noise."""
-        search = _Search(self, fit.unknowns, noise)
-        return search.outcome(fit.hypothesis, fit.point, fit.converged)
+        return replace(self._departed(fit, noise, fit.form_sd), log_forms=fit.log_forms)
 
     def at_nominal(self, fit: Fit) -> Fit:
         """The drive exactly as stated but for its zeros, seen through the noise of a fit."""
@@ -261,7 +298,8 @@ class Fitter:
         """Readings less model, columns of unknowns and zeros, prior precisions, about a fit; in
         arcsec.
         """
-        return _Search(self, fit.unknowns, fit.noise).linear(fit.point)
+        variants = fit.hypothesis.variants
+        return _Search(self, fit.unknowns, fit.noise, fit.form_sd, variants).linear(fit.point)
 
     def place(self, effect: str, name: str) -> int:
         """Where a parameter stands among the values."""
@@ -302,8 +340,22 @@ def _needed(campaign: Campaign, variant: Variant) -> bool:
 class _Search:
     """Gauss-Newton for one set of unknowns and one noise, in steps of each unknown's own unit."""
 
-    def __init__(self, fitter: Fitter, unknowns: tuple[Unknown, ...], noise: Noise) -> None:
+    def __init__(
+        self,
+        fitter: Fitter,
+        unknowns: tuple[Unknown, ...],
+        noise: Noise,
+        form_sd: float = 0.0,
+        variants: tuple[Variant, ...] = (),
+    ) -> None:
         self.fitter, self.unknowns, self.noise = fitter, unknowns, noise
+        self.form_sd, self.variants = form_sd, variants
+        # Numbers of the drive have no form, and a lot of balls is any form already.
+        self.formed = [
+            [i for i, u in enumerate(unknowns) if u.size_of == number]
+            for number, v in enumerate(variants)
+            if v.effect not in PRIORS and not v.spread
+        ]
         c = fitter.campaign
         self.whitener = Whitener.of(noise, c.u_arcsec, c.rows)
         self.zeros = self.whitener(c.zeros)
@@ -414,8 +466,20 @@ class _Search:
         c = self.fitter.campaign
         columns = self.columns(point)
         y = c.y_arcsec - point.angle_arcsec + columns @ self.off(point)
-        x = np.column_stack([columns, c.zeros])
-        return y, x, np.r_[self.precision, np.zeros(c.zeros.shape[1])]
+        forms = self.forms(point, columns)
+        x = np.column_stack([columns, forms, c.zeros])
+        zeros = np.zeros(c.zeros.shape[1])
+        return y, x, np.r_[self.precision, np.ones(forms.shape[1]), zeros]
+
+    def forms(self, point: Point, columns: Floats) -> Floats:
+        """What effects may show beside their forms, each column of unit prior, arcsec."""
+        found = [np.zeros((len(columns), 0))]
+        if self.form_sd:
+            size = (self.coordinates(point) - self.mean) / self.unit
+            for at in self.formed:
+                contribution = columns[:, at] @ size[at]
+                found.append(self.form_sd * form_columns(contribution, self.fitter.modulations))
+        return np.column_stack(found)
 
     def outcome(self, hypothesis: Hypothesis, point: Point, converged: bool) -> Fit:
         c = self.fitter.campaign
@@ -445,6 +509,7 @@ class _Search:
             log_size_prior=sum(self.log_prior_of_sizes(hypothesis, point, covariance)),
             chi2_per_dof=float(np.sum((residual / c.u_arcsec) ** 2) / dof),
             converged=converged,
+            form_sd=self.form_sd,
         )
 
     def log_prior_of_sizes(

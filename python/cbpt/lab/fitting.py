@@ -17,14 +17,17 @@ from threadpoolctl import threadpool_limits
 from cbpt._core import Case, Drive, OwnEffect, text_table
 from cbpt.errors import InvalidInputError
 from cbpt.lab.added import best_fit
-from cbpt.lab.answer import Rung, parameters_of
+from cbpt.lab.answer import Rung
+from cbpt.lab.at_load import AtLoad, angle_at, load_of_choice
 from cbpt.lab.diagnose import prepared, rung
 from cbpt.lab.fit import Fit, Fitter
 from cbpt.lab.holdout import folds
 from cbpt.lab.inputs import case_and_readings
 from cbpt.lab.library import PRIORS
 from cbpt.lab.own import campaign_of, chosen
+from cbpt.lab.parameters import parameters_of
 from cbpt.lab.readings import Readings
+from cbpt.lab.result_table import Results, results_of
 from cbpt.lab.sentence import moved_numbers, shown
 
 __all__ = ["Fitted", "fit"]
@@ -45,6 +48,7 @@ class Fitted:
     result: Fit = field(repr=False)
     priors: dict[str, float] = field(repr=False)
     """Standard uncertainty of each number of drive and rig, by effect id."""
+    fitter: Fitter = field(repr=False)
     held_out_by: str
     notes: tuple[str, ...]
 
@@ -61,6 +65,27 @@ class Fitted:
     def parameters(self) -> dict[str, dict[str, dict[str, Any]]]:
         """By effect and parameter: value, standard uncertainty (or why there is none), unit."""
         return {e: parameters_of(self.result, e) for e in self.effects}
+
+    def predict(
+        self, torque_Nm: ArrayLike, preload_N: ArrayLike, input_angle_deg: ArrayLike = 0.0
+    ) -> AtLoad:
+        """The elastic angle under loads of choice with its uncertainty, as in `Diagnosis`."""
+        return angle_at(self.fitter, self.result, torque_Nm, preload_N, input_angle_deg)
+
+    def results(
+        self,
+        torque_Nm: ArrayLike | None = None,
+        preload_N: ArrayLike | None = None,
+        input_angle_deg: ArrayLike | None = None,
+    ) -> Results:
+        """Every number of the fit with its uncertainty and what it rests on, as in `Diagnosis`."""
+        load = load_of_choice(self.case, torque_Nm, preload_N, input_angle_deg)
+        errors = (
+            ("rmse as given", self.before.rmse_arcsec),
+            ("rmse fitted", self.after.rmse_arcsec),
+            ("rmse fitted, held out", self.after.held_out_rmse_arcsec),
+        )
+        return results_of(self.fitter, self.result, errors, self.predict(*load) if load else None)
 
     def report(self) -> str:
         """As text."""
@@ -96,6 +121,7 @@ def fit(
     effects: str | OwnEffect | Sequence[str | OwnEffect],
     *,
     columns: Mapping[str, str] | None = None,
+    sheet: str | None = None,
 ) -> Fitted:
     """Fit effects of the library, and own effects, to readings, the numbers of the drive within
     their stated uncertainties.
@@ -106,7 +132,7 @@ def fit(
     library or cannot be seen in this table, `CaseError` and `ReadingsError` for what cannot be
     read.
     """
-    case, readings = case_and_readings(case, data, columns)
+    case, readings = case_and_readings(case, data, columns, sheet)
     ids, own = chosen(case, effects)
     if not ids:
         raise InvalidInputError("effects: name at least one effect to fit, see cbpt effects")
@@ -127,6 +153,7 @@ def fit(
             after=rung(fitter, " + ".join(names), found, fold),
             result=found,
             priors=campaign.priors,
+            fitter=fitter,
             held_out_by=held_by,
             notes=tuple(notes),
         )

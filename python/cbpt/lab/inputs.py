@@ -12,25 +12,34 @@ from cbpt._core import Case, Drive
 from cbpt.lab.readings import Readings, read_readings
 
 
+def case_of(case: Case | Drive | str | os.PathLike[str] | Mapping[str, Any]) -> Case | Drive:
+    """The case in any of its forms."""
+    if isinstance(case, (str, os.PathLike)):
+        return Case.from_file(case)
+    if isinstance(case, Mapping):
+        return Case.from_dict(dict(case))
+    if not isinstance(case, (Case, Drive)):
+        raise TypeError(
+            f"a case comes from a path, a dict, a Case or a Drive, not from {type(case).__name__}"
+        )
+    return case
+
+
 def case_and_readings(
     case: Case | Drive | str | os.PathLike[str] | Mapping[str, Any],
     data: Readings | str | os.PathLike[str] | Mapping[str, ArrayLike],
     columns: Mapping[str, str] | None = None,
+    sheet: str | None = None,
 ) -> tuple[Case | Drive, Readings]:
     """The case, and the readings with what the case fills in: lever arm, preload, input angle."""
-    if isinstance(case, (str, os.PathLike)):
-        case = Case.from_file(case)
-    elif isinstance(case, Mapping):
-        case = Case.from_dict(dict(case))
-    elif not isinstance(case, (Case, Drive)):
-        raise TypeError(
-            f"a case comes from a path, a dict, a Case or a Drive, not from {type(case).__name__}"
-        )
+    case = case_of(case)
     lever_arm_mm, fill = None, {}
     if isinstance(case, Case):
         lever_arm_mm = case.lever_arm_mm
         load = {"preload_N": case.preload_N, "input_angle_deg": case.input_angle_deg}
         fill = {name: value for name, value in load.items() if value is not None}
     if not isinstance(data, Readings):
-        data = read_readings(data, lever_arm_mm=lever_arm_mm, columns=columns, fill=fill)
+        data = read_readings(
+            data, lever_arm_mm=lever_arm_mm, columns=columns, sheet=sheet, fill=fill
+        )
     return case, data

@@ -26,6 +26,8 @@ Ints = NDArray[np.int64]
 
 # A stated uncertainty is believed as if it came from this many repeats.
 STATED_DOF = 8.0
+FIXED_DOF = 1e5
+"""So many repeats leave the scatter no say: what is stated stands."""
 _CORRELATIONS, _FINE_CORRELATIONS = (0.25, 0.6), (0.12, 0.4, 0.75, 0.88)
 _OFFSETS, _FINE_OFFSETS = (0.5, 2.0), (0.25, 1.0, 4.0, 10.0, 30.0)
 # What a further number of the noise has to gain in log-likelihood: its prior and its width.
@@ -225,7 +227,8 @@ def fit_noise(
         return value, replace(noise, looser=start.looser)
 
     best = rated(0.0, 0.0)
-    if structures and rows.runs < len(y):
+    # Where the scale may not shrink, correlation would only stand in for a smaller one.
+    if structures and rows.runs < len(y) and stated_dof < FIXED_DOF:
         best = max(_searched(best, rated, typical, rows.runs > 2), key=lambda t: t[0])
         best = _refined(best, rated)
     return best[1], best[0]

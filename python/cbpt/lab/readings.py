@@ -1,10 +1,11 @@
 """A measurement: readings of the elastic angle under torque and preload.
 
-    read_readings   a CSV file, a mapping of columns or a data frame -> Readings
+    read_readings   a file, a mapping of columns or a data frame -> Readings
     Readings        the columns as arrays in the units of their names, and what they cannot tell
 
-What a header means is told in `units`, how a file becomes columns in `table`; here is what a
-table of readings has to hold. Two rules: a unit is never guessed, and no row silently disappears.
+What a header means is told in `units`, how a file becomes columns in `table` and `formats`; here is
+what a table of readings has to hold. Two rules: a unit is never guessed, and no row silently
+disappears.
 """
 
 from __future__ import annotations
@@ -22,7 +23,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cbpt.errors import Mistake, ReadingsError
-from cbpt.lab.table import Column, Loaded, Table, read_columns, read_text
+from cbpt.lab.columns import read_columns
+from cbpt.lab.formats import read_file
+from cbpt.lab.table import Column, Loaded, Table
 from cbpt.lab.units import (
     CONTRACT,
     Header,
@@ -52,7 +55,8 @@ class Readings:
     u_elastic_angle_arcsec: standard uncertainty (k = 1).
     line: int64, the line of the file each reading stands on, 1-based (of data: the row).
     place: what `line` counts, "line" or "row".
-    source: the path, or "<data>"; sha256: of the bytes of the file (of data: of names and values).
+    source: the path (with the sheet where there are several), or "<data>".
+    sha256: of the bytes of the file (of data: of names and values).
     extra: the other numeric columns under their own names, NaN where a cell is empty.
     """
 
@@ -163,20 +167,25 @@ def read_readings(
     *,
     lever_arm_mm: float | None = None,
     columns: Mapping[str, str] | None = None,
+    sheet: str | None = None,
     need_preload: bool = True,
     fill: Mapping[str, float] | None = None,
 ) -> Readings:
     """Read a table of readings.
 
-    source: the path of a text table; or a mapping of column to values, or a data frame (pandas,
-        polars, pyarrow, ...), each value of shape (n,).
+    source: the path of a text table (CSV), a workbook (xlsx, xls, ods), a MATLAB, TDMS or Parquet
+        file; or a mapping of column to values, a data frame (pandas, polars, pyarrow, ...), a
+        structured array or a data set of xarray, each column of shape (n,).
     lever_arm_mm: radius at which the sensor reads; needed where the table has
         `sensor_displacement_um` in place of the elastic angle, which is then atan(dh / h).
     columns: what a header means, {"Moment": "torque_Nm"}; the unit may be any that is known
         ("elastic_angle_deg"), and "extra" sets a column aside.
+    sheet: which sheet of a workbook, struct of a MATLAB file or group of a TDMS file; else the
+        first that has readings.
     need_preload: whether a table without a preload is an error.
     fill: what to take for every reading where the table has no such column: `preload_N`,
-        `input_angle_deg`. A note tells where it was taken.
+        `input_angle_deg`. A note tells where it was taken. A plan has no angles yet and fills
+        `elastic_angle_arcsec` with NaN.
 
     Torque and elastic angle (or sensor displacement) are needed, in the units of
     `cbpt.lab.units`. A run that is out of time order is sorted, which a note tells.
@@ -187,8 +196,12 @@ def read_readings(
     if lever_arm_mm is not None and not (math.isfinite(lever_arm_mm) and lever_arm_mm > 0):
         mistake = Mistake((), "lever_arm_mm", f"{lever_arm_mm!r}", "a length above 0")
         raise ReadingsError(_name(source), [mistake])
-    table = read_text(source) if isinstance(source, str | os.PathLike) else read_columns(source)
-    return _Reader(table, columns or {}, lever_arm_mm, need_preload, fill or {}).read()
+    columns = columns or {}
+    if isinstance(source, str | os.PathLike):
+        table = read_file(source, sheet, columns)
+    else:
+        table = read_columns(source)
+    return _Reader(table, columns, lever_arm_mm, need_preload, fill or {}).read()
 
 
 def _name(source: object) -> str:
@@ -340,12 +353,12 @@ class _Reader:
         given = uses.keys() | asked
         sensor = uses.get("sensor_displacement") or uses.get("u_sensor_displacement")
         if sensor and self.lever_arm_mm is None:
-            expected = "lever_arm_mm, the radius at which the sensor reads"
+            expected = "lever_arm_mm under [measurement] of the case: the radius of the sensor"
             remedy = f"or set the column aside with columns={{{sensor.header!r}: 'extra'}}"
             self.wrong(sensor.header, "no lever arm", expected, remedy)
         given |= {_SENSOR[key] for key in given & _SENSOR.keys()}
         for key in ["torque", "elastic_angle"] + ["preload"] * self.need_preload:
-            if key not in given:
+            if key not in given | self.fill.keys():
                 self.missing(_QUANTITY[key], hints)
         for key, lost in _WITHOUT.items():
             if key in given:
@@ -387,6 +400,8 @@ class _Reader:
         """Mistakes for the cells of a column that cannot be used."""
         column, key = loaded.columns[use.index], use.quantity.key
         wrong: dict[str, list[int]] = {}
+        if column.clock and use.quantity.kind not in ("", "time"):
+            wrong["a number, not a date or a duration"] = list(range(len(column.numbers)))
         for row, cell in column.odd.items():
             if key == "run":
                 if cell == "" or cell.casefold() == "nan":
@@ -409,8 +424,9 @@ class _Reader:
     @staticmethod
     def in_own_unit(use: _Use, loaded: Loaded) -> Floats:
         """The numbers of a column in the unit of the contract."""
-        numbers = loaded.columns[use.index].numbers
-        return use.unit.convert(numbers, _UNIT[use.quantity.key]) if use.unit else numbers
+        column = loaded.columns[use.index]
+        unit = _UNIT["time"] if column.clock else use.unit
+        return unit.convert(column.numbers, _UNIT[use.quantity.key]) if unit else column.numbers
 
     @staticmethod
     def labels(column: Column) -> NDArray[Any]:
@@ -434,6 +450,10 @@ class _Reader:
             if index in used or (not filled and len(column.odd) == len(column.numbers)):
                 continue
             text = next((row for row, cell in filled.items() if not _is_boundless(cell)), None)
+            if column.clock:
+                hint = f"if it is the time of the readings, columns={{{name!r}: 'time_s'}}"
+                self.notes.append(f"ignored column {name!r}: dates or durations; {hint}")
+                continue
             if text is not None:
                 where = f"{self.table.place} {loaded.lines[text]}"
                 self.notes.append(f"ignored column {name!r}: {where} has {filled[text]!r}")
@@ -451,6 +471,10 @@ class _Reader:
         if self.lever_arm_mm is not None:
             arm_um = 1e3 * self.lever_arm_mm
             if "sensor_displacement" in values:
+                self.notes.append(
+                    "the elastic angle is atan(displacement / lever arm), with the lever arm of "
+                    f"{self.lever_arm_mm:g} mm"
+                )
                 slope = values["sensor_displacement"] / arm_um
                 values["elastic_angle"] = np.arctan(slope) * _ARCSEC_PER_RAD
             if "u_sensor_displacement" in values:

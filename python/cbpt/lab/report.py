@@ -30,6 +30,7 @@ def lines(d: Diagnosis) -> Iterator[str]:
     moved = moved_numbers(d.after, d.competition.campaign.priors)
     if moved:
         yield from wrap(f"Numbers of drive and rig that moved: {moved}.", _WIDTH)
+    yield from wrap(document["noise"]["u_says"], _WIDTH)
     for r in d.verdict.rests_on:
         if d.verdict.names and abs(r.needed_shift_sigma) > 2:
             yield (

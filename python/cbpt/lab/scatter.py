@@ -60,12 +60,6 @@ class Scatter:
         above = float(chdtrc(self.dof, self.dof * self.ratio**2))
         return min(above, 1 - above) < 0.005 and not 0.87 < self.ratio < 1.15
 
-    def p_value(self, chi2_per_dof: float, dof: int) -> float:
-        """Chance of a mean square this large, in the scatter's units, were there scatter alone."""
-        from scipy.special import fdtrc
-
-        return float(fdtrc(dof, self.dof, chi2_per_dof))
-
 
 def estimate(readings: Readings, residual_arcsec: Floats) -> Scatter | None:
     """Residuals finite, shape (n,). None where too few readings follow each other."""

@@ -179,11 +179,11 @@ def _with_value(d: Diagnosis, effect: str) -> str:
 
 def shown(effect: str, name: str, value: float, u: float | None, unit: str = "") -> str:
     """A parameter as a case file would have it: `reference_deflection_um 0.209 +- 0.010`."""
-    if (effect, name) not in _DISPLAY:
+    if (effect, name) not in DISPLAY:
         # Of an own effect, whose name does not carry the unit.
         known = "" if u is None else f" +- {u:.2g}"
         return f"{name} {value:.4g}{known} {unit}".rstrip()
-    label, size = _DISPLAY[effect, name]
+    label, size = DISPLAY[effect, name]
     if u is None:
         return f"{label} {value / size:.3g}"
     spread = u / size
@@ -193,7 +193,7 @@ def shown(effect: str, name: str, value: float, u: float | None, unit: str = "")
     return f"{label} {value / size:.{digits}f} +- {spread:.{digits}f}"
 
 
-_DISPLAY = {
+DISPLAY = {
     (spec.id, p.name): (p.display_name, p.display_size)
     for spec in effect_specs()
     for p in spec.parameters

@@ -1,12 +1,13 @@
 """A table as it was written, before anyone asks what its columns mean.
 
-    read_text     a CSV-like file: encoding, separator, decimal mark, comments, row of units
-    read_columns  columns that are in memory: a mapping, or a data frame of any make
-    Table         the headers, and on `load` each column as numbers
+    Table       the headers, and on `load` each column as numbers
+    read_bytes  what a file holds, or why it cannot be read
+    read_text   a CSV-like file: encoding, separator, decimal mark, comments, row of units
 
-A million rows are ordinary, so cells are turned into numbers a column of a block at a time, and
-one by one only where that fails. What is no finite number is kept with its place (`Column.odd`):
-whether it is a mistake depends on the column, and that is for the caller to say.
+Columns in memory are in `columns`, files of other programs in `formats`. A million rows are
+ordinary, so cells are turned into numbers a column of a block at a time, and one by one only where
+that fails. What is no finite number is kept with its place (`Column.odd`): whether it is a mistake
+depends on the column, and that is for the caller to say.
 """
 
 from __future__ import annotations
@@ -16,13 +17,11 @@ import hashlib
 import io
 import itertools
 import math
-import os
 import re
 from array import array
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +29,17 @@ from numpy.typing import NDArray
 from cbpt.errors import Mistake, ReadingsError
 from cbpt.lab.units import find_unit
 
-__all__ = ["Column", "Table", "read_columns", "read_text"]
+__all__ = [
+    "Column",
+    "Loaded",
+    "Table",
+    "cells_of",
+    "check_headers",
+    "is_unit_row",
+    "read_bytes",
+    "read_text",
+    "wrong",
+]
 
 _BLOCK = 50_000  # rows; large enough for numpy, small enough to keep the text of few cells alive
 
@@ -40,12 +49,14 @@ class Column:
     """One column, n rows: `numbers` (float64, NaN where `odd`) and what is no finite number.
 
     `odd` maps a row (0-based) to its cell as written; `text` has all n cells where it was asked
-    for.
+    for. `clock`: the cells are dates or durations, and the numbers seconds whatever the header
+    says.
     """
 
     numbers: NDArray[np.float64]
     odd: dict[int, str]
     text: list[str] = field(default_factory=list)
+    clock: bool = False
 
 
 @dataclass(slots=True)
@@ -79,12 +90,6 @@ class Table:
 # --- text ---------------------------------------------------------------------------------
 
 _FOREIGN = (
-    (b"PK\x03\x04", "an Excel workbook or another zip archive", "export the sheet to CSV"),
-    (b"\xd0\xcf\x11\xe0", "an old Excel workbook", "export the sheet to CSV"),
-    (b"\x89HDF", "an HDF5 or MATLAB 7.3 file", "export the table to CSV"),
-    (b"MATLAB 5", "a MATLAB file", "export the table to CSV"),
-    (b"TDSm", "a TDMS file", "export the table to CSV"),
-    (b"PAR1", "a Parquet file", "load it into a data frame and pass that, or export it to CSV"),
     (b"\x1f\x8b", "a gzip archive", "unpack it"),
     (b"%PDF", "a PDF document", "export the table to CSV"),
 )
@@ -92,10 +97,11 @@ _CONTROL = re.compile(r"[\x00-\x08\x0e-\x1a\x1c-\x1f]")
 _TEXT_TABLE = "a text table (CSV)"
 
 
-def read_text(path: str | os.PathLike[str]) -> Table:
-    """The table in a text file; raises ReadingsError if there is none to be found in it."""
-    source = os.fsdecode(path)
-    raw = _read_bytes(source)
+def read_text(source: str, raw: bytes) -> Table:
+    """The table in a text file that holds `raw`; raises ReadingsError if there is none in it."""
+    for magic, name, remedy in _FOREIGN:
+        if raw.startswith(magic):
+            raise wrong(source, "", name, _TEXT_TABLE, remedy)
     text, notes = _decode(source, raw)
     lines = list(io.StringIO(text, newline=None))
     kept, numbers, comments = _significant(lines)
@@ -105,7 +111,7 @@ def read_text(path: str | os.PathLike[str]) -> Table:
         del kept[0], numbers[0]
     if not kept:
         found = f"{len(comments)} comment lines and nothing else" if comments else "an empty file"
-        raise _wrong(source, "", found, "a line of headers and a row for each reading")
+        raise wrong(source, "", found, "a line of headers and a row for each reading")
     separator = separator or _separator(kept)
 
     rows = csv.reader(kept, delimiter=separator, skipinitialspace=True, strict=True)
@@ -116,11 +122,11 @@ def read_text(path: str | os.PathLike[str]) -> Table:
         unit_row = next(rows, [])
     except csv.Error as error:
         line = numbers[body]
-        raise _wrong(source, "", str(error), "cells with closed quotes", line=line) from None
+        raise wrong(source, "", str(error), "cells with closed quotes", line=line) from None
     line = numbers[0]
-    _check_headers(source, header, line, lines)
+    check_headers(source, header, line, lines)
     units: list[str] = []
-    if _is_unit_row(unit_row, header):
+    if is_unit_row(unit_row, header):
         units = unit_row + [""] * (len(header) - len(unit_row))
         body = rows.line_num
     between = [number for number in comments if number > line]
@@ -146,7 +152,7 @@ def read_text(path: str | os.PathLike[str]) -> Table:
     )
 
 
-def _wrong(
+def wrong(
     source: str, column: str, value: str, expected: str, remedy: str = "", line: int | None = None
 ) -> ReadingsError:
     lines = () if line is None else (line,)
@@ -160,20 +166,16 @@ def _at(lines: Sequence[int]) -> str:
     )
 
 
-def _read_bytes(source: str) -> bytes:
+def read_bytes(source: str) -> bytes:
+    """The bytes of a file; raises ReadingsError where it cannot be read."""
     try:
         if Path(source).is_dir():
-            raise _wrong(source, "", "a directory", "a file", "name the table inside it")
-        raw = Path(source).read_bytes()
+            raise wrong(source, "", "a directory", "a file", "name the table inside it")
+        return Path(source).read_bytes()
     except FileNotFoundError:
-        raise _wrong(source, "", "no such file", _TEXT_TABLE, "check the path") from None
+        raise wrong(source, "", "no such file", "a table of readings", "check the path") from None
     except (OSError, ValueError) as error:  # ValueError: a NUL in the path
-        raise _wrong(source, "", str(error), "a file that can be read") from None
-    later = "a later version may read it" if source.lower().endswith((".xlsx", ".xls")) else ""
-    for magic, name, remedy in _FOREIGN:
-        if raw.startswith(magic):
-            raise _wrong(source, "", name, _TEXT_TABLE, ", ".join(filter(None, (remedy, later))))
-    return raw
+        raise wrong(source, "", str(error), "a file that can be read") from None
 
 
 def _decode(source: str, raw: bytes) -> tuple[str, tuple[str, ...]]:
@@ -191,7 +193,7 @@ def _decode(source: str, raw: bytes) -> tuple[str, tuple[str, ...]]:
     except UnicodeDecodeError:
         text, notes = raw.decode("latin-1"), ("not UTF-8: read as Latin-1",)
     if _CONTROL.search(text):
-        raise _wrong(source, "", "a binary file", _TEXT_TABLE, "export the table to CSV")
+        raise wrong(source, "", "a binary file", _TEXT_TABLE, "export the table to CSV")
     return text.replace("\N{MINUS SIGN}", "-"), notes
 
 
@@ -226,7 +228,7 @@ def _separator(kept: list[str]) -> str:
     return inside[0] if inside else ","
 
 
-def _check_headers(source: str, header: list[str], line: int, lines: list[str]) -> None:
+def check_headers(source: str, header: list[str], line: int, lines: Sequence[str] = ()) -> None:
     """Raise if there are no headers, or one of them twice."""
     names = [cell.strip() for cell in header]
     at = (line,) if line else ()
@@ -252,7 +254,7 @@ def _is_number(cell: str) -> bool:
     return _number(cell.replace(",", ".")) is not None
 
 
-def _is_unit_row(cells: list[str], header: list[str]) -> bool:
+def is_unit_row(cells: list[str], header: list[str]) -> bool:
     """No cell is a number and one at least is a unit."""
     filled = [cell.strip().strip("[]()") for cell in cells if cell.strip()]
     return (
@@ -311,7 +313,7 @@ def _load_text(
             break
         if rows:
             cells = enumerate(zip(*rows, strict=True))
-            blocks.append([_column(column, start, comma, i in as_text) for i, column in cells])
+            blocks.append([cells_of(column, start, comma, i in as_text) for i, column in cells])
         at = here
     for count, where in ragged.items():
         expected = f"{width}, one for each header"
@@ -350,7 +352,7 @@ def _plain_columns(
     columns = {i: Column(block[:, k], {}) for k, i in enumerate(plain)}
     for i in set(range(width)) - columns.keys():
         cells = [line.split(separator, i + 1)[i] for line in lines]
-        columns[i] = _column(cells, start, comma, i in as_text)
+        columns[i] = cells_of(cells, start, comma, i in as_text)
     return [columns[i] for i in range(width)]
 
 
@@ -362,7 +364,7 @@ def _number(cell: str) -> float | None:
         return None
 
 
-def _column(cells: Sequence[str], start: int, comma: bool, keep: bool) -> Column:
+def cells_of(cells: Sequence[str], start: int, comma: bool, keep: bool) -> Column:
     """The cells of a block that begins at row `start`, one by one."""
     # Where commas are decimal a point is none, so that 1.234 is not taken for a thousandth of
     # what was meant.
@@ -383,81 +385,3 @@ def _join(parts: Sequence[Column]) -> Column:
         odd |= part.odd
     text = list(itertools.chain.from_iterable(part.text for part in parts))
     return Column(np.concatenate([part.numbers for part in parts]), odd, text)
-
-
-def _label(number: float) -> str:
-    return str(int(number)) if number.is_integer() else str(number)
-
-
-# --- data in memory -----------------------------------------------------------------------
-
-
-def read_columns(data: Any) -> Table:
-    """The table in a mapping of columns or a data frame (anything with column names and []).
-
-    Raises TypeError if `data` is neither, ReadingsError if the columns are no table.
-    """
-    source = "<data>"
-    if isinstance(data, Mapping):
-        keys = list(data)
-    else:
-        # pyarrow keeps its names apart from its columns; elsewhere `columns` are the names.
-        names = getattr(data, "column_names", None)
-        names = getattr(data, "columns", None) if names is None else names
-        if names is None or not hasattr(data, "__getitem__"):
-            raise TypeError(
-                "readings come from a path, a mapping of column to values or a data frame, "
-                f"not from {type(data).__name__}"
-            )
-        keys = list(names)
-    headers = [str(key).strip() for key in keys]
-    if not headers:
-        raise _wrong(source, "", "no columns", "a column for each quantity")
-    _check_headers(source, headers, 0, [])
-    values = [_array(source, name, data[key]) for name, key in zip(headers, keys, strict=True)]
-    n = max(map(len, values))
-    for name, column in zip(headers, values, strict=True):
-        if len(column) != n:
-            raise _wrong(source, name, f"{len(column)} values", f"{n}, one for each row")
-    digest = hashlib.sha256()
-    for name, column in zip(headers, values, strict=True):
-        digest.update(name.encode() + b"\0")
-        digest.update(column.tobytes() if column.dtype != object else repr(list(column)).encode())
-
-    def load(as_text: Collection[int]) -> Loaded:
-        columns = [_from_array(column, i in as_text) for i, column in enumerate(values)]
-        return Loaded(columns, np.arange(1, n + 1, dtype=np.int64), [])
-
-    return Table(source, digest.hexdigest(), tuple(headers), (), 0, "row", "a number", (), load)
-
-
-def _array(source: str, name: str, values: Any) -> NDArray[Any]:
-    """One column as float64, or as objects where it holds anything but numbers."""
-    if isinstance(values, np.ma.MaskedArray):
-        values = [None if value is np.ma.masked else value for value in values]
-    try:
-        array = np.asarray(values)
-    except ValueError:  # rows of different lengths
-        array = np.empty((0, 0))
-    if array.ndim != 1:
-        raise _wrong(source, name, "no single column of values", "one value for each row")
-    if array.dtype.kind in "mM":  # as objects these would become bare counts of nanoseconds
-        array = array.astype(str)
-    return array.astype(np.float64 if array.dtype.kind in "fiub" else object)
-
-
-def _from_array(array: NDArray[Any], keep: bool) -> Column:
-    if array.dtype == np.float64:
-        strange = np.flatnonzero(~np.isfinite(array))
-        odd = {int(row): str(array[row]) for row in strange}
-        numbers = array.copy()
-        numbers[strange] = math.nan
-        # A number of a run may have become a float on its way through a data frame.
-        text = [_label(n) for n in array.tolist()] if keep else []
-        return Column(numbers, odd, text)
-    return _column([_cell(value) for value in array], 0, False, keep)
-
-
-def _cell(value: Any) -> str:
-    """A value as text; what stands for a missing one (None, pandas.NA, NaT) as nothing."""
-    return "" if value is None or type(value).__name__ in {"NAType", "NaTType"} else str(value)

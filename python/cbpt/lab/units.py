@@ -352,7 +352,7 @@ def _rename(header: str, candidates: tuple[Quantity, ...]) -> str:
         return f"name the column {first.key}"
     return (
         f"state its unit in the header, as in {first.column} or {first.key} [{first.unit}], or by "
-        f"columns={{{header!r}: {first.column!r}}}; {{{header!r}: 'extra'}} sets it aside"
+        f"columns={{{header!r}: {first.column!r}}}; columns={{{header!r}: 'extra'}} sets it aside"
     )
 
 

@@ -22,14 +22,18 @@ from cbpt._core import effect_specs
 from cbpt.lab.assembled import DEFAULT_UNCERTAINTY
 from cbpt.lab.competition import Competition, Names
 from cbpt.lab.fit import Fit
-from cbpt.lab.library import ODDS, PRIORS
+from cbpt.lab.forms import FORM_ODDS
+from cbpt.lab.library import PRIORS
 from cbpt.lab.noise import LEAST_SCALE, Margin, Noise
 from cbpt.lab.patterns import Pattern
 
 ODDS_LIMIT = 20.0
 """Posterior odds beyond which a rival is out."""
-UNKNOWN_LIMIT = 3.0
+UNKNOWN_LIMIT = 1.5
 """The same for a pattern without a name, whose evidence is that of its best amplitude."""
+FORM_AHEAD = 0.0
+"""Log odds by which a pattern without a name is ahead of an effect that keeps its form badly, to be
+the answer."""
 WEAK_ODDS, WEAK_P = 3.0, 0.01
 """With less than the limit of odds against nothing, an effect is still told at these odds if chance
 hardly shows as much."""
@@ -44,8 +48,9 @@ _FORM_SHARE = 0.06
 _STRAIN = 8.0
 # Log odds that the best of the patterns gains in noise alone, its own price given back.
 _BY_CHANCE = 2.0
-# A shaft joint that stiffens by a tenth reads like a bearing's exponent.
-KIN = (("eccentric_bearing", "output_torsion"),)
+# A shaft joint that stiffens by a tenth reads like a bearing's exponent; where each run has its own
+# angle, runout is a zero of each run.
+KIN = (("eccentric_bearing", "output_torsion"), ("eccentricity_error", "run_offset"))
 _KIN_REACH = 3.0
 # Calibrations known worse than this many times the usual share a shift with the drive.
 _LOOSE_CALIBRATION = 3.0
@@ -87,13 +92,13 @@ def judge(competition: Competition) -> Verdict:
     best = max(sets, key=lambda n: sets[n])
     named = {n: o for n, o in sets.items() if UNKNOWN not in n}
     first = max(named, key=lambda n: named[n])
-    # The best of many patterns gains something in noise alone.
-    beaten = UNKNOWN in best and sets[best] > named[first] + limit + _BY_CHANCE
+    # The best of many patterns gains something in noise alone. An effect that must depart far from
+    # its form to explain the readings is hardly a name for what is at work.
+    ahead = limit + _BY_CHANCE if _keeps_form(competition, first) else FORM_AHEAD
+    beaten = UNKNOWN in best and sets[best] > named[first] + ahead
     if beaten and not _only_form(best, sets[best], sets.get(_less(best, UNKNOWN), -np.inf)):
         return _unknown(competition, best)
-    # What a pattern adds to the best set tells how far the library's form is from the readings:
-    # rivals within that distance are not decided.
-    reach = limit + _leftover(sets, first)
+    reach = limit if _keeps_form(competition, first) else 2 * limit
     near = {n: o for n, o in named.items() if o > named[first] - reach - _kinship(n, first)}
     within = {n: o for n, o in near.items() if n}
     alone = {n: o for n, o in sets.items() if UNKNOWN in n and set(n) <= {UNKNOWN, OFFSET}}
@@ -102,8 +107,9 @@ def judge(competition: Competition) -> Verdict:
     if not _demanded(competition, first, named) or (offsets_only and not strange):
         return _no_effect(competition, limit)
     # A pattern alone counts as a rival where it explains about as well; sooner where the named
-    # effect leaves more scatter than there is.
-    fair = limit if _strained(competition, first) else float(np.log(UNKNOWN_LIMIT))
+    # effect leaves more scatter than there is, or keeps its form badly.
+    sound = _keeps_form(competition, first) and not _strained(competition, first)
+    fair = float(np.log(UNKNOWN_LIMIT)) if sound else limit
     within |= {n: o for n, o in alone.items() if o > max(sets.values()) - fair}
     # The fewest effects that do: a set with more than another one that does needs no mention.
     least = {n: o for n, o in within.items() if not any(set(m) < set(n) for m in within)}
@@ -134,6 +140,12 @@ def _demanded(competition: Competition, first: Names, named: dict[Names, float])
         return True
     chance = _p_value(competition, _less(first, OFFSET))
     return bool(over > np.log(WEAK_ODDS) and chance <= WEAK_P)
+
+
+def _keeps_form(competition: Competition, names: Names) -> bool:
+    """Whether the effects of a set explain the readings about as the library has them."""
+    fit = competition.fits.get(_less(names, OFFSET))
+    return fit is None or fit.form_sd < FORM_ODDS[-1][0]
 
 
 def _strained(competition: Competition, names: Names) -> bool:
@@ -186,14 +198,6 @@ def _only_form(best: Names, top: float, rest: float) -> bool:
         return False
     # The odds of the named part against nothing, its price given back.
     return top - rest < _FORM_SHARE * (rest + 5.0 * (len(best) - 1))
-
-
-def _leftover(sets: dict[Names, float], best: Names) -> float:
-    """How much a pattern adds to a set, its own price given back; 0 where it adds nothing."""
-    if not best:
-        return 0.0
-    grown = sets.get(tuple(sorted((*best, UNKNOWN))), -np.inf)
-    return max(0.0, float(grown - sets[best] - np.log(ODDS[UNKNOWN])) - _BY_CHANCE)
 
 
 def _unknown(competition: Competition, best: Names) -> Verdict:

@@ -8,6 +8,9 @@ use crate::case::nearest_effect;
 use crate::exit::{Exit, Failure};
 use crate::report::{Report, Table, number, print, six_digits};
 
+/// Characters that a table may take on a terminal.
+const WIDTH: u16 = 100;
+
 /// Runs the verb.
 pub fn run(verb: &Effects) -> Result<Exit, Failure> {
     if verb.page {
@@ -15,14 +18,17 @@ pub fn run(verb: &Effects) -> Result<Exit, Failure> {
         return Ok(Exit::Success);
     }
     let Some(id) = &verb.id else {
-        return deliver(verb, &Report { text: overview().text(), json: library(), table: Table::default() });
+        return deliver(
+            verb,
+            &Report { text: overview().text_within(WIDTH), json: library(), table: Table::default() },
+        );
     };
     let Some(spec) = find(id) else {
         let near = nearest_effect(id).map(|near| format!("did you mean {near}? ")).unwrap_or_default();
         let ids: Vec<&str> = LIBRARY.into_iter().map(|spec| spec.id).collect();
         return Err(Failure::Usage(format!("no effect has the id {id}; {near}There are {}", ids.join(", "))));
     };
-    let text = format!("{}\n{}", head(spec, "\n"), parameters(spec).text());
+    let text = format!("{}\n{}", head(spec, "\n"), parameters(spec).text_within(WIDTH));
     deliver(verb, &Report { text, json: document(spec), table: Table::default() })
 }
 

@@ -1,7 +1,7 @@
 //! Equilibrium of a pair: meshing points and load to residual and Jacobian.
 //!
 //! - here: the equations; [`ready`]: what of them does not depend on the load;
-//! - [`solve`]: their solution, [`PairState`](solve::PairState);
+//! - [`solve`]: their solution, [`PairState`](solve::PairState); [`lanes`]: many loads side by side;
 //! - [`response`]: the same from a start nearby, and how it answers to every number that it depends on;
 //! - [`report`]: what it means at each meshing point, [`PairSolution`](report::PairSolution).
 //!
@@ -26,6 +26,7 @@
 //! w by the approach under F, alpha and t so that the scaled equations stay a gradient. The scaled residual is what
 //! [`crate::Status`] is judged by.
 
+pub mod lanes;
 pub mod ready;
 pub mod report;
 pub mod response;

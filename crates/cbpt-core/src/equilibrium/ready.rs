@@ -18,7 +18,7 @@ pub struct ReadyPair {
     /// Torque per preload that is held, to the negative and to the positive side, m.
     holding_arms_m: [f64; 2],
     /// Axial force at an approach of 1 m, N.
-    axial_force_at_1m_N: f64,
+    pub(super) axial_force_at_1m_N: f64,
     rows: u32,
 }
 

@@ -27,14 +27,18 @@ pub struct PairState {
 ///
 /// The first element says how it ended; the second is there exactly when [`Status::has_solution`].
 pub fn solve_pair(points: &MeshingPoints, torque_Nm: f64, preload_N: f64) -> (Status, Option<PairState>) {
-    let pair = ReadyPair::new(points);
-    let solved = if points.floats_sideways {
-        solve_in::<3>(&pair, torque_Nm, preload_N)
+    solve_ready(&ReadyPair::new(points), torque_Nm, preload_N)
+}
+
+/// The same for a pair that is ready.
+pub(super) fn solve_ready(pair: &ReadyPair, torque_Nm: f64, preload_N: f64) -> (Status, Option<PairState>) {
+    let solved = if pair.floats_sideways {
+        solve_in::<3>(pair, torque_Nm, preload_N)
     } else {
-        solve_in::<2>(&pair, torque_Nm, preload_N)
+        solve_in::<2>(pair, torque_Nm, preload_N)
     };
     match solved {
-        Ok(solved) => (smallness(&pair, &solved.state), Some(solved)),
+        Ok(solved) => (smallness(pair, &solved.state), Some(solved)),
         Err(status) => (status, None),
     }
 }

@@ -29,9 +29,10 @@ impl BallOnTracks {
     pub fn at(pair: &Deceleration, phi_rad: f64) -> Self {
         let z2 = f64::from(pair.ball_count);
         let k = pair.short_amplitude_coefficient;
-        let (sin, cos) = phi_rad.sin_cos();
+        let (half_sin, half_cos) = (0.5 * phi_rad).sin_cos();
+        let (sin, cos) = (2.0 * half_sin * half_cos, 1.0 - 2.0 * half_sin * half_sin);
         // (1 - K)^2 + 2 K (1 - cos) keeps its digits where K is near 1 and phi near 0.
-        let d = (1.0 - k).powi(2) + 4.0 * k * (0.5 * phi_rad).sin().powi(2);
+        let d = (1.0 - k).powi(2) + 4.0 * k * half_sin * half_sin;
         let root = d.sqrt();
         let scale = pair.pitch_radius_m() * d * root;
         Self {

@@ -20,18 +20,37 @@ pub fn wall_contact(
     contact_modulus_Pa: f64,
     track: TrackCurvature,
 ) -> Option<HertzContact> {
-    let across = across_per_m(groove);
-    let along = match track {
-        TrackCurvature::Neglect => 1.0 / groove.ball_radius_m,
-        TrackCurvature::Exact => {
-            let room = remaining_room(groove, curvature_per_m, contact_angle_rad);
-            if room <= 0.0 {
-                return None;
-            }
-            1.0 / groove.ball_radius_m + curvature_per_m * contact_angle_rad.cos() / room
-        }
-    };
-    HertzContact::new(along, across, contact_modulus_Pa)
+    wall_contacts(groove, &[curvature_per_m], contact_angle_rad, contact_modulus_Pa, track)[0]
+}
+
+/// [`wall_contact`] of each of many curvatures, in their order.
+pub fn wall_contacts(
+    groove: &GrooveSection,
+    curvatures_per_m: &[f64],
+    contact_angle_rad: f64,
+    contact_modulus_Pa: f64,
+    track: TrackCurvature,
+) -> Vec<Option<HertzContact>> {
+    // No number where the wall is missing, and no contact of it then.
+    let along =
+        |&curvature: &f64| along_per_m(groove, curvature, contact_angle_rad, track).unwrap_or(f64::NAN);
+    let along: Vec<f64> = curvatures_per_m.iter().map(along).collect();
+    HertzContact::many(&along, across_per_m(groove), contact_modulus_Pa)
+}
+
+/// Relative curvature along the track; `None` where the wall is missing.
+fn along_per_m(
+    groove: &GrooveSection,
+    curvature_per_m: f64,
+    contact_angle_rad: f64,
+    track: TrackCurvature,
+) -> Option<f64> {
+    let straight = 1.0 / groove.ball_radius_m;
+    if track == TrackCurvature::Neglect {
+        return Some(straight);
+    }
+    let room = remaining_room(groove, curvature_per_m, contact_angle_rad);
+    (room > 0.0).then(|| straight + curvature_per_m * contact_angle_rad.cos() / room)
 }
 
 /// d ln k / d beta of a wall's `contact`, made by [`wall_contact`] of the same numbers, 1/rad: along the track the

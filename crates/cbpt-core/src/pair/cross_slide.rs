@@ -25,6 +25,7 @@ pub fn meshing_points(
         CrossSlideForm::Balanced => 0.0,
         CrossSlideForm::Paper => shift_m,
     };
+    let (sin_beta, cos_beta) = pair.contact_angle_rad.sin_cos();
     let mut points = Vec::with_capacity(2 * pair.ball_count as usize);
     for ball in 0..pair.ball_count {
         let angle = TAU * f64::from(ball) / f64::from(pair.ball_count);
@@ -34,7 +35,7 @@ pub fn meshing_points(
                 ball as usize,
                 diagonal,
                 arm,
-                pair.contact_angle_rad,
+                [sin_beta, cos_beta],
                 [wall; 2],
                 [0.0; 2],
                 [0.0, -1.0],

@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 
 use crate::drive::{Deceleration, OutputPlate, TrackCurvature};
 use crate::geometry::trochoid::BallOnTracks;
-use crate::geometry::wall::wall_contact;
+use crate::geometry::wall::wall_contacts;
 use crate::pair::{Diagonal, MeshingPoint, MeshingPoints};
 
 /// The meshing points with the first ball at `phase_rad` (Phi) from the ray through the pitch point.
@@ -19,37 +19,35 @@ pub fn meshing_points(
     track: TrackCurvature,
     phase_rad: f64,
 ) -> MeshingPoints {
-    let mut points = Vec::with_capacity(2 * pair.ball_count as usize);
-    for ball in 0..pair.ball_count {
-        let phi = phase_rad + TAU * f64::from(ball) / f64::from(pair.ball_count);
-        let on_tracks = BallOnTracks::at(pair, phi);
-        let wall = |curvature_towards_wall: f64| {
-            wall_contact(
-                &pair.groove,
-                curvature_towards_wall,
-                pair.contact_angle_rad,
-                contact_modulus_Pa,
-                track,
-            )
-        };
-        let (epi, hypo) = (on_tracks.epicycloid_curvature_per_m, on_tracks.hypocycloid_curvature_per_m);
-        let epi_near_hypo_far = [epi, -hypo];
-        let epi_far_hypo_near = [-epi, hypo];
-        let (plus, minus) = match pair.output_plate {
-            OutputPlate::Hypocycloid => (epi_near_hypo_far, epi_far_hypo_near),
-            OutputPlate::Epicycloid => (epi_far_hypo_near, epi_near_hypo_far),
-        };
-        for (diagonal, curvatures) in [(Diagonal::Plus, plus), (Diagonal::Minus, minus)] {
-            points.push(MeshingPoint::new(
-                ball as usize,
-                diagonal,
-                on_tracks.arm_m,
-                pair.contact_angle_rad,
-                curvatures.map(wall),
-                curvatures,
-                on_tracks.to_pitch_point,
-            ));
-        }
+    let balls: Vec<BallOnTracks> = (0..pair.ball_count)
+        .map(|ball| BallOnTracks::at(pair, phase_rad + TAU * f64::from(ball) / f64::from(pair.ball_count)))
+        .collect();
+    // The two walls of each of the two diagonals: first the epicycloid's, then the hypocycloid's.
+    let curvatures: Vec<f64> = balls
+        .iter()
+        .flat_map(|on_tracks| {
+            let (epi, hypo) = (on_tracks.epicycloid_curvature_per_m, on_tracks.hypocycloid_curvature_per_m);
+            match pair.output_plate {
+                OutputPlate::Hypocycloid => [epi, -hypo, -epi, hypo],
+                OutputPlate::Epicycloid => [-epi, hypo, epi, -hypo],
+            }
+        })
+        .collect();
+    let walls = wall_contacts(&pair.groove, &curvatures, pair.contact_angle_rad, contact_modulus_Pa, track);
+    let (sin_beta, cos_beta) = pair.contact_angle_rad.sin_cos();
+    let mut points = Vec::with_capacity(2 * balls.len());
+    let ends = curvatures.chunks_exact(2).zip(walls.chunks_exact(2));
+    for (number, (curvatures, walls)) in ends.enumerate() {
+        let on_tracks = &balls[number / 2];
+        points.push(MeshingPoint::new(
+            number / 2,
+            if number % 2 == 0 { Diagonal::Plus } else { Diagonal::Minus },
+            on_tracks.arm_m,
+            [sin_beta, cos_beta],
+            [walls[0], walls[1]],
+            [curvatures[0], curvatures[1]],
+            on_tracks.to_pitch_point,
+        ));
     }
     MeshingPoints::new(points, pair.groove.ball_radius_m)
 }

@@ -82,19 +82,18 @@ impl MeshingPoint {
         ball: usize,
         diagonal: Diagonal,
         arm_m: f64,
-        contact_angle_rad: f64,
+        [sin_beta, cos_beta]: [f64; 2],
         walls: [Option<HertzContact>; 2],
         track_curvatures_per_m: [f64; 2],
         direction: [f64; 2],
     ) -> Self {
-        let stiffness = |wall: Option<HertzContact>| wall.map_or(0.0, |contact| contact.stiffness);
         Self {
             ball,
             diagonal,
             arm_m,
-            sin_beta: contact_angle_rad.sin(),
-            cos_beta: contact_angle_rad.cos(),
-            stiffness: in_series(stiffness(walls[0]), stiffness(walls[1])),
+            sin_beta,
+            cos_beta,
+            stiffness: in_series(walls),
             walls,
             track_curvatures_per_m,
             direction,
@@ -117,7 +116,7 @@ impl MeshingPoint {
         let (mut compliance, mut slope) = (0.0, 0.0);
         for (wall, curvature) in self.walls.iter().zip(self.track_curvatures_per_m) {
             let Some(contact) = wall else { return 0.0 };
-            let share = contact.stiffness.cbrt().powi(-2);
+            let share = contact.compliance;
             compliance += share;
             slope +=
                 share * wall::stiffness_slope_per_rad(groove, curvature, contact_angle_rad, contact, track);

@@ -26,19 +26,21 @@ pub fn meshing_points(
     // The ring's centre lies on the side of the inside wall, which therefore sees the curvature as positive.
     let outside = (-curvature, wall(-curvature, pair.outside_contact_angle_rad));
     let inside = (curvature, wall(curvature, pair.inside_contact_angle_rad));
+    let direction = |contact_angle_rad: f64| [contact_angle_rad.sin(), contact_angle_rad.cos()];
+    let outside_direction = direction(pair.outside_contact_angle_rad);
+    let inside_direction = direction(pair.inside_contact_angle_rad);
     let mut points = Vec::with_capacity(2 * pair.ball_count as usize);
     for ball in 0..pair.ball_count {
         let angle = phase_rad + TAU * f64::from(ball) / f64::from(pair.ball_count);
         let arm = pair.pitch_radius_m * angle.sin();
-        for (diagonal, (seen, wall), contact_angle) in [
-            (Diagonal::Plus, outside, pair.outside_contact_angle_rad),
-            (Diagonal::Minus, inside, pair.inside_contact_angle_rad),
-        ] {
+        for (diagonal, (seen, wall), contact_direction) in
+            [(Diagonal::Plus, outside, outside_direction), (Diagonal::Minus, inside, inside_direction)]
+        {
             points.push(MeshingPoint::new(
                 ball as usize,
                 diagonal,
                 arm,
-                contact_angle,
+                contact_direction,
                 [wall; 2],
                 [seen; 2],
                 [1.0, 0.0],

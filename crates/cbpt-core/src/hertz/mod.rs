@@ -1,6 +1,6 @@
 //! Hertz point contact: two relative curvatures and a contact modulus give stiffness, ellipse and pressure.
 //!
-//! Pure functions. The exact solution with complete elliptic integrals, for smooth bodies whose relative
+//! Pure functions; [`lanes`] makes many contacts at once. The exact solution with complete elliptic integrals, for smooth bodies whose relative
 //! curvatures c1 and c2 (sums of 1/radius in the two principal directions, both above 0) lie along common axes.
 //! Source: K. L. Johnson, Contact Mechanics (1985), section 4.2.
 //!
@@ -9,6 +9,10 @@
 //! - force over approach^1.5: k = (2 pi / 3) E* kappa sqrt(2 E / (c1 + c2)) / K^1.5;
 //! - major semi-axis: a^3 = 3 N kappa^2 E / (pi E* (c1 + c2)); peak pressure p = 3 N / (2 pi a b).
 
+// What runs in lanes must be inlined into the function that knows the instruction set.
+#[allow(clippy::inline_always)]
+pub(crate) mod lanes;
+
 use std::f64::consts::PI;
 
 /// One contact, ready to be loaded: stiffness and shape do not depend on the force.
@@ -16,6 +20,8 @@ use std::f64::consts::PI;
 pub struct HertzContact {
     /// Force over approach^1.5, N/m^1.5.
     pub stiffness: f64,
+    /// Approach over force^(2/3), m/N^(2/3): k^(-2/3).
+    pub compliance: f64,
     /// Ratio of the semi-axes a/b, 1 or more.
     pub ellipticity: f64,
     /// Major semi-axis for a force of 1 N, m; it grows with the cube root of the force.
@@ -52,7 +58,12 @@ impl HertzContact {
         let stiffness =
             2.0 * PI / 3.0 * contact_modulus_Pa * ellipticity * (2.0 * e / sum).sqrt() / (k * k.sqrt());
         let major_cubed = 3.0 * ellipticity * ellipticity * e / (PI * contact_modulus_Pa * sum);
-        Some(Self { stiffness, ellipticity, major_semi_axis_at_1N_m: major_cubed.cbrt() })
+        Some(Self {
+            stiffness,
+            compliance: stiffness.cbrt().powi(-2),
+            ellipticity,
+            major_semi_axis_at_1N_m: major_cubed.cbrt(),
+        })
     }
 
     /// d ln k / d ln c of one of the two curvatures that the contact was made of, `varied_per_m`, the other being
@@ -92,15 +103,12 @@ impl HertzContact {
     }
 }
 
-/// Stiffness of two contacts in series (N/m^1.5): k = (k_a^(-2/3) + k_b^(-2/3))^(-3/2), 0 if either is 0.
+/// Stiffness of contacts in series (N/m^1.5): k = (k_a^(-2/3) + k_b^(-2/3))^(-3/2), 0 if either is missing.
 ///
 /// Both carry the same force and their approaches add.
-pub fn in_series(stiffness_a: f64, stiffness_b: f64) -> f64 {
-    if stiffness_a <= 0.0 || stiffness_b <= 0.0 {
-        return 0.0;
-    }
-    let compliance = |k: f64| k.cbrt().powi(-2);
-    let sum = compliance(stiffness_a) + compliance(stiffness_b);
+pub fn in_series(contacts: [Option<HertzContact>; 2]) -> f64 {
+    let [Some(a), Some(b)] = contacts else { return 0.0 };
+    let sum = a.compliance + b.compliance;
     1.0 / (sum * sum.sqrt())
 }
 

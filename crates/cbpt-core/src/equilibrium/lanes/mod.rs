@@ -1,0 +1,193 @@
+//! Many loads on one pair, side by side in the lanes of the processor's vector registers.
+//!
+//! - here: which loads may run here, and what comes out; [`kernel`]: the iteration; [`curve`]: its start.
+//!
+//! Contacts by Hertz's law without offsets, and a preload that no spring changes, make deformations linear in the
+//! unknowns and the energy homogeneous. Scaled as in the parent, with the pivot A = M0/N_Z, the unknowns then are a
+//! function of A alone, and all loads on a pair lie on one curve: w = N_Z^(2/3) w(A), alpha = N_Z^(2/3) alpha(A).
+//!
+//! [`super::solve`] stays the readable solver: it takes whatever is not done here after a few steps (at the edge of what
+//! holds, nearly free motions) and everything that is not homogeneous. Existence and smallness are asked by its functions,
+//! so statuses are the same; angles agree to 1e-10. A load's result does not depend on its neighbours; whether the curve is
+//! made depends on how many loads are announced, which moves an angle by rounding.
+
+// What runs in lanes must be inlined into the function that knows the instruction set; its loops over the unknowns read
+// as the algebra does.
+#![allow(clippy::inline_always, clippy::needless_range_loop)]
+
+mod curve;
+mod kernel;
+mod powers;
+
+use std::sync::OnceLock;
+
+use super::solve::{existence, smallness, solve_ready};
+use super::{ReadyPair, State};
+use crate::pair::{HERTZ_EXPONENT, MeshingPoints};
+use crate::status::Status;
+use curve::Curve;
+use kernel::Contact;
+pub use powers::two_thirds_powers;
+
+/// Loads that are solved in one go.
+pub const BATCH: usize = 128;
+
+/// From so many loads on, the curve is worth making.
+const CURVE_PAYS_FROM: usize = 1024;
+
+/// A load's outcome; the numbers count exactly when [`Status::has_solution`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LaneOutcome {
+    /// How it ended.
+    pub status: Status,
+    /// Rotation of one row, rad.
+    pub rotation_rad: f64,
+    /// Largest scaled residual: of the returned state by the scalar solver, before a last Newton step here.
+    pub residual: f64,
+    /// Solver steps.
+    pub steps: u32,
+}
+
+impl LaneOutcome {
+    /// Nothing solved yet.
+    pub const NONE: Self =
+        Self { status: Status::Indeterminate, rotation_rad: f64::NAN, residual: f64::NAN, steps: 0 };
+}
+
+/// A pair, ready for many loads.
+#[derive(Debug)]
+pub struct LanePair {
+    pair: ReadyPair,
+    /// Scaled; empty where the pair is not homogeneous.
+    contacts: Vec<Contact>,
+    /// Approach under a preload of 1 N, m.
+    approach_at_1N_m: f64,
+    /// By which the arms are scaled, m.
+    torque_scale_m: f64,
+    /// How many loads were announced.
+    loads: usize,
+    /// For torques to the negative and to the positive side.
+    curves: [OnceLock<Option<Curve>>; 2],
+}
+
+impl LanePair {
+    /// Ready for about `loads` loads: many are worth more preparation.
+    pub fn new(points: &MeshingPoints, loads: usize) -> Self {
+        let pair = ReadyPair::new(points);
+        let torque_scale_m = pair.largest_torque_per_preload_m;
+        let contacts = if homogeneous(points) && torque_scale_m > 0.0 {
+            let scaled = pair.levers.iter().map(|levers| Contact {
+                levers: [levers.axial, levers.turning_m / torque_scale_m, levers.in_plane / pair.largest_cot],
+                stiffness: levers.stiffness / pair.axial_force_at_1m_N,
+            });
+            if loads >= CURVE_PAYS_FROM { kernel::merged(scaled.collect()) } else { scaled.collect() }
+        } else {
+            Vec::new()
+        };
+        let approach_at_1N_m = pair.rigid_approach_m(1.0);
+        Self {
+            pair,
+            contacts,
+            approach_at_1N_m,
+            torque_scale_m,
+            loads,
+            curves: [const { OnceLock::new() }; 2],
+        }
+    }
+
+    /// How many equal copies of this row are in series; their angles add.
+    pub fn rows(&self) -> u32 {
+        self.pair.rows()
+    }
+
+    /// Solves up to [`BATCH`] loads: torques (N m), preloads (N, above 0) and their [`two_thirds_powers`], all finite.
+    ///
+    /// Four slices of one length; what is longer than the shortest is left as it is.
+    pub fn solve(
+        &self,
+        torque_Nm: &[f64],
+        preload_N: &[f64],
+        preload_powers: &[f64],
+        outcomes: &mut [LaneOutcome],
+    ) {
+        let mut batch = kernel::Batch::new();
+        let loads = torque_Nm.iter().zip(preload_N).take(BATCH);
+        let mut count = 0;
+        if !self.contacts.is_empty() {
+            for (&torque, &preload) in loads.clone() {
+                // A load that is not held is asked about below; meanwhile its lane must only do no harm.
+                let held = self.holds(torque, preload);
+                let pivot = if held { torque / preload / self.torque_scale_m } else { 0.0 };
+                batch.set(count, pivot, self.start(pivot));
+                count += 1;
+            }
+            kernel::run(&self.contacts, self.pair.floats_sideways, &mut batch, count);
+        }
+        for (lane, (((&torque, &preload), &power), outcome)) in
+            loads.zip(preload_powers).zip(outcomes).enumerate()
+        {
+            let found = (lane < count && self.holds(torque, preload)).then(|| batch.found(lane));
+            *outcome = self.outcome(torque, preload, power, found);
+        }
+    }
+
+    fn holds(&self, torque_Nm: f64, preload_N: f64) -> bool {
+        preload_N.is_finite() && torque_Nm.abs() < preload_N * self.pair.holding_arm_m(torque_Nm)
+    }
+
+    fn outcome(
+        &self,
+        torque_Nm: f64,
+        preload_N: f64,
+        preload_power: f64,
+        found: Option<kernel::Found>,
+    ) -> LaneOutcome {
+        if let Err(status) = existence(&self.pair, torque_Nm, preload_N) {
+            return LaneOutcome { status, rotation_rad: f64::NAN, residual: f64::NAN, steps: 0 };
+        }
+        if let Some(kernel::Found { pivot, x, residual, steps }) = found.filter(kernel::Found::is_solved) {
+            let approach_m = self.approach_at_1N_m * preload_power;
+            let state = State {
+                rotation_rad: x[1] * approach_m / self.torque_scale_m,
+                sideways_m: x[2] * approach_m / self.pair.largest_cot,
+                pivot_approach_m: x[0] * approach_m,
+                pivot_m: pivot * self.torque_scale_m,
+            };
+            let status = smallness(&self.pair, &state);
+            return LaneOutcome { status, rotation_rad: state.rotation_rad, residual, steps };
+        }
+        match solve_ready(&self.pair, torque_Nm, preload_N) {
+            (status, Some(solved)) => LaneOutcome {
+                status,
+                rotation_rad: solved.state.rotation_rad,
+                residual: solved.residual,
+                steps: solved.steps,
+            },
+            (status, None) => LaneOutcome { status, rotation_rad: f64::NAN, residual: f64::NAN, steps: 0 },
+        }
+    }
+
+    /// Where the iteration starts for a scaled pivot: on the curve, or plates pressed together.
+    fn start(&self, pivot: f64) -> [f64; 3] {
+        let side = usize::from(pivot >= 0.0);
+        let curve = || {
+            let sign = if side == 1 { 1.0 } else { -1.0 };
+            Curve::new(&self.pair, &self.contacts, sign, self.torque_scale_m, self.loads)
+        };
+        let known =
+            if self.loads >= CURVE_PAYS_FROM { self.curves[side].get_or_init(curve).as_ref() } else { None };
+        known.map_or(kernel::COLD, |curve| curve.at(pivot))
+    }
+}
+
+/// Whether nothing but Hertz's law acts, so that the energy is homogeneous in the unknowns.
+// Neutral values are set, never computed.
+#[allow(clippy::float_cmp)]
+fn homogeneous(points: &MeshingPoints) -> bool {
+    points.exponent == HERTZ_EXPONENT
+        && points.axial_spring_N_per_m == 0.0
+        && points
+            .points
+            .iter()
+            .all(|point| [point.axial_offset_m, point.normal_offset_m, point.in_plane_offset_m] == [0.0; 3])
+}

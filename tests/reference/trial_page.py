@@ -1,0 +1,134 @@
+"""The score of a trial as a page of the documentation, with the reliability of its probabilities.
+
+write_page(PAGE, score, outcomes)   PAGE.md, and PAGE.svg beside it
+"""
+
+from __future__ import annotations
+
+import datetime
+import math
+import platform
+import subprocess
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from reference.trial_score import Measure, measures, reliability
+
+Outcome = Mapping[str, Any]
+
+_INTRO = """# The trial
+
+Campaigns with a hidden effect, made by an implementation that shares nothing with the product,
+diagnosed blind and scored. `make trial` runs it and writes this page; `tests/test_trial.py` is a
+short form. The rig is in `tests/reference`; its effects vary in form from the library's. *d* is how
+far a hidden effect stands out of the noise once the numbers of the drive are refitted, in standard
+deviations. The oracle knows the true forms and the noise. Plain AIC and BIC choose among the same
+fits. Labels are sealed: who answers sees a case file and a table.
+"""
+
+
+def commit(top: Path) -> str:
+    """The commit that is checked out, marked where the tree differs; `unknown` outside git."""
+    try:
+        told = subprocess.run(
+            ["git", "describe", "--always", "--dirty", "--abbrev=12"],
+            cwd=top,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+    except (OSError, subprocess.CalledProcessError):
+        return "unknown"
+    return told.stdout.strip()
+
+
+def write_page(page: Path, score: Mapping[str, Any], outcomes: Sequence[Outcome]) -> None:
+    """The page and its picture."""
+    top = Path(__file__).parents[2]
+    seconds = [o["seconds"] for o in outcomes]
+    page.parent.mkdir(parents=True, exist_ok=True)
+    order = score["order_of_library"]
+    today = datetime.datetime.now(datetime.UTC).date().isoformat()
+    lines = [
+        _INTRO,
+        f"{today}, commit `{commit(top)}`, {len(outcomes)} campaigns, seed {score['seed']}, "
+        f"{platform.machine()}, {sum(seconds) / max(len(seconds), 1):.1f} s an answer on average, "
+        f"at most {max(seconds, default=0.0):.1f} s. With the library in another order "
+        f"{order['changed']} of {order['sets']} answers change.",
+        "",
+        _table(measures(outcomes)),
+        "",
+        "*reached* is `yes` or `no` where the whole interval (Wilson, 95 %) lies on one side, "
+        "else `open`.",
+        "",
+        "## Probabilities",
+        "",
+        f"![stated probability against share that was right]({page.with_suffix('.svg').name})",
+        "",
+        _reliability(reliability(outcomes)),
+        "",
+    ]
+    notes = page.with_name(f"{page.stem}-notes.md")
+    if notes.exists():
+        lines.append(notes.read_text(encoding="utf-8").rstrip() + "\n")
+    page.write_text("\n".join(lines), encoding="utf-8")
+    _draw(page.with_suffix(".svg"), outcomes)
+
+
+def _value(x: float, unit: str) -> str:
+    if math.isnan(x):
+        return "-"
+    return f"{100 * x:.1f} %" if unit == "%" else f"{x:.3f}"
+
+
+def _table(found: Iterable[Measure]) -> str:
+    lines = ["| measure | where | value | 95 % interval | sets | to reach | reached |"]
+    lines.append("|---|---|---|---|---|---|---|")
+    for m in found:
+        if not m.sets:
+            continue
+        asked = [f">= {_value(m.least, m.unit)}"] if m.least is not None else []
+        asked += [f"<= {_value(m.most, m.unit)}"] if m.most is not None else []
+        interval = f"{_value(m.low, m.unit)} to {_value(m.high, m.unit)}"
+        cells = [m.name.strip(), m.where, _value(m.value, m.unit), interval, str(m.sets)]
+        lines.append("| " + " | ".join([*cells, ", ".join(asked), m.reached]) + " |")
+    return "\n".join(lines)
+
+
+def _reliability(rows: Iterable[Mapping[str, float]]) -> str:
+    lines = ["| stated | sets | mean stated | right | 95 % interval |", "|---|---|---|---|---|"]
+    for r in rows:
+        lines.append(
+            f"| {r['from']:.1f} to {r['to']:.1f} | {r['sets']:.0f} | {r['stated']:.2f} "
+            f"| {r['true']:.2f} | {r['true_low']:.2f} to {r['true_high']:.2f} |"
+        )
+    return "\n".join(lines)
+
+
+def _draw(path: Path, outcomes: Sequence[Outcome]) -> None:
+    import matplotlib as mpl
+
+    mpl.use("svg")
+    mpl.rcParams["svg.hashsalt"] = "cbpt"
+    import matplotlib.pyplot as plt
+
+    rows = reliability(outcomes)
+    stated = [r["stated"] for r in rows]
+    true = [r["true"] for r in rows]
+    below = [r["true"] - r["true_low"] for r in rows]
+    above = [r["true_high"] - r["true"] for r in rows]
+    figure, (axes, counts) = plt.subplots(
+        2, 1, figsize=(5, 6), height_ratios=(3, 1), sharex=True, layout="constrained"
+    )
+    axes.plot([0, 1], [0, 1], color="0.7", linewidth=1, label="as stated")
+    axes.errorbar(stated, true, yerr=[below, above], fmt="o", capsize=3, label="trial, 95 %")
+    axes.set_ylabel("share that was right")
+    axes.set_ylim(0, 1)
+    axes.legend(loc="upper left", frameon=False)
+    counts.bar([(r["from"] + r["to"]) / 2 for r in rows], [r["sets"] for r in rows], width=0.09)
+    counts.set_ylabel("campaigns")
+    counts.set_xlabel("stated probability")
+    counts.set_xlim(0, 1)
+    figure.savefig(path, metadata={"Date": None})
+    plt.close(figure)
