@@ -11,6 +11,9 @@ use cbpt_core::effect::{self, AddsTo, OwnParameter};
 use cbpt_core::predict::{Columns, Effect, Prediction, Predictor, Rows};
 use proptest::prelude::*;
 
+/// An id of the library, a formula that says the same, and its parameters.
+type Like = (&'static str, &'static str, AddsTo, &'static [(&'static str, f64)]);
+
 fn parameter(name: &str, start: f64) -> OwnParameter {
     OwnParameter { name: name.into(), unit: String::new(), start, min: None, max: None }
 }
@@ -61,7 +64,7 @@ fn assert_same(one: &[f64], other: &[f64], relative: f64, what: &str) {
 fn a_formula_is_the_effect_of_the_library_that_it_says() {
     let creep = "a * torque_Nm * log(1 + run_time_s / tau)";
     let bearing = "u * (abs(torque_Nm) / pitch_arm_m / 100)^q * sign(torque_Nm) / pitch_arm_m";
-    let cases: [(&str, &str, AddsTo, &[(&str, f64)]); 6] = [
+    let cases: [Like; 6] = [
         ("creep", creep, AddsTo::Series, &[("a", 2e-6), ("tau", 20.0)]),
         ("output_torsion", "c * torque_Nm", AddsTo::Series, &[("c", 3e-6)]),
         ("eccentric_bearing", bearing, AddsTo::Series, &[("u", 2e-6), ("q", 0.8)]),
