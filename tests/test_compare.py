@@ -230,10 +230,16 @@ def test_an_effect_of_the_case_is_part_of_the_model() -> None:
     np.testing.assert_allclose(change, 0.5 * plain.readings.torque_Nm, atol=1e-9)
 
 
-def test_an_own_effect_is_refused_and_not_left_out() -> None:
-    own = '[[effect]]\nid = "mine"\nport = "series"\nexpression = "a * torque_Nm"\n'
-    with pytest.raises(cbpt.CbptError, match="mine"):
-        compare(case_of("dev03", own), CAMPAIGNS / "dev03.csv")
+def test_an_own_effect_of_the_case_is_part_of_the_model() -> None:
+    own = (
+        '[[effect]]\nid = "mine"\nport = "series"\nexpression = "a * torque_Nm"\n'
+        'parameters = { a = { unit = "rad/(N m)", start = 1e-6 } }\n'
+    )
+    plain = compare(case_of("dev03", ""), CAMPAIGNS / "dev03.csv")
+    with_it = compare(case_of("dev03", own), CAMPAIGNS / "dev03.csv")
+    change = np.deg2rad((plain.residual_arcsec - with_it.residual_arcsec) / 3600)
+    np.testing.assert_allclose(change, 1e-6 * plain.readings.torque_Nm, atol=1e-14)
+    assert [(n.effect, n.name, n.value) for n in with_it.numbers] == [("mine", "a", 1e-6)]
 
 
 def test_what_progress_raises_stops_the_comparison() -> None:

@@ -101,7 +101,7 @@ CORE_USES: dict[str, set[str]] = {
     "pair": {"drive", "geometry", "hertz"},
     "equilibrium": {"hertz", "pair", "solver", "status"},
     "transmission": {"drive", "geometry", "pair", "equilibrium", "status"},
-    "effect": {"pair"},
+    "effect": {"error", "pair"},
     "predict": {
         *("drive", "effect", "error", "geometry", "pair", "equilibrium", "status"),
         *("reducer", "torsion_spring", "transmission", "sweep"),
@@ -116,7 +116,8 @@ CORE_USES: dict[str, set[str]] = {
 }
 CLI_USES: dict[str, set[str]] = {
     "units": set(),
-    "case": set(),
+    "formula": set(),
+    "case": {"formula"},
     "args": {"units"},
     "exit": {"case"},
     "report": {"args", "exit"},
@@ -201,7 +202,7 @@ def imports(name: str) -> Imports:
 
 
 # The part of the package that a module belongs to, the lowest first.
-RANKS = ("_core", "errors", "results", "lab", "page", "verbs", "plan_verbs", "commands")
+RANKS = ("_core", "errors", "results", "effects", "lab", "page", "verbs", "plan_verbs", "commands")
 # The one step up: methods that hand their object on when they are called, never on import.
 UPWARDS = {
     ("cbpt.lab.compare", "cbpt.page.comparison_figure"),

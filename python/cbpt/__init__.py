@@ -13,6 +13,7 @@ Map:
 - `read_readings` -> `Readings`, `compare` -> `Comparison`: model against measurement;
 - `diagnose` -> `Diagnosis`: which effect is missing; `diagnose_by` -> `DividedDiagnosis`: the same
   for each level of a column; `fit` -> `Fitted`: the case with it;
+- `effects`: effects of your own, as an expression or a Python function;
 - `read_plan` -> `Plan`: a campaign to come; `simulate` -> `Readings`: what it would read;
   `isolability` -> `Isolability`: what it could see and tell apart; `next_runs` -> `NextRuns`: what
   would decide; `shortest_plan` -> `Design`: a whole campaign;
@@ -41,6 +42,7 @@ from cbpt.errors import CaseError, CbptError, InvalidInputError, PlanError, Read
 
 if TYPE_CHECKING:
     __version__: str
+    from cbpt import effects as effects
     from cbpt.lab.answer import Diagnosis
     from cbpt.lab.campaign_design import Design, shortest_plan
     from cbpt.lab.candidates import Limits
@@ -109,6 +111,7 @@ __all__ = [
     "compare",
     "diagnose",
     "diagnose_by",
+    "effects",
     "example_case",
     "fit",
     "isolability",
@@ -126,6 +129,8 @@ def __getattr__(name: str) -> Any:
         from importlib.metadata import version
 
         return version("cbpt")
+    if name == "effects":
+        return import_module("cbpt.effects")
     if name in _LAZY:
         return getattr(import_module(_LAZY[name]), name)
     raise AttributeError(f"module 'cbpt' has no attribute {name!r}")

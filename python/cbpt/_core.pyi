@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from os import PathLike
 from typing import Any, SupportsFloat, SupportsIndex, final
 
-__all__ = ["Case", "Drive", "Effect", "EffectParameter", "EffectSpec", "Finding", "LargestAngle", "PairSolution", "Prediction", "Predictor", "PreloadThresholds", "Solution", "Thresholds", "effect_specs", "example_case", "run_command_line", "solve_angles", "text_table"]
+__all__ = ["Case", "Drive", "Effect", "EffectParameter", "EffectSpec", "Finding", "LargestAngle", "OwnEffect", "PairSolution", "Prediction", "Predictor", "PreloadThresholds", "Solution", "Thresholds", "effect_specs", "example_case", "own_effect_variables", "run_command_line", "solve_angles", "text_table"]
 
 @final
 class Case:
@@ -56,6 +56,11 @@ class Case:
         Lever arm of a displacement sensor, mm, or ``None``.
         """
     @property
+    def own_effects(self, /) -> list[OwnEffect]:
+        """
+        The effects of the user's own among those of the case.
+        """
+    @property
     def preload_N(self, /) -> float | None:
         """
         Preload of ``[load]``, N, or ``None``.
@@ -69,12 +74,14 @@ class Case:
         """
         Torque of ``[load]``, N m, or ``None``.
         """
-    def with_effects(self, /, effects: "list[tuple[str, dict[str, float]]]") -> Case:
+    def with_effects(self, /, effects: "list[tuple[str, dict[str, float]]] | list[tuple[str | OwnEffect, dict[str, float]]]") -> Case:
         """
         The case with these effects in place of its own: ids of the library, each with numbers named as in a case file
-        (``{"reference_deflection_um": 2}``); what is not given has its default. The same id may stand more than once.
+        (``{"reference_deflection_um": 2}``), what is not given has its default; or own effects, with the values of their
+        parameters. The same id of the library may stand more than once.
 
-        Raises ``CaseError`` with key, what was found and what is allowed.
+        Raises ``CaseError`` with key, what was found and what is allowed, and ``InvalidInputError`` for a function of Python,
+        which a case cannot hold.
         """
     @property
     def zero(self, /) -> str:
@@ -200,7 +207,7 @@ class Effect:
     @property
     def values(self, /) -> list[tuple[str, float]]:
         """
-        All numbers of an effect of the library in SI: name with unit, and value.
+        All numbers in SI: name (of an effect of the library with its unit), and value.
         """
 
 @final
@@ -380,6 +387,57 @@ class LargestAngle:
         """
 
 @final
+class OwnEffect:
+    """
+    An effect of the user's own. Make one with :func:`cbpt.effects.expression` or :func:`cbpt.effects.own_effect`.
+    """
+    def __repr__(self, /) -> str: ...
+    @property
+    def adds_to(self, /) -> str:
+        """
+        ``torque_Nm``, ``preload_N`` or ``angle_rad``.
+        """
+    @property
+    def expression(self, /) -> str | None:
+        """
+        Its formula, or ``None`` for a function.
+        """
+    @staticmethod
+    def from_entry(entry: "dict[str, Any]") -> OwnEffect:
+        """
+        From the keys of an ``[[effect]]`` with an expression. Raises ``CaseError`` with key and place.
+        """
+    @staticmethod
+    def from_function(id: str, port: str, adds_to: str | None, function: Any, parameters: SupportsGetItem[int, tuple[str, str, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex | None, SupportsFloat | SupportsIndex | None]]) -> OwnEffect:
+        """
+        From a function of all columns (a dict of arrays) and the values of the parameters (a list) that returns an array
+        of one number a row; its attribute ``used`` is a set of the columns that it has looked at.
+        """
+    @property
+    def id(self, /) -> str:
+        """
+        Its name.
+        """
+    @property
+    def parameters(self, /) -> list[tuple[str, str, float, float | None, float | None]]:
+        """
+        Name, unit, start, least and greatest value of each parameter.
+        """
+    @property
+    def port(self, /) -> str:
+        """
+        ``load``, ``series`` or ``reading``.
+        """
+    def to_toml(self, /) -> str:
+        """
+        The ``[[effect]]`` of a case file as TOML text. Raises ``InvalidInputError`` for a function, which has none.
+        """
+    def uses(self, /, variable: str) -> bool:
+        """
+        Whether it depends on a variable, for example ``time_s``; of a function, whether it has looked at that column.
+        """
+
+@final
 class PairSolution:
     """
     A solved pair. Arrays have one element a diagonal of a ball (two meshing points that carry the same force), ball by
@@ -529,10 +587,26 @@ class Prediction:
         Diagonals that carry in one row of the deceleration and of the equal-speed pair, shape (n, 2).
         """
     @property
+    def hold_preload_N(self, /) -> NDArray[float64]:
+        """
+        Preload at which each torque would just slip, N, shape (n,), where the status is ``beyond_hold``; else NaN.
+        """
+    @property
+    def parts_rad(self, /) -> NDArray[float64]:
+        """
+        Parts of the meshing points, rad, shape (n, 2): of the deceleration pair, and what of the equal-speed pair reaches the
+        output; NaN where there is no solution.
+        """
+    @property
     def regime(self, /) -> NDArray[uint8]:
         """
         Which contacts carry, shape (n,): 0 all that exist, 1 some have parted, 2 below continuous transmission (d <= 0 in
         a pair), 255 no solution or a torsion spring.
+        """
+    @property
+    def residual(self, /) -> NDArray[float64]:
+        """
+        Largest scaled residual of each row, shape (n,); NaN where there is no solution.
         """
     @property
     def sensitivities(self, /) -> NDArray[float64]:
@@ -557,14 +631,14 @@ class Predictor:
     """
     A drive with effects on a table of readings.
 
-    ``effects``: ids of the library, one as often as wanted. The columns have shape (n,): ``run`` whole numbers, ``time_s``
-    in order within a run, ``torque_Nm`` either sign, ``preload_N`` above 0 (``None`` for a
+    ``effects``: ids of the library, one as often as wanted, and own effects. The columns have shape (n,): ``run`` whole
+    numbers, ``time_s`` in order within a run, ``torque_Nm`` either sign, ``preload_N`` above 0 (``None`` for a
     torsion spring without one), ``input_angle_rad``, and ``temperature_K`` (or
     degrees Celsius, only differences count) where it was read. Meshing points and solutions are kept from call to call, so
     a fit pays for changes only; an answer does not depend on earlier calls beyond the tolerance of the equations. Calls from
     several threads wait for each other. Raises ``InvalidInputError``, which names column, row and rule.
     """
-    def __new__(cls, /, drive: Drive, effects: SupportsGetItem[int, str], run: NDArray[int64], time_s: NDArray[float64], torque_Nm: NDArray[float64], preload_N: NDArray[float64] | None, input_angle_rad: NDArray[float64], temperature_K: NDArray[float64] | None = None, cycle: NDArray[float64] | None = None) -> Predictor: ...
+    def __new__(cls, /, drive: Drive, effects: SupportsGetItem[int, str | OwnEffect], run: NDArray[int64], time_s: NDArray[float64], torque_Nm: NDArray[float64], preload_N: NDArray[float64] | None, input_angle_rad: NDArray[float64], temperature_K: NDArray[float64] | None = None, cycle: NDArray[float64] | None = None) -> Predictor: ...
     def __repr__(self, /) -> str: ...
     def contributions(self, /, values: NDArray[float64]) -> list[tuple[str, NDArray[float64]]]:
         """
@@ -583,7 +657,8 @@ class Predictor:
         """
     def neutral(self, /) -> NDArray[float64]:
         """
-        Values at which every effect vanishes, shape (p,); what is no size has its default.
+        Values at which every effect of the library vanishes, shape (p,); what is no size has its default, and own effects
+        have their starts.
         """
     @property
     def parameters(self, /) -> list[tuple[int, str, EffectParameter]]:
@@ -764,6 +839,11 @@ def effect_specs() -> list[EffectSpec]:
 def example_case() -> str:
     """
     The example case file: the base case of the 2017 paper, as TOML text.
+    """
+
+def own_effect_variables() -> list[tuple[str, str]]:
+    """
+    Variables that an own effect may depend on: name and meaning.
     """
 
 def run_command_line(arguments: SupportsGetItem[int, str]) -> int:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cbpt._core import Drive, solve_angles
+from cbpt._core import Case, Drive, Predictor, solve_angles
 from cbpt.errors import InvalidInputError
 
 __all__ = ["ANGLE_UNITS", "ARCSEC_PER_RAD", "Angles", "solve_many"]
@@ -49,11 +49,15 @@ class Angles:
     """Preload at which the torque would just slip, where the status is `beyond_hold`."""
     status: NDArray[np.str_]
     """`ok`, `outside_small_displacements`, `outside_table`, `beyond_hold`, `undercut`,
-    `indeterminate` or `not_converged`."""
+    `indeterminate`, `not_converged` or `effect_not_finite`."""
+    shown_rad: NDArray[np.float64] | None = None
+    """Angle as the instrument shows it with the effects of a case; None where there are none."""
 
     @property
     def elastic_angle_rad(self) -> NDArray[np.float64]:
-        """Elastic angle of the drive at its output."""
+        """Elastic angle of the drive at its output, with the effects of a case if it has any."""
+        if self.shown_rad is not None:
+            return self.shown_rad
         return self.alpha_deceleration_rad + self.alpha_equal_speed_rad
 
     @property
@@ -81,14 +85,14 @@ class Angles:
 
 
 def solve_many(
-    drive: Drive,
+    drive: Drive | Case,
     torque_Nm: ArrayLike,
     preload_N: ArrayLike = 0.0,
     input_angle_deg: ArrayLike = 0.0,
     *,
     progress: Callable[[int, int], object] | None = None,
 ) -> Angles:
-    """Solve a drive for arrays of loads on all cores.
+    """Solve a drive, or a case with its effects, for arrays of loads on all cores.
 
     The three arguments broadcast against each other as in numpy, so
     `solve_many(drive, torque[:, None], preload)` is a grid. Raises `InvalidInputError` with the
@@ -96,6 +100,9 @@ def solve_many(
     where the shapes do not broadcast; Ctrl-C stops it. `progress` is called now and then with the
     number of loads solved and that of all. A torsion spring needs no preload and has one part,
     which stands in `alpha_deceleration_rad`.
+
+    With effects each load is a run of one reading, from rest, at time 0 and the temperature of the
+    start; what needs time or a change of temperature adds nothing.
     """
     torque, preload, angle = np.broadcast_arrays(
         _real("torque_Nm", torque_Nm),
@@ -104,6 +111,10 @@ def solve_many(
     )
     shape = torque.shape
     t, n, a = (np.ascontiguousarray(x).reshape(-1) for x in (torque, preload, np.deg2rad(angle)))
+    if isinstance(drive, Case):
+        if drive.effects:
+            return _with_effects(drive, torque, preload, angle, progress)
+        drive = drive.drive
     report = None if progress is None else lambda done: progress(done, torque.size)
     deceleration, equal_speed, residual, hold, code, names = solve_angles(
         drive, t, n, a, list(shape), report
@@ -117,6 +128,50 @@ def solve_many(
         residual=residual.reshape(shape),
         hold_preload_N=hold.reshape(shape),
         status=np.array(names, dtype=np.str_)[code].reshape(shape),
+    )
+
+
+_BATCH = 2048
+"""Loads that are predicted together."""
+
+
+def _with_effects(
+    case: Case,
+    torque: NDArray[np.float64],
+    preload: NDArray[np.float64],
+    angle_deg: NDArray[np.float64],
+    progress: Callable[[int, int], object] | None,
+) -> Angles:
+    own = {effect.id: effect for effect in case.own_effects}
+    effects = [own.get(effect.id, effect.id) for effect in case.effects]
+    values = np.array([value for effect in case.effects for _, value in effect.values])
+    t, n, a = (
+        np.ascontiguousarray(x).reshape(-1) for x in (torque, preload, np.deg2rad(angle_deg))
+    )
+    found = []
+    for start in range(0, len(t), _BATCH):
+        rows = slice(start, start + _BATCH)
+        rest = np.zeros(len(t[rows]))
+        run = np.arange(len(rest), dtype=np.int64)
+        model = Predictor(case.drive, effects, run, rest, t[rows], n[rows], a[rows], rest)
+        found.append(model.predict(values))
+        if progress is not None:
+            progress(min(start + _BATCH, len(t)), len(t))
+
+    def shaped(parts: list[NDArray[np.float64]]) -> NDArray[np.float64]:
+        return np.concatenate([*parts, np.zeros(0)]).reshape(torque.shape)
+
+    status = [name for part in found for name in part.status]
+    return Angles(
+        torque_Nm=torque.copy(),
+        preload_N=preload.copy(),
+        input_angle_deg=angle_deg.copy(),
+        alpha_deceleration_rad=shaped([part.parts_rad[:, 0] for part in found]),
+        alpha_equal_speed_rad=shaped([part.parts_rad[:, 1] for part in found]),
+        residual=shaped([part.residual for part in found]),
+        hold_preload_N=shaped([part.hold_preload_N for part in found]),
+        status=np.array(status, dtype=np.str_).reshape(torque.shape),
+        shown_rad=shaped([part.angle_rad for part in found]),
     )
 
 

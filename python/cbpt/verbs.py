@@ -173,7 +173,8 @@ def compare(argv: list[str]) -> int:
         action="extend",
         default=[],
         dest="effects",
-        help="effects of the library to fit to the readings; the report tells before and after",
+        help="effects of the library, or own effects of the case, to fit to the readings; the "
+        "report tells before and after",
     )
     parser.add_argument("--plot", metavar="FILE", type=Path, help="draw to FILE.svg, .png or .pdf")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
@@ -235,6 +236,15 @@ def diagnose(argv: list[str]) -> int:
         const="-",
         help="write the whole answer to OUT.json; without a name, print it in place of the text",
     )
+    parser.add_argument(
+        "--with",
+        metavar="EFFECT",
+        nargs="+",
+        action="extend",
+        default=[],
+        dest="effects",
+        help="own effects of the case that are to compete instead of being taken as given",
+    )
     parser.add_argument("--plot", metavar="FILE", type=Path, help="draw to FILE.svg, .png or .pdf")
     parser.add_argument(
         "--by",
@@ -270,7 +280,7 @@ def diagnose(argv: list[str]) -> int:
     if options.by:
         answer = diagnose_by(options.case, options.data, options.by, **given)
     else:
-        answer = diagnosed(options.case, options.data, **given)
+        answer = diagnosed(options.case, options.data, effects=options.effects, **given)
     if options.json == "-":
         print(answer.to_json())
     else:
@@ -301,7 +311,7 @@ def fit(argv: list[str]) -> int:
         metavar="EFFECT",
         nargs="+",
         required=True,
-        help="ids of effects, see cbpt effects",
+        help="ids of effects, see cbpt effects, or of own effects of the case",
     )
     parser.add_argument("--out", metavar="CASE2", type=Path, help="write the case with the effects")
     add_results(parser)

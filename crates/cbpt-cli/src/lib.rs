@@ -2,6 +2,7 @@
 //! package.
 //!
 //! - [`case`]: case files in TOML, the one parser; JSON Schema and key table come from the same list of keys;
+//! - [`formula`]: the expressions of own effects in them;
 //! - [`args`]: the tree of verbs and flags;
 //! - [`commands`]: one file a verb: case and flags to a [`report::Report`];
 //! - [`report`]: what a verb has to say, as a table, as JSON and as CSV; [`units`]: the units it says it in;
@@ -11,6 +12,7 @@ pub mod args;
 pub mod case;
 pub mod commands;
 pub mod exit;
+pub mod formula;
 pub mod report;
 pub mod units;
 

@@ -22,6 +22,8 @@ pub enum Status {
     Undercut,
     /// The equations hold, but so few points touch that they leave a motion free: the angle is not determined.
     Indeterminate,
+    /// An effect of the user's own gave a number that is not finite at this reading.
+    EffectNotFinite,
     /// The iteration stopped above the tolerance; the numbers are withheld.
     NotConverged {
         /// Scaled residual where it stopped.
@@ -44,6 +46,7 @@ impl Status {
             Self::BeyondHold { .. } => "beyond_hold",
             Self::Undercut => "undercut",
             Self::Indeterminate => "indeterminate",
+            Self::EffectNotFinite => "effect_not_finite",
             Self::NotConverged { .. } => "not_converged",
         }
     }
@@ -58,6 +61,7 @@ impl Status {
             Self::Indeterminate => 3,
             Self::BeyondHold { .. } => 4,
             Self::Undercut => 5,
+            Self::EffectNotFinite => 6,
         };
         if let (Self::BeyondHold { hold_preload_N: a }, Self::BeyondHold { hold_preload_N: b }) =
             (self, other)
@@ -104,6 +108,11 @@ impl fmt::Display for Status {
                 f,
                 "no solution: so few meshing points touch that the plate is free to move; raise the preload or lower the \
                  offsets of the balls"
+            ),
+            Self::EffectNotFinite => write!(
+                f,
+                "no solution: an own effect gives a number that is not finite here; keep its divisions, logarithms, roots and \
+                 powers away from where they have no value"
             ),
             Self::NotConverged { residual } => {
                 write!(f, "no solution: the iteration stopped at a scaled residual of {residual:.2e}")

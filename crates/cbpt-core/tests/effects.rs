@@ -9,6 +9,7 @@ use cbpt_core::drive::{
 use cbpt_core::effect::{LIBRARY, Scale};
 use cbpt_core::predict::loads::{Effects, solve_load, solve_loads};
 use cbpt_core::predict::{Columns, Predictor, Rows};
+use cbpt_core::predict::{Effect, Number};
 use cbpt_core::sweep::Progress;
 use cbpt_core::{InvalidInput, Status};
 
@@ -130,6 +131,11 @@ fn predictor(drive: &Drive, ids: &[&str]) -> Predictor {
     Predictor::new(drive.clone(), ids, campaign().rows().unwrap()).unwrap()
 }
 
+/// Effects of the library by their ids.
+fn library(ids: &[&str]) -> Vec<Effect> {
+    ids.iter().map(|id| Effect::Library(cbpt_core::effect::find(id).unwrap())).collect()
+}
+
 /// A size of each parameter that shows in readings; its scale for differences too.
 #[allow(clippy::match_same_arms)] // one line a quantity
 fn typical(id: &str, name: &str) -> f64 {
@@ -171,13 +177,13 @@ fn typical(id: &str, name: &str) -> f64 {
 }
 
 fn typical_values(predictor: &Predictor) -> Vec<f64> {
-    let id = |slot: &cbpt_core::predict::Slot| predictor.effects()[slot.effect].id;
-    predictor.parameters().iter().map(|slot| typical(id(slot), &slot.parameter.name())).collect()
+    let id = |slot: &cbpt_core::predict::Slot| predictor.effects()[slot.effect].id().to_owned();
+    predictor.parameters().iter().map(|slot| typical(&id(slot), &slot.parameter.name())).collect()
 }
 
 /// Parameters that are fitted.
 fn fitted(predictor: &Predictor) -> Vec<usize> {
-    let fitted = |place: &usize| predictor.parameters()[*place].parameter.scale != Scale::Fixed;
+    let fitted = |place: &usize| predictor.parameters()[*place].parameter.scale() != Scale::Fixed;
     (0..predictor.parameters().len()).filter(fitted).collect()
 }
 
@@ -188,15 +194,15 @@ fn check_sensitivities(label: &str, predictor: &mut Predictor, values: &[f64]) {
     let here = predictor.predict(values, &wanted).unwrap();
     assert!(here.status.iter().all(Status::has_solution), "{label}: {:?}", here.status);
     for (column, &place) in wanted.iter().enumerate() {
-        let slot = predictor.parameters()[place];
-        let (id, name) = (predictor.effects()[slot.effect].id, slot.parameter.name());
+        let slot = predictor.parameters()[place].clone();
+        let (id, name) = (predictor.effects()[slot.effect].id().to_owned(), slot.parameter.name());
         let at = |predictor: &mut Predictor, change: f64| {
             let mut values = values.to_vec();
             values[place] += change;
             predictor.predict(&values, &[]).unwrap().angle_rad
         };
-        let h = 1e-5 * typical(id, &name).abs();
-        let difference: Vec<f64> = if values[place] - h < slot.parameter.lower {
+        let h = 1e-5 * typical(&id, &name).abs();
+        let difference: Vec<f64> = if values[place] - h < slot.parameter.limits().0 {
             let (one, two) = (at(predictor, h), at(predictor, 2.0 * h));
             let ahead = here.angle_rad.iter().zip(one).zip(two);
             ahead.map(|((here, one), two)| (4.0 * one - 3.0 * here - two) / (2.0 * h)).collect()
@@ -249,7 +255,11 @@ fn sensitivities_are_derivatives_where_one_effect_acts() {
                 values[place] = typical[place];
             }
         }
-        check_sensitivities(&format!("{label}, {}", predictor.effects()[effect].id), &mut predictor, &values);
+        check_sensitivities(
+            &format!("{label}, {}", predictor.effects()[effect].id()),
+            &mut predictor,
+            &values,
+        );
     }
 }
 
@@ -269,7 +279,12 @@ fn a_dictionary_of_shapes_has_right_sensitivities() {
     let mut values = predictor.neutral();
     let place = |effect: usize, stem: &str| {
         let mut places = predictor.parameters().iter();
-        places.position(|slot| slot.effect == effect && slot.parameter.stem == stem).unwrap()
+        places
+            .position(|slot| {
+                slot.effect == effect
+                    && matches!(slot.parameter, Number::Library(known) if known.stem == stem)
+            })
+            .unwrap()
     };
     let (radius, slow) = (place(0, "friction_radius"), place(1, "engagement_angle"));
     let (long, high) = (place(3, "time_constant"), place(5, "harmonic"));
@@ -448,7 +463,7 @@ fn answers_do_not_depend_on_earlier_calls() {
             .iter()
             .zip(&values)
             .zip(used.parameters())
-            .map(|((a, b), slot)| if slot.parameter.scale == Scale::Fixed { *a } else { 0.5 * (a + b) })
+            .map(|((a, b), slot)| if slot.parameter.scale() == Scale::Fixed { *a } else { 0.5 * (a + b) })
             .collect();
         used.predict(&halfway, &wanted).unwrap();
         let used = used.predict(&values, &wanted).unwrap();
@@ -519,7 +534,7 @@ fn a_load_is_a_run_of_one_reading() {
     for (label, drive) in drives() {
         let ids = all_ids();
         let values = typical_values(&predictor(&drive, &ids));
-        let effects = Effects { ids: &ids, values: &values };
+        let effects = Effects { effects: &library(&ids), values: &values };
         let campaign = campaign();
         let loads: Vec<Load> = (0..campaign.run.len())
             .map(|i| {

@@ -2,15 +2,18 @@
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use cbpt_cli::case::{Case as RustCase, Zero};
+use cbpt_cli::formula::Formula;
+use cbpt_core::effect::OwnEffect as _;
 use cbpt_core::sweep::Progress;
-use cbpt_core::{Load, Reducer, Severity, TorsionSpring};
+use cbpt_core::{InvalidInput, Load, Reducer, Severity, TorsionSpring};
 use pyo3::exceptions::PyUnicodeError;
 use pyo3::inspect::PyStaticExpr;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
-use serde_json::{Number, Value};
+use serde_json::{Map, Number, Value};
 
 use crate::Reduced;
 use crate::error::{
@@ -18,6 +21,7 @@ use crate::error::{
     no_case_key, no_case_path, no_case_value, too_much,
 };
 use crate::interrupt::without_gil;
+use crate::own::OwnEffect;
 use crate::preload::{PreloadThresholds, Thresholds};
 use crate::solution::{LargestAngle, Solution};
 
@@ -304,7 +308,7 @@ pub struct Effect {
     port: Option<String>,
     /// Its expression, for an effect of the user's own.
     expression: Option<String>,
-    /// All numbers of an effect of the library in SI: name with unit, and value.
+    /// All numbers in SI: name (of an effect of the library with its unit), and value.
     values: Vec<(String, f64)>,
 }
 
@@ -403,15 +407,35 @@ impl Case {
     }
 
     /// The case with these effects in place of its own: ids of the library, each with numbers named as in a case file
-    /// (``{"reference_deflection_um": 2}``); what is not given has its default. The same id may stand more than once.
+    /// (``{"reference_deflection_um": 2}``), what is not given has its default; or own effects, with the values of their
+    /// parameters. The same id of the library may stand more than once.
     ///
-    /// Raises ``CaseError`` with key, what was found and what is allowed.
-    #[pyo3(signature = (effects: "list[tuple[str, dict[str, float]]]"))]
-    fn with_effects(&self, py: Python<'_>, effects: Vec<(String, BTreeMap<String, f64>)>) -> PyResult<Self> {
-        let entries = effects.iter().map(|(id, numbers)| {
-            (id.as_str(), numbers.iter().map(|(name, value)| (name.as_str(), *value)).collect::<Vec<_>>())
-        });
-        self.case.with_effects(entries).map(|case| Self { case }).map_err(|error| case_error(py, &error))
+    /// Raises ``CaseError`` with key, what was found and what is allowed, and ``InvalidInputError`` for a function of Python,
+    /// which a case cannot hold.
+    #[pyo3(signature = (effects: "list[tuple[str, dict[str, float]]] | list[tuple[str | OwnEffect, dict[str, float]]]"))]
+    fn with_effects(&self, py: Python<'_>, effects: Vec<(IdOrOwn, BTreeMap<String, f64>)>) -> PyResult<Self> {
+        let mut list = Vec::new();
+        for (effect, numbers) in &effects {
+            let numbers: Map<String, Value> =
+                numbers.iter().map(|(name, value)| (name.clone(), json_number(*value))).collect();
+            list.push(match effect {
+                IdOrOwn::Id(id) => {
+                    let id = ("id".to_owned(), Value::from(id.as_str()));
+                    Value::Object(std::iter::once(id).chain(numbers).collect())
+                }
+                IdOrOwn::Own(own) => own.get().entry(&numbers).ok_or_else(|| {
+                    let rule = "is a function of Python, which a case cannot hold; write it as an expression";
+                    invalid_input(py, &InvalidInput::new("effect", own.get().id(), rule))
+                })?,
+            });
+        }
+        self.case.with_effects(&list).map(|case| Self { case }).map_err(|error| case_error(py, &error))
+    }
+
+    /// The effects of the user's own among those of the case.
+    #[getter]
+    fn own_effects(&self) -> Vec<OwnEffect> {
+        self.case.effects.iter().filter_map(|effect| effect.own.as_ref().map(OwnEffect::of)).collect()
     }
 
     /// Effects that the case adds to the drive.
@@ -420,11 +444,17 @@ impl Case {
         self.case
             .effects
             .iter()
-            .map(|effect| Effect {
-                id: effect.id.clone(),
-                port: effect.port.clone(),
-                expression: effect.expression.clone(),
-                values: effect.numbers.clone(),
+            .map(|effect| {
+                let own = effect.own.as_ref();
+                let starts = |own: &Arc<Formula>| {
+                    own.parameters().iter().map(|number| (number.name.clone(), number.start)).collect()
+                };
+                Effect {
+                    id: effect.id.clone(),
+                    port: own.map(|own| own.adds_to().port().name().to_owned()),
+                    expression: own.map(|own| own.text().to_owned()),
+                    values: own.map_or_else(|| effect.numbers.clone(), starts),
+                }
             })
             .collect()
     }
@@ -463,8 +493,27 @@ fn case_from_toml(text: &Bound<'_, PyString>, name: &str) -> PyResult<RustCase> 
 }
 
 fn case_from_dict(py: Python<'_>, case: &Bound<'_, PyDict>) -> PyResult<RustCase> {
-    let value = Reading { left: MOST_VALUES }.json(case.as_any(), "", DEEPEST)?;
+    let value = json_of(case.as_any())?;
     RustCase::from_json(&value).map_err(|error| case_error(py, &error))
+}
+
+/// An effect of the library by its id, or one of the user's own.
+#[derive(FromPyObject)]
+pub enum IdOrOwn {
+    /// Of the library.
+    Id(String),
+    /// Of the user's own.
+    Own(Py<OwnEffect>),
+}
+
+/// A Python value as JSON, for the parser of case files.
+pub fn json_of(value: &Bound<'_, PyAny>) -> PyResult<Value> {
+    Reading { left: MOST_VALUES }.json(value, "", DEEPEST)
+}
+
+/// A number as JSON. What is no finite number stays as text, so that the message names its place.
+fn json_number(value: f64) -> Value {
+    Number::from_f64(value).map_or_else(|| value.to_string().into(), Into::into)
 }
 
 /// Dicts and lists deeper than this are in no case.

@@ -3,12 +3,13 @@
 use std::sync::{Mutex, PoisonError};
 
 use cbpt_core::effect::{self, Scale};
-use cbpt_core::predict::{self, Columns, Rows};
+use cbpt_core::predict::{self, Columns, Effect, Number, Rows};
 use pyo3::prelude::*;
 
 use crate::arrays::{Column, Floats, Integers, Table};
-use crate::case::Drive;
+use crate::case::{Drive, IdOrOwn};
 use crate::error::invalid_input;
+use crate::own::OwnEffect;
 
 /// A number of an effect. Values are SI; ``display_name`` and ``display_size`` give the unit that people read.
 #[pyclass(frozen, get_all, module = "cbpt._core")]
@@ -40,6 +41,28 @@ pub struct EffectParameter {
 impl EffectParameter {
     fn __repr__(&self) -> String {
         format!("EffectParameter({}, {} to {}: {})", self.name, self.range.0, self.range.1, self.meaning)
+    }
+}
+
+impl From<&Number> for EffectParameter {
+    fn from(number: &Number) -> Self {
+        let own = match number {
+            Number::Library(parameter) => return Self::from(*parameter),
+            Number::Own(own) => own,
+        };
+        let (lower, upper) = own.limits();
+        Self {
+            name: own.name.clone(),
+            display_name: own.name.clone(),
+            display_size: 1.0,
+            meaning: format!("of the user's own, {}", own.unit),
+            neutral: own.start,
+            lower,
+            upper,
+            range: own.range(),
+            scale: "linear".into(),
+            is_size: false,
+        }
     }
 }
 
@@ -145,6 +168,30 @@ impl Prediction {
         self.prediction.status.iter().map(cbpt_core::Status::name).collect()
     }
 
+    /// Parts of the meshing points, rad, shape (n, 2): of the deceleration pair, and what of the equal-speed pair reaches the
+    /// output; NaN where there is no solution.
+    #[getter]
+    fn parts_rad<'py>(&self, py: Python<'py>) -> PyResult<Table<'py, f64>> {
+        let parts = self.prediction.parts_rad.as_flattened();
+        Table::of_rows(py, parts, self.prediction.parts_rad.len())
+    }
+
+    /// Largest scaled residual of each row, shape (n,); NaN where there is no solution.
+    #[getter]
+    fn residual<'py>(&self, py: Python<'py>) -> Column<'py, f64> {
+        Column::new(py, self.prediction.residual.iter().copied())
+    }
+
+    /// Preload at which each torque would just slip, N, shape (n,), where the status is ``beyond_hold``; else NaN.
+    #[getter]
+    fn hold_preload_N<'py>(&self, py: Python<'py>) -> Column<'py, f64> {
+        let hold = |status: &cbpt_core::Status| match status {
+            cbpt_core::Status::BeyondHold { hold_preload_N } => *hold_preload_N,
+            _ => f64::NAN,
+        };
+        Column::new(py, self.prediction.status.iter().map(hold))
+    }
+
     /// Whether each row has a solution, 1 or 0, shape (n,).
     #[getter]
     fn solved<'py>(&self, py: Python<'py>) -> Column<'py, u8> {
@@ -174,8 +221,8 @@ impl Prediction {
 
 /// A drive with effects on a table of readings.
 ///
-/// ``effects``: ids of the library, one as often as wanted. The columns have shape (n,): ``run`` whole numbers, ``time_s``
-/// in order within a run, ``torque_Nm`` either sign, ``preload_N`` above 0 (``None`` for a
+/// ``effects``: ids of the library, one as often as wanted, and own effects. The columns have shape (n,): ``run`` whole
+/// numbers, ``time_s`` in order within a run, ``torque_Nm`` either sign, ``preload_N`` above 0 (``None`` for a
 /// torsion spring without one), ``input_angle_rad``, and ``temperature_K`` (or
 /// degrees Celsius, only differences count) where it was read. Meshing points and solutions are kept from call to call, so
 /// a fit pays for changes only; an answer does not depend on earlier calls beyond the tolerance of the equations. Calls from
@@ -184,6 +231,7 @@ impl Prediction {
 pub struct Predictor {
     predictor: Mutex<predict::Predictor>,
     drive: Drive,
+    own: Vec<Py<OwnEffect>>,
 }
 
 impl Predictor {
@@ -194,12 +242,16 @@ impl Predictor {
     ) -> PyResult<T> {
         // What a panic would leave behind are only starts of iterations.
         py.detach(|| work(&mut self.predictor.lock().unwrap_or_else(PoisonError::into_inner)))
-            .map_err(|error| invalid_input(py, &error))
+            // What a function of Python raised is the user's to see, not how it was told on the way.
+            .map_err(|error| {
+                let raised = self.own.iter().find_map(|own| own.get().raised());
+                raised.unwrap_or_else(|| invalid_input(py, &error))
+            })
     }
 
-    fn slots<T>(&self, of: impl FnMut(&predict::Slot) -> T) -> Vec<T> {
-        let predictor = self.predictor.lock().unwrap_or_else(PoisonError::into_inner);
-        predictor.parameters().iter().map(of).collect()
+    /// Looks at the predictor without holding Python back: a function of Python may be at work in it.
+    fn look<T: Send>(&self, py: Python<'_>, of: impl FnOnce(&predict::Predictor) -> T + Send) -> T {
+        py.detach(|| of(&self.predictor.lock().unwrap_or_else(PoisonError::into_inner)))
     }
 }
 
@@ -211,7 +263,7 @@ impl Predictor {
     fn new(
         py: Python<'_>,
         drive: &Drive,
-        effects: Vec<String>,
+        effects: Vec<IdOrOwn>,
         run: Integers<'_>,
         time_s: Floats<'_>,
         torque_Nm: Floats<'_>,
@@ -234,9 +286,23 @@ impl Predictor {
             temperature_K: temperature.as_deref(),
             cycle: cycle.as_deref(),
         });
-        let predictor = rows.and_then(|rows| predict::Predictor::new(drive.rust(), &effects, rows));
+        let mut own = Vec::new();
+        let mut found = Vec::new();
+        for (place, effect) in effects.into_iter().enumerate() {
+            found.push(match effect {
+                IdOrOwn::Id(id) => predict::slots::known(place, &id).map(Effect::Library),
+                IdOrOwn::Own(effect) => {
+                    own.push(effect.clone_ref(py));
+                    Ok(Effect::Own(effect.get().rust()))
+                }
+            });
+        }
+        let predictor = rows.and_then(|rows| {
+            let effects = found.into_iter().collect::<Result<_, _>>()?;
+            predict::Predictor::of(drive.rust(), effects, rows)
+        });
         let predictor = predictor.map_err(|error| invalid_input(py, &error))?;
-        Ok(Self { predictor: Mutex::new(predictor), drive: drive.clone() })
+        Ok(Self { predictor: Mutex::new(predictor), drive: drive.clone(), own })
     }
 
     /// The drive without effects.
@@ -247,21 +313,24 @@ impl Predictor {
 
     /// Ids of the effects, in the order given.
     #[getter]
-    fn effects(&self) -> Vec<&'static str> {
-        let predictor = self.predictor.lock().unwrap_or_else(PoisonError::into_inner);
-        predictor.effects().iter().map(|spec| spec.id).collect()
+    fn effects(&self, py: Python<'_>) -> Vec<String> {
+        self.look(py, |predictor| predictor.effects().iter().map(|effect| effect.id().to_owned()).collect())
     }
 
     /// The numbers of all effects, in the order of ``values``: index of the effect, its id, the number.
     #[getter]
-    fn parameters(&self) -> Vec<(usize, String, EffectParameter)> {
-        let ids = self.effects();
-        self.slots(|slot| (slot.effect, ids[slot.effect].to_owned(), EffectParameter::from(slot.parameter)))
+    fn parameters(&self, py: Python<'_>) -> Vec<(usize, String, EffectParameter)> {
+        self.look(py, |predictor| {
+            let id = |slot: &predict::Slot| predictor.effects()[slot.effect].id().to_owned();
+            let of = |slot: &predict::Slot| (slot.effect, id(slot), EffectParameter::from(&slot.parameter));
+            predictor.parameters().iter().map(of).collect()
+        })
     }
 
-    /// Values at which every effect vanishes, shape (p,); what is no size has its default.
+    /// Values at which every effect of the library vanishes, shape (p,); what is no size has its default, and own effects
+    /// have their starts.
     fn neutral<'py>(&self, py: Python<'py>) -> Column<'py, f64> {
-        Column::new(py, self.slots(|slot| slot.parameter.neutral))
+        Column::new(py, self.look(py, predict::Predictor::neutral))
     }
 
     /// Predicts all rows at ``values`` (p,), and the exact derivatives by the parameters whose indices are ``wanted``.
@@ -292,9 +361,10 @@ impl Predictor {
         Ok(parts.into_iter().map(|part| (part.name, Column::new(py, part.angle_rad))).collect())
     }
 
-    fn __repr__(&self) -> String {
-        let predictor = self.predictor.lock().unwrap_or_else(PoisonError::into_inner);
-        let ids: Vec<&str> = predictor.effects().iter().map(|spec| spec.id).collect();
-        format!("Predictor({} rows, effects: {})", predictor.rows().len(), ids.join(", "))
+    fn __repr__(&self, py: Python<'_>) -> String {
+        self.look(py, |predictor| {
+            let ids: Vec<&str> = predictor.effects().iter().map(Effect::id).collect();
+            format!("Predictor({} rows, effects: {})", predictor.rows().len(), ids.join(", "))
+        })
     }
 }

@@ -16,6 +16,7 @@ mod case;
 mod effects;
 mod error;
 mod interrupt;
+mod own;
 mod preload;
 mod solution;
 
@@ -33,6 +34,8 @@ mod _core {
     use super::case::{Case, Drive, Effect, Finding};
     #[pymodule_export]
     use super::effects::{EffectParameter, EffectSpec, Prediction, Predictor, effect_specs};
+    #[pymodule_export]
+    use super::own::{OwnEffect, own_effect_variables};
     #[pymodule_export]
     use super::preload::{PreloadThresholds, Thresholds};
     #[pymodule_export]

@@ -18,13 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from cbpt._core import Case, Drive
+from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError, ReadingsError
-from cbpt.lab.assembled import Assembled, Campaign
+from cbpt.lab.assembled import Assembled
 from cbpt.lab.competition import places, start_values
 from cbpt.lab.fit import Fit, Fitter, Hypothesis
 from cbpt.lab.library import Variant
 from cbpt.lab.noise import Noise
+from cbpt.lab.own import campaign_of, chosen
 from cbpt.lab.readings import Readings
 from cbpt.lab.screen import Screen, Signatures
 
@@ -68,7 +69,7 @@ class Prediction:
 def predicted(case: Case | Drive, readings: Readings) -> Prediction:
     """The case as it is, with the effects it has."""
     effects = case.effects if isinstance(case, Case) else []
-    model = Assembled(Campaign.of(case, readings), [effect.id for effect in effects])
+    model = Assembled(campaign_of(case, readings, ()), [effect.id for effect in effects])
     values = model.neutral.copy()
     numbers = []
     for instance, effect in enumerate(effects):
@@ -88,14 +89,18 @@ def _prediction(
 # --- effects to be fitted -----------------------------------------------------------------
 
 
-def fitted(case: Case | Drive, readings: Readings, effects: Sequence[str]) -> Prediction:
-    """The case with `effects` (ids of the library) fitted, and its numbers within their priors.
+def fitted(
+    case: Case | Drive, readings: Readings, effects: Sequence[str | OwnEffect]
+) -> Prediction:
+    """The case with `effects` (ids of the library, own effects) fitted, and its numbers within
+    their priors.
 
     Each effect takes the form that the readings favour. Readings at which the drive has no solution
     do not count in the fit. Raises `InvalidInputError` for an effect that is not known, and
     `ReadingsError` where the table lacks what it needs.
     """
-    campaign = Campaign.of(case, readings)
+    ids, own = chosen(case, effects)
+    campaign = campaign_of(case, readings, own)
     solved = np.isfinite(Assembled(campaign, []).at(np.zeros(0)).angle_arcsec)
     if np.count_nonzero(solved) < 3:
         raise ReadingsError.of_table(
@@ -105,7 +110,7 @@ def fitted(case: Case | Drive, readings: Readings, effects: Sequence[str]) -> Pr
         )
     fitter = Fitter(campaign if solved.all() else campaign.select(solved))
     with threadpool_limits(1, user_api="blas"):
-        best = best_fit(fitter, effects)
+        best = best_fit(fitter, ids)
     full = Assembled(campaign, fitter.effects)
     free = sum(unknown.sd == np.inf for unknown in best.unknowns)
     return _prediction(full, best.point.values, tuple(_numbers(best)), free)
@@ -142,7 +147,8 @@ def _forms(effect: str, fitter: Fitter) -> list[Variant]:
             'zero = "per_run" under [measurement]'
         )
     readings = fitter.campaign.readings
-    everything = (*fitter.library, *(v for v in fitter.variants if v.spread))
+    lots = (v for v in fitter.variants if v.spread)
+    everything = (*fitter.library, *fitter.campaign.candidates, *lots)
     variants = [v for v in everything if effect in (v.effect, v.label)]
     if not variants:
         known = list(dict.fromkeys(v.effect for v in everything))

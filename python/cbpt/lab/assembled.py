@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt._core import Case, Drive, Predictor, effect_specs
+from cbpt._core import Case, Drive, OwnEffect, Predictor, effect_specs
 from cbpt.errors import InvalidInputError, ReadingsError
-from cbpt.lab.library import LOT, PRIORS
+from cbpt.lab.library import LOT, PRIORS, Variant
 from cbpt.lab.noise import Rows
 from cbpt.lab.readings import Readings
 from cbpt.lab.repeats import Repeats
@@ -50,6 +50,10 @@ class Campaign:
     """What the stated uncertainty was multiplied by, where it cannot be meant as it stands."""
     step_arcsec: float = 0.0
     """Step of the display where it is coarse against the uncertainty, else 0."""
+    own: dict[str, OwnEffect] = field(default_factory=dict)
+    """Effects of the user's own by id: those of the case, and those to be fitted."""
+    candidates: tuple[Variant, ...] = ()
+    """Forms of the own effects that are to be fitted."""
     repeats: Repeats | None = None
     """What readings taken again say of the uncertainty, where that was asked."""
 
@@ -87,6 +91,7 @@ class Campaign:
             u_arcsec=stated,
             u_stated=u is not None,
             effects=_effects_of(case),
+            own={own.id: own for own in case.own_effects} if isinstance(case, Case) else {},
             step_arcsec=step if coarse else 0.0,
             rows=rows,
             zeros=zeros,
@@ -112,19 +117,13 @@ class Campaign:
         order = self.rows.select(rows)
         zeros = self.zeros[rows]
         zeros = zeros[:, zeros.any(axis=0)]
-        return Campaign(
-            self.drive,
-            readings,
-            self.y_arcsec[rows],
-            self.u_arcsec[rows],
-            self.u_stated,
-            order,
-            zeros,
-            self.priors,
-            self.effects,
-            self.u_believed,
-            self.step_arcsec,
-            self.repeats,
+        return replace(
+            self,
+            readings=readings,
+            y_arcsec=self.y_arcsec[rows],
+            u_arcsec=self.u_arcsec[rows],
+            rows=order,
+            zeros=zeros,
         )
 
 
@@ -201,7 +200,7 @@ class Assembled:
         self.effects = tuple(effects)
         self._predictor = Predictor(
             campaign.drive,
-            list(effects),
+            [campaign.own.get(effect, effect) for effect in effects],
             campaign.rows.run_index,
             _or_zero(r.time_s, len(r)),
             r.torque_Nm,
@@ -235,6 +234,10 @@ class Assembled:
             if number < len(instances):
                 for name, value in numbers.items():
                     self.neutral[self.places[instances[number], name]] = value
+        for variant in campaign.candidates:
+            for instance, effect in enumerate(self.effects):
+                if effect == variant.effect:
+                    self.neutral[[self.places[instance, size] for size in variant.sizes]] = 0.0
         balls = [i for (_, name), i in self.places.items() if name == "ball"]
         self.neutral[balls] = np.arange(len(balls)) % max(campaign.balls, 1)
 

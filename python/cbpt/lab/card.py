@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cbpt.lab.draft import draft
 from cbpt.lab.levels import levels_of
 from cbpt.lab.structure import rate_of, run_time
 
@@ -31,11 +32,14 @@ def card(d: Diagnosis) -> dict[str, Any]:
     noise = pattern.noise.scale * float(np.median(d.competition.campaign.u_arcsec))
     columns = list(pattern.columns)
     strong = np.abs(f) > 2 * noise
+    found = draft(d)
     return {
         "depends_on": columns,
         "regime": _regime(d, f),
         "harmonic": _harmonic(d, f) if "input_angle_deg" in columns else None,
-        "expression": None,
+        "expression": found.effect.expression if found else None,
+        "effect_toml": found.effect.to_toml() if found else None,
+        "expression_held_out_rmse_arcsec": found.held_out_rmse_arcsec if found else None,
         "rms_arcsec": float(np.sqrt(np.mean(f**2))),
         "noise_arcsec": noise,
         "strong_where": {

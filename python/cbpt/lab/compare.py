@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cbpt._core import Case, Drive
+from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import ReadingsError
 from cbpt.lab.inputs import case_and_readings
 from cbpt.lab.levels import levels_of
@@ -248,7 +248,7 @@ def compare(
     case: Case | Drive | str | os.PathLike[str] | Mapping[str, Any],
     data: Readings | str | os.PathLike[str] | Mapping[str, ArrayLike],
     *,
-    effects: Sequence[str] = (),
+    effects: Sequence[str | OwnEffect] = (),
     columns: Mapping[str, str] | None = None,
     sheet: str | None = None,
     only: Mapping[str, Any] | None = None,
@@ -260,8 +260,9 @@ def compare(
         in a preload or an input angle that the table does not have), or a bare `Drive`. The effects
         of the case are part of the model.
     data: a table of readings (file, mapping of columns, data frame) or `Readings`.
-    effects: ids of effects to fit on top; the comparison without them is then `before`. The numbers
-        of the drive and the calibrations move along within their stated uncertainties.
+    effects: ids of effects, and own effects, to fit on top; the comparison without them is then
+        `before`. The numbers of the drive and the calibrations move along within their stated
+        uncertainties.
     columns, sheet: what headers of the table mean and which sheet it is, as in `read_readings`.
     only: which readings to take, {"design": "conic", "preload_step": 3}.
     progress: called now and then with the number of rows solved and that of all.

@@ -11,15 +11,15 @@ shown (`answer`).
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from threadpoolctl import threadpool_limits
 
-from cbpt._core import Case, Drive
-from cbpt.errors import ReadingsError
+from cbpt._core import Case, Drive, OwnEffect
+from cbpt.errors import InvalidInputError, ReadingsError
 from cbpt.lab.answer import Diagnosis, Rung
 from cbpt.lab.assembled import Assembled, Campaign
 from cbpt.lab.competition import Competition, Names, compete
@@ -27,6 +27,7 @@ from cbpt.lab.fit import Fit, Fitter
 from cbpt.lab.holdout import folds, held_out_residual, held_out_with_pattern, rms
 from cbpt.lab.inputs import case_and_readings
 from cbpt.lab.library import PRIORS
+from cbpt.lab.own import campaign_of, chosen
 from cbpt.lab.patterns import Pattern
 from cbpt.lab.readings import Readings
 from cbpt.lab.repeats import pooled
@@ -49,6 +50,7 @@ def diagnose(
     case: Case | Drive | str | os.PathLike[str] | Mapping[str, object],
     data: Readings | str | os.PathLike[str] | Mapping[str, ArrayLike],
     *,
+    effects: Sequence[str | OwnEffect] = (),
     columns: Mapping[str, str] | None = None,
     sheet: str | None = None,
     only: Mapping[str, object] | None = None,
@@ -56,19 +58,32 @@ def diagnose(
 ) -> Diagnosis:
     """Say which effect the readings demand, or that none is needed, or that they cannot tell.
 
-    case, data, columns, sheet, only: as in `compare`. seed: of the simulated chances; the same seed
-    gives the same answer. Raises `CaseError` and `ReadingsError` for what cannot be read or is too
-    little to judge.
+    case, data, columns, sheet, only: as in `compare`. effects: own effects that compete beside the
+    library, made with `cbpt.effects` or ids of the case's own, which are then not taken as given.
+    seed: of the simulated chances; the same seed gives the same answer. Raises `CaseError` and
+    `ReadingsError` for what cannot be read or is too little to judge, `InvalidInputError` for an
+    own effect that cannot be fitted.
     """
     case, readings = case_and_readings(case, data, columns, sheet, only)
     # Thousands of products of small matrices: threads would cost more than they give.
     with threadpool_limits(1, user_api="blas"):
-        return diagnosed(case, readings, seed)
+        return diagnosed(case, readings, seed, _own(case, effects))
 
 
-def diagnosed(case: Case | Drive, readings: Readings, seed: int) -> Diagnosis:
+def _own(case: Case | Drive, effects: Sequence[str | OwnEffect]) -> list[OwnEffect]:
+    ids, own = chosen(case, effects)
+    for other in set(ids) - {effect.id for effect in own}:
+        raise InvalidInputError(
+            f"effect {other!r}: no own effect of the case has this id; the library competes anyway"
+        )
+    return own
+
+
+def diagnosed(
+    case: Case | Drive, readings: Readings, seed: int, own: Sequence[OwnEffect] = ()
+) -> Diagnosis:
     """The same of what was read already."""
-    campaign, notes = prepared(Campaign.of(case, readings))
+    campaign, notes = prepared(campaign_of(case, readings, own))
     rng = np.random.default_rng(seed)
     competition = compete(campaign, rng)
     verdict = judge(competition)

@@ -133,13 +133,14 @@ class Fitter:
         self.campaign = campaign
         balls = campaign.balls
         # What the case has already may turn out to be less.
-        given = {effect for effect, _ in campaign.effects}
+        given = {effect for effect, _ in campaign.effects if effect not in campaign.own}
         self.library = tuple(library_of(campaign) if variants is None else variants)
         fitting = (v for v in self.library if _needed(campaign, v))
-        self.variants = tuple(
-            replace(v, signed=True) if v.effect in given else v for v in fitting
-        ) + (lots(balls) if balls else ())
-        self.effects = (*dict.fromkeys([*campaign.priors, *(v.effect for v in self.variants)]),)
+        library = tuple(replace(v, signed=True) if v.effect in given else v for v in fitting)
+        self.variants = library + campaign.candidates + (lots(balls) if balls else ())
+        self.effects = (
+            *dict.fromkeys([*campaign.priors, *campaign.own, *(v.effect for v in self.variants)]),
+        )
         # Every ball of a lot is an instance of its own; they come last, one after the other.
         self.effects += (LOT,) * (balls - 1)
         self.model = Assembled(campaign, self.effects)
@@ -325,7 +326,8 @@ class Fitter:
 
     def _at(self, values: Floats, unknowns: Sequence[Unknown]) -> Point | None:
         point = self.model.at(values, [u.index for u in unknowns])
-        return point if np.isfinite(point.angle_arcsec).all() else None
+        known = np.isfinite(point.angle_arcsec).all() and np.isfinite(point.slopes).all()
+        return point if known else None
 
 
 def _unknown_of_shape(index: int, name: str, shape: Shape) -> Unknown:

@@ -14,17 +14,17 @@ from typing import Any
 from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
-from cbpt._core import Case, Drive, text_table
+from cbpt._core import Case, Drive, OwnEffect, text_table
 from cbpt.errors import InvalidInputError
 from cbpt.lab.added import best_fit
 from cbpt.lab.answer import Rung
-from cbpt.lab.assembled import Campaign
 from cbpt.lab.at_load import AtLoad, angle_at, load_of_choice
 from cbpt.lab.diagnose import prepared, rung
 from cbpt.lab.fit import Fit, Fitter
 from cbpt.lab.holdout import folds
 from cbpt.lab.inputs import case_and_readings
 from cbpt.lab.library import PRIORS
+from cbpt.lab.own import campaign_of, chosen
 from cbpt.lab.parameters import parameters_of
 from cbpt.lab.readings import Readings
 from cbpt.lab.result_table import Results, results_of
@@ -37,8 +37,8 @@ __all__ = ["Fitted", "fit"]
 class Fitted:
     """Effects fitted to readings."""
 
-    case: Case
-    """The case with the effects in it, and the numbers of the drive as they were refitted."""
+    case_or_why: Case | InvalidInputError = field(repr=False)
+    """`case`, or why there is none."""
     readings: Readings
     effects: tuple[str, ...]
     before: Rung
@@ -51,6 +51,16 @@ class Fitted:
     fitter: Fitter = field(repr=False)
     held_out_by: str
     notes: tuple[str, ...]
+
+    @property
+    def case(self) -> Case:
+        """The case with the effects in it, and the numbers of the drive as they were refitted.
+
+        Raises `InvalidInputError` where an effect is a function of Python, which no case holds.
+        """
+        if isinstance(self.case_or_why, InvalidInputError):
+            raise self.case_or_why
+        return self.case_or_why
 
     def parameters(self) -> dict[str, dict[str, dict[str, Any]]]:
         """By effect and parameter: value, standard uncertainty (or why there is none), unit."""
@@ -87,7 +97,9 @@ class Fitted:
         yield f"{len(self.readings)} readings of {self.readings.source}"
         yield from (f"Note: {note}" for note in self.notes)
         for effect, found in self.parameters().items():
-            values = ", ".join(shown(effect, n, p["value"], p["u"]) for n, p in found.items())
+            values = ", ".join(
+                shown(effect, n, p["value"], p["u"], p["unit"]) for n, p in found.items()
+            )
             yield f"{effect}: {values}"
         moved = moved_numbers(self.result, self.priors)
         if moved:
@@ -106,34 +118,36 @@ class Fitted:
 def fit(
     case: Case | Drive | str | os.PathLike[str] | Mapping[str, Any],
     data: Readings | str | os.PathLike[str] | Mapping[str, ArrayLike],
-    effects: str | Sequence[str],
+    effects: str | OwnEffect | Sequence[str | OwnEffect],
     *,
     columns: Mapping[str, str] | None = None,
     sheet: str | None = None,
     only: Mapping[str, Any] | None = None,
 ) -> Fitted:
-    """Fit effects of the library to readings, the numbers of the drive within their stated
-    uncertainties.
+    """Fit effects of the library, and own effects, to readings, the numbers of the drive within
+    their stated uncertainties.
 
-    Of an effect that has several forms (see `cbpt effects`) the most probable one is taken. Raises
-    `InvalidInputError` for an effect that is not in the library or cannot be seen in this table,
-    `CaseError` and `ReadingsError` for what cannot be read.
+    An own effect is one of `cbpt.effects`, or the id of an own effect of the case, which is then
+    taken out of the case and fitted anew. Of an effect that has several forms (see `cbpt effects`)
+    the most probable one is taken. Raises `InvalidInputError` for an effect that is not in the
+    library or cannot be seen in this table, `CaseError` and `ReadingsError` for what cannot be
+    read.
     """
-    effects = [effects] if isinstance(effects, str) else list(effects)
-    if not effects:
-        raise InvalidInputError("effects: name at least one effect to fit, see cbpt effects")
     case, readings = case_and_readings(case, data, columns, sheet, only)
+    ids, own = chosen(case, effects)
+    if not ids:
+        raise InvalidInputError("effects: name at least one effect to fit, see cbpt effects")
     if isinstance(case, Drive):
         case = Case.from_toml(case.to_toml())
     with threadpool_limits(1, user_api="blas"):
-        campaign, notes = prepared(Campaign.of(case, readings))
+        campaign, notes = prepared(campaign_of(case, readings, own))
         fitter = Fitter(campaign)
-        names = tuple(dict.fromkeys(e.partition(":")[0] for e in effects))
-        found = best_fit(fitter, effects)
+        names = tuple(dict.fromkeys(e.partition(":")[0] for e in ids))
+        found = best_fit(fitter, ids)
         fold, held_by = folds(campaign)
         nominal = fitter.at_nominal(found)
         return Fitted(
-            case=case_with(case, fitter, found),
+            case_or_why=_case_or_why(case, fitter, found),
             readings=campaign.readings,
             effects=names,
             before=rung(fitter, "", nominal, fold),
@@ -144,6 +158,13 @@ def fit(
             held_out_by=held_by,
             notes=tuple(notes),
         )
+
+
+def _case_or_why(case: Case, fitter: Fitter, found: Fit) -> Case | InvalidInputError:
+    try:
+        return case_with(case, fitter, found)
+    except InvalidInputError as error:
+        return error
 
 
 def case_with(case: Case, fitter: Fitter, found: Fit) -> Case:
@@ -162,4 +183,8 @@ def case_with(case: Case, fitter: Fitter, found: Fit) -> Case:
     for variant in found.hypothesis.variants:
         if not variant.spread:
             entries[variant.effect, ""] |= dict(variant.fixed)
-    return case.with_effects([(effect, numbers) for (effect, _), numbers in entries.items()])
+    # What the case has beside stays as it is.
+    campaign, fitted = fitter.campaign, {effect for effect, _ in entries}
+    kept = [(e, numbers) for e, numbers in campaign.effects if e not in fitted]
+    listed = [*kept, *((effect, numbers) for (effect, _), numbers in entries.items())]
+    return case.with_effects([(campaign.own.get(e, e), numbers) for e, numbers in listed])

@@ -10,6 +10,7 @@ Names and ranges of parameters come from the core's table; here is only how they
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -57,6 +58,8 @@ class Variant:
     """Where above 0 the sizes are a lot: each normal about 0 with this standard deviation."""
     secants: tuple[tuple[float, ...], ...] = ()
     """Sizes at which to look as well, where an effect does not grow in proportion to its size."""
+    units: tuple[tuple[str, str], ...] = ()
+    """Of the parameters of an own effect, whose names do not tell them."""
 
     scaled: bool = False
     """Its ranges are those of one table, not of the core's library."""
@@ -192,11 +195,16 @@ def log_size_prior(variant: Variant, size: Floats, own: Floats) -> float:
 
 
 def log_density(variant: Variant, r: Floats) -> Floats:
-    """Equally likely in ln r over the plausible range: on a ray, on a line, in a plane."""
+    """Equally likely in ln r over the plausible range: on a ray, a line, in a plane, in space."""
     k = len(variant.sizes)
     span = np.log(variant.high / variant.low)
-    around = (2.0 if variant.signed else 1.0) if k == 1 else 2 * np.pi * r
+    around = (2.0 if variant.signed else 1.0) if k == 1 else _sphere(k) * r ** (k - 1)
     return np.asarray(0.5 * k * np.log(2 * np.pi) - np.log(r * span * around))
+
+
+def _sphere(k: int) -> float:
+    """Surface of the unit sphere in k dimensions."""
+    return float(2 * np.pi ** (k / 2) / math.gamma(k / 2))
 
 
 ODDS: dict[str, float] = {

@@ -343,6 +343,8 @@ def prospect(
     rows = Plan.of_runs(runs).rows
     u = np.ones(len(rows))
     campaign = Campaign.of(d.case, replace(rows, u_elastic_angle_arcsec=u))
+    c = d.competition.campaign
+    campaign = replace(campaign, own=c.own, candidates=c.candidates, effects=c.effects)
     plan = Fitter(campaign)
     if plan.effects != d.competition.fitter.effects:
         return None

@@ -23,7 +23,10 @@ def parameters_of(fit: Fit, effect: str) -> dict[str, dict[str, Any]]:
         sizes = np.array([fit.value(u) for u in own])
         spread = {"value": float(sizes.std()), "u": None, "unit": "m", "at_bound": False}
         return {"spread_m": spread | {"why_no_u": f"of {len(own)} balls, each fitted"}}
-    return {u.name.partition(".")[2]: parameter(fit, u) for u in own}
+    units = dict(unit for v in fit.hypothesis.variants if v.effect == effect for unit in v.units)
+    found = {u.name.partition(".")[2]: parameter(fit, u) for u in own}
+    # The names of an own effect's parameters do not tell their units.
+    return {name: p | {"unit": units.get(name, p["unit"])} for name, p in found.items()}
 
 
 def parameter(fit: Fit, u: Unknown) -> dict[str, Any]:

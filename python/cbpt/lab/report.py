@@ -47,6 +47,13 @@ def lines(d: Diagnosis) -> Iterator[str]:
         yield "What the misfit looks like:"
         for line in card["shape"]:
             yield from _wrapped(line)
+        if card["expression"]:
+            yield ""
+            yield (
+                "A first draft of the missing term, to be added to the case and fitted (held-out "
+                f"error with it {card['expression_held_out_rmse_arcsec']:.3f} arcsec):"
+            )
+            yield from card["effect_toml"].splitlines()
     yield ""
     noise = f"noise {d.noise_floor_arcsec:.3f} arcsec"
     yield f"Error, in sample and held out by {d.held_out_by} ({noise}):"
@@ -88,7 +95,7 @@ def lines(d: Diagnosis) -> Iterator[str]:
 
 
 def _sizes(effect: str, parameters: dict[str, Any]) -> str:
-    return ", ".join(shown(effect, n, p["value"], p["u"]) for n, p in parameters.items())
+    return ", ".join(shown(effect, n, p["value"], p["u"], p["unit"]) for n, p in parameters.items())
 
 
 def _wrapped(text: str) -> list[str]:

@@ -70,7 +70,8 @@ class Signatures:
                 shapes = {s.name: g for s, g in zip(variant.shapes, grid, strict=True)}
                 self.entries.append((variant, shapes))
         once = [v.effect for v, _ in self.entries if not v.spread]
-        self.base = (*dict.fromkeys([*campaign.priors, *once]), *(LOT,) * campaign.balls)
+        own = [*campaign.priors, *campaign.own, *once]
+        self.base = (*dict.fromkeys(own), *(LOT,) * campaign.balls)
         self.model = Assembled(campaign, [*self.base, *once])
         self.numbers = set(campaign.priors)
 

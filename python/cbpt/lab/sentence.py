@@ -199,12 +199,17 @@ def _with_value(d: Diagnosis, effect: str) -> str:
     if not found:
         strained = {u.name: u for u in d.after.unknowns if u.name == effect}
         return f"{name} ({_moved(effect, d.after)})" if strained else name
-    return f"{name} ({', '.join(shown(effect, n, p['value'], p['u']) for n, p in found.items())})"
+    values = (shown(effect, n, p["value"], p["u"], p["unit"]) for n, p in found.items())
+    return f"{name} ({', '.join(values)})"
 
 
-def shown(effect: str, name: str, value: float, u: float | None) -> str:
+def shown(effect: str, name: str, value: float, u: float | None, unit: str = "") -> str:
     """A parameter as a case file would have it: `reference_deflection_um 0.209 +- 0.010`."""
-    label, size = DISPLAY.get((effect, name), (name, 1.0))
+    if (effect, name) not in DISPLAY:
+        # Of an own effect, whose name does not carry the unit.
+        known = "" if u is None else f" +- {u:.2g}"
+        return f"{name} {value:.4g}{known} {unit}".rstrip()
+    label, size = DISPLAY[effect, name]
     if u is None:
         return f"{label} {value / size:.3g}"
     spread = u / size

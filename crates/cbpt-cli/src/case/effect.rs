@@ -1,12 +1,19 @@
 //! The effects of a case: built-in ones by their ids, the user's own by an expression.
 
+use std::sync::Arc;
+
+use cbpt_core::effect::own::{AddsTo, OwnParameter, Variable};
+
+use crate::formula::value::Function;
+use crate::formula::{Formula, Wrong};
+
+use super::EffectEntry;
 use super::document::{Content, Entry, Node};
-use super::error::{Mistake, Notes};
+use super::error::{Mistake, Notes, shortened};
 use super::fields::{self, Key, PARAMETERS, Value, dotted};
 use super::library::{self, EFFECTS};
 use super::parse::Reader;
 use super::suggest;
-use super::{EffectEntry, OwnParameter};
 
 /// Reads all entries `[[effect]]`.
 pub(super) fn read(entry: &Entry, notes: &mut Notes<'_>) -> Vec<EffectEntry> {
@@ -66,46 +73,86 @@ fn one(path: &str, at: Option<usize>, entries: &[Entry], notes: &mut Notes<'_>) 
         Some((key.si(), value))
     };
     let numbers = library::parameters(section).filter_map(number).collect();
-    Some(EffectEntry { id: spec.id.into(), port: None, expression: None, numbers, parameters: Vec::new() })
+    Some(EffectEntry { id: spec.id.into(), numbers, own: None })
 }
 
 /// An effect of the user's own, or one that is not in the library.
 fn own(path: &str, at: Option<usize>, entries: &[Entry], notes: &mut Notes<'_>) -> Option<EffectEntry> {
     let section = fields::effect();
+    let before = notes.count();
     let mut reader = Reader::new(notes);
     let others = reader.take(section, path, entries.iter().filter(|entry| entry.key != PARAMETERS));
     reader.complete(section, path, at);
     let text = |name| reader.values.text(name).map(str::to_owned);
-    let (id, port, expression) = (text("effect.id")?, text("effect.port"), text("effect.expression"));
-    let mut effect = EffectEntry { id, port, expression, numbers: Vec::new(), parameters: Vec::new() };
-    let parameters = entries.iter().find(|entry| entry.key == PARAMETERS);
-    let id_node = entries.iter().find(|entry| entry.key == "id").map(|entry| &entry.node);
-    if effect.expression.is_none() {
+    let (id, port) = (text("effect.id")?, text("effect.port"));
+    let (adds_to, expression) = (text("effect.adds_to"), text("effect.expression"));
+    let node = |key: &str| entries.iter().find(|entry| entry.key == key).map(|entry| &entry.node);
+    let Some(expression) = expression else {
         // Its other keys cannot be judged before its id is right.
-        not_built_in(&effect, path, id_node, reader.notes);
+        not_built_in(&id, path, node("id"), reader.notes);
         return None;
-    }
+    };
     for other in others {
         reader.unknown(section, path, other);
     }
-    check_own(&effect, path, at, id_node, reader.notes);
-    effect.parameters = parameters.map(|entry| own_parameters(path, entry, reader.notes)).unwrap_or_default();
-    Some(effect)
+    check_id(&id, path, node("id"), reader.notes);
+    let parameters = entries.iter().find(|entry| entry.key == PARAMETERS);
+    let parameters = parameters.map(|entry| own_parameters(path, entry, reader.notes)).unwrap_or_default();
+    let Some(port) = port else {
+        let problem = "missing; an own effect must say where it acts".into();
+        let allowed = "expected \"load\", \"series\" or \"reading\"".into();
+        let key = dotted(path, "port");
+        reader.notes.add(at, Mistake { key, problem, allowed, ..Mistake::default() });
+        return None;
+    };
+    if reader.notes.count() > before {
+        // What is told already would be told again.
+        return None;
+    }
+    let adds_to = match AddsTo::of(&port, adds_to.as_deref()) {
+        Ok(adds_to) => adds_to,
+        Err(wrong) => {
+            let (at, key) = (node(&wrong.field).and_then(|node| node.at).or(at), dotted(path, &wrong.field));
+            let (found, allowed) = (wrong.found, wrong.required);
+            reader.notes.add(at, Mistake { key, found, allowed, ..Mistake::default() });
+            return None;
+        }
+    };
+    match Formula::new(&id, adds_to, &expression, parameters) {
+        Ok(own) => Some(EffectEntry { id, numbers: Vec::new(), own: Some(Arc::new(own)) }),
+        Err(Wrong { character, problem, name, known }) => {
+            let nearest = suggest::nearest(&name, known.iter().map(String::as_str));
+            let allowed =
+                if known.is_empty() { String::new() } else { format!("known are {}", known.join(", ")) };
+            let found = shortened(&format!("{expression:?}"));
+            let key = dotted(path, "expression");
+            let problem = format!(", character {character}: {problem}");
+            let at = node("expression").and_then(|node| node.at);
+            reader
+                .notes
+                .add(at, Mistake { key, found: found + &problem, allowed, nearest, ..Mistake::default() });
+            None
+        }
+    }
 }
 
-fn check_own(effect: &EffectEntry, path: &str, at: Option<usize>, id: Option<&Node>, notes: &mut Notes<'_>) {
-    if EFFECTS.contains(&&*effect.id) {
-        let problem = "a built-in effect has this id".into();
-        let allowed = "give the own effect another id, or leave out its expression".into();
-        let found = id.map(|id| id.written.clone()).unwrap_or_default();
-        let key = dotted(path, "id");
-        notes.add(id.and_then(|id| id.at), Mistake { key, found, problem, allowed, ..Mistake::default() });
-    }
-    if effect.port.is_none() {
-        let problem = "missing; an own effect must say where it acts".into();
-        let allowed = expected("port");
-        notes.add(at, Mistake { key: dotted(path, "port"), problem, allowed, ..Mistake::default() });
-    }
+/// Names that the answers give to something else.
+const TAKEN: [&str; 2] = ["model", "unknown"];
+
+fn check_id(id: &str, path: &str, node: Option<&Node>, notes: &mut Notes<'_>) {
+    let (problem, allowed) = if EFFECTS.contains(&id) {
+        ("a built-in effect has this id", "give the own effect another id, or leave out its expression")
+    } else if TAKEN.contains(&id) {
+        ("answers mean something else by it", "give the own effect another id")
+    } else if !is_identifier(id) {
+        ("the id of an own effect is a name: letters, digits and _, no digit first", "")
+    } else {
+        return;
+    };
+    let (problem, allowed) = (problem.to_owned(), allowed.to_owned());
+    let found = node.map(|id| id.written.clone()).unwrap_or_default();
+    let key = dotted(path, "id");
+    notes.add(node.and_then(|id| id.at), Mistake { key, found, problem, allowed, ..Mistake::default() });
 }
 
 /// What a key of an effect takes.
@@ -114,14 +161,14 @@ fn expected(key: &str) -> String {
     found.map(|(key, unit)| format!("expected {}", key.expected(unit))).unwrap_or_default()
 }
 
-fn not_built_in(effect: &EffectEntry, path: &str, id: Option<&Node>, notes: &mut Notes<'_>) {
+fn not_built_in(written: &str, path: &str, id: Option<&Node>, notes: &mut Notes<'_>) {
     let Some(id) = id else { return };
     if !matches!(id.content, Content::Text(_)) {
         return;
     }
     let problem = "no built-in effect has this id".into();
     let allowed = format!("an own effect needs an expression; built-in are {}", EFFECTS.join(", "));
-    let nearest = suggest::nearest(&effect.id, EFFECTS.iter().copied());
+    let nearest = suggest::nearest(written, EFFECTS.iter().copied());
     let (key, found) = (dotted(path, "id"), id.written.clone());
     notes.add(id.at, Mistake { key, found, problem, allowed, nearest, ..Mistake::default() });
 }
@@ -144,6 +191,10 @@ fn own_parameter(path: &str, entry: &Entry, notes: &mut Notes<'_>) -> Option<Own
         let problem =
             "a parameter is named as in the expression: letters, digits and _, no digit first".into();
         notes.add(entry.at, Mistake { key: path.clone(), problem, ..Mistake::default() });
+    } else if name == "pi" || Variable::find(&name).is_some() || Function::find(&name).is_some() {
+        let problem = "the expression means something else by this name".into();
+        let allowed = "give the parameter another one".into();
+        notes.add(entry.at, Mistake { key: path.clone(), problem, allowed, ..Mistake::default() });
     }
     let Content::Table(entries) = &entry.node.content else {
         let allowed =

@@ -122,6 +122,11 @@ impl<'t> Notes<'t> {
         position(self.text, at).0
     }
 
+    /// How many mistakes were noted.
+    pub(super) fn count(&self) -> usize {
+        self.mistakes.len()
+    }
+
     pub(super) fn is_empty(&self) -> bool {
         self.mistakes.is_empty()
     }

@@ -566,8 +566,20 @@ fn effects() -> Section {
                   defaults. An own effect has an expression, a port and parameters.",
         keys: vec![
             Key::text("id", library::EFFECTS[0], "id of a built-in effect, or a new name for an own one"),
-            Key::choice("port", PORTS, "where the effect acts").optional(),
-            Key::text("expression", "a * torque_Nm", "formula of an own effect").optional(),
+            Key::choice("port", PORTS, "where the effect acts; an own one at load, series or reading")
+                .optional(),
+            Key::choice(
+                "adds_to",
+                &["torque_Nm", "preload_N"],
+                "what an own effect at the load port adds to",
+            )
+            .optional(),
+            Key::text(
+                "expression",
+                "a * torque_Nm",
+                "formula of an own effect, in SI: see [own effects](own-effects.md)",
+            )
+            .optional(),
             Key::new(PARAMETERS, Kind::Parameters, Value::Text(String::new()), "parameters of an own effect")
                 .optional(),
         ],

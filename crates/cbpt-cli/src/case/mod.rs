@@ -25,8 +25,13 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::Path;
+use std::sync::Arc;
 
+use cbpt_core::effect::OwnEffect;
+use cbpt_core::predict::Effect;
 use cbpt_core::{Drive, Reducer};
+
+use crate::formula::Formula;
 
 pub use error::{CaseError, Mistake};
 pub use library::EFFECTS;
@@ -98,29 +103,43 @@ pub struct Uncertainty {
 pub struct EffectEntry {
     /// One of [`EFFECTS`], or the name of an own effect.
     pub id: String,
-    /// Where an own effect acts: load, gap, contact, series or reading; that of a built-in effect is known.
-    pub port: Option<String>,
-    /// Formula of an own effect; a built-in effect has none.
-    pub expression: Option<String>,
     /// All numbers of a built-in effect in SI, in the order of the library, named with their units.
     pub numbers: Vec<(String, f64)>,
-    /// Parameters of an own effect in the order of the file.
-    pub parameters: Vec<OwnParameter>,
+    /// The own effect itself; a built-in effect has none.
+    pub own: Option<Arc<Formula>>,
 }
 
-/// A parameter of an own effect.
-#[derive(Debug, Clone, PartialEq)]
-pub struct OwnParameter {
-    /// Name in the expression.
-    pub name: String,
-    /// Unit, for reports.
-    pub unit: String,
-    /// Value the fit starts from.
-    pub start: f64,
-    /// Least value.
-    pub min: Option<f64>,
-    /// Greatest value.
-    pub max: Option<f64>,
+impl EffectEntry {
+    /// The effect as the core takes it.
+    pub fn core(&self) -> Option<Effect> {
+        let own = self.own.clone().map(|own| Effect::Own(own));
+        own.or_else(|| cbpt_core::effect::find(&self.id).map(Effect::Library))
+    }
+
+    /// The values of its numbers in their order; those of an own effect are its starts.
+    pub fn values(&self) -> Vec<f64> {
+        match &self.own {
+            Some(own) => own.parameters().iter().map(|parameter| parameter.start).collect(),
+            None => self.numbers.iter().map(|(_, value)| *value).collect(),
+        }
+    }
+}
+
+/// Effects, each from a JSON object with the keys of a case file.
+///
+/// # Errors
+/// As [`Case::from_json`].
+pub fn effects_of(list: &[serde_json::Value]) -> Result<Vec<EffectEntry>, CaseError> {
+    let mut notes = error::Notes::of("");
+    let document = document::from_json(&serde_json::json!({ "effect": list }), &mut notes);
+    let effects =
+        document.map(|entries| entries.iter().flat_map(|entry| effect::read(entry, &mut notes)).collect());
+    notes.or("", effects)
+}
+
+/// One effect as the text of a case file.
+pub fn effect_toml(effect: &EffectEntry) -> String {
+    write::effect(effect)
 }
 
 /// The built-in effect that a wrong id must have meant, if that is clear.
@@ -171,32 +190,12 @@ impl Case {
         notes.or("", case)
     }
 
-    /// The case with these effects in place of its own: each an id of the library and numbers, named as in a case file.
+    /// The case with these effects in place of its own, each a JSON object with the keys of a case file.
     ///
     /// # Errors
     /// As [`Case::from_json`].
-    pub fn with_effects<'a, N>(
-        &self,
-        effects: impl IntoIterator<Item = (&'a str, N)>,
-    ) -> Result<Self, CaseError>
-    where
-        N: IntoIterator<Item = (&'a str, f64)>,
-    {
-        let one = |(id, numbers): (&str, N)| {
-            let numbers = numbers.into_iter().map(|(name, value)| {
-                // What is no finite number stays as text, so that the message names its place.
-                let found = serde_json::Number::from_f64(value);
-                (name.to_owned(), found.map_or_else(|| value.to_string().into(), Into::into))
-            });
-            let id = ("id".to_owned(), serde_json::Value::from(id));
-            serde_json::Value::Object(std::iter::once(id).chain(numbers).collect())
-        };
-        let list: Vec<serde_json::Value> = effects.into_iter().map(one).collect();
-        let mut notes = error::Notes::of("");
-        let document = document::from_json(&serde_json::json!({ "effect": list }), &mut notes);
-        let effects = document
-            .map(|entries| entries.iter().flat_map(|entry| effect::read(entry, &mut notes)).collect());
-        notes.or("", effects.map(|effects| Self { effects, ..self.clone() }))
+    pub fn with_effects(&self, list: &[serde_json::Value]) -> Result<Self, CaseError> {
+        effects_of(list).map(|effects| Self { effects, ..self.clone() })
     }
 
     /// The case as the text of a case file in SI units. Reading it gives the very same case.

@@ -2,8 +2,9 @@
 
 use super::build::Values;
 use super::fields::{self, Key, Section, Value};
-use super::{Case, EffectEntry, OwnParameter, build};
+use super::{Case, EffectEntry, build};
 use cbpt_core::Reducer;
+use cbpt_core::effect::own::{AddsTo, OwnEffect, OwnParameter};
 
 /// TOML that reads back as the very same case.
 pub(super) fn toml(case: &Case) -> String {
@@ -26,15 +27,22 @@ fn sections(values: &Values) -> Vec<String> {
     fields::sections().iter().filter_map(section).collect()
 }
 
-fn effect(entry: &EffectEntry) -> String {
-    let EffectEntry { id, port, expression, numbers, parameters } = entry;
+/// One `[[effect]]`.
+pub(super) fn effect(entry: &EffectEntry) -> String {
+    let EffectEntry { id, numbers, own } = entry;
     let mut lines = vec![("id".into(), quoted(id))];
-    lines.extend(port.as_ref().map(|port| ("port".into(), quoted(port))));
-    lines.extend(expression.as_ref().map(|expression| ("expression".into(), quoted(expression))));
     lines.extend(numbers.iter().map(|(name, number)| (bare(name), format!("{number:?}"))));
-    if !parameters.is_empty() {
-        let parameters: Vec<String> = parameters.iter().map(parameter).collect();
-        lines.push((fields::PARAMETERS.into(), format!("{{ {} }}", parameters.join(", "))));
+    if let Some(own) = own {
+        let adds_to = own.adds_to();
+        lines.push(("port".into(), quoted(adds_to.port().name())));
+        if matches!(adds_to, AddsTo::Torque | AddsTo::Preload) {
+            lines.push(("adds_to".into(), quoted(adds_to.name())));
+        }
+        lines.push(("expression".into(), quoted(own.text())));
+        if !own.parameters().is_empty() {
+            let parameters: Vec<String> = own.parameters().iter().map(parameter).collect();
+            lines.push((fields::PARAMETERS.into(), format!("{{ {} }}", parameters.join(", "))));
+        }
     }
     block("[[effect]]\n".into(), lines)
 }

@@ -9,11 +9,12 @@ pub mod sweep;
 
 use std::path::Path;
 
+use cbpt_core::predict::Effect;
 use cbpt_core::predict::loads::Effects;
 use cbpt_core::{Drive, Load};
 
 use crate::args::{LoadOptions, OutputOptions};
-use crate::case::Case;
+use crate::case::{Case, EffectEntry};
 use crate::exit::Failure;
 use crate::report::Report;
 use crate::units::Unit;
@@ -59,33 +60,22 @@ impl Default for Units {
 }
 
 /// The effects of a case, as the core takes them.
-struct CaseEffects<'a> {
-    ids: Vec<&'a str>,
+pub struct CaseEffects {
+    effects: Vec<Effect>,
     values: Vec<f64>,
 }
 
-impl<'a> CaseEffects<'a> {
+impl CaseEffects {
     /// `None` where the case has none.
-    ///
-    /// The user's own effects are part of the case format but not of the core; leaving them out in silence would be a
-    /// wrong number.
-    fn of(case: &'a Case, path: &Path) -> Result<Option<Self>, Failure> {
-        if let Some(own) = case.effects.iter().find(|effect| effect.expression.is_some()) {
-            return Err(Failure::Usage(format!(
-                "{}: the case has the own effect `{}`, whose expression this verb does not compute; remove its [[effect]] \
-                 to compute the rest",
-                path.display(),
-                own.id
-            )));
-        }
-        let ids: Vec<&str> = case.effects.iter().map(|effect| &*effect.id).collect();
-        let values =
-            case.effects.iter().flat_map(|effect| &effect.numbers).map(|(_, value)| *value).collect();
-        Ok((!ids.is_empty()).then_some(Self { ids, values }))
+    pub fn of(case: &Case) -> Option<Self> {
+        let effects: Vec<Effect> = case.effects.iter().filter_map(EffectEntry::core).collect();
+        let values = case.effects.iter().flat_map(EffectEntry::values).collect();
+        (!effects.is_empty()).then_some(Self { effects, values })
     }
 
-    fn core(&self) -> Effects<'_> {
-        Effects { ids: &self.ids, values: &self.values }
+    /// As the core takes them.
+    pub fn core(&self) -> Effects<'_> {
+        Effects { effects: &self.effects, values: &self.values }
     }
 }
 

@@ -20,7 +20,7 @@ use crate::report::{Report, Table, number, object, six_digits};
 pub fn run(verb: &Solve) -> Result<Exit, Failure> {
     verb.output.check()?;
     let case = Case::read(&verb.case.path)?;
-    let effects = CaseEffects::of(&case, &verb.case.path)?;
+    let effects = CaseEffects::of(&case);
     let load = load(&case, &verb.load)?;
     let detail = effects.map(|effects| solve_load(&case.reducer, effects.core(), &load)).transpose()?;
     let solution = match &detail {
@@ -60,7 +60,7 @@ pub fn run(verb: &Solve) -> Result<Exit, Failure> {
 pub fn solved(reducer: &Reducer, load: &Load) -> Result<Solution, cbpt_core::InvalidInput> {
     match reducer.ball_drive().filter(|_| load.preload_N() > 0.0) {
         Some(drive) => Ok(drive.solve(load)),
-        None => Ok(solve_load(reducer, Effects { ids: &[], values: &[] }, load)?.solution),
+        None => Ok(solve_load(reducer, Effects { effects: &[], values: &[] }, load)?.solution),
     }
 }
 

@@ -25,7 +25,7 @@ const MOST_ROWS: usize = 2_000_000;
 pub fn run(verb: &Sweep) -> Result<Exit, Failure> {
     verb.output.check()?;
     let case = Case::read(&verb.case.path)?;
-    let effects = CaseEffects::of(&case, &verb.case.path)?;
+    let effects = CaseEffects::of(&case);
     let torques = axis(verb.torque_Nm.as_deref(), case.load.torque_Nm, "--torque-Nm", "torque_Nm")?;
     let preloads = match (verb.preload_N.as_deref(), case.load.preload_N) {
         (None, None) if case.drive().is_none() => vec![None],
@@ -55,7 +55,7 @@ pub fn run(verb: &Sweep) -> Result<Exit, Failure> {
             }
         }
     }
-    let none = Effects { ids: &[], values: &[] };
+    let none = Effects { effects: &[], values: &[] };
     let solved = with_progress_bar(loads.len(), |progress| match (&effects, case.drive()) {
         (None, Some(drive)) => {
             Ok(solve_all(drive, &loads, progress).map(|rows| rows.iter().map(bare).collect()))

@@ -55,18 +55,25 @@ fn a_number_that_cannot_be_is_named() {
     desk.cbpt("preload case.toml --torque-Nm nan").refused(&["torque_Nm"]);
 }
 
-/// Its expression is for the Python package; the drive without it would be a wrong number.
 #[test]
-fn an_own_effect_is_refused_and_not_left_out() {
-    let desk = Desk::new("own_effect");
-    let own = "\n[[effect]]\nid = \"mine\"\nport = \"series\"\nexpression = \"1e-6 * torque_Nm\"\n";
-    desk.write("case.toml", &format!("{EXAMPLE}{own}"));
-    for verb in ["solve", "sweep"] {
-        desk.cbpt(&format!("{verb} case.toml")).refused(&["case.toml", "`mine`", "[[effect]]"]);
-    }
+fn numbers_of_an_effect_beyond_the_drive_are_refused() {
+    let desk = Desk::new("far_effect");
     let far = "\n[[effect]]\nid = \"ball_diameter_lot\"\nball = 20\noversize_um = 1\n";
     desk.write("case.toml", &format!("{EXAMPLE}{far}"));
     desk.cbpt("solve case.toml").refused(&["ball of ball_diameter_lot", "20"]);
+}
+
+/// Never a number where the formula has none: the status says so.
+#[test]
+fn a_formula_that_is_not_finite_is_a_status() {
+    let desk = Desk::new("not_finite");
+    let own = "\n[[effect]]\nid = \"mine\"\nport = \"series\"\nexpression = \"log(torque_Nm - 10)\"\n";
+    desk.write("case.toml", &format!("{EXAMPLE}{own}"));
+    let solved = desk.json("solve case.toml --json", 3);
+    assert_eq!(solved["status"], "effect_not_finite");
+    assert!(solved["elastic_angle_arcsec"].is_null());
+    let swept = desk.json("sweep case.toml --torque-Nm 5,12 --json", 0);
+    assert_eq!(swept["status"], serde_json::json!(["effect_not_finite", "ok"]));
 }
 
 #[test]

@@ -5,13 +5,15 @@
 //!
 //! - [`spec`]: what is told of an effect and its parameters;
 //! - [`port`]: what it is given and may change where it acts;
-//! - [`dual`]: numbers that carry derivatives, in which all formulas are written.
+//! - [`dual`]: numbers that carry derivatives, in which all formulas are written;
+//! - [`own`]: effects of the user's own, which are no part of the table.
 //!
 //! Ports act in the order load, gap, contact, series, reading; the gains of torque and preload readings change the row
 //! before the load. Within a port the order is that of the table, so no result depends on the order of a list. Effects
 //! know nothing of pairs and solvers: [`crate::predict`] applies them.
 
 pub mod dual;
+pub mod own;
 pub mod port;
 pub mod spec;
 
@@ -43,6 +45,7 @@ pub mod wear;
 #[cfg(test)]
 mod testing;
 
+pub use own::{AddsTo, OwnEffect, OwnParameter};
 pub use spec::{Class, Dimension, Parameter, Port, Scale, Spec};
 
 /// Every effect, in the order in which all documents list them.

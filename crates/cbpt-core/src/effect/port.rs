@@ -23,6 +23,9 @@ pub struct Row {
     pub largest_torque_share_of_run: f64,
     /// Load cycles that were complete before this reading; 0 where none were counted.
     pub cycles_done: f64,
+    /// 1 where the torque rises from the reading before in the run, -1 where it falls, 0 where it holds; the first reading of
+    /// a run takes the value of the next.
+    pub direction: f64,
 }
 
 /// What effects know of the drive.

@@ -15,6 +15,7 @@ pub const ROW: Row = Row {
     largest_torque_share: 0.75,
     largest_torque_share_of_run: 0.5,
     cycles_done: 2.0,
+    direction: 1.0,
 };
 
 pub const DRIVE: DriveNumbers = DriveNumbers { pitch_arm_m: 0.04, planet_turn: 0.9 };

@@ -1,9 +1,11 @@
-//! The effects of a model along one row, port by port, in dual numbers.
+//! The effects of a model along one row, port by port, in dual numbers; those of the user's own are in `own`.
 
 use crate::effect::Port;
 use crate::effect::dual::Dual;
 use crate::effect::port::{Action, Contact, DriveNumbers, Load, Row};
 use crate::pair::HERTZ_EXPONENT;
+
+use super::own::{Added, OwnLink};
 
 /// An effect with numbers, some of them seeded with a partial.
 #[derive(Debug, Clone)]
@@ -17,12 +19,15 @@ pub struct Link {
 #[derive(Debug, Clone)]
 pub struct Chain {
     pub links: Vec<Link>,
+    /// Own effects, which act after the library's of their port.
+    pub own: Vec<OwnLink>,
     pub drive: DriveNumbers,
 }
 
 impl Chain {
-    /// The load of a row: the instruments' gains first, then what acts on its way to the meshing points.
-    pub fn load(&self, row: &Row) -> Load {
+    /// The load of a row: the instruments' gains first, then what acts on its way to the meshing points, then what own
+    /// effects have added.
+    pub fn load(&self, row: &Row, added: &Added) -> Load {
         let mut load = Load {
             torque_Nm: Dual::constant(row.torque_Nm),
             preload_N: Dual::constant(row.preload_N),
@@ -36,6 +41,8 @@ impl Chain {
                 }
             }
         }
+        load.torque_Nm += added.torque_Nm;
+        load.preload_N += added.preload_N;
         load
     }
 

@@ -1,22 +1,27 @@
 //! Values that cannot be: each message names the number and what is allowed.
 
-use super::Predictor;
+use super::{Effect, Number, Predictor, Rows};
+use crate::effect;
+use crate::effect::own::Variable;
 use crate::effect::spec::{Dimension, Scale};
-use crate::effect::{self, Spec};
 use crate::error::{InvalidInput, require};
 use crate::reducer::Reducer;
 
-/// The effect of an id, if the reducer can have it.
-pub fn known(reducer: &Reducer, place: usize, id: &str) -> Result<&'static Spec, InvalidInput> {
-    let field = format!("effects[{place}]");
-    let spec = effect::find(id).ok_or_else(|| {
-        let ids: Vec<&str> = effect::LIBRARY.iter().map(|spec| spec.id).collect();
-        InvalidInput::new(&field, id, format!("must be one of {}", ids.join(", ")))
-    })?;
-    match reducer.unsuited(spec) {
-        None => Ok(spec),
-        Some(why) => Err(InvalidInput::new(field, id, why)),
-    }
+/// The reducer can have an effect; one of the user's own has an id of its own and what it depends on.
+pub fn suited(reducer: &Reducer, place: usize, effect: &Effect, rows: &Rows) -> Result<(), InvalidInput> {
+    let own = match effect {
+        Effect::Library(spec) => {
+            let why = reducer.unsuited(spec);
+            return why
+                .map_or(Ok(()), |why| Err(InvalidInput::new(format!("effects[{place}]"), spec.id, why)));
+        }
+        Effect::Own(own) => own,
+    };
+    let rule = "is an effect of the library; give the own effect another id";
+    require(effect::find(own.id()).is_none(), "effect", own.id(), rule)?;
+    let thermal = own.uses(Variable::TemperatureDifference);
+    let rule = "depends on temperature_difference_K, and no temperature was read";
+    require(!thermal || rows.has_temperature(), "effect", own.id(), rule)
 }
 
 impl Predictor {
@@ -25,11 +30,13 @@ impl Predictor {
         let rule = format!("must have {count} entries, one for each parameter");
         require(values.len() == count, "values", format!("{} entries", values.len()), &rule)?;
         for (place, (value, slot)) in values.iter().zip(&self.slots).enumerate() {
-            let parameter = slot.parameter;
-            let field = || format!("values[{place}], {} of {}", parameter.name(), self.name(slot.effect));
-            let within = *value >= parameter.lower && *value <= parameter.upper;
-            let rule = format!("must lie between {} and {}", parameter.lower, parameter.upper);
+            let field =
+                || format!("values[{place}], {} of {}", slot.parameter.name(), self.name(slot.effect));
+            let (lower, upper) = slot.parameter.limits();
+            let within = *value >= lower && *value <= upper;
+            let rule = format!("must lie between {lower} and {upper}");
             require(value.is_finite() && within, field(), value, &rule)?;
+            let Number::Library(parameter) = slot.parameter else { continue };
             if parameter.scale == Scale::Fixed {
                 require(value.fract() == 0.0, field(), value, "must be a whole number")?;
             }
@@ -70,7 +77,7 @@ impl Predictor {
             let field = format!("wanted[{place}]");
             let rule = format!("must be below the number of parameters, {}", self.slots.len());
             require(slot < self.slots.len(), &field, slot, &rule)?;
-            let fitted = self.slots[slot].parameter.scale != Scale::Fixed;
+            let fitted = self.slots[slot].parameter.scale() != Scale::Fixed;
             require(
                 fitted,
                 &field,

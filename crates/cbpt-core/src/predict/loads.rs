@@ -5,7 +5,7 @@
 
 use super::mesh::{Tables, shifted};
 use super::spring::Spring;
-use super::{Contribution, Predictor, Rows};
+use super::{Contribution, Effect, Predictor, Rows};
 use crate::drive::{Drive, Load};
 use crate::effect::port::{Action, Ball};
 use crate::error::InvalidInput;
@@ -22,8 +22,8 @@ const BATCH: usize = 2048;
 /// Effects with their numbers.
 #[derive(Debug, Clone, Copy)]
 pub struct Effects<'a> {
-    /// Ids of the library, one as often as wanted.
-    pub ids: &'a [&'a str],
+    /// Of the library, one as often as wanted, and of the user's own.
+    pub effects: &'a [Effect],
     /// The numbers of all of them, in the order of [`Predictor::parameters`].
     pub values: &'a [f64],
 }
@@ -68,7 +68,8 @@ pub fn solve_loads(
         if progress.is_cancelled() {
             return Ok(None);
         }
-        let mut predictor = Predictor::new(&reducer, effects.ids, Rows::of_loads(batch))?;
+        let rows = Rows::of_loads(batch);
+        let mut predictor = Predictor::of(reducer.clone(), effects.effects.to_vec(), rows)?;
         let found = predictor.predict(effects.values, &[])?;
         for (row, status) in found.status.iter().enumerate() {
             let [deceleration_rad, equal_speed_rad] = found.parts_rad[row];
@@ -94,7 +95,7 @@ pub fn solve_load(
     effects: Effects<'_>,
     load: &Load,
 ) -> Result<LoadDetail, InvalidInput> {
-    let mut predictor = Predictor::new(reducer, effects.ids, Rows::of_loads(&[*load]))?;
+    let mut predictor = Predictor::of(reducer, effects.effects.to_vec(), Rows::of_loads(&[*load]))?;
     let contributions = predictor.contributions(effects.values)?;
     let found = predictor.predict(effects.values, &[])?;
     let mesh_load = found.mesh_load[0];
@@ -128,7 +129,7 @@ fn twisted(spring: &Spring<'_>, load: &Load, torque_Nm: f64) -> Solution {
 impl Predictor {
     /// Pairs or spring as the effects make them, under the torque and preload that reach them.
     fn meshing(&self, values: &[f64], load: &Load, mesh_load: [f64; 2]) -> Result<Solution, InvalidInput> {
-        let contact = self.chain(values, &[]).contact();
+        let contact = self.chain(values, &[], &|_| true).contact();
         match &self.reducer {
             Reducer::TorsionSpring(curve) => Ok(twisted(&Spring::new(curve, &contact), load, mesh_load[0])),
             Reducer::BallDrive(drive) => {
@@ -140,7 +141,7 @@ impl Predictor {
 
     /// The pairs with contacts and gaps as the effects make them, under a load at the meshing points.
     fn pairs(&self, nominal: &Drive, values: &[f64], at_mesh: &Load) -> Result<Solution, InvalidInput> {
-        let chain = self.chain(values, &[]);
+        let chain = self.chain(values, &[], &|_| true);
         let contact = chain.contact();
         let shift_rad = contact.contact_angle_shift_rad.value;
         let drive = if shift_rad == 0.0 { nominal.clone() } else { shifted(nominal, shift_rad)? };
@@ -156,10 +157,10 @@ impl Predictor {
             for point in &mut pair.points {
                 point.stiffness *= contact.stiffness_scale.value;
             }
-            for slot in self.gap_slots(values, &[]) {
+            for slot in self.gap_slots(values, &[], &|_| true) {
                 let effect = self.slots[slot].effect;
                 let own = self.own_slots(effect);
-                let Action::Gap(shape) = self.effects[effect].action else { continue };
+                let Some(Action::Gap(shape)) = self.effects[effect].action() else { continue };
                 let gap = |ball: &Ball| shape(&values[own.clone()], slot - own.start, ball);
                 let shapes = Tables::gap_shapes(nominal, angle_rad, &gap);
                 for (point, [axial, normal, in_plane]) in pair.points.iter_mut().zip(&shapes[number]) {

@@ -1,12 +1,12 @@
 //! A reducer with effects on a table of readings: what an ideal instrument would show, row by row.
 //!
 //! - [`rows`]: the readings' columns, checked once;
-//! - `chain`: the effects along one row, port by port;
+//! - `chain`: the effects along one row, port by port; `own`: those of the user's own, on all rows at once;
 //! - [`mesh`]: the pairs at one input angle under a load, and how their angle answers to each number;
 //! - `run`: readings of a run one after the other, with the memory that friction has; first the angles, then, from the
 //!   solutions kept, their sensitivities;
 //! - `spring`: a torsion spring in their place;
-//! - `check`: values that cannot be;
+//! - [`slots`]: effects of both kinds and their numbers; `check`: values that cannot be;
 //! - [`loads`]: single loads instead of a table;
 //! - here: [`Predictor`], which keeps meshing points and solutions from call to call, so that a fit pays for changes only.
 //!
@@ -16,15 +16,19 @@ mod chain;
 mod check;
 pub mod loads;
 pub mod mesh;
+mod own;
 pub mod rows;
 mod run;
+pub mod slots;
 mod spring;
+
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use crate::effect;
 use crate::effect::dual::{Dual, WIDTH};
 use crate::effect::port::{Action, DriveNumbers};
-use crate::effect::{self, Parameter, Spec};
 use crate::error::{InvalidInput, require};
 use crate::geometry::undercut::undercuts;
 use crate::reducer::Reducer;
@@ -33,25 +37,18 @@ use crate::status::Status;
 use chain::{Chain, Link};
 pub use mesh::Regime;
 use mesh::{Gap, Pairs, Site, Tables, Wanted, shifted};
+use own::Added;
 pub use rows::{Columns, Rows};
 use run::{Block, RowState, Solved};
+pub use slots::{Effect, Number, Slot};
 use spring::Spring;
-
-/// A number of one effect of a predictor.
-#[derive(Debug, Clone, Copy)]
-pub struct Slot {
-    /// Which of the predictor's effects.
-    pub effect: usize,
-    /// The parameter.
-    pub parameter: &'static Parameter,
-}
 
 /// A reducer with effects on a table of readings.
 #[derive(Debug, Clone)]
 pub struct Predictor {
     reducer: Reducer,
     numbers: DriveNumbers,
-    effects: Vec<&'static Spec>,
+    effects: Vec<Effect>,
     /// Numbers of all effects, effect by effect.
     slots: Vec<Slot>,
     /// First slot of each effect.
@@ -134,22 +131,32 @@ impl Predictor {
         effects: &[impl AsRef<str>],
         rows: Rows,
     ) -> Result<Self, InvalidInput> {
+        let known = effects.iter().enumerate().map(|(i, id)| slots::known(i, id.as_ref()));
+        Self::of(reducer, known.map(|spec| spec.map(Effect::Library)).collect::<Result<_, _>>()?, rows)
+    }
+
+    /// The same with effects of the user's own among them.
+    ///
+    /// # Errors
+    /// As [`Self::new`]; and for an own effect that has the id of one of the library, or that needs a temperature where
+    /// none was read.
+    pub fn of(reducer: impl Into<Reducer>, found: Vec<Effect>, rows: Rows) -> Result<Self, InvalidInput> {
         let reducer = reducer.into();
         let has_it = rows.has_preload() || reducer.torsion_spring().is_some();
         require(has_it, "preload_N", "nothing", "a ball drive needs a preload above 0 at every reading")?;
-        let found: Vec<&'static Spec> = effects
-            .iter()
-            .enumerate()
-            .map(|(i, id)| check::known(&reducer, i, id.as_ref()))
-            .collect::<Result<_, _>>()?;
+        for (place, effect) in found.iter().enumerate() {
+            check::suited(&reducer, place, effect, &rows)?;
+        }
         let mut slots = Vec::new();
         let mut first_slots = Vec::new();
-        for (effect, spec) in found.iter().enumerate() {
+        for (effect, what) in found.iter().enumerate() {
             first_slots.push(slots.len());
-            slots.extend(spec.parameters.iter().map(|parameter| Slot { effect, parameter }));
+            slots.extend(what.numbers().into_iter().map(|parameter| Slot { effect, parameter }));
         }
         let mut order: Vec<usize> = (0..found.len()).collect();
-        order.sort_by_key(|&i| (found[i].port, effect::LIBRARY.iter().position(|s| s.id == found[i].id)));
+        // What the library does not hold comes after it.
+        let place = |id: &str| effect::LIBRARY.iter().position(|spec| spec.id == id).unwrap_or(usize::MAX);
+        order.sort_by_key(|&i| (found[i].port(), place(found[i].id())));
         let mut angles_rad: Vec<f64> = rows.by_run().iter().map(|row| row.input_angle_rad).collect();
         angles_rad.sort_by(f64::total_cmp);
         angles_rad.dedup_by_key(|angle| angle.to_bits());
@@ -185,7 +192,7 @@ impl Predictor {
     }
 
     /// The effects, in the order given.
-    pub fn effects(&self) -> &[&'static Spec] {
+    pub fn effects(&self) -> &[Effect] {
         &self.effects
     }
 
@@ -199,9 +206,9 @@ impl Predictor {
         &self.rows
     }
 
-    /// Values at which every effect vanishes.
+    /// Values at which every effect of the library vanishes; own effects have theirs.
     pub fn neutral(&self) -> Vec<f64> {
-        self.slots.iter().map(|slot| slot.parameter.neutral).collect()
+        self.slots.iter().map(|slot| slot.parameter.neutral()).collect()
     }
 
     /// Predicts all rows, and the derivatives by the `wanted` parameters.
@@ -209,9 +216,19 @@ impl Predictor {
     /// # Errors
     /// [`InvalidInput`] for a value that cannot be, and for a wanted parameter that is chosen, not fitted.
     pub fn predict(&mut self, values: &[f64], wanted: &[usize]) -> Result<Prediction, InvalidInput> {
+        self.predict_with(values, wanted, &|_| true)
+    }
+
+    /// The same with those effects only that are switched `on`.
+    fn predict_with(
+        &mut self,
+        values: &[f64],
+        wanted: &[usize],
+        on: &dyn Fn(usize) -> bool,
+    ) -> Result<Prediction, InvalidInput> {
         self.check_values(values)?;
         self.check_wanted(wanted)?;
-        let plain = self.chain(values, &[]);
+        let plain = self.chain(values, &[], on);
         let contact = plain.contact();
         let shift_rad = contact.contact_angle_shift_rad.value;
         let asked = self.asked(wanted);
@@ -219,50 +236,56 @@ impl Predictor {
         if self.tables[at_shift].undercuts {
             return Ok(self.nowhere(Status::Undercut, wanted.len()));
         }
-        let gap_slots = self.gap_slots(values, wanted);
+        let gap_slots = self.gap_slots(values, wanted, on);
         self.renew_gaps(values, &gap_slots);
-        let mut states = std::mem::take(&mut self.states);
         let spring = self.spring(&plain);
         let sites = self.sites(&self.tables[at_shift].at_angle, &contact, spring, values, &gap_slots, wanted);
         let friction = self.remembers(&plain, wanted);
         let groups = self.groups(friction);
         let (rows, angle_of_row) = (self.rows.by_run(), &self.angle_of_row);
+        let added = plain.ahead(rows, friction)?;
         let mut solved: Vec<Solved> = vec![Solved::default(); rows.len()];
+        // A copy: an own effect that fails leaves the ones that there were.
+        let mut states = self.states.clone();
         in_groups(&groups, &mut states, &mut solved).into_par_iter().for_each(|(group, states, solved)| {
             let block = Block {
                 chain: &plain,
                 sites: &sites,
                 rows: &rows[group.clone()],
+                added: &added[group.clone()],
                 site_of: &angle_of_row[group],
             };
             block.solve(asked, friction, states, solved);
         });
+        let angles = plain.behind(rows, &added, totals(&solved))?;
         let mut sensitivities = vec![f64::NAN; rows.len() * wanted.len()];
         let wanted_gaps: Vec<usize> =
             gap_slots.iter().copied().filter(|slot| wanted.contains(slot)).collect();
         for (number, slots) in wanted.chunks(WIDTH).enumerate() {
-            let chain = self.chain(values, slots);
+            let chain = self.chain(values, slots, on);
+            let added = chain.ahead(rows, friction)?;
             let gaps: Vec<Dual> = wanted_gaps.iter().map(|slot| seeded(values, slots, *slot)).collect();
-            let mut columns = vec![[f64::NAN; WIDTH]; rows.len()];
-            in_groups(&groups, &mut solved, &mut columns).into_par_iter().for_each(
-                |(group, solved, columns)| {
+            let mut angles = vec![NOT_SOLVED; rows.len()];
+            in_groups(&groups, &mut solved, &mut angles).into_par_iter().for_each(
+                |(group, solved, angles)| {
                     let block = Block {
                         chain: &chain,
                         sites: &sites,
                         rows: &rows[group.clone()],
+                        added: &added[group.clone()],
                         site_of: &angle_of_row[group],
                     };
-                    block.differentiate(&gaps, friction, solved, columns);
+                    block.differentiate(&gaps, friction, solved, angles);
                 },
             );
-            for (row, partials) in columns.iter().enumerate() {
+            for (row, angle) in chain.behind(rows, &added, angles)?.iter().enumerate() {
                 let first = row * wanted.len() + number * WIDTH;
-                sensitivities[first..first + slots.len()].copy_from_slice(&partials[..slots.len()]);
+                sensitivities[first..first + slots.len()].copy_from_slice(&angle.partials[..slots.len()]);
             }
         }
         drop(sites);
         self.states = states;
-        Ok(self.prediction(&plain, &solved, &sensitivities, wanted.len()))
+        Ok(self.prediction(&angles, &solved, &sensitivities, wanted.len()))
     }
 
     /// The named parts of the angle: the model without effects, then what each effect adds as they are switched on in the
@@ -272,19 +295,13 @@ impl Predictor {
     /// As [`Self::predict`].
     pub fn contributions(&mut self, values: &[f64]) -> Result<Vec<Contribution>, InvalidInput> {
         self.check_values(values)?;
-        let mut now = values.to_vec();
-        for (value, slot) in now.iter_mut().zip(&self.slots) {
-            if slot.parameter.is_size {
-                *value = slot.parameter.neutral;
-            }
-        }
-        let mut before = self.predict(&now, &[])?.angle_rad;
+        let mut on = vec![false; self.effects.len()];
+        let mut before = self.predict_with(values, &[], &|_| false)?.angle_rad;
         let mut parts =
             vec![Contribution { name: "model".to_owned(), effect: None, angle_rad: before.clone() }];
         for effect in self.order.clone() {
-            let own = self.own_slots(effect);
-            now[own.clone()].copy_from_slice(&values[own]);
-            let after = self.predict(&now, &[])?.angle_rad;
+            on[effect] = true;
+            let after = self.predict_with(values, &[], &|effect| on[effect])?.angle_rad;
             let angle_rad = after.iter().zip(&before).map(|(after, before)| after - before).collect();
             parts.push(Contribution { name: self.name(effect), effect: Some(effect), angle_rad });
             before = after;
@@ -294,45 +311,54 @@ impl Predictor {
 
     /// The id of an effect, with its number where it is not the first of its kind.
     pub fn name(&self, effect: usize) -> String {
-        let id = self.effects[effect].id;
-        let before = self.effects[..effect].iter().filter(|spec| spec.id == id).count();
+        let id = self.effects[effect].id();
+        let before = self.effects[..effect].iter().filter(|other| other.id() == id).count();
         if before == 0 { id.to_owned() } else { format!("{id}#{}", before + 1) }
     }
 
     fn own_slots(&self, effect: usize) -> std::ops::Range<usize> {
         let first = self.first_slots[effect];
-        first..first + self.effects[effect].parameters.len()
+        first..self.first_slots.get(effect + 1).copied().unwrap_or(self.slots.len())
     }
 
-    /// The effects that do something at these values, or whose numbers are seeded.
-    fn chain(&self, values: &[f64], seeds: &[usize]) -> Chain {
+    /// The effects that are on and do something at these values, or whose numbers are seeded.
+    fn chain(&self, values: &[f64], seeds: &[usize], on: &dyn Fn(usize) -> bool) -> Chain {
         let acts = |effect: usize| {
             self.own_slots(effect).any(|slot| {
-                let parameter = self.slots[slot].parameter;
+                let parameter = &self.slots[slot].parameter;
                 #[allow(clippy::float_cmp)] // neutral is neutral to the last bit
-                let sized = parameter.is_size && values[slot] != parameter.neutral;
+                let sized = parameter.is_size() && values[slot] != parameter.neutral();
                 sized || seeds.contains(&slot)
             })
         };
-        let link = |effect: usize| Link {
-            port: self.effects[effect].port,
-            action: self.effects[effect].action,
-            own: self.own_slots(effect).map(|slot| seeded(values, seeds, slot)).collect(),
-        };
-        let links = self.order.iter().copied().filter(|effect| acts(*effect)).map(link).collect();
-        Chain { links, drive: self.numbers }
+        let (mut links, mut own) = (Vec::new(), Vec::new());
+        for &effect in self.order.iter().filter(|effect| on(**effect)) {
+            let numbers = || self.own_slots(effect).map(|slot| seeded(values, seeds, slot)).collect();
+            match &self.effects[effect] {
+                Effect::Library(spec) if acts(effect) => {
+                    links.push(Link { port: spec.port, action: spec.action, own: numbers() });
+                }
+                Effect::Library(_) => {}
+                Effect::Own(formula) => own.push((Arc::clone(formula), numbers())),
+            }
+        }
+        Chain { links, own, drive: self.numbers }
     }
 
     /// Whether rows of a run depend on each other: friction acts, or its sensitivity is wanted.
     fn remembers(&self, chain: &Chain, wanted: &[usize]) -> bool {
         let friction = &effect::friction_hysteresis::SPEC;
-        let acts = self.rows.by_run().first().is_some_and(|row| !chain.load(row).friction.is_empty());
-        acts || wanted.iter().any(|slot| self.effects[self.slots[*slot].effect].id == friction.id)
+        let acts = self
+            .rows
+            .by_run()
+            .first()
+            .is_some_and(|row| !chain.load(row, &Added::NOTHING).friction.is_empty());
+        acts || wanted.iter().any(|slot| self.effects[self.slots[*slot].effect].id() == friction.id)
     }
 
     /// Which answers of the meshing points the wanted parameters need.
     fn asked(&self, wanted: &[usize]) -> Option<Wanted> {
-        let of = |id: &str| wanted.iter().any(|slot| self.effects[self.slots[*slot].effect].id == id);
+        let of = |id: &str| wanted.iter().any(|slot| self.effects[self.slots[*slot].effect].id() == id);
         (!wanted.is_empty()).then(|| Wanted {
             stiffness: of(effect::contact_stiffness::SPEC.id),
             exponent: of(effect::rough_contact::SPEC.id),
@@ -369,9 +395,11 @@ impl Predictor {
     }
 
     /// Sizes of effects on gaps that are not neutral or wanted.
-    fn gap_slots(&self, values: &[f64], wanted: &[usize]) -> Vec<usize> {
+    fn gap_slots(&self, values: &[f64], wanted: &[usize], on: &dyn Fn(usize) -> bool) -> Vec<usize> {
         let gap = |slot: &Slot| {
-            slot.parameter.is_size && matches!(self.effects[slot.effect].action, Action::Gap(_))
+            on(slot.effect)
+                && slot.parameter.is_size()
+                && matches!(self.effects[slot.effect].action(), Some(Action::Gap(_)))
         };
         let slots = self.slots.iter().enumerate().filter(|(_, slot)| gap(slot)).map(|(place, _)| place);
         slots.filter(|place| values[*place] != 0.0 || wanted.contains(place)).collect()
@@ -384,14 +412,14 @@ impl Predictor {
             let own = self.own_slots(effect);
             let chosen = values[own.clone()].to_vec();
             let fixed = |values: &[f64]| -> Vec<f64> {
-                let parameters = self.effects[effect].parameters.iter().zip(values);
-                parameters.filter(|(parameter, _)| !parameter.is_size).map(|(_, value)| *value).collect()
+                let slots = self.slots[own.clone()].iter().zip(values);
+                slots.filter(|(slot, _)| !slot.parameter.is_size()).map(|(_, value)| *value).collect()
             };
             let known = self.gaps.iter().position(|gaps| gaps.slot == slot);
             if known.is_some_and(|place| self.gaps[place].chosen == fixed(&chosen)) {
                 continue;
             }
-            let Action::Gap(shape) = self.effects[effect].action else { continue };
+            let Some(Action::Gap(shape)) = self.effects[effect].action() else { continue };
             let size = slot - own.start;
             let gap = |ball: &effect::port::Ball| shape(&chosen, size, ball);
             let Some(drive) = self.reducer.ball_drive() else { continue };
@@ -407,7 +435,7 @@ impl Predictor {
 
     /// The axial spring is one number for all rows.
     fn spring(&self, chain: &Chain) -> f64 {
-        self.rows.by_run().first().map_or(0.0, |row| chain.load(row).spring_N_per_m.value)
+        self.rows.by_run().first().map_or(0.0, |row| chain.load(row, &Added::NOTHING).spring_N_per_m.value)
     }
 
     fn sites<'t>(
@@ -448,29 +476,27 @@ impl Predictor {
 
     fn prediction(
         &self,
-        chain: &Chain,
+        angles: &[Dual],
         solved: &[Solved],
         sensitivities: &[f64],
         width: usize,
     ) -> Prediction {
-        let angle = |(row, solved): (&effect::port::Row, &Solved)| {
-            solved
-                .mesh
-                .as_ref()
-                .map_or(f64::NAN, |_| chain.reading(row, Dual::constant(solved.total_rad)).value)
-        };
-        let angle_rad: Vec<f64> = self.rows.by_run().iter().zip(solved).map(angle).collect();
+        // An angle that an own effect made not finite is no solution, whatever the meshing points say.
+        let lost = |row: usize| solved[row].mesh.is_some() && !angles[row].value.is_finite();
+        let of = |row: usize| solved[row].mesh.as_ref().filter(|_| !lost(row));
+        let rows = 0..solved.len();
+        let status = |row: usize| if lost(row) { Status::EffectNotFinite } else { solved[row].status };
+        let status: Vec<Status> = rows.clone().map(status).collect();
+        let angle = |row: usize| of(row).map_or(f64::NAN, |_| angles[row].value);
+        let angle_rad: Vec<f64> = rows.clone().map(angle).collect();
         let carrying: Vec<[usize; 2]> =
-            solved.iter().map(|row| row.mesh.as_ref().map_or([0; 2], |mesh| mesh.carrying)).collect();
+            rows.clone().map(|row| of(row).map_or([0; 2], |mesh| mesh.carrying)).collect();
         let regime: Vec<Option<Regime>> =
-            solved.iter().map(|row| row.mesh.as_ref().and_then(|mesh| mesh.regime)).collect();
-        let status: Vec<Status> = solved.iter().map(|row| row.status).collect();
-        let none = [f64::NAN; 2];
+            rows.clone().map(|row| of(row).and_then(|mesh| mesh.regime)).collect();
         let parts: Vec<[f64; 2]> =
-            solved.iter().map(|row| row.mesh.as_ref().map_or(none, |mesh| mesh.parts_rad)).collect();
+            rows.clone().map(|row| of(row).map_or([f64::NAN; 2], |mesh| mesh.parts_rad)).collect();
         let mesh_load: Vec<[f64; 2]> = solved.iter().map(|row| row.mesh_load).collect();
-        let residual: Vec<f64> =
-            solved.iter().map(|row| row.mesh.as_ref().map_or(f64::NAN, |mesh| mesh.residual)).collect();
+        let residual: Vec<f64> = rows.map(|row| of(row).map_or(f64::NAN, |mesh| mesh.residual)).collect();
         Prediction {
             angle_rad: self.rows.in_table_order(&angle_rad, 1),
             status: self.rows.in_table_order(&status, 1),
@@ -497,6 +523,14 @@ impl Predictor {
             residual: vec![f64::NAN; count],
         }
     }
+}
+
+/// The angle of a row without solution.
+const NOT_SOLVED: Dual = Dual { value: f64::NAN, partials: [f64::NAN; WIDTH] };
+
+/// Total angles without derivatives.
+fn totals(solved: &[Solved]) -> Vec<Dual> {
+    solved.iter().map(|row| Dual::constant(row.total_rad)).collect()
 }
 
 /// A number, seeded where it is one of the block.

@@ -89,6 +89,7 @@ impl Rows {
             largest_torque_share: if load.torque_Nm() == 0.0 { 0.0 } else { 1.0 },
             largest_torque_share_of_run: if load.torque_Nm() == 0.0 { 0.0 } else { 1.0 },
             cycles_done: 0.0,
+            direction: 0.0,
         };
         Self {
             rows: loads.iter().map(row).collect(),
@@ -137,7 +138,7 @@ impl Rows {
         let first_cycle = columns.cycle.map_or(0.0, |c| c.iter().copied().fold(f64::INFINITY, f64::min));
         for run in runs {
             let mut in_run: f64 = 0.0;
-            for &place in &run {
+            for (number, &place) in run.iter().enumerate() {
                 in_run = in_run.max(columns.torque_Nm[place].abs());
                 let temperature = columns.temperature_K.map_or(0.0, |t| t[place] - t[0]);
                 this.rows.push(Row {
@@ -150,6 +151,7 @@ impl Rows {
                     largest_torque_share: shares[place],
                     largest_torque_share_of_run: if largest > 0.0 { in_run / largest } else { 0.0 },
                     cycles_done: columns.cycle.map_or(0.0, |c| c[place] - first_cycle),
+                    direction: direction(columns.torque_Nm, &run, number),
                 });
                 this.places.push(place);
             }
@@ -201,4 +203,12 @@ impl Rows {
         }
         sorted
     }
+}
+
+/// Sense of the torque's last change before a reading of a run; the first takes the value of the next.
+fn direction(torque_Nm: &[f64], run: &[usize], number: usize) -> f64 {
+    let after = number.max(1);
+    let (Some(&before), Some(&now)) = (run.get(after - 1), run.get(after)) else { return 0.0 };
+    let step = torque_Nm[now] - torque_Nm[before];
+    if step == 0.0 { 0.0 } else { step.signum() }
 }

@@ -12,13 +12,14 @@
 //!
 //! dA' = dalpha' + dseries.
 
-use crate::effect::dual::{Dual, WIDTH};
+use crate::effect::dual::Dual;
 use crate::effect::friction_hysteresis::dahl;
 use crate::effect::port::{Load, Row};
 use crate::status::Status;
 
 use super::chain::Chain;
 use super::mesh::{Mesh, Site, Wanted, Warm};
+use super::own::Added;
 
 /// What is kept of a row from call to call, only to start from.
 #[derive(Debug, Clone, Copy, Default)]
@@ -61,6 +62,8 @@ pub struct Block<'a> {
     pub chain: &'a Chain,
     pub sites: &'a [Site<'a>],
     pub rows: &'a [Row],
+    /// What own effects add to each row.
+    pub added: &'a [Added],
     pub site_of: &'a [usize],
 }
 
@@ -89,16 +92,21 @@ impl Block<'_> {
         for (i, row) in self.rows.iter().enumerate() {
             let (state, solved) = (&mut states[i], &mut solved[i]);
             let site = &self.sites[self.site_of[i]];
-            let load = self.chain.load(row);
+            let added = &self.added[i];
+            let load = self.chain.load(row, added);
             let preload_N = load.preload_N.value;
             if friction && i == 0 {
                 let unloaded = site.solve([0.0, preload_N], wanted, &mut state.unloaded).ok();
-                let series = self.chain.series(row, load.torque_Nm * 0.0).value;
-                memory.angle_rad = unloaded.as_ref().map_or(0.0, |mesh| mesh.angle_rad) + series;
+                let series = self.chain.series(row, load.torque_Nm * 0.0) + added.series_at_rest_rad;
+                memory.angle_rad = unloaded.as_ref().map_or(0.0, |mesh| mesh.angle_rad) + series.value;
                 memory.states = vec![0.0; load.friction.len()];
                 solved.unloaded = unloaded;
             }
-            let series = self.chain.series(row, load.torque_Nm).value;
+            if !added.finite {
+                solved.status = Status::EffectNotFinite;
+                continue;
+            }
+            let series = (self.chain.series(row, load.torque_Nm) + added.series_rad).value;
             let found = if load.friction.is_empty() {
                 site.solve([load.torque_Nm.value, preload_N], wanted, &mut state.warm)
             } else {
@@ -121,14 +129,8 @@ impl Block<'_> {
         }
     }
 
-    /// Derivatives of the readings by the parameters that are seeded in the chain, from the solutions kept.
-    pub fn differentiate(
-        &self,
-        gaps: &[Dual],
-        friction: bool,
-        solved: &[Solved],
-        columns: &mut [[f64; WIDTH]],
-    ) {
+    /// Total angles with their derivatives by the parameters that are seeded in the chain, from the solutions kept.
+    pub fn differentiate(&self, gaps: &[Dual], friction: bool, solved: &[Solved], totals: &mut [Dual]) {
         let contact = self.chain.contact();
         let mesh_angle = |mesh: &Mesh, load: &Load| {
             let slopes = &mesh.slopes;
@@ -147,17 +149,18 @@ impl Block<'_> {
         };
         let mut memory = Memory { angle_rad: Dual::constant(0.0), states: Vec::new() };
         for (i, row) in self.rows.iter().enumerate() {
-            let load = self.chain.load(row);
+            let added = &self.added[i];
+            let load = self.chain.load(row, added);
             if friction && i == 0 {
-                let series = self.chain.series(row, load.torque_Nm * 0.0);
+                let series = self.chain.series(row, load.torque_Nm * 0.0) + added.series_at_rest_rad;
                 let mesh = solved[i].unloaded.as_ref().map(|mesh| mesh_angle(mesh, &load));
                 memory.angle_rad = mesh.unwrap_or(Dual::constant(0.0)) + series;
                 memory.states = vec![Dual::constant(0.0); load.friction.len()];
             }
             let Some(mesh) = &solved[i].mesh else { continue };
-            let at_torque = mesh_angle(mesh, &load) + self.chain.series(row, load.torque_Nm);
-            let total = with_torque(at_torque, mesh.slopes.torque, &load, &mut memory);
-            columns[i] = self.chain.reading(row, total).partials;
+            let series = self.chain.series(row, load.torque_Nm) + added.series_rad;
+            let at_torque = mesh_angle(mesh, &load) + series;
+            totals[i] = with_torque(at_torque, mesh.slopes.torque, &load, &mut memory);
         }
     }
 }

@@ -300,7 +300,7 @@ fn a_wrong_effect_is_told_what_is_expected() {
         "id = \"mine\"\nexpression = \"1\"",
         "drive.toml:24: effect[0].port: missing; an own effect must say",
     );
-    let own = "id = \"mine\"\nport = \"series\"\nexpression = \"a\"";
+    let own = "id = \"mine\"\nport = \"series\"\nexpression = \"1e-6 * torque_Nm\"";
     one(
         &own.replace("mine", "creep"),
         "drive.toml:25: effect[0].id = \"creep\": a built-in effect has this id",
@@ -308,7 +308,7 @@ fn a_wrong_effect_is_told_what_is_expected() {
     one(&own.replace("series", "serie"), "drive.toml:26: effect[0].port = \"serie\": did you mean series?");
     one(
         &format!("{own}\na = 1"),
-        "drive.toml:28: effect[0].a: unknown key; allowed here: id, port, expression,",
+        "drive.toml:28: effect[0].a: unknown key; allowed here: id, port, adds_to, expression,",
     );
     one(&format!("{own}\nparameters = 1"), "drive.toml:28: effect[0].parameters = 1: expected a table of");
     let parameter = |text: &str, expected: &str| one(&format!("{own}\nparameters = {text}"), expected);

@@ -8,10 +8,14 @@ use proptest::collection::{btree_map, vec};
 use proptest::option;
 use proptest::prelude::*;
 
-use cbpt_core::effect::{LIBRARY, Parameter, Scale};
+use std::sync::Arc;
+
+use cbpt_core::effect::{AddsTo, LIBRARY, OwnParameter, Parameter, Scale};
+
+use crate::formula::Formula;
 
 use super::super::fields;
-use super::super::{Case, EffectEntry, LoadDefaults, Measurement, OwnParameter, Uncertainty, Zero};
+use super::super::{Case, EffectEntry, LoadDefaults, Measurement, Uncertainty, Zero};
 
 fn positive() -> impl Strategy<Value = f64> {
     prop_oneof![
@@ -110,27 +114,23 @@ fn any_effect() -> impl Strategy<Value = EffectEntry> {
             (parameter.name(), if whole { value.floor() } else { value })
         };
         let numbers = spec.parameters.iter().zip(shares).map(number).collect();
-        EffectEntry { id: spec.id.into(), port: None, expression: None, numbers, parameters: Vec::new() }
+        EffectEntry { id: spec.id.into(), numbers, own: None }
     });
     let parameter = (any::<String>(), number(), option::of(0.0..1e9), option::of(0.0..1e9));
-    let own = (any::<String>(), btree_map("[A-Za-z_][A-Za-z0-9_]{0,8}", parameter, 0..4)).prop_map(
-        |(expression, parameters)| EffectEntry {
-            id: "own effect".into(),
-            port: Some("series".into()),
-            expression: Some(expression),
-            numbers: Vec::new(),
-            parameters: parameters
-                .into_iter()
-                .map(|(name, (unit, start, below, above))| OwnParameter {
-                    name,
-                    unit,
-                    start,
-                    min: below.map(|below| start - below),
-                    max: above.map(|above| start + above),
-                })
-                .collect(),
-        },
-    );
+    let adds_to =
+        proptest::sample::select(vec![AddsTo::Torque, AddsTo::Preload, AddsTo::Series, AddsTo::Reading]);
+    let own =
+        (adds_to, btree_map("p[A-Za-z0-9_]{0,8}_", parameter, 0..4)).prop_map(|(adds_to, parameters)| {
+            let expression = parameters.keys().fold("torque_Nm".to_owned(), |text, name| text + " * " + name);
+            let parameter =
+                |(name, (unit, start, below, above)): (String, (String, f64, Option<f64>, Option<f64>))| {
+                    let (min, max) = (below.map(|below| start - below), above.map(|above| start + above));
+                    OwnParameter { name, unit, start, min, max }
+                };
+            let parameters = parameters.into_iter().map(parameter).collect();
+            let own = Formula::new("own_effect", adds_to, expression, parameters).unwrap();
+            EffectEntry { id: "own_effect".into(), numbers: Vec::new(), own: Some(Arc::new(own)) }
+        });
     prop_oneof![built_in, own]
 }
 

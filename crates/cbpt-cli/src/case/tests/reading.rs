@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_4, PI};
 
+use cbpt_core::effect::{AddsTo, OwnEffect};
 use cbpt_core::{
     CrossSlideForm, CrossSlideShare, Deceleration, Drive, Elasticity, EqualSpeed, GrooveSection, Material,
     OutputPlate, RingGroove, TrackCurvature,
@@ -123,10 +124,12 @@ fn everything_a_case_may_hold() {
     ];
     assert_eq!(case.uncertainty.of_drive, of_drive.map(|(name, value)| (name.to_owned(), value)).into());
     assert_eq!(case.effects[0].numbers, [("reference_deflection_m".into(), 2e-6), ("exponent".into(), 0.9)]);
-    let names: Vec<&str> = case.effects[1].parameters.iter().map(|parameter| &*parameter.name).collect();
-    assert_eq!((case.effects[1].port.as_deref(), names), (Some("series"), vec!["tau", "a"]));
-    assert_eq!(case.effects[1].parameters[0].max, Some(1e4));
-    assert_eq!(case.effects[1].parameters[1].max, None);
+    let own = case.effects[1].own.as_ref().unwrap();
+    let names: Vec<&str> = own.parameters().iter().map(|parameter| &*parameter.name).collect();
+    assert_eq!((own.adds_to(), names), (AddsTo::Series, vec!["tau", "a"]));
+    assert_eq!(own.parameters()[0].max, Some(1e4));
+    assert_eq!(own.parameters()[1].max, None);
+    assert_eq!(case.effects[1].values(), [20.0, 1e-7]);
     assert_eq!(read(&case.to_toml()), case);
 }
 

@@ -1,0 +1,171 @@
+//! A formula's tree and its value in dual numbers, so that slopes are exact.
+
+use cbpt_core::effect::dual::Dual;
+use cbpt_core::effect::own::{At, Variable};
+
+/// A part of a formula.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Node {
+    /// A number.
+    Number(f64),
+    /// A parameter by its place.
+    Parameter(usize),
+    /// A variable.
+    Variable(Variable),
+    /// A change of sign.
+    Minus(Box<Node>),
+    /// Two parts with a sign between them.
+    Infix(Infix, Box<[Node; 2]>),
+    /// A function of one or two parts.
+    Call(Function, Vec<Node>),
+}
+
+/// A sign between two parts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs)] // the words say it
+pub enum Infix {
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+    Power,
+}
+
+/// A function.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs)] // the table says it
+pub enum Function {
+    Sin,
+    Cos,
+    Tan,
+    Atan,
+    Tanh,
+    Exp,
+    Log,
+    Sqrt,
+    Abs,
+    Sign,
+    Min,
+    Max,
+}
+
+/// Every function: its name and how many arguments it takes.
+pub const FUNCTIONS: [(Function, &str, usize); 12] = [
+    (Function::Sin, "sin", 1),
+    (Function::Cos, "cos", 1),
+    (Function::Tan, "tan", 1),
+    (Function::Atan, "atan", 1),
+    (Function::Tanh, "tanh", 1),
+    (Function::Exp, "exp", 1),
+    (Function::Log, "log", 1),
+    (Function::Sqrt, "sqrt", 1),
+    (Function::Abs, "abs", 1),
+    (Function::Sign, "sign", 1),
+    (Function::Min, "min", 2),
+    (Function::Max, "max", 2),
+];
+
+impl Function {
+    /// The function of a name.
+    pub fn find(name: &str) -> Option<Self> {
+        FUNCTIONS.iter().find(|(_, known, _)| *known == name).map(|(function, ..)| *function)
+    }
+
+    /// How many arguments it takes.
+    pub fn arguments(self) -> usize {
+        FUNCTIONS.iter().find(|(function, ..)| *function == self).map_or(1, |(.., count)| *count)
+    }
+
+    fn value(self, x: Dual, other: Option<Dual>) -> Dual {
+        let v = x.value;
+        match self {
+            Self::Sin => chain(&x, v.sin(), v.cos()),
+            Self::Cos => chain(&x, v.cos(), -v.sin()),
+            Self::Tan => chain(&x, v.tan(), 1.0 + v.tan().powi(2)),
+            Self::Atan => chain(&x, v.atan(), 1.0 / (1.0 + v * v)),
+            Self::Tanh => chain(&x, v.tanh(), 1.0 - v.tanh().powi(2)),
+            Self::Exp => chain(&x, v.exp(), v.exp()),
+            Self::Log => chain(&x, v.ln(), 1.0 / v),
+            Self::Sqrt => chain(&x, v.sqrt(), 0.5 / v.sqrt()),
+            Self::Abs => x.abs(),
+            // At 0 it is 0, as in numpy; not finite stays so.
+            Self::Sign => Dual::constant(if v == 0.0 {
+                0.0
+            } else if v.is_nan() {
+                v
+            } else {
+                v.signum()
+            }),
+            Self::Min | Self::Max => {
+                let y = other.unwrap_or(x);
+                // What is not finite must not be lost in a comparison.
+                let first = if self == Self::Min { v <= y.value } else { v >= y.value };
+                if v.is_nan() || first { x } else { y }
+            }
+        }
+    }
+}
+
+/// f(x) by the chain rule; what does not depend on a parameter has no slope, even where f has none.
+fn chain(x: &Dual, value: f64, slope: f64) -> Dual {
+    let by = |partial: f64| if partial == 0.0 { 0.0 } else { slope * partial };
+    Dual { value, partials: x.partials.map(by) }
+}
+
+/// x^q: d = q x^(q-1) dx + ln(x) x^q dq, each term only where it is asked for.
+fn power(x: &Dual, q: &Dual) -> Dual {
+    let value = x.value.powf(q.value);
+    let by_base = q.value * x.value.powf(q.value - 1.0);
+    // 0^q stays 0 whatever q > 0 is.
+    let by_exponent = if x.value == 0.0 && q.value > 0.0 { 0.0 } else { value * x.value.ln() };
+    let mut found = chain(x, value, by_base);
+    for (mine, theirs) in found.partials.iter_mut().zip(chain(q, value, by_exponent).partials) {
+        *mine += theirs;
+    }
+    found
+}
+
+impl Node {
+    /// Its value at a row, given the parameters.
+    pub fn value(&self, own: &[Dual], at: &At<'_>) -> Dual {
+        match self {
+            Self::Number(number) => Dual::constant(*number),
+            Self::Parameter(place) => own[*place],
+            Self::Variable(variable) => at.get(*variable),
+            Self::Minus(part) => -part.value(own, at),
+            Self::Infix(infix, parts) => {
+                let [x, y] = [parts[0].value(own, at), parts[1].value(own, at)];
+                match infix {
+                    Infix::Add => x + y,
+                    Infix::Subtract => x - y,
+                    Infix::Multiply => x * y,
+                    Infix::Divide => {
+                        let mut quotient = chain(&x, x.value / y.value, 1.0 / y.value);
+                        let by_divisor = chain(&y, 0.0, -x.value / (y.value * y.value));
+                        for (mine, theirs) in quotient.partials.iter_mut().zip(by_divisor.partials) {
+                            *mine += theirs;
+                        }
+                        quotient
+                    }
+                    Infix::Power => power(&x, &y),
+                }
+            }
+            Self::Call(function, parts) => {
+                let mut values = parts.iter().map(|part| part.value(own, at));
+                let first = values.next().unwrap_or(Dual::constant(f64::NAN));
+                function.value(first, values.next())
+            }
+        }
+    }
+
+    /// Whether it depends on a variable.
+    pub fn uses(&self, variable: Variable) -> bool {
+        match self {
+            Self::Number(_) | Self::Parameter(_) => false,
+            Self::Variable(found) => *found == variable,
+            Self::Minus(part) => part.uses(variable),
+            Self::Infix(_, parts) => parts.iter().any(|part| part.uses(variable)),
+            Self::Call(_, parts) => parts.iter().any(|part| part.uses(variable)),
+        }
+    }
+}

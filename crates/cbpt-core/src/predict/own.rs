@@ -1,0 +1,139 @@
+//! The user's own effects on all rows at once, stage by stage, so that a function of Python is called once and not row by row.
+//!
+//! Ahead of the meshing points: what is added to the load, and angles in series that need no angle. Behind them: angles that
+//! do, then those of the reading.
+
+use std::sync::Arc;
+
+use crate::effect::dual::Dual;
+use crate::effect::own::{AddsTo, At, OwnEffect, Variable};
+use crate::effect::port::{Load, Row};
+use crate::error::InvalidInput;
+
+use super::chain::Chain;
+
+/// An own effect with its numbers, some of them seeded with a partial.
+pub type OwnLink = (Arc<dyn OwnEffect>, Vec<Dual>);
+
+/// What own effects add to a row ahead of its meshing points.
+#[derive(Debug, Clone, Copy)]
+pub struct Added {
+    pub torque_Nm: Dual,
+    pub preload_N: Dual,
+    /// In series, under the row's torque and under none.
+    pub series_rad: Dual,
+    pub series_at_rest_rad: Dual,
+    /// Whether all of it is finite; where not, nothing is added and the row has no solution.
+    pub finite: bool,
+}
+
+impl Added {
+    pub const NOTHING: Self = Self {
+        torque_Nm: Dual::constant(0.0),
+        preload_N: Dual::constant(0.0),
+        series_rad: Dual::constant(0.0),
+        series_at_rest_rad: Dual::constant(0.0),
+        finite: true,
+    };
+
+    fn checked(self) -> Self {
+        let all = [self.torque_Nm, self.preload_N, self.series_rad, self.series_at_rest_rad];
+        let finite = all.iter().all(|number| number.value.is_finite());
+        if finite { self } else { Self { finite, ..Self::NOTHING } }
+    }
+}
+
+/// Whether an effect waits for the angle of the meshing points.
+fn waits(effect: &dyn OwnEffect) -> bool {
+    effect.adds_to() == AddsTo::Reading || effect.uses(Variable::Angle)
+}
+
+impl Chain {
+    /// What own effects add ahead of the meshing points; `rest`: also in series under no torque, from which friction counts.
+    pub fn ahead(&self, rows: &[Row], rest: bool) -> Result<Vec<Added>, InvalidInput> {
+        let mut added = vec![Added::NOTHING; rows.len()];
+        for (effect, own) in &self.own {
+            let adds_to = effect.adds_to();
+            if adds_to == AddsTo::Series && waits(&**effect) || adds_to == AddsTo::Reading {
+                continue;
+            }
+            let loads = self.loads(rows, &added);
+            let angles = vec![Dual::constant(f64::NAN); rows.len()];
+            let values = self.values(&**effect, own, rows, &loads, &angles)?;
+            for (added, value) in added.iter_mut().zip(values) {
+                match adds_to {
+                    AddsTo::Torque => added.torque_Nm += value,
+                    AddsTo::Preload => added.preload_N += value,
+                    AddsTo::Series | AddsTo::Reading => added.series_rad += value,
+                }
+            }
+            if rest && adds_to == AddsTo::Series {
+                let mut unloaded = loads;
+                for load in &mut unloaded {
+                    load.torque_Nm = Dual::constant(0.0);
+                }
+                let values = self.values(&**effect, own, rows, &unloaded, &angles)?;
+                for (added, value) in added.iter_mut().zip(values) {
+                    added.series_at_rest_rad += value;
+                }
+            }
+        }
+        Ok(added.into_iter().map(Added::checked).collect())
+    }
+
+    /// What the instrument shows of total angles: own effects in series that wait for the angle, the library's of the
+    /// reading, own ones of the reading.
+    pub fn behind(
+        &self,
+        rows: &[Row],
+        added: &[Added],
+        totals: Vec<Dual>,
+    ) -> Result<Vec<Dual>, InvalidInput> {
+        let mut angles = totals;
+        let waiting = || self.own.iter().filter(|(effect, _)| waits(&**effect));
+        let loads = if waiting().next().is_some() { self.loads(rows, added) } else { Vec::new() };
+        for port in [AddsTo::Series, AddsTo::Reading] {
+            if port == AddsTo::Reading {
+                for (angle, row) in angles.iter_mut().zip(rows) {
+                    *angle = self.reading(row, *angle);
+                }
+            }
+            for (effect, own) in waiting().filter(|(effect, _)| effect.adds_to() == port) {
+                let values = self.values(&**effect, own, rows, &loads, &angles)?;
+                for (angle, value) in angles.iter_mut().zip(values) {
+                    *angle += value;
+                }
+            }
+        }
+        Ok(angles)
+    }
+
+    /// The load of every row, with what own effects have added so far.
+    fn loads(&self, rows: &[Row], added: &[Added]) -> Vec<Load> {
+        rows.iter().zip(added).map(|(row, added)| self.load(row, added)).collect()
+    }
+
+    fn values(
+        &self,
+        effect: &dyn OwnEffect,
+        own: &[Dual],
+        rows: &[Row],
+        loads: &[Load],
+        angles: &[Dual],
+    ) -> Result<Vec<Dual>, InvalidInput> {
+        let at = |((row, load), angle): ((_, &Load), &Dual)| At {
+            row,
+            drive: &self.drive,
+            torque_Nm: load.torque_Nm,
+            preload_N: load.preload_N,
+            alpha_rad: *angle,
+        };
+        let at: Vec<At<'_>> = rows.iter().zip(loads).zip(angles).map(at).collect();
+        let values = effect.values(own, &at)?;
+        if values.len() == rows.len() {
+            return Ok(values);
+        }
+        let rule = format!("must be one for each of the {} rows", rows.len());
+        Err(InvalidInput::new(effect.id(), format!("{} values", values.len()), rule))
+    }
+}

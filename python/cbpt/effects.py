@@ -1,0 +1,131 @@
+"""Effects of the user's own: an expression, or a function on whole arrays.
+
+    >>> import cbpt
+    >>> creep = cbpt.effects.expression(
+    ...     "my_creep", "series", "a * torque_Nm * log(1 + run_time_s / tau)",
+    ...     parameters={"a": {"unit": "rad/(N m)", "start": 1e-7, "min": 0.0, "max": 1e-5},
+    ...                 "tau": {"unit": "s", "start": 20.0, "min": 1.0, "max": 1e4}})
+
+- `expression`: what an `[[effect]]` with an expression in a case file is;
+- `own_effect`: the same with a Python function;
+- `VARIABLES`: what both may depend on, with what it is.
+
+`compare`, `fit` and `diagnose` take them wherever they take ids of effects. Everything is in SI and
+radians.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cbpt._core import OwnEffect, own_effect_variables
+from cbpt.errors import InvalidInputError
+
+__all__ = ["VARIABLES", "Columns", "OwnEffect", "expression", "own_effect"]
+
+VARIABLES: dict[str, str] = dict(own_effect_variables())
+"""Names of all variables, and what each is."""
+
+Parameters = Mapping[str, float | Mapping[str, Any]]
+"""By name: `start`, `unit`, `min`, `max`, of which only `start` is needed; or the start alone."""
+
+
+class Columns(Mapping[str, NDArray[np.float64]]):
+    """The columns that a function is given: arrays of shape (n,), not to be written to."""
+
+    def __init__(self, columns: Mapping[str, NDArray[np.float64]], used: set[str]) -> None:
+        self._columns = columns
+        self._used = used
+
+    def __getitem__(self, name: str) -> NDArray[np.float64]:
+        found = self._columns.get(name)
+        if found is None:
+            there = ", ".join(self._columns)
+            raise InvalidInputError(f"no column {name!r} at this port; there are {there}")
+        self._used.add(name)
+        return found
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+
+class _Function:
+    """A user's function as the core calls it."""
+
+    def __init__(self, name: str, function: Callable[..., ArrayLike], names: tuple[str, ...]):
+        self.name, self.function, self.names = name, function, names
+        self.used: set[str] = set()
+
+    def __call__(
+        self, columns: Mapping[str, NDArray[np.float64]], values: list[float]
+    ) -> NDArray[np.float64]:
+        for column in columns.values():
+            column.setflags(write=False)
+        rows = len(columns["torque_Nm"])
+        given = dict(zip(self.names, values, strict=True))
+        found = np.asarray(self.function(Columns(columns, self.used), **given), dtype=np.float64)
+        if found.shape not in ((), (rows,)):
+            raise InvalidInputError(
+                f"effect {self.name}: its function returned an array of shape {found.shape}, "
+                f"expected one number for each of the {rows} rows"
+            )
+        return np.ascontiguousarray(np.broadcast_to(found, (rows,)))
+
+
+def expression(
+    id: str,
+    port: str,
+    expression: str,
+    parameters: Parameters | None = None,
+    *,
+    adds_to: str | None = None,
+) -> OwnEffect:
+    """An own effect from a formula, as in a case file.
+
+    port: `series` and `reading` add an angle (rad), `load` adds to `adds_to`, `torque_Nm` or
+        `preload_N`.
+    expression: numbers, parameters, `VARIABLES`, `pi`, + - * / ^ and the functions of
+        `docs/own-effects.md`.
+    parameters: by name; `min` and `max` are the plausible range, which is the prior of a fit.
+
+    Raises `CaseError`, which names the character of the formula and the nearest right name.
+    """
+    entry: dict[str, Any] = {"id": id, "port": port, "expression": expression}
+    if adds_to is not None:
+        entry["adds_to"] = adds_to
+    entry["parameters"] = {name: _filled(p) for name, p in (parameters or {}).items()}
+    return OwnEffect.from_entry(entry)
+
+
+def own_effect(
+    id: str,
+    port: str,
+    function: Callable[..., ArrayLike],
+    parameters: Parameters | None = None,
+    *,
+    adds_to: str | None = None,
+) -> OwnEffect:
+    """An own effect from a function of columns and parameters, `function(rows, a=..., ...)`.
+
+    `rows` maps the names of `VARIABLES` to arrays of shape (n,), run by run in the order of time;
+    `alpha_rad`, the elastic angle so far, is there at the `reading` port only. The function returns
+    one number a row, and is called a few times an evaluation with all rows: its slopes are
+    differences. What it raises is raised to the caller. It cannot be written to a case file.
+    """
+    parameters = parameters or {}
+    filled = {name: _filled(p) for name, p in parameters.items()}
+    fields = [(n, p["unit"], p["start"], p.get("min"), p.get("max")) for n, p in filled.items()]
+    wrapped = _Function(id, function, tuple(parameters))
+    return OwnEffect.from_function(id, port, adds_to, wrapped, fields)
+
+
+def _filled(parameter: float | Mapping[str, Any]) -> dict[str, Any]:
+    given = dict(parameter) if isinstance(parameter, Mapping) else {"start": float(parameter)}
+    return {"unit": ""} | given
