@@ -217,7 +217,9 @@ fn sweep_runs_over_lists_and_ranges_in_order() {
     let angles = [0, 12, 24].map(|row| number(&swept["input_angle_deg"][row]).round());
     assert_eq!(angles, [0.0, 10.0, 20.0]);
     let one = desk.json("solve bare.toml --torque-Nm 4 --preload-N 300 --input-angle-deg 20 --json", 0);
-    assert_eq!(swept["elastic_angle_arcsec"][35], one["elastic_angle_arcsec"]);
+    // Many loads are solved side by side, which rounds otherwise.
+    let (many, single) = (number(&swept["elastic_angle_arcsec"][35]), number(&one["elastic_angle_arcsec"]));
+    assert!((many / single - 1.0).abs() < 1e-12, "{many} {single}");
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Hertz point contact: two relative curvatures and a contact modulus give stiffness, ellipse and pressure.
 //!
-//! Pure functions; [`lanes`] makes many contacts at once. The exact solution with complete elliptic integrals, for smooth bodies whose relative
+//! Pure functions; `lanes` makes many contacts at once. The exact solution with complete elliptic integrals, for smooth bodies whose relative
 //! curvatures c1 and c2 (sums of 1/radius in the two principal directions, both above 0) lie along common axes.
 //! Source: K. L. Johnson, Contact Mechanics (1985), section 4.2.
 //!

@@ -1,6 +1,6 @@
 //! Many loads on one pair, side by side in the lanes of the processor's vector registers.
 //!
-//! - here: which loads may run here, and what comes out; [`kernel`]: the iteration; [`curve`]: its start.
+//! - here: which loads may run here, and what comes out; `kernel`: the iteration; `curve`: its start.
 //!
 //! Contacts by Hertz's law without offsets, and a preload that no spring changes, make deformations linear in the
 //! unknowns and the energy homogeneous. Scaled as in the parent, with the pivot A = M0/N_Z, the unknowns then are a
