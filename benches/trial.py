@@ -36,7 +36,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 import numpy as np
 
 import cbpt
-from cbpt.lab import competition
+from cbpt.lab import reach
 from cbpt.lab.answer import Diagnosis
 from cbpt.lab.diagnose import diagnose
 from cbpt.lab.fit import Fit
@@ -238,7 +238,7 @@ def shuffled(task: Task) -> tuple[str, str] | None:
     if given is None:
         return None
     case, columns = cbpt.Case.from_toml(given["case"]), table_of(given)
-    order: tuple[Variant, ...] = vars(competition)["VARIANTS"]
+    order: tuple[Variant, ...] = vars(reach)["VARIANTS"]
     mixed = list(order)
     random.Random(task[1]).shuffle(mixed)
 
@@ -248,10 +248,10 @@ def shuffled(task: Task) -> tuple[str, str] | None:
 
     try:
         first = said()
-        vars(competition)["VARIANTS"] = tuple(mixed)
+        vars(reach)["VARIANTS"] = tuple(mixed)
         return first, said()
     finally:
-        vars(competition)["VARIANTS"] = order
+        vars(reach)["VARIANTS"] = order
 
 
 # --- the run ----------------------------------------------------------------------------------

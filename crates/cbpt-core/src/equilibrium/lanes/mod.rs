@@ -32,6 +32,9 @@ pub use powers::two_thirds_powers;
 /// Loads that are solved in one go.
 pub const BATCH: usize = 128;
 
+/// Preloads far from any machine's are left to the scalar solver: at the ends of the numbers scaling back would lose them.
+const PRELOADS_N: std::ops::RangeInclusive<f64> = 1e-9..=1e9;
+
 /// From so many loads on, the curve is worth making.
 const CURVE_PAYS_FROM: usize = 1024;
 
@@ -137,7 +140,7 @@ impl LanePair {
     }
 
     fn holds(&self, torque_Nm: f64, preload_N: f64) -> bool {
-        preload_N.is_finite() && torque_Nm.abs() < preload_N * self.pair.holding_arm_m(torque_Nm)
+        PRELOADS_N.contains(&preload_N) && torque_Nm.abs() < preload_N * self.pair.holding_arm_m(torque_Nm)
     }
 
     fn outcome(
