@@ -20,6 +20,7 @@ from cbpt.lab.diagnose import diagnose
 from reference.rig_noise import NOISE_KINDS
 from reference.rig_oracle import ask
 from reference.rig_trial import FAMILIES, SINGLES, STRENGTHS, Family, make_trial
+from reference.trial_page import write_page
 from reference.trial_score import (
     Outcome,
     contains,
@@ -215,3 +216,18 @@ def test_families_are_interleaved() -> None:
     work = trial.tasks(FAMILIES, 3, SEED)
     assert len(set(work)) == len(work)
     assert {family for family, _, _ in work[: len(work) // 3]} == set(FAMILIES)
+
+
+# --- the page -----------------------------------------------------------------------------
+
+
+def test_the_page_has_every_measure_and_the_reliability(tmp_path: Path) -> None:
+    right = made_up("outside", OUT, ("unknown", [], []))
+    found = [{**right, "seconds": 1.0}] * 3
+    (tmp_path / "trial-notes.md").write_text("## What falls short\n")
+    score = {"seed": 5, "order_of_library": {"changed": 0, "sets": 2}}
+    write_page(tmp_path / "trial.md", score, found)
+    page = (tmp_path / "trial.md").read_text()
+    assert "| outside: says unknown | d = 8 | 100.0 % |" in page
+    assert "seed 5" in page and "| Brier score |" in page and page.endswith("falls short\n")
+    assert "stated" in page and (tmp_path / "trial.svg").read_text().startswith("<?xml")

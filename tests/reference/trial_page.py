@@ -116,8 +116,9 @@ def _draw(path: Path, outcomes: Sequence[Outcome]) -> None:
     rows = reliability(outcomes)
     stated = [r["stated"] for r in rows]
     true = [r["true"] for r in rows]
-    below = [r["true"] - r["true_low"] for r in rows]
-    above = [r["true_high"] - r["true"] for r in rows]
+    # Where all or none were right the interval ends there but for rounding.
+    below = [max(r["true"] - r["true_low"], 0.0) for r in rows]
+    above = [max(r["true_high"] - r["true"], 0.0) for r in rows]
     figure, (axes, counts) = plt.subplots(
         2, 1, figsize=(5, 6), height_ratios=(3, 1), sharex=True, layout="constrained"
     )
