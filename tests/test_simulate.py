@@ -143,3 +143,11 @@ def test_what_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
         assert run(*wrong) == 2 and said in capsys.readouterr().err
     with pytest.raises(PlanError):
         simulate(CASE, read_plan(PLAN), u_elastic_angle_arcsec=0)
+
+
+def test_an_own_effect_comes_with_the_case() -> None:
+    own = cbpt.effects.expression("mine", "series", "a * torque_Nm", {"a": 1e-6})
+    with pytest.raises(cbpt.InvalidInputError, match=r"\[\[effect\]\]"):
+        cbpt.simulate("examples/campaign.toml", "examples/plan.toml", effects=[own])  # type: ignore[list-item]
+    with pytest.raises(cbpt.InvalidInputError, match="ids of the library"):
+        cbpt.isolability("examples/campaign.toml", "examples/plan.toml", effects=[own])  # type: ignore[list-item]

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import pickle
 from collections.abc import Callable
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -135,3 +137,39 @@ def test_a_fitted_case_compares_to_the_noise() -> None:
     after = cbpt.compare(fitted.case, data)
     assert after.overall is not None
     assert after.overall.rmse_arcsec < 1.1 * np.rad2deg(2e-5) * 3600
+
+
+# --- what a spring has no preload for ------------------------------------------------------
+
+REDUCER = Path(__file__).parents[1] / "examples" / "reducer.toml"
+LOOPS = REDUCER.with_suffix(".csv")
+
+
+@cache
+def one_step() -> cbpt.Diagnosis:
+    return cbpt.diagnose(REDUCER, LOOPS, only={"preload_step": 2})
+
+
+def test_the_angle_at_a_load_needs_no_preload() -> None:
+    at = one_step().predict([2.0, 5.0])
+    assert np.isfinite(at.elastic_angle_arcsec).all() and np.isnan(at.preload_N).all()
+    assert (at.u_elastic_angle_arcsec > 0).all() and at.inside.all()
+    text = one_step().results(torque_Nm=5.0).report()
+    assert "elastic angle at 5 N m, 0 deg" in text and "nan" not in text
+
+
+def test_runs_and_plans_are_for_ball_drives() -> None:
+    found = cbpt.next_runs(REDUCER, LOOPS)
+    assert "torsion spring" in found.report() and found.best is None
+    plan = cbpt.read_readings(LOOPS, need_preload=False)
+    with pytest.raises(cbpt.InvalidInputError, match="ball drives"):
+        cbpt.isolability(REDUCER, plan)
+    with pytest.raises(cbpt.InvalidInputError, match="ball drives"):
+        cbpt.shortest_plan(REDUCER, ["creep"], u_elastic_angle_arcsec=1.0)
+
+
+def test_steps_of_the_preload_are_no_repeats() -> None:
+    whole = cbpt.diagnose(REDUCER, LOOPS)
+    assert any("--by preload_step" in note for note in whole.notes)
+    assert not any("--by" in note for note in one_step().notes)
+    assert whole.to_dict()["noise"]["repeats"] is None

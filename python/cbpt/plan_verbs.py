@@ -146,7 +146,8 @@ def next_run(argv: list[str]) -> int:
     columns = columns_of(parser, options)
     check_plan_name(parser, options.out)
     answer = diagnose(options.case, options.data, columns=columns or None, seed=options.seed)
-    limits = limited(options, limits_of(answer.readings))
+    seen = answer.readings
+    limits = limited(options, limits_of(seen)) if seen.preload_N is not None else None
     found = ranked(answer, limits, options.candidates)
     plan = found.plan()
     if options.out and plan:

@@ -284,3 +284,14 @@ proptest! {
         }
     }
 }
+
+/// The angle follows from the load.
+#[test]
+fn the_load_does_not_know_the_angle() {
+    for adds_to in [AddsTo::Torque, AddsTo::Preload] {
+        let wrong = Formula::new("mine", adds_to, "1 + alpha_rad", Vec::new()).unwrap_err();
+        assert_eq!(wrong.character, 5);
+        assert!(wrong.problem.contains("port load"), "{}", wrong.problem);
+    }
+    assert!(Formula::new("mine", AddsTo::Series, "alpha_rad", Vec::new()).is_ok());
+}

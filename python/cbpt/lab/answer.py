@@ -103,7 +103,10 @@ class Diagnosis:
     # --- results ---
 
     def predict(
-        self, torque_Nm: ArrayLike, preload_N: ArrayLike, input_angle_deg: ArrayLike = 0.0
+        self,
+        torque_Nm: ArrayLike,
+        preload_N: ArrayLike | None = None,
+        input_angle_deg: ArrayLike = 0.0,
     ) -> AtLoad:
         """The elastic angle of the drive under loads of choice, with its standard uncertainty.
 

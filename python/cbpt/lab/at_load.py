@@ -35,6 +35,7 @@ class AtLoad:
 
     torque_Nm: Floats
     preload_N: Floats
+    """NaN for a torsion spring without one."""
     input_angle_deg: Floats
     elastic_angle_arcsec: Floats
     """NaN where there is no solution."""
@@ -58,14 +59,19 @@ def angle_at(
     fitter: Fitter,
     fit: Fit,
     torque_Nm: ArrayLike,
-    preload_N: ArrayLike,
+    preload_N: ArrayLike | None = None,
     input_angle_deg: ArrayLike = 0.0,
     *,
     why_no_u: str | None = None,
     rivals: Mapping[str, Fit] | None = None,
 ) -> AtLoad:
     """Loads broadcast against each other. Raises `InvalidInputError` for one that cannot be."""
-    torque, preload, input_angle = _checked(torque_Nm, preload_N, input_angle_deg)
+    spring = fitter.campaign.drive.kind == "torsion_spring" and preload_N is None
+    torque, preload, input_angle = _checked(
+        torque_Nm, 1.0 if spring else preload_N, input_angle_deg
+    )
+    if spring:
+        preload = np.full(len(torque), np.nan)
     n = len(torque)
     campaign = replace(
         fitter.campaign,
@@ -95,7 +101,9 @@ def angle_at(
         for g, ok in zip(gradients, solved, strict=True)
     )
     r = fitter.campaign.readings
-    assert r.preload_N is not None
+    inside = (torque >= r.torque_Nm.min()) & (torque <= r.torque_Nm.max())
+    if r.preload_N is not None and not spring:
+        inside &= (preload >= r.preload_N.min()) & (preload <= r.preload_N.max())
     return AtLoad(
         torque_Nm=torque,
         preload_N=preload,
@@ -103,10 +111,7 @@ def angle_at(
         elastic_angle_arcsec=point.angle_arcsec,
         u_elastic_angle_arcsec=np.array([np.nan if p is None else p.u for p in parts]),
         status=model.states(values(fit))[1],
-        inside=(torque >= r.torque_Nm.min())
-        & (torque <= r.torque_Nm.max())
-        & (preload >= r.preload_N.min())
-        & (preload <= r.preload_N.max()),
+        inside=inside,
         why_no_u=why_no_u,
         by_rival_arcsec={
             name: model.at(values(rival)).angle_arcsec for name, rival in (rivals or {}).items()
@@ -121,7 +126,7 @@ def load_of_choice(
     torque_Nm: ArrayLike | None,
     preload_N: ArrayLike | None,
     input_angle_deg: ArrayLike | None,
-) -> tuple[ArrayLike, ArrayLike, ArrayLike] | None:
+) -> tuple[ArrayLike, ArrayLike | None, ArrayLike] | None:
     """What is not stated is that of `[load]` in the case; None where no torque is to be had."""
     in_case = case if isinstance(case, Case) else None
     if in_case and torque_Nm is None:
@@ -132,7 +137,8 @@ def load_of_choice(
         return None
     if in_case and preload_N is None:
         preload_N = in_case.preload_N
-    if preload_N is None:
+    drive = case if isinstance(case, Drive) else case.drive
+    if preload_N is None and drive.kind != "torsion_spring":
         raise InvalidInputError("preload_N: state the preload too, at which the angle is wanted")
     if in_case and input_angle_deg is None:
         input_angle_deg = in_case.input_angle_deg
@@ -140,7 +146,9 @@ def load_of_choice(
     return torque_Nm, preload_N, input_angle_deg
 
 
-def _checked(*loads: ArrayLike) -> tuple[Floats, ...]:
+def _checked(*loads: ArrayLike | None) -> tuple[Floats, ...]:
+    if any(load is None for load in loads):
+        raise InvalidInputError("preload_N: state the preload too, at which the angle is wanted")
     try:
         arrays = np.broadcast_arrays(*(np.asarray(load, dtype=np.float64) for load in loads))
     except (TypeError, ValueError):
@@ -161,7 +169,7 @@ def _fresh(readings: Readings, torque: Floats, preload: Floats, angle: Floats) -
     temperature = readings.temperature_degC
     return Readings(
         torque_Nm=torque,
-        preload_N=preload,
+        preload_N=None if np.isnan(preload).any() else preload,
         input_angle_deg=angle,
         elastic_angle_arcsec=np.zeros(n),
         u_elastic_angle_arcsec=None,

@@ -32,7 +32,7 @@ from cbpt.lab.changes import Form, forms_of, guises, possible
 from cbpt.lab.competition import prior
 from cbpt.lab.detectable import LIMIT, distance, weight
 from cbpt.lab.inputs import case_of
-from cbpt.lab.isolability import CHANCES, Isolability, isolability, known
+from cbpt.lab.isolability import CHANCES, Isolability, isolability, known, of_ball_drives
 from cbpt.lab.library import LOT, VARIANTS, Variant
 from cbpt.lab.noise import Noise
 from cbpt.lab.plan import Plan, PlannedRun
@@ -159,6 +159,7 @@ def shortest_plan(
     Raises `InvalidInputError` for an effect or a size that cannot be, `CaseError` for the case.
     """
     case = case_of(case)
+    of_ball_drives(case)
     names = known(effects)
     if not effects or LOT in names:
         raise InvalidInputError(

@@ -156,6 +156,12 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
     are left.
     """
     notes = list(campaign.readings.notes)
+    steps = campaign.readings.preload_step
+    if steps is not None and len(np.unique(steps)) > 1:
+        notes.append(
+            f"{len(np.unique(steps))} steps of the preload are taken as one reducer with one set "
+            "of numbers; --by preload_step (diagnose_by) judges each by itself"
+        )
     n = len(campaign)
     if n > MOST:
         campaign = campaign.select(_sample(campaign))

@@ -67,7 +67,10 @@ class Fitted:
         return {e: parameters_of(self.result, e) for e in self.effects}
 
     def predict(
-        self, torque_Nm: ArrayLike, preload_N: ArrayLike, input_angle_deg: ArrayLike = 0.0
+        self,
+        torque_Nm: ArrayLike,
+        preload_N: ArrayLike | None = None,
+        input_angle_deg: ArrayLike = 0.0,
     ) -> AtLoad:
         """The elastic angle under loads of choice with its uncertainty, as in `Diagnosis`."""
         return angle_at(self.fitter, self.result, torque_Nm, preload_N, input_angle_deg)

@@ -178,6 +178,7 @@ def isolability(
     `ReadingsError`, `CaseError` and `InvalidInputError` for what cannot be read.
     """
     case = case_of(case)
+    of_ball_drives(case)
     instrument = Instrument.of(noise)
     found = read_plan(plan, case).with_u(u_elastic_angle_arcsec)
     wanted = known(effects)
@@ -186,12 +187,24 @@ def isolability(
         return _isolability(found, instrument, sight, wanted)
 
 
+def of_ball_drives(case: Case | Drive) -> None:
+    """Raise `InvalidInputError` for a torsion spring: what is plausible follows from readings."""
+    drive = case if isinstance(case, Drive) else case.drive
+    if drive.kind != "ball_drive":
+        raise InvalidInputError(
+            "a torsion spring says too little of what is plausible before there are readings; "
+            "plans are judged for ball drives"
+        )
+
+
 def known(effects: Sequence[str] | None) -> tuple[str, ...]:
     """Ids of effects that can be looked for. Raises `InvalidInputError` for others."""
     every = tuple(dict.fromkeys([*(v.effect for v in VARIANTS), LOT]))
     if not effects:
         return every
     wrong = next((e for e in effects if e not in every), None)
+    if wrong is not None and not isinstance(wrong, str):
+        raise InvalidInputError(f"effects: found {wrong!r}, expected ids of the library")
     if wrong is not None:
         import difflib
 

@@ -263,6 +263,9 @@ def next_runs(
 
 def ranked(d: Diagnosis, limits: Limits | None = None, most: int = CANDIDATES) -> NextRuns:
     """Rank the runs that could decide what a diagnosis leaves open."""
+    if d.competition.campaign.drive.kind != "ball_drive":
+        why = "How far a torsion spring may be loaded is not known, so no run is suggested for one."
+        return NextRuns(d, {}, (), why)
     if d.verdict.kind == "unknown":
         why = (
             "What is missing has no name and so predicts no further run; repeat runs where it is "

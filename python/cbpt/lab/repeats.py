@@ -3,9 +3,9 @@
     Repeats   the pooled standard deviation, and how well it is known
     pooled    from the residuals of a model, right or wrong
 
-Same conditions are the same levels of torque, preload and input angle, reached in the same
-direction; the first leg of a run stands apart, as loading for the first time is another thing. With
-y the residual of reading i, in condition c(i) and run r(i),
+Same conditions are the same levels of torque, preload (or its step) and input angle, reached in the
+same direction; the first leg of a run stands apart, as loading for the first time is another thing.
+With y the residual of reading i, in condition c(i) and run r(i),
 
     y_i = a_c(i) + b_r(i) + e_i,   u^2 = sum e_i^2 / (n - conditions - free zeros of runs)
 
@@ -123,6 +123,8 @@ def _conditions(readings: Readings) -> Ints:
         readings.direction(),
         _first_leg(readings),
     ]
+    if readings.preload_step is not None:
+        columns.append(np.unique(readings.preload_step, return_inverse=True)[1])
     if readings.preload_N is not None:
         columns.append(levels_of(readings.preload_N).index)
     keys = np.column_stack(columns)

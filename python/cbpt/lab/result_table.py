@@ -281,9 +281,9 @@ def _zeros(budget: Budget) -> Iterator[tuple[Result, Floats]]:
 
 def _angles(load: AtLoad) -> Iterator[tuple[Result, Floats]]:
     for i, angle in enumerate(load.elastic_angle_arcsec.tolist()):
+        preload = "" if np.isnan(load.preload_N[i]) else f"{load.preload_N[i]:g} N, "
         name = (
-            f"elastic angle at {load.torque_Nm[i]:g} N m, {load.preload_N[i]:g} N, "
-            f"{load.input_angle_deg[i]:g} deg"
+            f"elastic angle at {load.torque_Nm[i]:g} N m, {preload}{load.input_angle_deg[i]:g} deg"
         )
         part = load.parts[i]
         if not np.isfinite(angle):

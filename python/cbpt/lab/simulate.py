@@ -171,6 +171,12 @@ def with_effects(
         return case
     if isinstance(case, Drive):
         case = Case.from_toml(case.to_toml())
+    for effect in effects:
+        if not (isinstance(effect, tuple | list) and len(effect) == 2):
+            raise InvalidInputError(
+                f"effects: found {effect!r}, expected (id, numbers) of an effect of the library; "
+                "an effect of your own comes with the case, as an [[effect]] with an expression"
+            )
     own = [(effect.id, dict(effect.values)) for effect in case.effects]
     twice = next((e for e, _ in effects if e in [i for i, _ in own]), None)
     if twice:

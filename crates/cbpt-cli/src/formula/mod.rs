@@ -38,6 +38,11 @@ impl Formula {
         let text = text.into();
         let names: Vec<&str> = parameters.iter().map(|parameter| parameter.name.as_str()).collect();
         let tree = parse::tree(&text, &names)?;
+        if matches!(adds_to, AddsTo::Torque | AddsTo::Preload) && tree.uses(Variable::Angle) {
+            let character = text.find("alpha_rad").map_or(1, |place| place + 1);
+            let problem = "alpha_rad follows from the load, so it is not known at the port load".into();
+            return Err(Wrong { character, problem, name: String::new(), known: Vec::new() });
+        }
         Ok(Self { id: id.into(), adds_to, text, tree, parameters })
     }
 
