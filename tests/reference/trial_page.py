@@ -20,8 +20,9 @@ Outcome = Mapping[str, Any]
 _INTRO = """# The trial
 
 Campaigns with a hidden effect, made by an implementation that shares nothing with the product,
-diagnosed blind and scored. `make trial` runs it and writes this page; `tests/test_trial.py` is a
-short form. The rig is in `tests/reference`; its effects vary in form from the library's. *d* is how
+diagnosed blind and scored. `make trial` runs it at full length (60 sets of each strength and
+family, 400 of each noise without an effect) and writes this page; `tests/test_trial.py` is a short
+form. The rig is in `tests/reference`; its effects vary in form from the library's. *d* is how
 far a hidden effect stands out of the noise once the numbers of the drive are refitted, in standard
 deviations. The oracle knows the true forms and the noise. Plain AIC and BIC choose among the same
 fits. Labels are sealed: who answers sees a case file and a table.
@@ -54,8 +55,9 @@ def write_page(page: Path, score: Mapping[str, Any], outcomes: Sequence[Outcome]
         _INTRO,
         f"{today}, commit `{commit(top)}`, {len(outcomes)} campaigns, seed {score['seed']}, "
         f"{platform.machine()}, {sum(seconds) / max(len(seconds), 1):.1f} s an answer on average, "
-        f"at most {max(seconds, default=0.0):.1f} s. With the library in another order "
-        f"{order['changed']} of {order['sets']} answers change.",
+        f"at most {max(seconds, default=0.0):.1f} s: {score['sets_each']} sets of each strength "
+        f"and family, {score['null_sets_each']} of each noise without an effect. "
+        f"With the library in another order {order['changed']} of {order['sets']} answers change.",
         "",
         _table(measures(outcomes)),
         "",
