@@ -5,13 +5,14 @@
 
 use super::dual::Dual;
 use super::port::{Action, Contact};
-use super::spec::{Class, Dimension, Parameter, Port, Spec};
+use super::spec::{Class, Dimension, Parameter, Port, Reducers, Spec};
 
 /// The effect.
 pub static SPEC: Spec = Spec {
     id: "backlash",
     class: Class::Effect,
     port: Port::Contact,
+    reducers: Reducers::TorsionSprings,
     equation: "alpha += (j/2) m/sqrt(m^2 + m_t^2), m the torque carried",
     source: "lost motion as makers of reducers state it: the angle between both flanks at next to no torque",
     tell_tale: "a steep part about zero torque, at other torques on the way up than on the way down under friction",

@@ -3,13 +3,14 @@
 //! g_i = the interference of ball i along its normals; several instances make a lot.
 
 use super::port::{Action, Ball};
-use super::spec::{Class, Dimension, Parameter, Port, Spec};
+use super::spec::{Class, Dimension, Parameter, Port, Reducers, Spec};
 
 /// The effect.
 pub static SPEC: Spec = Spec {
     id: "ball_diameter_lot",
     class: Class::Effect,
     port: Port::Gap,
+    reducers: Reducers::BallDrives,
     equation: "g_i, one ball of the deceleration pair an instance",
     source: "lot variation of ball diameters, ISO 3290",
     tell_tale: "period of the ball ring, stronger at low preload",

@@ -4,13 +4,14 @@
 
 use super::dual::Dual;
 use super::port::{Action, DriveNumbers, Row};
-use super::spec::{Class, Dimension, Parameter, Port, Spec};
+use super::spec::{Class, Dimension, Parameter, Port, Reducers, Spec};
 
 /// The effect.
 pub static SPEC: Spec = Spec {
     id: "bearing_play",
     class: Class::Effect,
     port: Port::Series,
+    reducers: Reducers::AllByRadius,
     equation: "alpha += sgn(M0) (c/2)/(Zo e)",
     source: "geometry of a bearing with diametral clearance",
     tell_tale: "a step where the torque reverses",

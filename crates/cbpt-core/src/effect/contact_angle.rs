@@ -4,7 +4,7 @@
 
 use super::dual::Dual;
 use super::port::{Action, Contact};
-use super::spec::{Class, Dimension, Parameter, Port, Spec};
+use super::spec::{Class, Dimension, Parameter, Port, Reducers, Spec};
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
@@ -13,6 +13,7 @@ pub static SPEC: Spec = Spec {
     id: "contact_angle",
     class: Class::Parameter,
     port: Port::Contact,
+    reducers: Reducers::BallDrives,
     equation: "beta -> beta + d_beta, at every contact",
     source: "geometry of the groove section",
     tell_tale: "moves the onset of contact loss",

@@ -4,13 +4,14 @@
 
 use super::dual::Dual;
 use super::port::{Action, Contact};
-use super::spec::{Class, Parameter, Port, Spec};
+use super::spec::{Class, Parameter, Port, Reducers, Spec};
 
 /// The effect.
 pub static SPEC: Spec = Spec {
     id: "contact_stiffness",
     class: Class::Parameter,
     port: Port::Contact,
+    reducers: Reducers::All,
     equation: "k -> s k, one scale for all pairs",
     source: "scaling of Hertz's solution: Johnson, Contact Mechanics (1985), section 4.2",
     tell_tale: "residual over angle is constant at low torque",

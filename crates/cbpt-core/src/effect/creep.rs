@@ -4,13 +4,14 @@
 
 use super::dual::Dual;
 use super::port::{Action, DriveNumbers, Row};
-use super::spec::{Class, Dimension, Parameter, Port, Spec};
+use super::spec::{Class, Dimension, Parameter, Port, Reducers, Spec};
 
 /// The effect.
 pub static SPEC: Spec = Spec {
     id: "creep",
     class: Class::Effect,
     port: Port::Series,
+    reducers: Reducers::All,
     equation: "alpha += c M0 ln(1 + t/tau), t since the run began",
     source: "logarithmic creep: Phillips, Phil. Mag. 9 (1905) 513",
     tell_tale: "grows at constant torque",

@@ -4,13 +4,14 @@
 
 use super::dual::Dual;
 use super::port::{Action, Row};
-use super::spec::{ARCSEC, Class, Dimension, Parameter, Port, Spec};
+use super::spec::{ARCSEC, Class, Dimension, Parameter, Port, Reducers, Spec};
 
 /// The effect.
 pub static SPEC: Spec = Spec {
     id: "drift",
     class: Class::Rig,
     port: Port::Reading,
+    reducers: Reducers::All,
     equation: "reading = alpha + c_t t + c_T (T - T0)",
     source: "zero drift as sensors' data sheets state it",
     tell_tale: "goes with time or temperature, not with load",

@@ -4,7 +4,7 @@
 
 use super::dual::Dual;
 use super::port::{Action, DriveNumbers, Row};
-use super::spec::{Class, Dimension, Parameter, Port, Spec};
+use super::spec::{Class, Dimension, Parameter, Port, Reducers, Spec};
 
 /// Force at which the deflection is the reference one, N.
 const REFERENCE_FORCE_N: f64 = 100.0;
@@ -14,6 +14,7 @@ pub static SPEC: Spec = Spec {
     id: "eccentric_bearing",
     class: Class::Effect,
     port: Port::Series,
+    reducers: Reducers::AllByRadius,
     equation: "F = M0/(Zo e), u = u_ref (F/100 N)^q, alpha += sgn(M0) u/(Zo e)",
     source: "Palmgren, Ball and Roller Bearing Engineering (1959): exponents 2/3 for balls, 0.9 for rollers",
     tell_tale: "grows with torque, blind to preload",

@@ -6,13 +6,14 @@
 
 use super::dual::Dual;
 use super::port::{Action, DriveNumbers, Row};
-use super::spec::{Class, Dimension, Parameter, Port, Spec};
+use super::spec::{Class, Dimension, Parameter, Port, Reducers, Spec};
 
 /// The effect.
 pub static SPEC: Spec = Spec {
     id: "eccentricity_error",
     class: Class::Effect,
     port: Port::Series,
+    reducers: Reducers::AllByRadius,
     equation: "alpha += (s sin(theta) + c cos(theta))/(Zo e); of the planet with theta Z1/Z3",
     source: "kinematics of an eccentric groove",
     tell_tale: "once a turn at any load; gone if the angle is zeroed at each input angle",

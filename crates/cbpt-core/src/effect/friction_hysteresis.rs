@@ -8,13 +8,14 @@
 
 use super::dual::Dual;
 use super::port::{Action, Friction, Load, Row};
-use super::spec::{ARCSEC, Class, Dimension, Parameter, Port, Spec};
+use super::spec::{ARCSEC, Class, Dimension, Parameter, Port, Reducers, Spec};
 
 /// The effect.
 pub static SPEC: Spec = Spec {
     id: "friction_hysteresis",
     class: Class::Effect,
     port: Port::Load,
+    reducers: Reducers::All,
     equation: "M_mesh = M0 - Tf, dTf/dalpha = (Tf0/alpha_p)(1 - sgn(dalpha) Tf/Tf0), Tf0 = (mu_T N_Z + T0)(1 + g |M0|)",
     source: "Dahl, A Solid Friction Model, Aerospace Corporation TOR-0158(3107-18)-1 (1968)",
     tell_tale: "a loop whose width grows with preload where friction follows it; the first loading of a run reads stiffer",

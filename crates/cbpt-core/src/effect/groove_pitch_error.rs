@@ -4,13 +4,14 @@
 //! round it; several instances make a sum over harmonics.
 
 use super::port::{Action, Ball};
-use super::spec::{Class, Dimension, Parameter, Port, Spec};
+use super::spec::{Class, Dimension, Parameter, Port, Reducers, Spec};
 
 /// The effect.
 pub static SPEC: Spec = Spec {
     id: "groove_pitch_error",
     class: Class::Effect,
     port: Port::Gap,
+    reducers: Reducers::BallDrives,
     equation: "p_i = c cos(h t_i) + s sin(h t_i), t_i along the fixed groove or the planet's",
     source: "Fourier series of the pitch error",
     tell_tale: "higher orders of the crank, weak with load",

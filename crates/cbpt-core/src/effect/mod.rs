@@ -46,7 +46,7 @@ pub mod wear;
 mod testing;
 
 pub use own::{AddsTo, OwnEffect, OwnParameter};
-pub use spec::{Class, Dimension, Parameter, Port, Scale, Spec};
+pub use spec::{Class, Dimension, Parameter, Port, Reducers, Scale, Spec};
 
 /// Every effect, in the order in which all documents list them.
 pub static LIBRARY: [&Spec; 24] = [
@@ -75,40 +75,6 @@ pub static LIBRARY: [&Spec; 24] = [
     &wear::SPEC,
     &creep::SPEC,
 ];
-
-/// Effects that have a meaning for a torsion spring: those that need neither balls nor what the preload does to them.
-static OF_SPRINGS: [&Spec; 14] = [
-    &contact_stiffness::SPEC,
-    &torque_scale::SPEC,
-    &sensor_gain::SPEC,
-    &sensor_nonlinearity::SPEC,
-    &run_offset::SPEC,
-    &drift::SPEC,
-    &eccentric_bearing::SPEC,
-    &bearing_play::SPEC,
-    &backlash::SPEC,
-    &output_torsion::SPEC,
-    &friction_hysteresis::SPEC,
-    &eccentricity_error::SPEC,
-    &run_in::SPEC,
-    &creep::SPEC,
-];
-
-/// Effects whose sizes are lengths, which turn the output by the length over a radius.
-static AT_A_RADIUS: [&Spec; 3] = [&eccentric_bearing::SPEC, &bearing_play::SPEC, &eccentricity_error::SPEC];
-
-impl Spec {
-    /// Whether a torsion spring has it, with a reference radius or without.
-    pub fn suits_springs(&self, with_radius: bool) -> bool {
-        let among = |specs: &[&Self]| specs.iter().any(|spec| spec.id == self.id);
-        among(&OF_SPRINGS) && (with_radius || !among(&AT_A_RADIUS))
-    }
-
-    /// Whether a ball drive has it: its contacts take up their play by themselves.
-    pub fn suits_ball_drives(&self) -> bool {
-        self.id != backlash::SPEC.id
-    }
-}
 
 /// The effect of this id.
 pub fn find(id: &str) -> Option<&'static Spec> {

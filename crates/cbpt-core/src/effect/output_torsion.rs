@@ -4,13 +4,14 @@
 
 use super::dual::Dual;
 use super::port::{Action, DriveNumbers, Row};
-use super::spec::{Class, Dimension, Parameter, Port, Spec};
+use super::spec::{Class, Dimension, Parameter, Port, Reducers, Spec};
 
 /// The effect.
 pub static SPEC: Spec = Spec {
     id: "output_torsion",
     class: Class::Effect,
     port: Port::Series,
+    reducers: Reducers::All,
     equation: "alpha += M0/k_t, compliance 1/k_t",
     source: "torsion of an elastic shaft",
     tell_tale: "linear in torque, blind to preload, no loop",

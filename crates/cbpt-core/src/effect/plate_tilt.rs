@@ -5,13 +5,14 @@
 //! angle in the housing in place of phi_i.
 
 use super::port::{Action, Ball};
-use super::spec::{Class, Dimension, Parameter, Port, Spec};
+use super::spec::{Class, Dimension, Parameter, Port, Reducers, Spec};
 
 /// The effect.
 pub static SPEC: Spec = Spec {
     id: "plate_tilt",
     class: Class::Effect,
     port: Port::Gap,
+    reducers: Reducers::BallDrives,
     equation: "zeta_i = R_pair (c cos(phi_i) + s sin(phi_i)), phi_i from the line of centres or in the housing",
     source: "geometry of a tilted plane",
     tell_tale: "linear in torque",

@@ -4,13 +4,14 @@
 
 use super::dual::Dual;
 use super::port::{Action, Load, Row};
-use super::spec::{Class, Dimension, Parameter, Port, Spec};
+use super::spec::{Class, Dimension, Parameter, Port, Reducers, Spec};
 
 /// The effect.
 pub static SPEC: Spec = Spec {
     id: "preload_loss",
     class: Class::Effect,
     port: Port::Load,
+    reducers: Reducers::BallDrives,
     equation: "N_Z -> (1 - eta) N_Z",
     source: "Coulomb friction in the axial guide",
     tell_tale: "looks like a lower preload",

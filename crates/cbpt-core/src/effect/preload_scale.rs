@@ -4,13 +4,14 @@
 
 use super::dual::Dual;
 use super::port::{Action, Load, Row};
-use super::spec::{Class, Parameter, Port, Spec};
+use super::spec::{Class, Parameter, Port, Reducers, Spec};
 
 /// The effect.
 pub static SPEC: Spec = Spec {
     id: "preload_scale",
     class: Class::Rig,
     port: Port::Reading,
+    reducers: Reducers::BallDrives,
     equation: "N_Z = g N_read",
     source: "calibration of the preload sensor",
     tell_tale: "moves the onset of contact loss; an exact twin of preload_loss",

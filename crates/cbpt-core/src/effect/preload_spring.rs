@@ -4,13 +4,14 @@
 
 use super::dual::Dual;
 use super::port::{Action, Load, Row};
-use super::spec::{Class, Dimension, Parameter, Port, Spec};
+use super::spec::{Class, Dimension, Parameter, Port, Reducers, Spec};
 
 /// The effect.
 pub static SPEC: Spec = Spec {
     id: "preload_spring",
     class: Class::Effect,
     port: Port::Load,
+    reducers: Reducers::BallDrives,
     equation: "N_Z -> N_Z - k_c (d - d0), of each pair",
     source: "elasticity of the clearance mediation mechanism",
     tell_tale: "straightens the knee of the curve",

@@ -4,7 +4,7 @@
 
 use super::dual::Dual;
 use super::port::{Action, Contact};
-use super::spec::{Class, Dimension, Parameter, Port, Spec};
+use super::spec::{Class, Dimension, Parameter, Port, Reducers, Spec};
 use crate::pair::HERTZ_EXPONENT;
 
 /// The effect.
@@ -12,6 +12,7 @@ pub static SPEC: Spec = Spec {
     id: "rough_contact",
     class: Class::Effect,
     port: Port::Contact,
+    reducers: Reducers::BallDrives,
     equation: "N = k delta_0^1.5 (delta/delta_0)^n, delta_0 = 1 um",
     source: "rough surfaces in contact: Greenwood and Tripp, J. Appl. Mech. 34 (1967) 153",
     tell_tale: "soft at low preload",

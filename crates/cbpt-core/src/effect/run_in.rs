@@ -5,13 +5,14 @@
 
 use super::dual::Dual;
 use super::port::{Action, DriveNumbers, Row};
-use super::spec::{ARCSEC, Class, Dimension, Parameter, Port, Spec};
+use super::spec::{ARCSEC, Class, Dimension, Parameter, Port, Reducers, Spec};
 
 /// The effect.
 pub static SPEC: Spec = Spec {
     id: "run_in",
     class: Class::Effect,
     port: Port::Series,
+    reducers: Reducers::All,
     equation: "alpha += set (largest |M| so far, or in the run)/(largest |M|); or set (1 - exp(-cycles done))",
     source: "plastic flow of asperities at their first loading",
     tell_tale: "the first cycle differs from all others",

@@ -4,13 +4,14 @@
 //! the spread, and the table knows its range.
 
 use super::port::Action;
-use super::spec::{ARCSEC, Class, Dimension, Parameter, Port, Spec};
+use super::spec::{ARCSEC, Class, Dimension, Parameter, Port, Reducers, Spec};
 
 /// The effect.
 pub static SPEC: Spec = Spec {
     id: "run_offset",
     class: Class::Rig,
     port: Port::Reading,
+    reducers: Reducers::All,
     equation: "reading = alpha + z_run, z_run normal with the spread",
     source: "zeroing of the instrument at the start of a run",
     tell_tale: "constant within a run",

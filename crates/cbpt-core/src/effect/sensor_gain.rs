@@ -4,13 +4,14 @@
 
 use super::dual::Dual;
 use super::port::{Action, Row};
-use super::spec::{Class, Parameter, Port, Spec};
+use super::spec::{Class, Parameter, Port, Reducers, Spec};
 
 /// The effect.
 pub static SPEC: Spec = Spec {
     id: "sensor_gain",
     class: Class::Rig,
     port: Port::Reading,
+    reducers: Reducers::All,
     equation: "reading = g alpha",
     source: "calibration of the angle sensor and of its lever arm",
     tell_tale: "scales every angle; the onset of contact loss does not move",

@@ -4,13 +4,14 @@
 
 use super::dual::Dual;
 use super::port::{Action, Row};
-use super::spec::{Class, Dimension, Parameter, Port, Spec};
+use super::spec::{Class, Dimension, Parameter, Port, Reducers, Spec};
 
 /// The effect.
 pub static SPEC: Spec = Spec {
     id: "sensor_nonlinearity",
     class: Class::Rig,
     port: Port::Reading,
+    reducers: Reducers::All,
     equation: "reading = alpha + c2 alpha^2 + c3 alpha^3",
     source: "data sheets of eddy-current sensors: quadratic and cubic departures from the straight line",
     tell_tale: "a function of the reading alone",

@@ -16,6 +16,8 @@ pub struct Spec {
     pub class: Class,
     /// Where it acts.
     pub port: Port,
+    /// Which reducers can have it.
+    pub reducers: Reducers,
     /// Its equation, in words of the theory page.
     pub equation: &'static str,
     /// Where the equation comes from.
@@ -28,6 +30,35 @@ pub struct Spec {
     pub twins: &'static [&'static str],
     /// What it does.
     pub action: Action,
+}
+
+impl Spec {
+    /// Whether a torsion spring has it, with a reference radius or without.
+    pub fn suits_springs(&self, with_radius: bool) -> bool {
+        match self.reducers {
+            Reducers::All | Reducers::TorsionSprings => true,
+            Reducers::AllByRadius => with_radius,
+            Reducers::BallDrives => false,
+        }
+    }
+
+    /// Whether a ball drive has it.
+    pub fn suits_ball_drives(&self) -> bool {
+        self.reducers != Reducers::TorsionSprings
+    }
+}
+
+/// Which reducers can have an effect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reducers {
+    /// Any: it needs neither balls nor what the preload does to them.
+    All,
+    /// Any with a radius: its sizes are lengths, which turn the output by the length over it.
+    AllByRadius,
+    /// Ball drives alone.
+    BallDrives,
+    /// Torsion springs alone: a ball drive's contacts take up their play by themselves.
+    TorsionSprings,
 }
 
 /// What kind of cause an effect is.

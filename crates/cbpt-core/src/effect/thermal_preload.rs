@@ -4,13 +4,14 @@
 
 use super::dual::Dual;
 use super::port::{Action, Load, Row};
-use super::spec::{Class, Dimension, Parameter, Port, Spec};
+use super::spec::{Class, Dimension, Parameter, Port, Reducers, Spec};
 
 /// The effect.
 pub static SPEC: Spec = Spec {
     id: "thermal_preload",
     class: Class::Effect,
     port: Port::Load,
+    reducers: Reducers::BallDrives,
     equation: "N_Z -> N_Z + c (T - T0)",
     source: "unlike thermal expansion of shaft and housing",
     tell_tale: "follows the temperature",

@@ -4,13 +4,14 @@
 
 use super::dual::Dual;
 use super::port::{Action, Load, Row};
-use super::spec::{Class, Parameter, Port, Spec};
+use super::spec::{Class, Parameter, Port, Reducers, Spec};
 
 /// The effect.
 pub static SPEC: Spec = Spec {
     id: "torque_scale",
     class: Class::Rig,
     port: Port::Reading,
+    reducers: Reducers::All,
     equation: "M0 = g M_read",
     source: "calibration of the torque sensor",
     tell_tale: "moves the onset of contact loss",

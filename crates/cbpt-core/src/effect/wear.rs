@@ -4,13 +4,14 @@
 
 use super::dual::Dual;
 use super::port::{Action, Load, Row};
-use super::spec::{Class, Dimension, Parameter, Port, Spec};
+use super::spec::{Class, Dimension, Parameter, Port, Reducers, Spec};
 
 /// The effect.
 pub static SPEC: Spec = Spec {
     id: "wear",
     class: Class::Effect,
     port: Port::Load,
+    reducers: Reducers::BallDrives,
     equation: "N_Z -> N_Z (1 - w t)",
     source: "linear wear: Archard, J. Appl. Phys. 24 (1953) 981",
     tell_tale: "a slow trend one way",
