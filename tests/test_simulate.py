@@ -8,9 +8,17 @@ import numpy as np
 import pytest
 
 import cbpt
-from cbpt import InvalidInputError, PlanError, commands, read_plan, read_readings, simulate
+from cbpt import (
+    InvalidInputError,
+    NoSolutionError,
+    PlanError,
+    commands,
+    read_plan,
+    read_readings,
+    simulate,
+)
 from cbpt.lab.noise import Rows
-from cbpt.lab.simulate import NOISES, Instrument, NoSolutionError
+from cbpt.lab.simulate import NOISES, Instrument
 
 TOP = Path(__file__).parents[1]
 CASE, PLAN = TOP / "examples" / "campaign.toml", TOP / "examples" / "plan.toml"

@@ -38,7 +38,14 @@ from cbpt._core import (
     Thresholds,
     example_case,
 )
-from cbpt.errors import CaseError, CbptError, InvalidInputError, PlanError, ReadingsError
+from cbpt.errors import (
+    CaseError,
+    CbptError,
+    InvalidInputError,
+    NoSolutionError,
+    PlanError,
+    ReadingsError,
+)
 
 if TYPE_CHECKING:
     __version__: str
@@ -100,6 +107,7 @@ __all__ = [
     "LargestAngle",
     "Limits",
     "NextRuns",
+    "NoSolutionError",
     "PairSolution",
     "Plan",
     "PlanError",

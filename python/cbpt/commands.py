@@ -15,12 +15,12 @@ from collections.abc import Callable, Sequence
 
 from cbpt import plan_verbs, verbs
 from cbpt._core import run_command_line
-from cbpt.errors import CbptError
+from cbpt.errors import CbptError, NoSolutionError
 
 __all__ = ["main"]
 
 # As in the Rust command line, whose help lists them.
-SUCCESS, CANNOT_WRITE, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+SUCCESS, CANNOT_WRITE, BAD_INPUT, NO_SOLUTION, INTERRUPTED = 0, 1, 2, 3, 130
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -45,6 +45,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _guarded(verb: Callable[[list[str]], int], argv: list[str]) -> int:
     try:
         return verb(argv)
+    except NoSolutionError as error:
+        print(f"cbpt: {error}", file=sys.stderr)
+        return NO_SOLUTION
     except CbptError as error:
         print(f"cbpt: {verbs.in_flags(str(error))}", file=sys.stderr)
         return BAD_INPUT

@@ -14,6 +14,7 @@ __all__ = [
     "CbptError",
     "InvalidInputError",
     "Mistake",
+    "NoSolutionError",
     "PlanError",
     "PlotError",
     "ReadingsError",
@@ -34,6 +35,10 @@ class CaseError(CbptError, ValueError):
 
 class PlanError(CbptError, ValueError):
     """A plan cannot be read, or cannot be carried out: file, run, key, what was found, expected."""
+
+
+class NoSolutionError(PlanError):
+    """Rows of a plan at which the model has no solution."""
 
 
 class PlotError(CbptError):

@@ -14,7 +14,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
-from cbpt.verbs import NO_SOLUTION, SUCCESS, columns_of, inputs
+from cbpt.verbs import NO_SOLUTION, SUCCESS, add_plot, check_plot, columns_of, inputs
 
 if TYPE_CHECKING:
     from cbpt.lab.candidates import Limits
@@ -25,7 +25,6 @@ PLAN = ("PLAN", "runs to come (TOML), or a table of loads (CSV)")
 def simulate(argv: list[str]) -> int:
     """cbpt simulate CASE PLAN"""
     from cbpt.lab.plan import read_plan, table_text
-    from cbpt.lab.simulate import NoSolutionError
     from cbpt.lab.simulate import simulate as simulated
 
     parser = inputs(
@@ -55,18 +54,14 @@ def simulate(argv: list[str]) -> int:
     from cbpt.lab.inputs import case_of
 
     case = case_of(options.case)
-    try:
-        readings = simulated(
-            case,
-            read_plan(options.data, case, columns=columns or None),
-            effects=effects,
-            noise=options.noise,
-            seed=options.seed,
-            u_elastic_angle_arcsec=options.u_arcsec,
-        )
-    except NoSolutionError as error:
-        print(f"cbpt: {error}", file=sys.stderr)
-        return NO_SOLUTION
+    readings = simulated(
+        case,
+        read_plan(options.data, case, columns=columns or None),
+        effects=effects,
+        noise=options.noise,
+        seed=options.seed,
+        u_elastic_angle_arcsec=options.u_arcsec,
+    )
     text = table_text(readings)
     if options.out:
         options.out.write_text(text, encoding="utf-8")
@@ -81,7 +76,6 @@ def isolability(argv: list[str]) -> int:
     from cbpt.lab.inputs import case_of
     from cbpt.lab.isolability import isolability as isolable
     from cbpt.lab.plan import read_plan
-    from cbpt.lab.simulate import NoSolutionError
 
     parser = inputs(
         "cbpt isolability",
@@ -95,25 +89,18 @@ def isolability(argv: list[str]) -> int:
     )
     add_instrument(parser)
     add_json(parser)
-    parser.add_argument("--plot", metavar="FILE", type=Path, help="draw to FILE.svg, .png or .pdf")
+    add_plot(parser)
     options = parser.parse_args(argv)
     columns = columns_of(parser, options)
-    if options.plot:
-        from cbpt.page.comparison_figure import check_picture_name
-
-        check_picture_name(options.plot)
+    check_plot(options)
     case = case_of(options.case)
-    try:
-        found = isolable(
-            case,
-            read_plan(options.data, case, columns=columns or None),
-            effects=options.effects,
-            noise=options.noise,
-            u_elastic_angle_arcsec=options.u_arcsec,
-        )
-    except NoSolutionError as error:
-        print(f"cbpt: {error}", file=sys.stderr)
-        return NO_SOLUTION
+    found = isolable(
+        case,
+        read_plan(options.data, case, columns=columns or None),
+        effects=options.effects,
+        noise=options.noise,
+        u_elastic_angle_arcsec=options.u_arcsec,
+    )
     told(found, options.json)
     if options.plot:
         found.plot(options.plot)

@@ -61,6 +61,19 @@ def inputs(
     return parser
 
 
+def add_plot(parser: argparse.ArgumentParser) -> None:
+    """The flag that draws."""
+    parser.add_argument("--plot", metavar="FILE", type=Path, help="draw to FILE.svg, .png or .pdf")
+
+
+def check_plot(options: argparse.Namespace) -> None:
+    """Before anything is computed."""
+    if options.plot:
+        from cbpt.page.comparison_figure import check_picture_name
+
+        check_picture_name(options.plot)
+
+
 def add_results(parser: argparse.ArgumentParser) -> None:
     """Flags of the table of results."""
     parser.add_argument(
@@ -176,7 +189,7 @@ def compare(argv: list[str]) -> int:
         help="effects of the library, or own effects of the case, to fit to the readings; the "
         "report tells before and after",
     )
-    parser.add_argument("--plot", metavar="FILE", type=Path, help="draw to FILE.svg, .png or .pdf")
+    add_plot(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.add_argument(
         "--out",
@@ -191,10 +204,7 @@ def compare(argv: list[str]) -> int:
     columns = columns_of(parser, options)
     if options.out and options.out.suffix.lower() not in (".csv", ".json"):
         parser.error(f"--out {options.out}: the name must end in .csv or .json")
-    if options.plot:
-        from cbpt.page.comparison_figure import check_picture_name
-
-        check_picture_name(options.plot)
+    check_plot(options)
     with _Counter() as counter:
         comparison = compared(
             options.case,
@@ -245,7 +255,7 @@ def diagnose(argv: list[str]) -> int:
         dest="effects",
         help="own effects of the case that are to compete instead of being taken as given",
     )
-    parser.add_argument("--plot", metavar="FILE", type=Path, help="draw to FILE.svg, .png or .pdf")
+    add_plot(parser)
     parser.add_argument(
         "--by",
         metavar="COLUMN",
@@ -266,10 +276,7 @@ def diagnose(argv: list[str]) -> int:
         parser.error(
             "--plot and --results are of one diagnosis: take a level with --only, not --by"
         )
-    if options.plot:
-        from cbpt.page.comparison_figure import check_picture_name
-
-        check_picture_name(options.plot)
+    check_plot(options)
     answer: Diagnosis | DividedDiagnosis
     given = {
         "columns": columns or None,

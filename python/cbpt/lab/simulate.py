@@ -21,14 +21,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cbpt._core import Case, Drive
-from cbpt.errors import InvalidInputError, PlanError
+from cbpt.errors import InvalidInputError, NoSolutionError
 from cbpt.lab.added import predicted
 from cbpt.lab.inputs import case_of
 from cbpt.lab.noise import Rows
 from cbpt.lab.plan import Plan, read_plan
 from cbpt.lab.readings import Readings
 
-__all__ = ["NOISES", "Instrument", "NoSolutionError", "simulate"]
+__all__ = ["NOISES", "Instrument", "simulate"]
 
 Floats = NDArray[np.float64]
 
@@ -42,10 +42,6 @@ NOISES: dict[str, tuple[str, float, str]] = {
 }
 """Name -> number of `Instrument`, its size, its meaning. `white` and `none` have none."""
 _LARGEST_STEP = math.sqrt(12.0)
-
-
-class NoSolutionError(PlanError):
-    """Rows of a plan at which the model has no solution."""
 
 
 @dataclass(frozen=True)
