@@ -149,7 +149,7 @@ pub unsafe extern "C" fn cbpt_hertz(count: usize, along_per_m: *const f64, acros
     let (along, stiffness) = unsafe { (read(along_per_m, count), write(stiffness, count)) };
     for (along, stiffness) in along.chunks(80).zip(stiffness.chunks_mut(80)) {
         for (contact, stiffness) in HertzContact::many(along, across_per_m, 1.1e11).iter().zip(stiffness) {
-            *stiffness = contact.map_or(0.0, |contact| contact.stiffness);
+            *stiffness = contact.map_or(0.0, |contact| contact.stiffness());
         }
     }
 }
@@ -167,7 +167,7 @@ pub unsafe extern "C" fn cbpt_hertz_scalar(
 ) {
     let (along, stiffness) = unsafe { (read(along_per_m, count), write(stiffness, count)) };
     for (along, stiffness) in along.iter().zip(stiffness) {
-        *stiffness = HertzContact::new(*along, across_per_m, 1.1e11).map_or(0.0, |contact| contact.stiffness);
+        *stiffness = HertzContact::new(*along, across_per_m, 1.1e11).map_or(0.0, |contact| contact.stiffness());
     }
 }
 
