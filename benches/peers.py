@@ -203,7 +203,7 @@ def numba_kernel() -> Callable[..., int] | str:
 def least(rounds: int, works: dict[str, tuple[int, Callable[[], object]]]) -> dict[str, float]:
     """Least time a case of each, in microseconds; all take turns in every round.
 
-    What the processor spends, so that other jobs do not count; where the work returns seconds, those.
+    What the processor spends, so that other jobs do not count; where a work returns seconds, those.
     """
     times = dict.fromkeys(works, np.inf)
     for _ in range(rounds):
