@@ -1,0 +1,100 @@
+/** How numbers are written: digits that can be seen, uncertainty beside, units of angle to choose. */
+
+/** Units of angle on the page, each with its size in arcsec. */
+export const ANGLE_UNITS = /** @type {const} */ ({
+  arcsec: 1,
+  arcmin: 60,
+  mdeg: 3.6,
+  urad: 0.20626480624709636,
+});
+
+/** @typedef {keyof typeof ANGLE_UNITS} AngleUnit */
+
+/**
+ * A number with some significant digits; a minus sign that is one.
+ * @param {number | null | undefined} value
+ * @param {number} [digits]
+ * @returns {string}
+ */
+export function text(value, digits = 3) {
+  if (value === null || value === undefined || !Number.isFinite(value)) return "–";
+  if (value === 0) return "0";
+  const size = Math.abs(value);
+  const shown = size >= 1e5 || size < 1e-3
+    ? value.toExponential(digits - 1).replace("e+", "e")
+    : size >= 10 ** digits
+    ? value.toFixed(0)
+    : value.toPrecision(digits);
+  return shown.replace("-", "−").replace("e-", "e−");
+}
+
+/**
+ * A number with a fixed count of decimals.
+ * @param {number | null | undefined} value
+ * @param {number} decimals
+ * @param {boolean} [signed]
+ */
+export function fixed(value, decimals, signed = false) {
+  if (value === null || value === undefined || !Number.isFinite(value)) return "–";
+  const shown = value.toFixed(decimals).replace("-", "−");
+  return signed && value > 0 ? `+${shown}` : shown;
+}
+
+/**
+ * A value with its standard uncertainty: two digits of the uncertainty, and the value to the same.
+ * @param {number} value
+ * @param {number | null | undefined} u
+ */
+export function withU(value, u) {
+  if (u === null || u === undefined || !(u > 0)) return text(value, 4);
+  const decimals = 1 - Math.floor(Math.log10(u));
+  if (decimals > 6 || decimals < -4) return `${text(value, 4)} ± ${text(u, 2)}`;
+  const places = Math.max(0, decimals);
+  return `${fixed(value, places)} ± ${fixed(u, places)}`;
+}
+
+/** A probability, never more certain than it can be. @param {number | null | undefined} p */
+export function probability(p) {
+  if (p === null || p === undefined) return "–";
+  if (p < 0.005) return "< 0.01";
+  return p > 0.995 ? "> 0.99" : p.toFixed(2);
+}
+
+/** A share in percent. @param {number} share */
+export function percent(share) {
+  return `${(100 * share).toFixed(share < 0.0995 ? 1 : 0)} %`;
+}
+
+/**
+ * A quantity's name from its key: `torque_Nm` is "torque, N m".
+ * @param {string} key
+ */
+export function nameOf(key) {
+  const units = /** @type {Record<string, string>} */ ({
+    Nm: "N m",
+    N: "N",
+    deg: "deg",
+    s: "s",
+    degC: "°C",
+    arcsec: "arcsec",
+    um: "µm",
+    mm: "mm",
+    GPa: "GPa",
+    rad: "rad",
+  });
+  const at = key.lastIndexOf("_");
+  const unit = at > 0 ? units[key.slice(at + 1)] : undefined;
+  const name = (unit ? key.slice(0, at) : key).replaceAll("_", " ");
+  return unit ? `${name} (${unit})` : name;
+}
+
+/** @param {readonly (number | null)[]} values */
+export function rms(values) {
+  let sum = 0, count = 0;
+  for (const v of values) {
+    if (v === null) continue;
+    sum += v * v;
+    count += 1;
+  }
+  return count ? Math.sqrt(sum / count) : NaN;
+}
