@@ -61,7 +61,7 @@ function found(whole) {
   return el(
     "div",
     { class: "card" },
-    el("p", { class: "sentence", id: "sentence" }, verdict.sentence),
+    el("p", { class: "sentence", id: "sentence" }, verdict.sentence.replaceAll("+-", "±")),
     el(
       "dl",
       { class: "facts" },
@@ -120,7 +120,7 @@ function fact(name, value, more) {
     "div",
     {},
     el("dt", {}, name),
-    el("dd", {}, value, " ", el("br"), el("small", {}, more)),
+    el("dd", {}, value, el("small", {}, more)),
   );
 }
 

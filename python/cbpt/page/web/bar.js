@@ -6,7 +6,7 @@ import { canSwitch, isOn, show, toggle } from "./models.js";
 import { fixed } from "./numbers.js";
 import { documentShown, modelOf, modelShown, on, scale, state } from "./store.js";
 
-const MOST_SWITCHES = 5;
+const MOST_SWITCHES = 4;
 
 export function setUpBar() {
   on(["document", "models", "model", "unit"], draw);
@@ -100,7 +100,6 @@ function gauge() {
   return el(
     "div",
     { class: "gauge", id: "gauge" },
-    el("span", { class: "small quiet" }, "error"),
     picture,
     el("span", {}, el("b", { id: "rmse" }, written(now)), ` ${state.unit}`),
     el(

@@ -5,12 +5,12 @@
  * along the column in which the signature shows most.
  */
 
-/** @import { Candidate, Column, Model } from "./types.d.ts" */
+/** @import { Candidate, Column, Model, Parameter } from "./types.d.ts" */
 import { bodyOf, el, fill, svg } from "./dom.js";
 import { saveDrawing, theme, thin } from "./figure.js";
 import { switchOf } from "./bar.js";
 import { canSwitch, isOn } from "./models.js";
-import { fixed, nameOf, probability, text } from "./numbers.js";
+import { fixed, nameOf, plain, probability, text, withU } from "./numbers.js";
 import { bar } from "./where.js";
 import { documentShown, modelOf, on, state } from "./store.js";
 
@@ -137,12 +137,22 @@ export function parameters(m) {
       el(
         "li",
         {},
-        p.text.replaceAll("+-", "±").replaceAll("_", " "),
+        nameOf(p.name),
+        " ",
+        el("b", {}, sizeOf(p)),
         p.at_bound && " (at the end of its range)",
         p.u === null && p.why_no_u && ` (no uncertainty: ${p.why_no_u})`,
       )
     ),
   );
+}
+
+/** The words of the answer without the name, which may have its own. @param {Parameter} p */
+function sizeOf(p) {
+  const words = p.text.startsWith(`${p.name} `)
+    ? p.text.slice(p.name.length + 1)
+    : withU(p.value, p.u);
+  return words.replaceAll("+-", "±").replace(/^-/, "−");
 }
 
 /** The column along which the signature varies most, by the spread of its means. @param {Column} signature */
@@ -240,7 +250,7 @@ function picture(c, signature) {
     ),
     svg("text", { x: 0, y: 11, "font-size": 9.5, fill: t.quiet }, text(y1, 2)),
     svg("text", { x: 0, y: h - bottom - 2, "font-size": 9.5, fill: t.quiet }, text(y0, 2)),
-    svg("text", { x: left + 4, y: h - 6, "font-size": 9.5, fill: t.quiet }, text(x0, 3)),
+    svg("text", { x: left + 4, y: h - 6, "font-size": 9.5, fill: t.quiet }, plain(x0, 3)),
     svg("text", {
       x: w / 2 + left / 2,
       y: h - 6,
@@ -251,7 +261,7 @@ function picture(c, signature) {
     svg(
       "text",
       { x: w - 2, y: h - 6, "font-size": 9.5, fill: t.quiet, "text-anchor": "end" },
-      text(x1, 3),
+      plain(x1, 3),
     ),
   );
   return el(

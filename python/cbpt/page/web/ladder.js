@@ -4,7 +4,7 @@
 /** @import { Rung } from "./types.d.ts" */
 import { bodyOf, el, fill, table } from "./dom.js";
 import { Figure } from "./figure.js";
-import { fixed, text } from "./numbers.js";
+import { fixed, plain, text } from "./numbers.js";
 import { safe } from "./readings.js";
 import { documentShown, modelOf, modelShown, on, scale, setModel, state } from "./store.js";
 
@@ -98,6 +98,7 @@ function build(t) {
         text: names,
         hovertemplate: `${hover}in sample</extra>`,
         marker: {
+          opacity: 1,
           size: list.map((r) => (r.shown ? 15 : 11)),
           color: t.accent,
           line: { width: list.map((r) => (r.shown ? 3 : 0)), color: t.ink },
@@ -124,7 +125,8 @@ function build(t) {
         title: `error, rms (${state.unit})`,
         type: "log",
         range: ends,
-        dtick: all.length ? "D2" : undefined,
+        tickvals: nice(ends),
+        ticktext: nice(ends).map((v) => plain(v)),
         zeroline: false,
       },
       yaxis: {
@@ -186,6 +188,16 @@ function build(t) {
       ],
     },
   };
+}
+
+/** Round numbers between two ends of a logarithmic scale. @param {number[]} ends logarithms */
+function nice(ends) {
+  /** @type {number[]} */
+  const found = [];
+  for (let decade = Math.floor(ends[0]); decade <= ends[1]; decade++) {
+    for (const v of [1, 2, 3, 5]) found.push(Number((v * 10 ** decade).toPrecision(1)));
+  }
+  return found.filter((v) => Math.log10(v) >= ends[0] && Math.log10(v) <= ends[1]);
 }
 
 /** Plotly breaks no lines itself. @param {string} name */

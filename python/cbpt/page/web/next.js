@@ -3,7 +3,7 @@
 /** @import { Theme } from "./figure.js" */
 import { bodyOf, el, fill, table } from "./dom.js";
 import { Figure } from "./figure.js";
-import { fixed, nameOf, text } from "./numbers.js";
+import { fixed, nameOf, plain, text } from "./numbers.js";
 import { safe } from "./readings.js";
 import { documentShown, on } from "./store.js";
 
@@ -73,9 +73,9 @@ function drawRun() {
         el(
           "p",
           { class: "sentence" },
-          `Preload ${text(r.preload_N, 4)} N, input angle ${
-            text(r.input_angle_deg, 4)
-          }°, torque to ±${text(r.torque_Nm, 4)} N m (${r.direction}).`,
+          `Preload ${plain(r.preload_N)} N, input angle ${plain(r.input_angle_deg)}°, torque to ±${
+            plain(r.torque_Nm)
+          } N m (${r.direction}).`,
         ),
         el("p", { class: "quiet" }, `It tells apart ${r.separates.map(nameOf).join(", ")}.`),
       ]

@@ -29,6 +29,16 @@ export function text(value, digits = 3) {
 }
 
 /**
+ * A number that was stated or set: no more digits than it has.
+ * @param {number | null | undefined} value
+ * @param {number} [digits]
+ */
+export function plain(value, digits = 5) {
+  if (value === null || value === undefined || !Number.isFinite(value)) return "–";
+  return String(Number(value.toPrecision(digits))).replace("-", "−").replace("e-", "e−");
+}
+
+/**
  * A number with a fixed count of decimals.
  * @param {number | null | undefined} value
  * @param {number} decimals
@@ -65,27 +75,31 @@ export function percent(share) {
   return `${(100 * share).toFixed(share < 0.0995 ? 1 : 0)} %`;
 }
 
+/** Units as they stand at the ends of keys, and as they are written. */
+const UNITS = /** @type {Record<string, string>} */ ({
+  Nm: "N m",
+  degC: "°C",
+  deg: "°",
+  um: "µm",
+  urad: "µrad",
+  arcsec2: "arcsec²",
+  ...Object.fromEntries("N s h K m mm GPa rad arcsec arcmin".split(" ").map((u) => [u, u])),
+});
+const KEY = new RegExp(
+  `^(.*?)_(?:(${Object.keys(UNITS).join("|")})(?:_per_(${Object.keys(UNITS).join("|")}))?|per_(${
+    Object.keys(UNITS).join("|")
+  }))$`,
+);
+
 /**
- * A quantity's name from its key: `torque_Nm` is "torque, N m".
+ * A quantity's name from its key: `torque_Nm` is "torque (N m)".
  * @param {string} key
  */
 export function nameOf(key) {
-  const units = /** @type {Record<string, string>} */ ({
-    Nm: "N m",
-    N: "N",
-    deg: "deg",
-    s: "s",
-    degC: "°C",
-    arcsec: "arcsec",
-    um: "µm",
-    mm: "mm",
-    GPa: "GPa",
-    rad: "rad",
-  });
-  const at = key.lastIndexOf("_");
-  const unit = at > 0 ? units[key.slice(at + 1)] : undefined;
-  const name = (unit ? key.slice(0, at) : key).replaceAll("_", " ");
-  return unit ? `${name} (${unit})` : name;
+  const [, name, unit, per, only] = KEY.exec(key) ?? [];
+  if (name === undefined) return key.replaceAll("_", " ");
+  const written = only ? `1/${UNITS[only]}` : per ? `${UNITS[unit]}/${UNITS[per]}` : UNITS[unit];
+  return `${name.replaceAll("_", " ")} (${written})`;
 }
 
 /** @param {readonly (number | null)[]} values */

@@ -9,7 +9,7 @@
 /** @import { Branch } from "./types.d.ts" */
 import { bodyOf, byId, el, fill, svg, table } from "./dom.js";
 import { Figure, MOST_POINTS, theme, thin } from "./figure.js";
-import { fixed, nameOf, text } from "./numbers.js";
+import { fixed, nameOf, plain } from "./numbers.js";
 import {
   documentShown,
   inUnit,
@@ -430,8 +430,8 @@ function drawSelection() {
       rows.slice(0, ROWS_SHOWN).map((i) => [
         r.row[i],
         r.run[i],
-        text(r.torque_Nm[i], 4),
-        ...more.map((c) => text(/** @type {number[]} */ (r[c.key])[i], 5)),
+        plain(r.torque_Nm[i]),
+        ...more.map((c) => plain(/** @type {number[]} */ (r[c.key])[i])),
         BRANCHES[r.branch[i]].name,
         fixed(r.measured_arcsec[i] * s, 3),
         fixed((m.residual_arcsec[i] ?? NaN) * s, 3, true),

@@ -4,7 +4,7 @@
 /** @import { Region } from "./types.d.ts" */
 import { bodyOf, el, fill } from "./dom.js";
 import { Figure } from "./figure.js";
-import { fixed, percent, text } from "./numbers.js";
+import { fixed, percent, plain, text } from "./numbers.js";
 import { BRANCHES, safe } from "./readings.js";
 import { documentShown, modelShown, on, scale, select, state, visible } from "./store.js";
 
@@ -116,7 +116,7 @@ function axisOf(key) {
     const texts = values.map((v) =>
       key === "branch"
         ? BRANCHES[/** @type {"up"} */ (v)].name.replace("torque ", "")
-        : safe(typeof v === "number" ? text(v, 5) : v)
+        : safe(typeof v === "number" ? plain(v) : v)
     );
     return {
       label,
@@ -171,7 +171,7 @@ function build(t) {
   const ticks = (/** @type {Axis} */ axis) => {
     const step = Math.ceil(axis.ticks.length / 12);
     const shown = axis.ticks.filter((k) => k % step === 0);
-    return { tickvals: shown, ticktext: shown.map((k) => axis.texts[k]) };
+    return { tickangle: 0, tickvals: shown, ticktext: shown.map((k) => axis.texts[k]) };
   };
   return {
     data: [
