@@ -17,18 +17,20 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from cbpt._core import Case, Drive, effect_specs
+from cbpt._core import Case, Drive, OwnEffect, effect_specs
 from cbpt.errors import InvalidInputError
 from cbpt.lab.answer import Diagnosis, log_total
 from cbpt.lab.assembled import Assembled, Campaign
-from cbpt.lab.competition import Competition, Names, start_values
-from cbpt.lab.fit import Fit, Hypothesis
+from cbpt.lab.competition import Names
+from cbpt.lab.fit import Fit, Fitter
 from cbpt.lab.holdout import held_out_residual, rms
 from cbpt.lab.library import PRIORS
 from cbpt.lab.own import campaign_of
+from cbpt.lab.parameters import parameters_of
 from cbpt.lab.readings import Readings
-from cbpt.lab.screen import Screen, Signatures
 from cbpt.lab.sentence import DISPLAY, name_of, shown
+from cbpt.page.bench import Bench
+from cbpt.page.curves import Curves
 from cbpt.page.plain import finite, numbers
 
 Floats = NDArray[np.float64]
@@ -75,13 +77,13 @@ def stated(case: Case | Drive, readings: Readings) -> tuple[dict[str, Any], Floa
 
     found = predicted(case, readings)
     campaign = campaign_of(case, readings, ())
-    model, zero = _with_zeros(campaign, found.elastic_angle_arcsec)
+    model, zero = with_zeros(campaign, found.elastic_angle_arcsec)
     entry = rows_of(STATED, "stated", "the drive as stated", (), campaign.y_arcsec, model)
     entry["zero_arcsec"] = finite(zero)
     return entry, model, [str(name) for name in found.regime]
 
 
-def _with_zeros(campaign: Campaign, angle: Floats) -> tuple[Floats, float]:
+def with_zeros(campaign: Campaign, angle: Floats) -> tuple[Floats, float]:
     """The model with the zeros that fit best, and the zero where all readings share one."""
     weight = np.where(np.isfinite(angle), campaign.u_arcsec**-2.0, 0.0)
     off = np.where(np.isfinite(angle), campaign.y_arcsec - angle, 0.0)
@@ -96,128 +98,93 @@ class Models:
     def __init__(self, diagnosis: Diagnosis, readings: Readings) -> None:
         self.diagnosis = diagnosis
         self.readings = readings
-        fitter, c = diagnosis.competition.fitter, diagnosis.competition.campaign
+        c = diagnosis.competition.campaign
         self.used = np.isin(readings.line, c.readings.line)
         """Rows that were judged, shape (n,)."""
-        if self.used.all():
-            self.campaign, self._model = c, fitter.model
-        else:
-            whole = campaign_of(diagnosis.case, readings, ())
-            self.campaign = replace(whole, own=c.own, candidates=c.candidates, effects=c.effects)
-            self._model = Assembled(self.campaign, fitter.effects)
-        self._fits: dict[Names, Fit] = dict(diagnosis.competition.fits)
+        whole = c if self.used.all() else campaign_of(diagnosis.case, readings, ())
+        self._whole = whole
+        self._bench = Bench.of_diagnosis(diagnosis)
+        self._own: tuple[tuple[OwnEffect, ...], Bench | None] = ((), None)
+        self._assembled: dict[int, Assembled] = {}
         self._lock = threading.Lock()
-
-    @property
-    def _competition(self) -> Competition:
-        return self.diagnosis.competition
+        self._stated = self.predicted(self._bench, diagnosis.before)
+        self._curves = Curves(readings)
 
     # --- entries of the document ---
 
     def entries(self) -> Iterator[dict[str, Any]]:
         """What the diagnosis fitted: as stated, refitted, then sets, the most probable first."""
-        d, c = self.diagnosis, self._competition
-        yield self._entry(STATED, "stated", "the drive as stated", (), d.before)
+        d, c = self.diagnosis, self.diagnosis.competition
+        yield self._entry(STATED, "stated", "the drive as stated", (), self._bench, d.before)
         for names in sorted(c.fits, key=lambda n: (len(n) > 0, -c.log_odds[n])):
-            yield self.entry(names, c.fits[names])
+            yield self._of_set(names, self._bench, c.fits[names])
         if d.verdict.pattern is not None:
             yield self._of_pattern()
 
-    def entry(self, names: Names, fit: Fit) -> dict[str, Any]:
-        """One set of effects."""
+    def _of_set(self, names: Names, bench: Bench, fit: Fit) -> dict[str, Any]:
         label = " + ".join(name_of(self.diagnosis, n) for n in names) or "numbers refitted"
-        return self._entry(key_of(names), self._role(names), label, names, fit)
+        return self._entry(key_of(names), self._role(names, bench), label, names, bench, fit)
 
     def _entry(
-        self, key: str, role: str, label: str, effects: Sequence[str], fit: Fit
+        self, key: str, role: str, label: str, effects: Sequence[str], bench: Bench, fit: Fit
     ) -> dict[str, Any]:
-        d, c = self.diagnosis, self._competition
-        model = self.predicted(fit)
-        entry = rows_of(key, role, label, effects, self.campaign.y_arcsec, model)
-        held = held_out_residual(c.fitter, c.fitter.look(fit, self._noise), d.fold)
+        c = self.diagnosis.competition
+        model = self.predicted(bench, fit)
+        entry = rows_of(key, role, label, effects, self._whole.y_arcsec, model)
+        held = held_out_residual(
+            bench.fitter, bench.fitter.look(fit, bench.noise), self.diagnosis.fold
+        )
         names = tuple(effects)
-        known = key != STATED and names in c.log_odds
-        entry |= {
+        known = key != STATED and bench is self._bench and names in c.log_odds
+        own = bench.fitter.campaign.own
+        return entry | {
             "rmse_arcsec": fit.rmse_arcsec if self.used.all() else entry["rmse_arcsec"],
             "held_out_rmse_arcsec": rms(held),
             "chi2_per_dof": fit.chi2_per_dof,
             "zero_arcsec": float(fit.zeros_arcsec[0]) if len(fit.zeros_arcsec) == 1 else None,
-            "parameters": list(self._parameters(fit, effects)),
-            "numbers": list(self._numbers(fit)),
+            "parameters": list(_parameters(fit, effects)),
+            "numbers": list(_numbers(fit)),
             "probability": float(np.exp(c.log_odds[names] - log_total(c))) if known else None,
-            "tell_tale": " ".join(self._tell_tale(effect) for effect in effects),
-            "signature_arcsec": numbers(model - self._stated()) if effects else None,
+            "tell_tale": " ".join(
+                str(own[e].expression) if e in own else _TELL_TALES.get(e, "") for e in effects
+            ),
+            "signature_arcsec": numbers(model - self._stated) if effects else None,
             "converged": fit.converged,
         }
-        return entry
 
-    @property
-    def _noise(self) -> Any:
-        """One noise judges every model, as in the ladder: that of the answer."""
-        pattern = self.diagnosis.verdict.pattern
-        return self.diagnosis.after.noise if pattern is None else pattern.noise
-
-    def predicted(self, fit: Fit) -> Floats:
+    def predicted(self, bench: Bench, fit: Fit) -> Floats:
         """A fit at every row of the table, with its zeros, shape (n,)."""
         if self.used.all():
-            return self.campaign.y_arcsec - fit.residual_arcsec
-        angle = self._model.at(fit.point.values).angle_arcsec
-        if len(fit.zeros_arcsec) == 1 and self.campaign.zeros.shape[1] == 1:
+            return self._whole.y_arcsec - fit.residual_arcsec
+        angle = self._model(bench).at(fit.point.values).angle_arcsec
+        if len(fit.zeros_arcsec) == 1 and self._whole.zeros.shape[1] == 1:
             return np.asarray(angle + fit.zeros_arcsec[0])
-        return _with_zeros(self.campaign, angle)[0]
+        return with_zeros(self._whole, angle)[0]
+
+    def _model(self, bench: Bench) -> Assembled:
+        """The model of a bench at every row of the table."""
+        if id(bench) not in self._assembled:
+            c = bench.fitter.campaign
+            whole = replace(self._whole, own=c.own, candidates=c.candidates, effects=c.effects)
+            self._assembled[id(bench)] = Assembled(whole, bench.fitter.effects)
+        return self._assembled[id(bench)]
 
     def regimes(self) -> list[str]:
         """Contact regime of each row, of the drive as stated."""
-        return [str(name) for name in self._model.regimes(self._model.neutral)]
+        fitter = self._bench.fitter
+        model = fitter.model if self.used.all() else self._model(self._bench)
+        return [str(name) for name in model.regimes(model.neutral)]
 
-    def _stated(self) -> Floats:
-        return self.predicted(self.diagnosis.before)
-
-    def _role(self, names: Names) -> str:
+    def _role(self, names: Names, bench: Bench) -> str:
         v = self.diagnosis.verdict
-        if names == v.names and names:
-            return "answer"
         if not names:
             return "refitted"
+        if set(names) & {v.effect for v in bench.fitter.campaign.candidates}:
+            return "own"
+        if names == v.names:
+            return "answer"
         rivals = {effect for group in v.rivals for effect in group}
-        return "rival" if rivals & set(names) and len(names) == 1 else "candidate"
-
-    def _tell_tale(self, effect: str) -> str:
-        own = self._competition.campaign.own.get(effect)
-        return str(own.expression) if own and own.expression else _TELL_TALES.get(effect, "")
-
-    def _parameters(self, fit: Fit, effects: Sequence[str]) -> Iterator[dict[str, Any]]:
-        """In the unit that people read, with the SI value beside it."""
-        for effect in effects:
-            for name, p in self.diagnosis.parameters(fit, effect).items():
-                label, size = DISPLAY.get((effect, name), (name, 1.0))
-                yield {
-                    "effect": effect,
-                    "name": label,
-                    "value": p["value"] / size,
-                    "u": None if p["u"] is None else p["u"] / size,
-                    "unit": p["unit"] if size == 1.0 else "",
-                    "value_SI": p["value"],
-                    "name_SI": name,
-                    "at_bound": p["at_bound"],
-                    "why_no_u": p.get("why_no_u"),
-                    "text": shown(effect, name, p["value"], p["u"], p["unit"]),
-                }
-
-    @staticmethod
-    def _numbers(fit: Fit) -> Iterator[dict[str, Any]]:
-        """Numbers of drive and rig, which move within their stated uncertainties."""
-        for u in fit.unknowns:
-            if u.name in PRIORS and np.isfinite(u.sd):
-                value = fit.value(u)
-                yield {
-                    "number": u.name,
-                    "stated": u.mean,
-                    "prior": u.sd,
-                    "value": value,
-                    "u": fit.u(u),
-                    "shift_sigma": (value - u.mean) / u.sd,
-                }
+        return "rival" if len(names) == 1 and names[0] in rivals else "candidate"
 
     def _of_pattern(self) -> dict[str, Any]:
         """What is left without a name, followed as closely as it can be; no model of it."""
@@ -226,72 +193,114 @@ class Models:
         assert pattern is not None
         model = np.full(len(self.readings), np.nan)
         residual = pattern.problem.residual(pattern.amplitude, pattern.noise)
-        model[self.used] = self._competition.campaign.y_arcsec - residual
+        model[self.used] = d.competition.campaign.y_arcsec - residual
         label = f"any function of {' and '.join(pattern.columns)}"
-        entry = rows_of(UNKNOWN, "unknown", label, (), self.campaign.y_arcsec, model)
-        entry["held_out_rmse_arcsec"] = d.ladder[-1].held_out_rmse_arcsec
-        entry["chi2_per_dof"] = d.ladder[-1].chi2_per_dof
-        entry["probability"] = d.verdict.probability if d.verdict.kind == "unknown" else None
-        entry["signature_arcsec"] = numbers(model - self._stated())
-        return entry
+        entry = rows_of(UNKNOWN, "unknown", label, (), self._whole.y_arcsec, model)
+        return entry | {
+            "held_out_rmse_arcsec": d.ladder[-1].held_out_rmse_arcsec,
+            "chi2_per_dof": d.ladder[-1].chi2_per_dof,
+            "probability": d.verdict.probability if d.verdict.kind == "unknown" else None,
+            "signature_arcsec": numbers(model - self._stated),
+        }
 
     # --- further choices ---
 
     def choice(self, effects: Sequence[str]) -> dict[str, Any]:
-        """The model with these effects, fitted now where the diagnosis has not.
+        """The model with these effects, fitted now where nobody has: its entry, its lines as in
+        `curves`, and the ladder that leads to it in the order given.
 
         Raises `InvalidInputError` for an effect that is not known or cannot be seen in this table.
         """
-        names = tuple(sorted(dict.fromkeys(effects)))
+        wanted = list(dict.fromkeys(effects))
         with self._lock, threadpool_limits(1, user_api="blas"):
-            if names not in self._fits:
-                self._fits[names] = self._fitted(names)
-            return self.entry(names, self._fits[names])
+            bench = self._bench_for(wanted)
+            entry = self._of_set(tuple(sorted(wanted)), bench, bench.fit(wanted))
+            return {
+                "entry": entry,
+                "curves": self._curves.of(self.predicted(bench, bench.fit(wanted))),
+                "ladder": [self._rung(bench, wanted[:n]) for n in range(len(wanted) + 1)],
+            }
 
-    def fit_of(self, effects: Sequence[str]) -> Fit:
-        """The fit behind `choice`."""
-        self.choice(effects)
-        return self._fits[tuple(sorted(dict.fromkeys(effects)))]
+    def fit_of(self, effects: Sequence[str]) -> tuple[Fitter, Fit]:
+        """The fit behind a choice, and who made it."""
+        with self._lock, threadpool_limits(1, user_api="blas"):
+            bench = self._bench_for(list(effects))
+            return bench.fitter, bench.fit(effects)
 
-    def _fitted(self, names: Names) -> Fit:
-        """From the best fit of some of the effects, the others added one after the other."""
-        known = [n for n in self._fits if set(n) <= set(names)]
-        reached = max(known, key=lambda n: self._fits[n].log_evidence)
-        fit = self._fits[reached]
-        while reached != names:
-            rest = [n for n in names if n not in reached]
-            for effect in rest[:1]:
-                fit = self._with(fit, effect)
-                reached = tuple(sorted((*reached, effect)))
-                self._fits.setdefault(reached, fit)
-        return fit
+    def add_own(self, effect: OwnEffect) -> None:
+        """An effect of the user's own, in place of an earlier one of its id.
 
-    def _with(self, base: Fit, effect: str) -> Fit:
-        """A fit with one more effect, in the form and from the sizes that the linear problem finds
-        best."""
-        c = self._competition
-        fitter = c.fitter
-        variants = [v for v in fitter.variants if v.effect == effect]
-        if not variants:
-            raise InvalidInputError(f"{effect}: it cannot be fitted to these readings")
-        library = Signatures(c.campaign, variants)
-        look = replace(fitter.look(base, self._noise), form_sd=0.0)
-        signatures = library.about(look, c.names, secants=True)
-        screen = Screen(look, signatures)
-        usable = [m for m in range(len(signatures)) if screen.usable(m)]
-        gains = sorted((screen.single(m) for m in usable), key=lambda g: -g.log_odds)
-        if not gains:
-            raise InvalidInputError(f"{effect}: these readings do not depend on it")
-        before, hopeless = base.hypothesis.variants, fitter.hopeless
-        member = gains[0].members[0]
-        hypothesis = Hypothesis((*before, signatures[member].variant))
-        start = start_values(fitter, signatures, (member,), gains[0].sizes, base)
-        try:
-            # A choice of the user's is polished however bad it is.
-            fitter.hopeless = np.inf
-            found = fitter.fit(hypothesis, start, self._noise, free_noise=False)
-        finally:
-            fitter.hopeless = hopeless
-        if found is None:
-            raise InvalidInputError(f"{effect}: the model has no solution with it at these loads")
-        return found
+        Raises `InvalidInputError` where it cannot be fitted or has the id of another effect.
+        """
+        taken = {v.effect for v in self._bench.fitter.variants}
+        if effect.id in taken | {STATED, REFITTED, UNKNOWN}:
+            raise InvalidInputError(f"{effect.id}: an effect of the library has this id")
+        own = (*(e for e in self._own[0] if e.id != effect.id), effect)
+        with self._lock, threadpool_limits(1, user_api="blas"):
+            bench = self._bench.with_own(self.diagnosis, own)
+            self._assembled.clear()
+            self._own = own, bench
+
+    @property
+    def own(self) -> tuple[OwnEffect, ...]:
+        """The user's own effects so far."""
+        return self._own[0]
+
+    def _bench_for(self, effects: list[str]) -> Bench:
+        own, bench = self._own
+        if bench is None or not {e.id for e in own} & set(effects):
+            return self._bench
+        named = tuple(sorted(set(effects) - {e.id for e in own}))
+        if named not in bench.fits:
+            self._bench.fit(named)
+            bench.adopt(named, self._bench)
+        return bench
+
+    def _rung(self, bench: Bench, effects: Sequence[str]) -> dict[str, Any]:
+        """One step of the ladder."""
+        fit = bench.fit(effects)
+        look = bench.fitter.look(fit, bench.noise)
+        held = held_out_residual(bench.fitter, look, self.diagnosis.fold)
+        return {
+            "added": effects[-1] if effects else "",
+            "label": effects[-1] if effects else "numbers refitted",
+            "key": key_of(effects),
+            "effects": list(effects),
+            "in_sample_arcsec": fit.rmse_arcsec,
+            "held_out_arcsec": rms(held),
+            "chi2_per_dof": fit.chi2_per_dof,
+        }
+
+
+def _parameters(fit: Fit, effects: Sequence[str]) -> Iterator[dict[str, Any]]:
+    """In the unit that people read, with the SI value beside it."""
+    for effect in effects:
+        for name, p in parameters_of(fit, effect).items():
+            label, size = DISPLAY.get((effect, name), (name, 1.0))
+            yield {
+                "effect": effect,
+                "name": label,
+                "value": p["value"] / size,
+                "u": None if p["u"] is None else p["u"] / size,
+                "unit": p["unit"] if size == 1.0 else "",
+                "value_SI": p["value"],
+                "name_SI": name,
+                "at_bound": p["at_bound"],
+                "why_no_u": p.get("why_no_u"),
+                "text": shown(effect, name, p["value"], p["u"], p["unit"]),
+            }
+
+
+def _numbers(fit: Fit) -> Iterator[dict[str, Any]]:
+    """Numbers of drive and rig, which move within their stated uncertainties."""
+    for u in fit.unknowns:
+        if u.name in PRIORS and np.isfinite(u.sd):
+            value = fit.value(u)
+            yield {
+                "number": u.name,
+                "stated": u.mean,
+                "prior": u.sd,
+                "value": value,
+                "u": fit.u(u),
+                "shift_sigma": (value - u.mean) / u.sd,
+            }
