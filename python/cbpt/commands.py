@@ -75,6 +75,7 @@ _LAB: dict[str, Callable[[list[str]], int]] = {
     "next-run": plan_verbs.next_run,
     "plan": plan_verbs.plan,
     "report": page_verbs.report,
+    "workbench": page_verbs.workbench,
 }
 
 if __name__ == "__main__":

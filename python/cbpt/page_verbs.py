@@ -1,6 +1,7 @@
 """The page's verbs on the command line.
 
 report      the answer as one file to look at, send and print
+workbench   the same live, served on this machine
 """
 
 from __future__ import annotations
@@ -8,12 +9,8 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from cbpt.verbs import SUCCESS, columns_of, inputs, only_of
-
-if TYPE_CHECKING:
-    from cbpt.lab.answer import Diagnosis
 
 
 def report(argv: list[str]) -> int:
@@ -48,6 +45,7 @@ def report(argv: list[str]) -> int:
         parser.error(f"--out {options.out}: the name must end in .html or .json")
     from cbpt.lab.diagnose import diagnose
     from cbpt.lab.inputs import case_and_readings
+    from cbpt.page.campaign import campaign_isolability
     from cbpt.page.document import Source, page_document
     from cbpt.page.plain import to_json
 
@@ -55,7 +53,7 @@ def report(argv: list[str]) -> int:
         options.case, options.data, columns or None, options.sheet, only_of(parser, options)
     )
     diagnosis = diagnose(case, readings, effects=options.effects, seed=options.seed)
-    isolability, why = isolability_of(diagnosis)
+    isolability, why = campaign_isolability(diagnosis)
     source = Source.of_files(
         str(options.case), str(options.data), _text(options.case), *_flags(options)
     )
@@ -80,18 +78,43 @@ def report(argv: list[str]) -> int:
     return SUCCESS
 
 
-def isolability_of(d: Diagnosis) -> tuple[dict[str, Any] | None, str]:
-    """What the campaign could see and tell apart; or None, and why."""
-    from cbpt.errors import CbptError
-    from cbpt.lab.isolability import isolability
+def workbench(argv: list[str]) -> int:
+    """cbpt workbench [CASE DATA]"""
+    parser = inputs(
+        "cbpt workbench",
+        "The page live, in the browser: open a case and readings, see the misfit, switch effects "
+        "on, write your own. It is served on this machine alone; Ctrl-C ends it.",
+        needed=False,
+    )
+    parser.add_argument(
+        "--port", type=int, default=0, help="port to listen on; else any that is free"
+    )
+    parser.add_argument(
+        "--host",
+        default="127.0.0.1",
+        help="address to listen on; anything but 127.0.0.1 lets others in the network reach it",
+    )
+    parser.add_argument(
+        "--no-browser", action="store_true", help="print the address and open no browser"
+    )
+    options = parser.parse_args(argv)
+    if not 0 <= options.port < 65536:
+        parser.error(f"--port {options.port}: expected 0 to 65535")
+    if (options.case is None) != (options.data is None):
+        parser.error("give both CASE and DATA, or open them in the browser")
+    from cbpt.page.session import Session
+    from cbpt.page.workbench import serve
 
-    try:
-        u = None
-        if d.readings.u_elastic_angle_arcsec is None:
-            u = d.to_dict()["noise"]["u_estimated_arcsec"]
-        return isolability(d.case, d.readings, u_elastic_angle_arcsec=u).to_dict(), ""
-    except CbptError as error:
-        return None, str(error)
+    if options.case is None:
+        session = Session()
+    else:
+        columns, only = columns_of(parser, options), only_of(parser, options)
+        session = Session.of_files(
+            options.case, options.data, columns, options.sheet, only, _flags(options)
+        )
+        session.start()
+    serve(session, options.host, options.port, not options.no_browser)
+    return SUCCESS
 
 
 def _text(path: Path) -> str:
@@ -105,6 +128,7 @@ def _flags(options: argparse.Namespace) -> list[str]:
         found += [word for value in values for word in (flag, value)]
     if options.sheet is not None:
         found += ["--sheet", options.sheet]
-    if options.effects:
+    if getattr(options, "effects", []):
         found += ["--with", *options.effects]
-    return found + (["--seed", str(options.seed)] if options.seed else [])
+    seed = getattr(options, "seed", 0)
+    return found + (["--seed", str(seed)] if seed else [])

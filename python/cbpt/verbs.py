@@ -15,7 +15,7 @@ import shlex
 import sys
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from cbpt.lab.answer import Diagnosis
@@ -33,11 +33,13 @@ def inputs(
     description: str,
     epilog: str | None = None,
     table: tuple[str, str] = ("DATA", _TABLE),
+    needed: bool = True,
 ) -> argparse.ArgumentParser:
     """A parser that takes a case, a table (its name and what it is) and what its headers mean."""
     parser = argparse.ArgumentParser(prog=prog, description=description, epilog=epilog)
-    parser.add_argument("case", metavar="CASE", type=Path, help="case file (TOML)")
-    parser.add_argument("data", metavar=table[0], type=Path, help=table[1])
+    some: dict[str, Any] = {} if needed else {"nargs": "?"}
+    parser.add_argument("case", metavar="CASE", type=Path, help="case file (TOML)", **some)
+    parser.add_argument("data", metavar=table[0], type=Path, help=table[1], **some)
     parser.add_argument(
         "--column",
         metavar="HEADER=NAME",

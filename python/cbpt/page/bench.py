@@ -28,7 +28,7 @@ from cbpt.lab.screen import Screen, Signatures
 Floats = NDArray[np.float64]
 # Starts that are tried for an effect of the user's own, of which nothing is known.
 _STARTS = 3
-_TIMID, _NO_WORSE = 0.02, 0.5
+_TIMID, _NO_WORSE = 0.02, 1.02
 
 
 class Bench:
@@ -115,7 +115,7 @@ class Bench:
                 found = self._polished(hypothesis, start)
                 if best is None or found.margin.chi2 < best.margin.chi2:
                     best = found
-                if best.margin.chi2 < look.margin.chi2 + _NO_WORSE:
+                if best.margin.chi2 < _NO_WORSE * look.margin.chi2:
                     break
         assert best is not None
         return best

@@ -22,7 +22,8 @@ from cbpt.errors import InvalidInputError
 from cbpt.lab.answer import Diagnosis, log_total
 from cbpt.lab.assembled import Assembled, Campaign
 from cbpt.lab.competition import Names
-from cbpt.lab.fit import Fit, Fitter
+from cbpt.lab.fit import Fit
+from cbpt.lab.fitting import case_with
 from cbpt.lab.holdout import held_out_residual, rms
 from cbpt.lab.library import PRIORS
 from cbpt.lab.own import campaign_of
@@ -68,6 +69,7 @@ def rows_of(
         "tell_tale": "",
         "signature_arcsec": None,
         "converged": True,
+        "case_text": None,
     }
 
 
@@ -150,7 +152,18 @@ class Models:
             ),
             "signature_arcsec": numbers(model - self._stated) if effects else None,
             "converged": fit.converged,
+            "case_text": self._case_text(bench, fit) if effects else None,
         }
+
+    def _case_text(self, bench: Bench, fit: Fit) -> str | None:
+        """The case with the effects in it, as `cbpt fit` writes it; None where it cannot."""
+        case = self.diagnosis.case
+        if isinstance(case, Drive):
+            case = Case.from_toml(case.to_toml())
+        try:
+            return case_with(case, bench.fitter, fit).to_toml()
+        except InvalidInputError:  # an effect that is a function of Python
+            return None
 
     def predicted(self, bench: Bench, fit: Fit) -> Floats:
         """A fit at every row of the table, with its zeros, shape (n,)."""
@@ -206,8 +219,8 @@ class Models:
     # --- further choices ---
 
     def choice(self, effects: Sequence[str]) -> dict[str, Any]:
-        """The model with these effects, fitted now where nobody has: its entry, its lines as in
-        `curves`, and the ladder that leads to it in the order given.
+        """The model with these effects, fitted now where nobody has: `model`, its lines in the
+        order of `curves`, and the ladder that leads to it in the order given.
 
         Raises `InvalidInputError` for an effect that is not known or cannot be seen in this table.
         """
@@ -216,16 +229,10 @@ class Models:
             bench = self._bench_for(wanted)
             entry = self._of_set(tuple(sorted(wanted)), bench, bench.fit(wanted))
             return {
-                "entry": entry,
+                "model": entry,
                 "curves": self._curves.of(self.predicted(bench, bench.fit(wanted))),
                 "ladder": [self._rung(bench, wanted[:n]) for n in range(len(wanted) + 1)],
             }
-
-    def fit_of(self, effects: Sequence[str]) -> tuple[Fitter, Fit]:
-        """The fit behind a choice, and who made it."""
-        with self._lock, threadpool_limits(1, user_api="blas"):
-            bench = self._bench_for(list(effects))
-            return bench.fitter, bench.fit(effects)
 
     def add_own(self, effect: OwnEffect) -> None:
         """An effect of the user's own, in place of an earlier one of its id.
