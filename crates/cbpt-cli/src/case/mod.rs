@@ -5,17 +5,19 @@
 //! - `document` makes one tree of TOML text or a JSON value, `parse` reads the tree by the table, `effect` its effects,
 //!   `build` turns values into a [`Case`] and back, `write` writes it;
 //! - `units` knows the suffixes of keys, `suggest` what a wrong key may have meant, `error` how mistakes are told;
+//! - [`parameter`]: what a sweep may vary, by the same keys;
 //! - `reference` makes of the table the JSON Schema for editors and the page of all keys.
 
 mod build;
-mod document;
+pub(crate) mod document;
 mod effect;
-mod error;
+pub(crate) mod error;
 mod fields;
 mod library;
+pub mod parameter;
 mod parse;
 mod reference;
-mod suggest;
+pub(crate) mod suggest;
 #[cfg(test)]
 mod tests;
 mod units;

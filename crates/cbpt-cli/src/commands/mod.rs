@@ -6,6 +6,7 @@ pub mod preload;
 pub mod schema;
 pub mod solve;
 pub mod sweep;
+pub mod sweep_plan;
 
 use std::path::Path;
 
