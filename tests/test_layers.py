@@ -128,7 +128,9 @@ CLI_USES: dict[str, set[str]] = {
     "args": {"units"},
     "exit": {"case"},
     "report": {"args", "exit"},
-    "commands": {"args", "case", "exit", "report", "units"},
+    "progress": set(),
+    "sweep": {"case", "exit", "units"},
+    "commands": {"args", "case", "exit", "progress", "report", "sweep", "units"},
     "lib": {"args", "commands", "exit"},
     "main": {"lib"},
 }
