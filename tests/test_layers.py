@@ -110,7 +110,17 @@ CORE_USES: dict[str, set[str]] = {
     },
     "preload": {"drive", "geometry", "pair", "period", "real", "transmission"},
     "sensitivity": {
-        *("design", "drive", "effect", "equilibrium", "error", "geometry", "pair", "preload", "real"),
+        *(
+            "design",
+            "drive",
+            "effect",
+            "equilibrium",
+            "error",
+            "geometry",
+            "pair",
+            "preload",
+            "real",
+        ),
         *("status", "transmission"),
     },
     "extremes": {
