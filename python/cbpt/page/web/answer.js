@@ -97,7 +97,7 @@ function found(whole) {
       el(
         "div",
         { class: "row no-print" },
-        whole.answer_key && whole.answer_key !== "refitted" && el(
+        verdict.effects.length > 0 && whole.answer_key && el(
           "button",
           {
             type: "button",
@@ -108,6 +108,7 @@ function found(whole) {
           },
           "Show the model of the answer",
         ),
+        whole.own.draft && el("a", { href: "#own" }, "A first draft of the missing term"),
         el("span", { class: "small quiet" }, noise.u_says),
       ),
     ),

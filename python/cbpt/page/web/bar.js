@@ -6,7 +6,10 @@ import { canSwitch, isOn, show, toggle } from "./models.js";
 import { fixed } from "./numbers.js";
 import { documentShown, modelOf, modelShown, on, scale, state } from "./store.js";
 
-const MOST_SWITCHES = 4;
+/** As many as stand beside the gauge in one line. */
+function mostSwitches() {
+  return innerWidth > 1500 ? 5 : 3;
+}
 
 export function setUpBar() {
   on(["document", "models", "model", "unit"], draw);
@@ -56,7 +59,7 @@ function offered() {
   const rest = known.map((c) => c.effect);
   const own = whole.models.filter((m) => m.role === "own").flatMap((m) => m.effects);
   const all = [...new Set([...first, ...own, ...rest])].filter(canSwitch);
-  return all.slice(0, Math.max(MOST_SWITCHES, modelShown().effects.length));
+  return all.slice(0, Math.max(mostSwitches(), modelShown().effects.length));
 }
 
 /** @param {string} effect */
@@ -84,7 +87,7 @@ function gauge() {
   const now = m.rmse_arcsec;
   const floor = whole.noise?.noise_floor_arcsec ?? null;
   const most = Math.max(before ?? 0, now ?? 0, 1e-9);
-  const width = 132;
+  const width = 110;
   const t = theme();
   const x = (/** @type {number} */ v) => 1 + (width - 2) * Math.min(1, v / most);
   const picture = svg(
@@ -105,10 +108,9 @@ function gauge() {
     el(
       "span",
       { class: "small quiet" },
-      [
-        m.held_out_rmse_arcsec !== null && `held out ${written(m.held_out_rmse_arcsec)}`,
-        floor !== null && `noise ${written(floor)}`,
-      ].filter(Boolean).join(" · "),
+      m.held_out_rmse_arcsec !== null &&
+        el("span", {}, `held out ${written(m.held_out_rmse_arcsec)}`),
+      floor !== null && el("span", {}, `noise ${written(floor)}`),
     ),
   );
 }

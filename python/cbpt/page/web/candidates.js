@@ -16,14 +16,22 @@ import { documentShown, modelOf, on, state } from "./store.js";
 
 const FIRST_CARDS = 6;
 const POINTS = 260;
+// Rows that are looked at for the column along which a signature shows.
+const SAMPLE = 1500;
 let all = false;
+/** @type {Map<string, HTMLElement | null>} by candidate: they stay while models change */
+const pictures = new Map();
 
 export function setUpCandidates() {
-  on(["document", "model", "models", "unit"], draw);
-  matchMedia("(prefers-color-scheme: dark)").addEventListener(
-    "change",
-    () => state.document && draw(),
-  );
+  on(["document", "models"], () => {
+    pictures.clear();
+    draw();
+  });
+  on(["model"], mark);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+    pictures.clear();
+    if (state.document) draw();
+  });
 }
 
 function draw() {
@@ -83,13 +91,31 @@ function draw() {
   }
 }
 
+/** Switches and frames follow the model shown, or another card has to come in sight. */
+function mark() {
+  const cards = [...bodyOf("missing").querySelectorAll(".candidate")];
+  const known = new Set(cards.map((c) => c.getAttribute("data-card")));
+  if (documentShown().candidates.some((c) => isOn(c.effect) && !known.has(c.effect))) return draw();
+  for (const card of cards) {
+    const effect = card.getAttribute("data-card") ?? "";
+    card.classList.toggle("on", isOn(effect));
+    card.querySelector(".switch")?.setAttribute("aria-checked", String(isOn(effect)));
+  }
+}
+
+/** @param {Candidate} c @param {Column} signature */
+function pictured(c, signature) {
+  if (!pictures.has(c.effect)) pictures.set(c.effect, picture(c, signature));
+  return pictures.get(c.effect);
+}
+
 /** @param {Candidate} c */
 function card(c) {
   const m = modelOf(c.key);
   const on_ = isOn(c.effect);
   return el(
     "article",
-    { class: `card candidate${on_ ? " on" : ""}`, "aria-label": c.label },
+    { class: `card candidate${on_ ? " on" : ""}`, "aria-label": c.label, "data-card": c.effect },
     el(
       "div",
       { class: "row between" },
@@ -110,7 +136,7 @@ function card(c) {
     ),
     m && parameters(m),
     el("p", { class: "tell" }, c.tell_tale),
-    m?.signature_arcsec && picture(c, m.signature_arcsec),
+    m?.signature_arcsec && pictured(c, m.signature_arcsec),
     el(
       "p",
       { class: "small quiet tiny" },
@@ -175,7 +201,9 @@ function along(signature) {
 /** Share of a signature's variance between stretches of a column and ways of the torque. @param {Column} y @param {Column} x */
 function explained(y, x) {
   const { branch } = documentShown().readings;
-  const known = y.map((_, i) => i).filter((i) => y[i] !== null && x[i] !== null);
+  const step = Math.ceil(y.length / SAMPLE);
+  const known = y.map((_, i) => i).filter((i) => i % step === 0 && y[i] !== null && x[i] !== null);
+  if (!known.length) return 0;
   const xs = known.map((i) => Number(x[i]));
   const low = Math.min(...xs), span = Math.max(...xs) - low || 1;
   /** @type {Map<string, [number, number]>} */

@@ -104,11 +104,20 @@ export class Figure {
     place.classList.add("plot");
     place.append(this.area);
     this.drawn = false;
+    /** @type {(() => void) | undefined} when Plotly has given the area its events */
+    this.onFirst = undefined;
     figures.push(this);
   }
 
-  /** Draw, or draw again. */
+  /** Draw, or draw again: at once where it is in sight, else as soon as there is time. */
   draw() {
+    const { top, bottom } = this.area.getBoundingClientRect();
+    if (bottom > 0 && top < innerHeight) this.drawNow();
+    else later(this);
+  }
+
+  drawNow() {
+    waiting.delete(this);
     if (!this.area.isConnected || !globalThis.Plotly) return;
     const built = this.build(theme());
     if (!built) return;
@@ -120,7 +129,10 @@ export class Figure {
       modeBarButtonsToRemove: ["toImage", "lasso2d", "autoScale2d"],
       scrollZoom: false,
     });
-    this.drawn = true;
+    if (!this.drawn) {
+      this.drawn = true;
+      this.onFirst?.();
+    }
   }
 
   /**
@@ -135,7 +147,6 @@ export class Figure {
       tickcolor: t.line,
       ticks: "outside",
       ticklen: 4,
-      automargin: true,
       title: { standoff: 6 },
     };
     /** @type {any} */
@@ -190,24 +201,34 @@ export function drawAll() {
 night.addEventListener("change", drawAll);
 addEventListener("beforeprint", () => {
   onPaper = true;
-  for (const figure of figures) figure.draw();
+  for (const figure of figures) figure.drawNow();
 });
 addEventListener("afterprint", () => {
   onPaper = false;
   drawAll();
 });
 
-/**
- * Work for when the page has nothing better to do, in order.
- * @param {(() => void)[]} tasks
- */
-export function whenIdle(tasks) {
-  const [first, ...rest] = tasks;
-  if (!first) return;
-  setTimeout(() => {
-    first();
-    whenIdle(rest);
-  }, 0);
+/** @type {Set<Figure>} */
+const waiting = new Set();
+
+/** @param {Figure} figure */
+function later(figure) {
+  if (!waiting.size) setTimeout(drawNext, 0);
+  waiting.add(figure);
+  document.documentElement.removeAttribute("data-drawn");
+}
+
+/** One figure at a time, so that the page answers in between. */
+function drawNext() {
+  const [next] = waiting;
+  next?.drawNow();
+  if (waiting.size) setTimeout(drawNext, 0);
+  else markDrawn();
+}
+
+/** Told to whoever looks on (tests, scripts): nothing is left to draw. */
+export function markDrawn() {
+  if (!waiting.size) document.documentElement.dataset.drawn = "true";
 }
 
 /**

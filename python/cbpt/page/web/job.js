@@ -1,28 +1,53 @@
-/** The diagnosis under way, in the workbench: how far it is, and a way to stop it. */
+/**
+ * The diagnosis under way, in the workbench: it begins with the readings, tells how far it is, and
+ * can be stopped. The readings stand beside the drive as stated meanwhile.
+ */
 
 import { get, isLive, post } from "./api.js";
 import { announce, byId, el, fill, trouble } from "./dom.js";
 import { on, setDocument, state } from "./store.js";
 
+const PAUSE_MS = 150;
+
 export function setUpJob() {
-  on(["document"], draw);
+  if (isLive()) on(["document"], look);
 }
 
-let asking = false;
+/** @param {unknown} error */
+function told(error) {
+  trouble(error instanceof Error ? error.message : String(error));
+}
 
-function draw() {
-  const place = byId("job");
-  if (!isLive() || asking) return;
-  place.hidden = !state.document || state.document.answer !== null;
-  if (place.hidden) return;
+/** Whether the readings shown wait for an answer. */
+function open() {
+  return state.document !== null && state.document.answer === null;
+}
+
+let following = false;
+
+/** A new document: begin, or go on with what has begun. */
+async function look() {
+  byId("job").hidden = !open();
+  if (!open() || following) return;
+  try {
+    const job = await get("job");
+    if (job.state === "idle") await begin();
+    else if (job.state === "running" || job.state === "done") await follow();
+    else offer();
+  } catch (error) {
+    told(error);
+  }
+}
+
+/** A button where nothing is under way. */
+function offer() {
   fill(
-    place,
-    el("button", {
-      type: "button",
-      class: "main",
-      id: "diagnose",
-      onclick: () => diagnose(),
-    }, "Which effect is missing?"),
+    byId("job"),
+    el(
+      "button",
+      { type: "button", class: "main", id: "diagnose", onclick: () => begin().catch(told) },
+      "Which effect is missing?",
+    ),
     el(
       "span",
       { class: "small quiet" },
@@ -31,41 +56,40 @@ function draw() {
   );
 }
 
-/** Start a diagnosis, and follow it. */
-export async function diagnose() {
-  try {
-    await post("diagnose", {});
-    follow();
-  } catch (error) {
-    trouble(error instanceof Error ? error.message : String(error));
-  }
+async function begin() {
+  await post("diagnose", {});
+  await follow();
 }
 
-/** Ask until it is done. */
-export async function follow() {
-  if (asking) return;
-  asking = true;
+/** Ask until it has ended. */
+async function follow() {
+  if (following) return;
+  following = true;
+  const of = state.document?.data.sha256;
   try {
     let job = await get("job");
     for (; job.state === "running"; job = await get("job")) {
-      show(byId("job"), job);
-      await new Promise((done) => setTimeout(done, 150));
+      show(job);
+      await new Promise((done) => setTimeout(done, PAUSE_MS));
     }
-    asking = false;
-    if (job.state === "failed") trouble(job.error);
-    if (job.state === "done" && !state.document?.answer) {
+    following = false;
+    // Other files may have taken the place of those that were diagnosed.
+    if (state.document?.data.sha256 !== of) return look();
+    if (job.state === "done") {
       setDocument(await get("document"));
       announce("The diagnosis is done.");
-    } else draw();
-  } catch (error) {
-    trouble(error instanceof Error ? error.message : String(error));
+      return;
+    }
+    if (job.state === "failed") trouble(job.error);
+    offer();
   } finally {
-    asking = false;
+    following = false;
   }
 }
 
-/** @param {HTMLElement} place @param {any} job */
-function show(place, job) {
+/** @param {any} job */
+function show(job) {
+  const place = byId("job");
   place.hidden = false;
   if (!place.querySelector("progress")) {
     fill(
@@ -74,11 +98,7 @@ function show(place, job) {
       el("progress", { max: 1, "aria-label": "Diagnosis" }),
       el(
         "button",
-        {
-          type: "button",
-          id: "cancel",
-          onclick: () => post("cancel", {}).catch((error) => trouble(error.message)),
-        },
+        { type: "button", id: "cancel", onclick: () => post("cancel", {}).catch(told) },
         "Cancel",
       ),
     );

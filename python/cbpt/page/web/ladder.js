@@ -47,6 +47,7 @@ function rungs() {
   const m = modelShown();
   const list = whole.ladder?.rungs.map((r) => ({ ...r, shown: r.key === m.key })) ?? [];
   if (list.some((r) => r.shown) || m.rmse_arcsec === null) return list;
+  if (m.ladder?.length) return m.ladder.map((r, k, all) => ({ ...r, shown: k === all.length - 1 }));
   return [...list, {
     added: "",
     label: whole.ladder ? `shown: ${m.label}` : m.label,
@@ -120,7 +121,7 @@ function build(t) {
       },
     ],
     layout: {
-      margin: { l: 20, r: 16, t: 26, b: 44 },
+      margin: { l: 148, r: 16, t: 26, b: 44 },
       xaxis: {
         title: `error, rms (${state.unit})`,
         type: "log",

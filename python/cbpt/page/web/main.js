@@ -16,6 +16,7 @@ import { setUpAnswer } from "./answer.js";
 import { setUpBar } from "./bar.js";
 import { setUpCandidates } from "./candidates.js";
 import { byId, el, fill, trouble } from "./dom.js";
+import { markDrawn } from "./figure.js";
 import { setUpDrive } from "./drive.js";
 import { setUpExport } from "./export.js";
 import { setUpJob } from "./job.js";
@@ -96,7 +97,7 @@ async function start() {
   if (!found) return openUpload();
   await plotlyReady();
   setDocument(found);
-  document.documentElement.dataset.ready = "true";
+  markDrawn();
 }
 
 start().catch((error) => trouble(error.message));

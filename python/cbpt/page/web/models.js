@@ -2,7 +2,7 @@
  * Which effects the model has: switches change it, a report looks it up, the workbench fits it.
  */
 
-/** @import { Model } from "./types.d.ts" */
+/** @import { Model, Rung } from "./types.d.ts" */
 import { isLive, post } from "./api.js";
 import { announce, trouble } from "./dom.js";
 import { fixed } from "./numbers.js";
@@ -66,10 +66,11 @@ export async function show(effects, asked) {
 
 /**
  * A model that the server has fitted, with its lines.
- * @param {{ model: Model, curves: ((number | null)[] | null)[] }} found
+ * @param {{ model: Model, curves: ((number | null)[] | null)[], ladder?: Rung[] }} found
  */
 export function take(found) {
   const whole = documentShown();
+  found.model.ladder = found.ladder;
   whole.models = [...whole.models.filter((m) => m.key !== found.model.key), found.model];
   whole.curves.forEach((line, k) => {
     line.angle_arcsec[found.model.key] = found.curves[k];

@@ -32,7 +32,7 @@ export function setUpNext() {
   sizes = el("div", { class: "card" });
   fill(
     bodyOf("next"),
-    el("div", { class: "grid" }, run, el("div", { class: "grid two" }, matrix, sizes)),
+    el("div", { class: "grid" }, run, el("div", { class: "grid halves" }, matrix, sizes)),
   );
   figure = new Figure(
     plot,
@@ -137,6 +137,7 @@ function build(t) {
     showgrid: false,
     zeroline: false,
     ticks: "",
+    automargin: true,
     tickfont: { size: 10.5 },
   };
   return {
@@ -181,15 +182,20 @@ function drawSizes() {
     el("h3", {}, "Smallest size that would be told"),
     table(
       "Smallest size of each effect that this campaign would tell",
-      ["effect", "number", { text: "half the time", number: true }, {
-        text: "19 of 20",
-        number: true,
-      }],
+      ["effect", { text: "half the time", number: true }, { text: "19 of 20", number: true }],
       found.effects.map((/** @type {any} */ e) => [
-        e.form.replaceAll("_", " ").replace(":", ": "),
-        Object.keys(e.smallest.even ?? e.smallest.sure ?? {}).map(nameOf).join(", "),
-        size(e.smallest.even),
-        size(e.smallest.sure),
+        [
+          e.form.replaceAll("_", " ").replace(":", ": "),
+          el(
+            "div",
+            { class: "small quiet" },
+            e.shown
+              ? nameOf(e.shown.number)
+              : Object.keys(e.smallest.even ?? e.smallest.sure ?? {}).map(nameOf).join(", "),
+          ),
+        ],
+        e.shown?.even ?? size(e.smallest.even),
+        e.shown?.sure ?? size(e.smallest.sure),
       ]),
     ),
     found.unseen?.length > 0 &&

@@ -14,7 +14,9 @@ async function load() {
   const packed = document.getElementById("plotly");
   const script = document.createElement("script");
   if (packed) {
-    const bytes = Uint8Array.from(atob(packed.textContent ?? ""), (c) => c.charCodeAt(0));
+    const text = atob(packed.textContent ?? "");
+    const bytes = new Uint8Array(text.length);
+    for (let i = 0; i < text.length; i++) bytes[i] = text.charCodeAt(i);
     const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
     script.textContent = await new Response(stream).text();
     packed.remove();

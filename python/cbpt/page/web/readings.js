@@ -53,10 +53,13 @@ export function setUpReadings() {
     },
   );
   on(["document", "filter"], drawLegend);
-  on(["document", "filter", "model", "unit", "selection"], () => {
-    figure.draw();
+  on(["document", "filter", "model", "unit", "selection"], () => figure.drawNow());
+  figure.onFirst = () => {
+    // When the first plot stood, since the page was asked for.
+    performance.mark("cbpt-first-plot");
+    document.documentElement.dataset.ready = "true";
     listenToBoxes();
-  });
+  };
   on(["document", "model", "unit", "selection"], drawSelection);
   rows.before(
     el(
@@ -73,12 +76,7 @@ export function setUpReadings() {
   );
 }
 
-let listening = false;
-
-/** Plotly gives an element its events with the first plot. */
 function listenToBoxes() {
-  if (listening || !figure.drawn) return;
-  listening = true;
   const area = /** @type {any} */ (figure.area);
   area.on("plotly_selected", (/** @type {any} */ event) => {
     if (!event?.range) return;

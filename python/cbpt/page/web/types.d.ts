@@ -31,6 +31,10 @@ export interface Model {
   signature_arcsec: Maybe<Column>;
   converged: boolean;
   parameters: Parameter[];
+  /** The case with the effects of the model in it; null where a case file cannot hold them. */
+  case_text?: Maybe<string>;
+  /** The steps that lead to a model of the user's. */
+  ladder?: Rung[];
   numbers: {
     number: string;
     stated: number;

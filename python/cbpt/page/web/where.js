@@ -57,8 +57,8 @@ export function setUpWhere() {
   on(["document", "unit"], drawRegions);
   on(["document", "model", "unit", "filter", "selection"], () => {
     figure.draw();
-    listen();
   });
+  figure.onFirst = listen;
 }
 
 /** What the regions are about, else what varies. @param {string[]} keys */
@@ -237,6 +237,7 @@ function build(t) {
       },
       yaxis: {
         title: y.label,
+        automargin: true,
         ...ticks(y),
         range: [-0.5, y.ticks.length - 0.5],
         showgrid: false,
@@ -301,11 +302,7 @@ function reach(ends, axis, key) {
   return inside.length ? [inside[0] - 0.5, inside[inside.length - 1] + 0.5] : [-0.5, most];
 }
 
-let listening = false;
-
 function listen() {
-  if (listening || !figure.drawn) return;
-  listening = true;
   const area = /** @type {any} */ (figure.area);
   area.on("plotly_selected", (/** @type {any} */ event) => {
     if (!event?.range) return;
