@@ -8,7 +8,7 @@
     POST /api/upload?name=      bytes of a file -> {ready, message, columns, quantities, problem}
     POST /api/columns           {columns {header: meaning}, sheet} -> the same
     POST /api/diagnose          {seed} -> the job
-    GET  /api/job               {state, stage, share, seconds, error}
+    GET  /api/job               {state, stage, share, seconds, error, answered}
     POST /api/cancel            the job
     POST /api/model             {effects} -> {model, curves, ladder}
     POST /api/own/check         an own effect -> {ok, message, column}

@@ -18,7 +18,6 @@ from typing import Any
 from cbpt._core import Case, Drive, OwnEffect
 from cbpt.effects import expression
 from cbpt.errors import CaseError, CbptError, InvalidInputError, ReadingsError
-from cbpt.lab.diagnose import diagnose
 from cbpt.lab.inputs import case_and_readings
 from cbpt.lab.readings import Readings
 from cbpt.page.document import Source, page_document
@@ -196,6 +195,7 @@ class Session:
         seed: int,
         step: Callable[[str, float], None],
     ) -> None:
+        from cbpt.lab.diagnose import diagnose
         from cbpt.page.campaign import campaign_isolability
 
         diagnosis = diagnose(
@@ -215,17 +215,27 @@ class Session:
             self._models, self._document, self._text = models, document, to_json(document)
 
     def job(self) -> dict[str, Any]:
-        """How far the diagnosis is."""
-        job = self._job
+        """How far the diagnosis is; answered: the document has its answer already."""
+        job, answered = self._job, {"answered": self._models is not None}
         if job is None:
-            return {"state": "idle", "stage": "", "share": 0.0, "seconds": 0.0, "error": ""}
-        return job.to_dict()
+            idle = {"state": "idle", "stage": "", "share": 0.0, "seconds": 0.0, "error": ""}
+            return idle | answered
+        return job.to_dict() | answered
 
     def cancel(self) -> dict[str, Any]:
         """No longer wanted."""
         if self._job is not None:
             self._job.cancel()
         return self.job()
+
+    def begin(self) -> None:
+        """Where files were given: the page first, then the diagnosis."""
+        if self.document() is not None:
+            self.start()
+
+    def join(self, seconds: float) -> bool:
+        """Wait for the diagnosis; False where it has not ended by then."""
+        return self._job is None or self._job.join(seconds)
 
     def close(self) -> None:
         """At the end: whatever is under way stops soon."""
@@ -285,7 +295,7 @@ class Session:
         text = self.document()
         if text is None or self._document is None:
             raise NotNow(_NOTHING)
-        stem = re.sub(r"[^\w.-]+", "_", self._document["data"]["name"].rpartition(".")[0]) or "cbpt"
+        stem = self._stem()
         if what == "json":
             return text, "application/json", f"{stem}_page.json"
         if what == "command":
@@ -305,7 +315,15 @@ class Session:
         words = [self._case_words, self._data_words, *self._flags]
         if not effects:
             return shlex.join(["cbpt", "report", *words, "--out", "report.html"])
+        own = {effect.id for effect in self._diagnosed().own}
+        if own & set(effects):
+            # A formula is known to the exported case alone.
+            words[0] = f"{self._stem()}_case.toml"
         return shlex.join(["cbpt", "fit", *words, "--with", *effects, "--out", "case_with.toml"])
+
+    def _stem(self) -> str:
+        assert self._upload is not None
+        return re.sub(r"[^\w.-]+", "_", Path(self._upload.name).stem) or "cbpt"
 
 
 _CHARACTER = re.compile(r"character (\d+): (.*)", re.DOTALL)
