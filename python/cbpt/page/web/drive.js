@@ -21,6 +21,8 @@ let load = {};
 /** @type {Record<string, number>} */
 let design = {};
 let pairShown = 0;
+/** Files whose drive is shown. @type {string | null} */
+let of = null;
 /** @type {Figure} */
 let figure;
 /** @type {HTMLElement} */
@@ -50,7 +52,10 @@ export function setUpDrive() {
   });
   plot.append(el("div", { class: "under" }, el("span"), figure.save));
   on(["document"], () => {
-    shown = documentShown().drive;
+    const whole = documentShown();
+    if (of === whole.data.sha256 + whole.case.sha256) return;
+    of = whole.data.sha256 + whole.case.sha256;
+    shown = whole.drive;
     load = {};
     design = {};
     drawSliders();

@@ -64,7 +64,7 @@ function draw() {
           isLive() ? "" : " The document is inside this file."
         }`,
       ),
-      el("h4", {}, "The same from a command line"),
+      el("h3", { class: "minor" }, "The same from a command line"),
       el(
         "div",
         { class: "stack" },

@@ -47,7 +47,10 @@ function rungs() {
   const m = modelShown();
   const list = whole.ladder?.rungs.map((r) => ({ ...r, shown: r.key === m.key })) ?? [];
   if (list.some((r) => r.shown) || m.rmse_arcsec === null) return list;
-  if (m.ladder?.length) return m.ladder.map((r, k, all) => ({ ...r, shown: k === all.length - 1 }));
+  if (m.ladder?.length) {
+    const steps = [...list.slice(0, 1), ...m.ladder];
+    return steps.map((r, k) => ({ ...r, shown: k === steps.length - 1 }));
+  }
   return [...list, {
     added: "",
     label: whole.ladder ? `shown: ${m.label}` : m.label,
