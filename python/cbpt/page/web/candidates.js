@@ -91,6 +91,11 @@ function draw() {
   }
 }
 
+/** Whether the answer names it. @param {Candidate} c */
+function named(c) {
+  return documentShown().answer?.verdict.effects.includes(c.effect) ?? false;
+}
+
 /** Switches and frames follow the model shown, or another card has to come in sight. */
 function mark() {
   const cards = [...bodyOf("missing").querySelectorAll(".candidate")];
@@ -120,7 +125,7 @@ function card(c) {
       "div",
       { class: "row between" },
       canSwitch(c.effect) ? switchOf(c.effect) : el("b", {}, c.effect.replaceAll("_", " ")),
-      c.in_answer
+      named(c)
         ? el("span", { class: "tag answer" }, "in the answer")
         : c.is_rival
         ? el("span", { class: "tag rival" }, "rival")

@@ -5,12 +5,14 @@
  * changes, in the light colours on paper and in files.
  */
 
+/** @import { Points } from "./points.js" */
 import { announce, el } from "./dom.js";
+import { asTraces, layOver } from "./points.js";
 
 /** @typedef {{ dark: boolean, ink: string, quiet: string, line: string, faint: string, card: string,
  *   accent: string, warn: string, levels: (n: number) => string[], diverging: [number, string][],
  *   single: [number, string][] }} Theme */
-/** @typedef {{ data: any[], layout: any }} Built */
+/** @typedef {{ data: any[], layout: any, points?: Points[] }} Built points: drawn over the traces */
 
 /** Points that one plot draws at most. */
 export const MOST_POINTS = 4000;
@@ -104,6 +106,8 @@ export class Figure {
     place.classList.add("plot");
     place.append(this.area);
     this.drawn = false;
+    /** @type {Points[]} */
+    this.points = [];
     /** @type {(() => void) | undefined} when Plotly has given the area its events */
     this.onFirst = undefined;
     figures.push(this);
@@ -129,10 +133,19 @@ export class Figure {
       modeBarButtonsToRemove: ["toImage", "lasso2d", "autoScale2d"],
       scrollZoom: false,
     });
+    this.points = built.points ?? [];
     if (!this.drawn) {
       this.drawn = true;
+      if (built.points) {
+        // Whenever Plotly draws, after a zoom or in another size too.
+        /** @type {any} */ (this.area).on(
+          "plotly_afterplot",
+          () => layOver(this.area, this.points),
+        );
+      }
       this.onFirst?.();
     }
+    if (built.points) layOver(this.area, this.points);
   }
 
   /**
@@ -180,7 +193,11 @@ export class Figure {
     const built = this.build(LIGHT);
     if (!built) return;
     const { data, layout } = this.dressed(built, LIGHT);
-    const url = await Plotly.toImage({ data, layout: { ...layout, paper_bgcolor: "#ffffff" } }, {
+    const traces = [...data, ...asTraces(built.points ?? [])];
+    const url = await Plotly.toImage({
+      data: traces,
+      layout: { ...layout, paper_bgcolor: "#ffffff" },
+    }, {
       format: "svg",
       width: Math.max(this.area.clientWidth, 640),
       height: this.options.height,

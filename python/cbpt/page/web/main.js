@@ -4,7 +4,7 @@
  * A report has its document inside; the workbench asks its server for it, and for more.
  *
  *   dom, numbers, api, store     elements, texts of numbers, the server, what is shown now
- *   figure                       how plots are drawn and saved
+ *   figure, points               how plots are drawn and saved
  *   models, bar                  which effects are on; their switches and the error left
  *   answer ... export            the nine sections, in the order of the page
  *   upload, job                  files and the diagnosis under way, in the workbench alone
@@ -91,11 +91,13 @@ function followSections() {
 async function start() {
   const inside = document.getElementById("document");
   const asked = inside ? JSON.parse(inside.textContent ?? "null") : get("document");
+  const drawing = plotlyReady();
+  drawing.catch(() => {}); // told where it is waited for
   setUp();
   /** @type {PageDocument | null} */
   const found = await asked;
   if (!found) return openUpload();
-  await plotlyReady();
+  await drawing;
   setDocument(found);
   markDrawn();
 }

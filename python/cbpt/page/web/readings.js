@@ -6,6 +6,7 @@
  */
 
 /** @import { Theme } from "./figure.js" */
+/** @import { Points, Sign } from "./points.js" */
 /** @import { Branch } from "./types.d.ts" */
 import { bodyOf, byId, el, fill, svg, table } from "./dom.js";
 import { Figure, MOST_POINTS, theme, thin } from "./figure.js";
@@ -23,11 +24,11 @@ import {
   visible,
 } from "./store.js";
 
-/** @type {Record<Branch, { symbol: string, dash: string, name: string }>} */
+/** @type {Record<Branch, { sign: Sign, dash: string, name: string }>} */
 export const BRANCHES = {
-  up: { symbol: "triangle-up", dash: "solid", name: "torque rising" },
-  down: { symbol: "triangle-down-open", dash: "5px,3px", name: "torque falling" },
-  none: { symbol: "circle", dash: "solid", name: "torque held" },
+  up: { sign: "up", dash: "solid", name: "torque rising" },
+  down: { sign: "down", dash: "5px,3px", name: "torque falling" },
+  none: { sign: "dot", dash: "solid", name: "torque held" },
 };
 // More settings than this share colours of a ramp without keys of their own.
 const MOST_KEYS = 12;
@@ -188,81 +189,43 @@ function build(t) {
   const r = whole.readings;
   const m = modelShown();
   const colours = levelColours(t);
-  const measured = inUnit(r.measured_arcsec), residual = inUnit(m.residual_arcsec);
   const s = scale();
-  /** @type {Map<string, number[]>} */
-  const groups = new Map();
-  r.row.forEach((_, i) => {
-    if (!visible(i)) return;
-    const key = `${r.level[i]} ${r.branch[i]}`;
-    const rows = groups.get(key);
-    if (rows) rows.push(i);
-    else groups.set(key, [i]);
-  });
-  const all = [...groups.values()].reduce((sum, rows) => sum + rows.length, 0);
+  const groups = grouped();
+  const all = groups.reduce((sum, g) => sum + g.rows.length, 0);
   const share = Math.min(1, MOST_POINTS / 2 / Math.max(all, 1));
-  /** @type {any[]} */
-  const data = [];
-  let shown = 0;
-  const marking = state.selected.size > 0;
+  /** @type {Points[]} */
+  const points = [];
   const before = modelOf("stated");
   if (before && m.key !== "stated") {
-    const rows = thin([...groups.values()].flat(), r.torque_Nm, before.residual_arcsec, 600);
-    data.push({
-      type: "scatter",
-      mode: "markers",
+    const rows = thin(groups.flatMap((g) => g.rows), r.torque_Nm, before.residual_arcsec, 600);
+    points.push({
+      axis: "y2",
       x: rows.map((i) => r.torque_Nm[i]),
-      y: rows.map((i) => (before.residual_arcsec[i] ?? NaN) * s),
-      yaxis: "y2",
-      marker: { size: 3, color: t.quiet, opacity: 0.35 },
-      hoverinfo: "skip",
-      selectedpoints: null,
+      y: inUnit(rows.map((i) => before.residual_arcsec[i])),
+      sign: "small",
+      colour: t.quiet,
+      opacity: 0.35,
     });
   }
-  for (const [key, whole_rows] of groups) {
-    const [level, branch] = /** @type {[string, Branch]} */ (key.split(" "));
-    const rows = thin(
-      whole_rows,
-      r.torque_Nm,
-      m.residual_arcsec,
-      Math.max(8, Math.ceil(share * whole_rows.length)),
-    );
-    shown += rows.length;
-    const x = rows.map((i) => r.torque_Nm[i]);
-    const colour = colours[Number(level)];
-    const points = {
-      type: "scatter",
-      mode: "markers",
-      x,
-      customdata: rows,
-      marker: {
-        color: colour,
-        size: 6.5,
-        symbol: BRANCHES[branch].symbol,
-        line: { width: branch === "down" ? 1.4 : 0, color: colour },
-      },
-      ...(marking &&
-        { selectedpoints: rows.flatMap((i, k) => (state.selected.has(i) ? [k] : [])) }),
-      selected: { marker: { opacity: 1 } },
-      unselected: { marker: { opacity: 0.13 } },
-      name: `${whole.data.settings[Number(level)]}, ${BRANCHES[branch].name}`,
-      text: rows.map((i) => `${whole.data.place} ${r.row[i]}, run ${safe(r.run[i])}`),
-    };
-    for (
-      const [y, axis]
-        of /** @type {[(number | null)[], string][]} */ ([[measured, "y"], [residual, "y2"]])
-    ) {
-      if (r.u_arcsec) data.push(bars(rows, x, y, inUnit(r.u_arcsec), axis, colour, marking));
-      data.push({
-        ...points,
-        y: rows.map((i) => y[i]),
-        yaxis: axis,
-        hovertemplate: `%{x:.4g} N m: %{y:.3f} ${state.unit}<br>%{text}<extra>${
-          safe(points.name)
-        }</extra>`,
-      });
+  /** @type {number[]} */
+  const drawn = [];
+  for (const { level, branch, rows: every } of groups) {
+    const most = Math.max(8, Math.ceil(share * every.length));
+    const rows = thin(every, r.torque_Nm, m.residual_arcsec, most);
+    drawn.push(...rows);
+    for (const part of parted(rows)) {
+      const common = {
+        x: part.rows.map((i) => r.torque_Nm[i]),
+        u: part.bars && r.u_arcsec ? inUnit(part.rows.map((i) => r.u_arcsec?.[i] ?? null)) : null,
+        sign: BRANCHES[branch].sign,
+        colour: colours[level],
+        opacity: part.opacity,
+      };
+      points.push({ ...common, axis: "y", y: inUnit(part.rows.map((i) => r.measured_arcsec[i])) });
+      points.push({ ...common, axis: "y2", y: inUnit(part.rows.map((i) => m.residual_arcsec[i])) });
     }
   }
+  const data = [...hovered(drawn)];
   for (const line of state.run === null ? whole.curves : []) {
     const y = line.angle_arcsec[m.key];
     if (!y || state.hidden.has(line.level)) continue;
@@ -276,43 +239,59 @@ function build(t) {
     });
   }
   if (state.run !== null) data.push(lineOfRun(t, s));
-  byId("thinned").textContent = shown < all
-    ? `${shown} of ${all} readings drawn, what stands out among them; all are computed with.`
+  byId("thinned").textContent = drawn.length < all
+    ? `${drawn.length} of ${all} readings drawn, what stands out among them; all are computed with.`
     : "";
-  return { data, layout: layout(t, [...(before?.residual_arcsec ?? []), ...m.residual_arcsec]) };
+  const layout = layoutOf(t, [...(before?.residual_arcsec ?? []), ...m.residual_arcsec]);
+  return { data, layout, points };
 }
 
-/** One path for all bars of a group: quick where error bars of their own are not. */
-function bars(
-  /** @type {number[]} */ rows,
-  /** @type {number[]} */ x,
-  /** @type {(number | null)[]} */ y,
-  /** @type {(number | null)[]} */ u,
-  /** @type {string} */ axis,
-  /** @type {string} */ colour,
-  /** @type {boolean} */ marking,
-) {
-  /** @type {(number | null)[]} */
-  const along = [];
-  /** @type {(number | null)[]} */
-  const up = [];
-  rows.forEach((i, k) => {
-    const [value, half] = [y[i], u[i]];
-    if (value === null || half === null || (marking && !state.selected.has(i))) return;
-    along.push(x[k], x[k], null);
-    up.push(value - half, value + half, null);
+/** Readings in sight by level and way of the torque. */
+function grouped() {
+  const r = documentShown().readings;
+  /** @type {Map<string, { level: number, branch: Branch, rows: number[] }>} */
+  const groups = new Map();
+  r.row.forEach((_, i) => {
+    if (!visible(i)) return;
+    const key = `${r.level[i]} ${r.branch[i]}`;
+    const group = groups.get(key);
+    if (group) group.rows.push(i);
+    else groups.set(key, { level: r.level[i], branch: r.branch[i], rows: [i] });
   });
-  return {
+  return [...groups.values()];
+}
+
+/** What is selected stands out from the rest. @param {number[]} rows */
+function parted(rows) {
+  if (!state.selected.size) return [{ rows, opacity: 1, bars: true }];
+  return [
+    { rows: rows.filter((i) => !state.selected.has(i)), opacity: 0.16, bars: false },
+    { rows: rows.filter((i) => state.selected.has(i)), opacity: 1, bars: true },
+  ];
+}
+
+/** A line that cannot be seen, for what a pointer finds. @param {number[]} rows @returns {any[]} */
+function hovered(rows) {
+  const whole = documentShown();
+  const r = whole.readings;
+  const names = rows.map((i) =>
+    `${whole.data.place} ${r.row[i]}, run ${safe(r.run[i])}<br>${
+      safe(whole.data.settings[r.level[i]])
+    }, ${BRANCHES[r.branch[i]].name}`
+  );
+  const residual = modelShown().residual_arcsec;
+  return [["y", r.measured_arcsec, "measured"], ["y2", residual, "residual"]].map((
+    [axis, values, what],
+  ) => ({
     type: "scatter",
     mode: "lines",
-    x: along,
-    y: up,
     yaxis: axis,
-    hoverinfo: "skip",
-    connectgaps: false,
-    line: { color: colour, width: 1 },
-    opacity: 0.45,
-  };
+    x: rows.map((i) => r.torque_Nm[i]),
+    y: inUnit(rows.map((i) => /** @type {(number | null)[]} */ (values)[i])),
+    text: names,
+    line: { width: 0.1, color: "rgba(0,0,0,0)", simplify: false },
+    hovertemplate: `%{x:.4g} N m: ${what} %{y:.3f} ${state.unit}<br>%{text}<extra></extra>`,
+  }));
 }
 
 /** Of one run the model as it went, reading by reading. @param {Theme} t @param {number} s */
@@ -330,7 +309,7 @@ function lineOfRun(t, s) {
 }
 
 /** @param {Theme} t @param {(number | null)[]} residuals */
-function layout(t, residuals) {
+function layoutOf(t, residuals) {
   const whole = documentShown();
   const floor = whole.noise?.noise_floor_arcsec ?? median(whole.readings.u_arcsec ?? []);
   let most = 0;

@@ -43,7 +43,7 @@ export function setUpWhere() {
       el(
         "span",
         { class: "small quiet" },
-        "Hatched: some balls carry nothing. Outlined: the regions in the table. A box selects readings.",
+        "Hatched: contacts have parted, the darker the more often. Outlined: the regions beside. A box selects readings.",
       ),
       figure.save,
     ),
@@ -166,7 +166,7 @@ function build(t) {
     /** @type {number[][]} */ cells,
     /** @type {(b: number, a: number) => boolean} */ test,
   ) => cells.flatMap((line, b) => line.flatMap((_, a) => (test(b, a) ? [[a, b]] : [])));
-  const hatched = marks(parted, (b, a) => parted[b][a] > count[b][a] / 2);
+  const hatched = marks(parted, (b, a) => parted[b][a] > 0);
   const ringed = marks(chosen, (b, a) => chosen[b][a] > 0);
   const ticks = (/** @type {Axis} */ axis) => {
     const step = Math.ceil(axis.ticks.length / 12);
@@ -209,7 +209,7 @@ function build(t) {
           symbol: "line-ne-open",
           size: 13,
           color: t.ink,
-          opacity: 0.55,
+          opacity: hatched.map(([a, b]) => 0.3 + (0.5 * parted[b][a]) / count[b][a]),
           line: { width: 1.2, color: t.ink },
         },
         selectedpoints: null,
