@@ -92,27 +92,44 @@ CORE_USES: dict[str, set[str]] = {
     "error": set(),
     "status": set(),
     "period": set(),
-    "drive": {"error"},
+    "real": set(),
+    "drive": {"error", "real"},
     "torsion_spring": {"error", "status"},
     "reducer": {"drive", "effect", "torsion_spring"},
     "hertz": set(),
-    "geometry": {"drive", "hertz"},
+    "geometry": {"drive", "hertz", "real"},
     "solver": {"error"},
     "pair": {"drive", "geometry", "hertz"},
     "equilibrium": {"hertz", "pair", "solver", "status"},
     "transmission": {"drive", "geometry", "pair", "equilibrium", "status"},
-    "effect": {"error", "pair"},
+    "effect": {"error", "pair", "real"},
+    "design": {"drive", "error", "geometry"},
     "predict": {
         *("drive", "effect", "error", "geometry", "pair", "equilibrium", "status"),
         *("reducer", "torsion_spring", "transmission", "sweep"),
     },
-    "preload": {"drive", "geometry", "pair", "equilibrium", "period", "transmission"},
+    "preload": {"drive", "geometry", "pair", "period", "real", "transmission"},
+    "sensitivity": {
+        *(
+            "design",
+            "drive",
+            "effect",
+            "equilibrium",
+            "error",
+            "geometry",
+            "pair",
+            "preload",
+            "real",
+        ),
+        *("status", "transmission"),
+    },
     "extremes": {
         *("drive", "error", "geometry", "pair", "equilibrium", "period", "status"),
         *("transmission", "sweep"),
     },
     "sweep": {"drive", "equilibrium", "geometry", "status", "transmission"},
-    "findings": {"drive", "geometry", "equilibrium", "transmission", "status"},
+    "judge": {"design", "drive", "equilibrium", "preload", "status", "sweep"},
+    "findings": {"design", "drive", "geometry", "equilibrium", "transmission", "status"},
 }
 CLI_USES: dict[str, set[str]] = {
     "units": set(),
@@ -121,7 +138,9 @@ CLI_USES: dict[str, set[str]] = {
     "args": {"units"},
     "exit": {"case"},
     "report": {"args", "exit"},
-    "commands": {"args", "case", "exit", "report", "units"},
+    "progress": set(),
+    "sweep": {"case", "exit", "units"},
+    "commands": {"args", "case", "exit", "progress", "report", "sweep", "units"},
     "lib": {"args", "commands", "exit"},
     "main": {"lib"},
 }
@@ -230,12 +249,20 @@ def test_python_modules_import_only_what_lies_below_them(name: str) -> None:
     assert "cbpt" not in found.early, "the root imports the others"
 
 
-def test_only_the_page_knows_plotting_and_nobody_a_server() -> None:
+# What speaks to a browser; nothing else of the package knows a network.
+SERVING = {"cbpt.page.guard", "cbpt.page.server", "cbpt.page.workbench"}
+NETWORK = {"http", "socketserver", "urllib", "requests", "socket", "starlette", "uvicorn"}
+
+
+def test_only_the_page_knows_plotting_and_only_the_workbench_a_server() -> None:
     for name in modules():
-        tops = {each.split(".")[0] for each in imports(name).early | imports(name).late}
+        early, late = imports(name).early, imports(name).late
+        tops = {each.split(".")[0] for each in early | late}
         if rank_of(name) != "page":
-            assert "matplotlib" not in tops, name
-        assert not tops & {"http", "socketserver", "urllib", "requests", "socket"}, name
+            assert not tops & {"matplotlib", "plotly"}, name
+        assert name in SERVING or not tops & NETWORK, name
+        # Whoever asks for a report needs no server.
+        assert name in SERVING or not early & SERVING, name
 
 
 def rank_of(name: str) -> str:

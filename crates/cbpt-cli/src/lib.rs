@@ -3,6 +3,7 @@
 //!
 //! - [`case`]: case files in TOML, the one parser; JSON Schema and key table come from the same list of keys;
 //! - [`formula`]: the expressions of own effects in them;
+//! - [`sweep`]: plans of sweeps over any parameter, and their files; [`progress`]: the bar;
 //! - [`args`]: the tree of verbs and flags;
 //! - [`commands`]: one file a verb: case and flags to a [`report::Report`];
 //! - [`report`]: what a verb has to say, as a table, as JSON and as CSV; [`units`]: the units it says it in;
@@ -13,7 +14,9 @@ pub mod case;
 pub mod commands;
 pub mod exit;
 pub mod formula;
+pub mod progress;
 pub mod report;
+pub mod sweep;
 pub mod units;
 
 use std::ffi::OsString;
@@ -41,6 +44,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Verb::Solve(verb) => commands::solve::run(verb),
         Verb::Preload(verb) => commands::preload::run(verb),
         Verb::Sweep(verb) => commands::sweep::run(verb),
+        Verb::Sensitivity(verb) => commands::sensitivity::run(verb),
         Verb::Check(verb) => commands::check::run(verb),
         Verb::Effects(verb) => commands::effects::run(verb),
         Verb::Schema(verb) => commands::schema::run(verb),
@@ -51,6 +55,8 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Verb::Simulate(_) => Err(Failure::needs_python("simulate")),
         Verb::NextRun(_) => Err(Failure::needs_python("next-run")),
         Verb::Plan(_) => Err(Failure::needs_python("plan")),
+        Verb::Tolerance(_) => Err(Failure::needs_python("tolerance")),
+        Verb::Optimise(_) => Err(Failure::needs_python("optimise")),
     };
     match outcome {
         Ok(exit) => exit.code(),

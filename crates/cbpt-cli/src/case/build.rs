@@ -11,7 +11,7 @@ use super::fields::{self, Value};
 use super::{Case, LoadDefaults, Measurement, Uncertainty, Zero};
 
 /// Values in SI by their dotted names: `deceleration.ball_radius_m`.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Values(BTreeMap<String, Value>);
 
 /// Names that may be given by a more general one instead.
@@ -24,6 +24,11 @@ const GENERAL: [(&str, &str); 7] = [
     ("equal_speed.outside_contact_angle_rad", "equal_speed.contact_angle_rad"),
     ("equal_speed.inside_contact_angle_rad", "equal_speed.contact_angle_rad"),
 ];
+
+/// The names that stand before a more general one where they are given.
+pub(super) fn special_of(general: &str) -> impl Iterator<Item = &'static str> {
+    GENERAL.into_iter().filter(move |(_, known)| *known == general).map(|(special, _)| special)
+}
 
 /// The keys of the one setting that may stand in three places.
 pub(super) const TRACK_CURVATURE: [&str; 3] =
@@ -100,18 +105,24 @@ const ZEROS: [(&str, Zero); 2] = [("common", Zero::Common), ("per_run", Zero::Pe
 /// The case without its effects. The mechanics check its numbers and name the first that cannot be.
 pub(super) fn case(values: &Values) -> Result<Case, InvalidInput> {
     Ok(Case {
-        reducer: if values.has(SPRING_TORQUE) || values.has(SPRING_STIFFNESS) {
-            torsion_spring(values)?.into()
-        } else {
-            ball_drive(values)?.into()
-        },
+        reducer: reducer(values)?,
         load: load(values)?,
         measurement: Measurement {
             zero: values.choice("measurement.zero", &ZEROS)?,
             lever_arm_m: values.real("measurement.lever_arm_m"),
         },
         uncertainty: uncertainty(values)?,
+        tolerance: tolerance(values),
         effects: Vec::new(),
+    })
+}
+
+/// The reducer alone.
+pub(super) fn reducer(values: &Values) -> Result<Reducer, InvalidInput> {
+    Ok(if values.has(SPRING_TORQUE) || values.has(SPRING_STIFFNESS) {
+        torsion_spring(values)?.into()
+    } else {
+        ball_drive(values)?.into()
     })
 }
 
@@ -224,6 +235,15 @@ fn uncertainty(values: &Values) -> Result<Uncertainty, InvalidInput> {
     })
 }
 
+fn tolerance(values: &Values) -> BTreeMap<String, f64> {
+    let limit = |(section, key): (&fields::Section, &fields::Key)| {
+        let name = section.si_name(key);
+        let value = values.real(&format!("tolerance.{}", fields::uncertainty_of(&name)))?;
+        Some((name, value))
+    };
+    fields::tolerated().filter_map(limit).collect()
+}
+
 /// The inverse of [`case`]: the fewest values that give the case, its defaults spelled out.
 pub(super) fn values(case: &Case) -> Values {
     let mut values = reducer_values(&case.reducer);
@@ -233,6 +253,9 @@ pub(super) fn values(case: &Case) -> Values {
     values.set_word("measurement.zero", case.measurement.zero, &ZEROS);
     values.set_some("measurement.lever_arm_m", case.measurement.lever_arm_m);
     values.set_uncertainty(&case.uncertainty);
+    for (name, value) in &case.tolerance {
+        values.set_real(format!("tolerance.{}", fields::uncertainty_of(name)), *value);
+    }
     values
 }
 
