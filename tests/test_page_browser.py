@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -70,7 +71,7 @@ def dev04(live: Any, document: dict[str, Any]) -> Any:
 def saved(page: Any, button: str, folder: Path) -> Path:
     with page.expect_download() as waiting:
         page.click(button)
-    path = folder / waiting.value.suggested_filename
+    path = folder / str(waiting.value.suggested_filename)
     waiting.value.save_as(path)
     return path
 
@@ -146,8 +147,10 @@ def test_what_is_exported_gives_the_same_again(dev04: Any, tmp_path: Path) -> No
     dev04.wait_for_selector("#missing [data-effect=friction_hysteresis][aria-checked=true]")
     table, case = saved(dev04, "#save-csv", tmp_path), saved(dev04, "#save-case", tmp_path)
     after = cbpt.compare(case, FOLDER / "dev04.csv")
+    assert after.overall is not None
     assert after.overall.rmse_arcsec == pytest.approx(0.305, abs=0.01)
     again = cbpt.compare(FOLDER / "dev04.toml", table)
+    assert again.overall is not None
     assert again.overall.rmse_arcsec == pytest.approx(1.979, abs=0.01)
     answer = json.loads(saved(dev04, "#save-answer", tmp_path).read_text(encoding="utf-8"))
     assert answer["verdict"]["effects"] == ["friction_hysteresis"]
@@ -269,7 +272,8 @@ def test_names_from_files_are_shown_as_text(browser: Any, tmp_path: Path) -> Non
         assert ATTACK in page.text_content("#what")
         assert page.text_content("#command") == ATTACK
         page.evaluate(
-            "import('cbpt/store.js').then(({ select }) => select(Array.from({length: 30}, (_, i) => i)))"
+            """import('cbpt/store.js').then(
+              ({ select }) => select(Array.from({ length: 30 }, (_, i) => i)))"""
         )
         page.wait_for_selector("#selected-count")
         assert ATTACK in page.text_content("#selection tbody")
@@ -299,7 +303,8 @@ def test_every_control_has_a_name(browser: Any, on_disk: str) -> None:
         page.goto(on_disk)
         page.wait_for_selector(DRAWN)
         nameless = page.evaluate(
-            """() => [...document.querySelectorAll('button, select, input, textarea, a, [role=img]')]
+            """() => [...document.querySelectorAll(
+                'button, select, input, textarea, a, [role=img]')]
               .filter(e => e.getClientRects().length && !e.closest('.modebar'))
               .filter(e => !(e.textContent.trim() || e.getAttribute('aria-label') ||
                              e.labels?.length))
@@ -310,7 +315,7 @@ def test_every_control_has_a_name(browser: Any, on_disk: str) -> None:
             "[...document.querySelectorAll('h1, h2, h3, h4')].map(h => Number(h.tagName[1]))"
         )
         assert levels[0] == 1
-        assert all(b - a <= 1 for a, b in zip(levels, levels[1:], strict=False))
+        assert all(b - a <= 1 for a, b in pairwise(levels))
         for landmark in ("header", "nav", "main"):
             assert page.locator(landmark).count() == 1
 

@@ -1,4 +1,4 @@
-"""The report as a file: whole in itself, closed to the network, and nothing in it ends too early."""
+"""The report as a file: whole in itself, closed to the network, safe from what files say."""
 
 from __future__ import annotations
 

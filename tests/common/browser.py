@@ -16,8 +16,6 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
-import pytest
-
 CHROMIUM = next(
     filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
 )
@@ -29,6 +27,8 @@ PATIENCE_MS = 90_000
 def chromium() -> Iterator[Any]:
     """The browser; skips the test where there is none."""
     if CHROMIUM is None:
+        import pytest
+
         pytest.skip("no Chromium on this machine: make setup-browser installs it")
     from playwright.sync_api import sync_playwright
 
@@ -59,7 +59,12 @@ def watched(browser: Any, width: int = 1280, **options: Any) -> Iterator[Any]:
     context.route("**/*", through)
     page = context.new_page()
     page.on("pageerror", lambda error: wrong.append(f"page error: {error}"))
-    page.on("dialog", lambda dialog: (wrong.append(f"dialog: {dialog.message}"), dialog.dismiss()))
+
+    def asked(dialog: Any) -> None:
+        wrong.append(f"dialog: {dialog.message}")
+        dialog.dismiss()
+
+    page.on("dialog", asked)
 
     def heard(message: Any) -> None:
         if message.type in ("error", "warning"):
@@ -79,13 +84,13 @@ def workbench(*files: Path) -> Iterator[str]:
         stdout=subprocess.PIPE,
         text=True,
     )
-    try:
-        assert process.stdout is not None
-        yield process.stdout.readline().split()[-1]
-    finally:
-        process.send_signal(signal.SIGINT)
-        assert process.wait(30) == 0
-        process.stdout.close()
+    assert process.stdout is not None
+    with process.stdout as told:
+        try:
+            yield told.readline().split()[-1]
+        finally:
+            process.send_signal(signal.SIGINT)
+            assert process.wait(30) == 0
 
 
 def number(page: Any, selector: str) -> float:
