@@ -45,7 +45,12 @@ export function setUpDrive() {
   );
   fill(
     bodyOf("drive"),
-    el("div", { class: "grid two" }, pictures, el("div", { class: "grid" }, side, curve, below)),
+    el(
+      "div",
+      { class: "grid two" },
+      el("div", { class: "grid" }, pictures, below),
+      el("div", { class: "grid" }, side, curve),
+    ),
   );
   figure = new Figure(plot, "drive_angle", "Elastic angle of the drive over torque", build, {
     height: 270,
@@ -268,8 +273,8 @@ function drawPictures() {
     el(
       "div",
       { class: "legend" },
-      key(t.accent, "pressed, carries the torque", "dot"),
-      key(t.quiet, "pressed by the preload alone", "dot"),
+      key(t.accent, "pressed by the torque", "dot"),
+      key(t.quiet, "pressed, relieved by the torque", "dot"),
       key(t.warn, "parted", "ring"),
       el(
         "span",

@@ -437,7 +437,7 @@ function drawSelection() {
         r.run[i],
         plain(r.torque_Nm[i]),
         ...more.map((c) => plain(/** @type {number[]} */ (r[c.key])[i])),
-        BRANCHES[r.branch[i]].name,
+        BRANCHES[r.branch[i]].name.replace("torque ", ""),
         fixed(r.measured_arcsec[i] * s, 3),
         fixed((m.residual_arcsec[i] ?? NaN) * s, 3, true),
         r.regime[i] === null ? "" : whole.regimes[/** @type {number} */ (r.regime[i])],
