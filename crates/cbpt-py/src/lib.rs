@@ -3,6 +3,7 @@
 //! - `error`: each Rust error to one Python class; `interrupt`: long calls without the GIL that mind Ctrl-C;
 //! - `arrays`: numpy arrays with their element type;
 //! - `case`: case files and drives; `solution`: a solved load; `preload`: thresholds; `angles`: many loads;
+//! - `sweep`: plans of sweeps, their rows and files;
 //! - `effects`: the library of effects, and a drive with effects on a table of readings.
 
 // The macros of pyo3 write the unsafe code that an extension module needs.
@@ -19,6 +20,7 @@ mod interrupt;
 mod own;
 mod preload;
 mod solution;
+mod sweep;
 
 use pyo3::prelude::*;
 
@@ -40,6 +42,8 @@ mod _core {
     use super::preload::{PreloadThresholds, Thresholds};
     #[pymodule_export]
     use super::solution::{LargestAngle, PairSolution, Solution};
+    #[pymodule_export]
+    use super::sweep::{SweepCsv, SweepPlan, sweep_statuses};
     #[pymodule_export]
     use super::{example_case, run_command_line, text_table};
 }
