@@ -502,6 +502,18 @@ def test_python_said_in_flags(python: str, flags: str) -> None:
     assert verbs.in_flags(python) == flags
 
 
+@pytest.mark.parametrize(
+    ("flag", "near"), [("--colum", "--column"), ("--plto", "--plot"), ("--zzz", None)]
+)
+def test_a_misspelt_flag_names_the_nearest(
+    flag: str, near: str | None, capsys: pytest.CaptureFixture[str]
+) -> None:
+    line = ["compare", str(CASE), str(DATA), flag + "x"]
+    assert commands.main(line) == 2
+    told = capsys.readouterr().err
+    assert flag in told and (f"did you mean {near}?" in told) == (near is not None)
+
+
 def test_a_sheet_is_chosen(desk: Path, capsys: pytest.CaptureFixture[str]) -> None:
     import xlsxwriter
 

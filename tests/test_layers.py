@@ -92,27 +92,44 @@ CORE_USES: dict[str, set[str]] = {
     "error": set(),
     "status": set(),
     "period": set(),
-    "drive": {"error"},
+    "real": set(),
+    "drive": {"error", "real"},
     "torsion_spring": {"error", "status"},
     "reducer": {"drive", "effect", "torsion_spring"},
     "hertz": set(),
-    "geometry": {"drive", "hertz"},
+    "geometry": {"drive", "hertz", "real"},
     "solver": {"error"},
     "pair": {"drive", "geometry", "hertz"},
     "equilibrium": {"hertz", "pair", "solver", "status"},
     "transmission": {"drive", "geometry", "pair", "equilibrium", "status"},
-    "effect": {"error", "pair"},
+    "effect": {"error", "pair", "real"},
+    "design": {"drive", "error", "geometry"},
     "predict": {
         *("drive", "effect", "error", "geometry", "pair", "equilibrium", "status"),
         *("reducer", "torsion_spring", "transmission", "sweep"),
     },
-    "preload": {"drive", "geometry", "pair", "equilibrium", "period", "transmission"},
+    "preload": {"drive", "geometry", "pair", "period", "real", "transmission"},
+    "sensitivity": {
+        *(
+            "design",
+            "drive",
+            "effect",
+            "equilibrium",
+            "error",
+            "geometry",
+            "pair",
+            "preload",
+            "real",
+        ),
+        *("status", "transmission"),
+    },
     "extremes": {
         *("drive", "error", "geometry", "pair", "equilibrium", "period", "status"),
         *("transmission", "sweep"),
     },
     "sweep": {"drive", "equilibrium", "geometry", "status", "transmission"},
-    "findings": {"drive", "geometry", "equilibrium", "transmission", "status"},
+    "judge": {"design", "drive", "equilibrium", "preload", "status", "sweep"},
+    "findings": {"design", "drive", "geometry", "equilibrium", "transmission", "status"},
 }
 CLI_USES: dict[str, set[str]] = {
     "units": set(),
@@ -206,7 +223,7 @@ def imports(name: str) -> Imports:
 # The part of the package that a module belongs to, the lowest first.
 RANKS = (
     *("_core", "errors", "results", "sweep_result", "sweep_files", "sweeps"),
-    *("effects", "lab", "page", "verbs", "plan_verbs", "sweep_verb", "commands"),
+    *("effects", "lab", "page", "verbs", "plan_verbs", "page_verbs", "sweep_verb", "commands"),
 )
 # The one step up: methods that hand their object on when they are called, never on import.
 UPWARDS = {

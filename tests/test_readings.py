@@ -147,7 +147,7 @@ def test_units_that_are_not_guessed(unit: str, kind: str) -> None:
 
 
 def test_own_units_are_read_exactly(write: Write) -> None:
-    """A value in the unit of the contract is the float that stands in the file."""
+    """A value in the standard unit is the float that stands in the file."""
     values = [0.1, 1 / 3, 2.675, 1e-7, 123456.789]
     rows = "\n".join(f"{v!r},{v!r},{v!r},{v!r}" for v in values)
     read = read_readings(

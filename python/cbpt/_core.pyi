@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from os import PathLike
 from typing import Any, SupportsFloat, SupportsIndex, final
 
-__all__ = ["Case", "Drive", "Effect", "EffectParameter", "EffectSpec", "Finding", "LargestAngle", "OwnEffect", "PairSolution", "Prediction", "Predictor", "PreloadThresholds", "Solution", "SweepCsv", "SweepPlan", "Thresholds", "effect_specs", "example_case", "own_effect_variables", "run_command_line", "solve_angles", "sweep_statuses", "text_table"]
+__all__ = ["Case", "Drive", "Effect", "EffectParameter", "EffectSpec", "Finding", "LargestAngle", "OwnEffect", "PairSolution", "Prediction", "Predictor", "PreloadThresholds", "Sensitivities", "Sensitivity", "Solution", "SweepCsv", "SweepPlan", "Thresholds", "design_number", "design_numbers", "effect_specs", "example_case", "judge_designs", "own_effect_variables", "run_command_line", "solve_angles", "sweep_statuses", "text_table"]
 
 @final
 class Case:
@@ -65,6 +65,13 @@ class Case:
         """
         Preload of ``[load]``, N, or ``None``.
         """
+    def spreads(self, /) -> list[tuple[str, str, float]]:
+        """
+        How numbers of a ball drive under a load scatter, by ``[tolerance]`` or else ``[uncertainty]``: name in SI, ``uniform``
+        or ``normal``, and the limit or standard uncertainty, SI.
+
+        Raises ``InvalidInputError`` for a spread of a common number whose two numbers differ.
+        """
     def to_toml(self, /) -> str:
         """
         The case as a file in SI units; ``from_toml`` of it gives the same case to the last bit.
@@ -82,6 +89,12 @@ class Case:
 
         Raises ``CaseError`` with key, what was found and what is allowed, and ``InvalidInputError`` for a function of Python,
         which a case cannot hold.
+        """
+    def with_numbers(self, /, numbers: dict[str, SupportsFloat | SupportsIndex]) -> Case:
+        """
+        The case with other values of numbers of its drive and load, named in SI (``deceleration.ball_radius_m``).
+
+        Raises ``InvalidInputError`` for a name or a value that cannot be.
         """
     @property
     def zero(self, /) -> str:
@@ -158,6 +171,11 @@ class Drive:
         """
         Preload that a torque (N m) needs: to hold, for continuous transmission, for zero backlash, of each pair and of
         the drive; maxima over a period, or at ``input_angle_deg`` where it is given.
+        """
+    def sensitivities(self, /, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex, input_angle_deg: SupportsFloat | SupportsIndex = 0.0) -> Sensitivities:
+        """
+        How the elastic angle under a load, and the preload thresholds at its torque over a period, answer to every design
+        number: exact derivatives.
         """
     def solve(self, /, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex | None = None, input_angle_deg: SupportsFloat | SupportsIndex = 0.0) -> Solution:
         """
@@ -710,6 +728,72 @@ class PreloadThresholds:
         """
 
 @final
+class Sensitivities:
+    """
+    How the results of a drive under a load answer to its design numbers.
+    """
+    def __eq__(self, value: object, /) -> bool: ...
+    def __ne__(self, value: object, /) -> bool: ...
+    def __new__(cls, /, status: str, numbers: dict[str, SupportsFloat | SupportsIndex], results: dict[str, Sensitivity | None], report: str) -> Sensitivities: ...
+    def __reduce__(self, /) -> tuple[Any, tuple[str, dict[str, float], dict[str, Sensitivity | None], str]]: ...
+    def __repr__(self, /) -> str: ...
+    @property
+    def elastic_angle(self, /) -> Sensitivity | None:
+        """
+        The elastic angle at the output; ``None`` where there is no solution.
+        """
+    @property
+    def numbers(self, /) -> dict[str, float]:
+        """
+        The numbers and their values, SI.
+        """
+    @property
+    def report(self, /) -> str: ...
+    @property
+    def results(self, /) -> dict[str, Sensitivity | None]:
+        """
+        Results by name: ``elastic_angle_rad`` and its parts ``deceleration_angle_rad`` and ``equal_speed_angle_rad``, ``None``
+        without a solution; ``hold_N``, ``continuous_N`` and ``zero_backlash_N`` of the drive, and of each pair with
+        ``deceleration_`` or ``equal_speed_`` before the name, over a period, ``None`` where no preload does it.
+        """
+    @property
+    def status(self, /) -> str:
+        """
+        How the load ended.
+        """
+
+@final
+class Sensitivity:
+    """
+    A result, and how it answers to each number; numbers by their names in SI (``deceleration.ball_radius_m``).
+    """
+    def __eq__(self, value: object, /) -> bool: ...
+    def __ne__(self, value: object, /) -> bool: ...
+    def __new__(cls, /, value: SupportsFloat | SupportsIndex, slopes: dict[str, SupportsFloat | SupportsIndex], relative: dict[str, SupportsFloat | SupportsIndex], one_sided: SupportsGetItem[int, str]) -> Sensitivity: ...
+    def __reduce__(self, /) -> tuple[Any, tuple[float, dict[str, float], dict[str, float], list[str]]]: ...
+    def __repr__(self, /) -> str: ...
+    @property
+    def one_sided(self, /) -> list[str]:
+        """
+        Numbers to which contacts that decide alike answer differently: the derivative is to one side.
+        """
+    @property
+    def relative(self, /) -> dict[str, float]:
+        """
+        Percent of the result for a percent of each number; without those of a result of 0.
+        """
+    @property
+    def slopes(self, /) -> dict[str, float]:
+        """
+        Its derivative by each number, SI.
+        """
+    @property
+    def value(self, /) -> float:
+        """
+        The result, SI.
+        """
+
+@final
 class Solution:
     """
     A drive under one load. Print it for a summary; its angles are ``None`` where there is no solution.
@@ -952,6 +1036,19 @@ class Thresholds:
         From here on no meshing point parts.
         """
 
+def design_number(key: str, values: SupportsGetItem[int, SupportsFloat | SupportsIndex]) -> tuple[str, list[float], bool]:
+    """
+    The number of a key as a case writes it (``deceleration.ball_radius_mm``): its name in SI, these values of it in SI,
+    and whether it is whole.
+
+    Raises ``CaseError`` with the nearest right key, or for a value that cannot be.
+    """
+
+def design_numbers() -> dict[str, tuple[str, float]]:
+    """
+    Numbers of designs by their names in SI: for each its key in the usual unit, and one SI unit in that.
+    """
+
 def effect_specs() -> list[EffectSpec]:
     """
     Every effect of the library, in the order in which all documents list them.
@@ -960,6 +1057,16 @@ def effect_specs() -> list[EffectSpec]:
 def example_case() -> str:
     """
     The example case file: the base case of the 2017 paper, as TOML text.
+    """
+
+def judge_designs(drive: Drive, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex, input_angle_rad: SupportsFloat | SupportsIndex, numbers: SupportsGetItem[int, str], values: NDArray[float64], pressures: bool, thresholds: bool) -> tuple[NDArray[uint8], list[str], NDArray[float64], list[str]]:
+    """
+    Judges many designs under a load (N m, N, rad) on all cores: ``values`` (n rows of the values of ``numbers``, named in
+    SI, one after the other) take the place of the drive's own.
+
+    Returns the status of each row as a place in the names that follow (``no_drive`` where the numbers make none), a table
+    and the names of its columns; NaN where there is no solution or a column is not wanted. Raises ``InvalidInputError`` for a
+    name that is none; Ctrl-C stops it.
     """
 
 def own_effect_variables() -> list[tuple[str, str]]:

@@ -3,7 +3,7 @@
 Verbs of the mechanics (solve, preload, sweep, check, effects, schema) are handed to the Rust
 command line as they are, but for a sweep to Parquet (`sweep_verb`); those of the lab are in
 `verbs` (compare, diagnose, fit) and, about campaigns to come, in `plan_verbs` (simulate,
-isolability, next-run, plan).
+isolability, next-run, plan); those of the page in `page_verbs` (report, workbench).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import sys
 import threading
 from collections.abc import Callable, Sequence
 
-from cbpt import plan_verbs, sweep_verb, verbs
+from cbpt import page_verbs, plan_verbs, sweep_verb, verbs
 from cbpt._core import run_command_line
 from cbpt.errors import CbptError, NoSolutionError
 
@@ -76,6 +76,8 @@ _LAB: dict[str, Callable[[list[str]], int]] = {
     "isolability": plan_verbs.isolability,
     "next-run": plan_verbs.next_run,
     "plan": plan_verbs.plan,
+    "report": page_verbs.report,
+    "workbench": page_verbs.workbench,
 }
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
-from cbpt.verbs import NO_SOLUTION, SUCCESS, add_plot, check_plot, columns_of, inputs
+from cbpt.verbs import NO_SOLUTION, SUCCESS, Parser, add_plot, check_plot, columns_of, inputs
 
 if TYPE_CHECKING:
     from cbpt.lab.candidates import Limits
@@ -149,7 +149,7 @@ def plan(argv: list[str]) -> int:
     from cbpt.lab.candidates import Limits
     from cbpt.lab.inputs import case_of
 
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="cbpt plan",
         description="The shortest campaign that tells effects apart, and each from nothing, 19 "
         "times of 20; or that none can.",

@@ -37,6 +37,9 @@ class Output(Protocol):
     def finish(self) -> None:
         """Makes the file whole; all rows are there."""
 
+    def close(self) -> None:
+        """Lets others write it."""
+
 
 def open_output(plan: SweepPlan, path: Path, fresh: bool) -> Output:
     """Open the output of a plan where it stands, or begin it.
@@ -67,6 +70,9 @@ class _Csv:
 
     def finish(self) -> None:
         """Every chunk was at its place."""
+
+    def close(self) -> None:
+        del self.file
 
 
 class _Parquet:
@@ -132,6 +138,7 @@ class _Parquet:
         try:
             fcntl.flock(self.lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
+            self.close()
             raise PlanError(
                 f"{self.path}: another process is writing it; wait for it, or give another --out"
             ) from None
@@ -181,9 +188,13 @@ class _Parquet:
                 writer.write_table(self.parquet.read_table(part, schema=schema))
         _to_disk(new)
         new.replace(self.path)
+        self.close()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def close(self) -> None:
         if self.lock is not None:
             self.lock.close()
-        shutil.rmtree(self.folder, ignore_errors=True)
+            self.lock = None
 
 
 def _words(codes: Any, words: list[str]) -> Any:

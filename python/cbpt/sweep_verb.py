@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
+from contextlib import closing
 from pathlib import Path
 
 __all__ = ["is_for_parquet", "sweep"]
@@ -30,10 +31,10 @@ def sweep(argv: list[str]) -> int:
     parser.add_argument("--fresh", action="store_true", help="begin anew in the place of FILE")
     options = parser.parse_args(argv)
     plan = SweepPlan.from_file(options.plan)
-    output = open_output(plan, Path(options.out), options.fresh)
-    found, complete = output.done, output.done >= plan.rows
-    shown = sys.stderr is not None and sys.stderr.isatty() and not complete
-    to_output(plan, output, chunk_rows=options.chunk_rows, progress=shown)
+    with closing(open_output(plan, Path(options.out), options.fresh)) as output:
+        found, complete = output.done, output.done >= plan.rows
+        shown = sys.stderr is not None and sys.stderr.isatty() and not complete
+        to_output(plan, output, chunk_rows=options.chunk_rows, progress=shown)
     earlier = f", {found} of them found there" if 0 < found < plan.rows else ""
     text = (
         f"{options.out}: all {plan.rows} rows are there already"

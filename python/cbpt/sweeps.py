@@ -11,13 +11,13 @@ import os
 import sys
 import time
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from concurrent.futures import Executor, Future
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from cbpt._core import Case, Drive, SweepPlan
 from cbpt.errors import PlanError
@@ -28,6 +28,7 @@ __all__ = ["Sweep", "SweepPlan", "open_output", "sweep", "to_output"]
 
 Report = Callable[[int, int], object]
 Span = tuple[int, int]
+Chunks = Generator[tuple[Span, Any], None, None]
 
 MOST_ROWS_IN_MEMORY = 50_000_000
 """More rows than these, some 3 GB, go to a file."""
@@ -35,7 +36,7 @@ MOST_ROWS_IN_MEMORY = 50_000_000
 
 def sweep(
     drive: Drive | Case | SweepPlan | str | os.PathLike[str],
-    axes: Mapping[str, ArrayLike] | None = None,
+    axes: Mapping[str, Any] | None = None,
     *,
     design: str = "grid",
     rows: int | None = None,
@@ -70,21 +71,22 @@ def sweep(
     plan, scalars = _plan(drive, axes, design, rows, seed)
     if out is not None:
         path = Path(out)
-        output = open_output(plan, path, fresh)
-        to_output(
-            plan,
-            output,
-            executor=executor,
-            in_flight=in_flight,
-            chunk_rows=chunk_rows,
-            progress=progress,
-        )
+        with closing(open_output(plan, path, fresh)) as output:
+            to_output(
+                plan,
+                output,
+                executor=executor,
+                in_flight=in_flight,
+                chunk_rows=chunk_rows,
+                progress=progress,
+            )
         return Sweep(plan, path, scalars, lambda: Rows.read(plan, path))
     if plan.rows > MOST_ROWS_IN_MEMORY:
         most = f"more than {MOST_ROWS_IN_MEMORY} go to a file: give out="
         raise PlanError(f"the sweep has {plan.rows} rows; {most}")
     chunks = _solved(plan, 0, "rows", executor, in_flight, chunk_rows, progress)
-    whole = Rows.joined(Rows.of(plan, chunk) for _, chunk in chunks)
+    with closing(chunks):
+        whole = Rows.joined(Rows.of(plan, chunk) for _, chunk in chunks)
     return Sweep(plan, None, scalars, lambda: whole)
 
 
@@ -98,10 +100,10 @@ def to_output(
     progress: Report | bool | None = None,
 ) -> None:
     """Solve what is left of a plan and write it; the rest as in `sweep`."""
-    for (start, stop), chunk in _solved(
-        plan, output.done, output.form, executor, in_flight, chunk_rows, progress
-    ):
-        output.append(chunk if output.form == "csv" else Rows.of(plan, chunk), stop - start)
+    chunks = _solved(plan, output.done, output.form, executor, in_flight, chunk_rows, progress)
+    with closing(chunks):
+        for (start, stop), chunk in chunks:
+            output.append(chunk if output.form == "csv" else Rows.of(plan, chunk), stop - start)
     output.finish()
 
 
@@ -113,7 +115,7 @@ def _solved(
     in_flight: int | None,
     chunk_rows: int | None,
     progress: Report | bool | None,
-) -> Iterator[tuple[Span, Any]]:
+) -> Chunks:
     """The chunks that are not done yet, in their order."""
     report: Report | None = _Line(done) if progress is True else progress or None
     spans = plan.chunks(done, chunk_rows)
@@ -121,15 +123,16 @@ def _solved(
         chunks = _here(plan, spans, form, report)
     else:
         chunks = _there(plan, spans, form, executor, in_flight or _most_in_flight(executor))
-    for span, chunk in chunks:
-        yield span, chunk
-        if report is not None:
-            report(span[1], plan.rows)
+    with closing(chunks):
+        for span, chunk in chunks:
+            yield span, chunk
+            if report is not None:
+                report(span[1], plan.rows)
 
 
 def _plan(
     drive: Drive | Case | SweepPlan | str | os.PathLike[str],
-    axes: Mapping[str, ArrayLike] | None,
+    axes: Mapping[str, Any] | None,
     design: str,
     rows: int | None,
     seed: int,
@@ -172,9 +175,7 @@ def _values(name: str, values: Any, drawn: bool) -> Any:
     return np.ascontiguousarray(array, dtype=np.float64)
 
 
-def _here(
-    plan: SweepPlan, spans: list[Span], form: str, report: Report | None
-) -> Iterator[tuple[Span, Any]]:
+def _here(plan: SweepPlan, spans: list[Span], form: str, report: Report | None) -> Chunks:
     for start, stop in spans:
         told = None if report is None else _counted(report, start, plan.rows)
         solve = plan.csv if form == "csv" else plan.solve
@@ -185,9 +186,7 @@ def _counted(report: Report, start: int, total: int) -> Callable[[int], object]:
     return lambda done: report(start + done, total)
 
 
-def _there(
-    plan: SweepPlan, spans: list[Span], form: str, executor: Executor, most: int
-) -> Iterator[tuple[Span, Any]]:
+def _there(plan: SweepPlan, spans: list[Span], form: str, executor: Executor, most: int) -> Chunks:
     """Chunks in their order, at most so many on their way."""
     waiting = deque(spans)
     under_way: deque[tuple[Span, Future[Any]]] = deque()

@@ -14,8 +14,9 @@ import re
 import shlex
 import sys
 import time
+from difflib import get_close_matches
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NoReturn
 
 if TYPE_CHECKING:
     from cbpt.lab.answer import Diagnosis
@@ -28,16 +29,27 @@ RESULTS = (".csv", ".md", ".json")
 _TABLE = "table of readings: CSV, xlsx, xls, ods, MATLAB, TDMS or Parquet"
 
 
+class Parser(argparse.ArgumentParser):
+    """Tells the nearest flag where one is misspelt."""
+
+    def error(self, message: str) -> NoReturn:
+        unknown = re.search(r"unrecognized arguments: (--[\w-]+)", message)
+        near = get_close_matches(unknown[1], self._option_string_actions, 1) if unknown else []
+        super().error(f"{message}; did you mean {near[0]}?" if near else message)
+
+
 def inputs(
     prog: str,
     description: str,
     epilog: str | None = None,
     table: tuple[str, str] = ("DATA", _TABLE),
+    needed: bool = True,
 ) -> argparse.ArgumentParser:
     """A parser that takes a case, a table (its name and what it is) and what its headers mean."""
-    parser = argparse.ArgumentParser(prog=prog, description=description, epilog=epilog)
-    parser.add_argument("case", metavar="CASE", type=Path, help="case file (TOML)")
-    parser.add_argument("data", metavar=table[0], type=Path, help=table[1])
+    parser = Parser(prog=prog, description=description, epilog=epilog)
+    some: dict[str, Any] = {} if needed else {"nargs": "?"}
+    parser.add_argument("case", metavar="CASE", type=Path, help="case file (TOML)", **some)
+    parser.add_argument("data", metavar=table[0], type=Path, help=table[1], **some)
     parser.add_argument(
         "--column",
         metavar="HEADER=NAME",

@@ -5,6 +5,8 @@
 
 pub mod peer;
 
+use std::time::Instant;
+
 use cbpt_core::equilibrium::lanes::{BATCH, LaneOutcome, LanePair, two_thirds_powers};
 use cbpt_core::equilibrium::solve::solve_pair;
 use cbpt_core::hertz::HertzContact;
@@ -149,7 +151,7 @@ pub unsafe extern "C" fn cbpt_hertz(count: usize, along_per_m: *const f64, acros
     let (along, stiffness) = unsafe { (read(along_per_m, count), write(stiffness, count)) };
     for (along, stiffness) in along.chunks(80).zip(stiffness.chunks_mut(80)) {
         for (contact, stiffness) in HertzContact::many(along, across_per_m, 1.1e11).iter().zip(stiffness) {
-            *stiffness = contact.map_or(0.0, |contact| contact.stiffness);
+            *stiffness = contact.map_or(0.0, |contact| contact.stiffness());
         }
     }
 }
@@ -167,7 +169,7 @@ pub unsafe extern "C" fn cbpt_hertz_scalar(
 ) {
     let (along, stiffness) = unsafe { (read(along_per_m, count), write(stiffness, count)) };
     for (along, stiffness) in along.iter().zip(stiffness) {
-        *stiffness = HertzContact::new(*along, across_per_m, 1.1e11).map_or(0.0, |contact| contact.stiffness);
+        *stiffness = HertzContact::new(*along, across_per_m, 1.1e11).map_or(0.0, |contact| contact.stiffness());
     }
 }
 
@@ -237,13 +239,19 @@ pub unsafe extern "C" fn cbpt_drive(
     torque_Nm: *const f64,
     preload_N: *const f64,
     angle_rad: *mut f64,
+    seconds: *mut f64,
 ) -> usize {
     let (torque, preload) = unsafe { (read(torque_Nm, count), read(preload_N, count)) };
-    let angles = unsafe { write(angle_rad, count) };
+    let (angles, seconds) = unsafe { (write(angle_rad, count), write(seconds, 1)) };
     let loads = loads(torque, preload);
     let mut rows = vec![NOT_SOLVED; count];
     let drive = Drive::paper_base_case();
-    in_threads(threads, || solve_into(&drive, &loads, &mut rows, &Progress::default()));
+    in_threads(threads, || {
+        let start = Instant::now();
+        let done = solve_into(&drive, &loads, &mut rows, &Progress::default());
+        seconds[0] = start.elapsed().as_secs_f64();
+        done
+    });
     for (angle, row) in angles.iter_mut().zip(&rows) {
         *angle = row.1.map_or(f64::NAN, |angles| angles.elastic_angle_rad());
     }

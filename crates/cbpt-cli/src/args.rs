@@ -30,6 +30,8 @@ pub enum Verb {
     Preload(Preload),
     /// Elastic angle over grids of loads of a CASE, or over any parameter by a PLAN, on all cores
     Sweep(Sweep),
+    /// How elastic angle and preload thresholds answer to every design number
+    Sensitivity(Sensitivity),
     /// Design findings: undercut, missing walls, touching balls, pressure
     Check(Check),
     /// The library of effects: equations, tell-tales, numbers with their ranges
@@ -57,6 +59,12 @@ pub enum Verb {
     /// The shortest campaign that tells effects apart (Python package)
     #[command(disable_help_flag = true)]
     Plan(Elsewhere),
+    /// What the drawing's tolerances make of the elastic angle (Python package)
+    #[command(disable_help_flag = true)]
+    Tolerance(Elsewhere),
+    /// The design with the smallest elastic angle within bounds (Python package)
+    #[command(disable_help_flag = true)]
+    Optimise(Elsewhere),
 }
 
 /// Anything: the verb is implemented elsewhere.
@@ -173,6 +181,20 @@ pub struct Sweep {
     /// Of a PLAN: begin anew in the place of what --out holds
     #[arg(long)]
     pub fresh: bool,
+    /// Form of the output.
+    #[command(flatten)]
+    pub output: OutputOptions,
+}
+
+/// `cbpt sensitivity`.
+#[derive(Debug, Args)]
+pub struct Sensitivity {
+    /// The case file.
+    #[command(flatten)]
+    pub case: CaseFile,
+    /// The load.
+    #[command(flatten)]
+    pub load: LoadOptions,
     /// Form of the output.
     #[command(flatten)]
     pub output: OutputOptions,

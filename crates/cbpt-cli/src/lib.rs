@@ -44,6 +44,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Verb::Solve(verb) => commands::solve::run(verb),
         Verb::Preload(verb) => commands::preload::run(verb),
         Verb::Sweep(verb) => commands::sweep::run(verb),
+        Verb::Sensitivity(verb) => commands::sensitivity::run(verb),
         Verb::Check(verb) => commands::check::run(verb),
         Verb::Effects(verb) => commands::effects::run(verb),
         Verb::Schema(verb) => commands::schema::run(verb),
@@ -54,6 +55,8 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Verb::Simulate(_) => Err(Failure::needs_python("simulate")),
         Verb::NextRun(_) => Err(Failure::needs_python("next-run")),
         Verb::Plan(_) => Err(Failure::needs_python("plan")),
+        Verb::Tolerance(_) => Err(Failure::needs_python("tolerance")),
+        Verb::Optimise(_) => Err(Failure::needs_python("optimise")),
     };
     match outcome {
         Ok(exit) => exit.code(),

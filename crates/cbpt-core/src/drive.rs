@@ -6,6 +6,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use crate::error::{InvalidInput, require, require_positive};
+use crate::real::Real;
 
 /// Young's modulus and Poisson's ratio of one body.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,9 +53,15 @@ impl Default for Material {
 impl Material {
     /// Contact modulus E*, Pa: 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 (Hertz).
     pub fn contact_modulus_Pa(&self) -> f64 {
-        let compliance = |m: &Elasticity| (1.0 - m.poissons_ratio * m.poissons_ratio) / m.youngs_modulus_Pa;
-        1.0 / (compliance(&self.ball) + compliance(&self.plate))
+        let numbers = |m: &Elasticity| [m.youngs_modulus_Pa, m.poissons_ratio];
+        contact_modulus_Pa(numbers(&self.ball), numbers(&self.plate))
     }
+}
+
+/// E* (Pa) from Young's modulus (Pa) and Poisson's ratio of ball and plate.
+pub(crate) fn contact_modulus_Pa<T: Real>(ball: [T; 2], plate: [T; 2]) -> T {
+    let compliance = |[modulus, ratio]: [T; 2]| (-(ratio * ratio) + 1.0) / modulus;
+    T::of(1.0) / (compliance(ball) + compliance(plate))
 }
 
 /// Ball and groove section, the same for every groove of a row of balls.

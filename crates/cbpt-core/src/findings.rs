@@ -1,11 +1,9 @@
 //! What a designer should know before building: each finding with its numbers and the remedy.
 
-use std::f64::consts::PI;
-
+use crate::design::{Sizes, spacing_m};
 use crate::drive::{Drive, EqualSpeed, GrooveSection, Load, RingGroove, TrackCurvature};
 use crate::equilibrium::report::PairSolution;
-use crate::geometry::undercut::{largest_curvature_per_m, smallest_room};
-use crate::geometry::wall::remaining_room;
+use crate::geometry::undercut::largest_curvature_per_m;
 use crate::status::Status;
 use crate::transmission::Solution;
 
@@ -53,10 +51,11 @@ impl Drive {
     /// Sorted with the worst first.
     pub fn findings(&self, load: Option<&Load>) -> Vec<Finding> {
         let mut found = Vec::new();
-        found.extend(undercut(self));
+        let sizes = Sizes::of(self);
+        found.extend(undercut(self, &sizes));
         if let EqualSpeed::RingGroove(ring) = self.equal_speed() {
-            found.extend(inside_wall(self, ring));
-            found.extend(rings_overlap(self, ring));
+            found.extend(inside_wall(self, ring, &sizes));
+            found.extend(rings_overlap(self, ring, &sizes));
         }
         let decelerating = self.deceleration();
         found.extend(balls_touch(
@@ -64,9 +63,11 @@ impl Drive {
             decelerating.ball_count,
             decelerating.pitch_radius_m(),
             &decelerating.groove,
+            sizes.ball_clearances_m[0],
         ));
         let equal = self.equal_speed();
-        found.extend(balls_touch("equal_speed", equal.ball_count(), equal.pitch_radius_m(), equal.groove()));
+        let (count, pitch) = (equal.ball_count(), equal.pitch_radius_m());
+        found.extend(balls_touch("equal_speed", count, pitch, equal.groove(), sizes.ball_clearances_m[1]));
         if let Some(load) = load {
             let solution = self.solve(load);
             found.extend(unsolved(&solution));
@@ -94,9 +95,9 @@ impl Drive {
     }
 }
 
-fn undercut(drive: &Drive) -> Option<Finding> {
+fn undercut(drive: &Drive, sizes: &Sizes) -> Option<Finding> {
     let pair = drive.deceleration();
-    if smallest_room(pair) > 0.0 {
+    if sizes.undercut_margin > 0.0 {
         return None;
     }
     let smallest_radius = 1.0 / largest_curvature_per_m(pair);
@@ -119,9 +120,9 @@ fn undercut(drive: &Drive) -> Option<Finding> {
     })
 }
 
-fn inside_wall(drive: &Drive, ring: &RingGroove) -> Option<Finding> {
+fn inside_wall(drive: &Drive, ring: &RingGroove, sizes: &Sizes) -> Option<Finding> {
     let e = drive.deceleration().eccentricity_m();
-    if remaining_room(&ring.groove, 1.0 / e, ring.inside_contact_angle_rad) > 0.0 {
+    if sizes.inside_wall_margin > 0.0 {
         return None;
     }
     let needed = ring.groove.ball_radius_m * ring.inside_contact_angle_rad.cos();
@@ -147,11 +148,11 @@ fn inside_wall(drive: &Drive, ring: &RingGroove) -> Option<Finding> {
     })
 }
 
-fn rings_overlap(drive: &Drive, ring: &RingGroove) -> Option<Finding> {
+fn rings_overlap(drive: &Drive, ring: &RingGroove, sizes: &Sizes) -> Option<Finding> {
     let e = drive.deceleration().eccentricity_m();
     let width = 2.0 * (e + ring.groove.ball_radius_m);
-    let pitch = 2.0 * ring.pitch_radius_m * (PI / f64::from(ring.ball_count)).sin();
-    (width >= pitch).then(|| Finding {
+    let pitch = spacing_m(ring.ball_count, ring.pitch_radius_m);
+    (sizes.ring_clearance_m <= 0.0).then(|| Finding {
         code: "rings_overlap",
         severity: Severity::Error,
         pair: "equal_speed",
@@ -192,10 +193,11 @@ fn balls_touch(
     count: u32,
     pitch_radius_m: f64,
     groove: &GrooveSection,
+    clearance_m: f64,
 ) -> Option<Finding> {
     let diameter = 2.0 * groove.ball_radius_m;
-    let pitch = 2.0 * pitch_radius_m * (PI / f64::from(count)).sin();
-    (diameter >= pitch).then(|| Finding {
+    let pitch = spacing_m(count, pitch_radius_m);
+    (clearance_m <= 0.0).then(|| Finding {
         code: "balls_touch",
         severity: Severity::Error,
         pair,

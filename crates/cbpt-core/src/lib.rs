@@ -10,12 +10,16 @@
 //! - [`solver`]: Newton with Levenberg-Marquardt for convex problems; knows no ball and no groove;
 //! - [`status`]: how a solve ended, with the reason;
 //! - [`transmission`]: the whole drive; [`extremes`]: its largest elastic angle over a period;
+//! - [`design`]: the numbers that a designer chooses; [`sensitivity`]: how angle and thresholds answer to them, in numbers
+//!   that carry derivatives ([`real`]);
 //! - [`findings`]: what a designer should know before building; [`preload`]: the three thresholds; [`sweep`]: many loads on all cores;
+//! - [`judge`]: many designs;
 //! - [`effect`]: the library of effects; [`predict`]: a drive with effects on a table of readings;
 //! - [`error`]: bad input. A load that cannot be carried is a [`Status`], not an error.
 //!
 //! SI units and radians inside; every public name carries its unit.
 
+pub mod design;
 pub mod drive;
 pub mod effect;
 pub mod equilibrium;
@@ -24,11 +28,14 @@ pub mod extremes;
 pub mod findings;
 pub mod geometry;
 pub mod hertz;
+pub mod judge;
 pub mod pair;
 mod period;
 pub mod predict;
 pub mod preload;
+pub mod real;
 pub mod reducer;
+pub mod sensitivity;
 pub mod solver;
 pub mod status;
 pub mod sweep;

@@ -17,10 +17,10 @@
 use std::f64::consts::TAU;
 
 use crate::drive::{Drive, EqualSpeed};
-use crate::equilibrium::ContactLaw;
 use crate::geometry::undercut::undercuts;
-use crate::pair::{MeshingPoint, MeshingPoints};
+use crate::pair::MeshingPoints;
 use crate::period;
+use crate::real::Real;
 
 /// The three preloads that a torque needs, N; infinite where no preload does it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,7 +79,7 @@ pub fn pair_thresholds(points: &MeshingPoints, torque_Nm: f64) -> PreloadThresho
         return PreloadThresholds { hold_N: 0.0, continuous_N: 0.0, zero_backlash_N: 0.0 };
     }
     let torque_sign = torque_Nm.signum();
-    let row = Row { points, torque_sign, law: ContactLaw::new(points.exponent) };
+    let row = Row::new(points, torque_sign);
     PreloadThresholds {
         hold_N: 1.0 / points.holding_arm_m(torque_sign),
         continuous_N: row.preload_per_torque(|_| 0.0),
@@ -88,61 +88,98 @@ pub fn pair_thresholds(points: &MeshingPoints, torque_Nm: f64) -> PreloadThresho
     .map(|per_torque| per_torque * torque_Nm.abs())
 }
 
-/// A row of meshing points seen from one direction of torque.
-struct Row<'a> {
-    points: &'a MeshingPoints,
-    torque_sign: f64,
-    law: ContactLaw,
+/// A diagonal that exists, as the thresholds see it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Ray<T> {
+    /// +1 or -1, as the diagonal is squeezed.
+    pub sign: f64,
+    pub arm_m: T,
+    pub sin_beta: T,
+    pub cos_beta: T,
+    pub stiffness: T,
 }
 
-impl Row<'_> {
-    fn existing(&self) -> impl Iterator<Item = &MeshingPoint> {
-        self.points.points.iter().filter(|point| point.exists())
+/// A row of meshing points seen from one direction of torque; in dual numbers it knows how its thresholds answer.
+#[derive(Debug, Clone)]
+pub(crate) struct Row<T> {
+    pub rays: Vec<Ray<T>>,
+    pub torque_sign: f64,
+    pub exponent: f64,
+    pub floats_sideways: bool,
+}
+
+impl<T: Real> Row<T> {
+    /// Arm with the signs of diagonal and torque, and with a sideways shift of the plate, m.
+    fn arm(&self, ray: &Ray<T>, shift_m: T) -> T {
+        (ray.arm_m + shift_m) * (self.torque_sign * ray.sign)
     }
 
-    /// Arm with the signs of diagonal and torque, and with a sideways shift of the plate, m.
-    fn arm(&self, point: &MeshingPoint, shift_m: f64) -> f64 {
-        self.torque_sign * point.diagonal.sign() * (point.arm_m + shift_m)
+    /// s cot beta of every diagonal of one sign, or of all: the torque that it alone holds per preload, m.
+    pub fn torques_per_preload_m(&self, sign: Option<f64>) -> impl Iterator<Item = T> {
+        let wanted = move |ray: &&Ray<T>| sign.is_none_or(|sign| sign * ray.sign > 0.0);
+        self.rays.iter().filter(wanted).map(|ray| self.arm(ray, T::of(0.0)) * ray.cos_beta / ray.sin_beta)
+    }
+
+    /// -s cot beta of every diagonal: the approach per rotation at which it is about to part, m.
+    pub fn parting_ratios_m(&self, shift_m: T) -> impl Iterator<Item = T> {
+        self.rays.iter().map(move |ray| -(self.arm(ray, shift_m) * ray.cos_beta / ray.sin_beta))
+    }
+
+    /// Sums of axial force, torque and sideways force per unit of rotation^n.
+    pub fn sums(&self, ratio: T, shift_m: T) -> [T; 3] {
+        self.rays.iter().fold([T::of(0.0); 3], |[axial, torque, sideways], ray| {
+            let arm = self.arm(ray, shift_m);
+            let deformation = ratio * ray.sin_beta + arm * ray.cos_beta;
+            // What other exponents make of the unit of k is in both sums of a ratio.
+            let force = ray.stiffness * deformation.pressed(self.exponent);
+            [
+                axial + force * ray.sin_beta,
+                torque + force * arm * ray.cos_beta,
+                sideways + force * ray.cos_beta * ray.sign,
+            ]
+        })
+    }
+}
+
+impl Row<f64> {
+    pub fn new(points: &MeshingPoints, torque_sign: f64) -> Self {
+        let rays = points.points.iter().filter(|point| point.exists()).map(|point| Ray {
+            sign: point.diagonal.sign(),
+            arm_m: point.arm_m,
+            sin_beta: point.sin_beta,
+            cos_beta: point.cos_beta,
+            stiffness: point.stiffness,
+        });
+        let (exponent, floats_sideways) = (points.exponent, points.floats_sideways);
+        Self { rays: rays.collect(), torque_sign, exponent, floats_sideways }
     }
 
     /// A = max(-s cot beta): the approach per rotation at which the first diagonal is about to part, m.
-    fn touching_ratio(&self, shift_m: f64) -> f64 {
-        self.existing()
-            .map(|point| -self.arm(point, shift_m) * point.cos_beta / point.sin_beta)
-            .fold(f64::NEG_INFINITY, f64::max)
+    pub fn touching_ratio(&self, shift_m: f64) -> f64 {
+        self.parting_ratios_m(shift_m).fold(f64::NEG_INFINITY, f64::max)
     }
 
     /// N_Z/|M0| (1/m) of the state with approach per rotation `ratio(shift)`.
     fn preload_per_torque(&self, ratio: impl Fn(f64) -> f64) -> f64 {
-        let shift = if self.points.floats_sideways { self.balanced_shift_m(&ratio) } else { 0.0 };
-        let (axial, torque, _) = self.sums(ratio(shift), shift);
+        let shift = self.balanced_shift_m(&ratio);
+        let [axial, torque, _] = self.sums(ratio(shift), shift);
         if torque > 0.0 { axial / torque } else { f64::INFINITY }
     }
 
-    /// Sums of axial force, torque and sideways force per unit of rotation^n.
-    fn sums(&self, ratio: f64, shift_m: f64) -> (f64, f64, f64) {
-        self.existing().fold((0.0, 0.0, 0.0), |(axial, torque, sideways), point| {
-            let arm = self.arm(point, shift_m);
-            let force = self.law.force_N(point.stiffness, ratio * point.sin_beta + arm * point.cos_beta);
-            (
-                axial + force * point.sin_beta,
-                torque + force * arm * point.cos_beta,
-                sideways + force * point.diagonal.sign() * point.cos_beta,
-            )
-        })
-    }
-
     /// The shift per rotation at which the forces across the grooves balance, by bisection: the sideways force rises
-    /// with the shift (falls for a negative torque, whose rotation is negative too).
-    fn balanced_shift_m(&self, ratio: &impl Fn(f64) -> f64) -> f64 {
-        let limit = self.points.largest_arm_m();
+    /// with the shift (falls for a negative torque, whose rotation is negative too). 0 where no plate floats.
+    pub fn balanced_shift_m(&self, ratio: &impl Fn(f64) -> f64) -> f64 {
+        if !self.floats_sideways {
+            return 0.0;
+        }
+        let limit = self.rays.iter().map(|ray| ray.arm_m.abs()).fold(0.0, f64::max);
         let (mut low, mut high) = (-limit, limit);
         for _ in 0..200 {
             let middle = 0.5 * (low + high);
             if middle <= low || middle >= high {
                 break;
             }
-            if self.torque_sign * self.sums(ratio(middle), middle).2 < 0.0 {
+            if self.torque_sign * self.sums(ratio(middle), middle)[2] < 0.0 {
                 low = middle;
             } else {
                 high = middle;
@@ -152,6 +189,13 @@ impl Row<'_> {
     }
 }
 
+/// Phases of the pairs at which their thresholds (hold, continuous, zero backlash) are largest over a period, rad.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct WorstPhases {
+    pub deceleration_rad: [f64; 3],
+    pub equal_speed_rad: [f64; 3],
+}
+
 impl Drive {
     /// The three thresholds at one angle of the input crank (rad) for torque M0 (N m).
     ///
@@ -159,7 +203,11 @@ impl Drive {
     pub fn preload_thresholds_at(&self, torque_Nm: f64, input_angle_rad: f64) -> DriveThresholds {
         let points = self.points(input_angle_rad);
         DriveThresholds {
-            deceleration: self.unless_undercut(|| pair_thresholds(&points.deceleration, torque_Nm)),
+            deceleration: if undercuts(self) {
+                PreloadThresholds::NEVER
+            } else {
+                pair_thresholds(&points.deceleration, torque_Nm)
+            },
             equal_speed: rows_thresholds(&points.equal_speed, torque_Nm * points.equal_speed_share),
         }
     }
@@ -167,22 +215,26 @@ impl Drive {
     /// The three thresholds for torque M0 (N m), each as its maximum over a period of its pair; infinite as in
     /// [`Drive::preload_thresholds_at`].
     pub fn preload_thresholds(&self, torque_Nm: f64) -> DriveThresholds {
+        self.worst_phases(torque_Nm).0
+    }
+
+    /// The same with the phases where they are so large.
+    pub(crate) fn worst_phases(&self, torque_Nm: f64) -> (DriveThresholds, WorstPhases) {
         let share = self.equal_speed_share();
         let deceleration = |phase: f64| pair_thresholds(&self.deceleration_points(phase), torque_Nm);
         // The paper's cross-slide form shifts with the crank itself; every other pair depends on its own phase alone.
         let equal_speed =
             |phase: f64| rows_thresholds(&self.equal_speed_points(phase, phase), torque_Nm * share);
-        DriveThresholds {
-            deceleration: self.unless_undercut(|| largest(self.deceleration_period_rad(), deceleration)),
-            equal_speed: match self.equal_speed_period_rad() {
-                Some(period) => largest(period, equal_speed),
-                None => equal_speed(0.0),
-            },
-        }
-    }
-
-    fn unless_undercut(&self, thresholds: impl FnOnce() -> PreloadThresholds) -> PreloadThresholds {
-        if undercuts(self) { PreloadThresholds::NEVER } else { thresholds() }
+        let (deceleration, deceleration_rad) = if undercuts(self) {
+            (PreloadThresholds::NEVER, [0.0; 3])
+        } else {
+            largest(self.deceleration_period_rad(), deceleration)
+        };
+        let (equal_speed, equal_speed_rad) = match self.equal_speed_period_rad() {
+            Some(period) => largest(period, equal_speed),
+            None => (equal_speed(0.0), [0.0; 3]),
+        };
+        (DriveThresholds { deceleration, equal_speed }, WorstPhases { deceleration_rad, equal_speed_rad })
     }
 
     /// Period of the deceleration pair in its phase Phi, 2 pi/Z2, rad.
@@ -207,10 +259,12 @@ fn rows_thresholds(rows: &[MeshingPoints], torque_Nm: f64) -> PreloadThresholds 
     rows.iter().map(|row| pair_thresholds(row, torque_Nm)).fold(none, PreloadThresholds::max)
 }
 
-fn largest(period_rad: f64, at: impl Fn(f64) -> PreloadThresholds) -> PreloadThresholds {
-    let [(_, hold_N), (_, continuous_N), (_, zero_backlash_N)] = period::maxima(period_rad, |phase| {
+/// The largest of each over a period, and where.
+fn largest(period_rad: f64, at: impl Fn(f64) -> PreloadThresholds) -> (PreloadThresholds, [f64; 3]) {
+    let found = period::maxima(period_rad, |phase| {
         let here = at(phase);
         [here.hold_N, here.continuous_N, here.zero_backlash_N]
     });
-    PreloadThresholds { hold_N, continuous_N, zero_backlash_N }
+    let [hold_N, continuous_N, zero_backlash_N] = found.map(|(_, value)| value);
+    (PreloadThresholds { hold_N, continuous_N, zero_backlash_N }, found.map(|(phase, _)| phase))
 }

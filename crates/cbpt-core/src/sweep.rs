@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use rayon::prelude::*;
 
 use crate::drive::{Drive, Load};
-use crate::equilibrium::lanes::{BATCH, LaneOutcome, LanePair, two_thirds_powers};
+use crate::equilibrium::lanes::{BATCH, FEW, LaneOutcome, LanePair, two_thirds_powers};
 use crate::geometry::undercut::undercuts;
 use crate::status::Status;
 use crate::transmission::{Angles, DrivePoints};
@@ -141,18 +141,22 @@ impl DriveLanes {
     /// Solves each load into the row at its place, whatever its input angle says.
     pub fn solve(&self, loads: &[Load], rows: &mut [Row]) {
         for (loads, rows) in loads.chunks(BATCH).zip(rows.chunks_mut(BATCH)) {
-            self.solve_batch(loads, rows);
+            if loads.len() <= FEW {
+                self.solve_batch::<FEW>(loads, rows);
+            } else {
+                self.solve_batch::<BATCH>(loads, rows);
+            }
         }
     }
 
-    fn solve_batch(&self, loads: &[Load], rows: &mut [Row]) {
+    fn solve_batch<const B: usize>(&self, loads: &[Load], rows: &mut [Row]) {
         let count = loads.len();
-        let (mut torque, mut preload, mut powers) = ([0.0; BATCH], [1.0; BATCH], [1.0; BATCH]);
+        let (mut torque, mut preload, mut powers) = ([0.0; B], [1.0; B], [1.0; B]);
         for (load, (torque, preload)) in loads.iter().zip(torque.iter_mut().zip(&mut preload)) {
             (*torque, *preload) = (load.torque_Nm(), load.preload_N());
         }
         two_thirds_powers(&preload[..count], &mut powers);
-        let mut outcomes = [LaneOutcome::NONE; BATCH];
+        let mut outcomes = [LaneOutcome::NONE; B];
         self.deceleration.solve(&torque[..count], &preload, &powers, &mut outcomes);
         for (row, outcome) in rows.iter_mut().zip(&outcomes[..count]) {
             let angles = outcome.status.has_solution().then_some(Angles {

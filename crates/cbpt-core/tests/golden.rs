@@ -87,7 +87,7 @@ fn hertz_stiffness() {
     for case in golden()["hertz"].as_array().unwrap() {
         let number = |key: &str| case[key].as_f64().unwrap();
         let contact = HertzContact::new(number("c1"), number("c2"), number("e_star")).unwrap();
-        close(contact.stiffness, number("k"), 0.0, "k");
+        close(contact.stiffness(), number("k"), 0.0, "k");
     }
 }
 

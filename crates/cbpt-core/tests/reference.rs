@@ -187,7 +187,7 @@ fn contacts() {
             HertzContact::new(of("curvature_1_per_m"), of("curvature_2_per_m"), of("contact_modulus_Pa"))
                 .unwrap();
         let loaded = contact.under(of("force_N"));
-        close(contact.stiffness, of("stiffness_N_per_m1p5"), 0.0, "stiffness");
+        close(contact.stiffness(), of("stiffness_N_per_m1p5"), 0.0, "stiffness");
         close(loaded.major_semi_axis_m, of("semi_axis_major_m"), 0.0, "major semi-axis");
         close(loaded.minor_semi_axis_m, of("semi_axis_minor_m"), 0.0, "minor semi-axis");
         close(loaded.peak_pressure_Pa, of("peak_pressure_Pa"), 0.0, "peak pressure");

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use cbpt_cli::case::{Case as RustCase, Zero};
 use cbpt_cli::formula::Formula;
+use cbpt_core::design;
 use cbpt_core::effect::OwnEffect as _;
 use cbpt_core::sweep::Progress;
 use cbpt_core::{InvalidInput, Load, Reducer, Severity, TorsionSpring};
@@ -16,6 +17,7 @@ use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
 use serde_json::{Map, Number, Value};
 
 use crate::Reduced;
+use crate::design::Sensitivities;
 use crate::error::{
     about_ball_drives, case_error, drive_with_effect, half_a_character, half_a_load, invalid_input,
     no_case_key, no_case_path, no_case_value, too_much,
@@ -231,6 +233,22 @@ impl Drive {
         ))
     }
 
+    /// How the elastic angle under a load, and the preload thresholds at its torque over a period, answer to every design
+    /// number: exact derivatives.
+    #[pyo3(signature = (torque_Nm, preload_N, input_angle_deg = 0.0))]
+    fn sensitivities(
+        &self,
+        py: Python<'_>,
+        torque_Nm: f64,
+        preload_N: f64,
+        input_angle_deg: f64,
+    ) -> PyResult<Sensitivities> {
+        let drive = self.ball_drive(py, "sensitivities")?;
+        let found = Load::new(torque_Nm, preload_N, input_angle_deg.to_radians())
+            .and_then(|load| py.detach(|| Sensitivities::solve(drive, &load)));
+        found.map_err(|error| invalid_input(py, &error))
+    }
+
     /// Largest elastic angle over a period of the drive at a torque (N m) and preload (N); ``None`` where some angle of
     /// the crank has no solution. Ctrl-C stops it.
     fn largest_elastic_angle(
@@ -436,6 +454,29 @@ impl Case {
             });
         }
         self.case.with_effects(&list).map(|case| Self { case }).map_err(|error| case_error(py, &error))
+    }
+
+    /// The case with other values of numbers of its drive and load, named in SI (``deceleration.ball_radius_m``).
+    ///
+    /// Raises ``InvalidInputError`` for a name or a value that cannot be.
+    fn with_numbers(&self, py: Python<'_>, numbers: BTreeMap<String, f64>) -> PyResult<Self> {
+        let found: Result<Vec<_>, InvalidInput> =
+            numbers.iter().map(|(name, value)| Ok((design::find(name)?, *value))).collect();
+        let case = found.and_then(|numbers| self.case.with_numbers(&numbers));
+        case.map(|case| Self { case }).map_err(|error| invalid_input(py, &error))
+    }
+
+    /// How numbers of a ball drive under a load scatter, by ``[tolerance]`` or else ``[uncertainty]``: name in SI, ``uniform``
+    /// or ``normal``, and the limit or standard uncertainty, SI.
+    ///
+    /// Raises ``InvalidInputError`` for a spread of a common number whose two numbers differ.
+    fn spreads(&self, py: Python<'_>) -> PyResult<Vec<(&'static str, &'static str, f64)>> {
+        let load = self.case.load;
+        let stated = Load::new(load.torque_Nm.unwrap_or(0.0), load.preload_N.unwrap_or(1.0), 0.0);
+        let drive = self.case.drive().ok_or_else(|| about_ball_drives(py, "spreads"))?;
+        let found = stated.and_then(|load| self.case.spreads(drive, &load));
+        let found = found.map_err(|error| invalid_input(py, &error))?;
+        Ok(found.iter().map(|(number, spread)| (number.name, spread.name(), spread.size())).collect())
     }
 
     /// The effects of the user's own among those of the case.

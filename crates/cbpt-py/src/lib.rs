@@ -3,6 +3,7 @@
 //! - `error`: each Rust error to one Python class; `interrupt`: long calls without the GIL that mind Ctrl-C;
 //! - `arrays`: numpy arrays with their element type;
 //! - `case`: case files and drives; `solution`: a solved load; `preload`: thresholds; `angles`: many loads;
+//! - `design`: sensitivities, and many designs at once;
 //! - `sweep`: plans of sweeps, their rows and files;
 //! - `effects`: the library of effects, and a drive with effects on a table of readings.
 
@@ -14,6 +15,7 @@
 mod angles;
 mod arrays;
 mod case;
+mod design;
 mod effects;
 mod error;
 mod interrupt;
@@ -34,6 +36,8 @@ mod _core {
     use super::angles::solve_angles;
     #[pymodule_export]
     use super::case::{Case, Drive, Effect, Finding};
+    #[pymodule_export]
+    use super::design::{Sensitivities, Sensitivity, design_number, design_numbers, judge_designs};
     #[pymodule_export]
     use super::effects::{EffectParameter, EffectSpec, Prediction, Predictor, effect_specs};
     #[pymodule_export]

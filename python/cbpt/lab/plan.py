@@ -249,8 +249,8 @@ def sequence(shape: str, to: float, points: int, start: float | None = None) -> 
 
 
 def table_text(readings: Readings) -> str:
-    """Readings as a CSV table with the columns of the contract; an angle that is NaN everywhere is
-    left out, and so is what the readings do not have.
+    """Readings as a CSV table; an angle that is NaN everywhere is left out, and so is every column
+    that the readings do not have.
     """
     names, columns = [], []
     for column in (quantity.column for quantity in CONTRACT):
@@ -325,7 +325,7 @@ class _Reader:
         return PlanError(f"{self.source}: {place}, {key}: found {found}, expected {expected}")
 
     def understood(self, place: str, entry: Mapping[str, Any]) -> dict[str, tuple[str, Any, float]]:
-        """Each entry under the name of the contract: its key as written, value, factor to the
+        """Each entry under its standard name: its key as written, value, factor to the
         unit of that name.
         """
         found: dict[str, tuple[str, Any, float]] = {}
@@ -428,7 +428,7 @@ class _Reader:
         name: str,
         above: float = -math.inf,
     ) -> tuple[float, ...]:
-        """Numbers in the unit of the contract: one, a list, or a range; empty where not given."""
+        """Numbers in the standard unit: one, a list, or a range; empty where not given."""
         if name not in keys:
             return ()
         key, value, _ = keys[name]

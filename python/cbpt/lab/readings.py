@@ -358,7 +358,7 @@ class _Reader:
 
     @staticmethod
     def in_own_unit(use: _Use, loaded: Loaded) -> Floats:
-        """The numbers of a column in the unit of the contract."""
+        """The numbers of a column in its standard unit."""
         column = loaded.columns[use.index]
         unit = _UNIT["time"] if column.clock else use.unit
         return unit.convert(column.numbers, _UNIT[use.quantity.key]) if unit else column.numbers

@@ -123,7 +123,7 @@ def units_of(kind: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """A column of the contract: its own name, its unit, and what else it is called.
+    """A column that readings may have: its own name, its unit, and what else it is called.
 
     `kind` is "" for a label or a count, which has no unit. `words` are sure to mean this
     quantity, `letters` only together with a unit of its kind.
@@ -137,7 +137,7 @@ class Quantity:
 
     @property
     def column(self) -> str:
-        """The name of the contract: torque_Nm."""
+        """Name and unit that it has everywhere: torque_Nm."""
         return f"{self.key}_{_squeeze(self.unit)}" if self.unit else self.key
 
 
@@ -221,7 +221,7 @@ class Header:
 
     With `quantity` set and `expected` empty the column can be used. `expected` (and `remedy`)
     tell what has to be stated before it can; `candidates` are then what it may have meant.
-    With neither the column is none of the contract, and `hint` tells if it came close to one.
+    With neither the column is none that readings have, and `hint` tells if it came close to one.
     """
 
     quantity: Quantity | None = None

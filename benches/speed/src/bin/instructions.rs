@@ -1,5 +1,6 @@
-//! The hot loops alone, for callgrind: `instructions loads|hard|geometry N`; what it counts is in benches/instructions.py.
+//! The hot loops alone, for callgrind: `instructions loads|hard|geometry|hertz N`; what it counts is in benches/instructions.py.
 
+use cbpt_core::hertz::HertzContact;
 use cbpt_core::sweep::{Progress, solve_each};
 use cbpt_core::{Drive, Load, Status};
 
@@ -21,6 +22,11 @@ fn main() {
             let mut rows = vec![(Status::Undercut, None); count];
             solve_each(&drives, &loads, &mut rows, &Progress::default());
             rows.iter().filter(|row| row.1.is_some()).count()
+        }
+        "hertz" => {
+            // As many at once as the walls of 20 balls.
+            let along: Vec<f64> = (0..count).map(|i| 500.0 + 400.0 * share(i * 7919 % count)).collect();
+            along.chunks(80).flat_map(|along| HertzContact::many(along, 50.0, 1.1e11)).flatten().count()
         }
         _ => {
             let torque = if workload == "hard" { torque(0.4, 0.999) } else { torque(0.02, 0.3) };

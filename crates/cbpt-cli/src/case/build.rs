@@ -112,6 +112,7 @@ pub(super) fn case(values: &Values) -> Result<Case, InvalidInput> {
             lever_arm_m: values.real("measurement.lever_arm_m"),
         },
         uncertainty: uncertainty(values)?,
+        tolerance: tolerance(values),
         effects: Vec::new(),
     })
 }
@@ -234,6 +235,15 @@ fn uncertainty(values: &Values) -> Result<Uncertainty, InvalidInput> {
     })
 }
 
+fn tolerance(values: &Values) -> BTreeMap<String, f64> {
+    let limit = |(section, key): (&fields::Section, &fields::Key)| {
+        let name = section.si_name(key);
+        let value = values.real(&format!("tolerance.{}", fields::uncertainty_of(&name)))?;
+        Some((name, value))
+    };
+    fields::tolerated().filter_map(limit).collect()
+}
+
 /// The inverse of [`case`]: the fewest values that give the case, its defaults spelled out.
 pub(super) fn values(case: &Case) -> Values {
     let mut values = reducer_values(&case.reducer);
@@ -243,6 +253,9 @@ pub(super) fn values(case: &Case) -> Values {
     values.set_word("measurement.zero", case.measurement.zero, &ZEROS);
     values.set_some("measurement.lever_arm_m", case.measurement.lever_arm_m);
     values.set_uncertainty(&case.uncertainty);
+    for (name, value) in &case.tolerance {
+        values.set_real(format!("tolerance.{}", fields::uncertainty_of(name)), *value);
+    }
     values
 }
 

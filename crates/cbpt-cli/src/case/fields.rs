@@ -294,11 +294,23 @@ pub(super) const DRIVE: [&str; 3] = ["material", "deceleration", "equal_speed"];
 /// Limits of checks have no part in the elastic angle, so nothing is lost by their uncertainty.
 const LIMITS: [&str; 2] = ["contact_pressure_limit", "groove_depth"];
 
+/// The numbers that a drawing or an assembly sheet gives limits for: those of the drive, torque and preload.
+pub(super) fn tolerated() -> impl Iterator<Item = (&'static Section, &'static Key)> {
+    let load = SECTIONS.iter().filter(|section| section.name == "load");
+    uncertain()
+        .chain(load.flat_map(|section| section.keys.iter().map(move |key| (section, key))))
+        .filter(|(_, key)| tolerated_key(key))
+}
+
+fn tolerated_key(key: &Key) -> bool {
+    uncertain_key(key) && key.stem != "input_angle"
+}
+
 fn uncertain_key(key: &Key) -> bool {
     matches!(key.kind, Kind::Quantity(..) | Kind::Number) && !LIMITS.contains(&&*key.stem)
 }
 
-/// Name in [uncertainty] of a number of the drive.
+/// Name in [uncertainty] and [tolerance] of a number.
 pub(super) fn uncertainty_of(dotted: &str) -> String {
     dotted.replacen('.', "_", 1)
 }
@@ -306,6 +318,8 @@ pub(super) fn uncertainty_of(dotted: &str) -> String {
 static SECTIONS: LazyLock<Vec<Section>> = LazyLock::new(|| {
     let drive = [material(), deceleration(), equal_speed()];
     let uncertainty = uncertainty(&drive);
+    let load = load();
+    let tolerance = tolerance(drive.iter().chain([&load]));
     let top = Section {
         name: "",
         required: false,
@@ -320,9 +334,10 @@ static SECTIONS: LazyLock<Vec<Section>> = LazyLock::new(|| {
         deceleration,
         equal_speed,
         torsion_spring(),
-        load(),
+        load,
         measurement(),
         uncertainty,
+        tolerance,
         effects(),
     ]
 });
@@ -538,13 +553,8 @@ fn uncertainty(drive: &[Section]) -> Section {
         relative("sensor_gain_rel", 0.005, "relative standard uncertainty of the angle sensor's gain"),
     ];
     for section in drive {
-        keys.extend(section.keys.iter().filter(|key| uncertain_key(key)).map(|key| Key {
-            stem: uncertainty_of(&dotted(section.name, &key.stem)).into(),
-            need: Need::Optional,
-            range: NOT_NEGATIVE,
-            meaning:
-                format!("standard uncertainty of [{}] {}, exact if absent", section.name, key.stem).into(),
-            ..key.clone()
+        keys.extend(section.keys.iter().filter(|key| uncertain_key(key)).map(|key| {
+            spread_key(section, key, &|what| format!("standard uncertainty of {what}, exact if absent"))
         }));
     }
     Section {
@@ -553,6 +563,33 @@ fn uncertainty(drive: &[Section]) -> Section {
         mechanics: false,
         meaning: "Standard uncertainties (k = 1) from outside the readings; every fit takes them as priors.",
         keys,
+    }
+}
+
+/// A key for the spread of a number.
+fn spread_key(section: &Section, key: &Key, meaning: &dyn Fn(&str) -> String) -> Key {
+    Key {
+        stem: uncertainty_of(&dotted(section.name, &key.stem)).into(),
+        need: Need::Optional,
+        range: NOT_NEGATIVE,
+        meaning: meaning(&format!("[{}] {}", section.name, key.stem)).into(),
+        ..key.clone()
+    }
+}
+
+fn tolerance<'a>(sections: impl Iterator<Item = &'a Section>) -> Section {
+    let keys = |section: &'a Section| {
+        let keys = section.keys.iter().filter(|key| tolerated_key(key));
+        keys.map(|key| spread_key(section, key, &|what| format!("limit of {what}, plus or minus")))
+    };
+    Section {
+        name: "tolerance",
+        required: false,
+        mechanics: false,
+        meaning: "Limits of the drawing, plus or minus about the nominal value; any value within them is as likely as any \
+                  other. Where a number has none, its standard uncertainty counts in `cbpt tolerance`; fits do not look \
+                  here.",
+        keys: sections.flat_map(keys).collect(),
     }
 }
 

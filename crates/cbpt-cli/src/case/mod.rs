@@ -4,6 +4,7 @@
 //!   follows them:
 //! - `document` makes one tree of TOML text or a JSON value, `parse` reads the tree by the table, `effect` its effects,
 //!   `build` turns values into a [`Case`] and back, `write` writes it;
+//! - `spread` is what a case says of how its numbers scatter;
 //! - `units` knows the suffixes of keys, `suggest` what a wrong key may have meant, `error` how mistakes are told;
 //! - [`parameter`]: what a sweep may vary, by the same keys;
 //! - `reference` makes of the table the JSON Schema for editors and the page of all keys.
@@ -17,6 +18,7 @@ mod library;
 pub mod parameter;
 mod parse;
 mod reference;
+mod spread;
 pub(crate) mod suggest;
 #[cfg(test)]
 mod tests;
@@ -38,6 +40,7 @@ use crate::formula::Formula;
 pub use error::{CaseError, Mistake};
 pub use library::EFFECTS;
 pub use reference::{json_schema, key_table};
+pub use spread::{Spread, in_usual_unit, number_of_key};
 
 /// A reducer with its loads, its measurement, what is known of its numbers, and effects. SI units.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,6 +53,8 @@ pub struct Case {
     pub measurement: Measurement,
     /// Standard uncertainties from outside the readings.
     pub uncertainty: Uncertainty,
+    /// `[tolerance]`: limits, plus or minus, of numbers by their names in SI (`deceleration.ball_radius_m`).
+    pub tolerance: BTreeMap<String, f64>,
     /// Effects in the order of the file.
     pub effects: Vec<EffectEntry>,
 }

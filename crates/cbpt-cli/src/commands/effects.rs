@@ -26,7 +26,7 @@ pub fn run(verb: &Effects) -> Result<Exit, Failure> {
     let Some(spec) = find(id) else {
         let near = nearest_effect(id).map(|near| format!("did you mean {near}? ")).unwrap_or_default();
         let ids: Vec<&str> = LIBRARY.into_iter().map(|spec| spec.id).collect();
-        return Err(Failure::Usage(format!("no effect has the id {id}; {near}There are {}", ids.join(", "))));
+        return Err(Failure::Usage(format!("no effect has the id {id}; {near}there are {}", ids.join(", "))));
     };
     let text = format!("{}\n{}", head(spec, "\n"), parameters(spec).text_within(WIDTH));
     deliver(verb, &Report { text, json: document(spec), table: Table::default() })

@@ -4,6 +4,7 @@ pub mod check;
 pub mod effects;
 pub mod preload;
 pub mod schema;
+pub mod sensitivity;
 pub mod solve;
 pub mod sweep;
 pub mod sweep_plan;

@@ -2,7 +2,9 @@
 //!
 //! Every operation is exact (Wengert 1964); what the operations mean is ordinary arithmetic on the value.
 
-use std::ops::{Add, AddAssign, Mul, MulAssign, Neg, Sub};
+use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub};
+
+use crate::real::Real;
 
 /// Parameters whose derivatives are carried along together.
 pub const WIDTH: usize = 16;
@@ -132,5 +134,27 @@ impl Mul<f64> for Dual {
     type Output = Self;
     fn mul(self, other: f64) -> Self {
         self.chain(self.value * other, other)
+    }
+}
+
+impl Div for Dual {
+    type Output = Self;
+    #[allow(clippy::suspicious_arithmetic_impl)] // a quotient is a product with the reciprocal
+    fn div(self, other: Self) -> Self {
+        self * other.recip()
+    }
+}
+
+impl Real for Dual {
+    fn of(value: f64) -> Self {
+        Self::constant(value)
+    }
+
+    fn value(&self) -> f64 {
+        self.value
+    }
+
+    fn chain(&self, value: f64, slope: f64) -> Self {
+        Self::chain(self, value, slope)
     }
 }

@@ -38,22 +38,28 @@ pub struct Changes<'a> {
 impl ReadyPair {
     /// From the meshing points of a pair.
     pub fn new(points: &MeshingPoints) -> Self {
-        let all = points.points.iter();
-        let existing = || points.points.iter().enumerate().filter(|(_, point)| point.exists());
-        let arms = existing().map(|(_, point)| point.torque_per_preload_m().abs());
         let mut pair = Self {
-            levers: existing().map(|(index, point)| Levers::new(index, point)).collect(),
+            levers: Vec::with_capacity(points.points.len()),
             law: ContactLaw::new(points.exponent),
             axial_spring_N_per_m: points.axial_spring_N_per_m,
-            largest_torque_per_preload_m: arms.fold(0.0, f64::max),
-            largest_cot: all.map(|point| point.cos_beta / point.sin_beta).fold(0.0, f64::max),
+            largest_torque_per_preload_m: 0.0,
+            largest_cot: 0.0,
             largest_arm_m: points.largest_arm_m(),
             ball_radius_m: points.ball_radius_m,
             floats_sideways: points.floats_sideways,
-            holding_arms_m: [points.holding_arm_m(-1.0), points.holding_arm_m(1.0)],
+            holding_arms_m: points.holding_arms_m(),
             axial_force_at_1m_N: 0.0,
             rows: points.rows,
         };
+        for (index, point) in points.points.iter().enumerate() {
+            let cot = point.cos_beta / point.sin_beta;
+            pair.largest_cot = pair.largest_cot.max(cot);
+            if point.exists() {
+                pair.largest_torque_per_preload_m =
+                    pair.largest_torque_per_preload_m.max((point.arm_m * cot).abs());
+                pair.levers.push(Levers::new(index, point));
+            }
+        }
         pair.weigh();
         pair
     }

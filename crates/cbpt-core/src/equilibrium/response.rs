@@ -52,6 +52,8 @@ pub struct Slopes {
     pub torque: f64,
     /// Per preload, 1/N.
     pub preload: f64,
+    /// Per force across the grooves on a plate that floats sideways, 1/N; 0 for every other pair.
+    pub sideways: f64,
     /// Per axial spring stiffness, m/N.
     pub spring: f64,
     /// Per logarithm of the stiffness of all diagonals.
@@ -167,6 +169,7 @@ fn slopes<const N: usize>(
     let mut slopes = Slopes {
         torque: lambda[1],
         preload: lambda[0] - e.pivot_m * lambda[1],
+        sideways: if N > 2 { lambda[2] } else { 0.0 },
         gaps: vec![0.0; asked.gaps.len()],
         ..Slopes::default()
     };

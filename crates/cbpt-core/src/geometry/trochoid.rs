@@ -10,37 +10,51 @@
 //!   hypocycloid [1 - Z2 K^2 + (Z2 - 1) K cos(phi)] / (R D^1.5).
 
 use crate::drive::Deceleration;
+use crate::real::Real;
 
 /// Where a ball stands on the two tracks.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BallOnTracks {
+pub struct BallOnTracks<T = f64> {
     /// Signed arm of the contact normals about the centre of the output plate, m.
-    pub arm_m: f64,
+    pub arm_m: T,
     /// Unit vector from the ball to the pitch point: along and across the line of centres.
-    pub to_pitch_point: [f64; 2],
+    pub to_pitch_point: [T; 2],
     /// Curvature of the epicycloid track, 1/m, above 0 with its centre on the pitch point's side.
-    pub epicycloid_curvature_per_m: f64,
+    pub epicycloid_curvature_per_m: T,
     /// Curvature of the hypocycloid track, 1/m, with the same sign rule.
-    pub hypocycloid_curvature_per_m: f64,
+    pub hypocycloid_curvature_per_m: T,
 }
 
 impl BallOnTracks {
     /// The ball at `phi_rad` from the ray through the pitch point.
     pub fn at(pair: &Deceleration, phi_rad: f64) -> Self {
-        let z2 = f64::from(pair.ball_count);
-        let k = pair.short_amplitude_coefficient;
-        let (half_sin, half_cos) = (0.5 * phi_rad).sin_cos();
-        let (sin, cos) = (2.0 * half_sin * half_cos, 1.0 - 2.0 * half_sin * half_sin);
-        // (1 - K)^2 + 2 K (1 - cos) keeps its digits where K is near 1 and phi near 0.
-        let d = (1.0 - k).powi(2) + 4.0 * k * half_sin * half_sin;
-        let root = d.sqrt();
-        let scale = pair.pitch_radius_m() * d * root;
-        Self {
-            arm_m: f64::from(pair.output_lobes()) * pair.eccentricity_m() * sin / root,
-            to_pitch_point: [(k - cos) / root, -sin / root],
-            epicycloid_curvature_per_m: (1.0 + z2 * k * k - (1.0 + z2) * k * cos) / scale,
-            hypocycloid_curvature_per_m: (1.0 - z2 * k * k + (z2 - 1.0) * k * cos) / scale,
-        }
+        let (k, r0) = (pair.short_amplitude_coefficient, pair.rolling_circle_radius_m);
+        on_tracks(pair.ball_count, pair.output_lobes(), k, r0, phi_rad)
+    }
+}
+
+/// The ball at `phi_rad`, from Z2, Zo, K and r0.
+pub fn on_tracks<T: Real>(
+    ball_count: u32,
+    output_lobes: u32,
+    short_amplitude_coefficient: T,
+    rolling_circle_radius_m: T,
+    phi_rad: T,
+) -> BallOnTracks<T> {
+    let z2 = f64::from(ball_count);
+    let (k, r0) = (short_amplitude_coefficient, rolling_circle_radius_m);
+    let (half_sin, half_cos) = (phi_rad * 0.5).sin_cos();
+    let (sin, cos) = (half_sin * half_cos * 2.0, -(half_sin * half_sin * 2.0) + 1.0);
+    // (1 - K)^2 + 2 K (1 - cos) keeps its digits where K is near 1 and phi near 0.
+    let beyond = -k + 1.0;
+    let d = beyond * beyond + k * 4.0 * half_sin * half_sin;
+    let root = d.sqrt();
+    let scale = r0 * z2 * d * root;
+    BallOnTracks {
+        arm_m: k * r0 * f64::from(output_lobes) * sin / root,
+        to_pitch_point: [(k - cos) / root, -sin / root],
+        epicycloid_curvature_per_m: (k * z2 * k + 1.0 - k * (1.0 + z2) * cos) / scale,
+        hypocycloid_curvature_per_m: (-(k * z2 * k) + 1.0 + k * (z2 - 1.0) * cos) / scale,
     }
 }
 

@@ -10,6 +10,7 @@
 
 use crate::drive::{GrooveSection, TrackCurvature};
 use crate::hertz::HertzContact;
+use crate::real::Real;
 
 /// The contact of a ball with a wall that sees the track's curvature as `curvature_per_m` (1/m, above 0 with the
 /// centre of curvature on the wall's side), at contact angle `contact_angle_rad`; `None` where the wall is missing.
@@ -45,12 +46,17 @@ fn along_per_m(
     cos_beta: f64,
     track: TrackCurvature,
 ) -> Option<f64> {
-    let straight = 1.0 / groove.ball_radius_m;
     if track == TrackCurvature::Neglect {
-        return Some(straight);
+        return Some(1.0 / groove.ball_radius_m);
     }
-    let room = room_at(groove, curvature_per_m, cos_beta);
-    (room > 0.0).then(|| straight + curvature_per_m * cos_beta / room)
+    let room = room_at(groove.ball_radius_m, curvature_per_m, cos_beta);
+    (room > 0.0).then(|| meusnier_per_m(groove.ball_radius_m, curvature_per_m, cos_beta))
+}
+
+/// 1/r + kappa cos(beta) / (1 - kappa r cos(beta)): relative curvature along the track of a wall that exists.
+pub fn meusnier_per_m<T: Real>(ball_radius_m: T, curvature_per_m: T, cos_beta: T) -> T {
+    let room = room_at(ball_radius_m, curvature_per_m, cos_beta);
+    T::of(1.0) / ball_radius_m + curvature_per_m * cos_beta / room
 }
 
 /// d ln k / d beta of a wall's `contact`, made by [`wall_contact`] of the same numbers, 1/rad: along the track the
@@ -66,21 +72,26 @@ pub fn stiffness_slope_per_rad(
         return 0.0;
     }
     let room = remaining_room(groove, curvature_per_m, contact_angle_rad);
-    let along = 1.0 / groove.ball_radius_m + curvature_per_m * contact_angle_rad.cos() / room;
+    let along = meusnier_per_m(groove.ball_radius_m, curvature_per_m, contact_angle_rad.cos());
     let slope = -curvature_per_m * contact_angle_rad.sin() / (room * room);
     contact.stiffness_slope(along, across_per_m(groove)) * slope / along
 }
 
 /// Relative curvature across the track, 1/r - 1/g.
 fn across_per_m(groove: &GrooveSection) -> f64 {
-    (1.0 - 1.0 / groove.groove_conformity) / groove.ball_radius_m
+    across_of_per_m(groove.ball_radius_m, groove.groove_conformity)
+}
+
+/// The same from ball radius and conformity.
+pub fn across_of_per_m<T: Real>(ball_radius_m: T, groove_conformity: T) -> T {
+    (-(T::of(1.0) / groove_conformity) + 1.0) / ball_radius_m
 }
 
 /// 1 - kappa r cos(beta): what the track's curvature leaves of a wall; 0 or less means that the wall is missing.
 pub fn remaining_room(groove: &GrooveSection, curvature_per_m: f64, contact_angle_rad: f64) -> f64 {
-    room_at(groove, curvature_per_m, contact_angle_rad.cos())
+    room_at(groove.ball_radius_m, curvature_per_m, contact_angle_rad.cos())
 }
 
-fn room_at(groove: &GrooveSection, curvature_per_m: f64, cos_beta: f64) -> f64 {
-    1.0 - curvature_per_m * groove.ball_radius_m * cos_beta
+fn room_at<T: Real>(ball_radius_m: T, curvature_per_m: T, cos_beta: T) -> T {
+    -(curvature_per_m * ball_radius_m * cos_beta) + 1.0
 }

@@ -1,52 +1,146 @@
-//! Many contacts at once, in the lanes of the processor's vector registers.
+//! Many contacts at once.
 //!
-//! The same exact solution as in the parent, with its derivatives. The semi-axes' ratio is a function of the curvatures'
-//! ratio alone: a table of it gives a start good to 1e-7, from where one arithmetic-geometric mean and one Newton step,
-//! which also takes the integrals along, reach rounding. Ratios near a circle and beyond the table go to
-//! [`HertzContact::new`].
+//! But for the scale, a contact is a function of the ratio r of its curvatures alone: kappa, and the compliance
+//! k^(-2/3) = ((2 pi/3) E*)^(-2/3) ((c1 + c2)/2)^(1/3) K / (kappa^2 E)^(1/3).
+//!
+//! Both functions of r are interpolated from the parent's exact solution by polynomials, so fine that nothing beyond
+//! rounding is lost: a piece spans an eighth of an octave, and the nearest singularity (r = 0) lies 17 half pieces away, so
+//! that coefficients fall by 34 from one degree to the next. Ratios beyond the table go to [`HertzContact::new`].
 
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::{HertzContact, curvature_mismatch, ellipticity};
+use super::{HertzContact, ellipticity};
 
 /// Contacts in one go.
 const BLOCK: usize = 16;
-/// Ratios of curvatures for which the lanes are exact: nearer to a circle, differences of the integrals lose digits.
-const LEAST_RATIO: f64 = 1.05;
+/// Ratios of curvatures in the table: 1 to 2^13.
 const OCTAVES: u64 = 13;
-const MOST_RATIO: f64 = (1_u64 << OCTAVES) as f64;
-/// A piece of the table is 1/32 of an octave.
-const PIECE_BITS: u32 = 5;
-const FRACTION_BITS: u32 = 52 - PIECE_BITS;
+/// A piece of the table is 1/8 of an octave.
+const PIECE_BITS: u32 = 3;
 /// Bits of 1.0 as a number of pieces.
 const FIRST_PIECE: u64 = 1023 << PIECE_BITS;
+const DEGREE: usize = 9;
+/// Functions in the table: the compliance but for its scale, and the ratio of the semi-axes.
+const PARTS: usize = 2;
+
+/// Both functions at nodes, or the coefficients of their polynomials.
+type Values = [[f64; PARTS]; DEGREE + 1];
+/// Coefficients for powers of the square of the place in a piece, which runs from -1 to 1: for each function those of the even
+/// and of the odd powers. Four short sums side by side are quicker than two long ones.
+type Piece = [[f64; 2 * PARTS]; DEGREE.div_ceil(2)];
+
+static TABLE: LazyLock<Vec<Piece>> = LazyLock::new(|| {
+    (0..OCTAVES << PIECE_BITS).map(|number| by_parity(&polynomials(&exact_in(number)))).collect()
+});
 
 impl HertzContact {
     /// [`HertzContact::new`] of each of many curvatures with one other, in their order.
     pub fn many(curvatures_per_m: &[f64], other_per_m: f64, contact_modulus_Pa: f64) -> Vec<Option<Self>> {
-        let arch = Arch::new();
         let mut contacts = Vec::with_capacity(curvatures_per_m.len());
-        let mut block = Block::new();
-        for curvatures in curvatures_per_m.chunks(BLOCK) {
-            for (place, &curvature) in curvatures.iter().enumerate() {
-                block.set(place, curvature, other_per_m);
-            }
-            arch.dispatch(Contacts { block: &mut block, count: curvatures.len(), contact_modulus_Pa });
-            // Room for the cubes again; a modulus that is no number must not come out as a contact.
-            let usable = contact_modulus_Pa > 1e-3 && contact_modulus_Pa < 1e20;
-            contacts.extend(curvatures.iter().enumerate().map(|(place, &curvature)| {
-                if usable && block.known[place] {
-                    Some(block.contact(place))
-                } else {
-                    Self::new(curvature, other_per_m, contact_modulus_Pa)
-                }
-            }));
+        // Room for the cubes; a modulus that is no number must not come out as a contact.
+        if contact_modulus_Pa > 1e-3 && contact_modulus_Pa < 1e20 {
+            let (table, contacts) = (TABLE.as_slice(), &mut contacts);
+            Arch::new().dispatch(FromTable {
+                table,
+                curvatures_per_m,
+                other_per_m,
+                contact_modulus_Pa,
+                contacts,
+            });
+        } else {
+            let alone = |&curvature: &f64| Self::new(curvature, other_per_m, contact_modulus_Pa);
+            contacts.extend(curvatures_per_m.iter().map(alone));
         }
         contacts
     }
+}
+
+/// Adds the contacts, from the table where it knows them.
+struct FromTable<'a> {
+    table: &'a [Piece],
+    curvatures_per_m: &'a [f64],
+    other_per_m: f64,
+    contact_modulus_Pa: f64,
+    contacts: &'a mut Vec<Option<HertzContact>>,
+}
+
+impl WithSimd for FromTable<'_> {
+    type Output = ();
+
+    // Plain loops: closures of iterators would not be inlined into the function that knows the instruction set.
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { table, curvatures_per_m, other_per_m, contact_modulus_Pa, contacts } = self;
+        let scale = (4.0 * PI / 3.0 * contact_modulus_Pa / 2.0_f64.sqrt()).cbrt().powi(-2);
+        for curvatures in curvatures_per_m.chunks(BLOCK) {
+            // Whole blocks, so that the loop runs in lanes.
+            let mut block = [other_per_m; BLOCK];
+            block[..curvatures.len()].copy_from_slice(curvatures);
+            let (mut sums, mut roots, mut ratios) = ([1.0; BLOCK], [1.0; BLOCK], [1.0; BLOCK]);
+            for i in 0..BLOCK {
+                let curvature = block[i];
+                let ordered = curvature > other_per_m;
+                let (strong, weak) =
+                    if ordered { (curvature, other_per_m) } else { (other_per_m, curvature) };
+                sums[i] = curvature + other_per_m;
+                ratios[i] = strong / weak;
+                roots[i] = inverse_cbrt(sums[i]);
+            }
+            for (i, &curvature) in curvatures.iter().enumerate() {
+                let (number, at) = place(ratios[i]);
+                contacts.push(match table.get(number) {
+                    Some(piece) if is_ordinary(curvature) && is_ordinary(other_per_m) => {
+                        let [compliance, ellipticity] = interpolated(piece, at);
+                        Some(HertzContact {
+                            // s^(1/3) = s (s^(-1/3))^2
+                            compliance: scale * compliance * sums[i] * roots[i] * roots[i],
+                            ellipticity,
+                            curvature_sum_per_m: sums[i],
+                            contact_modulus_Pa,
+                        })
+                    }
+                    _ => HertzContact::new(curvature, other_per_m, contact_modulus_Pa),
+                });
+            }
+        }
+    }
+}
+
+/// Whether a curvature leaves room for the cubes; not so what is no number.
+#[inline(always)]
+fn is_ordinary(curvature_per_m: f64) -> bool {
+    curvature_per_m > 1e-9 && curvature_per_m < 1e12
+}
+
+/// Piece of the table in which a ratio of 1 or more lies, and its place there, from -1 to 1.
+// The number of a piece is small.
+#[allow(clippy::cast_possible_truncation)]
+#[inline(always)]
+fn place(ratio: f64) -> (usize, f64) {
+    const FRACTION: u64 = (1 << 52) - 1;
+    let bits = ratio.to_bits();
+    // What follows the bits of the piece, as the fraction of a number from 1 to 2.
+    let from_1_to_2 = f64::from_bits(((bits << PIECE_BITS) & FRACTION) | 1.0_f64.to_bits());
+    ((bits >> (52 - PIECE_BITS)).wrapping_sub(FIRST_PIECE) as usize, 2.0 * from_1_to_2 - 3.0)
+}
+
+#[inline(always)]
+fn interpolated(piece: &Piece, at: f64) -> [f64; PARTS] {
+    let square = at * at;
+    let mut sums = piece[piece.len() - 1];
+    for row in (0..piece.len() - 1).rev() {
+        for i in 0..2 * PARTS {
+            sums[i] = sums[i] * square + piece[row][i];
+        }
+    }
+    [sums[0] + at * sums[1], sums[2] + at * sums[3]]
+}
+
+fn by_parity(coefficients: &Values) -> Piece {
+    std::array::from_fn(|row| std::array::from_fn(|i| coefficients[2 * row + i % 2][i / 2]))
 }
 
 /// x^(-1/3) of a number between 1e-90 and 1e90, by y <- y (1 + h/3 + 2 h^2/9 + 14 h^3/81), h = 1 - x y^3, whose error goes
@@ -67,166 +161,43 @@ pub(crate) fn inverse_cbrt(x: f64) -> f64 {
     y
 }
 
-/// Minor over major semi-axis against the ratio of the curvatures: cubics in the place inside each piece.
-static SEMI_AXES: LazyLock<Vec<[f64; 4]>> = LazyLock::new(|| {
-    let nodes: Vec<[f64; 3]> = (0..=OCTAVES << PIECE_BITS)
-        .map(|piece| {
-            let ratio = f64::from_bits((FIRST_PIECE + piece) << FRACTION_BITS);
-            let kappa = ellipticity(ratio).0;
-            let (_, ratio_per_log_kappa, ..) = curvature_mismatch(kappa.ln(), 0.0);
-            [ratio, 1.0 / kappa, -1.0 / (kappa * ratio * ratio_per_log_kappa)]
-        })
-        .collect();
-    let cubic = |ends: &[[f64; 3]]| {
-        let ([r0, x0, s0], [r1, x1, s1]) = (ends[0], ends[1]);
-        let (s0, s1, rise) = (s0 * (r1 - r0), s1 * (r1 - r0), x1 - x0);
-        [x0, s0, 3.0 * rise - 2.0 * s0 - s1, s0 + s1 - 2.0 * rise]
-    };
-    nodes.windows(2).map(cubic).collect()
-});
-
-/// Contacts in lanes.
-struct Block {
-    known: [bool; BLOCK],
-    ratio: [f64; BLOCK],
-    sum_per_m: [f64; BLOCK],
-    /// b/a in, as a start; a/b out.
-    shape: [f64; BLOCK],
-    k: [f64; BLOCK],
-    e: [f64; BLOCK],
-    stiffness: [f64; BLOCK],
-    compliance: [f64; BLOCK],
-    major_semi_axis_at_1N_m: [f64; BLOCK],
+/// The parts at the roots of the Chebyshev polynomial of degree `DEGREE` + 1 in a piece.
+fn exact_in(piece: u64) -> Values {
+    let end = |number: u64| f64::from_bits((FIRST_PIECE + number) << (52 - PIECE_BITS));
+    let (first, last) = (end(piece), end(piece + 1));
+    std::array::from_fn(|node| {
+        let ratio = 0.5 * (first + last) + 0.5 * (last - first) * node_angle(node).cos();
+        let (kappa, k, e) = ellipticity(ratio);
+        [k / (kappa * kappa * e).cbrt(), kappa]
+    })
 }
 
-impl Block {
-    fn new() -> Self {
-        let ones = [1.0; BLOCK];
-        Self {
-            known: [false; BLOCK],
-            ratio: [2.0; BLOCK],
-            sum_per_m: ones,
-            shape: [0.5; BLOCK],
-            k: ones,
-            e: ones,
-            stiffness: ones,
-            compliance: ones,
-            major_semi_axis_at_1N_m: ones,
-        }
-    }
-
-    // The piece lies in the table because the ratio does, and 2^47 is a number.
-    #[allow(clippy::cast_possible_truncation)]
-    fn set(&mut self, place: usize, a_per_m: f64, b_per_m: f64) {
-        self.known[place] = false;
-        let ratio = if a_per_m > b_per_m { a_per_m / b_per_m } else { b_per_m / a_per_m };
-        // Curvatures of that size leave room for the cubes; anything else, no number among it, is not known here.
-        let ordinary = |curvature: f64| curvature > 1e-9 && curvature < 1e12;
-        if !(ordinary(a_per_m) && ordinary(b_per_m) && ratio > LEAST_RATIO && ratio < MOST_RATIO) {
-            return;
-        }
-        let bits = ratio.to_bits();
-        let piece = ((bits >> FRACTION_BITS) - FIRST_PIECE) as usize;
-        let scale = 1.0 / (1_u64 << FRACTION_BITS) as f64;
-        let s = (bits & ((1 << FRACTION_BITS) - 1)) as f64 * scale;
-        let c = &SEMI_AXES[piece];
-        self.known[place] = true;
-        self.ratio[place] = ratio;
-        self.sum_per_m[place] = a_per_m + b_per_m;
-        self.shape[place] = c[0] + s * (c[1] + s * (c[2] + s * c[3]));
-    }
-
-    /// From shapes to contacts: with z = (2 pi/3 E* kappa)^2 2 E/(c1 + c2), k^(-2/3) = K z^(-1/3).
-    #[inline(always)]
-    fn scale(&mut self, contact_modulus_Pa: f64, count: usize) {
-        let factor = 2.0 * PI / 3.0 * contact_modulus_Pa;
-        for i in 0..count.min(BLOCK) {
-            let (kappa, e) = (self.shape[i], self.e[i]);
-            let both = factor * kappa;
-            let compliance = self.k[i] * inverse_cbrt(both * both * 2.0 * e / self.sum_per_m[i]);
-            let cubed = 3.0 * kappa * kappa * e / (PI * contact_modulus_Pa * self.sum_per_m[i]);
-            let inverse = inverse_cbrt(cubed);
-            self.compliance[i] = compliance;
-            self.stiffness[i] = 1.0 / (compliance * compliance.sqrt());
-            self.major_semi_axis_at_1N_m[i] = cubed * inverse * inverse;
-        }
-    }
-
-    fn contact(&self, place: usize) -> HertzContact {
-        HertzContact {
-            stiffness: self.stiffness[place],
-            compliance: self.compliance[place],
-            ellipticity: self.shape[place],
-            major_semi_axis_at_1N_m: self.major_semi_axis_at_1N_m[place],
-        }
-    }
+fn node_angle(node: usize) -> f64 {
+    PI * (node as f64 + 0.5) / (DEGREE + 1) as f64
 }
 
-/// Makes the first `count` contacts of a block.
-struct Contacts<'a> {
-    block: &'a mut Block,
-    count: usize,
-    contact_modulus_Pa: f64,
-}
-
-impl WithSimd for Contacts<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let ratios = S::as_simd_f64s(&self.block.ratio).0;
-        let shapes = S::as_mut_simd_f64s(&mut self.block.shape).0;
-        let ks = S::as_mut_simd_f64s(&mut self.block.k).0;
-        let es = S::as_mut_simd_f64s(&mut self.block.e).0;
-        for v in 0..self.count.div_ceil(S::F64_LANES) {
-            (shapes[v], ks[v], es[v]) = shape(simd, ratios[v], shapes[v]);
+/// The polynomials through values at the Chebyshev roots: first as a sum of Chebyshev polynomials, then of powers.
+fn polynomials(values: &Values) -> Values {
+    let mut powers = [[0.0; PARTS]; DEGREE + 1];
+    // Coefficients of T_(n-1) and T_n.
+    let mut before = [0.0; DEGREE + 1];
+    let mut chebyshev = [0.0; DEGREE + 1];
+    chebyshev[0] = 1.0;
+    for degree in 0..=DEGREE {
+        let share = if degree == 0 { 1.0 } else { 2.0 } / (DEGREE + 1) as f64;
+        for part in 0..PARTS {
+            let amount: f64 = (0..=DEGREE)
+                .map(|node| share * values[node][part] * (degree as f64 * node_angle(node)).cos())
+                .sum();
+            for (power, coefficient) in powers.iter_mut().zip(chebyshev) {
+                power[part] += amount * coefficient;
+            }
         }
-        self.block.scale(self.contact_modulus_Pa, self.count);
+        // T_(n+1) = 2 x T_n - T_(n-1), but T_1 = x.
+        let factor = if degree == 0 { 1.0 } else { 2.0 };
+        let next = std::array::from_fn(|i| if i == 0 { 0.0 } else { factor * chebyshev[i - 1] } - before[i]);
+        before = chebyshev;
+        chebyshev = next;
     }
-}
-
-/// a/b, K and E from a ratio of curvatures and a start for b/a.
-///
-/// b/a is sqrt(1 - m), where the arithmetic-geometric mean starts. Newton is on ln kappa as in the parent; dK/dln kappa = B/m
-/// and dE/dln kappa = -(1 - m) D/m with B = E - (1 - m) K, D = K - E.
-#[inline(always)]
-fn shape<S: Simd>(simd: S, ratio: S::f64s, start: S::f64s) -> (S::f64s, S::f64s, S::f64s) {
-    let number = |value: f64| simd.splat_f64s(value);
-    let (mul, add, sub, div) = (
-        |a, b| simd.mul_f64s(a, b),
-        |a, b| simd.add_f64s(a, b),
-        |a, b| simd.sub_f64s(a, b),
-        |a, b| simd.div_f64s(a, b),
-    );
-    let (one, half) = (number(1.0), number(0.5));
-    let complement = mul(start, start);
-    let m = sub(one, complement);
-    let (mut a, mut g) = (one, start);
-    let mut sum = number(0.0);
-    let mut weight = one;
-    for _ in 0..8 {
-        let c = mul(half, sub(a, g));
-        let root = simd.sqrt_f64s(mul(a, g));
-        (a, g) = (mul(half, add(a, g)), root);
-        sum = simd.mul_add_e_f64s(mul(weight, c), c, sum);
-        weight = add(weight, weight);
-        // The next c is c^2/(4 a), and its square counts.
-        if simd.reduce_max_f64s(c) < 1e-6 {
-            break;
-        }
-    }
-    let a = mul(half, add(a, g));
-    let k = div(number(PI / 2.0), a);
-    let half_m = mul(half, m);
-    let missing = add(half_m, sum);
-    let e = mul(k, sub(one, missing));
-    let (b, d) = (mul(k, sub(half_m, sum)), mul(k, missing));
-
-    let off = sub(div(b, mul(mul(complement, d), ratio)), one);
-    let slope = add(number(2.0), sub(div(mul(complement, k), b), div(e, d)));
-    let log = mul(off, simd.negate_mul_add_e_f64s(half, off, one));
-    let step = div(log, slope);
-    let per_m = div(step, m);
-    let kappa = mul(div(one, start), sub(one, mul(step, simd.negate_mul_add_e_f64s(half, step, one))));
-    (kappa, simd.negate_mul_add_e_f64s(b, per_m, k), simd.mul_add_e_f64s(mul(complement, d), per_m, e))
+    powers
 }

@@ -15,17 +15,17 @@ pub(crate) mod lanes;
 
 use std::f64::consts::PI;
 
-/// One contact, ready to be loaded: stiffness and shape do not depend on the force.
+/// One contact, ready to be loaded: nothing here depends on the force.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HertzContact {
-    /// Force over approach^1.5, N/m^1.5.
-    pub stiffness: f64,
     /// Approach over force^(2/3), m/N^(2/3): k^(-2/3).
     pub compliance: f64,
     /// Ratio of the semi-axes a/b, 1 or more.
     pub ellipticity: f64,
-    /// Major semi-axis for a force of 1 N, m; it grows with the cube root of the force.
-    pub major_semi_axis_at_1N_m: f64,
+    /// Sum c1 + c2 of the relative curvatures, 1/m.
+    pub curvature_sum_per_m: f64,
+    /// Contact modulus E*, Pa.
+    pub contact_modulus_Pa: f64,
 }
 
 /// What a force does to a contact.
@@ -57,13 +57,21 @@ impl HertzContact {
         let sum = weak + strong;
         let stiffness =
             2.0 * PI / 3.0 * contact_modulus_Pa * ellipticity * (2.0 * e / sum).sqrt() / (k * k.sqrt());
-        let major_cubed = 3.0 * ellipticity * ellipticity * e / (PI * contact_modulus_Pa * sum);
-        Some(Self {
-            stiffness,
-            compliance: stiffness.cbrt().powi(-2),
-            ellipticity,
-            major_semi_axis_at_1N_m: major_cubed.cbrt(),
-        })
+        let compliance = stiffness.cbrt().powi(-2);
+        Some(Self { compliance, ellipticity, curvature_sum_per_m: sum, contact_modulus_Pa })
+    }
+
+    /// Force over approach^1.5, N/m^1.5.
+    pub fn stiffness(&self) -> f64 {
+        stiffness_of(self.compliance)
+    }
+
+    /// Semi-axis of the contact ellipse along the weaker curvature for a force of 1 N, m; it grows with the cube root of
+    /// the force.
+    pub fn major_semi_axis_at_1N_m(&self) -> f64 {
+        let complement = self.ellipticity.powi(-2);
+        let e = Elliptic::new(-(-2.0 * self.ellipticity.ln()).exp_m1(), complement).e;
+        (3.0 * e / (complement * PI * self.contact_modulus_Pa * self.curvature_sum_per_m)).cbrt()
     }
 
     /// d ln k / d ln c of one of the two curvatures that the contact was made of, `varied_per_m`, the other being
@@ -92,10 +100,10 @@ impl HertzContact {
 
     /// Approach, ellipse and pressure under a normal force (N, 0 or more).
     pub fn under(&self, force_N: f64) -> LoadedContact {
-        let major = self.major_semi_axis_at_1N_m * force_N.cbrt();
+        let major = self.major_semi_axis_at_1N_m() * force_N.cbrt();
         let minor = major / self.ellipticity;
         LoadedContact {
-            approach_m: (force_N / self.stiffness).cbrt().powi(2),
+            approach_m: self.compliance * force_N.cbrt().powi(2),
             major_semi_axis_m: major,
             minor_semi_axis_m: minor,
             peak_pressure_Pa: if force_N > 0.0 { 1.5 * force_N / (PI * major * minor) } else { 0.0 },
@@ -108,8 +116,12 @@ impl HertzContact {
 /// Both carry the same force and their approaches add.
 pub fn in_series(contacts: [Option<HertzContact>; 2]) -> f64 {
     let [Some(a), Some(b)] = contacts else { return 0.0 };
-    let sum = a.compliance + b.compliance;
-    1.0 / (sum * sum.sqrt())
+    stiffness_of(a.compliance + b.compliance)
+}
+
+/// k from k^(-2/3).
+fn stiffness_of(compliance: f64) -> f64 {
+    1.0 / (compliance * compliance.sqrt())
 }
 
 /// Ratio of the semi-axes and the two integrals for a ratio of curvatures `ratio` >= 1.

@@ -171,22 +171,25 @@ impl MeshingPoints {
     }
 
     /// Torque that a preload of 1 N can hold in the direction of `torque_sign`, m; 0 where nothing holds.
+    pub fn holding_arm_m(&self, torque_sign: f64) -> f64 {
+        self.holding_arms_m()[usize::from(torque_sign.is_sign_positive())]
+    }
+
+    /// The same to the negative and to the positive side.
     ///
     /// One contact carries all: max of the signed arm times cot(beta) over the existing points. A plate that floats
     /// sideways must also balance across its grooves, so a plus and a minus point share the load half and half.
-    pub fn holding_arm_m(&self, torque_sign: f64) -> f64 {
-        let best = |wanted: Option<Diagonal>| {
-            self.points
-                .iter()
-                .filter(|point| point.exists() && wanted.is_none_or(|diagonal| point.diagonal == diagonal))
-                .map(|point| torque_sign * point.torque_per_preload_m())
-                .fold(f64::NEG_INFINITY, f64::max)
-        };
-        let arm = if self.floats_sideways {
-            0.5 * (best(Some(Diagonal::Plus)) + best(Some(Diagonal::Minus)))
-        } else {
-            best(None)
-        };
-        arm.max(0.0)
+    pub fn holding_arms_m(&self) -> [f64; 2] {
+        // Least and largest torque per preload of the plus and of the minus diagonals.
+        let (mut least, mut largest) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for point in self.points.iter().filter(|point| point.exists()) {
+            let (held, row) = (point.torque_per_preload_m(), usize::from(point.diagonal == Diagonal::Minus));
+            least[row] = least[row].min(held);
+            largest[row] = largest[row].max(held);
+        }
+        [least.map(|held| -held), largest].map(|[plus, minus]| {
+            let arm = if self.floats_sideways { 0.5 * (plus + minus) } else { plus.max(minus) };
+            arm.max(0.0)
+        })
     }
 }

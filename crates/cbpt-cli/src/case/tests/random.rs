@@ -141,34 +141,36 @@ fn any_case() -> impl Strategy<Value = Case> {
         .map(|(section, key)| section.si_name(key))
         .collect();
     let of_drive = btree_map(proptest::sample::select(names), positive(), 0..5);
+    let limits: Vec<String> = fields::tolerated()
+        .filter(|(_, key)| key.only.is_none())
+        .map(|(section, key)| section.si_name(key))
+        .collect();
+    let tolerance = btree_map(proptest::sample::select(limits), positive(), 0..5);
+    let spreads = (proptest::array::uniform5(positive()), of_drive, tolerance);
     let measurement = (any::<bool>(), option::of(positive()));
-    (any_drive(), load, measurement, proptest::array::uniform5(positive()), of_drive, vec(any_effect(), 0..3))
-        .prop_map(
-            |(
-                drive,
-                (torque_Nm, preload_N, input_angle_rad),
-                (per_run, lever_arm_m),
-                [k, angle, torque, preload, sensor],
+    (any_drive(), load, measurement, spreads, vec(any_effect(), 0..3)).prop_map(
+        |(
+            drive,
+            (torque_Nm, preload_N, input_angle_rad),
+            (per_run, lever_arm_m),
+            ([k, angle, torque, preload, sensor], of_drive, tolerance),
+            effects,
+        )| Case {
+            reducer: drive.into(),
+            load: LoadDefaults { torque_Nm, preload_N, input_angle_rad },
+            measurement: Measurement { zero: if per_run { Zero::PerRun } else { Zero::Common }, lever_arm_m },
+            uncertainty: Uncertainty {
+                contact_stiffness_rel: k,
+                contact_angle_rad: angle,
+                torque_gain_rel: torque,
+                preload_gain_rel: preload,
+                sensor_gain_rel: sensor,
                 of_drive,
-                effects,
-            )| Case {
-                reducer: drive.into(),
-                load: LoadDefaults { torque_Nm, preload_N, input_angle_rad },
-                measurement: Measurement {
-                    zero: if per_run { Zero::PerRun } else { Zero::Common },
-                    lever_arm_m,
-                },
-                uncertainty: Uncertainty {
-                    contact_stiffness_rel: k,
-                    contact_angle_rad: angle,
-                    torque_gain_rel: torque,
-                    preload_gain_rel: preload,
-                    sensor_gain_rel: sensor,
-                    of_drive,
-                },
-                effects,
             },
-        )
+            tolerance,
+            effects,
+        },
+    )
 }
 
 proptest! {

@@ -48,6 +48,7 @@ fn a_drive_is_read_in_si() {
         load: LoadDefaults::default(),
         measurement: Measurement { zero: Zero::Common, lever_arm_m: None },
         uncertainty,
+        tolerance: BTreeMap::new(),
         effects: Vec::new(),
     };
     assert_eq!(read(RING), expected);
@@ -90,6 +91,9 @@ fn everything_a_case_may_hold() {
         deceleration_groove_conformity = 0.01
         equal_speed_contact_angle_arcmin = 60
         material_ball_youngs_modulus_GPa = 2
+        [tolerance]
+        equal_speed_pitch_radius_um = 20
+        load_preload_N = 30
         [[effect]]
         id = "eccentric_bearing"
         reference_deflection_um = 2
@@ -123,6 +127,8 @@ fn everything_a_case_may_hold() {
         ("material.ball_youngs_modulus_Pa", 2e9),
     ];
     assert_eq!(case.uncertainty.of_drive, of_drive.map(|(name, value)| (name.to_owned(), value)).into());
+    let tolerance = [("equal_speed.pitch_radius_m", 20e-6), ("load.preload_N", 30.0)];
+    assert_eq!(case.tolerance, tolerance.map(|(name, value)| (name.to_owned(), value)).into());
     assert_eq!(case.effects[0].numbers, [("reference_deflection_m".into(), 2e-6), ("exponent".into(), 0.9)]);
     let own = case.effects[1].own.as_ref().unwrap();
     let names: Vec<&str> = own.parameters().iter().map(|parameter| &*parameter.name).collect();

@@ -44,7 +44,7 @@ impl Curve {
             let nodes: Vec<f64> = (0..=pieces).map(|node| node as f64 * step).collect();
             let mut points = Vec::with_capacity(nodes.len());
             for some in nodes.chunks(BATCH) {
-                let mut batch = Batch::new();
+                let mut batch = Batch::<BATCH>::new();
                 for (lane, t) in some.iter().enumerate() {
                     batch.set_pivot(lane, sign * holding_arm * t * (2.0 - t));
                 }

@@ -10,8 +10,6 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::BATCH;
-
 /// Largest scaled residual that counts as solved.
 const TOLERANCE: f64 = 1e-11;
 /// Passes over the contacts before a load is left to the scalar solver.
@@ -50,12 +48,12 @@ pub fn merged(mut contacts: Vec<Contact>) -> Vec<Contact> {
     merged
 }
 
-/// Loads in lanes: pivots and starts in, states out.
-pub struct Batch {
-    pivot: [f64; BATCH],
-    x: [[f64; BATCH]; 3],
-    residual: [f64; BATCH],
-    steps: [f64; BATCH],
+/// At most B loads in lanes, a whole number of vectors of any width: pivots and starts in, states out.
+pub struct Batch<const B: usize> {
+    pivot: [f64; B],
+    x: [[f64; B]; 3],
+    residual: [f64; B],
+    steps: [f64; B],
 }
 
 /// What a lane holds in the end.
@@ -74,13 +72,13 @@ impl Found {
     }
 }
 
-impl Batch {
+impl<const B: usize> Batch<B> {
     pub fn new() -> Self {
         Self {
-            pivot: [0.0; BATCH],
-            x: COLD.map(|value| [value; BATCH]),
-            residual: [f64::INFINITY; BATCH],
-            steps: [0.0; BATCH],
+            pivot: [0.0; B],
+            x: COLD.map(|value| [value; B]),
+            residual: [f64::INFINITY; B],
+            steps: [0.0; B],
         }
     }
 
@@ -112,26 +110,25 @@ impl Batch {
 }
 
 /// Solves the first `count` lanes with the widest vectors that the processor has.
-pub fn run(contacts: &[Contact], floats_sideways: bool, batch: &mut Batch, count: usize) {
+pub fn run<const B: usize>(contacts: &[Contact], floats_sideways: bool, batch: &mut Batch<B>, count: usize) {
     if floats_sideways {
-        Arch::new().dispatch(Lanes::<3> { contacts, batch, count });
+        Arch::new().dispatch(Lanes::<3, B> { contacts, batch, count });
     } else {
-        Arch::new().dispatch(Lanes::<2> { contacts, batch, count });
+        Arch::new().dispatch(Lanes::<2, B> { contacts, batch, count });
     }
 }
 
-struct Lanes<'a, const N: usize> {
+struct Lanes<'a, const N: usize, const B: usize> {
     contacts: &'a [Contact],
-    batch: &'a mut Batch,
+    batch: &'a mut Batch<B>,
     count: usize,
 }
 
-impl<const N: usize> WithSimd for Lanes<'_, N> {
+impl<const N: usize, const B: usize> WithSimd for Lanes<'_, N, B> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        // A batch is a whole number of vectors of any width.
         let pivots = S::as_simd_f64s(&self.batch.pivot).0;
         let [x0, x1, x2] = self.batch.x.each_mut().map(|values| S::as_mut_simd_f64s(values).0);
         let unknowns = [x0, x1, x2];

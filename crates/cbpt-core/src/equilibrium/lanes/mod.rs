@@ -31,6 +31,8 @@ pub use powers::two_thirds_powers;
 
 /// Loads that are solved in one go.
 pub const BATCH: usize = 128;
+/// The same where a geometry has few loads: a whole batch would take longer to lay out than to solve.
+pub const FEW: usize = 8;
 
 /// Preloads far from any machine's are left to the scalar solver: at the ends of the numbers scaling back would lose them.
 const PRELOADS_N: std::ops::RangeInclusive<f64> = 1e-9..=1e9;
@@ -115,9 +117,23 @@ impl LanePair {
         preload_powers: &[f64],
         outcomes: &mut [LaneOutcome],
     ) {
-        let loads = torque_Nm.iter().zip(preload_N).take(if self.contacts.is_empty() { 0 } else { BATCH });
-        let mut batch = kernel::Batch::new();
-        let mut held = [false; BATCH];
+        if torque_Nm.len() <= FEW {
+            self.solve_in::<FEW>(torque_Nm, preload_N, preload_powers, outcomes);
+        } else {
+            self.solve_in::<BATCH>(torque_Nm, preload_N, preload_powers, outcomes);
+        }
+    }
+
+    fn solve_in<const B: usize>(
+        &self,
+        torque_Nm: &[f64],
+        preload_N: &[f64],
+        preload_powers: &[f64],
+        outcomes: &mut [LaneOutcome],
+    ) {
+        let loads = torque_Nm.iter().zip(preload_N).take(if self.contacts.is_empty() { 0 } else { B });
+        let mut batch = kernel::Batch::<B>::new();
+        let mut held = [false; B];
         let mut sides = [false; 2];
         let mut count = 0;
         for (&torque, &preload) in loads {
@@ -134,7 +150,7 @@ impl LanePair {
         });
         kernel::run(&self.contacts, self.pair.floats_sideways, &mut batch, count);
         let loads = torque_Nm.iter().zip(preload_N).zip(preload_powers).zip(outcomes);
-        for (lane, (((&torque, &preload), &power), outcome)) in loads.take(BATCH).enumerate() {
+        for (lane, (((&torque, &preload), &power), outcome)) in loads.take(B).enumerate() {
             *outcome = self.outcome(torque, preload, power, held[lane].then(|| batch.found(lane)));
         }
     }

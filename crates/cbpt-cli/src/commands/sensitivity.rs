@@ -1,0 +1,239 @@
+//! `cbpt sensitivity`: how elastic angle and preload thresholds answer to every design number.
+
+use cbpt_core::design::{Design, DesignNumber, NUMBERS, numbers_of};
+use cbpt_core::sensitivity::{DriveSensitivities, Sensitivity};
+use cbpt_core::{Drive, InvalidInput, Load};
+use serde_json::{Value, json};
+
+use super::{Units, ball_drive, load, note_bare_drive};
+use crate::args;
+use crate::case::{Case, Spread, in_usual_unit};
+use crate::exit::{Exit, Failure};
+use crate::report::{Report, Table, number, object, six_digits};
+
+/// Runs the verb.
+pub fn run(verb: &args::Sensitivity) -> Result<Exit, Failure> {
+    verb.output.check()?;
+    let case = Case::read(&verb.case.path)?;
+    let drive = ball_drive(&case, &verb.case.path, "sensitivities are")?;
+    let load = load(&case, &verb.load)?;
+    let answers = Answers::new(drive, &load, &case.spreads(drive, &load)?)?;
+    let mut report = answers.report(&Units::from(&verb.output));
+    note_bare_drive(&mut report, &case, "these are sensitivities");
+    report.deliver(&verb.output)?;
+    Ok(if answers.found.status.has_solution() { Exit::Success } else { Exit::NoSolution })
+}
+
+/// One number: its value and how it scatters, where that is stated.
+struct Asked {
+    number: &'static DesignNumber,
+    value: f64,
+    spread: Option<Spread>,
+}
+
+/// The numbers of a drive, and how its results answer to them.
+pub struct Answers {
+    load: Load,
+    asked: Vec<Asked>,
+    found: DriveSensitivities,
+}
+
+/// Names of the thresholds.
+const THRESHOLDS: [&str; 3] = ["hold", "continuous", "zero_backlash"];
+
+impl Answers {
+    /// For every number of the drive, and those whose spread is stated.
+    ///
+    /// # Errors
+    /// [`InvalidInput`] for a number that the drive does not have.
+    pub fn new(
+        drive: &Drive,
+        load: &Load,
+        spreads: &[(&'static DesignNumber, Spread)],
+    ) -> Result<Self, InvalidInput> {
+        let design = Design::of(drive, load);
+        let usual = numbers_of(drive, load);
+        let wanted = |number: &&DesignNumber| {
+            usual.iter().any(|known| known.name == number.name)
+                || spreads.iter().any(|(known, _)| known.name == number.name)
+        };
+        let asked: Vec<Asked> = NUMBERS
+            .iter()
+            .filter(wanted)
+            .filter_map(|number| {
+                let spread = spreads.iter().find(|(known, _)| known.name == number.name);
+                Some(Asked { number, value: design.get(number)?, spread: spread.map(|(_, spread)| *spread) })
+            })
+            .collect();
+        let numbers: Vec<&DesignNumber> = asked.iter().map(|asked| asked.number).collect();
+        let found = drive.sensitivities(load, &numbers)?;
+        Ok(Self { load: *load, asked, found })
+    }
+
+    /// How the results answer, in the order of [`Self::numbers`].
+    pub fn found(&self) -> &DriveSensitivities {
+        &self.found
+    }
+
+    /// Each number's name in SI and its value.
+    pub fn numbers(&self) -> impl Iterator<Item = (&'static str, f64)> {
+        self.asked.iter().map(|asked| (asked.number.name, asked.value))
+    }
+
+    /// Standard uncertainty of the elastic angle that each number's spread makes, rad.
+    fn parts_rad(&self) -> Vec<Option<f64>> {
+        let slopes = self.found.elastic_angle.as_ref().map(|angle| &angle.slopes);
+        let part = |(place, asked): (usize, &Asked)| Some((slopes?[place] * asked.spread?.u()).abs());
+        self.asked.iter().enumerate().map(part).collect()
+    }
+
+    /// Results with their names: the angle, and the thresholds of the drive and of its pairs.
+    fn results(&self, units: &Units) -> Vec<(String, Option<&Sensitivity>, f64)> {
+        let angle = (
+            format!("elastic_angle_{}", units.angle.suffix),
+            self.found.elastic_angle.as_ref(),
+            units.angle.per_si,
+        );
+        let pairs = [
+            ("", &self.found.drive),
+            ("deceleration_", &self.found.deceleration),
+            ("equal_speed_", &self.found.equal_speed),
+        ];
+        let thresholds = pairs.into_iter().flat_map(|(pair, of_pair)| {
+            THRESHOLDS.iter().zip(of_pair).map(move |(name, threshold)| {
+                let name = format!("{pair}{name}_{}", units.force.suffix);
+                (name, threshold.as_ref(), units.force.per_si)
+            })
+        });
+        std::iter::once(angle).chain(thresholds).collect()
+    }
+
+    /// What they have to say.
+    pub fn report(&self, units: &Units) -> Report {
+        let results = self.results(units);
+        let parts = self.parts_rad();
+        let total: f64 = parts.iter().flatten().map(|part| part * part).sum();
+        let share = |part: Option<f64>| part.filter(|_| total > 0.0).map(|part| part * part / total);
+        let suffix = units.angle.suffix;
+        let mut table = Table::new([
+            "number".to_owned(),
+            "value".to_owned(),
+            format!("angle_{suffix}_per_unit"),
+            "angle_%/%".to_owned(),
+            "hold_%/%".to_owned(),
+            "continuous_%/%".to_owned(),
+            "zero_backlash_%/%".to_owned(),
+            "u".to_owned(),
+            "share_of_variance_%".to_owned(),
+        ]);
+        let (mut documents, mut tied) = (Vec::new(), Vec::new());
+        for (place, asked) in self.asked.iter().enumerate() {
+            let (key, per_si) = in_usual_unit(asked.number);
+            let slope = |found: Option<&Sensitivity>| found.map(|found| found.slopes[place]);
+            let relative = |found: Option<&Sensitivity>| {
+                found
+                    .filter(|found| found.value != 0.0)
+                    .map(|found| found.slopes[place] * asked.value / found.value)
+            };
+            let u = asked.spread.map(|spread| spread.u() * per_si);
+            let mut row = vec![json!(key), json!(asked.value * per_si)];
+            row.push(number(slope(results[0].1).map(|slope| slope * results[0].2 / per_si)));
+            // What rounding leaves of nothing is nothing to a reader.
+            let shown = |found| relative(found).map(|share| if share.abs() < 1e-12 { 0.0 } else { share });
+            row.extend(results[..4].iter().map(|(_, found, _)| number(shown(*found))));
+            row.push(number(u));
+            row.push(number(share(parts[place]).map(|share| 100.0 * share)));
+            table.rows.push(row);
+            let one_sided: Vec<&str> = results
+                .iter()
+                .filter(|(_, found, _)| found.is_some_and(|found| found.tied[place]))
+                .map(|(name, ..)| &**name)
+                .collect();
+            if !one_sided.is_empty() {
+                tied.push(format!("{} by {key}", one_sided.join(", ")));
+            }
+            let by_result = |value: &dyn Fn(Option<&Sensitivity>, f64) -> Option<f64>| {
+                object(results.iter().map(|(name, found, size)| (name.clone(), number(value(*found, *size)))))
+            };
+            documents.push(json!({
+                "number": key,
+                "value": asked.value * per_si,
+                "per_unit": by_result(&|found, size| slope(found).map(|slope| slope * size / per_si)),
+                "relative": by_result(&|found, _| relative(found)),
+                "one_sided": one_sided,
+                "distribution": asked.spread.map(Spread::name),
+                "u": u,
+                "share_of_variance": share(parts[place]),
+            }));
+        }
+        let whole: Vec<&str> =
+            NUMBERS.iter().filter(|number| number.whole).map(|number| number.name).collect();
+        let angle = self.found.elastic_angle.as_ref().map(|angle| angle.value * units.angle.per_si);
+        let u_angle = (total > 0.0).then(|| total.sqrt() * units.angle.per_si);
+        let mut document = vec![
+            ("torque_Nm".to_owned(), json!(self.load.torque_Nm())),
+            ("preload_N".to_owned(), json!(self.load.preload_N())),
+            ("input_angle_deg".to_owned(), json!(self.load.input_angle_rad().to_degrees())),
+            ("status".to_owned(), json!(self.found.status.name())),
+        ];
+        let values = results
+            .iter()
+            .map(|(name, found, size)| (name.clone(), number(found.map(|found| found.value * size))));
+        document.extend(values);
+        document.push((format!("u_elastic_angle_{suffix}"), number(u_angle)));
+        document.push(("numbers".to_owned(), Value::Array(documents)));
+        document.push(("whole_numbers".to_owned(), json!(whole)));
+        Report {
+            text: self.text(&table, angle, u_angle, &tied, &whole, units),
+            json: object(document),
+            table,
+        }
+    }
+
+    fn text(
+        &self,
+        table: &Table,
+        angle: Option<f64>,
+        u_angle: Option<f64>,
+        tied: &[String],
+        whole: &[&str],
+        units: &Units,
+    ) -> String {
+        let suffix = units.angle.suffix;
+        let mut text = format!(
+            "Load: {} N m, preload {} N, input angle {} deg\n",
+            six_digits(self.load.torque_Nm()),
+            six_digits(self.load.preload_N()),
+            six_digits(self.load.input_angle_rad().to_degrees()),
+        );
+        text += &match (angle, u_angle) {
+            (Some(angle), Some(u)) => format!(
+                "Elastic angle: {} {suffix}, standard uncertainty {} {suffix} by the spreads stated\n",
+                six_digits(angle),
+                six_digits(u)
+            ),
+            (Some(angle), None) => format!("Elastic angle: {} {suffix}\n", six_digits(angle)),
+            (None, _) => format!("Elastic angle: {}\n", self.found.status),
+        };
+        let thresholds = THRESHOLDS.iter().zip(&self.found.drive).map(|(name, found)| match found {
+            Some(found) => {
+                format!("{name} {} {}", six_digits(found.value * units.force.per_si), units.force.suffix)
+            }
+            None => format!("{name}: no preload does it"),
+        });
+        text += &format!(
+            "Thresholds of the drive over a period: {}\n{}\n%/%: percent of the result for a percent of the number.  \
+             A number of balls ({}) is whole: nothing has a derivative by it.",
+            thresholds.collect::<Vec<_>>().join(", "),
+            table.text(),
+            whole.join(", "),
+        );
+        if !tied.is_empty() {
+            text += &format!(
+                "\nTo one side only, because contacts that decide alike answer differently: {}.",
+                tied.join("; ")
+            );
+        }
+        text
+    }
+}
