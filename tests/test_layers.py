@@ -222,8 +222,8 @@ def imports(name: str) -> Imports:
 
 # The part of the package that a module belongs to, the lowest first.
 RANKS = (
-    *("_core", "errors", "results", "effects", "lab", "page"),
-    *("verbs", "plan_verbs", "page_verbs", "commands"),
+    *("_core", "errors", "results", "sweep_result", "sweep_files", "sweeps"),
+    *("effects", "lab", "page", "verbs", "plan_verbs", "page_verbs", "sweep_verb", "commands"),
 )
 # The one step up: methods that hand their object on when they are called, never on import.
 UPWARDS = {

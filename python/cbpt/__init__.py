@@ -10,6 +10,8 @@ Map:
 - `Drive.solve` -> `Solution` -> `PairSolution`: one load, every meshing point;
 - `Drive.preload` -> `PreloadThresholds`: the preload that a torque needs;
 - `solve_many` -> `Angles`: arrays of loads on all cores;
+- `sweep` -> `Sweep`: any parameter of drive, load or effects, also on an executor or to a file;
+  `SweepPlan`: what it follows;
 - `read_readings` -> `Readings`, `compare` -> `Comparison`: model against measurement;
 - `diagnose` -> `Diagnosis`: which effect is missing; `diagnose_by` -> `DividedDiagnosis`: the same
   for each level of a column; `fit` -> `Fitted`: the case with it;
@@ -35,6 +37,7 @@ from cbpt._core import (
     PairSolution,
     PreloadThresholds,
     Solution,
+    SweepPlan,
     Thresholds,
     example_case,
 )
@@ -63,6 +66,8 @@ if TYPE_CHECKING:
     from cbpt.lab.readings import Readings, read_readings
     from cbpt.lab.simulate import simulate
     from cbpt.results import Angles, solve_many
+    from cbpt.sweep_result import Sweep
+    from cbpt.sweeps import sweep
 
 # Loaded when first asked for, so that `import cbpt` stays light.
 _LAZY = {
@@ -77,6 +82,7 @@ _LAZY = {
     "NextRuns": "cbpt.lab.next_run",
     "Plan": "cbpt.lab.plan",
     "Readings": "cbpt.lab.readings",
+    "Sweep": "cbpt.sweep_result",
     "compare": "cbpt.lab.compare",
     "diagnose": "cbpt.lab.diagnose",
     "diagnose_by": "cbpt.lab.divided",
@@ -88,6 +94,7 @@ _LAZY = {
     "shortest_plan": "cbpt.lab.campaign_design",
     "simulate": "cbpt.lab.simulate",
     "solve_many": "cbpt.results",
+    "sweep": "cbpt.sweeps",
 }
 
 __all__ = [
@@ -115,6 +122,8 @@ __all__ = [
     "Readings",
     "ReadingsError",
     "Solution",
+    "Sweep",
+    "SweepPlan",
     "Thresholds",
     "compare",
     "diagnose",
@@ -129,6 +138,7 @@ __all__ = [
     "shortest_plan",
     "simulate",
     "solve_many",
+    "sweep",
 ]
 
 
