@@ -110,7 +110,17 @@ CORE_USES: dict[str, set[str]] = {
     },
     "preload": {"drive", "geometry", "pair", "period", "real", "transmission"},
     "sensitivity": {
-        *("design", "drive", "effect", "equilibrium", "error", "geometry", "pair", "preload", "real"),
+        *(
+            "design",
+            "drive",
+            "effect",
+            "equilibrium",
+            "error",
+            "geometry",
+            "pair",
+            "preload",
+            "real",
+        ),
         *("status", "transmission"),
     },
     "extremes": {
@@ -209,12 +219,16 @@ def imports(name: str) -> Imports:
 
 
 # The part of the package that a module belongs to, the lowest first.
-RANKS = ("_core", "errors", "results", "effects", "lab", "page", "verbs", "plan_verbs", "commands")
+RANKS = (
+    *("_core", "errors", "results", "effects", "lab", "design", "page"),
+    *("verbs", "plan_verbs", "design_verbs", "commands"),
+)
 # The one step up: methods that hand their object on when they are called, never on import.
 UPWARDS = {
     ("cbpt.lab.compare", "cbpt.page.comparison_figure"),
     ("cbpt.lab.answer", "cbpt.page.diagnosis_figure"),
     ("cbpt.lab.isolability", "cbpt.page.isolability_figure"),
+    ("cbpt.design.tolerance", "cbpt.page.tolerance_figure"),
 }
 
 

@@ -1,8 +1,9 @@
 """The `cbpt` command of the Python package.
 
-Verbs of the mechanics (solve, preload, sweep, check, effects, schema) are handed to the Rust
-command line as they are; those of the lab are in `verbs` (compare, diagnose, fit) and, about
-campaigns to come, in `plan_verbs` (simulate, isolability, next-run, plan).
+Verbs of the mechanics (solve, preload, sweep, sensitivity, check, effects, schema) are handed to
+the Rust command line as they are; those of the lab are in `verbs` (compare, diagnose, fit) and,
+about campaigns to come, in `plan_verbs` (simulate, isolability, next-run, plan); those about drives
+to be built in `design_verbs` (tolerance, optimise).
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import sys
 import threading
 from collections.abc import Callable, Sequence
 
-from cbpt import plan_verbs, verbs
+from cbpt import design_verbs, plan_verbs, verbs
 from cbpt._core import run_command_line
 from cbpt.errors import CbptError, NoSolutionError
 
@@ -73,6 +74,8 @@ _LAB: dict[str, Callable[[list[str]], int]] = {
     "isolability": plan_verbs.isolability,
     "next-run": plan_verbs.next_run,
     "plan": plan_verbs.plan,
+    "tolerance": design_verbs.tolerance,
+    "optimise": design_verbs.optimise,
 }
 
 if __name__ == "__main__":
