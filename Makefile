@@ -7,9 +7,9 @@ CRATES := $(OUT)/crates
 export CARGO_TARGET_DIR := $(CURDIR)/target
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help build demo test rust python package wheel bench trial instructions format clean
+.PHONY: help build demo test rust python package wheel bench trial instructions setup-browser screenshots format clean
 help:  ## this list
-	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
+	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
 
 $(VENV)/installed: pyproject.toml
 	python3 -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or later is needed")'
@@ -36,7 +36,15 @@ $(VENV)/tested: $(VENV)/installed
 	$(PYTHON) -m pip install -q --group test
 	touch $@
 
+setup-browser: $(VENV)/tested  ## Debian's Chromium for the tests of the page: by apt-get, where this is root's shell
+	@command -v chromium || if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; \
+	then apt-get update -qq && apt-get install -y -qq --no-install-recommends chromium >/dev/null && chromium --version; \
+	else echo 'No Chromium and not root: the browser tests will be skipped (apt-get install chromium).'; fi
+
 python: build $(VENV)/tested  ## lints, types, stubs and tests of the Python package
+	$(VENV)/bin/deno fmt --check --quiet
+	$(VENV)/bin/deno lint --quiet
+	$(VENV)/bin/deno check --quiet python/cbpt/page/web
 	$(VENV)/bin/ruff check
 	$(VENV)/bin/ruff format --check
 	$(VENV)/bin/mypy
@@ -75,9 +83,10 @@ trial: build  ## the diagnosis scored on campaigns with a hidden effect, at full
 instructions:  ## instructions of the hot loops against what is kept, by callgrind
 	python3 benches/instructions.py
 
-format:  ## format Rust and Python
+format:  ## format Rust, Python and the page's modules
 	cargo fmt --all
 	$(VENV)/bin/ruff check --fix && $(VENV)/bin/ruff format
+	$(VENV)/bin/deno fmt --quiet
 
 clean:  ## remove what was built
 	rm -rf target $(OUT) $(VENV) dist

@@ -138,7 +138,9 @@ CLI_USES: dict[str, set[str]] = {
     "args": {"units"},
     "exit": {"case"},
     "report": {"args", "exit"},
-    "commands": {"args", "case", "exit", "report", "units"},
+    "progress": set(),
+    "sweep": {"case", "exit", "units"},
+    "commands": {"args", "case", "exit", "progress", "report", "sweep", "units"},
     "lib": {"args", "commands", "exit"},
     "main": {"lib"},
 }
@@ -221,7 +223,7 @@ def imports(name: str) -> Imports:
 # The part of the package that a module belongs to, the lowest first.
 RANKS = (
     *("_core", "errors", "results", "effects", "lab", "design", "page"),
-    *("verbs", "plan_verbs", "design_verbs", "commands"),
+    *("verbs", "plan_verbs", "page_verbs", "design_verbs", "commands"),
 )
 # The one step up: methods that hand their object on when they are called, never on import.
 UPWARDS = {

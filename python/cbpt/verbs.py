@@ -16,7 +16,7 @@ import sys
 import time
 from difflib import get_close_matches
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 if TYPE_CHECKING:
     from cbpt.lab.answer import Diagnosis
@@ -43,11 +43,13 @@ def inputs(
     description: str,
     epilog: str | None = None,
     table: tuple[str, str] = ("DATA", _TABLE),
+    needed: bool = True,
 ) -> argparse.ArgumentParser:
     """A parser that takes a case, a table (its name and what it is) and what its headers mean."""
     parser = Parser(prog=prog, description=description, epilog=epilog)
-    parser.add_argument("case", metavar="CASE", type=Path, help="case file (TOML)")
-    parser.add_argument("data", metavar=table[0], type=Path, help=table[1])
+    some: dict[str, Any] = {} if needed else {"nargs": "?"}
+    parser.add_argument("case", metavar="CASE", type=Path, help="case file (TOML)", **some)
+    parser.add_argument("data", metavar=table[0], type=Path, help=table[1], **some)
     parser.add_argument(
         "--column",
         metavar="HEADER=NAME",

@@ -28,7 +28,7 @@ pub enum Verb {
     Solve(Solve),
     /// Preload that a torque needs: to hold, for continuous transmission, for zero backlash
     Preload(Preload),
-    /// Elastic angle over grids of torque, preload and input angle, on all cores
+    /// Elastic angle over grids of loads of a CASE, or over any parameter by a PLAN, on all cores
     Sweep(Sweep),
     /// How elastic angle and preload thresholds answer to every design number
     Sensitivity(Sensitivity),
@@ -163,9 +163,9 @@ pub struct Preload {
 /// `cbpt sweep`.
 #[derive(Debug, Args)]
 pub struct Sweep {
-    /// The case file.
-    #[command(flatten)]
-    pub case: CaseFile,
+    /// Case file (TOML), or a plan: a TOML file that names a case and has [axes]
+    #[arg(value_name = "CASE|PLAN")]
+    pub path: PathBuf,
     /// Torques, N m: a list `1,2,5`, a range `0:10:0.5` (start:stop:step), or both mixed
     #[arg(long = "torque-Nm", value_name = "LIST", allow_hyphen_values = true)]
     pub torque_Nm: Option<String>,
@@ -175,6 +175,12 @@ pub struct Sweep {
     /// Angles of the input crank, degrees, in the same form
     #[arg(long = "input-angle-deg", value_name = "LIST", allow_hyphen_values = true)]
     pub input_angle_deg: Option<String>,
+    /// Of a PLAN: rows that are solved and written at a time
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub chunk_rows: Option<u64>,
+    /// Of a PLAN: begin anew in the place of what --out holds
+    #[arg(long)]
+    pub fresh: bool,
     /// Form of the output.
     #[command(flatten)]
     pub output: OutputOptions,

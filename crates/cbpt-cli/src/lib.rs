@@ -3,6 +3,7 @@
 //!
 //! - [`case`]: case files in TOML, the one parser; JSON Schema and key table come from the same list of keys;
 //! - [`formula`]: the expressions of own effects in them;
+//! - [`sweep`]: plans of sweeps over any parameter, and their files; [`progress`]: the bar;
 //! - [`args`]: the tree of verbs and flags;
 //! - [`commands`]: one file a verb: case and flags to a [`report::Report`];
 //! - [`report`]: what a verb has to say, as a table, as JSON and as CSV; [`units`]: the units it says it in;
@@ -13,7 +14,9 @@ pub mod case;
 pub mod commands;
 pub mod exit;
 pub mod formula;
+pub mod progress;
 pub mod report;
+pub mod sweep;
 pub mod units;
 
 use std::ffi::OsString;

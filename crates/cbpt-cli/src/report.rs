@@ -118,6 +118,27 @@ impl OutputOptions {
     }
 }
 
+impl OutputOptions {
+    /// Refuses units of choice where a verb does not have them.
+    pub fn only_usual_units(&self, what: &str) -> Result<(), Failure> {
+        use clap::ValueEnum;
+        let name = |value: Option<clap::builder::PossibleValue>| {
+            value.map(|value| value.get_name().to_owned()).unwrap_or_default()
+        };
+        let given = [
+            ("--angle-unit", name(self.angle_unit.to_possible_value()), "arcsec"),
+            ("--force-unit", name(self.force_unit.to_possible_value()), "N"),
+            ("--torque-unit", name(self.torque_unit.to_possible_value()), "Nm"),
+            ("--length-unit", name(self.length_unit.to_possible_value()), "um"),
+            ("--pressure-unit", name(self.pressure_unit.to_possible_value()), "GPa"),
+        ];
+        match given.iter().find(|(_, unit, usual)| unit != usual) {
+            Some((flag, unit, _)) => Err(Failure::Usage(format!("{flag} {unit} does not go with {what}"))),
+            None => Ok(()),
+        }
+    }
+}
+
 /// Prints to standard output, with a line end.
 pub fn print(text: &str) -> Result<(), Failure> {
     let mut out = io::stdout().lock();

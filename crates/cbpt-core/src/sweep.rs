@@ -29,7 +29,7 @@ impl Progress {
     }
 
     /// So many more are solved.
-    pub(crate) fn add(&self, count: usize) {
+    pub fn add(&self, count: usize) {
         self.done.fetch_add(count, Ordering::Relaxed);
     }
 

@@ -168,7 +168,7 @@ class Diagnosis:
     def ranking(self) -> list[dict[str, Any]]:
         """Every single effect that was fitted, the most probable first."""
         c = self.competition
-        total = _total(c)
+        total = log_total(c)
         # Signatures as the drive without effects shows them, looked at through the final noise.
         null = c.fitter.look(c.fits[()], self.after.noise)
         screen = Screen(null, c.library.about(null, c.names, secants=False))
@@ -347,7 +347,7 @@ def prior_odds() -> dict[str, float]:
     return {name or "other": odds for name, odds in ODDS.items()}
 
 
-def _total(c: Competition) -> float:
+def log_total(c: Competition) -> float:
     """Logarithm of the sum of all odds."""
     all_odds = np.array([*c.log_odds.values(), *c.pattern_log_odds[:1]])
     top = float(all_odds.max())

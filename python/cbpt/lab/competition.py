@@ -11,7 +11,7 @@ the best. All are weighed by evidence and prior odds, so no order of asking deci
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 from itertools import product as cartesian
@@ -31,6 +31,8 @@ from cbpt.lab.structure import Component, components
 
 Floats = NDArray[np.float64]
 Names = tuple[str, ...]
+Progress = Callable[[str, float], object]
+"""Told what is next and what share of the work is done; what it raises ends the work."""
 
 REPLICATES = 400
 _PAIRS = 8
@@ -85,8 +87,12 @@ def prior(names: Names) -> float:
     return float(sum(np.log(ODDS.get(n, ODDS[""])) for n in names))
 
 
-def compete(campaign: Campaign, rng: np.random.Generator) -> Competition:
+def compete(
+    campaign: Campaign, rng: np.random.Generator, progress: Progress | None = None
+) -> Competition:
     """Fit and weigh everything. The model must have a solution at every row."""
+    told = progress or (lambda what, share: None)
+    told("the drive as stated", 0.0)
     fitter = Fitter(campaign)
     names = places(fitter)
     nothing = Hypothesis()
@@ -109,7 +115,9 @@ def compete(campaign: Campaign, rng: np.random.Generator) -> Competition:
     levels = [look.log_evidence for look in looks]
     _price_forms(fitter, screens, levels, signatures)
     # The most promising first: the others need not be polished further than it takes to be out.
-    for member, sizes in _promising(screens, levels, signatures):
+    promising = _promising(screens, levels, signatures)
+    for number, (member, sizes) in enumerate(promising):
+        told(signatures[member].variant.effect, 0.1 + 0.5 * number / len(promising))
         hypothesis = Hypothesis((signatures[member].variant,))
         values = start_values(fitter, signatures, (member,), sizes)
         # Zeros of the runs can hide what goes with the input angle, so both ways are tried.
@@ -118,16 +126,19 @@ def compete(campaign: Campaign, rng: np.random.Generator) -> Competition:
 
     # Pairs: about the drive as stated, and about the best singles.
     ranked = sorted((n for n in fits if len(n) == 1), key=lambda n: -_score(fitter, fits[n]))
-    for fit in _pairs(
-        fitter, library, fits, screens, levels, signatures, names, ranked[:2], flexible
-    ):
+    told("pairs of effects", 0.6)
+    pairs = _pairs(fitter, library, fits, screens, levels, signatures, names, ranked[:2], flexible)
+    for number, fit in enumerate(pairs, 1):
+        told("pairs of effects", 0.6 + 0.2 * number / _PAIRS)
         _keep(fits, fit)
     if campaign.drive.kind == "torsion_spring":
         for fit in _together(
             fitter, signatures, screens[0], [n for (n,) in ranked[:_LARGE]], start
         ):
+            told("effects together", 0.8)
             _keep(fits, fit)
 
+    told("patterns without a name", 0.85)
     log_odds = {n: _score(fitter, f) - _score(fitter, null) for n, f in fits.items()}
     best = max(log_odds, key=lambda k: log_odds[k])
     patterns = [
@@ -145,6 +156,7 @@ def compete(campaign: Campaign, rng: np.random.Generator) -> Competition:
     ]
     order = np.argsort(pattern_odds)[::-1]
     weights = np.array([_weight(fitter, s.variant) for s in signatures])
+    told("what chance shows", 0.95)
     screen = Screen(fitter.look(null, fits[best].noise), signatures)
     return Competition(
         fitter,

@@ -22,7 +22,7 @@ from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError, ReadingsError
 from cbpt.lab.answer import Diagnosis, Rung
 from cbpt.lab.assembled import Assembled, Campaign
-from cbpt.lab.competition import Competition, Names, compete
+from cbpt.lab.competition import Competition, Names, Progress, compete
 from cbpt.lab.fit import Fit, Fitter
 from cbpt.lab.holdout import folds, held_out_residual, held_out_with_pattern, rms
 from cbpt.lab.inputs import case_and_readings
@@ -55,19 +55,23 @@ def diagnose(
     sheet: str | None = None,
     only: Mapping[str, object] | None = None,
     seed: int = 0,
+    progress: Progress | None = None,
 ) -> Diagnosis:
     """Say which effect the readings demand, or that none is needed, or that they cannot tell.
 
     case, data, columns, sheet, only: as in `compare`. effects: own effects that compete beside the
     library, made with `cbpt.effects` or ids of the case's own, which are then not taken as given.
-    seed: of the simulated chances; the same seed gives the same answer. Raises `CaseError` and
-    `ReadingsError` for what cannot be read or is too little to judge, `InvalidInputError` for an
-    own effect that cannot be fitted.
+    seed: of the simulated chances; the same seed gives the same answer. progress: called now and
+    then with what is next and the share of the work that is done; what it raises ends the work, as
+    Ctrl-C does.
+
+    Raises `CaseError` and `ReadingsError` for what cannot be read or is too little to judge,
+    `InvalidInputError` for an own effect that cannot be fitted.
     """
     case, readings = case_and_readings(case, data, columns, sheet, only)
     # Thousands of products of small matrices: threads would cost more than they give.
     with threadpool_limits(1, user_api="blas"):
-        return diagnosed(case, readings, seed, _own(case, effects))
+        return diagnosed(case, readings, seed, _own(case, effects), progress)
 
 
 def _own(case: Case | Drive, effects: Sequence[str | OwnEffect]) -> list[OwnEffect]:
@@ -80,12 +84,16 @@ def _own(case: Case | Drive, effects: Sequence[str | OwnEffect]) -> list[OwnEffe
 
 
 def diagnosed(
-    case: Case | Drive, readings: Readings, seed: int, own: Sequence[OwnEffect] = ()
+    case: Case | Drive,
+    readings: Readings,
+    seed: int,
+    own: Sequence[OwnEffect] = (),
+    progress: Progress | None = None,
 ) -> Diagnosis:
     """The same of what was read already."""
     campaign, notes = prepared(campaign_of(case, readings, own))
     rng = np.random.default_rng(seed)
-    competition = compete(campaign, rng)
+    competition = compete(campaign, rng, progress)
     verdict = judge(competition)
     fold, held_by = folds(campaign)
     fits = competition.fits

@@ -1,6 +1,7 @@
 """Files that programs write tables of readings to, each made the same table as a CSV file.
 
     read_file   CSV, workbook (xlsx, xls, ods), MATLAB (.mat), TDMS or Parquet, told by its content
+    at_most     tighter limits, for files from somebody else
     Part        one table of a file that may hold several: a sheet, a struct, a group
 
 The libraries come with `pip install "cbpt[io]"` and are imported only when such a file is read.
@@ -17,6 +18,7 @@ import warnings
 import zipfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, replace
 from functools import reduce
 from importlib import import_module
@@ -29,13 +31,24 @@ from cbpt.lab.columns import array_of, column_of, read_columns, table_of, unit_b
 from cbpt.lab.table import Loaded, Table, check_headers, is_unit_row, read_bytes, read_text, wrong
 from cbpt.lab.units import plain, read_header
 
-__all__ = ["read_file"]
+__all__ = ["at_most", "read_file"]
 
 # More than any campaign has; a file that claims more is broken or meant to do harm.
-_MOST_CELLS = 50_000_000
-_MOST_BYTES = 1 << 30
+_MOST_CELLS = ContextVar("most_cells", default=50_000_000)
+_MOST_BYTES = ContextVar("most_bytes", default=1 << 30)
 # Headers are looked for in as many rows of a sheet.
 _TITLE_ROWS = 50
+
+
+@contextmanager
+def at_most(cells: int, unpacked_bytes: int) -> Iterator[None]:
+    """Larger files are refused, here and now, before they are unpacked."""
+    before = _MOST_CELLS.set(cells), _MOST_BYTES.set(unpacked_bytes)
+    try:
+        yield
+    finally:
+        _MOST_CELLS.reset(before[0])
+        _MOST_BYTES.reset(before[1])
 
 
 @dataclass(frozen=True)
@@ -133,8 +146,8 @@ def _has_readings(headers: Sequence[str], below: Sequence[str], columns: Mapping
 
 
 def _stop_if_large(source: str, cells: int) -> None:
-    if cells > _MOST_CELLS:
-        expected = f"at most {_MOST_CELLS:,}"
+    if cells > _MOST_CELLS.get():
+        expected = f"at most {_MOST_CELLS.get():,}"
         raise wrong(source, "", f"{cells:,} cells", expected, "keep the rows and columns needed")
 
 
@@ -179,8 +192,9 @@ def _workbook(source: str, raw: bytes, columns: Mapping[str, str]) -> Iterator[P
 def _stop_if_bomb(source: str, archive: zipfile.ZipFile) -> None:
     """Sheets are unpacked as full rectangles: one stray cell in the last row would end it all."""
     unpacked = sum(each.file_size for each in archive.infolist())
-    if unpacked > _MOST_BYTES:
-        raise wrong(source, "", f"{unpacked:,} bytes once unpacked", f"at most {_MOST_BYTES:,}")
+    most = _MOST_BYTES.get()
+    if unpacked > most:
+        raise wrong(source, "", f"{unpacked:,} bytes once unpacked", f"at most {most:,}")
     for each in archive.namelist():
         if re.fullmatch(r"xl/worksheets/[^/]*\.xml", each):
             rows = columns = 0

@@ -27,7 +27,7 @@ from threadpoolctl import threadpool_limits
 from cbpt._core import Case, Drive
 from cbpt.errors import InvalidInputError
 from cbpt.lab.changes import Form, forms_of, guises, possible
-from cbpt.lab.competition import prior
+from cbpt.lab.competition import Progress, prior
 from cbpt.lab.detectable import LIMIT, log_odds, weight
 from cbpt.lab.inputs import case_of
 from cbpt.lab.library import LOT, PRIORS, VARIANTS, lots
@@ -168,11 +168,13 @@ def isolability(
     effects: Sequence[str] | None = None,
     noise: Instrument | str | Sequence[str] = "white",
     u_elastic_angle_arcsec: float | None = None,
+    progress: Progress | None = None,
 ) -> Isolability:
     """What a campaign could see and tell apart, before any reading.
 
     effects: ids of the library; all where not given. noise: as in `simulate`; it counts through its
     covariance, so tails, outliers and steps count as scatter of their standard deviation.
+    progress: as in `diagnose`.
 
     Raises `NoSolutionError` where the plan's preloads do not hold its torques, `PlanError`,
     `ReadingsError`, `CaseError` and `InvalidInputError` for what cannot be read.
@@ -184,7 +186,7 @@ def isolability(
     wanted = known(effects)
     with threadpool_limits(1, user_api="blas"):
         sight = Sight(case, found, covariance(instrument, found))
-        return _isolability(found, instrument, sight, wanted)
+        return _isolability(found, instrument, sight, wanted, progress)
 
 
 def of_ball_drives(case: Case | Drive) -> None:
@@ -227,7 +229,11 @@ def covariance(instrument: Instrument, plan: Plan) -> Noise:
 
 
 def _isolability(
-    plan: Plan, instrument: Instrument, sight: Sight, effects: Sequence[str]
+    plan: Plan,
+    instrument: Instrument,
+    sight: Sight,
+    effects: Sequence[str],
+    progress: Progress | None = None,
 ) -> Isolability:
     campaign = sight.campaign
     every = (*VARIANTS, *lots(campaign.balls))
@@ -239,7 +245,9 @@ def _isolability(
     seen: list[Seen] = []
     alike: dict[str, list[Seen]] = {}
     looks: dict[str, list[Floats]] = {}
-    for effect, own in forms.items():
+    for number, (effect, own) in enumerate(forms.items()):
+        if progress is not None:
+            progress(effect, number / len(forms))
         lefts = [_left(sight, form) for form in own]
         prices = _prices(own, lefts)
         found = [

@@ -16,7 +16,7 @@ once those before are taken out.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -96,8 +96,7 @@ class Region:
     @property
     def label(self) -> str:
         """Its bounds for people: `torque 4 to 8 N m, input angle 130 deg`."""
-        parts = [_range_text(column, *ends) for column, ends in self.ranges.items()]
-        return ", ".join(parts + ([self.regime] if self.regime else []))
+        return label_of(self.ranges, self.regime)
 
     def within(
         self, readings: Readings, residual_arcsec: Floats, regime: NDArray[np.str_], solved: Mask
@@ -127,6 +126,12 @@ class Region:
             "excess_arcsec": self.excess_arcsec,
             "p_value": self.p_value,
         }
+
+
+def label_of(ranges: Mapping[str, tuple[float, float]], regime: str | None) -> str:
+    """Bounds for people."""
+    parts = [_range_text(column, *ends) for column, ends in ranges.items()]
+    return ", ".join(parts + ([regime] if regime else []))
 
 
 def _range_text(column: str, low: float, high: float) -> str:

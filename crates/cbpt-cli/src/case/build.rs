@@ -11,7 +11,7 @@ use super::fields::{self, Value};
 use super::{Case, LoadDefaults, Measurement, Uncertainty, Zero};
 
 /// Values in SI by their dotted names: `deceleration.ball_radius_m`.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Values(BTreeMap<String, Value>);
 
 /// Names that may be given by a more general one instead.
@@ -24,6 +24,11 @@ const GENERAL: [(&str, &str); 7] = [
     ("equal_speed.outside_contact_angle_rad", "equal_speed.contact_angle_rad"),
     ("equal_speed.inside_contact_angle_rad", "equal_speed.contact_angle_rad"),
 ];
+
+/// The names that stand before a more general one where they are given.
+pub(super) fn special_of(general: &str) -> impl Iterator<Item = &'static str> {
+    GENERAL.into_iter().filter(move |(_, known)| *known == general).map(|(special, _)| special)
+}
 
 /// The keys of the one setting that may stand in three places.
 pub(super) const TRACK_CURVATURE: [&str; 3] =
@@ -100,11 +105,7 @@ const ZEROS: [(&str, Zero); 2] = [("common", Zero::Common), ("per_run", Zero::Pe
 /// The case without its effects. The mechanics check its numbers and name the first that cannot be.
 pub(super) fn case(values: &Values) -> Result<Case, InvalidInput> {
     Ok(Case {
-        reducer: if values.has(SPRING_TORQUE) || values.has(SPRING_STIFFNESS) {
-            torsion_spring(values)?.into()
-        } else {
-            ball_drive(values)?.into()
-        },
+        reducer: reducer(values)?,
         load: load(values)?,
         measurement: Measurement {
             zero: values.choice("measurement.zero", &ZEROS)?,
@@ -113,6 +114,15 @@ pub(super) fn case(values: &Values) -> Result<Case, InvalidInput> {
         uncertainty: uncertainty(values)?,
         tolerance: tolerance(values),
         effects: Vec::new(),
+    })
+}
+
+/// The reducer alone.
+pub(super) fn reducer(values: &Values) -> Result<Reducer, InvalidInput> {
+    Ok(if values.has(SPRING_TORQUE) || values.has(SPRING_STIFFNESS) {
+        torsion_spring(values)?.into()
+    } else {
+        ball_drive(values)?.into()
     })
 }
 

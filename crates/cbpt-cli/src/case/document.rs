@@ -10,25 +10,25 @@ use super::error::{Mistake, Notes, shortened};
 
 /// A key and what stands behind it.
 #[derive(Debug)]
-pub(super) struct Entry {
-    pub(super) key: String,
+pub(crate) struct Entry {
+    pub(crate) key: String,
     /// Byte of the text where the key starts.
-    pub(super) at: Option<usize>,
-    pub(super) node: Node,
+    pub(crate) at: Option<usize>,
+    pub(crate) node: Node,
 }
 
 /// A value of the file.
 #[derive(Debug)]
-pub(super) struct Node {
-    pub(super) at: Option<usize>,
+pub(crate) struct Node {
+    pub(crate) at: Option<usize>,
     /// The value as it was written.
-    pub(super) written: String,
-    pub(super) content: Content,
+    pub(crate) written: String,
+    pub(crate) content: Content,
 }
 
 /// What a value is.
 #[derive(Debug)]
-pub(super) enum Content {
+pub(crate) enum Content {
     Text(String),
     Number(f64),
     Table(Vec<Entry>),
@@ -41,7 +41,7 @@ pub(super) enum Content {
 const DEEPEST: usize = 8;
 
 /// Parses TOML; every line with a mistake of syntax is noted, by its first: the others mostly follow from it.
-pub(super) fn from_toml(text: &str, notes: &mut Notes<'_>) -> Option<Vec<Entry>> {
+pub(crate) fn from_toml(text: &str, notes: &mut Notes<'_>) -> Option<Vec<Entry>> {
     let (table, errors) = DeTable::parse_recoverable(text);
     let mut lines = BTreeSet::new();
     for error in &errors {
@@ -107,7 +107,7 @@ fn toml_node(text: &str, value: &DeValue<'_>, span: Range<usize>, depth: usize) 
 }
 
 /// The entries of a JSON object, if it is one.
-pub(super) fn from_json(value: &Json, notes: &mut Notes<'_>) -> Option<Vec<Entry>> {
+pub(crate) fn from_json(value: &Json, notes: &mut Notes<'_>) -> Option<Vec<Entry>> {
     if let Content::Table(entries) = json_node(value, DEEPEST).content {
         Some(entries)
     } else {

@@ -19,12 +19,12 @@ impl CaseError {
     pub const TOLD: usize = 20;
 
     /// The file as a whole cannot be read.
-    pub(super) fn whole(name: &str, problem: impl Into<String>) -> Self {
+    pub(crate) fn whole(name: &str, problem: impl Into<String>) -> Self {
         Self { name: name.into(), mistakes: vec![Mistake { problem: problem.into(), ..Mistake::default() }] }
     }
 
     /// A file that stops being UTF-8 after these bytes.
-    pub(super) fn not_utf8(name: &str, valid: &[u8]) -> Self {
+    pub(crate) fn not_utf8(name: &str, valid: &[u8]) -> Self {
         let mut notes = Notes::of(std::str::from_utf8(valid).unwrap_or_default());
         let problem = "not UTF-8 text".into();
         let allowed = "save the file as UTF-8".into();
@@ -97,19 +97,19 @@ fn report(name: &str, mistakes: &[Mistake]) -> String {
 }
 
 /// Collects mistakes while a case is read, and finds their lines.
-pub(super) struct Notes<'t> {
+pub(crate) struct Notes<'t> {
     text: &'t str,
     mistakes: Vec<Mistake>,
 }
 
 impl<'t> Notes<'t> {
     /// For the text that the offsets of the mistakes refer to.
-    pub(super) fn of(text: &'t str) -> Self {
+    pub(crate) fn of(text: &'t str) -> Self {
         Self { text, mistakes: Vec::new() }
     }
 
     /// Notes a mistake at a byte of the text.
-    pub(super) fn add(&mut self, at: Option<usize>, mistake: Mistake) {
+    pub(crate) fn add(&mut self, at: Option<usize>, mistake: Mistake) {
         if !self.full() {
             let (line, column) = at.map(|at| position(self.text, at)).unzip();
             let key = shortened(&mistake.key);
@@ -118,26 +118,26 @@ impl<'t> Notes<'t> {
     }
 
     /// Line of a byte of the text.
-    pub(super) fn line(&self, at: usize) -> usize {
+    pub(crate) fn line(&self, at: usize) -> usize {
         position(self.text, at).0
     }
 
     /// How many mistakes were noted.
-    pub(super) fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.mistakes.len()
     }
 
-    pub(super) fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.mistakes.is_empty()
     }
 
     /// Whether no more mistakes are noted.
-    pub(super) fn full(&self) -> bool {
+    pub(crate) fn full(&self) -> bool {
         self.mistakes.len() >= CaseError::MOST
     }
 
     /// The error, or `whole` where there is no mistake.
-    pub(super) fn or<T>(mut self, name: &str, whole: Option<T>) -> Result<T, CaseError> {
+    pub(crate) fn or<T>(mut self, name: &str, whole: Option<T>) -> Result<T, CaseError> {
         match whole {
             Some(whole) if self.mistakes.is_empty() => Ok(whole),
             _ => {
@@ -149,7 +149,7 @@ impl<'t> Notes<'t> {
 }
 
 /// The first line, so far as a message can hold it.
-pub(super) fn shortened(written: &str) -> String {
+pub(crate) fn shortened(written: &str) -> String {
     const LONGEST: usize = 80;
     let line = written.lines().next().unwrap_or_default();
     let mut short: String = line.chars().take(LONGEST).collect();

@@ -22,7 +22,7 @@ pub(super) struct Section {
 }
 
 /// A key of a section.
-#[derive(Clone)]
+#[derive(Debug, Clone)]
 pub(super) struct Key {
     /// The key without its unit.
     pub(super) stem: Cow<'static, str>,
@@ -57,7 +57,7 @@ pub(super) enum Kind {
 }
 
 /// Whether a key may be left out.
-#[derive(Clone)]
+#[derive(Debug, Clone)]
 pub(super) enum Need {
     Required,
     /// Required unless these keys of the same section are all given.

@@ -6,18 +6,20 @@
 //!   `build` turns values into a [`Case`] and back, `write` writes it;
 //! - `spread` is what a case says of how its numbers scatter;
 //! - `units` knows the suffixes of keys, `suggest` what a wrong key may have meant, `error` how mistakes are told;
+//! - [`parameter`]: what a sweep may vary, by the same keys;
 //! - `reference` makes of the table the JSON Schema for editors and the page of all keys.
 
 mod build;
-mod document;
+pub(crate) mod document;
 mod effect;
-mod error;
+pub(crate) mod error;
 mod fields;
 mod library;
+pub mod parameter;
 mod parse;
 mod reference;
 mod spread;
-mod suggest;
+pub(crate) mod suggest;
 #[cfg(test)]
 mod tests;
 mod units;

@@ -95,7 +95,7 @@ fn keys(section: &Section) -> String {
 }
 
 /// The most similar name, if any is similar enough to have been meant.
-pub(super) fn nearest<'a>(written: &str, names: impl Iterator<Item = &'a str>) -> Option<String> {
+pub(crate) fn nearest<'a>(written: &str, names: impl Iterator<Item = &'a str>) -> Option<String> {
     const LONGEST: usize = 64;
     const SIMILAR: f64 = 0.85;
     if written.len() > LONGEST {

@@ -7,6 +7,7 @@ pub mod schema;
 pub mod sensitivity;
 pub mod solve;
 pub mod sweep;
+pub mod sweep_plan;
 
 use std::path::Path;
 

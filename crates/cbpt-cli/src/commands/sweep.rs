@@ -1,19 +1,15 @@
 //! `cbpt sweep`: elastic angle over grids of torque, preload and input angle.
 
-use std::io::IsTerminal;
-use std::thread;
-use std::time::Duration;
-
 use cbpt_core::Load;
 use cbpt_core::predict::loads::{Effects, LoadOutcome, solve_loads};
-use cbpt_core::sweep::{Progress, Row, solve_all};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use cbpt_core::sweep::solve_all;
 use serde_json::{Value, json};
 
-use super::{CaseEffects, Units, missing};
+use super::{CaseEffects, Units, missing, sweep_plan};
 use crate::args::Sweep;
 use crate::case::Case;
 use crate::exit::{Exit, Failure};
+use crate::progress::with_progress_bar;
 use crate::report::{Report, Table, number, object};
 
 /// More rows than this are for a file, not for a screen.
@@ -23,8 +19,16 @@ const MOST_ROWS: usize = 2_000_000;
 
 /// Runs the verb.
 pub fn run(verb: &Sweep) -> Result<Exit, Failure> {
+    if sweep_plan::is_plan(&verb.path) {
+        return sweep_plan::run(verb);
+    }
     verb.output.check()?;
-    let case = Case::read(&verb.case.path)?;
+    if verb.fresh || verb.chunk_rows.is_some() {
+        let problem =
+            format!("--fresh and --chunk-rows go with a plan, and {} is a case", verb.path.display());
+        return Err(Failure::Usage(problem));
+    }
+    let case = Case::read(&verb.path)?;
     let effects = CaseEffects::of(&case);
     let torques = axis(verb.torque_Nm.as_deref(), case.load.torque_Nm, "--torque-Nm", "torque_Nm")?;
     let preloads = match (verb.preload_N.as_deref(), case.load.preload_N) {
@@ -56,10 +60,9 @@ pub fn run(verb: &Sweep) -> Result<Exit, Failure> {
         }
     }
     let none = Effects { effects: &[], values: &[] };
-    let solved = with_progress_bar(loads.len(), |progress| match (&effects, case.drive()) {
-        (None, Some(drive)) => {
-            Ok(solve_all(drive, &loads, progress).map(|rows| rows.iter().map(bare).collect()))
-        }
+    let solved = with_progress_bar(0, loads.len() as u64, |progress| match (&effects, case.drive()) {
+        (None, Some(drive)) => Ok(solve_all(drive, &loads, progress)
+            .map(|rows| rows.into_iter().map(LoadOutcome::of_mesh).collect())),
         (effects, _) => {
             let effects = effects.as_ref().map_or(none, CaseEffects::core);
             solve_loads(&case.reducer, effects, &loads, progress)
@@ -69,12 +72,6 @@ pub fn run(verb: &Sweep) -> Result<Exit, Failure> {
     let any = solved.iter().any(|outcome| outcome.status.has_solution());
     report(&loads, &solved, case.drive().is_some(), &Units::from(&verb.output)).deliver(&verb.output)?;
     Ok(if any { Exit::Success } else { Exit::NoSolution })
-}
-
-/// Without effects the instrument shows the meshing points' angle.
-fn bare((status, angles): &Row) -> LoadOutcome {
-    let angle_rad = angles.map_or(f64::NAN, |angles| angles.elastic_angle_rad());
-    LoadOutcome { status: *status, angle_rad, mesh: *angles }
 }
 
 /// What a sweep has to say.
@@ -164,35 +161,6 @@ fn axis(flag: Option<&str>, default: Option<f64>, name: &str, key: &str) -> Resu
         }
     }
     Ok(values)
-}
-
-/// Runs `work` and shows a progress bar on a terminal once it has taken a second.
-fn with_progress_bar<T: Send>(total: usize, work: impl FnOnce(&Progress) -> T + Send) -> T {
-    let progress = Progress::default();
-    if !std::io::stderr().is_terminal() {
-        return work(&progress);
-    }
-    thread::scope(|scope| {
-        let worker = scope.spawn(|| work(&progress));
-        let bar = ProgressBar::with_draw_target(Some(total as u64), ProgressDrawTarget::hidden());
-        if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} {per_sec} left {eta}") {
-            bar.set_style(style);
-        }
-        let mut ticks = 0_u32;
-        while !worker.is_finished() {
-            thread::sleep(Duration::from_millis(50));
-            ticks += 1;
-            if ticks == 20 {
-                bar.set_draw_target(ProgressDrawTarget::stderr());
-            }
-            bar.set_position(progress.done() as u64);
-        }
-        bar.finish_and_clear();
-        match worker.join() {
-            Ok(result) => result,
-            Err(panic) => std::panic::resume_unwind(panic),
-        }
-    })
 }
 
 #[cfg(test)]

@@ -13,7 +13,7 @@ use crate::geometry::undercut::undercuts;
 use crate::pair::MeshingPoints;
 use crate::reducer::Reducer;
 use crate::status::Status;
-use crate::sweep::Progress;
+use crate::sweep::{Progress, Row};
 use crate::transmission::{Angles, Solution};
 
 /// Loads that are predicted together.
@@ -37,6 +37,14 @@ pub struct LoadOutcome {
     pub angle_rad: f64,
     /// Of the meshing points alone; `None` where there is no solution.
     pub mesh: Option<Angles>,
+}
+
+impl LoadOutcome {
+    /// Without effects the instrument shows the meshing points' angle.
+    pub fn of_mesh((status, mesh): Row) -> Self {
+        let angle_rad = mesh.map_or(f64::NAN, |angles| angles.elastic_angle_rad());
+        Self { status, angle_rad, mesh }
+    }
 }
 
 /// A load in full.

@@ -1,0 +1,225 @@
+//! A CSV file that grows chunk by chunk, and is taken up again after a kill at any moment.
+//!
+//! Beside `result.csv` stands `result.csv.sweep`, a record of the plan, of the rows that are done and of the length of the
+//! file up to them. A chunk is written and flushed to the disk before the record says so, and the record is replaced whole;
+//! so what the record says is there, and what is there beyond it is cut off when the sweep goes on.
+
+use std::fs::{self, File, TryLockError};
+use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use serde_json::{Value, json};
+
+use super::{Plan, sha256};
+use crate::exit::Failure;
+
+/// An output with what is done of it.
+#[derive(Debug)]
+pub struct CsvOutput {
+    path: PathBuf,
+    file: File,
+    plan: Value,
+    rows: u64,
+    done: u64,
+    bytes: u64,
+    tail: String,
+}
+
+/// So much of the end of the file is checked before it is gone on with.
+const TAIL: u64 = 1 << 16;
+
+impl CsvOutput {
+    /// Opens the output of a plan where it stands, or begins it; `fresh` begins it anew, whatever is there.
+    ///
+    /// # Errors
+    /// An output of another plan, or one that another process writes, or that is not what its record says; and a file that
+    /// cannot be written.
+    pub fn open(plan: &Plan, path: &Path, fresh: bool) -> Result<Self, Failure> {
+        let there = fs::symlink_metadata(path).is_ok();
+        let record = if fresh { None } else { read_record(path)? };
+        if let Some(record) = &record {
+            same_plan(path, &record["plan"], &plan.record())?;
+        } else if there && !fresh {
+            return Err(Failure::Usage(format!(
+                "{}: the file exists and has no record of a sweep beside it; give another --out, or --fresh to begin anew \
+                 in its place",
+                path.display()
+            )));
+        }
+        let written = |error| Failure::Write { path: path.to_owned(), error };
+        let options = || File::options().read(true).write(true).create(true).truncate(false).open(path);
+        let file = options().map_err(written)?;
+        if let Err(TryLockError::WouldBlock) = file.try_lock() {
+            return Err(Failure::Usage(format!(
+                "{}: another process is writing it; wait for it, or give another --out",
+                path.display()
+            )));
+        }
+        let mut output = Self {
+            path: path.to_owned(),
+            file,
+            plan: plan.record(),
+            rows: plan.rows(),
+            done: 0,
+            bytes: 0,
+            tail: String::new(),
+        };
+        match record.filter(|record| record["bytes"].as_u64().is_some_and(|bytes| bytes > 0)) {
+            Some(record) => output.take_up(&record)?,
+            None => output.begin(plan)?,
+        }
+        Ok(output)
+    }
+
+    /// Rows that are on disk.
+    pub fn done(&self) -> u64 {
+        self.done
+    }
+
+    /// Whether all are.
+    pub fn is_complete(&self) -> bool {
+        self.done >= self.rows
+    }
+
+    fn begin(&mut self, plan: &Plan) -> Result<(), Failure> {
+        self.record()?;
+        self.file.set_len(0).map_err(|error| self.cannot(error))?;
+        self.append(&plan.csv_header(), 0)
+    }
+
+    fn take_up(&mut self, record: &Value) -> Result<(), Failure> {
+        let number = |key: &str| record[key].as_u64().unwrap_or(0);
+        (self.done, self.bytes) = (number("rows_done"), number("bytes"));
+        let length = self.file.metadata().map_err(|error| self.cannot(error))?.len();
+        let changed = |what: &str| {
+            Failure::Usage(format!(
+                "{}: {what}, so it was changed after the sweep wrote it; give another --out, or --fresh to begin anew",
+                self.path.display()
+            ))
+        };
+        if length < self.bytes {
+            return Err(changed(&format!("has {length} bytes where its record says {}", self.bytes)));
+        }
+        let tail = self.read_tail().map_err(|error| self.cannot(error))?;
+        if record["tail_sha256"] != tail {
+            return Err(changed("its last rows are not those that its record says"));
+        }
+        self.tail = tail;
+        self.file.set_len(self.bytes).map_err(|error| self.cannot(error))
+    }
+
+    /// Adds the lines of the next rows, and returns when they are on disk.
+    ///
+    /// # Errors
+    /// Where they cannot be written; what was there before stays, to be taken up again.
+    pub fn append(&mut self, lines: &[u8], rows: u64) -> Result<(), Failure> {
+        let write = |file: &mut File| {
+            file.seek(SeekFrom::Start(self.bytes))?;
+            file.write_all(lines)?;
+            file.sync_data()
+        };
+        write(&mut self.file).map_err(|error| self.cannot(error))?;
+        self.done += rows;
+        self.bytes += lines.len() as u64;
+        self.tail = self.read_tail().map_err(|error| self.cannot(error))?;
+        self.record()
+    }
+
+    /// The sum of the end of the file.
+    fn read_tail(&self) -> io::Result<String> {
+        let mut file = &self.file;
+        let length = self.bytes.min(TAIL);
+        file.seek(SeekFrom::Start(self.bytes - length))?;
+        let mut tail = Vec::new();
+        file.take(length).read_to_end(&mut tail)?;
+        Ok(sha256(tail))
+    }
+
+    /// Puts the record in the place of the one before.
+    fn record(&self) -> Result<(), Failure> {
+        let record = json!({
+            "rows_done": self.done,
+            "bytes": self.bytes,
+            "tail_sha256": self.tail,
+            "plan": self.plan,
+        });
+        let path = record_path(&self.path);
+        let new = with_ending(&path, ".new");
+        let write = || {
+            let mut file = File::create(&new)?;
+            file.write_all(format!("{record:#}\n").as_bytes())?;
+            file.sync_data()?;
+            fs::rename(&new, &path)
+        };
+        write().map_err(|error| Failure::Write { path: path.clone(), error })
+    }
+
+    fn cannot(&self, error: io::Error) -> Failure {
+        Failure::Write { path: self.path.clone(), error }
+    }
+}
+
+/// The record beside an output.
+fn record_path(path: &Path) -> PathBuf {
+    with_ending(path, ".sweep")
+}
+
+fn with_ending(path: &Path, ending: &str) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(ending);
+    name.into()
+}
+
+fn read_record(path: &Path) -> Result<Option<Value>, Failure> {
+    let record = record_path(path);
+    let text = match fs::read(&record) {
+        Ok(text) => text,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(Failure::Usage(format!("{}: cannot be read: {error}", record.display()))),
+    };
+    let found: Option<Value> = serde_json::from_slice(&text).ok();
+    match found.filter(|found| found["plan"].is_object()) {
+        Some(found) => Ok(Some(found)),
+        None => Err(Failure::Usage(format!(
+            "{}: is no record of a sweep; give another --out, or --fresh to begin anew",
+            record.display()
+        ))),
+    }
+}
+
+/// Refuses to go on with the output of another plan, and says what differs.
+///
+/// # Errors
+/// Where the two are not the same.
+pub fn same_plan(path: &Path, there: &Value, wanted: &Value) -> Result<(), Failure> {
+    if there == wanted {
+        return Ok(());
+    }
+    let keys = wanted.as_object().into_iter().flatten().map(|(key, _)| key.as_str());
+    let differing: Vec<String> = keys
+        .filter(|key| there[*key] != wanted[*key])
+        .map(|key| match (&there[key], &wanted[key]) {
+            (Value::String(_), _) if key == "case" => "the case".to_owned(),
+            (Value::Array(there), Value::Array(wanted)) => differing_axes(there, wanted),
+            (there, wanted) => format!("{key} ({there} there, {wanted} here)"),
+        })
+        .collect();
+    Err(Failure::Usage(format!(
+        "{}: holds rows of another plan, which differs in {}; give another --out, or --fresh to begin anew in its place",
+        path.display(),
+        if differing.is_empty() { "its record".to_owned() } else { differing.join(", ") }
+    )))
+}
+
+/// The axes that are not in both, or that have other values.
+fn differing_axes(there: &[Value], wanted: &[Value]) -> String {
+    let mut names: Vec<&str> = Vec::new();
+    for axis in there.iter().chain(wanted) {
+        let name = axis["name"].as_str().unwrap_or_default();
+        let in_both = there.contains(axis) && wanted.contains(axis);
+        if !in_both && !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    if names.is_empty() { "the order of the axes".into() } else { format!("the axes {}", names.join(", ")) }
+}

@@ -1,0 +1,198 @@
+//! Rows of a plan, solved: those that share reducer and effects together, so that loads of one geometry run side by side.
+
+use std::ops::Range;
+
+use cbpt_core::predict::Effect;
+use cbpt_core::predict::loads::{Effects, LoadOutcome, solve_loads};
+use cbpt_core::sweep::{Progress, solve_all};
+use cbpt_core::{Load, Reducer, Status};
+use rayon::prelude::*;
+
+use super::{BLOCK_ROWS, Plan};
+use crate::case::EffectEntry;
+use crate::case::parameter::{ActsOn, Setting};
+
+/// Names of how a row can end, by their codes.
+pub const STATUSES: [&str; 9] = [
+    "ok",
+    "outside_small_displacements",
+    "outside_table",
+    "beyond_hold",
+    "undercut",
+    "indeterminate",
+    "effect_not_finite",
+    "not_converged",
+    INVALID_INPUT,
+];
+
+/// Numbers that each may be, but not together.
+const INVALID_INPUT: &str = "invalid_input";
+
+/// Solved rows, column by column; NaN where a row has no solution.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Rows {
+    /// The numbers of each axis in its unit; of words their places.
+    pub axes: Vec<Vec<f64>>,
+    /// Elastic angle at the output as the instrument shows it, rad.
+    pub elastic_angle_rad: Vec<f64>,
+    /// Part of the deceleration pair, rad.
+    pub alpha_deceleration_rad: Vec<f64>,
+    /// Part of the equal-speed pair that reaches the output, rad.
+    pub alpha_equal_speed_rad: Vec<f64>,
+    /// Largest scaled residual.
+    pub residual: Vec<f64>,
+    /// Preload at which the torque would just slip, N, where the status is `beyond_hold`.
+    pub hold_preload_N: Vec<f64>,
+    /// Place of the status in [`STATUSES`].
+    pub status: Vec<u8>,
+}
+
+impl Rows {
+    fn set(&mut self, row: usize, outcome: &LoadOutcome) {
+        let LoadOutcome { status, angle_rad, mesh } = outcome;
+        let solved = status.has_solution();
+        self.elastic_angle_rad[row] = if solved { *angle_rad } else { f64::NAN };
+        if let Some(mesh) = mesh.filter(|_| solved) {
+            self.alpha_deceleration_rad[row] = mesh.deceleration_rad;
+            self.alpha_equal_speed_rad[row] = mesh.equal_speed_rad;
+            self.residual[row] = mesh.residual;
+        }
+        if let Status::BeyondHold { hold_preload_N } = status {
+            self.hold_preload_N[row] = *hold_preload_N;
+        }
+        self.status[row] = code(status.name());
+    }
+}
+
+fn code(name: &str) -> u8 {
+    let place = STATUSES.iter().position(|known| *known == name);
+    // There are nine.
+    #[allow(clippy::cast_possible_truncation)]
+    place.map_or(u8::MAX, |place| place as u8)
+}
+
+impl Plan {
+    /// The blocks that these rows touch, each as far as it is asked for.
+    pub(super) fn blocks(&self, rows: &Range<u64>) -> Vec<Range<u64>> {
+        let rows = rows.start..rows.end.min(self.rows());
+        let first = rows.start / BLOCK_ROWS;
+        (first..rows.end.div_ceil(BLOCK_ROWS))
+            .map(|block| (block * BLOCK_ROWS).max(rows.start)..((block + 1) * BLOCK_ROWS).min(rows.end))
+            .collect()
+    }
+
+    /// Solves these rows on the threads of the pool it is called in; `None` if it was cancelled.
+    pub fn solve(&self, rows: &Range<u64>, progress: &Progress) -> Option<Rows> {
+        let blocks: Option<Vec<Rows>> =
+            self.blocks(rows).into_par_iter().map(|block| self.solve_block(&block, progress)).collect();
+        let mut blocks = blocks?.into_iter();
+        let mut all = blocks.next()?;
+        for block in blocks {
+            for (all, block) in all.axes.iter_mut().zip(block.axes) {
+                all.extend(block);
+            }
+            all.elastic_angle_rad.extend(block.elastic_angle_rad);
+            all.alpha_deceleration_rad.extend(block.alpha_deceleration_rad);
+            all.alpha_equal_speed_rad.extend(block.alpha_equal_speed_rad);
+            all.residual.extend(block.residual);
+            all.hold_preload_N.extend(block.hold_preload_N);
+            all.status.extend(block.status);
+        }
+        Some(all)
+    }
+
+    /// Solves rows of one block.
+    pub(super) fn solve_block(&self, rows: &Range<u64>, progress: &Progress) -> Option<Rows> {
+        let axes: Vec<Vec<f64>> =
+            (0..self.axes().len()).map(|axis| self.column(axis, rows.clone())).collect();
+        let count = usize::try_from(rows.end - rows.start).ok()?;
+        let mut found = Rows {
+            elastic_angle_rad: vec![f64::NAN; count],
+            alpha_deceleration_rad: vec![f64::NAN; count],
+            alpha_equal_speed_rad: vec![f64::NAN; count],
+            residual: vec![f64::NAN; count],
+            hold_preload_N: vec![f64::NAN; count],
+            status: vec![code(INVALID_INPUT); count],
+            axes,
+        };
+        let groups = self.groups(&found.axes, count);
+        let solved: Vec<Vec<Option<LoadOutcome>>> = groups
+            .par_iter()
+            .map(|group| {
+                let solved =
+                    if progress.is_cancelled() { Vec::new() } else { self.solve_group(&found.axes, group) };
+                progress.add(group.len());
+                solved
+            })
+            .collect();
+        for (group, outcomes) in groups.iter().zip(&solved) {
+            for (row, outcome) in group.iter().zip(outcomes) {
+                if let Some(outcome) = outcome {
+                    found.set(*row, outcome);
+                }
+            }
+        }
+        (!progress.is_cancelled()).then_some(found)
+    }
+
+    /// Rows that share reducer and effects.
+    fn groups(&self, axes: &[Vec<f64>], count: usize) -> Vec<Vec<usize>> {
+        let shared: Vec<&Vec<f64>> = self
+            .axes()
+            .iter()
+            .zip(axes)
+            .filter(|(axis, _)| axis.parameter.acts_on <= ActsOn::Effects)
+            .map(|(_, numbers)| numbers)
+            .collect();
+        let key = |row: usize| shared.iter().map(move |numbers| numbers[row].to_bits());
+        let mut order: Vec<usize> = (0..count).collect();
+        order.sort_by(|&a, &b| key(a).cmp(key(b)));
+        order.chunk_by(|&a, &b| key(a).eq(key(b))).map(<[usize]>::to_vec).collect()
+    }
+
+    /// Solves rows of one reducer with one set of effects; nothing where its numbers cannot be.
+    fn solve_group(&self, axes: &[Vec<f64>], group: &[usize]) -> Vec<Option<LoadOutcome>> {
+        let settings = |row: usize| -> Vec<Setting<'_>> {
+            self.axes().iter().zip(axes).map(|(axis, numbers)| axis.setting(numbers[row])).collect()
+        };
+        let Ok(reducer) = self.reducer(&settings(group[0])) else { return Vec::new() };
+        let loads: Vec<Option<Load>> = group.iter().map(|&row| self.load(axes, row)).collect();
+        let whole: Vec<Load> = loads.iter().flatten().copied().collect();
+        let progress = Progress::default();
+        let outcomes = if let (Some(drive), true) = (reducer.ball_drive(), self.case().effects.is_empty()) {
+            let rows = solve_all(drive, &whole, &progress);
+            rows.map(|rows| rows.into_iter().map(LoadOutcome::of_mesh).collect())
+        } else {
+            let effects: Vec<Effect> = self.case().effects.iter().filter_map(EffectEntry::core).collect();
+            let values = self.variants.numbers(&settings(group[0]));
+            let effects = Effects { effects: &effects, values: &values };
+            solve_loads(&reducer, effects, &whole, &progress).ok().flatten()
+        };
+        let Some(outcomes) = outcomes else { return Vec::new() };
+        let mut outcomes = outcomes.into_iter();
+        loads.iter().map(|load| load.and_then(|_| outcomes.next())).collect()
+    }
+
+    fn reducer(&self, settings: &[Setting<'_>]) -> Result<Reducer, cbpt_core::InvalidInput> {
+        if self.axes().iter().any(|axis| axis.parameter.acts_on == ActsOn::Reducer) {
+            self.variants.reducer(settings)
+        } else {
+            Ok(self.case().reducer.clone())
+        }
+    }
+
+    /// The load of a row.
+    fn load(&self, axes: &[Vec<f64>], row: usize) -> Option<Load> {
+        let of_axis = |acts_on: ActsOn| {
+            let axis = self.axes().iter().position(|axis| axis.parameter.acts_on == acts_on)?;
+            Some(self.axes()[axis].parameter.to_si(axes[axis][row]))
+        };
+        let defaults = &self.case().load;
+        let torque = of_axis(ActsOn::Torque).or(defaults.torque_Nm)?;
+        let angle = of_axis(ActsOn::InputAngle).or(defaults.input_angle_rad).unwrap_or(0.0);
+        match of_axis(ActsOn::Preload).or(defaults.preload_N) {
+            Some(preload) => Load::new(torque, preload, angle).ok(),
+            None => Load::without_preload(torque, angle).ok(),
+        }
+    }
+}

@@ -1,0 +1,24 @@
+"""What the campaign that was read could see and tell apart, for its page."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from cbpt.errors import CbptError
+from cbpt.lab.answer import Diagnosis
+from cbpt.lab.competition import Progress
+from cbpt.lab.isolability import isolability
+
+
+def campaign_isolability(
+    d: Diagnosis, progress: Progress | None = None
+) -> tuple[dict[str, Any] | None, str | None]:
+    """Its document; or None, and why there is none."""
+    u = None
+    if d.readings.u_elastic_angle_arcsec is None:
+        u = d.to_dict()["noise"]["u_estimated_arcsec"]
+    try:
+        found = isolability(d.case, d.readings, u_elastic_angle_arcsec=u, progress=progress)
+    except CbptError as error:
+        return None, str(error)
+    return found.to_dict(), None

@@ -1,0 +1,313 @@
+"""Models of one table as the page shows them: what was fitted, and any further choice of effects.
+
+    stated     the case as it is, without a diagnosis
+    Models     the fits of a diagnosis, each an entry of the document; further ones start from them
+
+All rows of the table are predicted, those too that a diagnosis of a long table did not look at.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
+
+from cbpt._core import Case, Drive, OwnEffect, effect_specs
+from cbpt.errors import InvalidInputError
+from cbpt.lab.answer import Diagnosis, log_total
+from cbpt.lab.assembled import Assembled, Campaign
+from cbpt.lab.competition import Names
+from cbpt.lab.fit import Fit
+from cbpt.lab.fitting import case_with
+from cbpt.lab.holdout import held_out_residual, rms
+from cbpt.lab.library import PRIORS
+from cbpt.lab.own import campaign_of
+from cbpt.lab.parameters import parameters_of
+from cbpt.lab.readings import Readings
+from cbpt.lab.sentence import DISPLAY, name_of, shown
+from cbpt.page.bench import Bench
+from cbpt.page.curves import Curves
+from cbpt.page.plain import finite, numbers
+
+Floats = NDArray[np.float64]
+
+STATED, REFITTED, UNKNOWN = "stated", "refitted", "unknown"
+"""Keys of the models that have no effect of their own."""
+_TELL_TALES = {spec.id: spec.tell_tale for spec in effect_specs()}
+
+
+def key_of(effects: Sequence[str]) -> str:
+    """The key of the model with some effects."""
+    return "+".join(sorted(effects)) or REFITTED
+
+
+def rows_of(
+    key: str, role: str, label: str, effects: Sequence[str], y: Floats, model: Floats
+) -> dict[str, Any]:
+    """What every entry has: the model and the residual row by row, and the error."""
+    residual = y - model
+    solved = np.isfinite(residual)
+    return {
+        "key": key,
+        "role": role,
+        "label": label,
+        "effects": list(effects),
+        "model_arcsec": numbers(model),
+        "residual_arcsec": numbers(residual),
+        "rmse_arcsec": rms(residual[solved]) if solved.any() else None,
+        "held_out_rmse_arcsec": None,
+        "chi2_per_dof": None,
+        "zero_arcsec": None,
+        "parameters": [],
+        "numbers": [],
+        "probability": None,
+        "tell_tale": "",
+        "signature_arcsec": None,
+        "converged": True,
+        "case_text": None,
+    }
+
+
+def stated(case: Case | Drive, readings: Readings) -> tuple[dict[str, Any], Floats, list[str]]:
+    """The case as it is, but for the best zero: its entry, the model row by row, its regimes."""
+    from cbpt.lab.added import predicted
+
+    found = predicted(case, readings)
+    campaign = campaign_of(case, readings, ())
+    model, zero = with_zeros(campaign, found.elastic_angle_arcsec)
+    entry = rows_of(STATED, "stated", "the drive as stated", (), campaign.y_arcsec, model)
+    entry["zero_arcsec"] = finite(zero)
+    return entry, model, [str(name) for name in found.regime]
+
+
+def with_zeros(campaign: Campaign, angle: Floats) -> tuple[Floats, float]:
+    """The model with the zeros that fit best, and the zero where all readings share one."""
+    weight = np.where(np.isfinite(angle), campaign.u_arcsec**-2.0, 0.0)
+    off = np.where(np.isfinite(angle), campaign.y_arcsec - angle, 0.0)
+    # Zeros are columns without overlap: one for all, or one for each run.
+    zero = (campaign.zeros.T @ (weight * off)) / np.maximum(campaign.zeros.T @ weight, 1e-300)
+    return angle + campaign.zeros @ zero, float(zero[0]) if len(zero) == 1 else np.nan
+
+
+class Models:
+    """The models of a diagnosis on all rows of its table. One caller at a time; others wait."""
+
+    def __init__(self, diagnosis: Diagnosis, readings: Readings) -> None:
+        self.diagnosis = diagnosis
+        self.readings = readings
+        c = diagnosis.competition.campaign
+        self.used = np.isin(readings.line, c.readings.line)
+        """Rows that were judged, shape (n,)."""
+        whole = c if self.used.all() else campaign_of(diagnosis.case, readings, ())
+        self._whole = whole
+        self._bench = Bench.of_diagnosis(diagnosis)
+        self._own: tuple[tuple[OwnEffect, ...], Bench | None] = ((), None)
+        self._assembled: dict[int, Assembled] = {}
+        self._lock = threading.Lock()
+        self._stated = self.predicted(self._bench, diagnosis.before)
+        self._curves = Curves(readings)
+
+    # --- entries of the document ---
+
+    def entries(self) -> Iterator[dict[str, Any]]:
+        """What the diagnosis fitted: as stated, refitted, then sets, the most probable first."""
+        d, c = self.diagnosis, self.diagnosis.competition
+        yield self._entry(STATED, "stated", "the drive as stated", (), self._bench, d.before)
+        for names in sorted(c.fits, key=lambda n: (len(n) > 0, -c.log_odds[n])):
+            yield self._of_set(names, self._bench, c.fits[names])
+        if d.verdict.pattern is not None:
+            yield self._of_pattern()
+
+    def _of_set(self, names: Names, bench: Bench, fit: Fit) -> dict[str, Any]:
+        label = " + ".join(name_of(self.diagnosis, n) for n in names) or "numbers refitted"
+        return self._entry(key_of(names), self._role(names, bench), label, names, bench, fit)
+
+    def _entry(
+        self, key: str, role: str, label: str, effects: Sequence[str], bench: Bench, fit: Fit
+    ) -> dict[str, Any]:
+        c = self.diagnosis.competition
+        model = self.predicted(bench, fit)
+        entry = rows_of(key, role, label, effects, self._whole.y_arcsec, model)
+        held = held_out_residual(
+            bench.fitter, bench.fitter.look(fit, bench.noise), self.diagnosis.fold
+        )
+        names = tuple(effects)
+        known = key != STATED and bench is self._bench and names in c.log_odds
+        own = bench.fitter.campaign.own
+        return entry | {
+            "rmse_arcsec": fit.rmse_arcsec if self.used.all() else entry["rmse_arcsec"],
+            "held_out_rmse_arcsec": rms(held),
+            "chi2_per_dof": fit.chi2_per_dof,
+            "zero_arcsec": float(fit.zeros_arcsec[0]) if len(fit.zeros_arcsec) == 1 else None,
+            "parameters": list(_parameters(fit, effects)),
+            "numbers": list(_numbers(fit)),
+            "probability": float(np.exp(c.log_odds[names] - log_total(c))) if known else None,
+            "tell_tale": " ".join(
+                str(own[e].expression) if e in own else _TELL_TALES.get(e, "") for e in effects
+            ),
+            "signature_arcsec": numbers(model - self._stated) if effects else None,
+            "converged": fit.converged,
+            "case_text": self._case_text(bench, fit) if effects else None,
+        }
+
+    def _case_text(self, bench: Bench, fit: Fit) -> str | None:
+        """The case with the effects in it, as `cbpt fit` writes it; None where it cannot."""
+        case = self.diagnosis.case
+        if isinstance(case, Drive):
+            case = Case.from_toml(case.to_toml())
+        try:
+            return case_with(case, bench.fitter, fit).to_toml()
+        except InvalidInputError:  # an effect that is a function of Python
+            return None
+
+    def predicted(self, bench: Bench, fit: Fit) -> Floats:
+        """A fit at every row of the table, with its zeros, shape (n,)."""
+        if self.used.all():
+            return self._whole.y_arcsec - fit.residual_arcsec
+        angle = self._model(bench).at(fit.point.values).angle_arcsec
+        if len(fit.zeros_arcsec) == 1 and self._whole.zeros.shape[1] == 1:
+            return np.asarray(angle + fit.zeros_arcsec[0])
+        return with_zeros(self._whole, angle)[0]
+
+    def _model(self, bench: Bench) -> Assembled:
+        """The model of a bench at every row of the table."""
+        if id(bench) not in self._assembled:
+            c = bench.fitter.campaign
+            whole = replace(self._whole, own=c.own, candidates=c.candidates, effects=c.effects)
+            self._assembled[id(bench)] = Assembled(whole, bench.fitter.effects)
+        return self._assembled[id(bench)]
+
+    def regimes(self) -> list[str]:
+        """Contact regime of each row, of the drive as stated."""
+        fitter = self._bench.fitter
+        model = fitter.model if self.used.all() else self._model(self._bench)
+        return [str(name) for name in model.regimes(model.neutral)]
+
+    def _role(self, names: Names, bench: Bench) -> str:
+        v = self.diagnosis.verdict
+        if not names:
+            return "refitted"
+        if set(names) & {v.effect for v in bench.fitter.campaign.candidates}:
+            return "own"
+        if names == v.names:
+            return "answer"
+        rivals = {effect for group in v.rivals for effect in group}
+        return "rival" if len(names) == 1 and names[0] in rivals else "candidate"
+
+    def _of_pattern(self) -> dict[str, Any]:
+        """What is left without a name, followed as closely as it can be; no model of it."""
+        d = self.diagnosis
+        pattern = d.verdict.pattern
+        assert pattern is not None
+        model = np.full(len(self.readings), np.nan)
+        residual = pattern.problem.residual(pattern.amplitude, pattern.noise)
+        model[self.used] = d.competition.campaign.y_arcsec - residual
+        label = f"any function of {' and '.join(pattern.columns)}"
+        entry = rows_of(UNKNOWN, "unknown", label, (), self._whole.y_arcsec, model)
+        return entry | {
+            "held_out_rmse_arcsec": d.ladder[-1].held_out_rmse_arcsec,
+            "chi2_per_dof": d.ladder[-1].chi2_per_dof,
+            "probability": d.verdict.probability if d.verdict.kind == "unknown" else None,
+            "signature_arcsec": numbers(model - self._stated),
+        }
+
+    # --- further choices ---
+
+    def choice(self, effects: Sequence[str]) -> dict[str, Any]:
+        """The model with these effects, fitted now where nobody has: `model`, its lines in the
+        order of `curves`, and the ladder that leads to it in the order given.
+
+        Raises `InvalidInputError` for an effect that is not known or cannot be seen in this table.
+        """
+        wanted = list(dict.fromkeys(effects))
+        with self._lock, threadpool_limits(1, user_api="blas"):
+            bench = self._bench_for(wanted)
+            entry = self._of_set(tuple(sorted(wanted)), bench, bench.fit(wanted))
+            return {
+                "model": entry,
+                "curves": self._curves.of(self.predicted(bench, bench.fit(wanted))),
+                "ladder": [self._rung(bench, wanted[:n]) for n in range(len(wanted) + 1)],
+            }
+
+    def add_own(self, effect: OwnEffect) -> None:
+        """An effect of the user's own, in place of an earlier one of its id.
+
+        Raises `InvalidInputError` where it cannot be fitted or has the id of another effect.
+        """
+        taken = {v.effect for v in self._bench.fitter.variants}
+        if effect.id in taken | {STATED, REFITTED, UNKNOWN}:
+            raise InvalidInputError(f"{effect.id}: an effect of the library has this id")
+        own = (*(e for e in self._own[0] if e.id != effect.id), effect)
+        with self._lock, threadpool_limits(1, user_api="blas"):
+            bench = self._bench.with_own(self.diagnosis, own)
+            self._assembled.clear()
+            self._own = own, bench
+
+    @property
+    def own(self) -> tuple[OwnEffect, ...]:
+        """The user's own effects so far."""
+        return self._own[0]
+
+    def _bench_for(self, effects: list[str]) -> Bench:
+        own, bench = self._own
+        if bench is None or not {e.id for e in own} & set(effects):
+            return self._bench
+        named = tuple(sorted(set(effects) - {e.id for e in own}))
+        if named not in bench.fits:
+            self._bench.fit(named)
+            bench.adopt(named, self._bench)
+        return bench
+
+    def _rung(self, bench: Bench, effects: Sequence[str]) -> dict[str, Any]:
+        """One step of the ladder."""
+        fit = bench.fit(effects)
+        look = bench.fitter.look(fit, bench.noise)
+        held = held_out_residual(bench.fitter, look, self.diagnosis.fold)
+        return {
+            "added": effects[-1] if effects else "",
+            "label": effects[-1] if effects else "numbers refitted",
+            "key": key_of(effects),
+            "effects": list(effects),
+            "in_sample_arcsec": fit.rmse_arcsec,
+            "held_out_arcsec": rms(held),
+            "chi2_per_dof": fit.chi2_per_dof,
+        }
+
+
+def _parameters(fit: Fit, effects: Sequence[str]) -> Iterator[dict[str, Any]]:
+    """In the unit that people read, with the SI value beside it."""
+    for effect in effects:
+        for name, p in parameters_of(fit, effect).items():
+            label, size = DISPLAY.get((effect, name), (name, 1.0))
+            yield {
+                "effect": effect,
+                "name": label,
+                "value": p["value"] / size,
+                "u": None if p["u"] is None else p["u"] / size,
+                "unit": p["unit"] if size == 1.0 else "",
+                "value_SI": p["value"],
+                "name_SI": name,
+                "at_bound": p["at_bound"],
+                "why_no_u": p.get("why_no_u"),
+                "text": shown(effect, name, p["value"], p["u"], p["unit"]),
+            }
+
+
+def _numbers(fit: Fit) -> Iterator[dict[str, Any]]:
+    """Numbers of drive and rig, which move within their stated uncertainties."""
+    for u in fit.unknowns:
+        if u.name in PRIORS and np.isfinite(u.sd):
+            value = fit.value(u)
+            yield {
+                "number": u.name,
+                "stated": u.mean,
+                "prior": u.sd,
+                "value": value,
+                "u": fit.u(u),
+                "shift_sigma": (value - u.mean) / u.sd,
+            }

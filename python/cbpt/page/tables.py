@@ -1,0 +1,43 @@
+"""The readings with a model beside them as CSV, safe to open in a spreadsheet."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping
+from typing import Any
+
+_COLUMNS = (
+    "run",
+    "time_s",
+    "torque_Nm",
+    "preload_N",
+    "preload_step",
+    "input_angle_deg",
+    "temperature_degC",
+    "cycle",
+    "branch",
+    "measured_arcsec",
+    "u_arcsec",
+)
+
+
+def csv_of(document: Mapping[str, Any], entry: Mapping[str, Any]) -> str:
+    """A row a reading: what was read, the model, the residual."""
+    readings, place = document["readings"], document["data"]["place"]
+    columns = {place: readings["row"]}
+    columns |= {name: readings[name] for name in _COLUMNS if readings[name] is not None}
+    columns["model_arcsec"] = entry["model_arcsec"]
+    columns["residual_arcsec"] = entry["residual_arcsec"]
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows([cell(v) for v in row] for row in zip(*columns.values(), strict=True))
+    return text.getvalue()
+
+
+def cell(value: Any) -> Any:
+    """What a spreadsheet takes for a value, never for a formula."""
+    if isinstance(value, str) and value[:1] in ("=", "+", "-", "@", "\t", "\r"):
+        return f"'{value}"
+    return value

@@ -1,0 +1,116 @@
+/** The bar that stays in sight: a switch for each likely effect, and what is left of the error. */
+
+import { byId, el, fill, svg } from "./dom.js";
+import { theme } from "./figure.js";
+import { canSwitch, isOn, show, toggle } from "./models.js";
+import { fixed } from "./numbers.js";
+import { documentShown, modelOf, modelShown, on, scale, state } from "./store.js";
+
+/** As many as stand beside the gauge in one line. */
+function mostSwitches() {
+  return innerWidth > 1500 ? 5 : 3;
+}
+
+export function setUpBar() {
+  on(["document", "models", "model", "unit"], draw);
+}
+
+function draw() {
+  const bar = byId("model-bar");
+  const whole = documentShown();
+  bar.hidden = false;
+  const focused = document.activeElement?.closest(".model-bar [data-effect]")?.getAttribute(
+    "data-effect",
+  );
+  fill(
+    bar,
+    el(
+      "div",
+      { class: "switches", role: "group", "aria-label": "Effects in the model" },
+      offered().map(switchOf),
+    ),
+    whole.models.length > 1 && el(
+      "button",
+      {
+        type: "button",
+        class: "text small",
+        onclick: () => show([]),
+        disabled: state.model === "stated",
+      },
+      "as stated",
+    ),
+    gauge(),
+  );
+  if (focused) {
+    const again = bar.querySelector(`[data-effect="${CSS.escape(focused)}"]`);
+    if (again instanceof HTMLElement) again.focus();
+  }
+}
+
+/** The effects of the answer and of what is shown, then the likeliest. */
+function offered() {
+  const whole = documentShown();
+  const known = whole.candidates.filter((c) => canSwitch(c.effect));
+  const first = [
+    ...(whole.answer?.verdict.effects ?? []),
+    ...modelShown().effects,
+    ...known.filter((c) => c.in_answer || c.is_rival).map((c) => c.effect),
+  ];
+  const rest = known.map((c) => c.effect);
+  const own = whole.models.filter((m) => m.role === "own").flatMap((m) => m.effects);
+  const all = [...new Set([...first, ...own, ...rest])].filter(canSwitch);
+  return all.slice(0, Math.max(mostSwitches(), modelShown().effects.length));
+}
+
+/** @param {string} effect */
+export function switchOf(effect) {
+  return el(
+    "button",
+    {
+      type: "button",
+      class: "switch",
+      role: "switch",
+      "aria-checked": String(isOn(effect)),
+      "data-effect": effect,
+      title: documentShown().candidates.find((c) => c.effect === effect)?.label ?? effect,
+      onclick: () => toggle(effect),
+    },
+    effect.replaceAll("_", " "),
+  );
+}
+
+/** The error of the model shown on a scale from nothing to the error as stated, the noise marked. */
+function gauge() {
+  const whole = documentShown();
+  const m = modelShown();
+  const before = modelOf("stated")?.rmse_arcsec ?? null;
+  const now = m.rmse_arcsec;
+  const floor = whole.noise?.noise_floor_arcsec ?? null;
+  const most = Math.max(before ?? 0, now ?? 0, 1e-9);
+  const width = 110;
+  const t = theme();
+  const x = (/** @type {number} */ v) => 1 + (width - 2) * Math.min(1, v / most);
+  const picture = svg(
+    "svg",
+    { width, height: 22, viewBox: `0 0 ${width} 22`, "aria-hidden": "true" },
+    svg("rect", { x: 1, y: 8, width: width - 2, height: 6, rx: 3, fill: t.faint }),
+    now !== null &&
+      svg("rect", { x: 1, y: 8, width: x(now) - 1, height: 6, rx: 3, fill: t.accent }),
+    floor !== null &&
+      svg("line", { x1: x(floor), x2: x(floor), y1: 3, y2: 19, stroke: t.warn, "stroke-width": 2 }),
+  );
+  const written = (/** @type {number | null} */ v) => (v === null ? "–" : fixed(v * scale(), 2));
+  return el(
+    "div",
+    { class: "gauge", id: "gauge" },
+    picture,
+    el("span", {}, el("b", { id: "rmse" }, written(now)), ` ${state.unit}`),
+    el(
+      "span",
+      { class: "small quiet" },
+      m.held_out_rmse_arcsec !== null &&
+        el("span", {}, `held out ${written(m.held_out_rmse_arcsec)}`),
+      floor !== null && el("span", {}, `noise ${written(floor)}`),
+    ),
+  );
+}

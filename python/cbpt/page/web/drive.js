@@ -1,0 +1,384 @@
+/**
+ * 8. The drive: both pairs to scale, forces as arrows, meshing points by state, sliders, the curve.
+ *
+ * Lengths are mm as the document has them; the drawing's y points up, an SVG's down.
+ */
+
+/** @import { Theme } from "./figure.js" */
+import { isLive, post } from "./api.js";
+import { afterPause, bodyOf, el, fill, svg, table, trouble } from "./dom.js";
+import { pairDrawing, sectionDrawing } from "./drawing.js";
+import { Figure, saveDrawing, theme } from "./figure.js";
+import { fixed, plain, text } from "./numbers.js";
+import { documentShown, inUnit, on, scale, state } from "./store.js";
+
+/** @typedef {any} Section what `python/cbpt/page/drive.py` makes */
+
+/** @type {Section | null} */
+let shown = null;
+/** @type {Record<string, number>} */
+let load = {};
+/** @type {Record<string, number>} */
+let design = {};
+let pairShown = 0;
+/** @type {Figure} */
+let figure;
+/** @type {HTMLElement} */
+let pictures;
+/** @type {HTMLElement} */
+let side;
+/** @type {HTMLElement} */
+let below;
+
+export function setUpDrive() {
+  pictures = el("div", { class: "card stack" });
+  side = el("div", { class: "card stack" });
+  const plot = el("div", { id: "drive-curve" });
+  below = el("div", { class: "grid" });
+  const curve = el(
+    "div",
+    { class: "card" },
+    el("h3", {}, "Elastic angle over torque, without effects"),
+    plot,
+  );
+  fill(
+    bodyOf("drive"),
+    el("div", { class: "grid two" }, pictures, el("div", { class: "grid" }, side, curve, below)),
+  );
+  figure = new Figure(plot, "drive_angle", "Elastic angle of the drive over torque", build, {
+    height: 270,
+  });
+  plot.append(el("div", { class: "under" }, el("span"), figure.save));
+  on(["document"], () => {
+    shown = documentShown().drive;
+    load = {};
+    design = {};
+    drawSliders();
+    draw();
+  });
+  on(["unit"], draw);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => shown && draw());
+}
+
+function draw() {
+  figure.draw();
+  drawPictures();
+  drawFacts();
+}
+
+const ask = afterPause(40, async () => {
+  try {
+    shown = await post("drive", { load, design });
+    trouble(null);
+    draw();
+  } catch (error) {
+    trouble(error instanceof Error ? error.message : String(error));
+  }
+});
+
+function drawSliders() {
+  if (!shown?.sliders || !isLive()) {
+    return fill(
+      side,
+      facts(),
+      isLive() ? null : el(
+        "p",
+        { class: "small quiet no-print" },
+        "In the workbench, sliders for load and design redraw all of this.",
+      ),
+    );
+  }
+  const lists = shown.sliders;
+  /** @param {any} s @param {Record<string, number>} into */
+  const slider = (s, into) => {
+    const written = el("output", {}, `${plain(s.value)} ${s.unit}`);
+    return el(
+      "label",
+      { class: "slider" },
+      el("span", {}, s.label),
+      written,
+      el("input", {
+        type: "range",
+        min: s.min,
+        max: s.max,
+        step: s.step,
+        value: s.value,
+        "data-key": s.key,
+        oninput: (e) => {
+          into[s.key] = Number(e.target.value);
+          written.textContent = `${plain(into[s.key])} ${s.unit}`;
+          ask();
+        },
+      }),
+    );
+  };
+  fill(
+    side,
+    facts(),
+    el("h3", {}, "Load"),
+    el("div", { class: "sliders" }, lists.load.map((/** @type {any} */ s) => slider(s, load))),
+    el(
+      "details",
+      {},
+      el("summary", {}, "Design numbers"),
+      el(
+        "div",
+        { class: "sliders" },
+        lists.design.map((/** @type {any} */ s) => slider(s, design)),
+      ),
+    ),
+    el("button", {
+      type: "button",
+      onclick:
+        () => ((load = {}), (design = {}), (shown = documentShown().drive), drawSliders(), draw()),
+    }, "As in the case"),
+  );
+}
+
+function facts() {
+  return el("dl", { class: "facts", id: "drive-facts" });
+}
+
+function drawFacts() {
+  const place = side.querySelector("#drive-facts");
+  if (!(place instanceof HTMLElement) || !shown?.solution) return;
+  const s = shown.solution, k = scale();
+  /** @param {string} name @param {string} value @param {string} more */
+  const fact = (name, value, more) =>
+    el("div", {}, el("dt", {}, name), el("dd", {}, value, " ", el("small", {}, more)));
+  const angle = (/** @type {number | null} */ v) => (v === null ? "–" : fixed(v * k, 2));
+  fill(
+    place,
+    fact(
+      "Elastic angle",
+      angle(s.elastic_angle_arcsec),
+      s.status === "ok" ? state.unit : s.message,
+    ),
+    fact(
+      "of it deceleration / equal speed",
+      `${angle(s.deceleration_arcsec)} / ${angle(s.equal_speed_arcsec)}`,
+      state.unit,
+    ),
+    fact("Stiffness", text(s.torsional_stiffness_Nm_per_arcsec, 3), "N m / arcsec"),
+    fact(
+      "Load",
+      `${plain(shown.load.torque_Nm)} N m`,
+      [
+        shown.load.preload_N !== null && `${plain(shown.load.preload_N)} N preload`,
+        `${plain(shown.load.input_angle_deg)}° input`,
+      ].filter(Boolean).join(", "),
+    ),
+  );
+  const t = shown.thresholds;
+  const size = (/** @type {number | null} */ v) => (v === null ? "none does" : `${text(v, 4)} N`);
+  fill(
+    below,
+    el(
+      "div",
+      { class: "card" },
+      el("h3", {}, t ? `Preload that ${plain(Math.abs(t.torque_Nm))} N m needs` : "Thresholds"),
+      t
+        ? table(
+          "Thresholds",
+          ["", { text: "to hold", number: true }, { text: "continuous", number: true }, {
+            text: "zero backlash",
+            number: true,
+          }],
+          ["drive", "deceleration", "equal_speed"].map((
+            key,
+          ) => [
+            key.replace("_", " "),
+            size(t[key].hold_N),
+            size(t[key].continuous_N),
+            size(t[key].zero_backlash_N),
+          ]),
+        )
+        : el(
+          "p",
+          { class: "quiet" },
+          shown.why_no_drawing ?? "A preload is needed from the first torque on.",
+        ),
+    ),
+    el(
+      "div",
+      { class: "card" },
+      el("h3", {}, "Design findings"),
+      shown.findings?.length
+        ? el(
+          "ul",
+          { class: "plain" },
+          shown.findings.map((/** @type {any} */ f) =>
+            el(
+              "li",
+              {},
+              el("span", { class: `tag ${f.severity === "error" ? "rival" : ""}` }, f.severity),
+              ` ${f.message}. `,
+              el("span", { class: "quiet" }, f.remedy),
+            )
+          ),
+        )
+        : el(
+          "p",
+          { class: "quiet" },
+          shown.drawing
+            ? "No undercut, missing wall, touching balls or excessive pressure."
+            : "None are looked for in a torsion spring.",
+        ),
+    ),
+  );
+}
+
+function drawPictures() {
+  if (!shown?.drawing) {
+    return fill(
+      pictures,
+      el(
+        "p",
+        { class: "quiet" },
+        shown?.why_no_drawing ?? documentShown().reasons.drive ?? "There is no drawing.",
+      ),
+    );
+  }
+  const pairs = shown.drawing.pairs;
+  const t = theme();
+  const names = pairs.map((/** @type {any} */ p) => p.title);
+  const pair = pairs[pairShown] ?? pairs[0];
+  const drawing = pairDrawing(pair, t);
+  const section = sectionDrawing(pair, t);
+  fill(
+    pictures,
+    el(
+      "div",
+      { class: "row no-print", role: "group", "aria-label": "Pair shown" },
+      pairs.map((/** @type {any} */ _, /** @type {number} */ k) =>
+        el("button", {
+          type: "button",
+          class: "tab",
+          "aria-pressed": String(k === pairShown),
+          onclick: () => ((pairShown = k), drawPictures()),
+        }, names[k])
+      ),
+    ),
+    el("div", { class: "drawing", id: "drawing" }, drawing),
+    el(
+      "div",
+      { class: "legend" },
+      key(t.accent, "pressed, carries the torque", "dot"),
+      key(t.quiet, "pressed by the preload alone", "dot"),
+      key(t.warn, "parted", "ring"),
+      el(
+        "span",
+        { class: "key" },
+        `arrow: force on the output's plate${
+          pair.arrow_mm_per_N ? `, longest ${text(longest(pair), 3)} N in plane` : ""
+        }`,
+      ),
+    ),
+    el(
+      "div",
+      { class: "grid halves" },
+      el("div", { class: "drawing small-drawing" }, section),
+      el(
+        "dl",
+        { class: "facts" },
+        [[
+          "Meshing points that carry",
+          pair.carrying === null ? "–" : `${pair.carrying} of ${pair.points.length / 2}`,
+        ], [
+          "Largest contact pressure",
+          pair.peak_pressure_GPa === null ? "–" : `${text(pair.peak_pressure_GPa, 3)} GPa`,
+        ], [
+          "Angle of this pair",
+          pair.angle_arcsec === null
+            ? "–"
+            : `${fixed(pair.angle_arcsec * scale(), 2)} ${state.unit}`,
+        ]].map(([a, b]) => el("div", {}, el("dt", {}, a), el("dd", {}, b))),
+      ),
+    ),
+    el(
+      "div",
+      { class: "no-print" },
+      el("button", {
+        type: "button",
+        class: "text small",
+        onclick: () => saveDrawing(drawing, pair.pair),
+      }, "SVG of the pair"),
+      el("button", {
+        type: "button",
+        class: "text small",
+        onclick: () => saveDrawing(section, `${pair.pair}_section`),
+      }, "SVG of the cut"),
+    ),
+  );
+}
+
+/** @param {string} colour @param {string} name @param {string} kind */
+function key(colour, name, kind) {
+  return el(
+    "span",
+    { class: "key" },
+    svg(
+      "svg",
+      { width: 12, height: 12, "aria-hidden": "true" },
+      svg("circle", {
+        cx: 6,
+        cy: 6,
+        r: 4,
+        fill: kind === "dot" ? colour : "none",
+        stroke: colour,
+        "stroke-width": 1.6,
+      }),
+    ),
+    name,
+  );
+}
+
+/** @param {any} pair */
+function longest(pair) {
+  return Math.max(0, ...pair.arrows.map((/** @type {any} */ a) => a.force_N));
+}
+
+/** @param {Theme} t */
+function build(t) {
+  const c = shown?.angle_curve;
+  if (!c) return null;
+  const line = (
+    /** @type {string} */ name,
+    /** @type {(number | null)[]} */ y,
+    /** @type {string} */ colour,
+    /** @type {string} */ dash,
+    /** @type {number} */ width,
+  ) => ({
+    type: "scatter",
+    mode: "lines",
+    name,
+    x: c.torque_Nm,
+    y: inUnit(y),
+    line: { color: colour, dash, width },
+    hovertemplate: `%{x:.3g} N m: %{y:.2f} ${state.unit}<extra>${name}</extra>`,
+  });
+  const s = shown.solution;
+  return {
+    data: [
+      line("deceleration pair", c.deceleration_arcsec, t.warn, "dash", 1.4),
+      line("equal-speed pair", c.equal_speed_arcsec, t.quiet, "dot", 1.6),
+      line("elastic angle", c.elastic_angle_arcsec, t.accent, "solid", 2.4),
+      {
+        type: "scatter",
+        mode: "markers",
+        name: "this load",
+        x: [shown.load.torque_Nm],
+        y: inUnit([s.elastic_angle_arcsec]),
+        marker: { size: 10, color: t.ink },
+        hovertemplate: `%{x:.3g} N m: %{y:.2f} ${state.unit}<extra>this load</extra>`,
+      },
+    ].filter((l) => l.y.some((v) => v !== null)),
+    layout: {
+      showlegend: true,
+      legend: { orientation: "h", y: 1.14, font: { size: 11 } },
+      margin: { l: 58, r: 12, t: 10, b: 44 },
+      xaxis: { title: "torque (N m)" },
+      yaxis: { title: `angle (${state.unit})` },
+    },
+  };
+}

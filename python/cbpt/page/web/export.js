@@ -1,0 +1,133 @@
+/** 9. Export: the answer's JSON, the readings as CSV, the case file, plots, the command line. */
+
+import { isLive } from "./api.js";
+import { announce, bodyOf, el, fill } from "./dom.js";
+import { saveFile } from "./figure.js";
+import { caseWith } from "./casefile.js";
+import { documentShown, modelShown, on } from "./store.js";
+
+export function setUpExport() {
+  on(["document", "model"], draw);
+}
+
+function draw() {
+  const whole = documentShown();
+  const base = whole.data.name.replace(/\.[^.]*$/, "").replace(/[^\w.-]+/g, "_") || "readings";
+  const m = modelShown();
+  /** @param {string} id @param {string} name @param {() => void} act @param {string} what */
+  const button = (id, name, act, what) =>
+    el("button", { type: "button", id, title: what, onclick: act }, name);
+  fill(
+    bodyOf("export"),
+    el(
+      "div",
+      { class: "card stack" },
+      el(
+        "div",
+        { class: "row no-print" },
+        whole.answer &&
+          button(
+            "save-answer",
+            "Answer (JSON)",
+            () =>
+              saveFile(
+                `${base}_answer.json`,
+                JSON.stringify(whole.answer, null, 1),
+                "application/json",
+              ),
+            "what cbpt diagnose --json writes",
+          ),
+        button(
+          "save-json",
+          "Page (JSON)",
+          () => saveFile(`${base}_page.json`, JSON.stringify(whole), "application/json"),
+          "every number on this page",
+        ),
+        button(
+          "save-csv",
+          "Readings (CSV)",
+          () => saveFile(`${base}_readings.csv`, csv(), "text/csv"),
+          "with model and residual of the model shown",
+        ),
+        button(
+          "save-case",
+          "Case file (TOML)",
+          () => saveFile(`${base}_case.toml`, caseWith(whole, m), "application/toml"),
+          "with the effects of the model shown",
+        ),
+        el("button", { type: "button", id: "print", onclick: () => print() }, "Print"),
+      ),
+      el(
+        "p",
+        { class: "small quiet" },
+        `Readings and case are those of the model shown (${m.label}). Every plot has its own SVG button.${
+          isLive() ? "" : " The document is inside this file."
+        }`,
+      ),
+      el("h4", {}, "The same from a command line"),
+      el(
+        "div",
+        { class: "stack" },
+        el("pre", { id: "command" }, whole.command),
+        el(
+          "button",
+          { type: "button", class: "no-print", onclick: () => copy(whole.command) },
+          "Copy",
+        ),
+      ),
+      el(
+        "details",
+        {},
+        el("summary", {}, "Case file with the effects of the model shown"),
+        el("pre", { id: "case-text" }, caseWith(whole, m)),
+      ),
+    ),
+  );
+}
+
+/** @param {string} words */
+async function copy(words) {
+  try {
+    await navigator.clipboard.writeText(words);
+    announce("Copied");
+  } catch {
+    announce("The browser does not let this page copy; mark the text instead.");
+  }
+}
+
+/** A row a reading, with the model shown beside it. */
+function csv() {
+  const whole = documentShown();
+  const r = whole.readings;
+  const m = modelShown();
+  /** @type {[string, readonly unknown[] | null][]} */
+  const columns = [
+    [whole.data.place, r.row],
+    ["run", r.run],
+    ["time_s", r.time_s],
+    ["torque_Nm", r.torque_Nm],
+    ["preload_N", r.preload_N],
+    ["input_angle_deg", r.input_angle_deg],
+    ["temperature_degC", r.temperature_degC],
+    ["cycle", r.cycle],
+    ["direction", r.branch],
+    ["elastic_angle_arcsec", r.measured_arcsec],
+    ["u_elastic_angle_arcsec", r.u_arcsec],
+    ["model_arcsec", m.model_arcsec],
+    ["residual_arcsec", m.residual_arcsec],
+    ["contacts", r.regime.map((k) => (k === null ? "" : whole.regimes[k]))],
+  ];
+  const there = columns.filter(([, values]) => values !== null);
+  const lines = [there.map(([name]) => name).join(",")];
+  r.row.forEach((_, i) => lines.push(there.map(([, values]) => cell(values?.[i])).join(",")));
+  return `${lines.join("\n")}\n`;
+}
+
+/** A cell that a spreadsheet takes for a value, never for a formula. @param {unknown} value */
+export function cell(value) {
+  if (value === null || value === undefined) return "";
+  if (typeof value === "number") return String(value);
+  let words = String(value);
+  if (/^[=+\-@\t\r]/.test(words) && !Number.isFinite(Number(words))) words = `'${words}`;
+  return /[",\n\r]/.test(words) ? `"${words.replaceAll('"', '""')}"` : words;
+}

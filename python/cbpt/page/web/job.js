@@ -1,0 +1,111 @@
+/**
+ * The diagnosis under way, in the workbench: it begins with the readings, tells how far it is, and
+ * can be stopped. The readings stand beside the drive as stated meanwhile.
+ */
+
+import { get, isLive, post } from "./api.js";
+import { announce, byId, el, fill, trouble } from "./dom.js";
+import { on, setDocument, state } from "./store.js";
+
+const PAUSE_MS = 150;
+
+export function setUpJob() {
+  if (isLive()) on(["document"], look);
+}
+
+/** @param {unknown} error */
+function told(error) {
+  trouble(error instanceof Error ? error.message : String(error));
+}
+
+/** Whether the readings shown wait for an answer. */
+function open() {
+  return state.document !== null && state.document.answer === null;
+}
+
+let following = false;
+
+/** A new document: begin, or go on with what has begun. */
+async function look() {
+  byId("job").hidden = !open();
+  if (!open() || following) return;
+  try {
+    const job = await get("job");
+    if (job.state === "idle") await begin();
+    else if (job.state === "running" || job.state === "done") await follow();
+    else offer();
+  } catch (error) {
+    told(error);
+  }
+}
+
+/** A button where nothing is under way. */
+function offer() {
+  fill(
+    byId("job"),
+    el(
+      "button",
+      { type: "button", class: "main", id: "diagnose", onclick: () => begin().catch(told) },
+      "Which effect is missing?",
+    ),
+    el(
+      "span",
+      { class: "small quiet" },
+      "Weighs every effect of the library against the readings; takes some seconds.",
+    ),
+  );
+}
+
+async function begin() {
+  await post("diagnose", {});
+  await follow();
+}
+
+/** Ask until it has ended. */
+async function follow() {
+  if (following) return;
+  following = true;
+  const of = state.document?.data.sha256;
+  try {
+    let job = await get("job");
+    for (; job.state === "running"; job = await get("job")) {
+      show(job);
+      await new Promise((done) => setTimeout(done, PAUSE_MS));
+    }
+    following = false;
+    // Other files may have taken the place of those that were diagnosed.
+    if (state.document?.data.sha256 !== of) return look();
+    if (job.state === "done") {
+      setDocument(await get("document"));
+      announce("The diagnosis is done.");
+      return;
+    }
+    if (job.state === "failed") trouble(job.error);
+    offer();
+  } finally {
+    following = false;
+  }
+}
+
+/** @param {any} job */
+function show(job) {
+  const place = byId("job");
+  place.hidden = false;
+  if (!place.querySelector("progress")) {
+    fill(
+      place,
+      el("span", { id: "job-stage", "aria-live": "polite" }),
+      el("progress", { max: 1, "aria-label": "Diagnosis" }),
+      el(
+        "button",
+        { type: "button", id: "cancel", onclick: () => post("cancel", {}).catch(told) },
+        "Cancel",
+      ),
+    );
+  }
+  const stage = place.querySelector("#job-stage");
+  const words = `${job.stage || "diagnosing"} …`;
+  if (stage && stage.textContent !== words) stage.textContent = words;
+  const bar = place.querySelector("progress");
+  if (bar && job.share > 0) bar.value = job.share;
+}

@@ -1,0 +1,86 @@
+/**
+ * Which effects the model has: switches change it, a report looks it up, the workbench fits it.
+ */
+
+/** @import { Model, Rung } from "./types.d.ts" */
+import { isLive, post } from "./api.js";
+import { announce, trouble } from "./dom.js";
+import { fixed } from "./numbers.js";
+import { documentShown, modelOf, modelShown, scale, setModel, state, tell } from "./store.js";
+
+/** The key of the model with some effects. @param {string[]} effects */
+export function keyOf(effects) {
+  return [...effects].sort().join("+") || "stated";
+}
+
+/** Whether a switch of an effect can do anything. @param {string} effect */
+export function canSwitch(effect) {
+  return isLive() || modelOf(effect) !== undefined ||
+    documentShown().models.some((m) => m.effects.includes(effect));
+}
+
+/** Whether an effect is in the model shown. @param {string} effect */
+export function isOn(effect) {
+  return modelShown().effects.includes(effect);
+}
+
+let latest = 0;
+
+/** One effect on or off. @param {string} effect */
+export function toggle(effect) {
+  const now = modelShown().effects;
+  return show(now.includes(effect) ? now.filter((e) => e !== effect) : [...now, effect], effect);
+}
+
+/**
+ * Show the model with some effects.
+ * @param {string[]} effects
+ * @param {string} [asked] the effect whose switch was used
+ */
+export async function show(effects, asked) {
+  const mine = ++latest;
+  const key = keyOf(effects);
+  trouble(null);
+  if (!modelOf(key)) {
+    if (!isLive()) {
+      const alone = asked && effects.includes(asked) ? asked : "stated";
+      setModel(modelOf(alone) ? alone : "stated");
+      announce(
+        `${told()} A report holds only what the diagnosis fitted; the workbench fits any combination.`,
+      );
+      return;
+    }
+    try {
+      const found = await post("model", { effects });
+      if (found.model) take(found);
+    } catch (error) {
+      trouble(error instanceof Error ? error.message : String(error));
+      tell("model");
+      return;
+    }
+    if (mine !== latest) return;
+  }
+  setModel(key);
+  announce(told());
+}
+
+/**
+ * A model that the server has fitted, with its lines.
+ * @param {{ model: Model, curves: ((number | null)[] | null)[], ladder?: Rung[] }} found
+ */
+export function take(found) {
+  const whole = documentShown();
+  found.model.ladder = found.ladder;
+  whole.models = [...whole.models.filter((m) => m.key !== found.model.key), found.model];
+  whole.curves.forEach((line, k) => {
+    line.angle_arcsec[found.model.key] = found.curves[k];
+  });
+  tell("models");
+}
+
+/** The model shown in one sentence. */
+export function told() {
+  const m = modelShown();
+  const size = m.rmse_arcsec === null ? "–" : fixed(m.rmse_arcsec * scale(), 3);
+  return `Shown: ${m.label}; error ${size} ${state.unit}.`;
+}

@@ -1,0 +1,114 @@
+/** How numbers are written: digits that can be seen, uncertainty beside, units of angle to choose. */
+
+/** Units of angle on the page, each with its size in arcsec. */
+export const ANGLE_UNITS = /** @type {const} */ ({
+  arcsec: 1,
+  arcmin: 60,
+  mdeg: 3.6,
+  urad: 0.20626480624709636,
+});
+
+/** @typedef {keyof typeof ANGLE_UNITS} AngleUnit */
+
+/**
+ * A number with some significant digits; a minus sign that is one.
+ * @param {number | null | undefined} value
+ * @param {number} [digits]
+ * @returns {string}
+ */
+export function text(value, digits = 3) {
+  if (value === null || value === undefined || !Number.isFinite(value)) return "–";
+  if (value === 0) return "0";
+  const size = Math.abs(value);
+  const shown = size >= 1e5 || size < 1e-3
+    ? value.toExponential(digits - 1).replace("e+", "e")
+    : size >= 10 ** digits
+    ? value.toFixed(0)
+    : value.toPrecision(digits);
+  return shown.replace("-", "−").replace("e-", "e−");
+}
+
+/**
+ * A number that was stated or set: no more digits than it has.
+ * @param {number | null | undefined} value
+ * @param {number} [digits]
+ */
+export function plain(value, digits = 5) {
+  if (value === null || value === undefined || !Number.isFinite(value)) return "–";
+  return String(Number(value.toPrecision(digits))).replace("-", "−").replace("e-", "e−");
+}
+
+/**
+ * A number with a fixed count of decimals.
+ * @param {number | null | undefined} value
+ * @param {number} decimals
+ * @param {boolean} [signed]
+ */
+export function fixed(value, decimals, signed = false) {
+  if (value === null || value === undefined || !Number.isFinite(value)) return "–";
+  const shown = value.toFixed(decimals).replace("-", "−");
+  return signed && value > 0 ? `+${shown}` : shown;
+}
+
+/**
+ * A value with its standard uncertainty: two digits of the uncertainty, and the value to the same.
+ * @param {number} value
+ * @param {number | null | undefined} u
+ */
+export function withU(value, u) {
+  if (u === null || u === undefined || !(u > 0)) return text(value, 4);
+  const decimals = 1 - Math.floor(Math.log10(u));
+  if (decimals > 6 || decimals < -4) return `${text(value, 4)} ± ${text(u, 2)}`;
+  const places = Math.max(0, decimals);
+  return `${fixed(value, places)} ± ${fixed(u, places)}`;
+}
+
+/** A probability, never more certain than it can be. @param {number | null | undefined} p */
+export function probability(p) {
+  if (p === null || p === undefined) return "–";
+  if (p < 0.005) return "< 0.01";
+  return p > 0.995 ? "> 0.99" : p.toFixed(2);
+}
+
+/** A share in percent. @param {number} share */
+export function percent(share) {
+  return `${(100 * share).toFixed(share < 0.0995 ? 1 : 0)} %`;
+}
+
+/** Units as they stand at the ends of keys, and as they are written. */
+const UNITS = /** @type {Record<string, string>} */ ({
+  Nm: "N m",
+  degC: "°C",
+  deg: "°",
+  um: "µm",
+  urad: "µrad",
+  arcsec2: "arcsec²",
+  ...Object.fromEntries("N s h K m mm GPa rad arcsec arcmin".split(" ").map((u) => [u, u])),
+});
+const KEY = new RegExp(
+  `^(.*?)_(?:(${Object.keys(UNITS).join("|")})(?:_per_(${Object.keys(UNITS).join("|")}))?|per_(${
+    Object.keys(UNITS).join("|")
+  }))$`,
+);
+
+/**
+ * A quantity's name from its key: `torque_Nm` is "torque (N m)".
+ * @param {string} key
+ */
+export function nameOf(key) {
+  const [, name, unit, per, only] = KEY.exec(key) ?? [];
+  if (name === undefined) return key.replaceAll("_", " ");
+  const written = only ? `1/${UNITS[only]}` : per ? `${UNITS[unit]}/${UNITS[per]}` : UNITS[unit];
+  return `${name.replaceAll("_", " ")} (${written})`;
+}
+
+/** @param {readonly (number | null)[]} values */
+export function rms(values) {
+  let sum = 0, count = 0;
+  for (const v of values) {
+    if (v === null) continue;
+    sum += v * v;
+    count += 1;
+  }
+  return count ? Math.sqrt(sum / count) : NaN;
+}

@@ -1,0 +1,95 @@
+/**
+ * What the page shows now, in one place: the document, the model, the selection, the filters.
+ *
+ * Sections listen to the topics they draw from; whoever changes something tells its topic.
+ * Topics: document (another one), models (one more), model (another shown), selection, filter, unit.
+ */
+
+/** @import { Model, PageDocument } from "./types.d.ts" */
+/** @import { AngleUnit } from "./numbers.js" */
+import { ANGLE_UNITS } from "./numbers.js";
+
+/** @typedef {"document" | "models" | "model" | "selection" | "filter" | "unit"} Topic */
+
+/** @type {Map<Topic, (() => void)[]>} */
+const listeners = new Map();
+
+/** @type {{ document: PageDocument | null, model: string, unit: AngleUnit, selected: Set<number>,
+ *   hidden: Set<number>, run: number | null }} */
+export const state = {
+  document: null,
+  model: "stated",
+  unit: "arcsec",
+  selected: new Set(),
+  hidden: new Set(),
+  run: null,
+};
+
+/** @param {Topic[]} topics @param {() => void} act */
+export function on(topics, act) {
+  for (const topic of topics) listeners.set(topic, [...(listeners.get(topic) ?? []), act]);
+}
+
+/** @param {Topic} topic */
+export function tell(topic) {
+  for (const act of listeners.get(topic) ?? []) act();
+}
+
+/** @returns {PageDocument} */
+export function documentShown() {
+  if (!state.document) throw new Error("no document");
+  return state.document;
+}
+
+/** @param {PageDocument} next */
+export function setDocument(next) {
+  const same = state.document?.data.sha256 === next.data.sha256;
+  state.document = next;
+  if (!same) {
+    state.selected = new Set();
+    state.hidden = new Set();
+    state.run = null;
+  }
+  if (!same || !modelOf(state.model)) state.model = "stated";
+  tell("document");
+}
+
+/** @param {string} key @returns {Model | undefined} */
+export function modelOf(key) {
+  return state.document?.models.find((m) => m.key === key);
+}
+
+/** The model that is shown. @returns {Model} */
+export function modelShown() {
+  return modelOf(state.model) ?? documentShown().models[0];
+}
+
+/** @param {string} key */
+export function setModel(key) {
+  if (!modelOf(key)) throw new Error(`no model ${key}`);
+  state.model = key;
+  tell("model");
+}
+
+/** @param {Iterable<number>} rows indices of readings */
+export function select(rows) {
+  state.selected = new Set(rows);
+  tell("selection");
+}
+
+/** Angle of the document, in the unit shown. */
+export function scale() {
+  return 1 / ANGLE_UNITS[state.unit];
+}
+
+/** @param {readonly (number | null)[]} values @returns {(number | null)[]} */
+export function inUnit(values) {
+  const s = scale();
+  return s === 1 ? [...values] : values.map((v) => (v === null ? null : v * s));
+}
+
+/** Whether a reading passes the filters. @param {number} i */
+export function visible(i) {
+  const r = documentShown().readings;
+  return !state.hidden.has(r.level[i]) && (state.run === null || r.run_index[i] === state.run);
+}

@@ -1,0 +1,76 @@
+"""The page live: a server on this machine alone, and the browser opened on it.
+
+serve   runs until Ctrl-C
+"""
+
+from __future__ import annotations
+
+import secrets
+import socket
+import sys
+import threading
+import webbrowser
+
+from cbpt.errors import CbptError, InvalidInputError
+from cbpt.page.session import Session
+
+LOOPBACK = ("127.0.0.1", "localhost", "::1")
+
+
+def serve(session: Session, host: str, port: int, open_browser: bool) -> None:
+    """Serve a session. port: 0 takes any that is free. Raises `CbptError` where it cannot."""
+    try:
+        import uvicorn
+
+        from cbpt.page.server import application
+    except ImportError as error:
+        words = 'the workbench needs starlette and uvicorn: pip install "cbpt[workbench]"'
+        raise CbptError(words) from error
+    listening = _listening(host, port)
+    port = listening.getsockname()[1]
+    token = secrets.token_urlsafe(32)
+    local = host in LOOPBACK
+    hosts = {"127.0.0.1", "localhost", "[::1]"} | (set() if local else {host, socket.gethostname()})
+    app = application(session, token, port, frozenset(hosts), addresses=not local)
+    shown = host if local and host != "::1" else "[::1]" if local else socket.gethostname()
+    address = f"http://{shown}:{port}/?token={token}"
+    if not local:
+        print(
+            f"Warning: listening on {host}, so whoever has this address can read and change what "
+            "is open here, and it travels unencrypted. 127.0.0.1 is the safe choice.",
+            file=sys.stderr,
+        )
+    print(f"The workbench is at {address}\nCtrl-C ends it.", flush=True)
+    if open_browser:
+        threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
+    config = uvicorn.Config(
+        app,
+        log_level="warning",
+        access_log=False,
+        server_header=False,
+        date_header=False,
+        ws="none",
+        timeout_graceful_shutdown=3,
+    )
+    try:
+        uvicorn.Server(config).run(sockets=[listening])
+    except KeyboardInterrupt:  # raised again once everything is shut down
+        pass
+    finally:
+        session.close()
+        listening.close()
+    print("The workbench has ended.")
+
+
+def _listening(host: str, port: int) -> socket.socket:
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    found = socket.socket(family, socket.SOCK_STREAM)
+    try:
+        found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        found.bind((host, port))
+        found.listen(64)
+    except OSError as error:
+        found.close()
+        why = error.strerror or error
+        raise InvalidInputError(f"cannot listen on {host} port {port}: {why}; try --port") from None
+    return found
