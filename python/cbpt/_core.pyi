@@ -90,7 +90,7 @@ class Case:
         Raises ``CaseError`` with key, what was found and what is allowed, and ``InvalidInputError`` for a function of Python,
         which a case cannot hold.
         """
-    def with_numbers(self, /, numbers: dict[str, float]) -> Case:
+    def with_numbers(self, /, numbers: "dict[str, float]") -> Case:
         """
         The case with other values of numbers of its drive and load, named in SI (``deceleration.ball_radius_m``).
 

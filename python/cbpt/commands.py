@@ -1,8 +1,8 @@
 """The `cbpt` command of the Python package.
 
 Verbs of the mechanics (solve, preload, sweep, sensitivity, check, effects, schema) are handed to
-the Rust command line as they are, but for a sweep to Parquet (`sweep_verb`); those of the lab are in
-`verbs` (compare, diagnose, fit) and, about campaigns to come, in `plan_verbs` (simulate,
+the Rust command line as they are, but for a sweep to Parquet (`sweep_verb`); those of the lab are
+in `verbs` (compare, diagnose, fit) and, about campaigns to come, in `plan_verbs` (simulate,
 isolability, next-run, plan); those about drives to be built in `design_verbs` (tolerance,
 optimise); those of the page in `page_verbs` (report, workbench).
 """
