@@ -360,6 +360,12 @@ pub struct Case {
     case: RustCase,
 }
 
+impl Case {
+    pub fn rust(&self) -> &RustCase {
+        &self.case
+    }
+}
+
 #[pymethods]
 impl Case {
     /// Reads a case file. Raises ``CaseError`` with file, line, key, what was found and what is allowed.
