@@ -62,7 +62,7 @@ def test_the_example_is_the_programs() -> None:
 
 
 # Files of other kinds among the examples.
-NO_CASE = ("plan.toml", "bounds.toml")
+NO_CASE = ("plan.toml", "bounds.toml", "sweep.toml")
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,8 @@ Map:
 - `Drive.solve` -> `Solution` -> `PairSolution`: one load, every meshing point;
 - `Drive.preload` -> `PreloadThresholds`: the preload that a torque needs;
 - `solve_many` -> `Angles`: arrays of loads on all cores;
+- `sweep` -> `Sweep`: any parameter of drive, load or effects, also on an executor or to a file;
+  `SweepPlan`: what it follows;
 - `read_readings` -> `Readings`, `compare` -> `Comparison`: model against measurement;
 - `diagnose` -> `Diagnosis`: which effect is missing; `diagnose_by` -> `DividedDiagnosis`: the same
   for each level of a column; `fit` -> `Fitted`: the case with it;
@@ -40,6 +42,7 @@ from cbpt._core import (
     Sensitivities,
     Sensitivity,
     Solution,
+    SweepPlan,
     Thresholds,
     example_case,
 )
@@ -70,6 +73,8 @@ if TYPE_CHECKING:
     from cbpt.lab.readings import Readings, read_readings
     from cbpt.lab.simulate import simulate
     from cbpt.results import Angles, solve_many
+    from cbpt.sweep_result import Sweep
+    from cbpt.sweeps import sweep
 
 # Loaded when first asked for, so that `import cbpt` stays light.
 _LAZY = {
@@ -85,6 +90,7 @@ _LAZY = {
     "Optimum": "cbpt.design.optimise",
     "Plan": "cbpt.lab.plan",
     "Readings": "cbpt.lab.readings",
+    "Sweep": "cbpt.sweep_result",
     "Tolerance": "cbpt.design.tolerance",
     "compare": "cbpt.lab.compare",
     "diagnose": "cbpt.lab.diagnose",
@@ -98,6 +104,7 @@ _LAZY = {
     "shortest_plan": "cbpt.lab.campaign_design",
     "simulate": "cbpt.lab.simulate",
     "solve_many": "cbpt.results",
+    "sweep": "cbpt.sweeps",
     "tolerance": "cbpt.design.tolerance",
 }
 
@@ -129,6 +136,8 @@ __all__ = [
     "Sensitivities",
     "Sensitivity",
     "Solution",
+    "Sweep",
+    "SweepPlan",
     "Thresholds",
     "Tolerance",
     "compare",
@@ -145,6 +154,7 @@ __all__ = [
     "shortest_plan",
     "simulate",
     "solve_many",
+    "sweep",
     "tolerance",
 ]
 
