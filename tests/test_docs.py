@@ -61,11 +61,15 @@ def test_the_example_is_the_programs() -> None:
     assert example == said_by("schema", "--example") == cbpt.example_case()
 
 
+# Files of other kinds among the examples.
+NO_CASE = ("plan.toml", "bounds.toml", "sweep.toml")
+
+
 @pytest.mark.parametrize(
     "case",
     [
         *sorted((TOP / "tests/data/hidden_effect").glob("*.toml")),
-        *(path for path in sorted(TOP.glob("examples/*.toml")) if path.name != "plan.toml"),
+        *(path for path in sorted(TOP.glob("examples/*.toml")) if path.name not in NO_CASE),
     ],
     ids=lambda path: path.name,
 )

@@ -1037,12 +1037,12 @@ class Thresholds:
         From here on no meshing point parts.
         """
 
-def design_number(key: str, values: SupportsGetItem[int, SupportsFloat | SupportsIndex]) -> tuple[str, list[float], bool]:
+def design_number(case: Case, key: str, values: SupportsGetItem[int, SupportsFloat | SupportsIndex]) -> tuple[str, list[float], bool]:
     """
-    The number of a key as a case writes it (``deceleration.ball_radius_mm``): its name in SI, these values of it in SI,
+    The number of a design that a case writes so (``deceleration.ball_radius_mm``): its name in SI, these values of it in SI,
     and whether it is whole.
 
-    Raises ``CaseError`` with the nearest right key, or for a value that cannot be.
+    Raises ``InvalidInputError`` with the nearest right key, or for a value that cannot be.
     """
 
 def design_numbers() -> dict[str, tuple[str, float]]:

@@ -13,8 +13,8 @@ use pyo3::prelude::*;
 
 use crate::Reduced;
 use crate::arrays::{Column, Floats, Table};
-use crate::case::Drive;
-use crate::error::{case_error, invalid_input};
+use crate::case::{Case, Drive};
+use crate::error::{invalid_input, raise};
 use crate::interrupt::without_gil;
 
 /// A result, and how it answers to each number; numbers by their names in SI (``deceleration.ball_radius_m``).
@@ -148,18 +148,19 @@ impl Sensitivities {
     }
 }
 
-/// The number of a key as a case writes it (``deceleration.ball_radius_mm``): its name in SI, these values of it in SI,
+/// The number of a design that a case writes so (``deceleration.ball_radius_mm``): its name in SI, these values of it in SI,
 /// and whether it is whole.
 ///
-/// Raises ``CaseError`` with the nearest right key, or for a value that cannot be.
+/// Raises ``InvalidInputError`` with the nearest right key, or for a value that cannot be.
 #[pyfunction]
 pub fn design_number(
     py: Python<'_>,
+    case: &Case,
     key: &str,
     values: Vec<f64>,
 ) -> PyResult<(&'static str, Vec<f64>, bool)> {
-    let (number, values) =
-        cbpt_cli::case::number_of_key(key, &values).map_err(|error| case_error(py, &error))?;
+    let found = cbpt_cli::case::number_of_key(case.rust(), key, &values);
+    let (number, values) = found.map_err(|mistake| raise(py, "InvalidInputError", &mistake.to_string()))?;
     Ok((number.name, values, number.whole))
 }
 

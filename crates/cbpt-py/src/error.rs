@@ -94,7 +94,8 @@ pub fn sweep_failure(py: Python<'_>, failure: &Failure) -> PyErr {
     }
 }
 
-fn raise(py: Python<'_>, class: &str, message: &str) -> PyErr {
+/// An error of `cbpt.errors` by the name of its class.
+pub fn raise(py: Python<'_>, class: &str, message: &str) -> PyErr {
     let found = py.import("cbpt.errors").and_then(|module| module.getattr(class));
     match found.and_then(|class| Ok(class.cast_into::<PyType>()?)) {
         Ok(class) => PyErr::from_type(class, message.to_owned()),

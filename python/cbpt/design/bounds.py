@@ -32,9 +32,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt._core import design_number
+from cbpt._core import Case, design_number
 from cbpt.design.judge import Judged
-from cbpt.errors import CaseError, InvalidInputError
+from cbpt.errors import InvalidInputError
 
 Floats = NDArray[np.float64]
 
@@ -120,31 +120,31 @@ class Bounds:
         return any(column.endswith("_Pa") for limit in self.limits for column in limit.columns)
 
 
-def read_bounds(bounds: str | os.PathLike[str] | Mapping[str, Any]) -> Bounds:
+def read_bounds(bounds: str | os.PathLike[str] | Mapping[str, Any], case: Case) -> Bounds:
     """Bounds from a TOML file or a dict of its tables.
 
     Raises `InvalidInputError` with file, key, what was found and what is expected.
     """
     if isinstance(bounds, Mapping):
-        return _bounds(bounds, "<bounds>")
+        return _bounds(bounds, "<bounds>", case)
     try:
         text = Path(bounds).read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         reason = "not UTF-8 text" if isinstance(error, UnicodeDecodeError) else error.strerror
         raise InvalidInputError(f"{bounds}: cannot be read: {reason}") from error
     try:
-        return _bounds(tomllib.loads(text), str(bounds))
+        return _bounds(tomllib.loads(text), str(bounds), case)
     except tomllib.TOMLDecodeError as error:
         raise InvalidInputError(f"{bounds}: not TOML: {error}") from error
 
 
-def _bounds(tables: Mapping[str, Any], source: str) -> Bounds:
+def _bounds(tables: Mapping[str, Any], source: str, case: Case) -> Bounds:
     for name in tables:
         if name not in ("free", "limits"):
             raise InvalidInputError(f"{source}: {name}: expected the tables [free] and [limits]")
     free: list[Free] = []
     for key, value in _flat(tables.get("free", {}), source):
-        found = _free(key, value, source)
+        found = _free(key, value, source, case)
         if any(_same(found.number, other.number) for other in free):
             raise InvalidInputError(f"{source}: free.{key}: the number is already free; keep one")
         free.append(found)
@@ -190,7 +190,7 @@ def _number(value: object) -> float | None:
     return float(value) if plain and math.isfinite(value) else None  # type: ignore[arg-type]
 
 
-def _free(key: str, value: Any, source: str) -> Free:
+def _free(key: str, value: Any, source: str, case: Case) -> Free:
     ends = [_number(v) for v in value] if isinstance(value, list | tuple) else []
     low, high = (*ends, None, None)[:2] if len(ends) == 2 else (None, None)
     if low is None or high is None or low >= high:
@@ -198,8 +198,8 @@ def _free(key: str, value: Any, source: str) -> Free:
             f"{source}: free.{key} = {value!r}: expected [least, greatest], two numbers"
         )
     try:
-        number, (low, high), whole = design_number(key, [low, high])
-    except CaseError as error:
+        number, (low, high), whole = design_number(case, key, [low, high])
+    except InvalidInputError as error:
         raise InvalidInputError(f"{source}: free.{error}") from None
     return Free(number, low, high, whole)
 

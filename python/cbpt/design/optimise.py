@@ -151,8 +151,8 @@ def optimise(
     What is not free stays as the case has it. The same seed, the same design. Raises
     `InvalidInputError` for bounds that cannot be, and where there is no torque.
     """
-    bounds = bounds if isinstance(bounds, Bounds) else read_bounds(bounds)
     whole = at_load(case, torque_Nm, preload_N, input_angle_deg)
+    bounds = bounds if isinstance(bounds, Bounds) else read_bounds(bounds, whole)
     if whole.torque_Nm == 0.0:
         raise InvalidInputError("torque_Nm = 0: without torque every elastic angle is 0")
     if seed < 0:

@@ -132,6 +132,14 @@ impl Parameter {
         }
     }
 
+    /// Name in SI of a number of the case itself (`deceleration.ball_radius_m`); those of effects have none.
+    pub fn si_name(&self) -> Option<&str> {
+        match &self.place {
+            Place::Value(name) => Some(name),
+            Place::Number(_) => None,
+        }
+    }
+
     /// Whether both set the same value.
     pub fn is_same(&self, other: &Self) -> bool {
         self.place == other.place

@@ -3,9 +3,9 @@
 use cbpt_core::design::{Design, DesignNumber, NUMBERS};
 use cbpt_core::{Drive, InvalidInput, Load};
 
-use super::error::{CaseError, Mistake, Notes};
-use super::fields::{self, Key, Section};
-use super::{Case, suggest};
+use super::error::Mistake;
+use super::parameter::Parameter;
+use super::{Case, fields};
 
 /// How a number scatters.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -107,46 +107,27 @@ pub fn in_usual_unit(number: &DesignNumber) -> (String, f64) {
     })
 }
 
-/// The number of a key as it is written in a case (`deceleration.ball_radius_mm`), and these values of it in SI.
+/// The number of a design that a case writes so (`deceleration.ball_radius_mm`), and these values of it in SI.
 ///
 /// # Errors
-/// [`CaseError`] says what is wrong with the key, with the nearest right one, or which value it cannot have.
-pub fn number_of_key(written: &str, values: &[f64]) -> Result<(&'static DesignNumber, Vec<f64>), CaseError> {
-    let mut notes = Notes::of("");
-    let found = read(written, values, &mut notes);
-    notes.or("", found)
-}
-
-fn read(written: &str, values: &[f64], notes: &mut Notes<'_>) -> Option<(&'static DesignNumber, Vec<f64>)> {
-    let (name, key) = written.split_once('.').unwrap_or((written, ""));
-    let Some(section) = fields::section(name) else {
-        notes.add(None, suggest::unknown_section(name));
-        return None;
-    };
-    let Some((known, unit)) = section.find(key) else {
-        let mistake = suggest::unknown_key(section, key).mistake;
-        notes.add(None, Mistake { key: written.into(), ..mistake });
-        return None;
-    };
-    let Some(number) = design_number(section, known) else {
+/// What is wrong with the key, with the nearest right one, or which value it cannot have.
+#[allow(clippy::result_large_err)] // a mistake is told once
+pub fn number_of_key(
+    case: &Case,
+    written: &str,
+    values: &[f64],
+) -> Result<(&'static DesignNumber, Vec<f64>), Mistake> {
+    let parameter = Parameter::find(case, written)?;
+    let found = NUMBERS.iter().find(|number| parameter.si_name() == Some(number.name));
+    let number = found.ok_or_else(|| {
         let allowed: Vec<String> = NUMBERS.iter().map(|number| in_usual_unit(number).0).collect();
-        let problem = "is no number of a design".into();
-        let allowed = format!("expected one of {}", allowed.join(", "));
-        notes.add(None, Mistake { key: written.into(), problem, allowed, ..Mistake::default() });
-        return None;
-    };
-    let mut in_si = Vec::with_capacity(values.len());
-    for value in values {
-        let si = unit.to_si(*value);
-        if !si.is_finite() || !known.allows(si) || (number.whole && si.fract() != 0.0) {
-            let (found, allowed) = (value.to_string(), format!("expected {}", known.expected(unit)));
-            notes.add(None, Mistake { key: written.into(), found, allowed, ..Mistake::default() });
+        Mistake {
+            key: written.into(),
+            problem: "is no number of a design".into(),
+            allowed: format!("expected one of {}", allowed.join(", ")),
+            ..Mistake::default()
         }
-        in_si.push(si);
-    }
-    Some((number, in_si))
-}
-
-fn design_number(section: &Section, key: &Key) -> Option<&'static DesignNumber> {
-    NUMBERS.iter().find(|number| number.name == section.si_name(key))
+    })?;
+    let si = |value: &f64| parameter.check_number(*value).map(|()| parameter.to_si(*value));
+    Ok((number, values.iter().map(si).collect::<Result<_, _>>()?))
 }

@@ -273,6 +273,30 @@ fn ranges_that_cannot_be_are_refused_at_once() {
     desk.cbpt("sweep case.toml --preload-N 100,0").refused(&["preload_N = 0", "greater than 0"]);
 }
 
+// --- sensitivity --------------------------------------------------------------------------
+
+#[test]
+fn sensitivity_tells_every_number_in_its_usual_unit() {
+    let desk = Desk::new("sensitivity");
+    let found = desk.json("sensitivity case.toml --json", 0);
+    let numbers = found["numbers"].as_array().unwrap();
+    assert_eq!(numbers.len(), 14);
+    let ball = numbers.iter().find(|number| number["number"] == "deceleration.ball_radius_mm").unwrap();
+    assert_eq!(ball["value"], Value::from(1.5));
+    let (slope, relative) =
+        (&ball["per_unit"]["elastic_angle_arcsec"], &ball["relative"]["elastic_angle_arcsec"]);
+    let angle = found["elastic_angle_arcsec"].as_f64().unwrap();
+    let expected = slope.as_f64().unwrap() * 1.5 / angle;
+    assert!((relative.as_f64().unwrap() - expected).abs() < 1e-12);
+    let ran = desk.cbpt("sensitivity case.toml --out table.csv --force-unit kN");
+    assert!(ran.code == 0 && ran.out.contains("hold 0.128215 kN"), "{}", ran.out);
+    assert!(desk.read("table.csv").starts_with("number,value,angle_arcsec_per_unit,"));
+    // What has no solution still has thresholds.
+    let beyond = desk.json("sensitivity case.toml --torque-Nm 50 --json", 3);
+    assert_eq!(beyond["elastic_angle_arcsec"], Value::Null);
+    assert!(beyond["hold_N"].as_f64().unwrap() > 1000.0);
+}
+
 // --- check --------------------------------------------------------------------------------
 
 #[test]
