@@ -82,7 +82,7 @@ def small(browser: Any, rounds: int) -> dict[str, float]:
 def diagnosed(page: Any, rounds: int, others: list[str]) -> dict[str, float]:
     """Switches once the answer is there, seen from where the curves are."""
     page.wait_for_selector("#sentence")
-    page.wait_for_selector("#job", state="hidden")
+    page.wait_for_selector("#matrix .main-svg")
     page.wait_for_selector("html[data-drawn]")
     while page.is_visible("text=less likely candidates"):
         page.click("text=less likely candidates")

@@ -61,6 +61,7 @@ def opened(page: Any, address: str, name: str) -> None:
     )
     page.wait_for_selector("#sentence")
     page.wait_for_selector("#job", state="hidden")
+    page.wait_for_selector("#matrix .main-svg")
 
 
 def take(page: Any, name: str, first: str, last: str, most_px: int = 1600) -> None:

@@ -59,6 +59,7 @@ def upload(page: Any, name: str) -> None:
 def document(live: Any) -> dict[str, Any]:
     """What the workbench tells the page of dev04."""
     upload(live, "dev04")
+    live.wait_for_selector("#matrix .main-svg")
     found: dict[str, Any] = live.evaluate("fetch('api/document').then(r => r.json())")
     return found
 

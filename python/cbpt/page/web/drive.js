@@ -8,7 +8,7 @@
 import { isLive, post } from "./api.js";
 import { afterPause, bodyOf, el, fill, svg, table, trouble } from "./dom.js";
 import { pairDrawing, sectionDrawing } from "./drawing.js";
-import { Figure, saveDrawing, theme } from "./figure.js";
+import { Figure, onTheme, saveDrawing, theme } from "./figure.js";
 import { fixed, plain, text } from "./numbers.js";
 import { documentShown, inUnit, on, scale, state } from "./store.js";
 
@@ -67,7 +67,7 @@ export function setUpDrive() {
     draw();
   });
   on(["unit"], draw);
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => shown && draw());
+  onTheme(() => shown && drawPictures());
 }
 
 function draw() {

@@ -9,7 +9,7 @@
 /** @import { Points, Sign } from "./points.js" */
 /** @import { Branch } from "./types.d.ts" */
 import { bodyOf, byId, el, fill, svg, table } from "./dom.js";
-import { Figure, MOST_POINTS, theme, thin } from "./figure.js";
+import { Figure, MOST_POINTS, onTheme, theme, thin } from "./figure.js";
 import { fixed, nameOf, plain } from "./numbers.js";
 import {
   documentShown,
@@ -54,6 +54,7 @@ export function setUpReadings() {
     },
   );
   on(["document", "filter"], drawLegend);
+  onTheme(() => state.document && drawLegend());
   on(["document", "filter", "model", "unit", "selection"], () => figure.drawNow());
   figure.onFirst = () => {
     // When the first plot stood, since the page was asked for.
