@@ -26,6 +26,7 @@ _POLICY = (
     "default-src 'none'; script-src 'unsafe-inline' data:; style-src 'unsafe-inline'; "
     "img-src data: blob:; base-uri 'none'; form-action 'none'"
 )
+_SHEET = re.compile(r'<link rel="stylesheet" href="([\w.-]+\.css)">')
 _IMPORT = re.compile(r'(from |import\()"\./([\w.-]+\.js)"')
 
 
@@ -54,7 +55,6 @@ def plotly_path() -> Path:
 def _frame() -> str:
     """The page without a document."""
     page = (WEB / "index.html").read_text(encoding="utf-8")
-    sheet = (WEB / "page.css").read_text(encoding="utf-8")
     modules = {f"cbpt/{path.name}": _as_url(path) for path in sorted(WEB.glob("*.js"))}
     plotly = base64.b64encode(gzip.compress(plotly_path().read_bytes(), 9, mtime=0)).decode()
     for old, new in (
@@ -64,7 +64,6 @@ def _frame() -> str:
             f'<meta charset="utf-8">\n<meta http-equiv="Content-Security-Policy" '
             f'content="{_POLICY}">',
         ),
-        ('<link rel="stylesheet" href="page.css">', f"<style>\n{sheet}</style>"),
         (
             '<script type="module" src="main.js"></script>',
             f'<script type="importmap">{inside_script(json.dumps({"imports": modules}))}</script>',
@@ -78,7 +77,11 @@ def _frame() -> str:
     ):
         assert page.count(old) == 1, old
         page = page.replace(old, new)
-    return page
+    return _SHEET.sub(lambda found: _as_style(WEB / found[1]), page)
+
+
+def _as_style(path: Path) -> str:
+    return f"<style>\n{path.read_text(encoding='utf-8')}</style>"
 
 
 def _as_url(path: Path) -> str:

@@ -1,7 +1,7 @@
 /** The bar that stays in sight: a switch for each likely effect, and what is left of the error. */
 
 import { byId, el, fill, svg } from "./dom.js";
-import { theme } from "./figure.js";
+import { onTheme, theme } from "./figure.js";
 import { canSwitch, isOn, show, toggle } from "./models.js";
 import { fixed } from "./numbers.js";
 import { documentShown, modelOf, modelShown, on, scale, state } from "./store.js";
@@ -13,6 +13,7 @@ function mostSwitches() {
 
 export function setUpBar() {
   on(["document", "models", "model", "unit"], draw);
+  onTheme(() => state.document && draw());
 }
 
 function draw() {

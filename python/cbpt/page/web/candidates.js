@@ -7,7 +7,7 @@
 
 /** @import { Candidate, Column, Model, Parameter } from "./types.d.ts" */
 import { bodyOf, el, fill, svg } from "./dom.js";
-import { saveDrawing, theme, thin } from "./figure.js";
+import { onTheme, saveDrawing, theme, thin } from "./figure.js";
 import { switchOf } from "./bar.js";
 import { canSwitch, isOn } from "./models.js";
 import { fixed, nameOf, plain, probability, text, withU } from "./numbers.js";
@@ -28,7 +28,7 @@ export function setUpCandidates() {
     draw();
   });
   on(["model"], mark);
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+  onTheme(() => {
     pictures.clear();
     if (state.document) draw();
   });

@@ -17,6 +17,9 @@ import { asTraces, layOver } from "./points.js";
 /** Points that one plot draws at most. */
 export const MOST_POINTS = 4000;
 
+/** What A4 leaves between the margins, and the frame of a card, px. */
+const PAPER_WIDTH = 640;
+
 const night = matchMedia("(prefers-color-scheme: dark)");
 let onPaper = false;
 
@@ -126,6 +129,8 @@ export class Figure {
     const built = this.build(theme());
     if (!built) return;
     const { data, layout } = this.dressed(built, theme());
+    // The browser lays the sheet of paper out only after this.
+    if (onPaper) layout.width = PAPER_WIDTH;
     Plotly.react(this.area, data, layout, {
       displaylogo: false,
       responsive: true,
@@ -210,19 +215,28 @@ export class Figure {
   }
 }
 
-/** Draw all that stands on the page again. */
-export function drawAll() {
-  for (const figure of figures) if (figure.drawn) figure.draw();
+/** @type {(() => void)[]} */
+const painters = [];
+
+/** What draws in the colours of now, besides figures. @param {() => void} act */
+export function onTheme(act) {
+  painters.push(act);
 }
 
-night.addEventListener("change", drawAll);
+/** @param {(figure: Figure) => void} draw */
+function repaint(draw) {
+  for (const act of painters) act();
+  for (const figure of figures) draw(figure);
+}
+
+night.addEventListener("change", () => repaint((f) => f.drawn && f.draw()));
 addEventListener("beforeprint", () => {
   onPaper = true;
-  for (const figure of figures) figure.drawNow();
+  repaint((f) => f.drawNow());
 });
 addEventListener("afterprint", () => {
   onPaper = false;
-  drawAll();
+  repaint((f) => f.drawn && f.draw());
 });
 
 /** @type {Set<Figure>} */
