@@ -72,13 +72,17 @@ $(VENV)/benched: $(VENV)/installed
 	$(PYTHON) -m pip install -q --group bench
 	touch $@
 
-bench: build $(VENV)/benched  ## speed beside fsolve, NumPy, numba and C, ratios first; predictions and diagnoses
+bench: build $(VENV)/benched $(VENV)/tested  ## speed beside fsolve, NumPy, numba and C, ratios first; predictions, diagnoses, the page
 	cargo build --release --quiet -p cbpt-cli
 	$(PYTHON) benches/peers.py
 	$(PYTHON) benches/diagnosis.py
+	$(PYTHON) benches/page.py
 
 trial: build  ## the diagnosis scored on campaigns with a hidden effect, at full length (an hour or two): docs/trial.md
 	$(PYTHON) benches/trial.py --sets 60 --null-sets 400 --seed 5 --quiet --page docs/trial.md --json out/trial.json
+
+screenshots: build $(VENV)/tested  ## the pictures of docs/page.md, taken of the page
+	$(PYTHON) docs/make_screenshots.py
 
 instructions:  ## instructions of the hot loops against what is kept, by callgrind
 	python3 benches/instructions.py

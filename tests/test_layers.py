@@ -223,13 +223,15 @@ def imports(name: str) -> Imports:
 # The part of the package that a module belongs to, the lowest first.
 RANKS = (
     *("_core", "errors", "results", "sweep_result", "sweep_files", "sweeps"),
-    *("effects", "lab", "page", "verbs", "plan_verbs", "page_verbs", "sweep_verb", "commands"),
+    *("effects", "lab", "design", "page"),
+    *("verbs", "plan_verbs", "page_verbs", "design_verbs", "sweep_verb", "commands"),
 )
 # The one step up: methods that hand their object on when they are called, never on import.
 UPWARDS = {
     ("cbpt.lab.compare", "cbpt.page.comparison_figure"),
     ("cbpt.lab.answer", "cbpt.page.diagnosis_figure"),
     ("cbpt.lab.isolability", "cbpt.page.isolability_figure"),
+    ("cbpt.design.tolerance", "cbpt.page.tolerance_figure"),
 }
 
 
@@ -249,12 +251,20 @@ def test_python_modules_import_only_what_lies_below_them(name: str) -> None:
     assert "cbpt" not in found.early, "the root imports the others"
 
 
-def test_only_the_page_knows_plotting_and_nobody_a_server() -> None:
+# What speaks to a browser; nothing else of the package knows a network.
+SERVING = {"cbpt.page.guard", "cbpt.page.server", "cbpt.page.workbench"}
+NETWORK = {"http", "socketserver", "urllib", "requests", "socket", "starlette", "uvicorn"}
+
+
+def test_only_the_page_knows_plotting_and_only_the_workbench_a_server() -> None:
     for name in modules():
-        tops = {each.split(".")[0] for each in imports(name).early | imports(name).late}
+        early, late = imports(name).early, imports(name).late
+        tops = {each.split(".")[0] for each in early | late}
         if rank_of(name) != "page":
-            assert "matplotlib" not in tops, name
-        assert not tops & {"http", "socketserver", "urllib", "requests", "socket"}, name
+            assert not tops & {"matplotlib", "plotly"}, name
+        assert name in SERVING or not tops & NETWORK, name
+        # Whoever asks for a report needs no server.
+        assert name in SERVING or not early & SERVING, name
 
 
 def rank_of(name: str) -> str:

@@ -19,6 +19,9 @@ Map:
 - `read_plan` -> `Plan`: a campaign to come; `simulate` -> `Readings`: what it would read;
   `isolability` -> `Isolability`: what it could see and tell apart; `next_runs` -> `NextRuns`: what
   would decide; `shortest_plan` -> `Design`: a whole campaign;
+- `Drive.sensitivities` -> `Sensitivities`: how angle and thresholds answer to every design number;
+  `tolerance` -> `Tolerance`: what the drawing's tolerances make of the angle; `optimise` ->
+  `Optimum`: the design with the smallest angle within bounds;
 - `errors`: everything that can be raised, under `CbptError`.
 
 Input is in the unit that its name ends in; inside everything is SI and radians.
@@ -36,6 +39,8 @@ from cbpt._core import (
     LargestAngle,
     PairSolution,
     PreloadThresholds,
+    Sensitivities,
+    Sensitivity,
     Solution,
     SweepPlan,
     Thresholds,
@@ -53,6 +58,8 @@ from cbpt.errors import (
 if TYPE_CHECKING:
     __version__: str
     from cbpt import effects as effects
+    from cbpt.design.optimise import Optimum, optimise
+    from cbpt.design.tolerance import Tolerance, tolerance
     from cbpt.lab.answer import Diagnosis
     from cbpt.lab.campaign_design import Design, shortest_plan
     from cbpt.lab.candidates import Limits
@@ -80,21 +87,25 @@ _LAZY = {
     "Isolability": "cbpt.lab.isolability",
     "Limits": "cbpt.lab.candidates",
     "NextRuns": "cbpt.lab.next_run",
+    "Optimum": "cbpt.design.optimise",
     "Plan": "cbpt.lab.plan",
     "Readings": "cbpt.lab.readings",
     "Sweep": "cbpt.sweep_result",
+    "Tolerance": "cbpt.design.tolerance",
     "compare": "cbpt.lab.compare",
     "diagnose": "cbpt.lab.diagnose",
     "diagnose_by": "cbpt.lab.divided",
     "fit": "cbpt.lab.fitting",
     "isolability": "cbpt.lab.isolability",
     "next_runs": "cbpt.lab.next_run",
+    "optimise": "cbpt.design.optimise",
     "read_plan": "cbpt.lab.plan",
     "read_readings": "cbpt.lab.readings",
     "shortest_plan": "cbpt.lab.campaign_design",
     "simulate": "cbpt.lab.simulate",
     "solve_many": "cbpt.results",
     "sweep": "cbpt.sweeps",
+    "tolerance": "cbpt.design.tolerance",
 }
 
 __all__ = [
@@ -115,16 +126,20 @@ __all__ = [
     "Limits",
     "NextRuns",
     "NoSolutionError",
+    "Optimum",
     "PairSolution",
     "Plan",
     "PlanError",
     "PreloadThresholds",
     "Readings",
     "ReadingsError",
+    "Sensitivities",
+    "Sensitivity",
     "Solution",
     "Sweep",
     "SweepPlan",
     "Thresholds",
+    "Tolerance",
     "compare",
     "diagnose",
     "diagnose_by",
@@ -133,12 +148,14 @@ __all__ = [
     "fit",
     "isolability",
     "next_runs",
+    "optimise",
     "read_plan",
     "read_readings",
     "shortest_plan",
     "simulate",
     "solve_many",
     "sweep",
+    "tolerance",
 ]
 
 

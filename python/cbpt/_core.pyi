@@ -90,7 +90,7 @@ class Case:
         Raises ``CaseError`` with key, what was found and what is allowed, and ``InvalidInputError`` for a function of Python,
         which a case cannot hold.
         """
-    def with_numbers(self, /, numbers: dict[str, SupportsFloat | SupportsIndex]) -> Case:
+    def with_numbers(self, /, numbers: "dict[str, float]") -> Case:
         """
         The case with other values of numbers of its drive and load, named in SI (``deceleration.ball_radius_m``).
 
@@ -172,10 +172,11 @@ class Drive:
         Preload that a torque (N m) needs: to hold, for continuous transmission, for zero backlash, of each pair and of
         the drive; maxima over a period, or at ``input_angle_deg`` where it is given.
         """
-    def sensitivities(self, /, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex, input_angle_deg: SupportsFloat | SupportsIndex = 0.0) -> Sensitivities:
+    def sensitivities(self, /, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex, input_angle_deg: SupportsFloat | SupportsIndex = 0.0, also: SupportsGetItem[int, str] = ...) -> Sensitivities:
         """
         How the elastic angle under a load, and the preload thresholds at its torque over a period, answer to every design
-        number: exact derivatives.
+        number: exact derivatives. ``also``: names of one of two numbers that are the same and otherwise told as one, such as
+        ``material.ball_youngs_modulus_Pa``.
         """
     def solve(self, /, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex | None = None, input_angle_deg: SupportsFloat | SupportsIndex = 0.0) -> Solution:
         """
@@ -1059,10 +1060,13 @@ def example_case() -> str:
     The example case file: the base case of the 2017 paper, as TOML text.
     """
 
-def judge_designs(drive: Drive, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex, input_angle_rad: SupportsFloat | SupportsIndex, numbers: SupportsGetItem[int, str], values: NDArray[float64], pressures: bool, thresholds: bool) -> tuple[NDArray[uint8], list[str], NDArray[float64], list[str]]:
+def judge_designs(drive: Drive, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex, input_angle_rad: SupportsFloat | SupportsIndex, numbers: SupportsGetItem[int, str], values: NDArray[float64], pressures: bool, threshold: str | None) -> tuple[NDArray[uint8], list[str], NDArray[float64], list[str]]:
     """
     Judges many designs under a load (N m, N, rad) on all cores: ``values`` (n rows of the values of ``numbers``, named in
     SI, one after the other) take the place of the drive's own.
+
+    ``threshold``: which one to tell as the needed preload, ``hold``, ``continuous`` or ``zero_backlash``; none where it is
+    none of these.
 
     Returns the status of each row as a place in the names that follow (``no_drive`` where the numbers make none), a table
     and the names of its columns; NaN where there is no solution or a column is not wanted. Raises ``InvalidInputError`` for a

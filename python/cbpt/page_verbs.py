@@ -112,7 +112,6 @@ def workbench(argv: list[str]) -> int:
         session = Session.of_files(
             options.case, options.data, columns, options.sheet, only, _flags(options)
         )
-        session.start()
     serve(session, options.host, options.port, not options.no_browser)
     return SUCCESS
 

@@ -59,6 +59,12 @@ pub enum Verb {
     /// The shortest campaign that tells effects apart (Python package)
     #[command(disable_help_flag = true)]
     Plan(Elsewhere),
+    /// The answer as one page that opens without a network: misfit, candidates, ladder, the drive (Python package)
+    #[command(disable_help_flag = true)]
+    Report(Elsewhere),
+    /// The same page live in the browser, served on this machine alone (Python package)
+    #[command(disable_help_flag = true)]
+    Workbench(Elsewhere),
     /// What the drawing's tolerances make of the elastic angle (Python package)
     #[command(disable_help_flag = true)]
     Tolerance(Elsewhere),

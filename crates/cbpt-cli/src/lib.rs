@@ -55,6 +55,8 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Verb::Simulate(_) => Err(Failure::needs_python("simulate")),
         Verb::NextRun(_) => Err(Failure::needs_python("next-run")),
         Verb::Plan(_) => Err(Failure::needs_python("plan")),
+        Verb::Report(_) => Err(Failure::needs_python("report")),
+        Verb::Workbench(_) => Err(Failure::needs_python("workbench")),
         Verb::Tolerance(_) => Err(Failure::needs_python("tolerance")),
         Verb::Optimise(_) => Err(Failure::needs_python("optimise")),
     };

@@ -8,6 +8,7 @@ from cbpt.errors import CbptError
 from cbpt.lab.answer import Diagnosis
 from cbpt.lab.competition import Progress
 from cbpt.lab.isolability import isolability
+from cbpt.lab.isolability_text import sized
 
 
 def campaign_isolability(
@@ -21,4 +22,9 @@ def campaign_isolability(
         found = isolability(d.case, d.readings, u_elastic_angle_arcsec=u, progress=progress)
     except CbptError as error:
         return None, str(error)
-    return found.to_dict(), None
+    document = found.to_dict()
+    for entry, seen in zip(document["effects"], found.seen, strict=True):
+        sizes = (seen.smallest["even"], seen.smallest["sure"])
+        number, (even, sure) = sized(seen.form, sizes)
+        entry["shown"] = {"number": number, "even": even, "sure": sure}
+    return document, None

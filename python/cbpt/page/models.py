@@ -109,7 +109,8 @@ class Models:
         self._own: tuple[tuple[OwnEffect, ...], Bench | None] = ((), None)
         self._assembled: dict[int, Assembled] = {}
         self._lock = threading.Lock()
-        self._stated = self.predicted(self._bench, diagnosis.before)
+        nominal = self._bench.fitter.look(diagnosis.before, self._bench.noise)
+        self._stated = self.predicted(self._bench, nominal)
         self._curves = Curves(readings)
 
     # --- entries of the document ---
@@ -131,19 +132,19 @@ class Models:
         self, key: str, role: str, label: str, effects: Sequence[str], bench: Bench, fit: Fit
     ) -> dict[str, Any]:
         c = self.diagnosis.competition
-        model = self.predicted(bench, fit)
+        # One noise judges all, as in the ladder; the numbers of a fit stay its own.
+        look = bench.fitter.look(fit, bench.noise)
+        model = self.predicted(bench, look)
         entry = rows_of(key, role, label, effects, self._whole.y_arcsec, model)
-        held = held_out_residual(
-            bench.fitter, bench.fitter.look(fit, bench.noise), self.diagnosis.fold
-        )
+        held = held_out_residual(bench.fitter, look, self.diagnosis.fold)
         names = tuple(effects)
         known = key != STATED and bench is self._bench and names in c.log_odds
         own = bench.fitter.campaign.own
         return entry | {
-            "rmse_arcsec": fit.rmse_arcsec if self.used.all() else entry["rmse_arcsec"],
+            "rmse_arcsec": look.rmse_arcsec if self.used.all() else entry["rmse_arcsec"],
             "held_out_rmse_arcsec": rms(held),
-            "chi2_per_dof": fit.chi2_per_dof,
-            "zero_arcsec": float(fit.zeros_arcsec[0]) if len(fit.zeros_arcsec) == 1 else None,
+            "chi2_per_dof": look.chi2_per_dof,
+            "zero_arcsec": float(look.zeros_arcsec[0]) if len(look.zeros_arcsec) == 1 else None,
             "parameters": list(_parameters(fit, effects)),
             "numbers": list(_numbers(fit)),
             "probability": float(np.exp(c.log_odds[names] - log_total(c))) if known else None,
@@ -228,9 +229,10 @@ class Models:
         with self._lock, threadpool_limits(1, user_api="blas"):
             bench = self._bench_for(wanted)
             entry = self._of_set(tuple(sorted(wanted)), bench, bench.fit(wanted))
+            look = bench.fitter.look(bench.fit(wanted), bench.noise)
             return {
                 "model": entry,
-                "curves": self._curves.of(self.predicted(bench, bench.fit(wanted))),
+                "curves": self._curves.of(self.predicted(bench, look)),
                 "ladder": [self._rung(bench, wanted[:n]) for n in range(len(wanted) + 1)],
             }
 
@@ -239,9 +241,8 @@ class Models:
 
         Raises `InvalidInputError` where it cannot be fitted or has the id of another effect.
         """
-        taken = {v.effect for v in self._bench.fitter.variants}
-        if effect.id in taken | {STATED, REFITTED, UNKNOWN}:
-            raise InvalidInputError(f"{effect.id}: an effect of the library has this id")
+        if effect.id in (STATED, REFITTED, UNKNOWN):
+            raise InvalidInputError(f"{effect.id}: the page calls a model so; take another name")
         own = (*(e for e in self._own[0] if e.id != effect.id), effect)
         with self._lock, threadpool_limits(1, user_api="blas"):
             bench = self._bench.with_own(self.diagnosis, own)
@@ -265,17 +266,16 @@ class Models:
 
     def _rung(self, bench: Bench, effects: Sequence[str]) -> dict[str, Any]:
         """One step of the ladder."""
-        fit = bench.fit(effects)
-        look = bench.fitter.look(fit, bench.noise)
+        look = bench.fitter.look(bench.fit(effects), bench.noise)
         held = held_out_residual(bench.fitter, look, self.diagnosis.fold)
         return {
             "added": effects[-1] if effects else "",
             "label": effects[-1] if effects else "numbers refitted",
             "key": key_of(effects),
             "effects": list(effects),
-            "in_sample_arcsec": fit.rmse_arcsec,
+            "in_sample_arcsec": look.rmse_arcsec,
             "held_out_arcsec": rms(held),
-            "chi2_per_dof": fit.chi2_per_dof,
+            "chi2_per_dof": look.chi2_per_dof,
         }
 
 

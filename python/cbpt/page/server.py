@@ -10,6 +10,7 @@
     POST /api/diagnose          {seed} -> the job
     GET  /api/job               {state, stage, share, seconds, error}
     POST /api/cancel            the job
+    GET  /api/isolability       {isolability, why}: worked out when first asked for
     POST /api/model             {effects} -> {model, curves, ladder}
     POST /api/own/check         an own effect -> {ok, message, column}
     POST /api/own/fit           an own effect, {effects} beside it -> {model, curves, ladder}
@@ -77,6 +78,7 @@ def application(
         *_static(),
         Route("/api/document", _getter(lambda r: session.document() or "null")),
         Route("/api/job", _getter(lambda r: session.job())),
+        Route("/api/isolability", _getter(lambda r: session.isolability())),
         Route("/api/export/{what}", _export(session)),
         Route("/api/upload", _upload(session), methods=["POST"]),
     ]

@@ -18,7 +18,6 @@ from typing import Any
 from cbpt._core import Case, Drive, OwnEffect
 from cbpt.effects import expression
 from cbpt.errors import CaseError, CbptError, InvalidInputError, ReadingsError
-from cbpt.lab.diagnose import diagnose
 from cbpt.lab.inputs import case_and_readings
 from cbpt.lab.readings import Readings
 from cbpt.page.document import Source, page_document
@@ -31,6 +30,7 @@ from cbpt.page.uploads import Upload, read_case, shown_name
 
 MOST_EFFECTS = 8
 _NOTHING = "there are no readings yet: open a case file and a table of readings first"
+_ASK_FOR_IT = "what this campaign could see is worked out when it is asked for"
 _NO_DIAGNOSIS = "the readings have to be diagnosed first"
 
 
@@ -43,6 +43,7 @@ class Session:
 
     def __init__(self) -> None:
         self._lock = threading.RLock()
+        self._matrix = threading.Lock()
         self._case: Case | Drive | None = None
         self._case_name = self._case_text = ""
         self._case_words = self._data_words = ""
@@ -98,6 +99,8 @@ class Session:
         upload = Upload.of_bytes(name, raw)
         with self._lock:
             self._drop()
+            if self._upload is not None:
+                self._upload.close()
             self._upload, self._data_words, self._flags = upload, name, []
             return self._read()
 
@@ -196,23 +199,45 @@ class Session:
         seed: int,
         step: Callable[[str, float], None],
     ) -> None:
-        from cbpt.page.campaign import campaign_isolability
+        from cbpt.lab.diagnose import diagnose
 
         diagnosis = diagnose(
-            case, readings, seed=seed, progress=lambda what, share: step(what, 0.6 * share)
+            case, readings, seed=seed, progress=lambda what, share: step(what, 0.9 * share)
         )
-        step("the answer", 0.6)
+        step("the answer", 0.9)
         models = Models(diagnosis, readings)
-        isolability, why = campaign_isolability(
-            diagnosis,
-            lambda what, share: step(f"what the campaign can see: {what}", 0.7 + 0.25 * share),
-        )
-        step("the page", 0.95)
+        document = self._made(models, None, _ASK_FOR_IT)
+        text = to_json(document)
         with self._lock:
             if readings is not self._readings:
                 raise Cancelled
-            document = self._made(models, isolability, why)
-            self._models, self._document, self._text = models, document, to_json(document)
+            self._models, self._document, self._text = models, document, text
+
+    def isolability(self) -> dict[str, Any]:
+        """What this campaign could see and tell apart, worked out when first asked for: some
+        seconds, which the answer does not wait for."""
+        from cbpt.page.campaign import campaign_isolability
+
+        models = self._diagnosed()
+
+        def step(what: str, share: float) -> None:
+            if models is not self._models:
+                raise NotNow("other files have been opened meanwhile")
+
+        with self._matrix:
+            document = self._document
+            if document is not None and document["reasons"].get("isolability") == _ASK_FOR_IT:
+                found, why = campaign_isolability(models.diagnosis, step)
+                with self._lock:
+                    step("", 1.0)
+                    document["isolability"] = found
+                    document["reasons"]["isolability"] = why
+                    if why is None:
+                        del document["reasons"]["isolability"]
+                    self._text = to_json(document)
+            assert document is not None
+            why = document["reasons"].get("isolability")
+            return {"isolability": document["isolability"], "why": why}
 
     def job(self) -> dict[str, Any]:
         """How far the diagnosis is."""
@@ -227,11 +252,22 @@ class Session:
             self._job.cancel()
         return self.job()
 
+    def begin(self) -> None:
+        """Where files were given: the page first, then the diagnosis."""
+        if self.document() is not None:
+            self.start()
+
+    def join(self, seconds: float) -> bool:
+        """Wait for the diagnosis; False where it has not ended by then."""
+        return self._job is None or self._job.join(seconds)
+
     def close(self) -> None:
         """At the end: whatever is under way stops soon."""
         if self._job is not None:
             self._job.cancel()
             self._job.join(5.0)
+        if self._upload is not None:
+            self._upload.close()
 
     # --- further models ---
 
@@ -285,7 +321,7 @@ class Session:
         text = self.document()
         if text is None or self._document is None:
             raise NotNow(_NOTHING)
-        stem = re.sub(r"[^\w.-]+", "_", self._document["data"]["name"].rpartition(".")[0]) or "cbpt"
+        stem = self._stem()
         if what == "json":
             return text, "application/json", f"{stem}_page.json"
         if what == "command":
@@ -305,7 +341,15 @@ class Session:
         words = [self._case_words, self._data_words, *self._flags]
         if not effects:
             return shlex.join(["cbpt", "report", *words, "--out", "report.html"])
+        own = {effect.id for effect in self._diagnosed().own}
+        if own & set(effects):
+            # A formula is known to the exported case alone.
+            words[0] = f"{self._stem()}_case.toml"
         return shlex.join(["cbpt", "fit", *words, "--with", *effects, "--out", "case_with.toml"])
+
+    def _stem(self) -> str:
+        assert self._upload is not None
+        return re.sub(r"[^\w.-]+", "_", Path(self._upload.name).stem) or "cbpt"
 
 
 _CHARACTER = re.compile(r"character (\d+): (.*)", re.DOTALL)

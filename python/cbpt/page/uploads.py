@@ -78,6 +78,11 @@ class Upload:
         path.write_bytes(raw)
         return cls(name, os.fspath(path), mine=mine)
 
+    def close(self) -> None:
+        """Remove what was written."""
+        if self.mine is not None:
+            self.mine.cleanup()
+
     def describe(self) -> dict[str, Any]:
         """The columns with what each is taken for, and what is in doubt."""
         try:

@@ -10,6 +10,7 @@ import socket
 import sys
 import threading
 import webbrowser
+from importlib.util import find_spec
 
 from cbpt.errors import CbptError, InvalidInputError
 from cbpt.page.session import Session
@@ -19,19 +20,14 @@ LOOPBACK = ("127.0.0.1", "localhost", "::1")
 
 def serve(session: Session, host: str, port: int, open_browser: bool) -> None:
     """Serve a session. port: 0 takes any that is free. Raises `CbptError` where it cannot."""
-    try:
-        import uvicorn
-
-        from cbpt.page.server import application
-    except ImportError as error:
-        words = 'the workbench needs starlette and uvicorn: pip install "cbpt[workbench]"'
-        raise CbptError(words) from error
+    if not all(map(find_spec, ("starlette", "uvicorn", "plotly"))):
+        words = 'the workbench needs starlette, uvicorn and plotly: pip install "cbpt[workbench]"'
+        raise CbptError(words)
     listening = _listening(host, port)
     port = listening.getsockname()[1]
     token = secrets.token_urlsafe(32)
     local = host in LOOPBACK
     hosts = {"127.0.0.1", "localhost", "[::1]"} | (set() if local else {host, socket.gethostname()})
-    app = application(session, token, port, frozenset(hosts), addresses=not local)
     shown = host if local and host != "::1" else "[::1]" if local else socket.gethostname()
     address = f"http://{shown}:{port}/?token={token}"
     if not local:
@@ -43,6 +39,13 @@ def serve(session: Session, host: str, port: int, open_browser: bool) -> None:
     print(f"The workbench is at {address}\nCtrl-C ends it.", flush=True)
     if open_browser:
         threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
+    # The browser takes its time; what it asks for meanwhile waits at the socket.
+    threading.Thread(target=session.begin, daemon=True).start()
+    import uvicorn
+
+    from cbpt.page.server import application
+
+    app = application(session, token, port, frozenset(hosts), addresses=not local)
     config = uvicorn.Config(
         app,
         log_level="warning",

@@ -138,7 +138,7 @@ function restsOn(numbers) {
   return el(
     "div",
     {},
-    el("h4", {}, "What it rests on"),
+    el("h2", { class: "minor" }, "What it rests on"),
     el(
       "ul",
       { class: "plain small" },

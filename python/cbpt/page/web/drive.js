@@ -21,6 +21,8 @@ let load = {};
 /** @type {Record<string, number>} */
 let design = {};
 let pairShown = 0;
+/** Files whose drive is shown. @type {string | null} */
+let of = null;
 /** @type {Figure} */
 let figure;
 /** @type {HTMLElement} */
@@ -43,14 +45,22 @@ export function setUpDrive() {
   );
   fill(
     bodyOf("drive"),
-    el("div", { class: "grid two" }, pictures, el("div", { class: "grid" }, side, curve, below)),
+    el(
+      "div",
+      { class: "grid two" },
+      el("div", { class: "grid" }, pictures, below),
+      el("div", { class: "grid" }, side, curve),
+    ),
   );
   figure = new Figure(plot, "drive_angle", "Elastic angle of the drive over torque", build, {
     height: 270,
   });
   plot.append(el("div", { class: "under" }, el("span"), figure.save));
   on(["document"], () => {
-    shown = documentShown().drive;
+    const whole = documentShown();
+    if (of === whole.data.sha256 + whole.case.sha256) return;
+    of = whole.data.sha256 + whole.case.sha256;
+    shown = whole.drive;
     load = {};
     design = {};
     drawSliders();
@@ -263,8 +273,8 @@ function drawPictures() {
     el(
       "div",
       { class: "legend" },
-      key(t.accent, "pressed, carries the torque", "dot"),
-      key(t.quiet, "pressed by the preload alone", "dot"),
+      key(t.accent, "pressed by the torque", "dot"),
+      key(t.quiet, "pressed, relieved by the torque", "dot"),
       key(t.warn, "parted", "ring"),
       el(
         "span",

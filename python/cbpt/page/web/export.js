@@ -64,16 +64,20 @@ function draw() {
           isLive() ? "" : " The document is inside this file."
         }`,
       ),
-      el("h4", {}, "The same from a command line"),
-      el(
-        "div",
-        { class: "stack" },
-        el("pre", { id: "command" }, whole.command),
+      el("h3", { class: "minor" }, "The same from a command line"),
+      commands().map(([what, words, id]) =>
         el(
-          "button",
-          { type: "button", class: "no-print", onclick: () => copy(whole.command) },
-          "Copy",
-        ),
+          "div",
+          { class: "stack" },
+          el("p", { class: "small quiet" }, what),
+          el("pre", { id }, words),
+          el(
+            "button",
+            { type: "button", class: "no-print", onclick: () => copy(words) },
+            "Copy",
+            el("span", { class: "visually-hidden" }, ` the command: ${what}`),
+          ),
+        )
       ),
       el(
         "details",
@@ -83,6 +87,23 @@ function draw() {
       ),
     ),
   );
+}
+
+/** This page, and the model that is shown, as commands. @returns {[string, string, string][]} */
+function commands() {
+  const { command } = documentShown();
+  const { effects } = modelShown();
+  /** @type {[string, string, string][]} */
+  const found = [["This page", command, "command"]];
+  if (effects.length && effects.every((e) => /^\w+$/.test(e))) {
+    const inputs = command.replace(/^cbpt report/, "cbpt fit").replace(/ --out \S+$/, "");
+    const words = `${inputs} --with ${effects.join(" ")} --out case_with.toml`;
+    const known = documentShown().library.map((e) => e.effect);
+    const own = effects.some((e) => !known.includes(e));
+    const what = own ? "The model shown, with the case file saved above" : "The model shown";
+    found.push([what, words, "command-of-model"]);
+  }
+  return found;
 }
 
 /** @param {string} words */

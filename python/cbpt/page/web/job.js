@@ -27,8 +27,9 @@ let following = false;
 
 /** A new document: begin, or go on with what has begun. */
 async function look() {
+  if (following) return;
   byId("job").hidden = !open();
-  if (!open() || following) return;
+  if (!open()) return;
   try {
     const job = await get("job");
     if (job.state === "idle") await begin();
@@ -70,12 +71,19 @@ async function follow() {
     let job = await get("job");
     for (; job.state === "running"; job = await get("job")) {
       show(job);
+      // The answer is there before all that the page tells of the campaign.
+      if (job.answered && open()) {
+        setDocument(await get("document"));
+        announce("The answer is there.");
+        show(job);
+      }
       await new Promise((done) => setTimeout(done, PAUSE_MS));
     }
     following = false;
     // Other files may have taken the place of those that were diagnosed.
     if (state.document?.data.sha256 !== of) return look();
     if (job.state === "done") {
+      byId("job").hidden = true;
       setDocument(await get("document"));
       announce("The diagnosis is done.");
       return;

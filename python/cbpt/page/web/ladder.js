@@ -47,7 +47,10 @@ function rungs() {
   const m = modelShown();
   const list = whole.ladder?.rungs.map((r) => ({ ...r, shown: r.key === m.key })) ?? [];
   if (list.some((r) => r.shown) || m.rmse_arcsec === null) return list;
-  if (m.ladder?.length) return m.ladder.map((r, k, all) => ({ ...r, shown: k === all.length - 1 }));
+  if (m.ladder?.length) {
+    const steps = [...list.slice(0, 1), ...m.ladder];
+    return steps.map((r, k) => ({ ...r, shown: k === steps.length - 1 }));
+  }
   return [...list, {
     added: "",
     label: whole.ladder ? `shown: ${m.label}` : m.label,
@@ -58,6 +61,14 @@ function rungs() {
     chi2_per_dof: m.chi2_per_dof,
     shown: true,
   }];
+}
+
+/** After which rung the diagnosis stopped, where it went on to look. @param {Rung[]} list */
+function stopOf(list) {
+  const found = documentShown().ladder;
+  const same = found && list.length > found.stop + 1 && list[found.stop + 1].label ===
+      found.rungs[found.stop + 1]?.label;
+  return same ? found.stop : null;
 }
 
 /** @param {Rung} r */
@@ -71,6 +82,7 @@ function nameOf(r) {
 function build(t) {
   const whole = documentShown();
   const list = rungs();
+  const stop = stopOf(list);
   const s = scale();
   const at = list.map((_, k) => k);
   const inside = list.map((r) => r.in_sample_arcsec * s);
@@ -150,14 +162,14 @@ function build(t) {
             line: { color: t.quiet, width: 1.5, dash: "dot" },
           }]
           : []),
-        ...(whole.ladder && whole.ladder.stop + 1 < whole.ladder.rungs.length
+        ...(stop !== null
           ? [{
             type: "line",
             xref: "paper",
             x0: 0,
             x1: 1,
-            y0: whole.ladder.stop + 0.5,
-            y1: whole.ladder.stop + 0.5,
+            y0: stop + 0.5,
+            y1: stop + 0.5,
             line: { color: t.warn, width: 2, dash: "dash" },
           }]
           : []),
@@ -174,12 +186,12 @@ function build(t) {
             font: { size: 11, color: t.quiet },
           }]
           : []),
-        ...(whole.ladder && whole.ladder.stop + 1 < whole.ladder.rungs.length
+        ...(stop !== null
           ? [{
             xref: "paper",
             x: 1,
             xanchor: "right",
-            y: whole.ladder.stop + 0.5,
+            y: stop + 0.5,
             yanchor: "bottom",
             text: "stop: more gains nothing held out",
             showarrow: false,

@@ -1,6 +1,7 @@
 /** 7. What to measure next, and what the campaign can tell apart. */
 
 /** @import { Theme } from "./figure.js" */
+import { get, isLive } from "./api.js";
 import { bodyOf, el, fill, table } from "./dom.js";
 import { Figure } from "./figure.js";
 import { fixed, nameOf, plain, text } from "./numbers.js";
@@ -55,11 +56,31 @@ export function setUpNext() {
   );
   on(["document"], () => {
     drawRun();
-    drawSizes();
-    const there = names().length > 1;
-    matrix.hidden = !there;
-    if (there) figure.draw();
+    drawMatrix();
+    ask();
   });
+}
+
+function drawMatrix() {
+  drawSizes();
+  const there = names().length > 1;
+  matrix.hidden = !there;
+  if (there) figure.draw();
+}
+
+/** What the campaign can tell takes some seconds more than the answer, so it is asked for apart. */
+async function ask() {
+  const whole = documentShown();
+  if (!isLive() || !whole.answer || whole.isolability) return;
+  try {
+    const found = await get("isolability");
+    if (documentShown() !== whole) return;
+    whole.isolability = found.isolability;
+    if (found.why) whole.reasons.isolability = found.why;
+    drawMatrix();
+  } catch {
+    // Other files have been opened meanwhile, or the server has ended, which others tell.
+  }
 }
 
 function drawRun() {

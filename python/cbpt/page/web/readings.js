@@ -242,7 +242,12 @@ function build(t) {
   byId("thinned").textContent = drawn.length < all
     ? `${drawn.length} of ${all} readings drawn, what stands out among them; all are computed with.`
     : "";
-  const layout = layoutOf(t, [...(before?.residual_arcsec ?? []), ...m.residual_arcsec]);
+  const angles = inUnit([
+    ...drawn.map((i) => r.measured_arcsec[i]),
+    ...drawn.map((i) => m.model_arcsec[i]),
+  ]);
+  const ranges = { x: room(drawn.map((i) => r.torque_Nm[i])), y: room(angles) };
+  const layout = layoutOf(t, ranges, [...(before?.residual_arcsec ?? []), ...m.residual_arcsec]);
   return { data, layout, points };
 }
 
@@ -308,8 +313,25 @@ function lineOfRun(t, s) {
   };
 }
 
-/** @param {Theme} t @param {(number | null)[]} residuals */
-function layoutOf(t, residuals) {
+/** Ends with room for the signs. @param {(number | null)[]} values */
+function room(values) {
+  let low = Infinity, high = -Infinity;
+  for (const v of values) {
+    if (v === null) continue;
+    low = Math.min(low, v);
+    high = Math.max(high, v);
+  }
+  if (low > high) return undefined;
+  const more = 0.04 * (high - low) || 1;
+  return [low - more, high + more];
+}
+
+/**
+ * @param {Theme} t
+ * @param {{ x: number[] | undefined, y: number[] | undefined }} ranges
+ * @param {(number | null)[]} residuals
+ */
+function layoutOf(t, ranges, residuals) {
   const whole = documentShown();
   const floor = whole.noise?.noise_floor_arcsec ?? median(whole.readings.u_arcsec ?? []);
   let most = 0;
@@ -326,8 +348,14 @@ function layoutOf(t, residuals) {
       title: torque ? `${torque.label} (${torque.unit})` : "torque (N m)",
       anchor: "y2",
       zeroline: true,
+      range: ranges.x,
     },
-    yaxis: { title: `elastic angle (${state.unit})`, domain: [0.4, 1], zeroline: true },
+    yaxis: {
+      title: `elastic angle (${state.unit})`,
+      domain: [0.4, 1],
+      zeroline: true,
+      range: ranges.y,
+    },
     yaxis2: {
       title: `residual (${state.unit})`,
       domain: [0, 0.35],
@@ -409,7 +437,7 @@ function drawSelection() {
         r.run[i],
         plain(r.torque_Nm[i]),
         ...more.map((c) => plain(/** @type {number[]} */ (r[c.key])[i])),
-        BRANCHES[r.branch[i]].name,
+        BRANCHES[r.branch[i]].name.replace("torque ", ""),
         fixed(r.measured_arcsec[i] * s, 3),
         fixed((m.residual_arcsec[i] ?? NaN) * s, 3, true),
         r.regime[i] === null ? "" : whole.regimes[/** @type {number} */ (r.regime[i])],

@@ -43,7 +43,9 @@ export function documentShown() {
 
 /** @param {PageDocument} next */
 export function setDocument(next) {
-  const same = state.document?.data.sha256 === next.data.sha256;
+  const last = state.document;
+  const same = last?.data.sha256 === next.data.sha256 && last.case.sha256 === next.case.sha256;
+  if (last && same) keepModels(last, next);
   state.document = next;
   if (!same) {
     state.selected = new Set();
@@ -52,6 +54,20 @@ export function setDocument(next) {
   }
   if (!same || !modelOf(state.model)) state.model = "stated";
   tell("document");
+}
+
+/**
+ * What was fitted for the page before the rest of the document was known stays.
+ * @param {PageDocument} last @param {PageDocument} next
+ */
+function keepModels(last, next) {
+  const known = new Set(next.models.map((m) => m.key));
+  for (const model of last.models.filter((m) => !known.has(m.key))) {
+    next.models.push(model);
+    next.curves.forEach((line, k) => {
+      line.angle_arcsec[model.key] = last.curves[k]?.angle_arcsec[model.key] ?? null;
+    });
+  }
 }
 
 /** @param {string} key @returns {Model | undefined} */

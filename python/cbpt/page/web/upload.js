@@ -112,7 +112,7 @@ async function told(found) {
   fill(
     place,
     found.message && el("p", {}, found.message),
-    found.columns?.length > 0 && mapping(found),
+    found.doubt && found.columns?.length > 0 && mapping(found),
   );
 }
 

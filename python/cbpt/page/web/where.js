@@ -43,7 +43,7 @@ export function setUpWhere() {
       el(
         "span",
         { class: "small quiet" },
-        "Hatched: contacts have parted, the darker the more often. Outlined: the regions beside. A box selects readings.",
+        "Hatched: contacts have parted in some readings. Outlined: the regions beside. A box selects readings.",
       ),
       figure.save,
     ),
@@ -201,18 +201,11 @@ function build(t) {
       },
       {
         type: "scatter",
-        mode: "markers",
-        x: hatched.map((c) => c[0]),
-        y: hatched.map((c) => c[1]),
+        mode: "lines",
+        ...hatch(hatched),
         hoverinfo: "skip",
-        marker: {
-          symbol: "line-ne-open",
-          size: 13,
-          color: t.ink,
-          opacity: hatched.map(([a, b]) => 0.3 + (0.5 * parted[b][a]) / count[b][a]),
-          line: { width: 1.2, color: t.ink },
-        },
-        selectedpoints: null,
+        line: { color: t.ink, width: 1 },
+        opacity: 0.45,
       },
       {
         type: "scatter",
@@ -246,6 +239,19 @@ function build(t) {
       ...outlines(t, x, y),
     },
   };
+}
+
+/** Three strokes across each cell, in one line. @param {number[][]} cells */
+function hatch(cells) {
+  /** @type {(number | null)[]} */
+  const x = [];
+  /** @type {(number | null)[]} */
+  const y = [];
+  for (const [a, b] of cells) {
+    x.push(a - 0.5, a, null, a - 0.5, a + 0.5, null, a, a + 0.5, null);
+    y.push(b, b + 0.5, null, b - 0.5, b + 0.5, null, b - 0.5, b, null);
+  }
+  return { x, y };
 }
 
 /** Mean residuals of the model as stated, cell by cell. @param {Axis} x @param {Axis} y @param {number} s */

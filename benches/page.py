@@ -1,0 +1,142 @@
+"""How quick the page is in a real browser: start to first plot, a switch, twenty thousand readings.
+
+    python benches/page.py [--rounds N]
+
+Start is that of `cbpt workbench CASE DATA`; a switch is from the click to the next picture with
+curves, residual and error changed, of a model that is there and of one that the server has to fit.
+The best of some rounds is shown, and the whole as JSON with `--json FILE`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+from common.browser import chromium, watched, workbench
+from common.hidden import FOLDER, table_of
+
+READINGS = 20_000
+# From a click to the picture after it: the second frame begins when the first is on the screen.
+SWITCH = """async effect => {
+  const find = () => document.querySelector(`#missing [data-effect="${effect}"]`);
+  const before = find().getAttribute("aria-checked");
+  const start = performance.now();
+  find().click();
+  while (find().getAttribute("aria-checked") === before) {
+    await new Promise(done => requestAnimationFrame(done));
+  }
+  await new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)));
+  return performance.now() - start;
+}"""
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--json", type=Path)
+    options = parser.parse_args()
+    found: dict[str, Any] = {}
+    with chromium() as browser:
+        found |= small(browser, options.rounds)
+        with tempfile.TemporaryDirectory() as folder:
+            found |= large(browser, options.rounds, Path(folder))
+    for what, size in found.items():
+        print(f"{what.removesuffix('_s').replace('_', ' '):58s} {size:6.2f} s")
+    if options.json:
+        options.json.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+
+
+def started(browser: Any, *files: Path) -> tuple[float, float]:
+    """From the command to the first plot, and of it the browser's part, s."""
+    begin = time.perf_counter()
+    with workbench(*files) as address, watched(browser) as page:
+        page.goto(address)
+        page.wait_for_selector("html[data-ready]")
+        whole = time.perf_counter() - begin
+        page_s = page.evaluate("performance.getEntriesByName('cbpt-first-plot')[0].startTime / 1e3")
+    return whole, page_s
+
+
+def small(browser: Any, rounds: int) -> dict[str, float]:
+    """dev04: 396 readings."""
+    files = FOLDER / "dev04.toml", FOLDER / "dev04.csv"
+    starts = [started(browser, *files) for _ in range(rounds)]
+    with workbench(*files) as address, watched(browser) as page:
+        page.goto(address)
+        switches = diagnosed(page, rounds, ["creep", "run_in", "rough_contact", "plate_tilt"])
+    return {
+        "command_to_first_plot_s": min(s[0] for s in starts),
+        "of_it_in_the_browser_s": min(s[1] for s in starts),
+        **{f"{name}, 396 readings": value for name, value in switches.items()},
+    }
+
+
+def diagnosed(page: Any, rounds: int, others: list[str]) -> dict[str, float]:
+    """Switches once the answer is there, seen from where the curves are."""
+    page.wait_for_selector("#sentence")
+    page.wait_for_selector("#job", state="hidden")
+    page.wait_for_selector("html[data-drawn]")
+    while page.is_visible("text=less likely candidates"):
+        page.click("text=less likely candidates")
+    page.evaluate("document.querySelector('#readings').scrollIntoView()")
+    answer = "friction_hysteresis"
+    known = [page.evaluate(SWITCH, answer) for _ in range(2 * rounds)]
+    # Sets that nobody has fitted yet: the answer with one more, then with two more.
+    page.evaluate(SWITCH, answer)
+    fitted = []
+    for effect in others:
+        if page.locator(f'#missing [data-effect="{effect}"]').count():
+            fitted.append(page.evaluate(SWITCH, effect))
+            page.evaluate(SWITCH, effect)
+    return {
+        "switch_of_a_model_that_is_there_s": min(known) / 1e3,
+        "switch_with_a_fit_by_the_server,_median_s": float(np.median(fitted)) / 1e3,
+    }
+
+
+def large(browser: Any, rounds: int, folder: Path) -> dict[str, float]:
+    """The campaign of dev04 measured again and again, with noise of its own."""
+    columns = table_of("dev04")
+    times = -(-READINGS // len(columns["run"]))
+    rng = np.random.default_rng(4)
+    runs = columns["run"].max()
+    rows = [
+        "run,time_s,torque_Nm,preload_N,input_angle_deg,elastic_angle_arcsec,u_elastic_angle_arcsec"
+    ]
+    for k in range(times):
+        noise = 0.3 * rng.standard_normal(len(columns["run"]))
+        for i in range(len(columns["run"])):
+            if len(rows) <= READINGS:
+                rows.append(
+                    f"{columns['run'][i] + k * runs:.0f},{columns['time_s'][i] + 7200 * k:.2f},"
+                    f"{columns['torque_Nm'][i]:g},{columns['preload_N'][i]:g},"
+                    f"{columns['input_angle_deg'][i]:g},"
+                    f"{columns['elastic_angle_arcsec'][i] + noise[i]:.3f},0.42"
+                )
+    table = folder / "many.csv"
+    table.write_text("\n".join(rows) + "\n", encoding="utf-8")
+    files = FOLDER / "dev04.toml", table
+    whole, of_page = started(browser, *files)
+    with workbench(*files) as address, watched(browser) as page:
+        page.goto(address)
+        begin = time.perf_counter()
+        switches = diagnosed(page, rounds, ["creep", "run_in"])
+        answered = time.perf_counter() - begin
+    return {
+        "command_to_first_plot, 20,000 readings": whole,
+        "of_it_in_the_browser, 20,000 readings": of_page,
+        "answer_and_all_of_the_page, 20,000 readings": answered,
+        **{f"{name}, 20,000 readings": value for name, value in switches.items()},
+    }
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,98 @@
+"""A real browser on the page: Debian's Chromium by Playwright, and a workbench to look at.
+
+Whoever opens a page through `watched` has everything that it asks for outside this machine, and
+every error in its console, counted as a failure.
+"""
+
+from __future__ import annotations
+
+import shutil
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+CHROMIUM = next(
+    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
+)
+PATIENCE_MS = 90_000
+"""How long a condition may take on a machine that does other things as well."""
+
+
+@contextmanager
+def chromium() -> Iterator[Any]:
+    """The browser; skips the test where there is none."""
+    if CHROMIUM is None:
+        import pytest
+
+        pytest.skip("no Chromium on this machine: make setup-browser installs it")
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        # The sandbox of Chromium is not to be had as root, as in most CI machines.
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield browser
+        browser.close()
+
+
+@contextmanager
+def watched(browser: Any, width: int = 1280, **options: Any) -> Iterator[Any]:
+    """A page of its own; at its end nothing may have gone wrong or asked elsewhere."""
+    wrong: list[str] = []
+    context = browser.new_context(
+        viewport={"width": width, "height": 900}, accept_downloads=True, **options
+    )
+    context.set_default_timeout(PATIENCE_MS)
+
+    def through(route: Any) -> None:
+        address = urlsplit(route.request.url)
+        if address.scheme in ("data", "blob", "file") or address.hostname == "127.0.0.1":
+            route.continue_()
+        else:
+            wrong.append(f"asked for {route.request.url}")
+            route.abort()
+
+    context.route("**/*", through)
+    page = context.new_page()
+    page.on("pageerror", lambda error: wrong.append(f"page error: {error}"))
+
+    def asked(dialog: Any) -> None:
+        wrong.append(f"dialog: {dialog.message}")
+        dialog.dismiss()
+
+    page.on("dialog", asked)
+
+    def heard(message: Any) -> None:
+        if message.type in ("error", "warning"):
+            wrong.append(f"console: {message.text}")
+
+    page.on("console", heard)
+    yield page
+    context.close()
+    assert not wrong
+
+
+@contextmanager
+def workbench(*files: Path) -> Iterator[str]:
+    """A workbench in a process of its own; its address."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "cbpt.commands", "workbench", "--no-browser", *map(str, files)],
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    with process.stdout as told:
+        try:
+            yield told.readline().split()[-1]
+        finally:
+            process.send_signal(signal.SIGINT)
+            assert process.wait(30) == 0
+
+
+def number(page: Any, selector: str) -> float:
+    """The number that an element shows."""
+    return float(str(page.text_content(selector)).replace("\N{MINUS SIGN}", "-"))

@@ -1,0 +1,338 @@
+"""The page in a real browser: the whole story live, and the report from disk without a network.
+
+Groups: dev04 (upload, loop, switch, export), dev10 (an own effect), the report, names that attack,
+who cannot see or has no mouse.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import cbpt
+from cbpt.page.document import Source, page_document
+from cbpt.page.report import report
+from common.browser import chromium, number, watched, workbench
+from common.hidden import FOLDER, case_of
+
+READY, DRAWN = "html[data-ready]", "html[data-drawn]"
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with chromium() as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def bench(browser: Any) -> Iterator[str]:
+    with workbench() as address:
+        yield address
+
+
+@pytest.fixture(scope="module")
+def live(browser: Any, bench: str) -> Iterator[Any]:
+    with watched(browser) as page:
+        page.goto(bench)
+        yield page
+
+
+def upload(page: Any, name: str) -> None:
+    if not page.is_visible("dialog[open]"):
+        page.click("#open-files")
+    page.set_input_files("#files", [FOLDER / f"{name}.csv", FOLDER / f"{name}.toml"])
+    page.wait_for_selector("dialog", state="hidden")
+    page.wait_for_function(
+        "name => document.querySelector('#what').textContent.includes(name)", arg=name
+    )
+    page.wait_for_selector("#sentence")
+    page.wait_for_selector("#job", state="hidden")
+    page.wait_for_selector(DRAWN)
+
+
+@pytest.fixture(scope="module")
+def document(live: Any) -> dict[str, Any]:
+    """What the workbench tells the page of dev04."""
+    upload(live, "dev04")
+    found: dict[str, Any] = live.evaluate("fetch('api/document').then(r => r.json())")
+    return found
+
+
+@pytest.fixture(scope="module")
+def dev04(live: Any, document: dict[str, Any]) -> Any:
+    return live
+
+
+def saved(page: Any, button: str, folder: Path) -> Path:
+    with page.expect_download() as waiting:
+        page.click(button)
+    path = folder / str(waiting.value.suggested_filename)
+    waiting.value.save_as(path)
+    return path
+
+
+# --- the story ----------------------------------------------------------------------------
+
+
+def test_the_loop_is_seen_in_the_residual(dev04: Any) -> None:
+    assert "friction" in dev04.text_content("#sentence")
+    assert number(dev04, "#rmse") == pytest.approx(1.98, abs=0.01)
+    # Falling torque reads high, rising torque low: the loop that the model has not.
+    bias = dev04.evaluate(
+        """async () => {
+          const { state, modelShown } = await import('/store.js');
+          const sums = { up: 0, down: 0, none: 0 };
+          modelShown().residual_arcsec.forEach(
+            (v, i) => sums[state.document.readings.branch[i]] += v);
+          return sums;
+        }"""
+    )
+    assert bias["up"] < -100
+    assert bias["down"] > 100
+    assert "torque falling" in dev04.text_content("#regions")
+
+
+def test_a_switch_makes_the_error_fall_and_rise_again(dev04: Any) -> None:
+    switch = dev04.locator("#missing [data-effect=friction_hysteresis]")
+    lines = "#readings-plot .subplot.xy .lines path"
+    before = dev04.locator(lines).last.get_attribute("d")
+    switch.click()
+    dev04.wait_for_selector("#missing [data-effect=friction_hysteresis][aria-checked=true]")
+    assert number(dev04, "#rmse") == pytest.approx(0.30, abs=0.01)
+    assert "error 0.305" in dev04.text_content("#status")
+    dev04.wait_for_selector(DRAWN)
+    assert dev04.locator(lines).last.get_attribute("d") != before
+    assert "friction" in dev04.text_content("#ladder tr.shown")
+    switch.click()
+    dev04.wait_for_selector("#missing [data-effect=friction_hysteresis][aria-checked=false]")
+    assert number(dev04, "#rmse") == pytest.approx(1.98, abs=0.01)
+
+
+def test_any_combination_is_fitted_live(dev04: Any) -> None:
+    for effect in ("run_in", "plate_tilt"):
+        dev04.click(f"#missing [data-effect={effect}]")
+        dev04.wait_for_selector(f"#missing [data-effect={effect}][aria-checked=true]")
+    both = number(dev04, "#rmse")
+    assert 1.0 < both < 1.9
+    assert dev04.locator("#ladder tbody tr").count() == 4  # stated, refitted, one, both
+    dev04.click("text=as stated")
+    assert number(dev04, "#rmse") > both
+
+
+def test_a_box_selects_readings_in_every_plot(dev04: Any) -> None:
+    plot = dev04.locator("#readings-plot .area")
+    plot.scroll_into_view_if_needed()
+    box = dev04.locator(".nsewdrag[data-subplot=xy2]").bounding_box()
+    dev04.mouse.move(box["x"] + 0.7 * box["width"], box["y"] + 2)
+    dev04.mouse.down()
+    dev04.mouse.move(box["x"] + 0.9 * box["width"], box["y"] + 0.4 * box["height"], steps=5)
+    dev04.mouse.up()
+    dev04.wait_for_selector("#selected-count")
+    told = dev04.text_content("#selected-count")
+    count = int(told.split()[0])
+    assert 5 < count < 100
+    assert dev04.locator("#selection tbody tr").count() == count
+    assert "+" in told  # what lies high was selected
+    dev04.click("#selection button")
+    dev04.wait_for_selector("#selected-count", state="detached")
+
+
+def test_what_is_exported_gives_the_same_again(dev04: Any, tmp_path: Path) -> None:
+    dev04.click("#show-answer")
+    dev04.wait_for_selector("#missing [data-effect=friction_hysteresis][aria-checked=true]")
+    table, case = saved(dev04, "#save-csv", tmp_path), saved(dev04, "#save-case", tmp_path)
+    after = cbpt.compare(case, FOLDER / "dev04.csv")
+    assert after.overall is not None
+    assert after.overall.rmse_arcsec == pytest.approx(0.305, abs=0.01)
+    again = cbpt.compare(FOLDER / "dev04.toml", table)
+    assert again.overall is not None
+    assert again.overall.rmse_arcsec == pytest.approx(1.979, abs=0.01)
+    answer = json.loads(saved(dev04, "#save-answer", tmp_path).read_text(encoding="utf-8"))
+    assert answer["verdict"]["effects"] == ["friction_hysteresis"]
+    page = json.loads(saved(dev04, "#save-json", tmp_path).read_text(encoding="utf-8"))
+    assert page["answer"] == answer
+    drawing = saved(dev04, "#readings .under button", tmp_path).read_text(encoding="utf-8")
+    assert drawing.startswith("<svg")
+    assert drawing.count('class="point"') > 396
+    assert "cbpt report" in dev04.text_content("#command")
+
+
+def test_the_drive_follows_its_sliders(dev04: Any) -> None:
+    before = dev04.text_content("#drive-facts")
+    slider = dev04.locator("#drive [data-key=torque_Nm]")
+    slider.focus()
+    for _ in range(3):
+        slider.press("ArrowLeft")
+    dev04.wait_for_function(
+        "before => document.querySelector('#drive-facts').textContent !== before", arg=before
+    )
+    assert dev04.locator("#drawing svg circle").count() > 40
+
+
+def test_an_own_effect_is_checked_as_typed_fitted_and_shown(live: Any) -> None:
+    upload(live, "dev10")
+    assert "no effect of the library" in live.text_content("#sentence")
+    draft = live.input_value("#own-expression")
+    assert "input_angle_rad" in draft
+    live.fill("#own-expression", "a * torqe_Nm * (")
+    live.wait_for_function("() => document.querySelector('#own-mistake').textContent.includes('^')")
+    assert live.is_disabled("#own-fit")
+    live.fill("#own-expression", draft)
+    live.wait_for_selector("#own-mistake.fine")
+    for name, start, low, high in (
+        ("a1", 1e-5, -1e-3, 1e-3),
+        ("t1", 2.8, 0, 8),
+        ("c1", 2.27, 1.2, 3.3),
+        ("k1", 2.7, 0.5, 500),
+    ):
+        for part, value in (("start", start), ("min", low), ("max", high)):
+            live.fill(f'[data-parameter="{name}.{part}"]', str(value))
+    live.wait_for_selector("#own-fit:enabled")
+    before = number(live, "#rmse")
+    live.click("#own-fit")
+    live.wait_for_selector("#model-bar [data-effect=my_effect][aria-checked=true]")
+    assert number(live, "#rmse") < 0.4 < before
+    assert "my_effect" in live.text_content("#case-text")
+
+
+# --- the report ---------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def on_disk(document: dict[str, Any], tmp_path_factory: pytest.TempPathFactory) -> str:
+    path = tmp_path_factory.mktemp("report") / "report.html"
+    path.write_text(report(document), encoding="utf-8")
+    return path.as_uri()
+
+
+def test_a_report_opens_from_disk_without_a_network(browser: Any, on_disk: str) -> None:
+    with watched(browser, offline=True) as page:
+        page.goto(on_disk)
+        page.wait_for_selector(DRAWN)
+        assert "friction" in page.text_content("#sentence")
+        page.click("#missing [data-effect=friction_hysteresis]")
+        assert number(page, "#rmse") == pytest.approx(0.30, abs=0.01)
+        for section in ("readings", "where", "ladder", "next", "drive"):
+            assert page.locator(f"#{section} .main-svg").count() > 0
+        assert page.locator("#drawing svg").count() == 1
+        # What needs a server is not offered.
+        assert page.locator("#own textarea, #drive input, #open-files:visible").count() == 0
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+def test_nothing_has_to_be_scrolled_sideways(browser: Any, on_disk: str, width: int) -> None:
+    with watched(browser, width) as page:
+        page.goto(on_disk)
+        page.wait_for_selector(DRAWN)
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
+def test_a_report_prints_with_every_section_in_light_colours(browser: Any, on_disk: str) -> None:
+    with watched(browser, color_scheme="dark") as page:
+        page.goto(on_disk)
+        page.wait_for_selector(DRAWN)
+        assert len(page.pdf(format="A4")) > 50_000
+        page.emulate_media(media="print")
+        assert page.evaluate("getComputedStyle(document.body).backgroundColor").endswith(
+            "(255, 255, 255)"
+        )
+        assert not page.is_visible(".model-bar")
+        assert page.is_visible("#drawing svg")
+
+
+# --- names that attack --------------------------------------------------------------------
+
+ATTACK = '<img src=x onerror="alert(1)"></script><script>alert(2)</script>'
+
+
+def test_names_from_files_are_shown_as_text(browser: Any, tmp_path: Path) -> None:
+    table = tmp_path / "t.csv"
+    rows = (FOLDER / "dev04.csv").read_text(encoding="utf-8").splitlines()
+    quoted = ATTACK.replace('"', '""')
+    table.write_text(
+        "\n".join([rows[0], *(f'"{quoted}",{row.split(",", 1)[1]}' for row in rows[1:40])]),
+        encoding="utf-8",
+    )
+    case = cbpt.Case.from_toml(case_of("dev04"))
+    readings = cbpt.read_readings(table)
+    source = Source(f"{ATTACK}.toml", f"{ATTACK}.csv", f"# {ATTACK}\u2028", ATTACK)
+    document = page_document(case, readings, source)
+    for model in document["models"]:
+        model["label"] = ATTACK
+    path = tmp_path / "report.html"
+    path.write_text(report(document), encoding="utf-8")
+    with watched(browser) as page:
+        page.goto(path.as_uri())
+        page.wait_for_selector(DRAWN)
+        assert ATTACK in page.text_content("#what")
+        assert page.text_content("#command") == ATTACK
+        page.evaluate(
+            """import('cbpt/store.js').then(
+              ({ select }) => select(Array.from({ length: 30 }, (_, i) => i)))"""
+        )
+        page.wait_for_selector("#selected-count")
+        assert ATTACK in page.text_content("#selection tbody")
+        assert page.locator("img").count() == 0
+
+
+def test_a_hostile_file_name_is_but_a_name(live: Any) -> None:
+    live.click("#open-files")
+    name = '<img src=x onerror="alert(3)">.csv'
+    live.set_input_files(
+        "#files", [{"name": name, "mimeType": "text/csv", "buffer": b"<b>a</b>,b\n1,2\n3,4\n"}]
+    )
+    live.wait_for_selector("#upload-found .trouble, #upload-found #mapping")
+    live.wait_for_function(
+        "() => document.querySelector('#upload-found').textContent.includes('<b>a')"
+    )
+    assert live.locator("#upload-found b:text-is('a')").count() == 0
+    assert live.locator("img").count() == 0
+    live.click("dialog >> text=Close")
+
+
+# --- who cannot see, or has no mouse ------------------------------------------------------
+
+
+def test_every_control_has_a_name(browser: Any, on_disk: str) -> None:
+    with watched(browser) as page:
+        page.goto(on_disk)
+        page.wait_for_selector(DRAWN)
+        nameless = page.evaluate(
+            """() => [...document.querySelectorAll(
+                'button, select, input, textarea, a, [role=img]')]
+              .filter(e => e.getClientRects().length && !e.closest('.modebar'))
+              .filter(e => !(e.textContent.trim() || e.getAttribute('aria-label') ||
+                             e.labels?.length))
+              .map(e => e.outerHTML.slice(0, 200))"""
+        )
+        assert nameless == []
+        levels = page.evaluate(
+            "[...document.querySelectorAll('h1, h2, h3, h4')].map(h => Number(h.tagName[1]))"
+        )
+        assert levels[0] == 1
+        assert all(b - a <= 1 for a, b in pairwise(levels))
+        for landmark in ("header", "nav", "main"):
+            assert page.locator(landmark).count() == 1
+
+
+def test_a_switch_is_reached_and_used_by_keyboard(browser: Any, on_disk: str) -> None:
+    with watched(browser) as page:
+        page.goto(on_disk)
+        page.wait_for_selector(DRAWN)
+        for _ in range(40):
+            page.keyboard.press("Tab")
+            if page.evaluate("document.activeElement.dataset.effect") == "friction_hysteresis":
+                break
+        else:
+            pytest.fail("the switch is not reached with Tab")
+        outline = page.evaluate("getComputedStyle(document.activeElement).outlineStyle")
+        assert outline == "solid"
+        page.keyboard.press("Space")
+        page.wait_for_selector("#model-bar [data-effect=friction_hysteresis][aria-checked=true]")
+        # The focus stays where it was.
+        assert page.evaluate("document.activeElement.dataset.effect") == "friction_hysteresis"

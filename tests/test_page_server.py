@@ -1,0 +1,680 @@
+"""The workbench's server without a browser and without a network.
+
+Groups: the way in; the story; columns to confirm; a diagnosis that is cancelled; hostile files and
+names; requests that are none of the page's; the verb.
+"""
+
+from __future__ import annotations
+
+import http.client
+import io
+import json
+import re
+import signal
+import subprocess
+import sys
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+import xlsxwriter
+from starlette.testclient import TestClient
+
+import cbpt
+from cbpt.commands import main
+from cbpt.errors import CaseError
+from cbpt.page import campaign, uploads
+from cbpt.page.server import application
+from cbpt.page.session import Session
+from common.hidden import FOLDER
+
+TOKEN, PORT = "right-token", 8123
+HERE = f"http://127.0.0.1:{PORT}"
+CASE, DATA = FOLDER / "dev04.toml", FOLDER / "dev04.csv"
+HEAD = "run,time_s,torque_Nm,preload_N,elastic_angle_arcsec,u_elastic_angle_arcsec\n"
+ROWS = "".join(f"1,{i},{t},600,{3.1 * t:.3f},0.3\n" for i, t in enumerate([0, 1, 2, 3, 2, 1, 0]))
+
+
+def client_of(session: Session, inside: bool = True, **more: Any) -> TestClient:
+    headers = {"x-cbpt-token": TOKEN} if inside else {}
+    app = application(session, TOKEN, PORT, **more)
+    return TestClient(app, base_url=HERE, headers=headers)
+
+
+@pytest.fixture
+def session() -> Iterator[Session]:
+    found = Session()
+    yield found
+    found.close()
+
+
+@pytest.fixture
+def client(session: Session) -> TestClient:
+    return client_of(session)
+
+
+@pytest.fixture(scope="module")
+def diagnosed() -> Iterator[tuple[Session, TestClient]]:
+    """dev04 opened and diagnosed once."""
+    found = Session.of_files(CASE, DATA)
+    client = client_of(found)
+    assert client.post("/api/diagnose", json={}).json()["state"] == "running"
+    assert found.join(120)
+    yield found, client
+    found.close()
+
+
+def upload(client: TestClient, name: str, raw: bytes) -> Any:
+    return client.post(
+        "/api/upload",
+        params={"name": name},
+        content=raw,
+        headers={"content-type": "application/octet-stream"},
+    )
+
+
+def opened(client: TestClient, raw: bytes, name: str = "t.csv") -> Any:
+    """dev04's case with a table."""
+    assert upload(client, "case.toml", CASE.read_bytes()).status_code == 200
+    return upload(client, name, raw)
+
+
+# --- the way in -----------------------------------------------------------------------------
+
+
+def test_the_token_in_the_address_becomes_a_cookie_and_leaves_the_address(
+    session: Session,
+) -> None:
+    client = client_of(session, inside=False)
+    assert client.get("/").status_code == 403
+    assert client.get("/api/document").status_code == 403
+    assert client.get("/", params={"token": "wrong"}).status_code == 403
+    found = client.get("/", params={"token": TOKEN}, follow_redirects=False)
+    assert (found.status_code, found.headers["location"]) == (303, "/")
+    cookie = found.headers["set-cookie"].lower()
+    assert "httponly" in cookie
+    assert "samesite=strict" in cookie
+    page = client.get("/")
+    assert page.status_code == 200
+    assert TOKEN not in page.text
+    assert client.get("/api/document").json() is None
+
+
+@pytest.mark.parametrize("token", ["", "right-tokem", "rïght", "right-token\u0000"])
+def test_another_token_is_none(session: Session, token: str) -> None:
+    client = client_of(session, inside=False)
+    cookie = f"cbpt_{PORT}={token}; cbpt_1={TOKEN}"
+    for name, value in (("x-cbpt-token", token), ("cookie", cookie)):
+        headers = [(name.encode(), value.encode("utf-8"))]
+        assert client.get("/api/job", headers=headers).status_code == 403
+
+
+@pytest.mark.parametrize(
+    "host", ["evil.example", f"evil.example:{PORT}", "127.0.0.1", f"127.0.0.1:{PORT + 1}", "",
+             f"127.0.0.1.evil.example:{PORT}", f"192.168.0.7:{PORT}", f"[::1:{PORT}"],
+)  # fmt: skip
+def test_a_name_that_is_not_ours_is_refused(client: TestClient, host: str) -> None:
+    assert client.get("/api/job", headers={"host": host}).status_code == 421
+
+
+@pytest.mark.parametrize("host", [f"localhost:{PORT}", f"[::1]:{PORT}"])
+def test_other_names_of_this_machine_are_ours(client: TestClient, host: str) -> None:
+    assert client.get("/api/job", headers={"host": host}).status_code == 200
+
+
+def test_where_it_listens_to_the_network_addresses_are_taken_but_no_foreign_names(
+    session: Session,
+) -> None:
+    client = client_of(session, hosts=frozenset({"rig.local"}), addresses=True)
+    for host, status in (("192.168.0.7", 200), ("rig.local", 200), ("evil.example", 421)):
+        assert client.get("/api/job", headers={"host": f"{host}:{PORT}"}).status_code == status
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {"origin": "http://evil.example"},
+        {"origin": f"http://127.0.0.1:{PORT + 1}"},
+        {"origin": "null"},
+        {"sec-fetch-site": "cross-site"},
+        {"sec-fetch-site": "same-site"},
+    ],
+)
+def test_another_page_may_not_ask(client: TestClient, headers: dict[str, str]) -> None:
+    assert client.get("/api/job", headers=headers).status_code == 403
+    assert client.post("/api/cancel", json={}, headers=headers).status_code == 403
+
+
+@pytest.mark.parametrize(
+    "kind", ["text/plain", "application/x-www-form-urlencoded", "multipart/form-data", ""]
+)
+def test_what_a_foreign_form_could_send_changes_nothing(client: TestClient, kind: str) -> None:
+    found = client.post("/api/diagnose", content=b"{}", headers={"content-type": kind})
+    assert found.status_code == 415
+
+
+@pytest.mark.parametrize("address", ["/", "/main.js", "/page.css", "/api/job", "/none", "/api/no"])
+def test_every_answer_has_a_strict_policy_and_nobody_is_let_in_from_elsewhere(
+    client: TestClient, address: str
+) -> None:
+    headers = client.get(address).headers
+    policy = headers["content-security-policy"]
+    assert "default-src 'none'" in policy
+    assert "script-src 'self';" in policy
+    assert "unsafe-eval" not in policy
+    assert "frame-ancestors 'none'" in policy
+    assert headers["x-content-type-options"] == "nosniff"
+    assert headers["referrer-policy"] == "no-referrer"
+    assert not [name for name in headers if name.startswith("access-control")]
+
+
+def test_the_page_has_no_script_of_its_own_inside(client: TestClient) -> None:
+    page = client.get("/").text
+    assert not re.search(r"<script(?![^>]*\bsrc=)", page)
+    assert not re.search(r"\son\w+\s*=", page)
+    assert "http:" not in page
+    assert "https:" not in page
+
+
+def test_plotly_is_served_from_here(client: TestClient) -> None:
+    found = client.get("/plotly.min.js")
+    assert found.status_code == 200
+    assert found.headers["content-type"].startswith("text/javascript")
+
+
+@pytest.mark.parametrize(
+    "address",
+    [
+        "/../server.py", "/..%2fserver.py", "/%2e%2e/server.py", "/web/main.js", "/types.d.ts",
+        "//etc/passwd", "/main.js%00", "/index.html.bak", "/api/export/../../x",
+    ],
+)  # fmt: skip
+def test_no_address_leads_to_other_files(client: TestClient, address: str) -> None:
+    found = client.get(address)
+    assert found.status_code in (400, 404, 409)
+    assert "import" not in found.text
+
+
+# --- the story ------------------------------------------------------------------------------
+
+
+def test_case_and_table_are_opened_in_either_order_and_shown_before_any_diagnosis() -> None:
+    files = [("dev04.toml", CASE.read_bytes()), ("dev04.csv", DATA.read_bytes())]
+    for order in (files, files[::-1]):
+        session = Session()
+        client = client_of(session)
+        first = upload(client, *order[0]).json()
+        assert not first["ready"]
+        assert first["message"]
+        second = upload(client, *order[1]).json()
+        assert second["ready"], second
+        found = client.get("/api/document").json()
+        assert found["answer"] is None
+        assert found["data"] == found["data"] | {"name": "dev04.csv", "rows": 396}
+        assert found["case"]["text"] == CASE.read_text(encoding="utf-8")
+        assert len(found["models"]) == 1
+        session.close()
+
+
+def test_the_diagnosis_is_a_job_and_its_answer_is_that_of_the_command_line(
+    diagnosed: tuple[Session, TestClient],
+) -> None:
+    _, client = diagnosed
+    job = client.get("/api/job").json()
+    assert job["state"] == "done", job
+    found = client.get("/api/document").json()
+    verdict = found["answer"]["verdict"]
+    assert verdict["effects"] == ["friction_hysteresis"]
+    assert found["answer_key"] == "friction_hysteresis"
+    assert found["answer"]["source"] == str(DATA)
+
+
+def test_switching_an_effect_on_lets_the_error_fall(
+    diagnosed: tuple[Session, TestClient],
+) -> None:
+    _, client = diagnosed
+    whole = client.get("/api/document").json()
+    stated = whole["models"][0]["rmse_arcsec"]
+    found = client.post("/api/model", json={"effects": ["friction_hysteresis"]}).json()
+    assert found["model"]["rmse_arcsec"] < 0.2 * stated
+    assert len(found["curves"]) == len(whole["curves"])
+    pair = ["friction_hysteresis", "sensor_gain"]
+    both = client.post("/api/model", json={"effects": pair})
+    assert both.status_code == 200
+    assert both.json()["model"]["key"] == "+".join(sorted(pair))
+
+
+def test_an_own_effect_is_checked_as_it_is_typed_fitted_and_exported(
+    diagnosed: tuple[Session, TestClient],
+) -> None:
+    _, client = diagnosed
+    effect = {
+        "id": "mine",
+        "port": "series",
+        "expression": "a * torque",
+        "parameters": [
+            {"name": "a", "unit": "rad/(N m)", "start": 1e-6, "min": -1e-3, "max": 1e-3}
+        ],
+    }
+    told = client.post("/api/own/check", json=effect).json()
+    assert (told["ok"], told["column"]) == (False, 5)
+    assert "torque_Nm" in told["message"]
+    assert client.post("/api/own/fit", json=effect).status_code == 400
+    effect["expression"] = "a * torque_Nm * abs(torque_Nm)"
+    assert client.post("/api/own/check", json=effect).json()["ok"]
+    found = client.post("/api/own/fit", json=effect).json()
+    assert found["model"]["role"] == "own"
+    both = client.post("/api/model", json={"effects": ["mine", "friction_hysteresis"]}).json()
+    assert both["model"]["rmse_arcsec"] < found["model"]["rmse_arcsec"]
+    text = client.get("/api/export/case", params={"effects": "mine,friction_hysteresis"}).text
+    case = cbpt.Case.from_toml(text)
+    assert {e.id for e in case.effects} >= {"mine", "friction_hysteresis"}
+    command = client.get("/api/export/command", params={"effects": "mine"}).text
+    assert command.startswith("cbpt fit dev04_case.toml ")
+
+
+def test_what_is_exported_is_what_is_shown(diagnosed: tuple[Session, TestClient]) -> None:
+    _, client = diagnosed
+    whole = client.get("/api/document").json()
+    assert client.get("/api/export/json").json() == whole
+    effects = {"effects": "friction_hysteresis"}
+    lines = client.get("/api/export/csv", params=effects).text.splitlines()
+    assert len(lines) == 1 + whole["data"]["rows"]
+    row = dict(zip(lines[0].split(","), lines[5].split(","), strict=True))
+    model = next(m for m in whole["models"] if m["key"] == "friction_hysteresis")
+    assert float(row["residual_arcsec"]) == model["residual_arcsec"][4]
+    assert float(row["measured_arcsec"]) == whole["readings"]["measured_arcsec"][4]
+    command = client.get("/api/export/command", params=effects).text
+    assert command.split()[:4] == ["cbpt", "fit", str(CASE), str(DATA)]
+    assert client.get("/api/export/pickle").status_code == 409
+
+
+def test_the_campaign_is_judged_once_when_it_is_asked_for(
+    diagnosed: tuple[Session, TestClient], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _, client = diagnosed
+    calls = []
+
+    def judged(*given: Any) -> tuple[dict[str, Any], None]:
+        calls.append(given)
+        return {"pairs": []}, None
+
+    monkeypatch.setattr(campaign, "campaign_isolability", judged)
+    assert client.get("/api/document").json()["isolability"] is None
+    found = client.get("/api/isolability").json()
+    assert found == {"isolability": {"pairs": []}, "why": None}
+    assert client.get("/api/isolability").json() == found
+    assert len(calls) == 1
+    whole = client.get("/api/document").json()
+    assert whole["isolability"] == found["isolability"]
+    assert "isolability" not in whole["reasons"]
+
+
+def test_the_drive_is_redrawn(diagnosed: tuple[Session, TestClient]) -> None:
+    _, client = diagnosed
+    asked = {"load": {"torque_Nm": 4}, "design": {"deceleration.ball_radius_mm": 1.3}}
+    found = client.post("/api/drive", json=asked).json()
+    assert found["design"]["deceleration.ball_radius_mm"] == 1.3
+    assert found["drawing"]["pairs"][0]["balls"][0]["radius"] == 1.3
+    wrong = client.post("/api/drive", json={"design": {"deceleration.ball_radius_mm": 0}})
+    assert wrong.status_code == 400
+    assert "ball_radius_mm" in wrong.json()["error"]
+
+
+@pytest.mark.parametrize("route", ["model", "own/fit", "diagnose", "drive"])
+def test_before_there_are_readings_the_page_is_told_so(client: TestClient, route: str) -> None:
+    effect = {
+        "id": "x",
+        "port": "series",
+        "expression": "a",
+        "parameters": [{"name": "a", "start": 1}],
+    }
+    found = client.post(f"/api/{route}", json={"effects": []} | effect)
+    assert found.status_code == 409
+    assert "readings" in found.json()["error"]
+
+
+# --- columns to confirm ---------------------------------------------------------------------
+
+DOUBTFUL = "Moment,axial force [N],Twist (arcsec),note\n" + "".join(
+    f"{t},600,{3.1 * t:.3f},ok\n" for t in (0, 1, 2, 3, 4, 5, 6)
+)
+
+
+def test_names_that_leave_doubt_are_asked_about_and_taken_as_told(client: TestClient) -> None:
+    found = opened(client, DOUBTFUL.encode()).json()
+    assert not found["ready"]
+    assert found["doubt"]
+    columns = {c["header"]: c for c in found["columns"]}
+    assert columns["Moment"]["doubt"]
+    assert "torque_Nm" in columns["Moment"]["candidates"]
+    assert columns["Moment"]["sample"] == ["0", "1", "2"]
+    assert columns["Twist (arcsec)"]["column"] == "elastic_angle_arcsec"
+    assert client.get("/api/document").json() is None
+    again = client.post("/api/columns", json={"columns": {"Moment": "torque [N m]"}}).json()
+    assert again["ready"], again
+    whole = client.get("/api/document").json()
+    assert whole["readings"]["torque_Nm"] == [0, 1, 2, 3, 4, 5, 6]
+    assert "--column 'Moment=torque [N m]'" in whole["command"]
+    milli = client.post("/api/columns", json={"columns": {"Moment": "torque [mN m]"}}).json()
+    assert milli["ready"]
+    assert client.get("/api/document").json()["readings"]["torque_Nm"][1] == 0.001
+
+
+def test_a_wrong_mapping_is_told_and_can_be_mended(client: TestClient) -> None:
+    opened(client, DOUBTFUL.encode())
+    wrong = client.post("/api/columns", json={"columns": {"note": "torque_Nm"}}).json()
+    assert not wrong["ready"]
+    assert wrong["message"]
+    assert client.post("/api/columns", json={"columns": {"Moment": "torque_Nm"}}).json()["ready"]
+    assert client.post("/api/columns", json={"columns": {"Moment": 3}}).status_code == 400
+    assert client.post("/api/columns", json={"columns": ["Moment"]}).status_code == 400
+
+
+# --- a diagnosis that is cancelled ----------------------------------------------------------
+
+
+def test_a_diagnosis_is_cancelled_and_another_may_follow() -> None:
+    session = Session.of_files(CASE, DATA)
+    client = client_of(session)
+    client.post("/api/diagnose", json={})
+    second = client.post("/api/diagnose", json={})
+    assert second.status_code == 409
+    assert "under way" in second.json()["error"]
+    client.post("/api/cancel", json={})
+    assert session.join(60)
+    assert client.get("/api/job").json()["state"] == "cancelled"
+    assert client.get("/api/document").json()["answer"] is None
+    assert client.post("/api/diagnose", json={}).status_code == 200
+    # Other files end it as well, and what it finds is not shown beside them.
+    found = upload(client, "other.csv", (HEAD + ROWS).encode()).json()
+    assert found["ready"], found
+    session.close()
+    assert client.get("/api/job").json()["state"] == "idle"
+    assert client.get("/api/document").json()["data"]["name"] == "other.csv"
+
+
+def test_a_diagnosis_that_fails_says_why(client: TestClient, session: Session) -> None:
+    few = HEAD + "1,0,1,600,3,0.3\n1,1,2,600,6,0.3\n"
+    assert opened(client, few.encode()).json()["ready"]
+    client.post("/api/diagnose", json={})
+    assert session.join(60)
+    job = client.get("/api/job").json()
+    assert job["state"] == "failed"
+    assert "at least 6" in job["error"]
+
+
+# --- hostile files and names ----------------------------------------------------------------
+
+SCRIPT = "<script>alert(1)</script>"
+
+
+def test_names_are_only_shown_and_lead_nowhere(client: TestClient, tmp_path: Path) -> None:
+    name = f"../../{SCRIPT}\u202e\u0000.csv"
+    found = opened(client, (HEAD + ROWS).encode(), name).json()
+    assert found["ready"], found
+    # Of a path the last part is shown; here it is what follows the slash of the closing tag.
+    assert found["name"] == "script>.csv"
+    found = upload(client, "..\\..\\etc\\" + "n" * 500 + ".csv", (HEAD + ROWS).encode()).json()
+    assert found["name"] == "n" * 120
+    assert upload(client, "", (HEAD + ROWS).encode()).json()["name"] == "table"
+
+
+def test_hostile_words_in_a_table_arrive_as_text(client: TestClient) -> None:
+    rows = ROWS.replace("1,", f"{SCRIPT},", 1).replace("\n1,", "\n\"=cmd|' /C calc'!A0\",")
+    table = HEAD.replace("run", "run", 1).replace("\n", f",{SCRIPT}\n", 1)
+    lines = [f"{line},7" for line in rows.splitlines()]
+    found = opened(client, (table + "\n".join(lines)).encode()).json()
+    assert found["ready"], found
+    answer = client.get("/api/document")
+    assert answer.headers["content-type"] == "application/json"
+    assert SCRIPT in answer.json()["readings"]["run"]
+    text = client.get("/api/export/csv").text
+    assert "'=cmd" in text
+    assert not re.search(r"(^|,)\"?=", text, re.MULTILINE)
+
+
+def test_a_report_of_hostile_names_holds_no_script_of_theirs(client: TestClient) -> None:
+    from cbpt.page.report import report
+
+    case = CASE.read_text(encoding="utf-8") + f"\n# </script>{SCRIPT}<!--\n"
+    upload(client, f"{SCRIPT.replace('/', '')}.toml", case.encode())
+    rows = ROWS.replace("1,", f"</script>{SCRIPT},", 1)
+    assert upload(client, "</SCRIPT>.csv", (HEAD + rows).encode()).json()["ready"]
+    page = report(client.get("/api/document").json())
+    assert SCRIPT not in page
+    assert "<script>alert" not in page
+
+
+@pytest.mark.parametrize(
+    "raw",
+    [
+        b"", b"\x00" * 2000, b"\xff\xfe", b"PK\x03\x04 no archive", b"PAR1", b"TDSm", b"%PDF-1.7",
+        b"MATLAB 5.0 MAT-file", b"\xd0\xcf\x11\xe0", b"\x89HDF\r\n", b"a" * 70_000,
+        b"a,b\n" + b'"' * 1000, b"torque_Nm\n" * 3, HEAD.encode(),
+        (HEAD + "1,0,nan,600,3,0.3\n").encode(), (HEAD + "1,0,1e999,600,3,0.3\n").encode(),
+        (HEAD + "1,0,1,-600,3,0.3\n").encode(), (HEAD + "1,0,1,600,3,0\n").encode(),
+        (HEAD + "1,0,1,600\n").encode(), "\n".join([HEAD] * 5).encode(),
+    ],
+    ids=lambda raw: repr(raw[:12]),
+)  # fmt: skip
+def test_what_is_no_table_of_readings_is_told_and_nothing_breaks(
+    client: TestClient, raw: bytes
+) -> None:
+    found = opened(client, raw)
+    if found.status_code == 200:
+        assert not found.json()["ready"]
+        assert found.json()["message"]
+        told = found.json()["message"]
+    else:
+        assert found.status_code == 400
+        told = found.json()["error"]
+    assert "/tmp" not in told
+    assert client.get("/api/document").json() is None
+    assert opened(client, (HEAD + ROWS).encode()).json()["ready"]
+
+
+@pytest.mark.parametrize(
+    "raw",
+    [b"", b"\xff\xfe\x00", b"[", b"a = 1", b"[deceleration]\nball_count = 1e9", b"x" * (2 << 20)],
+    ids=lambda raw: repr(raw[:12]),
+)
+def test_what_is_no_case_is_told(client: TestClient, raw: bytes) -> None:
+    found = upload(client, "case.toml", raw)
+    assert found.status_code == 400
+    assert found.json()["error"]
+
+
+def test_a_case_keeps_its_comments_as_text(client: TestClient) -> None:
+    text = f"# {SCRIPT}\n" + CASE.read_text(encoding="utf-8")
+    upload(client, "c.toml", text.encode())
+    upload(client, "t.csv", (HEAD + ROWS).encode())
+    assert client.get("/api/document").json()["case"]["text"] == text
+    with pytest.raises(CaseError, match="no UTF-8"):
+        uploads.read_case("c.toml", b"# \xe4\n" + CASE.read_bytes())
+
+
+def test_a_workbook_that_unpacks_to_far_more_is_not_unpacked(client: TestClient) -> None:
+    raw = io.BytesIO()
+    with zipfile.ZipFile(raw, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+        for sheet in range(66):
+            archive.writestr(f"xl/worksheets/sheet{sheet}.xml", b"0" * (1 << 22))
+    assert len(raw.getvalue()) < uploads.MOST_BYTES
+    found = opened(client, raw.getvalue(), "bomb.xlsx").json()
+    assert not found["ready"]
+    assert "once unpacked" in found["message"]
+
+
+def test_a_stray_cell_in_the_last_row_does_not_fill_the_memory(
+    client: TestClient, tmp_path: Path
+) -> None:
+    with xlsxwriter.Workbook(tmp_path / "t.xlsx") as book:
+        page = book.add_worksheet("Data")
+        page.write(0, 0, "torque_Nm")
+        page.write(1_048_575, 16_000, 1)
+    found = opened(client, (tmp_path / "t.xlsx").read_bytes(), "t.xlsx").json()
+    assert not found["ready"]
+    assert "cells" in found["message"]
+
+
+def test_a_small_file_that_holds_more_cells_than_may_be_is_refused_unread(
+    client: TestClient, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Of one value repeated a column of Parquet is nearly nothing, a thousand million of it too.
+    monkeypatch.setattr(uploads, "_MOST_CELLS", 100_000)
+    path = tmp_path / "t.parquet"
+    pq.write_table(pa.table({"torque_Nm": np.ones(200_000)}), path, compression="zstd")
+    assert path.stat().st_size < 10_000
+    found = opened(client, path.read_bytes(), "t.parquet").json()
+    assert not found["ready"]
+    assert "200,000 cells" in found["message"]
+
+
+def test_rows_and_bytes_are_bounded(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:
+    many = opened(client, b"torque_Nm\n" + b"1\n" * 300_000)
+    assert many.status_code == 400
+    assert "rows" in many.json()["error"]
+    monkeypatch.setattr(uploads, "MOST_ROWS", 5)
+    found = opened(client, (HEAD + ROWS).encode()).json()
+    assert not found["ready"]
+    assert "7 rows" in found["message"]
+
+
+def test_an_upload_is_bounded_while_it_streams(client: TestClient) -> None:
+    sent = 0
+
+    def endless() -> Iterator[bytes]:
+        nonlocal sent
+        while True:
+            sent += 1 << 20
+            yield b"1" * (1 << 20)
+            if sent > 4 * uploads.MOST_BYTES:  # only were the bound not there
+                return
+
+    kind = {"content-type": "application/octet-stream"}
+    found = client.post("/api/upload", params={"name": "t.csv"}, content=endless(), headers=kind)
+    assert found.status_code == 413
+    told = {**kind, "content-length": str(10**12)}
+    assert client.post("/api/upload", content=b"1", headers=told).status_code == 413
+
+
+# --- requests that are none of the page's -----------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        b"", b"[]", b"null", b"{", b"[" * 100_000, b'{"effects": 3}', b'{"effects": [1]}',
+        b'{"effects": null}', b'{"effects": ["' + b"x" * 5000 + b'"]}',
+        b'{"effects": ["' + b'","'.join([b"a%d" % i for i in range(50)]) + b'"]}',
+        b'{"effects": NaN}', b'{"effects": ["__class__"]}', b'{"effects": ["<script>"]}',
+    ],
+    ids=lambda body: repr(body[:14]),
+)  # fmt: skip
+def test_a_request_that_makes_no_sense_is_a_mistake_not_a_crash(
+    diagnosed: tuple[Session, TestClient], body: bytes
+) -> None:
+    _, client = diagnosed
+    headers = {"content-type": "application/json"}
+    found = client.post("/api/model", content=body, headers=headers)
+    assert found.status_code == 400
+    assert found.json()["error"]
+
+
+@pytest.mark.parametrize(
+    "expression",
+    [
+        "__import__('os').system('true')", "a.__class__", "(" * 900, "a" * 5000, "1/0", "a; b",
+        "lambda: 1", "a\u0000", "‮a", "exp(exp(exp(a * 1e3))) * torque_Nm",
+    ],
+)  # fmt: skip
+def test_an_expression_is_read_by_the_grammar_and_never_run_as_code(
+    diagnosed: tuple[Session, TestClient], expression: str
+) -> None:
+    _, client = diagnosed
+    effect = {
+        "id": "evil",
+        "port": "series",
+        "expression": expression,
+        "parameters": [{"name": "a", "start": 1.0}],
+    }
+    assert client.post("/api/own/check", json=effect).status_code == 200
+    assert client.post("/api/own/fit", json=effect).status_code == 400
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"id": "<b>"}, {"id": 3}, {"id": "stated"}, {"port": "kernel"}, {"parameters": {"a": 1}},
+        {"parameters": [{"name": "a", "start": "1"}]}, {"parameters": [{"name": "a"}] * 2},
+        {"parameters": [{"name": "a", "start": 1e400}]}, {"expression": None}, {"parameters": []},
+        {"parameters": [{"name": f"p{i}", "start": 1} for i in range(400)]},
+    ],
+)  # fmt: skip
+def test_an_own_effect_out_of_form_is_refused(
+    diagnosed: tuple[Session, TestClient], change: dict[str, Any]
+) -> None:
+    _, client = diagnosed
+    effect = {
+        "id": "evil",
+        "port": "series",
+        "expression": "a * torque_Nm",
+        "parameters": [{"name": "a", "start": 1e-6}],
+    }
+    body = json.dumps(effect | change)
+    headers = {"content-type": "application/json"}
+    assert client.post("/api/own/fit", content=body, headers=headers).status_code == 400
+
+
+def test_a_mistake_of_our_own_is_told_without_its_inside(
+    client: TestClient, session: Session, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken() -> dict[str, Any]:
+        raise ZeroDivisionError("secret")
+
+    monkeypatch.setattr(session, "job", broken)
+    found = client.get("/api/job")
+    assert found.status_code == 500
+    assert "secret" not in found.text
+
+
+# --- the verb -------------------------------------------------------------------------------
+
+
+def test_workbench_serves_on_this_machine_and_ends_with_ctrl_c() -> None:
+    command = [sys.executable, "-m", "cbpt.commands", "workbench", str(CASE), str(DATA)]
+    run = subprocess.Popen(
+        [*command, "--no-browser"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    try:
+        assert run.stdout is not None
+        found = re.search(r"http://127\.0\.0\.1:(\d+)/\?token=(\S{43})", run.stdout.readline())
+        assert found is not None
+        port, token = int(found[1]), found[2]
+        connection = http.client.HTTPConnection("127.0.0.1", port, timeout=60)
+        connection.request("GET", "/api/document", headers={"x-cbpt-token": token})
+        document = json.loads(connection.getresponse().read())
+        assert document["data"]["rows"] == 396
+        connection.request("GET", "/api/document")
+        assert connection.getresponse().status == 403
+        connection.close()
+        run.send_signal(signal.SIGINT)
+        out, err = run.communicate(timeout=60)
+    finally:
+        run.kill()
+        run.wait()
+    assert run.returncode == 0, err
+    assert "has ended" in out
+    assert err == ""
+
+
+def test_workbench_refuses_half_of_its_files(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["workbench", str(CASE), "--no-browser"]) == 2
+    assert "both CASE and DATA" in capsys.readouterr().err
+    assert main(["workbench", str(CASE), "none.csv", "--no-browser"]) == 2
+    assert main(["workbench", "--port", "70000"]) == 2
