@@ -1,5 +1,8 @@
 //! Plans of sweeps, their rows and the files that these go to.
 
+// A mistake is told once; its size does not matter.
+#![allow(clippy::result_large_err)]
+
 use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
