@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cbpt._core import SweepCsv, SweepPlan, sweep_statuses
 from cbpt.errors import PlanError
@@ -110,7 +111,7 @@ class _Parquet:
             if int(part.stem) != self.done:
                 part.unlink()
             else:
-                self.done += parquet.ParquetFile(part).metadata.num_rows
+                self.done += parquet.read_metadata(part).num_rows
 
     def _record_of(self, path: Path) -> str:
         from pyarrow import ArrowInvalid
@@ -168,11 +169,11 @@ class _Parquet:
         for name, unit, words, values in zip(
             plan.names, plan.units, plan.words, rows.axes, strict=True
         ):
-            column = _words(values, words) if words else pyarrow.array(values)
+            column = _words(values, words) if words else _numbers(values)
             add(name, column, unit)
         for name, values in rows.found.items():
             unit = "" if name == "residual" else name.rsplit("_", 1)[-1]
-            add(name, pyarrow.array(values, from_pandas=True), unit)
+            add(name, _numbers(values), unit)
         add("status", _words(rows.status, sweep_statuses()), None)
         schema = pyarrow.schema(fields, metadata={"cbpt_sweep": plan.record})
         return pyarrow.Table.from_arrays(columns, schema=schema)
@@ -185,7 +186,8 @@ class _Parquet:
         schema = self.parquet.read_schema(parts[0])
         with self.parquet.ParquetWriter(new, schema) as writer:
             for part in parts:
-                writer.write_table(self.parquet.read_table(part, schema=schema))
+                with self.parquet.ParquetFile(part) as read:
+                    writer.write_table(read.read())
         _to_disk(new)
         new.replace(self.path)
         self.close()
@@ -197,10 +199,28 @@ class _Parquet:
             self.lock = None
 
 
-def _words(codes: Any, words: list[str]) -> Any:
+def _numbers(values: NDArray[np.float64]) -> Any:
+    """A column with nothing where there is no number.
+
+    `pyarrow.array` would do the same and load pandas for it, which takes a second.
+    """
     import pyarrow
 
-    return pyarrow.DictionaryArray.from_arrays(codes.astype(np.int32), pyarrow.array(words))
+    there = np.packbits(~np.isnan(values), bitorder="little")
+    buffers = [pyarrow.py_buffer(there), pyarrow.py_buffer(np.ascontiguousarray(values))]
+    return pyarrow.Array.from_buffers(pyarrow.float64(), len(values), buffers)
+
+
+def _words(codes: NDArray[Any], words: list[str]) -> Any:
+    """A column of words, without pandas too."""
+    import pyarrow
+
+    places = [None, pyarrow.py_buffer(codes.astype(np.int32))]
+    indices = pyarrow.Array.from_buffers(pyarrow.int32(), len(codes), places)
+    ends = np.cumsum([0, *(len(word.encode()) for word in words)], dtype=np.int32)
+    letters = pyarrow.py_buffer("".join(words).encode())
+    known = pyarrow.StringArray.from_buffers(len(words), pyarrow.py_buffer(ends), letters)
+    return pyarrow.DictionaryArray.from_arrays(indices, known)
 
 
 def _replace(path: Path, contents: bytes) -> None:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import csv
+import itertools
 import json
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -74,16 +75,12 @@ class Rows:
     @classmethod
     def read(cls, plan: SweepPlan, path: Path) -> Rows:
         """The rows that a file holds."""
-        if path.suffix.lower() == ".parquet":
-            from pyarrow import parquet
+        read = _parquet if path.suffix.lower() == ".parquet" else _csv
+        return cls.joined(cls._of_texts(plan, columns) for columns in read(path))
 
-            table = parquet.read_table(path)
-            columns = {name: table[name].to_pylist() for name in table.column_names}
-        else:
-            with path.open(encoding="utf-8", newline="") as file:
-                lines = csv.reader(file)
-                header = next(lines)
-                columns = dict(zip(header, map(list, zip(*lines, strict=True)), strict=True))
+    @classmethod
+    def _of_texts(cls, plan: SweepPlan, columns: dict[str, Sequence[Any]]) -> Rows:
+        """Some rows as files have them: words, numbers or their texts, nothing for NaN."""
 
         def numbers(name: str) -> NDArray[np.float64]:
             return np.array([np.nan if x in ("", None) else x for x in columns[name]], np.float64)
@@ -95,6 +92,26 @@ class Rows:
         codes = {status: code for code, status in enumerate(sweep_statuses())}
         status = np.array([codes[each] for each in columns["status"]], np.uint8)
         return cls(axes, {name: numbers(name) for name in found_columns(plan)}, status)
+
+
+_AT_A_TIME = 65536
+"""Rows that are read at a time: texts take far more memory than numbers."""
+
+
+def _csv(path: Path) -> Iterator[dict[str, Sequence[Any]]]:
+    with path.open(encoding="utf-8", newline="") as file:
+        lines = csv.reader(file)
+        header = next(lines)
+        while rows := list(itertools.islice(lines, _AT_A_TIME)):
+            yield dict(zip(header, zip(*rows, strict=True), strict=True))
+
+
+def _parquet(path: Path) -> Iterator[dict[str, Sequence[Any]]]:
+    from pyarrow import parquet
+
+    with parquet.ParquetFile(path) as file:
+        for batch in file.iter_batches(_AT_A_TIME):
+            yield batch.to_pydict()
 
 
 @dataclass(frozen=True, eq=False)
