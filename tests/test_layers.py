@@ -222,14 +222,16 @@ def imports(name: str) -> Imports:
 
 # The part of the package that a module belongs to, the lowest first.
 RANKS = (
-    *("_core", "errors", "results", "effects", "lab", "page"),
-    *("verbs", "plan_verbs", "page_verbs", "commands"),
+    *("_core", "errors", "results", "sweep_result", "sweep_files", "sweeps"),
+    *("effects", "lab", "design", "page"),
+    *("verbs", "plan_verbs", "page_verbs", "design_verbs", "sweep_verb", "commands"),
 )
 # The one step up: methods that hand their object on when they are called, never on import.
 UPWARDS = {
     ("cbpt.lab.compare", "cbpt.page.comparison_figure"),
     ("cbpt.lab.answer", "cbpt.page.diagnosis_figure"),
     ("cbpt.lab.isolability", "cbpt.page.isolability_figure"),
+    ("cbpt.design.tolerance", "cbpt.page.tolerance_figure"),
 }
 
 

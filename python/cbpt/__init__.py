@@ -10,6 +10,8 @@ Map:
 - `Drive.solve` -> `Solution` -> `PairSolution`: one load, every meshing point;
 - `Drive.preload` -> `PreloadThresholds`: the preload that a torque needs;
 - `solve_many` -> `Angles`: arrays of loads on all cores;
+- `sweep` -> `Sweep`: any parameter of drive, load or effects, also on an executor or to a file;
+  `SweepPlan`: what it follows;
 - `read_readings` -> `Readings`, `compare` -> `Comparison`: model against measurement;
 - `diagnose` -> `Diagnosis`: which effect is missing; `diagnose_by` -> `DividedDiagnosis`: the same
   for each level of a column; `fit` -> `Fitted`: the case with it;
@@ -17,6 +19,9 @@ Map:
 - `read_plan` -> `Plan`: a campaign to come; `simulate` -> `Readings`: what it would read;
   `isolability` -> `Isolability`: what it could see and tell apart; `next_runs` -> `NextRuns`: what
   would decide; `shortest_plan` -> `Design`: a whole campaign;
+- `Drive.sensitivities` -> `Sensitivities`: how angle and thresholds answer to every design number;
+  `tolerance` -> `Tolerance`: what the drawing's tolerances make of the angle; `optimise` ->
+  `Optimum`: the design with the smallest angle within bounds;
 - `errors`: everything that can be raised, under `CbptError`.
 
 Input is in the unit that its name ends in; inside everything is SI and radians.
@@ -34,7 +39,10 @@ from cbpt._core import (
     LargestAngle,
     PairSolution,
     PreloadThresholds,
+    Sensitivities,
+    Sensitivity,
     Solution,
+    SweepPlan,
     Thresholds,
     example_case,
 )
@@ -50,6 +58,8 @@ from cbpt.errors import (
 if TYPE_CHECKING:
     __version__: str
     from cbpt import effects as effects
+    from cbpt.design.optimise import Optimum, optimise
+    from cbpt.design.tolerance import Tolerance, tolerance
     from cbpt.lab.answer import Diagnosis
     from cbpt.lab.campaign_design import Design, shortest_plan
     from cbpt.lab.candidates import Limits
@@ -63,6 +73,8 @@ if TYPE_CHECKING:
     from cbpt.lab.readings import Readings, read_readings
     from cbpt.lab.simulate import simulate
     from cbpt.results import Angles, solve_many
+    from cbpt.sweep_result import Sweep
+    from cbpt.sweeps import sweep
 
 # Loaded when first asked for, so that `import cbpt` stays light.
 _LAZY = {
@@ -75,19 +87,25 @@ _LAZY = {
     "Isolability": "cbpt.lab.isolability",
     "Limits": "cbpt.lab.candidates",
     "NextRuns": "cbpt.lab.next_run",
+    "Optimum": "cbpt.design.optimise",
     "Plan": "cbpt.lab.plan",
     "Readings": "cbpt.lab.readings",
+    "Sweep": "cbpt.sweep_result",
+    "Tolerance": "cbpt.design.tolerance",
     "compare": "cbpt.lab.compare",
     "diagnose": "cbpt.lab.diagnose",
     "diagnose_by": "cbpt.lab.divided",
     "fit": "cbpt.lab.fitting",
     "isolability": "cbpt.lab.isolability",
     "next_runs": "cbpt.lab.next_run",
+    "optimise": "cbpt.design.optimise",
     "read_plan": "cbpt.lab.plan",
     "read_readings": "cbpt.lab.readings",
     "shortest_plan": "cbpt.lab.campaign_design",
     "simulate": "cbpt.lab.simulate",
     "solve_many": "cbpt.results",
+    "sweep": "cbpt.sweeps",
+    "tolerance": "cbpt.design.tolerance",
 }
 
 __all__ = [
@@ -108,14 +126,20 @@ __all__ = [
     "Limits",
     "NextRuns",
     "NoSolutionError",
+    "Optimum",
     "PairSolution",
     "Plan",
     "PlanError",
     "PreloadThresholds",
     "Readings",
     "ReadingsError",
+    "Sensitivities",
+    "Sensitivity",
     "Solution",
+    "Sweep",
+    "SweepPlan",
     "Thresholds",
+    "Tolerance",
     "compare",
     "diagnose",
     "diagnose_by",
@@ -124,11 +148,14 @@ __all__ = [
     "fit",
     "isolability",
     "next_runs",
+    "optimise",
     "read_plan",
     "read_readings",
     "shortest_plan",
     "simulate",
     "solve_many",
+    "sweep",
+    "tolerance",
 ]
 
 

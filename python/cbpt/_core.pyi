@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from os import PathLike
 from typing import Any, SupportsFloat, SupportsIndex, final
 
-__all__ = ["Case", "Drive", "Effect", "EffectParameter", "EffectSpec", "Finding", "LargestAngle", "OwnEffect", "PairSolution", "Prediction", "Predictor", "PreloadThresholds", "Sensitivities", "Sensitivity", "Solution", "Thresholds", "design_number", "design_numbers", "effect_specs", "example_case", "judge_designs", "own_effect_variables", "run_command_line", "solve_angles", "text_table"]
+__all__ = ["Case", "Drive", "Effect", "EffectParameter", "EffectSpec", "Finding", "LargestAngle", "OwnEffect", "PairSolution", "Prediction", "Predictor", "PreloadThresholds", "Sensitivities", "Sensitivity", "Solution", "SweepCsv", "SweepPlan", "Thresholds", "design_number", "design_numbers", "effect_specs", "example_case", "judge_designs", "own_effect_variables", "run_command_line", "solve_angles", "sweep_statuses", "text_table"]
 
 @final
 class Case:
@@ -90,7 +90,7 @@ class Case:
         Raises ``CaseError`` with key, what was found and what is allowed, and ``InvalidInputError`` for a function of Python,
         which a case cannot hold.
         """
-    def with_numbers(self, /, numbers: dict[str, SupportsFloat | SupportsIndex]) -> Case:
+    def with_numbers(self, /, numbers: "dict[str, float]") -> Case:
         """
         The case with other values of numbers of its drive and load, named in SI (``deceleration.ball_radius_m``).
 
@@ -172,10 +172,11 @@ class Drive:
         Preload that a torque (N m) needs: to hold, for continuous transmission, for zero backlash, of each pair and of
         the drive; maxima over a period, or at ``input_angle_deg`` where it is given.
         """
-    def sensitivities(self, /, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex, input_angle_deg: SupportsFloat | SupportsIndex = 0.0) -> Sensitivities:
+    def sensitivities(self, /, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex, input_angle_deg: SupportsFloat | SupportsIndex = 0.0, also: SupportsGetItem[int, str] = ...) -> Sensitivities:
         """
         How the elastic angle under a load, and the preload thresholds at its torque over a period, answer to every design
-        number: exact derivatives.
+        number: exact derivatives. ``also``: names of one of two numbers that are the same and otherwise told as one, such as
+        ``material.ball_youngs_modulus_Pa``.
         """
     def solve(self, /, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex | None = None, input_angle_deg: SupportsFloat | SupportsIndex = 0.0) -> Solution:
         """
@@ -890,6 +891,127 @@ class Solution:
         """
 
 @final
+class SweepCsv:
+    """
+    A CSV file that grows chunk by chunk and is taken up again after a kill at any moment.
+
+    Raises ``PlanError`` for an output of another plan, one that another process writes or that was changed since, and
+    ``OSError`` where it cannot be written.
+    """
+    def __new__(cls, /, plan: SweepPlan, path: str | PathLike[str], fresh: bool = False) -> SweepCsv: ...
+    def append(self, /, lines: bytes, rows: SupportsIndex) -> None:
+        """
+        Adds the lines of the next rows, and returns when they are on disk.
+        """
+    @property
+    def done(self, /) -> int:
+        """
+        Rows that are on disk.
+        """
+
+@final
+class SweepPlan:
+    """
+    A sweep as data: a case, its axes, and how rows are laid over them. Each row is a function of the plan and its number, so
+    any part can be solved anywhere.
+
+    Axes are pairs of a name, which is a key of the case with its section, and values in the unit of that key. ``cbpt.sweep``
+    takes them in a friendlier form.
+    """
+    def __new__(cls, /, case: Case, axes: "list[tuple[str, tuple[float, float, bool] | NDArray[float64] | list[str]]]", design: str = "grid", rows: SupportsIndex | None = None, seed: SupportsIndex = 0) -> SweepPlan:
+        """
+        Raises ``PlanError`` that names the axis, what was found and what is allowed.
+        """
+    def __reduce__(self, /) -> tuple[Any, tuple[str, list[tuple[str, tuple[float, float, bool] | NDArray[float64] | list[str]]], str, int, int, int]]: ...
+    def __repr__(self, /) -> str: ...
+    @staticmethod
+    def _of(case: str, axes: "list[tuple[str, tuple[float, float, bool] | NDArray[float64] | list[str]]]", design: str, rows: SupportsIndex, seed: SupportsIndex, first: SupportsIndex) -> SweepPlan:
+        """
+        Makes a plan of what ``__reduce__`` keeps.
+        """
+    def check_record(self, /, path: str | PathLike[str], record: str) -> None:
+        """
+        Raises ``PlanError`` that says what differs where a record found at ``path`` is that of another plan.
+        """
+    def chunks(self, /, done: SupportsIndex = 0, chunk_rows: SupportsIndex | None = None) -> list[tuple[int, int]]:
+        """
+        The parts, from a row on, in which a sweep is solved: whole blocks, at least so many rows each.
+        """
+    def csv(self, /, start: SupportsIndex, stop: SupportsIndex, threads: SupportsIndex | None = None, progress: Any | None = None) -> bytes:
+        """
+        Solves rows as ``solve`` does and returns them as lines of a CSV file.
+        """
+    @property
+    def design(self, /) -> str:
+        """
+        ``grid``, ``random``, ``latin_hypercube`` or ``table``.
+        """
+    @staticmethod
+    def from_file(path: str | PathLike[str]) -> SweepPlan:
+        """
+        Reads a plan in TOML, with the case and the table that it names. Raises ``PlanError`` with file, line and key.
+        """
+    @property
+    def has_pairs(self, /) -> bool:
+        """
+        Whether the rows are those of a ball drive, which has parts and a preload to hold.
+        """
+    @property
+    def meanings(self, /) -> list[str]:
+        """
+        What each axis is, in words.
+        """
+    @property
+    def names(self, /) -> list[str]:
+        """
+        Names of the axes, in their order.
+        """
+    def part(self, /, start: SupportsIndex, stop: SupportsIndex) -> SweepPlan:
+        """
+        The plan as far as these rows need it: of a table only their part.
+        """
+    @property
+    def record(self, /) -> str:
+        """
+        What the plan is, as JSON, to be kept beside its rows.
+        """
+    @property
+    def rows(self, /) -> int:
+        """
+        Number of rows.
+        """
+    @property
+    def seed(self, /) -> int:
+        """
+        What drawn rows are drawn from.
+        """
+    def solve(self, /, start: SupportsIndex, stop: SupportsIndex, threads: SupportsIndex | None = None, progress: Any | None = None) -> tuple[list[NDArray[float64]], NDArray[float64], NDArray[float64], NDArray[float64], NDArray[float64], NDArray[float64], NDArray[uint8]]:
+        """
+        Solves rows, on all cores or on so many threads of their own: the columns of the axes, then elastic angle, part of the
+        deceleration pair, part of the equal-speed pair (rad), residual, preload to hold (N) and the place of the status in
+        ``sweep_statuses()``. Ctrl-C stops it; ``progress``, where given, is called now and then with the rows done.
+        """
+    @property
+    def strides(self, /) -> list[int]:
+        """
+        After how many rows the value of each axis of a grid changes: the load changes fastest, the drive slowest.
+        """
+    @property
+    def units(self, /) -> list[str]:
+        """
+        Unit of each axis as keys write it; empty for plain numbers and words.
+        """
+    def values(self, /) -> list[tuple[float, float, bool] | NDArray[float64] | list[str]]:
+        """
+        The values of each axis as they were given.
+        """
+    @property
+    def words(self, /) -> list[list[str]]:
+        """
+        The words of each axis; none for one of numbers.
+        """
+
+@final
 class Thresholds:
     """
     The three preloads that a torque needs, N; infinite where no preload does it.
@@ -938,10 +1060,13 @@ def example_case() -> str:
     The example case file: the base case of the 2017 paper, as TOML text.
     """
 
-def judge_designs(drive: Drive, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex, input_angle_rad: SupportsFloat | SupportsIndex, numbers: SupportsGetItem[int, str], values: NDArray[float64], pressures: bool, thresholds: bool) -> tuple[NDArray[uint8], list[str], NDArray[float64], list[str]]:
+def judge_designs(drive: Drive, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex, input_angle_rad: SupportsFloat | SupportsIndex, numbers: SupportsGetItem[int, str], values: NDArray[float64], pressures: bool, threshold: str | None) -> tuple[NDArray[uint8], list[str], NDArray[float64], list[str]]:
     """
     Judges many designs under a load (N m, N, rad) on all cores: ``values`` (n rows of the values of ``numbers``, named in
     SI, one after the other) take the place of the drive's own.
+
+    ``threshold``: which one to tell as the needed preload, ``hold``, ``continuous`` or ``zero_backlash``; none where it is
+    none of these.
 
     Returns the status of each row as a place in the names that follow (``no_drive`` where the numbers make none), a table
     and the names of its columns; NaN where there is no solution or a column is not wanted. Raises ``InvalidInputError`` for a
@@ -970,6 +1095,11 @@ def solve_angles(drive: Drive, torque_Nm: NDArray[float64], preload_N: NDArray[f
     is no solution. Raises
     ``InvalidInputError`` with the index of a number that cannot be; Ctrl-C stops it. ``progress``, where given, is called
     now and then with the number of loads solved.
+    """
+
+def sweep_statuses() -> list[str]:
+    """
+    Names of how a row can end, by their codes.
     """
 
 def text_table(columns: SupportsGetItem[int, str], rows_json: str) -> str:

@@ -1,9 +1,10 @@
 """The `cbpt` command of the Python package.
 
-Verbs of the mechanics (solve, preload, sweep, check, effects, schema) are handed to the Rust
-command line as they are; those of the lab are in `verbs` (compare, diagnose, fit) and, about
-campaigns to come, in `plan_verbs` (simulate, isolability, next-run, plan); those of the page in
-`page_verbs` (report, workbench).
+Verbs of the mechanics (solve, preload, sweep, sensitivity, check, effects, schema) are handed to
+the Rust command line as they are, but for a sweep to Parquet (`sweep_verb`); those of the lab are
+in `verbs` (compare, diagnose, fit) and, about campaigns to come, in `plan_verbs` (simulate,
+isolability, next-run, plan); those about drives to be built in `design_verbs` (tolerance,
+optimise); those of the page in `page_verbs` (report, workbench).
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import sys
 import threading
 from collections.abc import Callable, Sequence
 
-from cbpt import page_verbs, plan_verbs, verbs
+from cbpt import design_verbs, page_verbs, plan_verbs, sweep_verb, verbs
 from cbpt._core import run_command_line
 from cbpt.errors import CbptError, NoSolutionError
 
@@ -31,6 +32,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         argv = [argv[1], "--help"]
     if argv and argv[0] in _LAB:
         return _guarded(_LAB[argv[0]], argv[1:])
+    if sweep_verb.is_for_parquet(argv):
+        return _guarded(sweep_verb.sweep, argv[1:])
     if sys.stdout is not None:
         sys.stdout.flush()
     if threading.current_thread() is not threading.main_thread():
@@ -74,6 +77,8 @@ _LAB: dict[str, Callable[[list[str]], int]] = {
     "isolability": plan_verbs.isolability,
     "next-run": plan_verbs.next_run,
     "plan": plan_verbs.plan,
+    "tolerance": design_verbs.tolerance,
+    "optimise": design_verbs.optimise,
     "report": page_verbs.report,
     "workbench": page_verbs.workbench,
 }

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::design::{Design, DesignNumber, Sizes};
 use crate::drive::{Drive, Load};
-use crate::preload::PreloadThresholds;
+use crate::preload::Threshold;
 use crate::status::Status;
 use crate::sweep::{Progress, Row, solve_each};
 
@@ -16,8 +16,8 @@ use crate::sweep::{Progress, Row, solve_each};
 pub struct Wanted {
     /// Peak pressures, which need every meshing point.
     pub pressures: bool,
-    /// Thresholds over a period, which take far longer than all else.
-    pub thresholds: bool,
+    /// A threshold over a period, which takes far longer than all else.
+    pub threshold: Option<Threshold>,
 }
 
 /// One design.
@@ -32,8 +32,8 @@ pub struct Judgement {
     /// Highest peak pressure in the deceleration and in the equal-speed pair, Pa; NaN where there is none or it was not
     /// wanted.
     pub peak_pressures_Pa: [f64; 2],
-    /// Thresholds of the drive for the load's torque over a period; `None` where they were not wanted.
-    pub thresholds: Option<PreloadThresholds>,
+    /// The threshold of the drive for the load's torque over a period, N; NaN where none was wanted.
+    pub threshold_N: f64,
 }
 
 impl Judgement {
@@ -42,7 +42,7 @@ impl Judgement {
         elastic_angle_rad: f64::NAN,
         sizes: None,
         peak_pressures_Pa: [f64::NAN; 2],
-        thresholds: None,
+        threshold_N: f64::NAN,
     };
 }
 
@@ -72,11 +72,11 @@ pub fn judge_each(
             })
             .collect();
         found.extend(if wanted.pressures { one_by_one(&built) } else { side_by_side(&built, progress) });
-        if wanted.thresholds {
+        if let Some(which) = wanted.threshold {
             let judged = found.len() - built.len();
             found[judged..].par_iter_mut().zip(&built).for_each(|(judgement, built)| {
                 if let Some((drive, load)) = built.as_ref().filter(|_| !progress.is_cancelled()) {
-                    judgement.thresholds = Some(drive.preload_thresholds(load.torque_Nm()).drive());
+                    judgement.threshold_N = drive.preload_threshold_N(load.torque_Nm(), which);
                 }
             });
         }
@@ -121,7 +121,7 @@ fn one_by_one(built: &[Option<(Drive, Load)>]) -> Vec<Judgement> {
             elastic_angle_rad: solution.elastic_angle_rad().unwrap_or(f64::NAN),
             sizes: Some(Sizes::of(drive)),
             peak_pressures_Pa: [pressure(&solution.deceleration), pressure(&solution.equal_speed)],
-            thresholds: None,
+            threshold_N: f64::NAN,
         }
     };
     built.par_iter().map(judge).collect()

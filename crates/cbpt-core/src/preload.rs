@@ -57,6 +57,40 @@ impl PreloadThresholds {
     }
 }
 
+/// One of the three.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Threshold {
+    /// The torque is held at all.
+    Hold,
+    /// No ball comes loose.
+    Continuous,
+    /// No diagonal parts.
+    ZeroBacklash,
+}
+
+impl Threshold {
+    /// All of them, the least first.
+    pub const ALL: [Self; 3] = [Self::Hold, Self::Continuous, Self::ZeroBacklash];
+
+    /// `hold`, `continuous` or `zero_backlash`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Hold => "hold",
+            Self::Continuous => "continuous",
+            Self::ZeroBacklash => "zero_backlash",
+        }
+    }
+
+    /// It among the three.
+    pub fn of(self, thresholds: PreloadThresholds) -> f64 {
+        match self {
+            Self::Hold => thresholds.hold_N,
+            Self::Continuous => thresholds.continuous_N,
+            Self::ZeroBacklash => thresholds.zero_backlash_N,
+        }
+    }
+}
+
 /// Thresholds of both pairs and of the drive, all in terms of the drive's M0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DriveThresholds {
@@ -218,23 +252,50 @@ impl Drive {
         self.worst_phases(torque_Nm).0
     }
 
-    /// The same with the phases where they are so large.
+    /// One of them, of the drive, alone: soon found.
+    pub fn preload_threshold_N(&self, torque_Nm: f64, which: Threshold) -> f64 {
+        let [[(_, one)], [(_, other)]] = self.over_period(torque_Nm, |thresholds| [which.of(thresholds)]);
+        one.max(other)
+    }
+
+    /// All of them with the phases where they are so large.
     pub(crate) fn worst_phases(&self, torque_Nm: f64) -> (DriveThresholds, WorstPhases) {
+        let [first, second] =
+            self.over_period(torque_Nm, |thresholds| Threshold::ALL.map(|which| which.of(thresholds)));
+        let thresholds = |found: [(f64, f64); 3]| {
+            let [hold_N, continuous_N, zero_backlash_N] = found.map(|(_, value)| value);
+            PreloadThresholds { hold_N, continuous_N, zero_backlash_N }
+        };
+        let (deceleration, equal_speed) = (thresholds(first), thresholds(second));
+        let phases = WorstPhases {
+            deceleration_rad: first.map(|(phase, _)| phase),
+            equal_speed_rad: second.map(|(phase, _)| phase),
+        };
+        (DriveThresholds { deceleration, equal_speed }, phases)
+    }
+
+    /// Phase and value of the largest of what is picked of the thresholds of both pairs.
+    fn over_period<const N: usize>(
+        &self,
+        torque_Nm: f64,
+        pick: impl Fn(PreloadThresholds) -> [f64; N],
+    ) -> [[(f64, f64); N]; 2] {
         let share = self.equal_speed_share();
-        let deceleration = |phase: f64| pair_thresholds(&self.deceleration_points(phase), torque_Nm);
+        let deceleration = |phase: f64| pick(pair_thresholds(&self.deceleration_points(phase), torque_Nm));
         // The paper's cross-slide form shifts with the crank itself; every other pair depends on its own phase alone.
         let equal_speed =
-            |phase: f64| rows_thresholds(&self.equal_speed_points(phase, phase), torque_Nm * share);
-        let (deceleration, deceleration_rad) = if undercuts(self) {
-            (PreloadThresholds::NEVER, [0.0; 3])
-        } else {
-            largest(self.deceleration_period_rad(), deceleration)
-        };
-        let (equal_speed, equal_speed_rad) = match self.equal_speed_period_rad() {
-            Some(period) => largest(period, equal_speed),
-            None => (equal_speed(0.0), [0.0; 3]),
-        };
-        (DriveThresholds { deceleration, equal_speed }, WorstPhases { deceleration_rad, equal_speed_rad })
+            |phase: f64| pick(rows_thresholds(&self.equal_speed_points(phase, phase), torque_Nm * share));
+        [
+            if undercuts(self) {
+                pick(PreloadThresholds::NEVER).map(|never| (0.0, never))
+            } else {
+                period::maxima(self.deceleration_period_rad(), deceleration)
+            },
+            match self.equal_speed_period_rad() {
+                Some(period) => period::maxima(period, equal_speed),
+                None => equal_speed(0.0).map(|value| (0.0, value)),
+            },
+        ]
     }
 
     /// Period of the deceleration pair in its phase Phi, 2 pi/Z2, rad.
@@ -257,14 +318,4 @@ impl Drive {
 fn rows_thresholds(rows: &[MeshingPoints], torque_Nm: f64) -> PreloadThresholds {
     let none = PreloadThresholds { hold_N: 0.0, continuous_N: 0.0, zero_backlash_N: 0.0 };
     rows.iter().map(|row| pair_thresholds(row, torque_Nm)).fold(none, PreloadThresholds::max)
-}
-
-/// The largest of each over a period, and where.
-fn largest(period_rad: f64, at: impl Fn(f64) -> PreloadThresholds) -> (PreloadThresholds, [f64; 3]) {
-    let found = period::maxima(period_rad, |phase| {
-        let here = at(phase);
-        [here.hold_N, here.continuous_N, here.zero_backlash_N]
-    });
-    let [hold_N, continuous_N, zero_backlash_N] = found.map(|(_, value)| value);
-    (PreloadThresholds { hold_N, continuous_N, zero_backlash_N }, found.map(|(phase, _)| phase))
 }

@@ -234,18 +234,20 @@ impl Drive {
     }
 
     /// How the elastic angle under a load, and the preload thresholds at its torque over a period, answer to every design
-    /// number: exact derivatives.
-    #[pyo3(signature = (torque_Nm, preload_N, input_angle_deg = 0.0))]
+    /// number: exact derivatives. ``also``: names of one of two numbers that are the same and otherwise told as one, such as
+    /// ``material.ball_youngs_modulus_Pa``.
+    #[pyo3(signature = (torque_Nm, preload_N, input_angle_deg = 0.0, also = Vec::new()))]
     fn sensitivities(
         &self,
         py: Python<'_>,
         torque_Nm: f64,
         preload_N: f64,
         input_angle_deg: f64,
+        also: Vec<String>,
     ) -> PyResult<Sensitivities> {
         let drive = self.ball_drive(py, "sensitivities")?;
         let found = Load::new(torque_Nm, preload_N, input_angle_deg.to_radians())
-            .and_then(|load| py.detach(|| Sensitivities::solve(drive, &load)));
+            .and_then(|load| py.detach(|| Sensitivities::solve(drive, &load, &also)));
         found.map_err(|error| invalid_input(py, &error))
     }
 
@@ -358,6 +360,12 @@ pub struct Case {
     case: RustCase,
 }
 
+impl Case {
+    pub fn rust(&self) -> &RustCase {
+        &self.case
+    }
+}
+
 #[pymethods]
 impl Case {
     /// Reads a case file. Raises ``CaseError`` with file, line, key, what was found and what is allowed.
@@ -453,6 +461,7 @@ impl Case {
     /// The case with other values of numbers of its drive and load, named in SI (``deceleration.ball_radius_m``).
     ///
     /// Raises ``InvalidInputError`` for a name or a value that cannot be.
+    #[pyo3(signature = (numbers: "dict[str, float]"))]
     fn with_numbers(&self, py: Python<'_>, numbers: BTreeMap<String, f64>) -> PyResult<Self> {
         let found: Result<Vec<_>, InvalidInput> =
             numbers.iter().map(|(name, value)| Ok((design::find(name)?, *value))).collect();

@@ -2,10 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use cbpt_cli::case::Spread;
 use cbpt_cli::commands::Units;
 use cbpt_cli::commands::sensitivity::Answers;
 use cbpt_core::design::{DesignNumber, NUMBERS, find};
 use cbpt_core::judge::{Judgement, Wanted, judge_each};
+use cbpt_core::preload::Threshold;
 use cbpt_core::{InvalidInput, Load};
 use pyo3::prelude::*;
 
@@ -103,8 +105,10 @@ impl Sensitivities {
 }
 
 impl Sensitivities {
-    pub fn solve(drive: &cbpt_core::Drive, load: &Load) -> Result<Self, InvalidInput> {
-        let answers = Answers::new(drive, load, &[])?;
+    pub fn solve(drive: &cbpt_core::Drive, load: &Load, also: &[String]) -> Result<Self, InvalidInput> {
+        let also: Result<Vec<_>, InvalidInput> =
+            also.iter().map(|name| Ok((find(name)?, Spread::Normal(0.0)))).collect();
+        let answers = Answers::new(drive, load, &also?)?;
         let numbers: Vec<(String, f64)> =
             answers.numbers().map(|(name, value)| (name.to_owned(), value)).collect();
         let told = |found: &Option<cbpt_core::sensitivity::Sensitivity>| {
@@ -168,7 +172,7 @@ pub fn design_numbers() -> BTreeMap<&'static str, (String, f64)> {
 /// Statuses, their places in the names that follow, the columns, and their names.
 type Judged<'py> = (Column<'py, u8>, Vec<&'static str>, Table<'py, f64>, Vec<&'static str>);
 
-const COLUMNS: [&str; 12] = [
+const COLUMNS: [&str; 10] = [
     "elastic_angle_rad",
     "outer_radius_m",
     "undercut_margin",
@@ -178,13 +182,14 @@ const COLUMNS: [&str; 12] = [
     "ring_clearance_m",
     "deceleration_pressure_Pa",
     "equal_speed_pressure_Pa",
-    "hold_N",
-    "continuous_N",
-    "zero_backlash_N",
+    "needed_preload_N",
 ];
 
 /// Judges many designs under a load (N m, N, rad) on all cores: ``values`` (n rows of the values of ``numbers``, named in
 /// SI, one after the other) take the place of the drive's own.
+///
+/// ``threshold``: which one to tell as the needed preload, ``hold``, ``continuous`` or ``zero_backlash``; none where it is
+/// none of these.
 ///
 /// Returns the status of each row as a place in the names that follow (``no_drive`` where the numbers make none), a table
 /// and the names of its columns; NaN where there is no solution or a column is not wanted. Raises ``InvalidInputError`` for a
@@ -200,14 +205,15 @@ pub fn judge_designs<'py>(
     numbers: Vec<String>,
     values: Floats<'py>,
     pressures: bool,
-    thresholds: bool,
+    threshold: Option<String>,
 ) -> PyResult<Judged<'py>> {
     let drive = drive.ball_drive(py, "judge_designs")?;
     let load = Load::new(torque_Nm, preload_N, input_angle_rad).map_err(|error| invalid_input(py, &error))?;
     let found: Result<Vec<&DesignNumber>, InvalidInput> = numbers.iter().map(|name| find(name)).collect();
     let numbers = found.map_err(|error| invalid_input(py, &error))?;
     let values = values.view().to_vec();
-    let wanted = Wanted { pressures, thresholds };
+    let named = |which: &Threshold| threshold.as_deref() == Some(which.name());
+    let wanted = Wanted { pressures, threshold: Threshold::ALL.into_iter().find(named) };
     let work = |progress: &_| judge_each(drive, &load, &numbers, &values, wanted, progress);
     let judged = without_gil(py, None, work)?.unwrap_or_default();
     let mut names: Vec<&'static str> = Vec::new();
@@ -229,7 +235,6 @@ pub fn judge_designs<'py>(
 fn row(judgement: &Judgement) -> [f64; COLUMNS.len()] {
     let none = f64::NAN;
     let sizes = judgement.sizes.as_ref();
-    let thresholds = judgement.thresholds.as_ref();
     [
         judgement.elastic_angle_rad,
         sizes.map_or(none, |sizes| sizes.outer_radius_m),
@@ -240,8 +245,6 @@ fn row(judgement: &Judgement) -> [f64; COLUMNS.len()] {
         sizes.map_or(none, |sizes| sizes.ring_clearance_m),
         judgement.peak_pressures_Pa[0],
         judgement.peak_pressures_Pa[1],
-        thresholds.map_or(none, |thresholds| thresholds.hold_N),
-        thresholds.map_or(none, |thresholds| thresholds.continuous_N),
-        thresholds.map_or(none, |thresholds| thresholds.zero_backlash_N),
+        judgement.threshold_N,
     ]
 }

@@ -1,6 +1,7 @@
 //! Each Rust error to one Python class, all defined in `cbpt.errors`.
 
-use pyo3::exceptions::PyRuntimeError;
+use cbpt_cli::exit::Failure;
+use pyo3::exceptions::{PyOSError, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyString, PyType};
 
@@ -74,6 +75,23 @@ pub fn about_ball_drives(py: Python<'_>, asked: &str) -> PyErr {
 /// A torque without a preload or the reverse: `cbpt.errors.InvalidInputError`.
 pub fn half_a_load(py: Python<'_>) -> PyErr {
     raise(py, "InvalidInputError", "a load to check needs both torque_Nm and preload_N")
+}
+
+/// A plan that cannot be read or carried out: `cbpt.errors.PlanError`.
+pub fn plan_error(py: Python<'_>, message: &str) -> PyErr {
+    raise(py, "PlanError", message)
+}
+
+/// What stops a sweep: a file that cannot be written is an `OSError`, all else a `PlanError`.
+pub fn sweep_failure(py: Python<'_>, failure: &Failure) -> PyErr {
+    match failure {
+        Failure::Write { path, error } => {
+            let (number, reason) = (error.raw_os_error(), error.to_string());
+            let reason = reason.split(" (os error").next().unwrap_or_default().to_owned();
+            PyOSError::new_err((number, reason, path.clone()))
+        }
+        other => plan_error(py, &other.to_string()),
+    }
 }
 
 fn raise(py: Python<'_>, class: &str, message: &str) -> PyErr {

@@ -4,6 +4,7 @@
 //! - `arrays`: numpy arrays with their element type;
 //! - `case`: case files and drives; `solution`: a solved load; `preload`: thresholds; `angles`: many loads;
 //! - `design`: sensitivities, and many designs at once;
+//! - `sweep`: plans of sweeps, their rows and files;
 //! - `effects`: the library of effects, and a drive with effects on a table of readings.
 
 // The macros of pyo3 write the unsafe code that an extension module needs.
@@ -21,6 +22,7 @@ mod interrupt;
 mod own;
 mod preload;
 mod solution;
+mod sweep;
 
 use pyo3::prelude::*;
 
@@ -44,6 +46,8 @@ mod _core {
     use super::preload::{PreloadThresholds, Thresholds};
     #[pymodule_export]
     use super::solution::{LargestAngle, PairSolution, Solution};
+    #[pymodule_export]
+    use super::sweep::{SweepCsv, SweepPlan, sweep_statuses};
     #[pymodule_export]
     use super::{example_case, run_command_line, text_table};
 }

@@ -64,7 +64,7 @@ impl Parameter {
             Some(("effect", rest)) => of_effect(case, name, rest),
             Some((section, key)) => of_section(case, name, section, key),
             None if fields::top().find(name).is_some() => of_section(case, name, "", name),
-            None => Err(without_section(name)),
+            None => Err(without_section(case, name)),
         }
     }
 
@@ -197,9 +197,18 @@ fn of_section(case: &Case, name: &str, section_name: &str, key_name: &str) -> Re
 }
 
 /// A key without the section that it needs.
-fn without_section(name: &str) -> Mistake {
-    let sections =
-        || fields::sections().iter().filter(|section| section.mechanics && !section.name.is_empty());
+fn without_section(case: &Case, name: &str) -> Mistake {
+    let of_spring = case.drive().is_none();
+    let sections = || {
+        fields::sections().iter().filter(move |section| {
+            let other = if of_spring {
+                fields::DRIVE.contains(&section.name)
+            } else {
+                section.name == fields::SPRING
+            };
+            section.mechanics && !section.name.is_empty() && !other
+        })
+    };
     let there = sections().find(|section| section.find(name).is_some());
     let near = || {
         let names: Vec<String> = sections().flat_map(names).collect();
@@ -250,7 +259,7 @@ fn of_effect(case: &Case, name: &str, rest: &str) -> Result<Parameter, Mistake> 
             },
         );
     }
-    let Some((_, section)) = library::find(&entry.id) else { return Err(without_section(name)) };
+    let Some((_, section)) = library::find(&entry.id) else { return Err(without_section(case, name)) };
     let slot = |key: &Key| library::parameters(section).position(|own| own.stem == key.stem);
     if let Some((key, unit)) = section.find(key_name)
         && let Some(slot) = slot(key)

@@ -105,7 +105,10 @@ impl CsvOutput {
             return Err(changed("its last rows are not those that its record says"));
         }
         self.tail = tail;
-        self.file.set_len(self.bytes).map_err(|error| self.cannot(error))
+        if length > self.bytes {
+            self.file.set_len(self.bytes).map_err(|error| self.cannot(error))?;
+        }
+        Ok(())
     }
 
     /// Adds the lines of the next rows, and returns when they are on disk.

@@ -37,3 +37,14 @@ pub fn to_csv(
     }
     Ok(())
 }
+
+/// Runs `work` on the threads that all share, or on so many of its own: a process that was forked has lost the shared ones,
+/// and workers that share a machine would fight over it. `None` where the threads cannot be started.
+pub fn on_threads<T: Send>(threads: Option<usize>, work: impl FnOnce() -> Option<T> + Send) -> Option<T> {
+    match threads {
+        None => work(),
+        Some(threads) => {
+            rayon::ThreadPoolBuilder::new().num_threads(threads.max(1)).build().ok()?.install(work)
+        }
+    }
+}

@@ -1,0 +1,149 @@
+"""Sweeps: memory, time of a case, and what an executor adds to it. `python benches/sweep.py`.
+
+- Memory: a sweep of 1e5 and one of 1e7 cases to CSV, each in a process of its own, whose peak
+  resident memory is read when it ends. Loads on one drive, so that solving is as quick as it gets
+  and all else weighs the most.
+- Executors: the same cases here on one thread, on a process pool of one worker and on a Dask
+  cluster of one worker; the difference is their overhead. Beside it a drive of its own for each
+  case, which costs more to solve.
+
+Shorter with `--cases 1e6`; the page docs/sweeps.md gives the figures of the full run.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from contextlib import contextmanager
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+from cbpt import Case, SweepPlan, example_case, sweep
+
+LOADS = [("load.torque_Nm", (0.0, 8.0, False)), ("load.preload_N", (400.0, 1200.0, False))]
+DRIVES = [*LOADS, ("deceleration.contact_angle_deg", (40.0, 50.0, False))]
+CHUNKS = (8192, 65536, 524288)
+
+
+def plan(axes: list[Any], cases: int) -> SweepPlan:
+    """Drawn cases on the example drive."""
+    return SweepPlan(Case.from_toml(example_case()), axes, "random", cases)
+
+
+def whole(cases: int, out: Path, axes: list[Any]) -> dict[str, float]:
+    """A sweep in a process of its own: its time and its peak memory."""
+    program = (
+        "import sys; sys.path.insert(0, sys.argv[1]); import sweep; "
+        "sweep.in_process(int(sys.argv[2]), sys.argv[3], sys.argv[4])"
+    )
+    kind = "drives" if axes is DRIVES else "loads"
+    here = str(Path(__file__).parent)
+    command = [sys.executable, "-c", program, here, str(cases), str(out), kind]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    out.unlink()
+    found: dict[str, float] = json.loads(done.stdout)
+    return found
+
+
+def in_process(cases: int, out: str, kind: str) -> None:
+    """The work of `whole`."""
+    begun = time.perf_counter()
+    sweep(plan(DRIVES if kind == "drives" else LOADS, cases), out=out, fresh=True)
+    took = time.perf_counter() - begun
+    used = resource.getrusage(resource.RUSAGE_SELF)
+    peak = used.ru_maxrss / 1024  # KiB on Linux
+    print(json.dumps({"s": took, "cpu_s": used.ru_utime + used.ru_stime, "peak_MiB": peak}))
+
+
+@contextmanager
+def here() -> Iterator[Executor]:
+    with ThreadPoolExecutor(1) as pool:
+        yield pool
+
+
+@contextmanager
+def process() -> Iterator[Executor]:
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        yield pool
+
+
+@contextmanager
+def dask() -> Iterator[Executor]:
+    from distributed import Client, LocalCluster
+
+    quiet = {"dashboard_address": None, "silence_logs": 50}
+    made: Any = LocalCluster
+    with (
+        made(n_workers=1, threads_per_worker=1, **quiet) as cluster,
+        Client(cluster) as client,  # type: ignore[no-untyped-call]
+    ):
+        yield client.get_executor()
+
+
+def us_per_case(executor: Executor, axes: list[Any], cases: int, chunk: int, rounds: int) -> float:
+    """To CSV through an executor of one worker, which is warm by then; the best of some rounds."""
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "t.csv"
+        sweep(plan(axes, 8192), executor=executor, out=out, fresh=True)
+        times = []
+        for _ in range(rounds):
+            begun = time.perf_counter()
+            sweep(plan(axes, cases), executor=executor, out=out, chunk_rows=chunk, fresh=True)
+            times.append(time.perf_counter() - begun)
+    return 1e6 * min(times) / cases
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--cases", type=float, default=1e7, help="of the large sweep")
+    parser.add_argument("--rounds", type=int, default=3)
+    options = parser.parse_args()
+    large = int(options.cases)
+    print(f"{os.cpu_count()} cores, load average {os.getloadavg()[0]:.1f}\n")
+    print("To CSV in this process, all cores")
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "t.csv"
+        for axes, name, cases in [
+            (LOADS, "loads", 100_000),
+            (LOADS, "loads", large),
+            (DRIVES, "a drive each", 100_000),
+        ]:
+            found = whole(cases, out, axes)
+            each, cpu = (1e6 * found[key] / cases for key in ("s", "cpu_s"))
+            print(
+                f"  {cases:>10} {name:13} {found['s']:8.1f} s  {each:7.2f} us a case, "
+                f"{cpu:7.2f} us of processor, peak {found['peak_MiB']:.0f} MiB"
+            )
+    print("\nTo CSV on one worker, us a case by rows in a chunk; over: beyond one thread here")
+    print("  " + f"{'':28}" + "".join(f"{chunk:>10}{'over':>8}" for chunk in CHUNKS))
+    kinds: list[tuple[str, Callable[[], Any]]] = [
+        ("one thread here", here),
+        ("process pool", process),
+        ("Dask LocalCluster", dask),
+    ]
+    for axes, label, cases in [(LOADS, "loads", 2_097_152), (DRIVES, "a drive each", 131_072)]:
+        base: dict[int, float] = {}
+        for name, start in kinds:
+            cells = []
+            with start() as executor:
+                for chunk in CHUNKS:
+                    took = us_per_case(executor, axes, cases, chunk, options.rounds)
+                    over = took - base.setdefault(chunk, took)
+                    cells.append(f"{took:10.2f}{over:8.2f}")
+                    if chunk == 65536:
+                        days = took * 1e9 / 1e6 / 3600
+                        billion = f"  1e9: {days:.2f} core h"
+            print(f"  {name + ', ' + label:28}" + "".join(cells) + billion)
+
+
+if __name__ == "__main__":
+    main()

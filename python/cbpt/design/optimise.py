@@ -1,0 +1,353 @@
+"""The design with the smallest elastic angle within bounds.
+
+    optimise  a case and bounds -> Optimum
+    Optimum   the best design, or the nearest to the bounds where none keeps them
+
+The search is SciPy's differential evolution (Storn and Price 1997): it needs no slopes, takes whole
+numbers, and asks for a whole population at once, which `judge` answers on all cores. Designs are
+compared by Deb's rules (2000): of two that keep the limits the smaller angle, of two that do not
+the smaller violation, and one that keeps them before one that does not; so a design without a
+solution never wins. What it finds is polished by SLSQP in the numbers that are not whole.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from os import PathLike
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cbpt._core import Case, Drive
+from cbpt.design.bounds import Bounds, read_bounds
+from cbpt.design.judge import Judged, at_load, judge, shown, value_of
+from cbpt.errors import InvalidInputError
+from cbpt.results import ANGLE_UNITS, ARCSEC_PER_RAD
+
+__all__ = ["Optimum", "optimise"]
+
+Floats = NDArray[np.float64]
+
+# A design of the population for each free number, and generations at most.
+_POPULATION, _GENERATIONS = 10, 150
+# The search ends when the angles of the population differ by about this part of them; the rest is
+# the polish's.
+_AGREE = 1e-3
+# Without a solution a design is beyond every one that has one.
+_UNSOLVED = 100.0
+# Kept clear of a limit by the polish, so that rounding does not step over it.
+_CLEAR = 1e-7
+# Nearer to a bound than this, of the range or of the limit's size, is at it.
+_BINDS = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class Optimum:
+    """The outcome of a search. Numbers are named in SI, values are SI."""
+
+    case: Case
+    """The best design as a case; the nearest where none keeps the bounds."""
+    found: bool
+    """Whether it keeps them."""
+    numbers: dict[str, tuple[float, float]]
+    """Each free number: as it was, and as it is."""
+    before_arcsec: float | None
+    """Elastic angle of the case as it was; None without a solution."""
+    after_arcsec: float | None
+    """Elastic angle of `case`."""
+    binds: tuple[str, ...]
+    """Bounds and limits that the design lies at: what keeps the angle from being smaller."""
+    violated: tuple[str, ...]
+    """What `case` violates, in sentences; nothing where it was found."""
+    violated_before: tuple[str, ...]
+    """What the case as it was violates."""
+    margins: dict[str, float]
+    """What is left to each limit, in the unit of its key; below 0 it is violated."""
+    designs: int
+    """How many were judged."""
+    seed: int
+    source: str = field(repr=False, default="")
+
+    def to_dict(self) -> dict[str, Any]:
+        """The document: plain types, JSON-safe."""
+        keys = {name: shown(name, value[0])[0] for name, value in self.numbers.items()}
+        load = self.case
+        return {
+            "found": self.found,
+            "torque_Nm": load.torque_Nm,
+            "preload_N": load.preload_N,
+            "input_angle_deg": load.input_angle_deg or 0.0,
+            "elastic_angle_before_arcsec": self.before_arcsec,
+            "elastic_angle_arcsec": self.after_arcsec,
+            "numbers": {
+                keys[name]: {"before": shown(name, was)[1], "value": shown(name, now)[1]}
+                for name, (was, now) in self.numbers.items()
+            },
+            "binds": list(self.binds),
+            "margins": {key: _plain(value) for key, value in self.margins.items()},
+            "violated": list(self.violated),
+            "violated_before": list(self.violated_before),
+            "designs": self.designs,
+            "seed": self.seed,
+            "case_toml": self.case.to_toml(),
+        }
+
+    def to_json(self) -> str:
+        """`to_dict` as JSON text."""
+        return json.dumps(self.to_dict(), indent=2, allow_nan=False)
+
+    def report(self, angle_unit: str = "arcsec") -> str:
+        """Text for a terminal."""
+        from cbpt._core import text_table
+
+        def angle(arcsec: float | None) -> str:
+            if arcsec is None:
+                return "no solution"
+            return f"{arcsec * ANGLE_UNITS[angle_unit]:.6g} {angle_unit}"
+
+        c = self.case
+        lines = [
+            f"Elastic angle at {c.torque_Nm:g} N m, input angle {c.input_angle_deg or 0:g} deg: "
+            f"{angle(self.after_arcsec)}; the case as it was: {angle(self.before_arcsec)}"
+        ]
+        if not self.found:
+            lines = [
+                f"No design within the bounds of {self.source} was found "
+                f"({self.designs} designs judged); the nearest violates:",
+                *(f"  {sentence}" for sentence in self.violated),
+                *lines,
+            ]
+        rows = []
+        for name, (was, now) in self.numbers.items():
+            key, before = shown(name, was)
+            rows.append([key, before, shown(name, now)[1]])
+        lines.append(text_table(["number", "before", "now"], json.dumps(rows)))
+        if self.found:
+            at = ", ".join(self.binds) or "none; the smallest angle lies inside the bounds"
+            lines.append(f"At its bound: {at}.")
+        if self.found and self.violated_before:
+            lines.append(f"The case as it was violates: {'; '.join(self.violated_before)}.")
+        lines.append(f"{self.designs} designs judged, seed {self.seed}.")
+        return "\n".join(lines)
+
+    def __repr__(self) -> str:
+        return self.report()
+
+
+def optimise(
+    case: Case | Drive | str | PathLike[str] | Mapping[str, Any],
+    bounds: str | PathLike[str] | Mapping[str, Any] | Bounds,
+    *,
+    torque_Nm: float | None = None,
+    preload_N: float | None = None,
+    input_angle_deg: float | None = None,
+    seed: int = 0,
+) -> Optimum:
+    """The design with the smallest elastic angle at the torque of the case, within bounds.
+
+    What is not free stays as the case has it. The same seed, the same design. Raises
+    `InvalidInputError` for bounds that cannot be, and where there is no torque.
+    """
+    bounds = bounds if isinstance(bounds, Bounds) else read_bounds(bounds)
+    whole = at_load(case, torque_Nm, preload_N, input_angle_deg)
+    if whole.torque_Nm == 0.0:
+        raise InvalidInputError("torque_Nm = 0: without torque every elastic angle is 0")
+    if seed < 0:
+        raise InvalidInputError(f"seed = {seed}: expected 0 or more")
+    return _Search(whole, bounds).run(seed)
+
+
+class _Search:
+    def __init__(self, case: Case, bounds: Bounds) -> None:
+        self.case, self.bounds = case, bounds
+        self.names = [free.number for free in bounds.free]
+        self.low = np.array([free.low for free in bounds.free])
+        self.high = np.array([free.high for free in bounds.free])
+        self.whole = np.array([free.whole for free in bounds.free])
+        self.designs = 0
+
+    def run(self, seed: int) -> Optimum:
+        from scipy.optimize import Bounds as Box
+        from scipy.optimize import differential_evolution
+
+        values = [value_of(self.case, free.number) for free in self.bounds.free]
+        # One that stands for two that differ starts in the middle of its range.
+        middle = 0.5 * (self.low + self.high)
+        was = np.array([m if v is None else v for v, m in zip(values, middle, strict=True)])
+        of_population: Any = self.of_population  # one number in SciPy's own types
+        ended = differential_evolution(
+            of_population,
+            Box(self.low, self.high),
+            x0=np.clip(was, self.low, self.high),
+            integrality=self.whole,
+            vectorized=True,
+            updating="deferred",
+            popsize=_POPULATION,
+            maxiter=_GENERATIONS,
+            tol=_AGREE,
+            polish=False,
+            seed=seed,
+        )
+        best = np.where(self.whole, np.round(ended.x), ended.x)
+        polished = self.polished(best) if ended.fun < 1.0 else best
+        merits = self.merit(np.array([best, polished]))
+        x = polished if merits[1] < merits[0] else best
+        return self.optimum(was, x, float(merits.min()) < 1.0, seed)
+
+    def of_population(self, x: Floats) -> Floats:
+        """The merits of designs in columns, or of one."""
+        return self.merit(np.atleast_2d(x.T))
+
+    def judged(self, x: Floats) -> Judged:
+        """Without the threshold, which is asked for where nothing else decides."""
+        self.designs += len(x)
+        return judge(self.case, self.names, x, pressures=self.bounds.needs_pressures)
+
+    def excesses(self, x: Floats, judged: Judged) -> Floats:
+        """By limit and design, the last row that of the preload; above 0 it is violated."""
+        limits = np.array([limit.excess(judged) for limit in self.bounds.limits])
+        preload = np.full(len(x), np.nan if self.bounds.threshold else -1.0)
+        good = (np.nan_to_num(limits, nan=1.0) <= 0).all(axis=0) & (judged.status == "ok")
+        if self.bounds.threshold and good.any():
+            preload[good] = self.preload_excess(x[good])
+        return np.vstack([limits, preload])
+
+    def preload_excess(self, x: Floats) -> Floats:
+        """What the threshold needs beyond the preload, as a part of the preload."""
+        threshold = self.bounds.threshold
+        needed = judge(self.case, self.names, x, threshold=threshold)["needed_preload_N"]
+        place = "load.preload_N"
+        fixed = np.full(len(x), self.case.preload_N)
+        own = x[:, self.names.index(place)] if place in self.names else fixed
+        return needed / own - 1.0
+
+    def merit(self, x: Floats) -> Floats:
+        """Angle (rad, below 1) of what keeps the limits; 1 and the violation of what does not."""
+        judged = self.judged(x)
+        excess = np.clip(self.excesses(x, judged), 0.0, None)
+        solved = judged.status == "ok"
+        violation = np.nansum(np.minimum(excess, 1e6), axis=0) + np.where(solved, 0.0, _UNSOLVED)
+        angle = np.abs(judged["elastic_angle_rad"])
+        return np.where(violation > 0, 1.0 + violation, np.where(solved, angle, np.inf))
+
+    def polished(self, x: Floats) -> Floats:
+        """The nearest smallest angle in the numbers that are not whole, by SLSQP."""
+        from scipy.optimize import minimize
+
+        moving = np.flatnonzero(~self.whole)
+        if not len(moving):
+            return x
+        low, size = self.low[moving], (self.high - self.low)[moving]
+        step = 1e-6
+        asked: dict[bytes, tuple[Floats, Floats]] = {}
+
+        def at(z: Floats) -> tuple[Floats, Floats]:
+            """Value and slopes of the log of the angle, then of what is left to each limit."""
+            key = z.tobytes()
+            if key not in asked:
+                # Inside the bounds, where a number is at one of them to one side.
+                ends = [np.clip(z - step, 0, 1), np.clip(z + step, 0, 1)]
+                rows = [
+                    z,
+                    *(np.where(np.eye(len(z))[i], end, z) for i in range(len(z)) for end in ends),
+                ]
+                designs = np.tile(x, (len(rows), 1))
+                designs[:, moving] = low + np.array(rows) * size
+                judged = self.judged(designs)
+                # Column by column: the larger of two would have a kink.
+                limits = np.vstack([limit.excesses(judged) for limit in self.bounds.limits])
+                if self.bounds.threshold:
+                    limits = np.vstack([limits, self.preload_excess(designs)])
+                found = np.vstack([np.log(np.abs(judged["elastic_angle_rad"])), -limits - _CLEAR])
+                # What is without limit or without a solution does not pull.
+                found = np.nan_to_num(found, nan=-1.0, posinf=1e6, neginf=-1e6)
+                span = np.array([ends[1][i] - ends[0][i] for i in range(len(z))])
+                asked[key] = found[:, 0], (found[:, 2::2] - found[:, 1::2]) / span
+            return asked[key]
+
+        def angle(z: Floats) -> tuple[float, Floats]:
+            values, slopes = at(z)
+            return float(values[0]), slopes[0]
+
+        left: Any = {"type": "ineq", "fun": lambda z: at(z)[0][1:], "jac": lambda z: at(z)[1][1:]}
+        ended = minimize(
+            angle,
+            (x[moving] - low) / size,
+            jac=True,
+            bounds=[(0.0, 1.0)] * len(moving),
+            constraints=left,
+            method="SLSQP",
+            options={"maxiter": 100, "ftol": 1e-12},
+        )
+        better = x.copy()
+        better[moving] = low + np.clip(ended.x, 0, 1) * size
+        return better
+
+    def optimum(self, was: Floats, now: Floats, found: bool, seed: int) -> Optimum:
+        both = np.array([was, now])
+        judged = self.judged(both)
+        excess = self.excesses(both, judged)
+        angles = np.abs(judged["elastic_angle_rad"]) * ARCSEC_PER_RAD
+        values = {name: float(v) for name, v in zip(self.names, now, strict=True)}
+        limits = self.bounds.limits
+        margins = {
+            limit.key: -float(limit.excess(judged)[1]) * limit.size / limit.unit for limit in limits
+        }
+        at = [
+            f"{shown(free.number, 0.0)[0]} ({'least' if value < middle else 'greatest'})"
+            for free, value in zip(self.bounds.free, now, strict=True)
+            if not free.whole
+            and min(value - free.low, free.high - value) <= _BINDS * (free.high - free.low)
+            for middle in [(free.low + free.high) / 2]
+        ]
+        at += [
+            f"{limit.key} {limit.value:g}"
+            for limit, e in zip(limits, excess, strict=False)
+            if abs(e[1]) <= _BINDS
+        ]
+        if self.bounds.threshold and abs(excess[-1, 1]) <= _BINDS:
+            at.append(f"preload for {self.bounds.threshold}")
+        return Optimum(
+            case=self.case.with_numbers(values),
+            found=found,
+            numbers={
+                name: (float(w), float(n)) for name, w, n in zip(self.names, was, now, strict=True)
+            },
+            before_arcsec=_plain(angles[0]),
+            after_arcsec=_plain(angles[1]),
+            binds=tuple(at) if found else (),
+            violated=() if found else self.violations(excess[:, 1], str(judged.status[1])),
+            violated_before=self.violations(excess[:, 0], str(judged.status[0]))
+            + tuple(self.outside(was)),
+            margins=margins,
+            designs=self.designs,
+            seed=seed,
+            source=self.bounds.source,
+        )
+
+    def violations(self, excess: Floats, status: str) -> tuple[str, ...]:
+        told = [] if status == "ok" else [f"the load has no solution ({status})"]
+        for limit, e in zip(self.bounds.limits, excess, strict=False):
+            if e > 0:
+                found = limit.value + limit.sign * e * limit.size / limit.unit
+                least = "at most" if limit.sign > 0 else "at least"
+                told.append(f"{limit.key} = {found:.6g}, {least} {limit.value:g}")
+        if excess[-1] > 0:
+            more = 100 * float(excess[-1])
+            told.append(f"preload: {self.bounds.threshold} needs {more:.3g} % more of it")
+        return tuple(told)
+
+    def outside(self, was: Floats) -> list[str]:
+        outside = [
+            shown(free.number, value)
+            for free, value in zip(self.bounds.free, was, strict=True)
+            if not free.low <= value <= free.high
+        ]
+        return [f"{key} = {value:.6g} is outside its range" for key, value in outside]
+
+
+def _plain(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None

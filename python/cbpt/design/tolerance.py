@@ -1,0 +1,357 @@
+"""What the tolerances of a drawing make of the elastic angle.
+
+    tolerance  a case -> Tolerance
+    Tolerance  mean, spread, quantiles, worst cases, and the share of each number
+
+Numbers scatter as the case says: evenly within `[tolerance]`, else normally by `[uncertainty]`,
+each by itself. Drives are drawn (Monte Carlo, JCGM 101) and held beside the exact sensitivities
+(JCGM 100). A drawn drive without a solution is counted with its status.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from os import PathLike
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cbpt._core import Case, Drive, text_table
+from cbpt.design.judge import Judged, at_load, judge, shown, value_of
+from cbpt.errors import InvalidInputError, NoSolutionError
+from cbpt.results import ANGLE_UNITS, ARCSEC_PER_RAD
+
+__all__ = ["Scatter", "Tolerance", "tolerance"]
+
+Floats = NDArray[np.float64]
+
+SAMPLES = 10_000
+MOST_SAMPLES = 10_000_000
+QUANTILES = (0.025, 0.5, 0.975)
+# A number without limits is taken so many standard uncertainties off in the stack-up.
+_STACKED_U = 3.0
+# Margins whose loss is counted: name, column.
+_LOST = {
+    "undercut": "undercut_margin",
+    "inside_wall_missing": "inside_wall_margin",
+    "balls_touch": "deceleration_ball_clearance_m",
+    "equal_speed_balls_touch": "equal_speed_ball_clearance_m",
+    "rings_overlap": "ring_clearance_m",
+}
+
+
+@dataclass(frozen=True)
+class Scatter:
+    """A number that scatters, SI."""
+
+    number: str
+    """Name in SI."""
+    value: float
+    """The nominal one."""
+    distribution: str
+    """`uniform` within a limit, or `normal`."""
+    size: float
+    """The limit, plus or minus, or the standard uncertainty."""
+    u: float
+    """Standard uncertainty."""
+    slope_arcsec: float | None
+    """The elastic angle per unit, exact; None where the nominal drive has no solution."""
+    share: float | None
+    """Of the variance, by the slopes."""
+    share_drawn: float | None
+    """Of the variance, by the squared correlation of the drawn numbers and angles."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tolerance:
+    """The elastic angle of drives within their tolerances, arcsec; standard errors of what is
+    drawn stand beside it."""
+
+    case: Case
+    nominal_arcsec: float | None
+    """Of the drawing's own numbers; None without a solution."""
+    numbers: tuple[Scatter, ...]
+    mean_arcsec: float
+    mean_error_arcsec: float
+    sd_arcsec: float
+    sd_error_arcsec: float
+    quantiles_arcsec: dict[float, tuple[float, float]]
+    """By probability: the quantile and its standard error."""
+    linear_u_arcsec: float | None
+    """Standard uncertainty by the exact slopes."""
+    stacked_linear_arcsec: tuple[float, float] | None
+    """Least and greatest angle with every number at its limit, by the slopes."""
+    stacked_arcsec: tuple[float | None, float | None]
+    """The same two corners solved; None without a solution."""
+    status: dict[str, int]
+    """How many drawn drives ended how."""
+    lost: dict[str, int]
+    """In how many a margin is lost: `undercut`, `inside_wall_missing`, `balls_touch`,
+    `equal_speed_balls_touch`, `rings_overlap`."""
+    samples: int
+    seed: int
+    angles_arcsec: Floats = field(repr=False)
+    """Of every drawn drive, NaN without a solution."""
+
+    def share_of(self, count: int) -> tuple[float, float]:
+        """Share of the drawn drives, and its standard error."""
+        share = count / self.samples
+        return share, float(np.sqrt(share * (1 - share) / self.samples))
+
+    def to_dict(self) -> dict[str, Any]:
+        """The document: plain types, JSON-safe."""
+        numbers = []
+        for n in self.numbers:
+            key, value = shown(n.number, n.value)
+            per_si = shown(n.number, 1.0)[1]
+            numbers.append(
+                {
+                    "number": key,
+                    "value": value,
+                    "distribution": n.distribution,
+                    "limit" if n.distribution == "uniform" else "u_stated": n.size * per_si,
+                    "u": n.u * per_si,
+                    "elastic_angle_arcsec_per_unit": (
+                        None if n.slope_arcsec is None else n.slope_arcsec / per_si
+                    ),
+                    "share_of_variance": n.share,
+                    "share_of_variance_drawn": n.share_drawn,
+                }
+            )
+        stacked = self.stacked_linear_arcsec
+        counts = {"status": self.status, "lost": self.lost}
+        return {
+            "torque_Nm": self.case.torque_Nm,
+            "preload_N": self.case.preload_N,
+            "input_angle_deg": self.case.input_angle_deg or 0.0,
+            "samples": self.samples,
+            "seed": self.seed,
+            "nominal_arcsec": self.nominal_arcsec,
+            "mean_arcsec": _plain(self.mean_arcsec),
+            "mean_error_arcsec": _plain(self.mean_error_arcsec),
+            "sd_arcsec": _plain(self.sd_arcsec),
+            "sd_error_arcsec": _plain(self.sd_error_arcsec),
+            "quantiles": [
+                {"probability": p, "arcsec": _plain(q), "error_arcsec": _plain(e)}
+                for p, (q, e) in self.quantiles_arcsec.items()
+            ],
+            "linear_u_arcsec": self.linear_u_arcsec,
+            "stacked_linear_arcsec": None if stacked is None else list(stacked),
+            "stacked_arcsec": list(self.stacked_arcsec),
+            **{
+                name: {
+                    key: {"count": count, "share": share, "share_error": error}
+                    for key, count in found.items()
+                    for share, error in [self.share_of(count)]
+                }
+                for name, found in counts.items()
+            },
+            "numbers": numbers,
+        }
+
+    def to_json(self) -> str:
+        """`to_dict` as JSON text."""
+        return json.dumps(self.to_dict(), indent=2, allow_nan=False)
+
+    def report(self, angle_unit: str = "arcsec") -> str:
+        """Text for a terminal."""
+        one = ANGLE_UNITS[angle_unit]
+
+        def angle(arcsec: float | None) -> str:
+            return "no solution" if arcsec is None else f"{arcsec * one:.6g}"
+
+        def with_error(arcsec: float, error: float) -> str:
+            return f"{arcsec * one:.6g} (standard error {error * one:.2g})"
+
+        c = self.case
+        lines = [
+            f"Elastic angle at {c.torque_Nm:g} N m, {c.preload_N:g} N, input angle "
+            f"{c.input_angle_deg or 0:g} deg, in {angle_unit}; {self.samples} drives drawn, seed "
+            f"{self.seed}",
+            f"  nominal {angle(self.nominal_arcsec)}",
+            f"  mean {with_error(self.mean_arcsec, self.mean_error_arcsec)}",
+            f"  standard deviation {with_error(self.sd_arcsec, self.sd_error_arcsec)}; by the "
+            f"sensitivities {angle(self.linear_u_arcsec)}",
+        ]
+        lines += [
+            f"  {100 * p:g} % lie below {with_error(*found)}"
+            for p, found in self.quantiles_arcsec.items()
+        ]
+        if self.stacked_linear_arcsec is not None:
+            linear = " to ".join(angle(end) for end in self.stacked_linear_arcsec)
+            solved = " to ".join(angle(end) for end in self.stacked_arcsec)
+            lines.append(
+                f"  every number at its limit: {linear} by the sensitivities, {solved} solved"
+            )
+        rows = []
+        for n in self.numbers:
+            key, value = shown(n.number, n.value)
+            size = shown(n.number, n.size)[1]
+            sign = "+-" if n.distribution == "uniform" else "u"
+            rows.append(
+                [
+                    key,
+                    value,
+                    f"{sign} {size:.6g}",
+                    *(None if share is None else 100 * share for share in (n.share, n.share_drawn)),
+                ]
+            )
+        heads = ["number", "nominal", "scatters by", "share_%", "share_drawn_%"]
+        lines.append(text_table(heads, json.dumps(rows)))
+        told = [(f"no solution: {k}", v) for k, v in self.status.items() if k != "ok"]
+        told += list(self.lost.items())
+        for name, count in told:
+            if count:
+                share, error = self.share_of(count)
+                lines.append(
+                    f"{name.replace('_', ' ')}: {count} of the drives, {100 * share:.3g} % "
+                    f"(standard error {100 * error:.2g})"
+                )
+        return "\n".join(lines)
+
+    def __repr__(self) -> str:
+        return self.report()
+
+    def plot(self, path: str | PathLike[str], angle_unit: str = "arcsec") -> None:
+        """Draw the histogram to a file (SVG, PNG or PDF by its ending). Needs matplotlib."""
+        from cbpt.page.tolerance_figure import draw_tolerance
+
+        draw_tolerance(self, path, angle_unit)
+
+
+def tolerance(
+    case: Case | Drive | str | PathLike[str] | Mapping[str, Any],
+    *,
+    samples: int = SAMPLES,
+    seed: int = 0,
+    torque_Nm: float | None = None,
+    preload_N: float | None = None,
+    input_angle_deg: float | None = None,
+) -> Tolerance:
+    """Draw drives within the tolerances of the case and solve each under its load.
+
+    The same seed, the same drives. Raises `InvalidInputError` where the case states no tolerance,
+    or a number cannot be, and `NoSolutionError` where no drawn drive has a solution.
+    """
+    if not 2 <= samples <= MOST_SAMPLES:
+        raise InvalidInputError(f"samples = {samples}: expected 2 to {MOST_SAMPLES}")
+    if seed < 0:
+        raise InvalidInputError(f"seed = {seed}: expected 0 or more")
+    case = at_load(case, torque_Nm, preload_N, input_angle_deg)
+    spreads = case.spreads()
+    if not spreads:
+        raise InvalidInputError(
+            "the case states no tolerance: add [tolerance] with limits, for example "
+            "deceleration_ball_radius_um = 2, or [uncertainty] of the same names"
+        )
+    names = [name for name, _, _ in spreads]
+    nominal = np.array([value_of(case, name) for name in names], dtype=np.float64)
+    generator = np.random.default_rng(seed)
+    drawn = np.empty((samples, len(names)))
+    for place, (_, distribution, size) in enumerate(spreads):
+        if distribution == "uniform":
+            drawn[:, place] = nominal[place] + generator.uniform(-size, size, samples)
+        else:
+            drawn[:, place] = nominal[place] + size * generator.standard_normal(samples)
+    judged = judge(case, names, drawn)
+    return _told(case, names, nominal, spreads, drawn, judged, seed)
+
+
+def _told(
+    case: Case,
+    names: list[str],
+    nominal: Floats,
+    spreads: list[tuple[str, str, float]],
+    drawn: Floats,
+    judged: Judged,
+    seed: int,
+) -> Tolerance:
+    angles = judged["elastic_angle_rad"] * ARCSEC_PER_RAD
+    solved = np.isfinite(angles)
+    kinds, counts = np.unique(judged.status, return_counts=True)
+    status = {str(kind): int(count) for kind, count in zip(kinds, counts, strict=True)}
+    if not solved.any():
+        found = ", ".join(f"{count} {kind}" for kind, count in status.items())
+        raise NoSolutionError(f"none of {len(angles)} drawn drives has a solution: {found}")
+    u = np.array([size / np.sqrt(3) if d == "uniform" else size for _, d, size in spreads])
+    ends = np.array([size if d == "uniform" else _STACKED_U * size for _, d, size in spreads])
+    slopes, before = _slopes(case, names)
+    good = angles[solved]
+    n = len(good)
+    sd = float(good.std(ddof=1)) if n > 1 else float("nan")
+    numbers = []
+    variance = None if slopes is None else float(np.sum((slopes * u) ** 2))
+    for place, (name, distribution, size) in enumerate(spreads):
+        own = drawn[solved, place]
+        slope = None if slopes is None else float(slopes[place])
+        share = None if slope is None or not variance else float((slope * u[place]) ** 2 / variance)
+        r = np.corrcoef(own, good)[0, 1] if n > 2 and own.std() > 0 and sd > 0 else np.nan
+        numbers.append(
+            Scatter(
+                name,
+                float(nominal[place]),
+                distribution,
+                size,
+                float(u[place]),
+                slope,
+                share,
+                _plain(r * r),
+            )
+        )
+    # The fourth moment tells how well the standard deviation is known.
+    fourth = float(np.mean((good - good.mean()) ** 4)) / sd**4 if sd > 0 else 1.0
+    stacked = None
+    corners: tuple[float | None, float | None] = (None, None)
+    if slopes is not None and before is not None:
+        way = np.sign(slopes) * ends
+        reach = float(np.sum(np.abs(slopes) * ends))
+        stacked = (before - reach, before + reach)
+        both = judge(case, names, np.array([nominal - way, nominal + way]))["elastic_angle_rad"]
+        low, high = (_plain(angle * ARCSEC_PER_RAD) for angle in both)
+        corners = (low, high)
+    return Tolerance(
+        case=case,
+        nominal_arcsec=before,
+        numbers=tuple(numbers),
+        mean_arcsec=float(good.mean()),
+        mean_error_arcsec=sd / np.sqrt(n),
+        sd_arcsec=sd,
+        sd_error_arcsec=sd * float(np.sqrt(max(fourth - 1.0, 0.0) / (4 * n))),
+        quantiles_arcsec={p: _quantile(good, p) for p in QUANTILES},
+        linear_u_arcsec=None if variance is None else float(np.sqrt(variance)),
+        stacked_linear_arcsec=stacked,
+        stacked_arcsec=corners,
+        status=status,
+        # A margin of a row that is no drive is NaN, which is not lost but counted by its status.
+        lost={name: int(np.sum(judged[column] <= 0)) for name, column in _LOST.items()},
+        samples=len(angles),
+        seed=seed,
+        angles_arcsec=angles,
+    )
+
+
+def _slopes(case: Case, names: list[str]) -> tuple[Floats | None, float | None]:
+    """Exact slopes of the angle, arcsec per SI, and the nominal angle; None without a solution."""
+    assert case.torque_Nm is not None and case.preload_N is not None
+    found = case.drive.sensitivities(
+        case.torque_Nm, case.preload_N, case.input_angle_deg or 0.0, names
+    ).elastic_angle
+    if found is None:
+        return None, None
+    slopes = np.array([found.slopes[name] for name in names]) * ARCSEC_PER_RAD
+    return slopes, found.value * ARCSEC_PER_RAD
+
+
+def _quantile(good: Floats, p: float) -> tuple[float, float]:
+    """A quantile and its standard error: half of what the ranks a binomial standard deviation to
+    both sides are apart."""
+    reach = np.sqrt(p * (1 - p) / len(good))
+    low, middle, high = np.quantile(good, np.clip([p - reach, p, p + reach], 0, 1))
+    return float(middle), float(high - low) / 2
+
+
+def _plain(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None

@@ -1,0 +1,215 @@
+"""Files that sweeps go to, chunk by chunk, each taken up again after a kill at any moment.
+
+CSV is the core's (`SweepCsv`: one file and a record beside it). A Parquet file cannot be appended
+to, so its chunks are files of their own in a folder beside it until all are there; then they are
+put together, and the finished file holds the record of its plan.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from cbpt._core import SweepCsv, SweepPlan, sweep_statuses
+from cbpt.errors import PlanError
+from cbpt.sweep_result import Rows
+
+__all__ = ["Output", "open_output"]
+
+
+class Output(Protocol):
+    """A file that grows."""
+
+    form: str
+    """What it takes of each chunk: `csv` or `rows`."""
+
+    @property
+    def done(self) -> int:
+        """Rows that are on disk."""
+
+    def append(self, chunk: Any, rows: int) -> None:
+        """Adds the next rows, and returns when they are on disk."""
+
+    def finish(self) -> None:
+        """Makes the file whole; all rows are there."""
+
+    def close(self) -> None:
+        """Lets others write it."""
+
+
+def open_output(plan: SweepPlan, path: Path, fresh: bool) -> Output:
+    """Open the output of a plan where it stands, or begin it.
+
+    Raises `PlanError` for an output of another plan or a name with another ending, and `OSError`
+    where it cannot be written.
+    """
+    ending = path.suffix.lower()
+    if ending == ".csv":
+        return _Csv(plan, path, fresh)
+    if ending == ".parquet":
+        return _Parquet(plan, path, fresh)
+    raise PlanError(f"{path}: the name must end in .csv or .parquet")
+
+
+class _Csv:
+    form = "csv"
+
+    def __init__(self, plan: SweepPlan, path: Path, fresh: bool) -> None:
+        self.file = SweepCsv(plan, path, fresh)
+
+    @property
+    def done(self) -> int:
+        return self.file.done
+
+    def append(self, chunk: bytes, rows: int) -> None:
+        self.file.append(chunk, rows)
+
+    def finish(self) -> None:
+        """Every chunk was at its place."""
+
+    def close(self) -> None:
+        del self.file
+
+
+class _Parquet:
+    """Parts `000000000000.parquet`, named by their first row, in `.NAME.sweep` beside the file."""
+
+    form = "rows"
+
+    def __init__(self, plan: SweepPlan, path: Path, fresh: bool) -> None:
+        try:
+            from pyarrow import parquet
+        except ImportError:
+            remedy = 'pip install "cbpt[io]", or write to a .csv file'
+            raise PlanError(f"{path}: Parquet needs pyarrow: {remedy}") from None
+        self.parquet = parquet
+        self.plan, self.path = plan, path
+        self.folder = path.with_name(f".{path.name}.sweep")
+        self.lock: Any = None
+        self.done = 0
+        if fresh:
+            path.unlink(missing_ok=True)
+            shutil.rmtree(self.folder, ignore_errors=True)
+        if path.exists():
+            self._check(path, self._record_of(path))
+            self.done = plan.rows
+            shutil.rmtree(self.folder, ignore_errors=True)
+            return
+        self.folder.mkdir(exist_ok=True)
+        self._lock()
+        record = self.folder / "plan.json"
+        if record.exists():
+            self._check(record, record.read_text(encoding="utf-8"))
+        else:
+            _replace(record, plan.record.encode())
+        for part in self._parts():
+            if int(part.stem) != self.done:
+                part.unlink()
+            else:
+                self.done += parquet.ParquetFile(part).metadata.num_rows
+
+    def _record_of(self, path: Path) -> str:
+        from pyarrow import ArrowInvalid
+
+        try:
+            found = (self.parquet.read_schema(path).metadata or {}).get(b"cbpt_sweep")
+        except ArrowInvalid:
+            found = None
+        if found is None:
+            raise PlanError(
+                f"{path}: the file exists and is no sweep; give another --out, or --fresh to begin "
+                "anew in its place"
+            )
+        return str(found.decode())
+
+    def _check(self, path: Path, record: str) -> None:
+        self.plan.check_record(path, record)
+
+    def _lock(self) -> None:
+        try:
+            import fcntl
+        except ImportError:  # where there are no such locks
+            return
+        self.lock = (self.folder / "lock").open("w")
+        try:
+            fcntl.flock(self.lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            self.close()
+            raise PlanError(
+                f"{self.path}: another process is writing it; wait for it, or give another --out"
+            ) from None
+
+    def _parts(self) -> list[Path]:
+        return sorted(self.folder.glob("*.parquet"))
+
+    def append(self, chunk: Rows, rows: int) -> None:
+        part = self.folder / f"{self.done:012}.parquet"
+        new = part.with_suffix(".new")
+        self.parquet.write_table(self._table(chunk), new)
+        _to_disk(new)
+        new.replace(part)
+        self.done += rows
+
+    def _table(self, rows: Rows) -> Any:
+        import pyarrow
+
+        columns, fields = [], []
+
+        def add(name: str, column: Any, unit: str | None) -> None:
+            columns.append(column)
+            metadata = {"unit": unit} if unit else None
+            fields.append(pyarrow.field(name, column.type, metadata=metadata))
+
+        plan = self.plan
+        for name, unit, words, values in zip(
+            plan.names, plan.units, plan.words, rows.axes, strict=True
+        ):
+            column = _words(values, words) if words else pyarrow.array(values)
+            add(name, column, unit)
+        for name, values in rows.found.items():
+            unit = "" if name == "residual" else name.rsplit("_", 1)[-1]
+            add(name, pyarrow.array(values, from_pandas=True), unit)
+        add("status", _words(rows.status, sweep_statuses()), None)
+        schema = pyarrow.schema(fields, metadata={"cbpt_sweep": plan.record})
+        return pyarrow.Table.from_arrays(columns, schema=schema)
+
+    def finish(self) -> None:
+        parts = self._parts()
+        if not parts:  # finished by an earlier run
+            return
+        new = self.folder / "whole.new"
+        schema = self.parquet.read_schema(parts[0])
+        with self.parquet.ParquetWriter(new, schema) as writer:
+            for part in parts:
+                writer.write_table(self.parquet.read_table(part, schema=schema))
+        _to_disk(new)
+        new.replace(self.path)
+        self.close()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def close(self) -> None:
+        if self.lock is not None:
+            self.lock.close()
+            self.lock = None
+
+
+def _words(codes: Any, words: list[str]) -> Any:
+    import pyarrow
+
+    return pyarrow.DictionaryArray.from_arrays(codes.astype(np.int32), pyarrow.array(words))
+
+
+def _replace(path: Path, contents: bytes) -> None:
+    new = path.with_suffix(".new")
+    new.write_bytes(contents)
+    _to_disk(new)
+    new.replace(path)
+
+
+def _to_disk(path: Path) -> None:
+    with path.open("rb+") as file:
+        os.fsync(file.fileno())
