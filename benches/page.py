@@ -49,7 +49,7 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as folder:
             found |= large(browser, options.rounds, Path(folder))
     for what, size in found.items():
-        print(f"{what.removesuffix('_s').replace('_', ' '):58s} {size:6.2f} s")
+        print(f"{what.replace('_s,', ',').removesuffix('_s').replace('_', ' '):62s} {size:6.2f} s")
     if options.json:
         options.json.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
 

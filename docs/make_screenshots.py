@@ -40,7 +40,6 @@ def main() -> None:
             page.click("#own-fit")
             page.wait_for_selector("#model-bar [data-effect=my_effect][aria-checked=true]")
             take(page, "own_dark", "#own", "#own")
-            take(page, "where_dark", "#where", "#where")
         with watched(browser, 390, device_scale_factor=1.5) as page:
             opened(page, address, "dev04")
             page.click("#missing [data-effect=friction_hysteresis]")
