@@ -8,21 +8,25 @@ from collections.abc import Sequence
 from contextlib import closing
 from pathlib import Path
 
+from cbpt.verbs import Parser
+
 __all__ = ["is_for_parquet", "sweep"]
 
 
 def is_for_parquet(argv: Sequence[str]) -> bool:
     """Whether a command line is a sweep whose rows go to a Parquet file."""
+    if argv[:1] != ["sweep"]:
+        return False
     pairs = zip(argv, [*argv[1:], ""], strict=True)
     named = [word.partition("=")[2] or after for word, after in pairs if word.startswith("--out")]
-    return argv[:1] == ["sweep"] and any(name.lower().endswith(".parquet") for name in named)
+    return any(name.lower().endswith(".parquet") for name in named)
 
 
 def sweep(argv: list[str]) -> int:
     """cbpt sweep PLAN --out FILE.parquet"""
     from cbpt.sweeps import SweepPlan, open_output, to_output
 
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="cbpt sweep", description="Any parameter of drive, load or effects, to Parquet."
     )
     parser.add_argument("plan", metavar="PLAN", help="TOML file that names a case and has [axes]")
