@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -112,12 +113,32 @@ def test_a_design_without_solution_never_wins() -> None:
     """Where undercut and slipping begin the equations know no angle; the search stays clear."""
     free = {
         "deceleration": {"short_amplitude_coefficient": [0.2, 0.95], "ball_radius_mm": [0.5, 12]},
-        "load": {"torque_Nm": [5, 60]},
+        "load": {"preload_N": [50, 200]},
     }
     found = cbpt.optimise(BASE, {"free": free, "limits": {"inside_wall_margin": -99}})
     assert found.found and found.after_arcsec is not None
-    torque = found.numbers["load.torque_Nm"][1]
-    assert found.case.drive.solve(torque, 600).status == "ok"
+    preload = found.numbers["load.preload_N"][1]
+    assert found.case.drive.solve(5, preload).status == "ok"
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_missing_wall_is_no_way_to_the_bounds(seed: int) -> None:
+    """Just beyond the edge of a wall pressures are low, so a search that counts by how much a limit
+    is missed ends there; designs that keep the bounds lie far away."""
+    bounds = tomllib.loads((TOP / "examples/bounds.toml").read_text())
+    bounds["limits"]["contact_pressure_GPa"] = 1.8
+    found = cbpt.optimise(BASE, bounds, seed=seed)
+    assert found.found and found.after_arcsec is not None and found.after_arcsec < 9
+    assert "equal_speed.ball_count (greatest)" in found.binds
+
+
+def test_effects_that_are_not_counted_are_told(capfd: pytest.CaptureFixture[str]) -> None:
+    case = cbpt.Case.from_file(BASE).with_effects([("eccentric_bearing", {})])
+    found = cbpt.optimise(case, {"free": {"load": {"preload_N": [500, 600]}}})
+    assert found.to_dict()["not_counted"] == ["eccentric_bearing"]
+    assert "not counted: eccentric_bearing" in found.report()
+    plain = cbpt.optimise(BASE, {"free": {"load": {"preload_N": [500, 600]}}})
+    assert plain.to_dict()["not_counted"] == [] and "not counted" not in plain.report()
 
 
 def test_what_cannot_be_is_told_with_the_nearest(
@@ -173,6 +194,8 @@ def test_the_verb_writes_the_design(tmp_path: Path, capfd: pytest.CaptureFixture
         ({"free": {"load": {"preload_N": [1, 2]}}, "limits": {"preload": "some"}}, "zero_backlash"),
         ({"free": {"load": {"preload_N": [1, 2]}}, "limits": {"outer_radius_mm": "a"}}, "finite"),
         ({"freedom": {}}, "expected the tables"),
+        ({"free": {"load": {"torque_Nm": [0, 5]}}}, "the load is stated"),
+        ({"free": {"load": {"input_angle_deg": [0, 5]}}}, "the load is stated"),
         (
             {
                 "free": {

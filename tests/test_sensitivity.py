@@ -137,3 +137,11 @@ def test_the_needed_preload_is_the_threshold(threshold: str) -> None:
     for torque, needed in zip((5, -2), one["needed_preload_N"], strict=True):
         expected = getattr(case.drive.preload(torque).drive, f"{threshold}_N")
         assert needed == pytest.approx(expected, rel=1e-9)
+
+
+def test_of_nothing_no_part_is_told(capfd: pytest.CaptureFixture[str]) -> None:
+    """Without torque angle and thresholds are 0 but for rounding, and no percentage is."""
+    case = Path(__file__).parents[1] / "examples/base_case.toml"
+    assert main(["sensitivity", str(case), "--torque-Nm", "0", "--json"]) == 0
+    numbers = json.loads(capfd.readouterr().out)["numbers"]
+    assert numbers and all(v is None for n in numbers for v in n["relative"].values())

@@ -160,6 +160,18 @@ def test_a_file_that_is_no_sweep_is_not_written_over(out: str, desk: Desk) -> No
     assert len((top / out).read_bytes()) > 100
 
 
+def test_a_parquet_file_with_other_rows_is_not_taken_for_the_sweep(desk: Desk) -> None:
+    from pyarrow import parquet
+
+    top = desk(GRID)
+    sweep(top / "plan.toml", out="t.parquet")
+    with parquet.ParquetFile(top / "t.parquet") as file:
+        table = file.read()
+    parquet.write_table(table.slice(0, 5), top / "t.parquet")
+    with pytest.raises(PlanError, match="holds 5 rows where the plan has 34"):
+        sweep(top / "plan.toml", out="t.parquet")
+
+
 def begun(top: Path) -> tuple[bytes, Path, Path]:
     """A sweep stopped after its first chunk: what it should become, the file and its record."""
     whole = sweep(top / "plan.toml", out="whole.csv").path
@@ -210,14 +222,24 @@ def test_a_garbled_record_is_told(desk: Desk) -> None:
         sweep(top / "plan.toml", out="t.csv")
 
 
+def test_killed_before_the_first_record_it_begins(desk: Desk) -> None:
+    top = desk(GRID)
+    whole = sweep(top / "plan.toml", out="whole.csv").path
+    assert whole is not None
+    (top / "t.csv").touch()
+    sweep(top / "plan.toml", out="t.csv")
+    assert (top / "t.csv").read_bytes() == whole.read_bytes()
+
+
+@pytest.mark.parametrize("fresh", [False, True])
 @pytest.mark.parametrize("out", ["t.csv", "t.parquet"])
-def test_two_cannot_write_one_file(out: str, desk: Desk) -> None:
+def test_two_cannot_write_one_file(out: str, fresh: bool, desk: Desk) -> None:
     top = desk(GRID)
     with (
         closing(open_output(SweepPlan.from_file(top / "plan.toml"), top / out, False)),
         pytest.raises(PlanError, match="another process is writing it"),
     ):
-        sweep(top / "plan.toml", out=out)
+        sweep(top / "plan.toml", out=out, fresh=fresh)
     assert sweep(top / "plan.toml", out=out).has_solution.any()
 
 

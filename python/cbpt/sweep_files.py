@@ -92,16 +92,17 @@ class _Parquet:
         self.folder = path.with_name(f".{path.name}.sweep")
         self.lock: Any = None
         self.done = 0
-        if fresh:
-            path.unlink(missing_ok=True)
-            shutil.rmtree(self.folder, ignore_errors=True)
-        if path.exists():
+        if path.exists() and not fresh:
             self._check(path, self._record_of(path))
+            self._whole(path)
             self.done = plan.rows
-            shutil.rmtree(self.folder, ignore_errors=True)
             return
         self.folder.mkdir(exist_ok=True)
         self._lock()
+        if fresh:  # behind the lock: what another process is writing stays
+            path.unlink(missing_ok=True)
+            for old in [*self._parts(), *self.folder.glob("*.new"), self.folder / "plan.json"]:
+                old.unlink(missing_ok=True)
         record = self.folder / "plan.json"
         if record.exists():
             self._check(record, record.read_text(encoding="utf-8"))
@@ -129,6 +130,14 @@ class _Parquet:
 
     def _check(self, path: Path, record: str) -> None:
         self.plan.check_record(path, record)
+
+    def _whole(self, path: Path) -> None:
+        rows = self.parquet.read_metadata(path).num_rows
+        if rows != self.plan.rows:
+            raise PlanError(
+                f"{path}: holds {rows} rows where the plan has {self.plan.rows}, so it was changed "
+                "after the sweep wrote it; give another --out, or --fresh to begin anew"
+            )
 
     def _lock(self) -> None:
         try:
@@ -188,6 +197,7 @@ class _Parquet:
             for part in parts:
                 with self.parquet.ParquetFile(part) as read:
                     writer.write_table(read.read())
+        self._whole(new)
         _to_disk(new)
         new.replace(self.path)
         self.close()

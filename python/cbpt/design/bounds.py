@@ -201,6 +201,11 @@ def _free(key: str, value: Any, source: str, case: Case) -> Free:
         number, (low, high), whole = design_number(case, key, [low, high])
     except InvalidInputError as error:
         raise InvalidInputError(f"{source}: free.{error}") from None
+    if number.startswith("load.") and number != "load.preload_N":
+        raise InvalidInputError(
+            f"{source}: free.{key}: the load is stated, in the case or by its flag, not designed; "
+            "of it load.preload_N may be free"
+        )
     return Free(number, low, high, whole)
 
 

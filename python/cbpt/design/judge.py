@@ -5,6 +5,7 @@
     at_load    the case with its load completed
     value_of   a number as the case has it
     shown      a number by its key in the usual unit
+    effects_of, bare_drive_note   what of the case is not counted here
 
 Numbers are named in SI as in a case file: `deceleration.ball_radius_m`.
 """
@@ -114,3 +115,14 @@ def shown(number: str, value: float) -> tuple[str, float]:
     """Key and value in the usual unit: `deceleration.ball_radius_mm` and 1.5."""
     key, per_si = _numbers()[number]
     return key, value * per_si
+
+
+def effects_of(case: Case) -> list[str]:
+    """Ids of the effects of a case, none of which is counted here."""
+    return [effect.id for effect in case.effects] + [own.id for own in case.own_effects]
+
+
+def bare_drive_note(case: Case, what: str) -> list[str]:
+    """A line that says so, where there are any."""
+    ids = ", ".join(effects_of(case))
+    return [f"Note: {what} of the drive alone; not counted: {ids}."] if ids else []

@@ -23,7 +23,15 @@ from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive
 from cbpt.design.bounds import Bounds, read_bounds
-from cbpt.design.judge import Judged, at_load, judge, shown, value_of
+from cbpt.design.judge import (
+    Judged,
+    at_load,
+    bare_drive_note,
+    effects_of,
+    judge,
+    shown,
+    value_of,
+)
 from cbpt.errors import InvalidInputError
 from cbpt.results import ANGLE_UNITS, ARCSEC_PER_RAD
 
@@ -33,6 +41,8 @@ Floats = NDArray[np.float64]
 
 # A design of the population for each free number, and generations at most.
 _POPULATION, _GENERATIONS = 10, 150
+# Searches before it is said that no design was found.
+_ATTEMPTS = 3
 # The search ends when the angles of the population differ by about this part of them; the rest is
 # the polish's.
 _AGREE = 1e-3
@@ -92,6 +102,7 @@ class Optimum:
             "violated_before": list(self.violated_before),
             "designs": self.designs,
             "seed": self.seed,
+            "not_counted": effects_of(self.case),
             "case_toml": self.case.to_toml(),
         }
 
@@ -131,6 +142,7 @@ class Optimum:
         if self.found and self.violated_before:
             lines.append(f"The case as it was violates: {'; '.join(self.violated_before)}.")
         lines.append(f"{self.designs} designs judged, seed {self.seed}.")
+        lines += bare_drive_note(self.case, "these are angles")
         return "\n".join(lines)
 
     def __repr__(self) -> str:
@@ -178,19 +190,25 @@ class _Search:
         middle = 0.5 * (self.low + self.high)
         was = np.array([m if v is None else v for v, m in zip(values, middle, strict=True)])
         of_population: Any = self.of_population  # one number in SciPy's own types
-        ended = differential_evolution(
-            of_population,
-            Box(self.low, self.high),
-            x0=np.clip(was, self.low, self.high),
-            integrality=self.whole,
-            vectorized=True,
-            updating="deferred",
-            popsize=_POPULATION,
-            maxiter=_GENERATIONS,
-            tol=_AGREE,
-            polish=False,
-            seed=seed,
-        )
+        # Where nothing keeps the limits the search may have run into a blind end: it is begun
+        # again, from elsewhere and less greedily.
+        for attempt in range(_ATTEMPTS):
+            ended = differential_evolution(
+                of_population,
+                Box(self.low, self.high),
+                x0=np.clip(was, self.low, self.high) if attempt == 0 else None,
+                strategy="best1bin" if attempt == 0 else "rand1bin",
+                integrality=self.whole,
+                vectorized=True,
+                updating="deferred",
+                popsize=_POPULATION,
+                maxiter=_GENERATIONS,
+                tol=_AGREE,
+                polish=False,
+                seed=seed + attempt * 1_000_003,
+            )
+            if ended.fun < 1.0:
+                break
         best = np.where(self.whole, np.round(ended.x), ended.x)
         polished = self.polished(best) if ended.fun < 1.0 else best
         merits = self.merit(np.array([best, polished]))
@@ -230,6 +248,11 @@ class _Search:
         excess = np.clip(self.excesses(x, judged), 0.0, None)
         solved = judged.status == "ok"
         violation = np.nansum(np.minimum(excess, 1e6), axis=0) + np.where(solved, 0.0, _UNSOLVED)
+        # A wall that is missing is no small violation, however little is missing: the pressures at
+        # the edge are those of another design, so that no way leads across it.
+        for limit in self.bounds.limits:
+            if limit.key in ("undercut_margin", "inside_wall_margin") and limit.value >= 0:
+                violation += judged[limit.key] < 0
         angle = np.abs(judged["elastic_angle_rad"])
         return np.where(violation > 0, 1.0 + violation, np.where(solved, angle, np.inf))
 
@@ -299,8 +322,7 @@ class _Search:
         at = [
             f"{shown(free.number, 0.0)[0]} ({'least' if value < middle else 'greatest'})"
             for free, value in zip(self.bounds.free, now, strict=True)
-            if not free.whole
-            and min(value - free.low, free.high - value) <= _BINDS * (free.high - free.low)
+            if min(value - free.low, free.high - value) <= _BINDS * (free.high - free.low)
             for middle in [(free.low + free.high) / 2]
         ]
         at += [

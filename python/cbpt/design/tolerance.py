@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive, text_table
-from cbpt.design.judge import Judged, at_load, judge, shown, value_of
+from cbpt.design.judge import Judged, at_load, bare_drive_note, effects_of, judge, shown, value_of
 from cbpt.errors import InvalidInputError, NoSolutionError
 from cbpt.results import ANGLE_UNITS, ARCSEC_PER_RAD
 
@@ -149,6 +149,7 @@ class Tolerance:
                 }
                 for name, found in counts.items()
             },
+            "not_counted": effects_of(self.case),
             "numbers": numbers,
         }
 
@@ -167,12 +168,14 @@ class Tolerance:
             return f"{arcsec * one:.6g} (standard error {error * one:.2g})"
 
         c = self.case
+        solved = int(np.isfinite(self.angles_arcsec).sum())
+        of_those = f", of the {solved} drives that have a solution" if solved < self.samples else ""
         lines = [
             f"Elastic angle at {c.torque_Nm:g} N m, {c.preload_N:g} N, input angle "
             f"{c.input_angle_deg or 0:g} deg, in {angle_unit}; {self.samples} drives drawn, seed "
             f"{self.seed}",
             f"  nominal {angle(self.nominal_arcsec)}",
-            f"  mean {with_error(self.mean_arcsec, self.mean_error_arcsec)}",
+            f"  mean {with_error(self.mean_arcsec, self.mean_error_arcsec)}{of_those}",
             f"  standard deviation {with_error(self.sd_arcsec, self.sd_error_arcsec)}; by the "
             f"sensitivities {angle(self.linear_u_arcsec)}",
         ]
@@ -182,9 +185,9 @@ class Tolerance:
         ]
         if self.stacked_linear_arcsec is not None:
             linear = " to ".join(angle(end) for end in self.stacked_linear_arcsec)
-            solved = " to ".join(angle(end) for end in self.stacked_arcsec)
+            exact = " to ".join(angle(end) for end in self.stacked_arcsec)
             lines.append(
-                f"  every number at its limit: {linear} by the sensitivities, {solved} solved"
+                f"  every number at its limit: by the sensitivities {linear}; solved there: {exact}"
             )
         rows = []
         for n in self.numbers:
@@ -210,6 +213,7 @@ class Tolerance:
                     f"{name.replace('_', ' ')}: {count} of the drives, {100 * share:.3g} % "
                     f"(standard error {100 * error:.2g})"
                 )
+        lines += bare_drive_note(self.case, "these are angles")
         return "\n".join(lines)
 
     def __repr__(self) -> str:

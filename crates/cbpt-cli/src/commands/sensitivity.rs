@@ -130,9 +130,10 @@ impl Answers {
         for (place, asked) in self.asked.iter().enumerate() {
             let (key, per_si) = in_usual_unit(asked.number);
             let slope = |found: Option<&Sensitivity>| found.map(|found| found.slopes[place]);
+            // Of a result that is nothing but rounding no part can be told: nobody has an angle or a force of that size.
             let relative = |found: Option<&Sensitivity>| {
                 found
-                    .filter(|found| found.value != 0.0)
+                    .filter(|found| found.value.abs() > 1e-14)
                     .map(|found| found.slopes[place] * asked.value / found.value)
             };
             let u = asked.spread.map(|spread| spread.u() * per_si);

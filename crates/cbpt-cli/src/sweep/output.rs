@@ -35,7 +35,8 @@ impl CsvOutput {
     /// An output of another plan, or one that another process writes, or that is not what its record says; and a file that
     /// cannot be written.
     pub fn open(plan: &Plan, path: &Path, fresh: bool) -> Result<Self, Failure> {
-        let there = fs::symlink_metadata(path).is_ok();
+        // An empty file is one that was killed before its first record, or is just begun by another process.
+        let there = fs::metadata(path).is_ok_and(|found| !found.is_file() || found.len() > 0);
         let record = if fresh { None } else { read_record(path)? };
         if let Some(record) = &record {
             same_plan(path, &record["plan"], &plan.record())?;
