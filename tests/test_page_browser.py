@@ -7,6 +7,7 @@ who cannot see or has no mouse.
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
@@ -199,6 +200,7 @@ def test_an_own_effect_is_checked_as_typed_fitted_and_shown(live: Any) -> None:
     live.wait_for_selector("#model-bar [data-effect=my_effect][aria-checked=true]")
     assert number(live, "#rmse") < 0.4 < before
     assert "my_effect" in live.text_content("#case-text")
+    assert live.text_content("#command-of-model").startswith("cbpt fit dev10_case.toml ")
 
 
 # --- the report ---------------------------------------------------------------------------
@@ -221,6 +223,9 @@ def test_a_report_opens_from_disk_without_a_network(browser: Any, on_disk: str) 
         for section in ("readings", "where", "ladder", "next", "drive"):
             assert page.locator(f"#{section} .main-svg").count() > 0
         assert page.locator("#drawing svg").count() == 1
+        # Nothing offers to send the readings away.
+        titles = page.locator(".modebar-btn").evaluate_all("all => all.map(b => b.dataset.title)")
+        assert titles and not [t for t in titles if re.search("share|cloud|send", t, re.I)]
         # What needs a server is not offered.
         assert page.locator("#own textarea, #drive input, #open-files:visible").count() == 0
 

@@ -4,7 +4,7 @@
 import { bodyOf, byId, el, fill } from "./dom.js";
 import { fixed, nameOf, probability, text } from "./numbers.js";
 import { show } from "./models.js";
-import { documentShown, on, scale, state } from "./store.js";
+import { documentShown, on, scale, setModel, state } from "./store.js";
 
 export function setUpAnswer() {
   on(["document", "unit"], draw);
@@ -97,14 +97,17 @@ function found(whole) {
       el(
         "div",
         { class: "row no-print" },
-        verdict.effects.length > 0 && whole.answer_key && el(
+        whole.answer_key && whole.answer_key !== "stated" && el(
           "button",
           {
             type: "button",
             class: "main",
             id: "show-answer",
-            onclick: () =>
-              show(whole.models.find((m) => m.key === whole.answer_key)?.effects ?? []),
+            onclick: () => {
+              const effects = whole.models.find((m) => m.key === whole.answer_key)?.effects ?? [];
+              if (effects.length) show(effects);
+              else if (whole.answer_key) setModel(whole.answer_key);
+            },
           },
           "Show the model of the answer",
         ),
@@ -127,8 +130,7 @@ function fact(name, value, more) {
 
 /** @param {{ number: string, prior: number, needed_shift_sigma: number }[]} numbers */
 function restsOn(numbers) {
-  const holding = numbers.filter((r) => Math.abs(r.needed_shift_sigma) > 2);
-  if (!holding.length) {
+  if (!numbers.length) {
     return el(
       "p",
       { class: "small quiet" },
@@ -142,15 +144,13 @@ function restsOn(numbers) {
     el(
       "ul",
       { class: "plain small" },
-      holding.map((r) =>
+      numbers.map((r) =>
         el(
           "li",
           {},
-          `${r.number.replaceAll("_", " ")}, stated to ${
-            text(r.prior, 2)
-          }: it would have to be off by ${
-            Math.abs(r.needed_shift_sigma).toFixed(0)
-          } standard uncertainties to explain the same.`,
+          `${r.number.replaceAll("_", " ")}, stated to ${text(r.prior, 2)}: if it were off by ${
+            text(Math.abs(r.needed_shift_sigma), 2)
+          } standard uncertainties it would explain the same.`,
         )
       ),
     ),

@@ -62,7 +62,7 @@ function draw() {
     el(
       "p",
       { class: "quiet" },
-      "A switch adds the effect to the model, fitted; curves, residual and ladder follow. The dots are the residual of the drive as stated, the line is what the effect adds to the model.",
+      "A switch adds the effect to the model, fitted; curves, residual and ladder follow. The dots are the residual of the drive as stated, the line is what the effect adds together with the numbers of the drive as refitted beside it.",
     ),
     el("div", { class: "cards" }, folded.map(card)),
     rest > 0 &&
@@ -135,7 +135,7 @@ function card(c) {
     el(
       "div",
       { class: "chance" },
-      el("span", { class: "quiet" }, "probability"),
+      el("span", { class: "quiet" }, "probability by itself"),
       el("div", { class: "bar" }, bar(c.probability ?? 0)),
       el("b", {}, probability(c.probability)),
     ),

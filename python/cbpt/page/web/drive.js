@@ -109,6 +109,7 @@ function drawSliders() {
       written,
       el("input", {
         type: "range",
+        "aria-label": s.unit ? `${s.label}, ${s.unit}` : s.label,
         min: s.min,
         max: s.max,
         step: s.step,

@@ -65,7 +65,7 @@ function draw() {
         }`,
       ),
       el("h3", { class: "minor" }, "The same from a command line"),
-      commands().map(([what, words, id]) =>
+      commands(`${base}_case.toml`).map(([what, words, id]) =>
         el(
           "div",
           { class: "stack" },
@@ -89,17 +89,23 @@ function draw() {
   );
 }
 
-/** This page, and the model that is shown, as commands. @returns {[string, string, string][]} */
-function commands() {
+/**
+ * This page, and the model that is shown, as commands.
+ * @param {string} saved the case file with the effects in it, as it is saved above
+ * @returns {[string, string, string][]}
+ */
+function commands(saved) {
   const { command } = documentShown();
   const { effects } = modelShown();
   /** @type {[string, string, string][]} */
   const found = [["This page", command, "command"]];
   if (effects.length && effects.every((e) => /^\w+$/.test(e))) {
-    const inputs = command.replace(/^cbpt report/, "cbpt fit").replace(/ --out \S+$/, "");
-    const words = `${inputs} --with ${effects.join(" ")} --out case_with.toml`;
     const known = documentShown().library.map((e) => e.effect);
     const own = effects.some((e) => !known.includes(e));
+    const fit = command.replace(/^cbpt report/, "cbpt fit").replace(/ --out \S+$/, "");
+    // A case that knows the own effect.
+    const inputs = own ? fit.replace(/^cbpt fit ('[^']*'|\S+)/, `cbpt fit ${saved}`) : fit;
+    const words = `${inputs} --with ${effects.join(" ")} --out case_with.toml`;
     const what = own ? "The model shown, with the case file saved above" : "The model shown";
     found.push([what, words, "command-of-model"]);
   }

@@ -135,7 +135,15 @@ export class Figure {
       displaylogo: false,
       responsive: true,
       displayModeBar: this.options.bar ? "hover" : false,
-      modeBarButtonsToRemove: ["toImage", "lasso2d", "autoScale2d"],
+      // Plotly would offer to upload the readings to its makers.
+      plotlyServerURL: "",
+      modeBarButtonsToRemove: [
+        "sendChartToCloud",
+        "sendDataToCloud",
+        "toImage",
+        "lasso2d",
+        "autoScale2d",
+      ],
       scrollZoom: false,
     });
     this.points = built.points ?? [];

@@ -45,8 +45,9 @@ export async function show(effects, asked) {
     if (!isLive()) {
       const alone = asked && effects.includes(asked) ? asked : "stated";
       setModel(modelOf(alone) ? alone : "stated");
-      announce(
-        `${told()} A report holds only what the diagnosis fitted; the workbench fits any combination.`,
+      announce(told());
+      trouble(
+        "A report holds only what the diagnosis fitted, and these effects not together; the workbench fits any combination.",
       );
       return;
     }
