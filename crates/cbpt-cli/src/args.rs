@@ -169,7 +169,7 @@ pub struct Preload {
 /// `cbpt sweep`.
 #[derive(Debug, Args)]
 pub struct Sweep {
-    /// Case file (TOML), or a plan: a TOML file that names a case and has [axes]
+    /// Case file (TOML), or a plan: a TOML file that names a case and has a table of axes
     #[arg(value_name = "CASE|PLAN")]
     pub path: PathBuf,
     /// Torques, N m: a list `1,2,5`, a range `0:10:0.5` (start:stop:step), or both mixed
