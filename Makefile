@@ -54,10 +54,10 @@ python: build $(VENV)/tested  ## lints, types, stubs and tests of the Python pac
 
 package: build  ## a crate outside the workspace, cargo package, the wheel in an empty environment
 	cargo run --quiet --manifest-path examples/embed/Cargo.toml
-	# Unpacked and checked here: cargo's own check may meet a cached cbpt-core of the same version.
+	# Unpacked anew (-m) and checked here: by version and date cargo takes an earlier cbpt-core for this one.
 	rm -rf target/package $(CRATES) && mkdir -p $(CRATES)
 	cargo package --quiet --allow-dirty --no-verify -p cbpt-core -p cbpt-cli
-	for crate in target/package/cbpt-*.crate; do tar -xzf $$crate -C $(CRATES) || exit; done
+	for crate in target/package/cbpt-*.crate; do tar -xzmf $$crate -C $(CRATES) || exit; done
 	cd $(CRATES)/cbpt-cli-* && cargo check --quiet --config "patch.crates-io.cbpt-core.path='$$(echo ../cbpt-core-*)'"
 	rm -rf $(OUT)/wheel $(OUT)/empty && mkdir -p $(OUT)
 	$(VENV)/bin/maturin build --release --quiet --out $(OUT)/wheel
