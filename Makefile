@@ -82,7 +82,7 @@ trial: build  ## the diagnosis scored on campaigns with a hidden effect, at full
 	$(PYTHON) benches/trial.py --sets 60 --null-sets 400 --seed 5 --quiet --page docs/trial.md --json out/trial.json
 
 screenshots: build $(VENV)/tested  ## the pictures of docs/page.md, taken of the page
-	$(PYTHON) docs/make_screenshots.py
+	$(PYTHON) docs/page/screenshots.py
 
 instructions:  ## instructions of the hot loops against what is kept, by callgrind
 	python3 benches/instructions.py

@@ -11,18 +11,17 @@ import sys
 from pathlib import Path
 from typing import Any
 
-TOP = Path(__file__).parents[1]
+TOP = Path(__file__).parents[2]
 sys.path.insert(0, str(TOP / "tests"))
 from common.browser import chromium, watched, workbench  # noqa: E402
 from common.hidden import FOLDER  # noqa: E402
 
-FOLDER_OF_PICTURES = TOP / "docs" / "page"
+FOLDER_OF_PICTURES = Path(__file__).parent
 COLOURS = 96
 ON = "#missing [data-effect={}][aria-checked=true]"
 
 
 def main() -> None:
-    FOLDER_OF_PICTURES.mkdir(exist_ok=True)
     with chromium() as browser, workbench() as address:
         with watched(browser) as page:
             opened(page, address, "dev04")
