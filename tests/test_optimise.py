@@ -133,7 +133,8 @@ def test_a_missing_wall_is_no_way_to_the_bounds(seed: int) -> None:
 
 
 def test_effects_that_are_not_counted_are_told(capfd: pytest.CaptureFixture[str]) -> None:
-    case = cbpt.Case.from_file(BASE).with_effects([("eccentric_bearing", {})])
+    effects: list[tuple[str, dict[str, float]]] = [("eccentric_bearing", {})]
+    case = cbpt.Case.from_file(BASE).with_effects(effects)
     found = cbpt.optimise(case, {"free": {"load": {"preload_N": [500, 600]}}})
     assert found.to_dict()["not_counted"] == ["eccentric_bearing"]
     assert "not counted: eccentric_bearing" in found.report()
