@@ -121,8 +121,12 @@ def test_any_combination_is_fitted_live(dev04: Any) -> None:
         dev04.wait_for_selector(f"#missing [data-effect={effect}][aria-checked=true]")
     both = number(dev04, "#rmse")
     assert 1.0 < both < 1.9
-    assert dev04.locator("#ladder tbody tr").count() == 4  # stated, refitted, one, both
-    dev04.click("text=as stated")
+    # The diagnosis' own rungs with their mark, below them the steps to what is shown.
+    assert dev04.locator("#ladder tr.apart, #ladder tr.apart ~ tr").count() == 2  # one, both
+    assert "friction" in dev04.text_content("#ladder tr.stop")
+    dev04.wait_for_selector(DRAWN)
+    assert "the answer stops here" in dev04.text_content("#ladder-plot .main-svg >> nth=-1")
+    dev04.click("#model-bar >> text=as stated")
     assert number(dev04, "#rmse") > both
 
 

@@ -30,7 +30,7 @@ export function setUpLadder() {
       el(
         "span",
         { class: "small quiet" },
-        "● in sample  ◇ held out. Below the noise floor a model fits noise.",
+        "● in sample  ◇ held out. What stands below the dashed line the readings do not demand; left of the noise floor a model fits noise.",
       ),
       figure.save,
     ),
@@ -41,19 +41,19 @@ export function setUpLadder() {
   });
 }
 
-/** The rungs of the diagnosis, and the model shown where it is none of them. @returns {(Rung & { shown?: boolean })[]} */
+/** The rungs of the diagnosis; below them the steps to the model shown, where it is none of them. @returns {(Rung & { shown?: boolean })[]} */
 function rungs() {
   const whole = documentShown();
   const m = modelShown();
   const list = whole.ladder?.rungs.map((r) => ({ ...r, shown: r.key === m.key })) ?? [];
   if (list.some((r) => r.shown) || m.rmse_arcsec === null) return list;
   if (m.ladder?.length) {
-    const steps = [...list.slice(0, 1), ...m.ladder];
-    return steps.map((r, k) => ({ ...r, shown: k === steps.length - 1 }));
+    const steps = m.ladder.filter((r) => !list.some((known) => known.key === r.key));
+    return [...list, ...steps.map((r, k) => ({ ...r, shown: k === steps.length - 1 }))];
   }
   return [...list, {
     added: "",
-    label: whole.ladder ? `shown: ${m.label}` : m.label,
+    label: m.label,
     key: m.key,
     effects: m.effects,
     in_sample_arcsec: m.rmse_arcsec,
@@ -63,12 +63,36 @@ function rungs() {
   }];
 }
 
-/** After which rung the diagnosis stopped, where it went on to look. @param {Rung[]} list */
-function stopOf(list) {
+/** How many rungs are the diagnosis' own. */
+function weighed() {
+  return documentShown().ladder?.rungs.length ?? 0;
+}
+
+/** After which rung the diagnosis stopped, where it went on to look. */
+function stopOf() {
   const found = documentShown().ladder;
-  const same = found && list.length > found.stop + 1 && list[found.stop + 1].label ===
-      found.rungs[found.stop + 1]?.label;
-  return same ? found.stop : null;
+  return found && found.stop + 1 < found.rungs.length ? found.stop : null;
+}
+
+/**
+ * A line across between two rungs with a word on it.
+ * @param {number} after @param {string} words @param {string} colour @param {string} dash
+ */
+function mark(after, words, colour, dash) {
+  const across = { xref: "paper", x0: 0, x1: 1, y0: after + 0.5, y1: after + 0.5 };
+  return {
+    shape: { type: "line", ...across, line: { color: colour, width: 2, dash } },
+    annotation: {
+      xref: "paper",
+      x: 1,
+      xanchor: "right",
+      y: after + 0.5,
+      yanchor: dash === "dash" ? "bottom" : "top",
+      text: words,
+      showarrow: false,
+      font: { size: 11, color: colour },
+    },
+  };
 }
 
 /** @param {Rung} r */
@@ -82,7 +106,12 @@ function nameOf(r) {
 function build(t) {
   const whole = documentShown();
   const list = rungs();
-  const stop = stopOf(list);
+  const stop = stopOf();
+  const marks = [
+    stop !== null && mark(stop, "the answer stops here", t.warn, "dash"),
+    weighed() > 0 && list.length > weighed() &&
+    mark(weighed() - 1, "to the model shown", t.quiet, "solid"),
+  ].filter((m) => m !== false);
   const s = scale();
   const at = list.map((_, k) => k);
   const inside = list.map((r) => r.in_sample_arcsec * s);
@@ -90,7 +119,9 @@ function build(t) {
   const floor = whole.ladder ? whole.ladder.noise_floor_arcsec * s : null;
   const all =
     /** @type {number[]} */ ([...inside, ...outside, floor].filter((v) => v !== null && v > 0));
-  const ends = [Math.log10(Math.min(...all) / 1.35), Math.log10(Math.max(...all) * 1.35)];
+  const span = Math.log10(Math.max(...all) / Math.min(...all));
+  const room = 0.09 * span + 0.05;
+  const ends = [Math.log10(Math.min(...all)) - room, Math.log10(Math.max(...all)) + room];
   const hover = `%{text}: %{x:.3f} ${state.unit}<extra>`;
   const names = list.map((r) => safe(nameOf(r)));
   return {
@@ -162,17 +193,7 @@ function build(t) {
             line: { color: t.quiet, width: 1.5, dash: "dot" },
           }]
           : []),
-        ...(stop !== null
-          ? [{
-            type: "line",
-            xref: "paper",
-            x0: 0,
-            x1: 1,
-            y0: stop + 0.5,
-            y1: stop + 0.5,
-            line: { color: t.warn, width: 2, dash: "dash" },
-          }]
-          : []),
+        ...marks.map((m) => m.shape),
       ],
       annotations: [
         ...(floor
@@ -186,18 +207,7 @@ function build(t) {
             font: { size: 11, color: t.quiet },
           }]
           : []),
-        ...(stop !== null
-          ? [{
-            xref: "paper",
-            x: 1,
-            xanchor: "right",
-            y: stop + 0.5,
-            yanchor: "bottom",
-            text: "stop: more gains nothing held out",
-            showarrow: false,
-            font: { size: 11, color: t.warn },
-          }]
-          : []),
+        ...marks.map((m) => m.annotation),
       ],
     },
   };
@@ -256,9 +266,11 @@ function drawRows() {
       ],
     ]),
   );
-  place.querySelectorAll("tbody tr").forEach((tr, k) =>
-    tr.classList.toggle("shown", !!list[k].shown)
-  );
+  place.querySelectorAll("tbody tr").forEach((tr, k) => {
+    tr.classList.toggle("shown", !!list[k].shown);
+    tr.classList.toggle("stop", stopOf() === k);
+    tr.classList.toggle("apart", weighed() > 0 && weighed() === k);
+  });
   fill(
     rows,
     place,
