@@ -53,7 +53,7 @@ export function setUpReadings() {
       bar: true,
     },
   );
-  on(["document", "filter"], drawLegend);
+  on(["document", "filter", "model"], drawLegend);
   onTheme(() => state.document && drawLegend());
   on(["document", "filter", "model", "unit", "selection"], () => figure.drawNow());
   figure.onFirst = () => {
@@ -137,16 +137,7 @@ function drawLegend() {
     [...new Set(whole.readings.branch)].map((branch) =>
       el("span", { class: "key" }, sign(branch), BRANCHES[branch].name)
     ),
-    el(
-      "span",
-      { class: "key" },
-      svg(
-        "svg",
-        { width: 22, height: 10, "aria-hidden": "true" },
-        svg("line", { x1: 0, x2: 22, y1: 5, y2: 5, stroke: theme().ink, "stroke-width": 2 }),
-      ),
-      "model",
-    ),
+    lineKeys(),
     runs.length > 1 && el(
       "label",
       { class: "inline" },
@@ -167,6 +158,31 @@ function drawLegend() {
       ),
     ),
   );
+}
+
+/** What the lines are: the model shown, on the way back dashed. */
+function lineKeys() {
+  const whole = documentShown();
+  const ways = new Set(whole.curves.map((line) => BRANCHES[line.branch].dash));
+  const line = (/** @type {string} */ dash) =>
+    svg(
+      "svg",
+      { width: 24, height: 10, "aria-hidden": "true" },
+      svg("line", {
+        x1: 1,
+        x2: 23,
+        y1: 5,
+        y2: 5,
+        stroke: theme().ink,
+        "stroke-width": 2,
+        "stroke-dasharray": dash === "solid" ? null : dash.replaceAll("px", ""),
+      }),
+    );
+  return [
+    el("span", { class: "key" }, line("solid"), `model: ${modelShown().label}`),
+    state.run === null && ways.has(BRANCHES.down.dash) && ways.size > 1 &&
+    el("span", { class: "key" }, line(BRANCHES.down.dash), "model, torque falling"),
+  ];
 }
 
 /** @param {Branch} branch */
@@ -244,11 +260,13 @@ function build(t) {
     ? `${drawn.length} of ${all} readings drawn, what stands out among them; all are computed with.`
     : "";
   const angles = inUnit([
-    ...drawn.map((i) => r.measured_arcsec[i]),
+    ...withBars(drawn.map((i) => r.measured_arcsec[i]), drawn),
     ...drawn.map((i) => m.model_arcsec[i]),
   ]);
   const ranges = { x: room(drawn.map((i) => r.torque_Nm[i])), y: room(angles) };
-  const layout = layoutOf(t, ranges, [...(before?.residual_arcsec ?? []), ...m.residual_arcsec]);
+  const every = r.row.map((_, i) => i);
+  const residuals = [before, m].flatMap((of) => (of ? withBars(of.residual_arcsec, every) : []));
+  const layout = layoutOf(t, ranges, residuals);
   return { data, layout, points };
 }
 
@@ -314,6 +332,15 @@ function lineOfRun(t, s) {
   };
 }
 
+/** Both ends of the bars about values. @param {readonly (number | null)[]} values @param {number[]} rows theirs */
+function withBars(values, rows) {
+  const u = documentShown().readings.u_arcsec;
+  return values.flatMap((v, k) => {
+    const half = u?.[rows[k]] ?? 0;
+    return v === null ? [] : [v - half, v + half];
+  });
+}
+
 /** Ends with room for the signs. @param {(number | null)[]} values */
 function room(values) {
   let low = Infinity, high = -Infinity;
@@ -323,7 +350,7 @@ function room(values) {
     high = Math.max(high, v);
   }
   if (low > high) return undefined;
-  const more = 0.04 * (high - low) || 1;
+  const more = 0.05 * (high - low) || 1;
   return [low - more, high + more];
 }
 
