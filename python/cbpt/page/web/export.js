@@ -4,7 +4,7 @@ import { isLive } from "./api.js";
 import { announce, bodyOf, el, fill } from "./dom.js";
 import { saveFile } from "./figure.js";
 import { caseWith } from "./casefile.js";
-import { documentShown, modelShown, on } from "./store.js";
+import { documentShown, hasBalls, modelShown, on } from "./store.js";
 
 export function setUpExport() {
   on(["document", "model"], draw);
@@ -142,7 +142,7 @@ function csv() {
     ["u_elastic_angle_arcsec", r.u_arcsec],
     ["model_arcsec", m.model_arcsec],
     ["residual_arcsec", m.residual_arcsec],
-    ["contacts", r.regime.map((k) => (k === null ? "" : whole.regimes[k]))],
+    ["contacts", hasBalls() ? r.regime.map((k) => (k === null ? "" : whole.regimes[k])) : null],
   ];
   const there = columns.filter(([, values]) => values !== null);
   const lines = [there.map(([name]) => name).join(",")];

@@ -6,7 +6,7 @@ import { bodyOf, el, fill, table } from "./dom.js";
 import { Figure } from "./figure.js";
 import { fixed, nameOf, plain, text } from "./numbers.js";
 import { safe } from "./readings.js";
-import { documentShown, on } from "./store.js";
+import { documentShown, hasBalls, on } from "./store.js";
 
 const SIGNS =
   /** @type {Record<string, string>} */ ({ apart: "", above: "+", not_here: "×", twins: "=" });
@@ -62,6 +62,8 @@ export function setUpNext() {
 }
 
 function drawMatrix() {
+  // Of a torsion spring nothing is plausible before there are readings, so no plan is judged.
+  sizes.hidden = !hasBalls();
   drawSizes();
   const there = names().length > 1;
   matrix.hidden = !there;

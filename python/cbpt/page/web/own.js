@@ -10,7 +10,7 @@ import { afterPause, announce, bodyOf, el, fill, trouble } from "./dom.js";
 import { show, take, told } from "./models.js";
 import { text } from "./numbers.js";
 import { parameters as sizesOf } from "./candidates.js";
-import { documentShown, modelShown, on, setModel } from "./store.js";
+import { documentShown, hasBalls, modelShown, on, setModel } from "./store.js";
 
 const BLANK = {
   id: "my_effect",
@@ -166,7 +166,7 @@ function draw() {
         el(
           "ul",
           { class: "plain small" },
-          whole.own.variables.map((v) =>
+          whole.own.variables.filter((v) => hasBalls() || v.name !== "planet_turn").map((v) =>
             el(
               "li",
               {},

@@ -13,6 +13,7 @@ import { Figure, MOST_POINTS, onTheme, theme, thin } from "./figure.js";
 import { fixed, nameOf, plain } from "./numbers.js";
 import {
   documentShown,
+  hasBalls,
   inUnit,
   modelOf,
   modelShown,
@@ -458,7 +459,7 @@ function drawSelection() {
           text: `residual (${state.unit})`,
           number: true,
         },
-        "contacts",
+        ...(hasBalls() ? ["contacts"] : []),
       ],
       rows.slice(0, ROWS_SHOWN).map((i) => [
         r.row[i],
@@ -468,7 +469,7 @@ function drawSelection() {
         BRANCHES[r.branch[i]].name.replace("torque ", ""),
         fixed(r.measured_arcsec[i] * s, 3),
         fixed((m.residual_arcsec[i] ?? NaN) * s, 3, true),
-        r.regime[i] === null ? "" : whole.regimes[/** @type {number} */ (r.regime[i])],
+        ...(hasBalls() ? [whole.regimes[r.regime[i] ?? -1] ?? ""] : []),
       ]),
     ),
     rows.length > ROWS_SHOWN &&

@@ -6,7 +6,7 @@ import { bodyOf, el, fill } from "./dom.js";
 import { Figure } from "./figure.js";
 import { fixed, percent, plain, text } from "./numbers.js";
 import { BRANCHES, safe } from "./readings.js";
-import { documentShown, modelShown, on, scale, select, state, visible } from "./store.js";
+import { documentShown, hasBalls, modelShown, on, scale, select, state, visible } from "./store.js";
 
 const BINS = 16;
 // Up to this many different values stand for themselves.
@@ -28,6 +28,7 @@ export function setUpWhere() {
   const place = bodyOf("where");
   choices = el("div", { class: "row" });
   const plot = el("div", { id: "where-plot" });
+  const note = el("span", { class: "small quiet" });
   regions = el("div", { class: "card", id: "regions" });
   fill(
     place,
@@ -40,11 +41,7 @@ export function setUpWhere() {
     el(
       "div",
       { class: "under" },
-      el(
-        "span",
-        { class: "small quiet" },
-        "Hatched: contacts have parted in some readings. Outlined: the regions beside. A box selects readings.",
-      ),
+      note,
       figure.save,
     ),
   );
@@ -53,6 +50,12 @@ export function setUpWhere() {
     if (!keys.includes(across)) across = keys[0];
     if (!keys.includes(up) || up === across) up = preferred(keys);
     drawChoices();
+    fill(
+      note,
+      hasBalls() && "Hatched: contacts have parted in some readings. ",
+      "Outlined: the regions listed here. ",
+      el("span", { class: "no-print" }, "A box drawn on the map selects readings."),
+    );
   });
   on(["document", "unit"], drawRegions);
   on(["document", "model", "unit", "filter", "selection"], () => {
@@ -197,7 +200,9 @@ function build(t) {
         ),
         hovertemplate: `${safe(x.label)}: %{customdata[2]}<br>${
           safe(y.label)
-        }: %{customdata[3]}<br>mean %{z:+.3f} ${state.unit} of %{customdata[0]} readings<br>contact lost in %{customdata[1]}<extra></extra>`,
+        }: %{customdata[3]}<br>mean %{z:+.3f} ${state.unit} of %{customdata[0]} readings${
+          hasBalls() ? "<br>contact lost in %{customdata[1]}" : ""
+        }<extra></extra>`,
       },
       {
         type: "scatter",
