@@ -28,6 +28,8 @@ let figure;
 /** @type {HTMLElement} */
 let whole;
 /** @type {HTMLElement} */
+let grooves;
+/** @type {HTMLElement} */
 let pictures;
 /** @type {HTMLElement} */
 let side;
@@ -45,10 +47,11 @@ export function setUpDrive() {
     el("h3", {}, "Elastic angle over torque, without effects"),
     plot,
   );
+  grooves = el("div", { class: "grid" }, pictures, below);
   whole = el(
     "div",
     { class: "grid two" },
-    el("div", { class: "grid" }, pictures, below),
+    grooves,
     el("div", { class: "grid" }, side, curve),
   );
   fill(bodyOf("drive"), whole);
@@ -251,7 +254,7 @@ function drawDesign() {
 }
 
 function drawPictures() {
-  pictures.hidden = !hasBalls();
+  grooves.hidden = !hasBalls();
   whole.classList.toggle("two", hasBalls());
   if (!shown?.drawing) {
     return fill(
@@ -300,7 +303,7 @@ function drawPictures() {
     ),
     el(
       "div",
-      { class: "grid halves" },
+      { class: "grid halves cut" },
       el("div", { class: "drawing small-drawing" }, section),
       el(
         "dl",

@@ -60,9 +60,14 @@ function draw() {
       el(
         "p",
         { class: "small quiet" },
-        `Readings and case are those of the model shown (${m.label}). Every plot has its own SVG button.${
-          isLive() ? "" : " The document is inside this file."
-        }`,
+        `Readings and case are those of the model shown (${m.label}).`,
+        el(
+          "span",
+          { class: "no-print" },
+          ` Every plot has its own SVG button.${
+            isLive() ? "" : " The document is inside this file."
+          }`,
+        ),
       ),
       el("h3", { class: "minor" }, "The same from a command line"),
       commands(`${base}_case.toml`).map(([what, words, id]) =>

@@ -8,13 +8,19 @@ import { fixed, plain, text } from "./numbers.js";
 import { safe } from "./readings.js";
 import { documentShown, modelOf, modelShown, on, scale, setModel, state } from "./store.js";
 
+/** Room for the names of the rungs, px. */
+const LEFT = 148;
+
 /** @type {Figure} */
 let figure;
+/** @type {HTMLElement} */
+let note;
 /** @type {HTMLElement} */
 let rows;
 
 export function setUpLadder() {
   const plot = el("div", { id: "ladder-plot" });
+  note = el("span", { class: "small quiet" });
   rows = el("div", { class: "card" });
   fill(
     bodyOf("ladder"),
@@ -27,17 +33,19 @@ export function setUpLadder() {
     el(
       "div",
       { class: "under" },
-      el(
-        "span",
-        { class: "small quiet" },
-        "● in sample  ◇ held out. What stands below the dashed line the readings do not demand; left of the noise floor a model fits noise.",
-      ),
+      note,
       figure.save,
     ),
   );
   on(["document", "model", "models", "unit"], () => {
     figure.draw();
     drawRows();
+    const below = stopOf() === null
+      ? ""
+      : nameless()
+      ? "Below the dashed line: what the misfit could be, without a name. "
+      : "What stands below the dashed line the readings do not demand. ";
+    fill(note, `● in sample  ◇ held out. ${below}Left of the noise floor a model fits noise.`);
   });
 }
 
@@ -74,6 +82,11 @@ function stopOf() {
   return found && found.stop + 1 < found.rungs.length ? found.stop : null;
 }
 
+/** Whether the answer is that something without a name is missing. */
+function nameless() {
+  return documentShown().answer?.verdict.kind === "unknown";
+}
+
 /**
  * A line across between two rungs with a word on it.
  * @param {number} after @param {string} words @param {string} colour @param {string} dash
@@ -108,7 +121,12 @@ function build(t) {
   const list = rungs();
   const stop = stopOf();
   const marks = [
-    stop !== null && mark(stop, "the answer stops here", t.warn, "dash"),
+    stop !== null && mark(
+      stop,
+      nameless() ? "effects with a name end here" : "the answer stops here",
+      t.warn,
+      "dash",
+    ),
     weighed() > 0 && list.length > weighed() &&
     mark(weighed() - 1, "to the model shown", t.quiet, "solid"),
   ].filter((m) => m !== false);
@@ -122,6 +140,7 @@ function build(t) {
   const span = Math.log10(Math.max(...all) / Math.min(...all));
   const room = 0.09 * span + 0.05;
   const ends = [Math.log10(Math.min(...all)) - room, Math.log10(Math.max(...all)) + room];
+  const ticks = nice(ends, Math.max(3, (figure.area.clientWidth - LEFT) / 40));
   const hover = `%{text}: %{x:.3f} ${state.unit}<extra>`;
   const names = list.map((r) => safe(nameOf(r)));
   return {
@@ -164,13 +183,14 @@ function build(t) {
       },
     ],
     layout: {
-      margin: { l: 148, r: 16, t: 26, b: 44 },
+      margin: { l: LEFT, r: 16, t: 26, b: 44 },
       xaxis: {
         title: `error, rms (${state.unit})`,
         type: "log",
         range: ends,
-        tickvals: nice(ends),
-        ticktext: nice(ends).map((v) => plain(v)),
+        tickvals: ticks,
+        ticktext: ticks.map((v) => plain(v)),
+        tickangle: 0,
         zeroline: false,
       },
       yaxis: {
@@ -213,14 +233,22 @@ function build(t) {
   };
 }
 
-/** Round numbers between two ends of a logarithmic scale. @param {number[]} ends logarithms */
-function nice(ends) {
+/**
+ * Round numbers between two ends of a logarithmic scale.
+ * @param {number[]} ends logarithms @param {number} most
+ */
+function nice(ends, most) {
   /** @type {number[]} */
-  const found = [];
-  for (let decade = Math.floor(ends[0]); decade <= ends[1]; decade++) {
-    for (const v of [1, 2, 3, 5]) found.push(Number((v * 10 ** decade).toPrecision(1)));
+  let found = [];
+  for (const steps of [[1, 2, 3, 5], [1, 2, 5], [1, 3], [1]]) {
+    found = [];
+    for (let decade = Math.floor(ends[0]); decade <= ends[1]; decade++) {
+      for (const v of steps) found.push(Number((v * 10 ** decade).toPrecision(1)));
+    }
+    found = found.filter((v) => Math.log10(v) >= ends[0] && Math.log10(v) <= ends[1]);
+    if (found.length <= most) break;
   }
-  return found.filter((v) => Math.log10(v) >= ends[0] && Math.log10(v) <= ends[1]);
+  return found;
 }
 
 /** Plotly breaks no lines itself. @param {string} name */

@@ -51,6 +51,7 @@ export function setUpReadings() {
     build,
     {
       height: innerWidth < 720 ? 520 : 620,
+      paper: 360,
       bar: true,
     },
   );
@@ -72,7 +73,11 @@ export function setUpReadings() {
         "span",
         { class: "small quiet" },
         el("span", { id: "thinned" }),
-        " Drag a box to select readings; double-click to let go.",
+        el(
+          "span",
+          { class: "no-print" },
+          " Drag a box to select readings; double-click to let go.",
+        ),
       ),
       figure.save,
     ),
@@ -141,7 +146,7 @@ function drawLegend() {
     lineKeys(),
     runs.length > 1 && el(
       "label",
-      { class: "inline" },
+      { class: "inline no-print" },
       "Run",
       el(
         "select",
@@ -183,6 +188,16 @@ function lineKeys() {
     el("span", { class: "key" }, line("solid"), `model: ${modelShown().label}`),
     state.run === null && ways.has(BRANCHES.down.dash) && ways.size > 1 &&
     el("span", { class: "key" }, line(BRANCHES.down.dash), "model, torque falling"),
+    noiseOf() !== null && el(
+      "span",
+      { class: "key" },
+      svg(
+        "svg",
+        { width: 24, height: 10, "aria-hidden": "true" },
+        svg("rect", { width: 24, height: 10, fill: theme().quiet, opacity: 0.25 }),
+      ),
+      "± 2 × noise",
+    ),
   ];
 }
 
@@ -362,7 +377,7 @@ function room(values) {
  */
 function layoutOf(t, ranges, residuals) {
   const whole = documentShown();
-  const floor = whole.noise?.noise_floor_arcsec ?? median(whole.readings.u_arcsec ?? []);
+  const floor = noiseOf();
   let most = 0;
   for (const v of residuals) most = Math.max(most, Math.abs(v ?? 0));
   const reach = 1.12 * Math.max(most, 3 * (floor ?? 0), 1e-6) * scale();
@@ -404,19 +419,6 @@ function layoutOf(t, ranges, residuals) {
         opacity: 0.13,
         line: { width: 0 },
         layer: "below",
-      }]
-      : [],
-    annotations: floor
-      ? [{
-        xref: "paper",
-        x: 1,
-        xanchor: "right",
-        yref: "y2",
-        y: 2 * floor * scale(),
-        yanchor: "bottom",
-        text: "± 2 × noise",
-        showarrow: false,
-        font: { size: 10.5, color: t.quiet },
       }]
       : [],
   };
@@ -475,6 +477,12 @@ function drawSelection() {
     rows.length > ROWS_SHOWN &&
       el("p", { class: "small quiet" }, `The first ${ROWS_SHOWN} are listed; the CSV has all.`),
   );
+}
+
+/** Of the answer, else what the readings state. */
+function noiseOf() {
+  const whole = documentShown();
+  return whole.noise?.noise_floor_arcsec ?? median(whole.readings.u_arcsec ?? []);
 }
 
 /** @param {readonly (number | null)[]} values */

@@ -26,7 +26,7 @@ let regions;
 
 export function setUpWhere() {
   const place = bodyOf("where");
-  choices = el("div", { class: "row" });
+  choices = el("div", { class: "row no-print" });
   const plot = el("div", { id: "where-plot" });
   const note = el("span", { class: "small quiet" });
   regions = el("div", { class: "card", id: "regions" });
@@ -36,6 +36,7 @@ export function setUpWhere() {
   );
   figure = new Figure(plot, "where", "Map of the mean residual over two columns", build, {
     height: 400,
+    paper: 340,
   });
   plot.append(
     el(
@@ -172,7 +173,10 @@ function build(t) {
   const hatched = marks(parted, (b, a) => parted[b][a] > 0);
   const ringed = marks(chosen, (b, a) => chosen[b][a] > 0);
   const ticks = (/** @type {Axis} */ axis) => {
-    const step = Math.ceil(axis.ticks.length / 12);
+    // As many as stand beside each other, of those across.
+    const letters = Math.max(...axis.texts.map((words) => words.length), 1);
+    const most = axis === x ? Math.max(3, (figure.area.clientWidth - 170) / (7 * letters + 8)) : 12;
+    const step = Math.ceil(axis.ticks.length / Math.min(12, most));
     const shown = axis.ticks.filter((k) => k % step === 0);
     return { tickangle: 0, tickvals: shown, ticktext: shown.map((k) => axis.texts[k]) };
   };
