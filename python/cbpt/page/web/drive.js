@@ -406,7 +406,7 @@ function build(t) {
     ].filter((l) => l.y.some((v) => v !== null)),
     layout: {
       showlegend: true,
-      legend: { orientation: "h", y: 1.14, font: { size: 11 } },
+      legend: { orientation: "h", y: 1.02, yanchor: "bottom", x: 0, font: { size: 11 } },
       margin: { l: 58, r: 12, t: 10, b: 44 },
       xaxis: { title: "torque (N m)" },
       yaxis: { title: `angle (${state.unit})` },
