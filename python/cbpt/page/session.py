@@ -51,6 +51,7 @@ class Session:
         self._readings: Readings | None = None
         self._models: Models | None = None
         self._job: Job | None = None
+        self._seed = 0
         self._document: dict[str, Any] | None = None
         self._text: str | None = None
 
@@ -179,18 +180,21 @@ class Session:
     # --- the diagnosis ---
 
     def start(self, seed: int = 0) -> dict[str, Any]:
-        """Begin a diagnosis. Raises `NotNow` where one is under way or nothing is there."""
+        """Begin a diagnosis, or join the same one that is under way. Raises `NotNow` where another
+        one is, or where there is nothing to diagnose."""
         with self._lock:
             case, readings = self._shown.case, self._readings
             if case is None or readings is None:
                 raise NotNow(_NOTHING)
-            if self._job is not None and self._job.running:
-                raise NotNow("a diagnosis is under way; wait for it or cancel it")
+            if self._job is not None and self._job.wanted:
+                if seed != self._seed:
+                    raise NotNow("a diagnosis is under way; wait for it or cancel it")
+                return self._job.to_dict()
 
             def work(step: Callable[[str, float], None]) -> None:
                 self._diagnose(case, readings, seed, step)
 
-            self._job = Job(work).start()
+            self._job, self._seed = Job(work).start(), seed
             return self._job.to_dict()
 
     def _diagnose(
