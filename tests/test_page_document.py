@@ -20,10 +20,11 @@ from cbpt.commands import main
 from cbpt.effects import expression
 from cbpt.errors import InvalidInputError
 from cbpt.lab.inputs import case_and_readings
-from cbpt.page.document import SCHEMA, Source, page_document
+from cbpt.page.document import SCHEMA, Source, from_here, page_document
 from cbpt.page.drive import drive_section, redrawn
 from cbpt.page.models import Models
 from cbpt.page.plain import to_json
+from cbpt.page.session import Session
 from common.hidden import FOLDER, case_of, diagnosed, table_of
 
 SOURCE = Source("case.toml", "data.csv", "", "cbpt report case.toml data.csv")
@@ -394,9 +395,36 @@ def test_report_writes_the_document_and_the_command_that_makes_it(tmp_path: Path
     case, data = str(FOLDER / "dev11.toml"), str(FOLDER / "dev11.csv")
     assert main(["report", case, data, "--seed", "3", "--out", str(out)]) == 0
     found = json.loads(out.read_text(encoding="utf-8"))
-    assert found["command"] == f"cbpt report {case} {data} --seed 3 --out report.html"
+    words = f"cbpt report {from_here(case)} {from_here(data)} --seed 3 --out report.html"
+    assert found["command"] == words
+    assert found["answer"]["source"] == found["isolability"]["source"] == "dev11.csv"
     assert found["answer"]["seed"] == 3
     assert found["isolability"]["schema"] == "cbpt.isolability/1"
+
+
+@pytest.mark.parametrize("inside", [True, False])
+def test_a_page_does_not_tell_where_the_files_lie(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, inside: bool
+) -> None:
+    # Where it is run, or elsewhere: what lies above is told in neither case.
+    folder = tmp_path / "of a person" / "data"
+    folder.mkdir(parents=True)
+    for name in ("dev11.toml", "dev11.csv"):
+        (folder / name).write_bytes((FOLDER / name).read_bytes())
+    where = folder.parent if inside else tmp_path / "elsewhere"
+    where.mkdir(exist_ok=True)
+    monkeypatch.chdir(where)
+    files = [folder / "dev11.toml", folder / "dev11.csv"]
+    session = Session.of_files(files[0], files[1])
+    text = session.document()
+    assert text is not None
+    assert main(["report", *map(str, files), "--out", "page.html"]) == 0
+    for page in (text, (where / "page.html").read_text(encoding="utf-8")):
+        assert str(tmp_path) not in page
+        assert "of a person" not in page
+    prefix = "data/" if inside else ""
+    words = f"cbpt report {prefix}dev11.toml {prefix}dev11.csv --out report.html"
+    assert json.loads(text)["command"] == words
 
 
 def test_report_refuses_another_ending(capsys: pytest.CaptureFixture[str]) -> None:

@@ -29,6 +29,7 @@ import cbpt
 from cbpt.commands import main
 from cbpt.errors import CaseError
 from cbpt.page import campaign, uploads
+from cbpt.page.document import from_here
 from cbpt.page.server import application
 from cbpt.page.session import Session
 from common.hidden import FOLDER
@@ -231,7 +232,7 @@ def test_the_diagnosis_is_a_job_and_its_answer_is_that_of_the_command_line(
     verdict = found["answer"]["verdict"]
     assert verdict["effects"] == ["friction_hysteresis"]
     assert found["answer_key"] == "friction_hysteresis"
-    assert found["answer"]["source"] == str(DATA)
+    assert found["answer"]["source"] == DATA.name
 
 
 def test_switching_an_effect_on_lets_the_error_fall(
@@ -290,7 +291,7 @@ def test_what_is_exported_is_what_is_shown(diagnosed: tuple[Session, TestClient]
     assert float(row["residual_arcsec"]) == model["residual_arcsec"][4]
     assert float(row["measured_arcsec"]) == whole["readings"]["measured_arcsec"][4]
     command = client.get("/api/export/command", params=effects).text
-    assert command.split()[:4] == ["cbpt", "fit", str(CASE), str(DATA)]
+    assert command.split()[:4] == ["cbpt", "fit", from_here(str(CASE)), from_here(str(DATA))]
     assert client.get("/api/export/pickle").status_code == 409
 
 
@@ -445,8 +446,8 @@ def test_a_diagnosis_is_cancelled_and_another_may_follow() -> None:
     session = Session.of_files(CASE, DATA)
     client = client_of(session)
     client.post("/api/diagnose", json={})
-    second = client.post("/api/diagnose", json={})
     # Who asks again joins it; another seed would be another one.
+    second = client.post("/api/diagnose", json={})
     assert (second.status_code, second.json()["state"]) == (200, "running")
     other = client.post("/api/diagnose", json={"seed": 1})
     assert other.status_code == 409

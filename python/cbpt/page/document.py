@@ -2,6 +2,7 @@
 
     page_document   a case, its readings and what was found -> one JSON-able dict, `SCHEMA`
     Source          names and texts of the files, as the document tells them
+    named           readings without the folder that they come from
 
 Angles are arcsec, other units stand in the names; arrays run over the rows of the table, in the
 order of the readings; null is "not there", and `reasons` says why.
@@ -54,8 +55,8 @@ import hashlib
 import shlex
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import PurePath
+from dataclasses import dataclass, replace
+from pathlib import Path, PurePath
 from typing import Any
 
 import numpy as np
@@ -70,7 +71,7 @@ from cbpt.page.curves import BRANCHES, Curves
 from cbpt.page.models import REFITTED, STATED, UNKNOWN, Models, key_of, stated
 from cbpt.page.plain import numbers
 
-__all__ = ["SCHEMA", "Source", "page_document"]
+__all__ = ["SCHEMA", "Source", "from_here", "named", "page_document"]
 
 SCHEMA = "cbpt-page-1"
 Floats = NDArray[np.float64]
@@ -108,9 +109,24 @@ class Source:
     @classmethod
     def of_files(cls, case: str, data: str, case_text: str, *flags: str) -> Source:
         """Of files on disk."""
-        words = ["cbpt", "report", case, data, *flags, "--out", "report.html"]
+        words = ["cbpt", "report", from_here(case), from_here(data), *flags]
         names = PurePath(case).name, PurePath(data).name
-        return cls(*names, case_text, shlex.join(words))
+        return cls(*names, case_text, shlex.join([*words, "--out", "report.html"]))
+
+
+def from_here(path: str) -> str:
+    """A file as a command line names it on a page that may be sent on: from where it is run, and
+    without what lies above that."""
+    here = Path.cwd()
+    file = Path(path)
+    if not file.is_absolute():
+        return path
+    return str(file.relative_to(here)) if file.is_relative_to(here) else file.name
+
+
+def named(readings: Readings, path: str, name: str) -> Readings:
+    """Readings of a file by its name alone: where it lies is nobody else's business."""
+    return replace(readings, source=readings.source.replace(path, name, 1))
 
 
 def page_document(

@@ -21,7 +21,7 @@ from cbpt.effects import expression
 from cbpt.errors import CaseError, CbptError, InvalidInputError
 from cbpt.lab.inputs import case_and_readings
 from cbpt.lab.readings import Readings
-from cbpt.page.document import Source, page_document
+from cbpt.page.document import Source, from_here, named, page_document
 from cbpt.page.drive import redrawn
 from cbpt.page.job import Cancelled, Job
 from cbpt.page.models import Models
@@ -69,16 +69,15 @@ class Session:
     ) -> Session:
         """With files from disk. Raises `CaseError` and `ReadingsError`."""
         session = cls()
-        read, session._readings = case_and_readings(
-            case, data, dict(columns or {}) or None, sheet, only
-        )
+        read, readings = case_and_readings(case, data, dict(columns or {}) or None, sheet, only)
+        session._readings = named(readings, str(data), data.name)
         session._shown = Opened(
             read,
             case.name,
             case.read_text(encoding="utf-8-sig"),
-            str(case),
+            from_here(str(case)),
             Upload(data.name, str(data), dict(columns or {}), sheet, dict(only or {}) or None),
-            str(data),
+            from_here(str(data)),
             tuple(flags),
         )
         return session

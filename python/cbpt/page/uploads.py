@@ -138,8 +138,7 @@ class Upload:
             ) from None
         if len(found) > MOST_ROWS:
             raise _too_many_rows(self.name, len(found))
-        source = found.source.replace(self.path, self.name)
-        return replace(found, source=source) if self.mine else found
+        return replace(found, source=found.source.replace(self.path, self.name, 1))
 
     def told(self, error: CbptError) -> dict[str, Any]:
         """An error as the page shows it."""
