@@ -86,6 +86,14 @@ def test_its_numbers_are_those_of_the_answer(name: str) -> None:
         model = by_key[rung["key"]]
         assert model["rmse_arcsec"] == pytest.approx(rung["in_sample_arcsec"], rel=1e-6)
         assert model["held_out_rmse_arcsec"] == pytest.approx(rung["held_out_arcsec"], rel=1e-6)
+    # A card's numbers are those of the ranking.
+    for row, candidate in zip(answer["ranking"], found["candidates"], strict=True):
+        model = by_key[candidate["key"]]
+        assert model["held_out_rmse_arcsec"] == row["held_out_rmse_arcsec"], row["effect"]
+        assert model["probability"] == row["probability"]
+        assert {p["name_SI"]: (p["value_SI"], p["u"] is None) for p in model["parameters"]} == {
+            name: (p["value"], p["u"] is None) for name, p in row["parameters"].items()
+        }
     stop = ladder["rungs"][ladder["stop"]]
     assert stop["in_sample_arcsec"] == pytest.approx(answer["after"]["rmse_arcsec"])
 

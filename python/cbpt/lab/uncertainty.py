@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 def noise_of(d: Diagnosis) -> dict[str, Any]:
     """Stated and estimated uncertainty (root mean square over the readings), and its structure."""
     c = d.competition.campaign
-    noise = d.after.noise if d.verdict.pattern is None else d.verdict.pattern.noise
+    noise = d.noise
     u = float(np.sqrt(np.mean(c.u_arcsec**2)))
     return {
         "u_stated_arcsec": u / c.u_believed if c.u_stated else None,
@@ -44,8 +44,7 @@ def u_from(d: Diagnosis) -> str:
 def statement(d: Diagnosis) -> str:
     """What the uncertainty of a reading is and what it rests on."""
     c = d.competition.campaign
-    noise = d.after.noise if d.verdict.pattern is None else d.verdict.pattern.noise
-    found = noise.scale * float(np.sqrt(np.mean(c.u_arcsec**2)))
+    found = d.noise.scale * float(np.sqrt(np.mean(c.u_arcsec**2)))
     about = f"the scatter about the answer gives {found:.3g} arcsec"
     about += f" ({dof_of(d.competition.fitter, d.after):.0f} degrees of freedom)"
     if c.u_stated:
