@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import json
 import tomllib
+from copy import copy
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -20,6 +22,7 @@ from cbpt.commands import main
 from cbpt.effects import expression
 from cbpt.errors import InvalidInputError
 from cbpt.lab.inputs import case_and_readings
+from cbpt.lab.uncertainty import floor_of
 from cbpt.page.document import SCHEMA, Source, from_here, page_document
 from cbpt.page.drive import drive_section, redrawn
 from cbpt.page.models import Models
@@ -96,6 +99,33 @@ def test_its_numbers_are_those_of_the_answer(name: str) -> None:
         }
     stop = ladder["rungs"][ladder["stop"]]
     assert stop["in_sample_arcsec"] == pytest.approx(answer["after"]["rmse_arcsec"])
+
+
+def test_a_noise_floor_is_of_what_is_noise() -> None:
+    found = document("dev04")["noise"]
+    assert found["noise_floor_arcsec"] == found["u_estimated_arcsec"]
+    assert found["noise_floor_of"] == "scatter about the answer"
+    # Nothing named holds all that is at work in dev10: what is left is no noise.
+    found = document("dev10")["noise"]
+    assert found["u_estimated_arcsec"] > 0.5
+    assert found["noise_floor_arcsec"] == pytest.approx(0.3)
+    assert found["noise_floor_of"] == "stated uncertainty"
+    d = diagnosed("dev10")
+    c = d.competition
+    fitter = copy(c.fitter)
+    fitter.campaign = replace(c.campaign, u_stated=False)
+    floor, of = floor_of(replace(d, competition=replace(c, fitter=fitter)))
+    assert floor is None
+    assert "cannot be told" in of
+
+
+def test_a_ladder_says_why_it_stops() -> None:
+    ladder = document("dev10")["ladder"]
+    assert "without a name" in ladder["stop_says"]
+    ladder = document("dev04")["ladder"]
+    last, more = ladder["rungs"][ladder["stop"] :]
+    assert more["held_out_arcsec"] < last["held_out_arcsec"]
+    assert "nothing" not in ladder["stop_says"]
 
 
 def test_a_residual_is_reading_less_model_and_a_signature_what_a_model_adds() -> None:

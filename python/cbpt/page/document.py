@@ -35,14 +35,14 @@ order of the readings; null is "not there", and `reasons` says why.
     library         [{effect, label, class, port, tell_tale, equation, source, why_not}]: every
                     effect there is; why_not: these readings cannot show it
     ladder          {rungs [{added, label, key, effects, in_sample_arcsec, held_out_arcsec,
-                    chi2_per_dof}], noise_floor_arcsec, stop (index of the answer's rung),
-                    held_out_by}
+                    chi2_per_dof}], stop (index of the answer's rung), stop_says, held_out_by}
     where           {regions [{label, region {column: [low, high]}, regime, readings,
                     share_of_misfit, bias_arcsec, excess_arcsec, p_value}], of: key of the model}
     curves          [{label, level, preload_N, branch, torque_Nm, angle_arcsec {key: [..]}}]
     own             {draft {id, port, expression, parameters [..], toml} | null,
                     variables [{name, meaning}], ports [{key, meaning}]}
-    noise           answer.noise with noise_floor_arcsec
+    noise           answer.noise with noise_floor_arcsec and noise_floor_of: what it was taken from;
+                    null where nothing adequate tells it, and why
     next_run        answer.next_run
     isolability     what `cbpt isolability` says of this campaign
     drive           see `drive`
@@ -67,6 +67,7 @@ from cbpt.lab.answer import Diagnosis
 from cbpt.lab.levels import settings
 from cbpt.lab.readings import Readings
 from cbpt.lab.sentence import NAMES
+from cbpt.lab.uncertainty import floor_of
 from cbpt.page.curves import BRANCHES, Curves
 from cbpt.page.models import REFITTED, STATED, UNKNOWN, Models, key_of, stated
 from cbpt.page.plain import numbers
@@ -336,10 +337,11 @@ class Found:
                     "chi2_per_dof": rung.chi2_per_dof,
                 }
             )
+        stop = next(i for i, r in enumerate(d.ladder) if r is final)
         return {
             "rungs": rungs,
-            "noise_floor_arcsec": d.noise_floor_arcsec,
-            "stop": next(i for i, r in enumerate(d.ladder) if r is final),
+            "stop": stop,
+            "stop_says": _stop_says(d, stop),
             "held_out_by": d.held_out_by,
         }
 
@@ -359,7 +361,20 @@ class Found:
         """The noise, and the error that it alone leaves."""
         if self.answer is None or self.diagnosis is None:
             return None
-        return {**self.answer["noise"], "noise_floor_arcsec": self.diagnosis.noise_floor_arcsec}
+        floor, of = floor_of(self.diagnosis)
+        return {**self.answer["noise"], "noise_floor_arcsec": floor, "noise_floor_of": of}
+
+
+def _stop_says(d: Diagnosis, stop: int) -> str | None:
+    """Why the ladder goes no further by name; None where it goes no further at all."""
+    if stop + 1 >= len(d.ladder):
+        return None
+    if d.verdict.pattern is not None:
+        return "no effect gets further; below, a pattern without a name"
+    last, more = (r.held_out_rmse_arcsec for r in d.ladder[stop : stop + 2])
+    if more >= last:
+        return "stop: more gains nothing held out"
+    return "stop: what more gains is too little to be likelier"
 
 
 def library(case: Case | Drive, found: Found) -> Iterator[dict[str, Any]]:

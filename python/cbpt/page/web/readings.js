@@ -334,7 +334,10 @@ function room(values) {
  */
 function layoutOf(t, ranges, residuals) {
   const whole = documentShown();
-  const floor = whole.noise?.noise_floor_arcsec ?? median(whole.readings.u_arcsec ?? []);
+  // Before there is an answer what is stated has to do; later the answer says what is known.
+  const floor = whole.noise
+    ? whole.noise.noise_floor_arcsec
+    : median(whole.readings.u_arcsec ?? []);
   let most = 0;
   for (const v of residuals) most = Math.max(most, Math.abs(v ?? 0));
   const reach = 1.12 * Math.max(most, 3 * (floor ?? 0), 1e-6) * scale();
@@ -386,7 +389,7 @@ function layoutOf(t, ranges, residuals) {
         yref: "y2",
         y: 2 * floor * scale(),
         yanchor: "bottom",
-        text: "± 2 × noise",
+        text: `± 2 × noise (${whole.noise?.noise_floor_of ?? "stated uncertainty"})`,
         showarrow: false,
         font: { size: 10.5, color: t.quiet },
       }]

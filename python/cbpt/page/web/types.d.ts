@@ -158,7 +158,7 @@ export interface PageDocument {
     equation: string;
     why_not: Maybe<string>;
   }[];
-  ladder: Maybe<{ rungs: Rung[]; noise_floor_arcsec: number; stop: number; held_out_by: string }>;
+  ladder: Maybe<{ rungs: Rung[]; stop: number; stop_says: Maybe<string>; held_out_by: string }>;
   where: Maybe<{ regions: Region[]; of: string }>;
   curves: Curve[];
   own: {
