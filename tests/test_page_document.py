@@ -179,6 +179,16 @@ def test_lines_run_through_the_model_at_the_torques_of_the_table() -> None:
         assert y == pytest.approx(model[rows & (torque == x)].mean(), abs=1e-5)
 
 
+def test_what_a_line_is_the_mean_over_is_told() -> None:
+    # Three input angles at each torque of dev10, and its effect depends on them.
+    assert document("dev10")["curves_mean_over"] == ["input angle", "run"]
+    columns = table_of("dev10")
+    first = columns["run"] == columns["run"][0]
+    one = {name: values[first] for name, values in columns.items()}
+    case, readings = case_and_readings(FOLDER / "dev10.toml", one)
+    assert page_document(case, readings, SOURCE)["curves_mean_over"] == []
+
+
 # --- models on every row --------------------------------------------------------------------
 
 

@@ -39,6 +39,8 @@ order of the readings; null is "not there", and `reasons` says why.
     where           {regions [{label, region {column: [low, high]}, regime, readings,
                     share_of_misfit, bias_arcsec, excess_arcsec, p_value}], of: key of the model}
     curves          [{label, level, preload_N, branch, torque_Nm, angle_arcsec {key: [..]}}]
+    curves_mean_over [text]: what differs between the readings of one point of a curve: it shows
+                    the mean over that
     own             {draft {id, port, expression, parameters [..], toml} | null,
                     variables [{name, meaning}], ports [{key, meaning}]}
     noise           answer.noise with noise_floor_arcsec and noise_floor_of: what it was taken from;
@@ -197,7 +199,7 @@ def page_document(
         "library": list(library(case, found)),
         "ladder": found.ladder(),
         "where": found.where(),
-        "curves": curves_of(readings, entries),
+        **curves_of(readings, entries),
         "own": own_section(answer),
         "noise": found.noise(),
         "next_run": answer["next_run"] if answer else None,
@@ -248,8 +250,8 @@ def _mapped(readings: Readings) -> Iterator[dict[str, str]]:
             yield {"key": key, "label": label, "unit": unit, "kind": kind}
 
 
-def curves_of(readings: Readings, entries: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Lines through every model."""
+def curves_of(readings: Readings, entries: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Lines through every model, and what they are means over."""
     curves = Curves(readings)
     lines = [line | {"angle_arcsec": {}} for line in curves.lines]
     for entry in entries:
@@ -258,7 +260,7 @@ def curves_of(readings: Readings, entries: Sequence[Mapping[str, Any]]) -> list[
         )
         for line, angle in zip(lines, curves.of(model), strict=True):
             line["angle_arcsec"][entry["key"]] = angle
-    return lines
+    return {"curves": lines, "curves_mean_over": curves.mean_over}
 
 
 # --- what was found -----------------------------------------------------------------------

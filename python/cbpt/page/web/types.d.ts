@@ -161,6 +161,7 @@ export interface PageDocument {
   ladder: Maybe<{ rungs: Rung[]; stop: number; stop_says: Maybe<string>; held_out_by: string }>;
   where: Maybe<{ regions: Region[]; of: string }>;
   curves: Curve[];
+  curves_mean_over: string[];
   own: {
     draft: Maybe<OwnEffect>;
     variables: { name: string; meaning: string }[];
