@@ -76,7 +76,7 @@ def test_it_is_json_and_every_column_is_as_long_as_the_table(name: str) -> None:
         assert all(len(angle) == len(line["torque_Nm"]) for angle in line["angle_arcsec"].values())
 
 
-@pytest.mark.parametrize("name", ["dev04", "dev10"])
+@pytest.mark.parametrize("name", ["dev04", "dev08", "dev10"])
 def test_its_numbers_are_those_of_the_answer(name: str) -> None:
     found = document(name)
     answer, ladder = found["answer"], found["ladder"]
@@ -90,7 +90,8 @@ def test_its_numbers_are_those_of_the_answer(name: str) -> None:
         assert model["rmse_arcsec"] == pytest.approx(rung["in_sample_arcsec"], rel=1e-6)
         assert model["held_out_rmse_arcsec"] == pytest.approx(rung["held_out_arcsec"], rel=1e-6)
     # A card's numbers are those of the ranking.
-    for row, candidate in zip(answer["ranking"], found["candidates"], strict=True):
+    cards = [c for c in found["candidates"] if c["probability"] is not None]
+    for row, candidate in zip(answer["ranking"], cards, strict=True):
         model = by_key[candidate["key"]]
         assert model["held_out_rmse_arcsec"] == row["held_out_rmse_arcsec"], row["effect"]
         assert model["probability"] == row["probability"]
@@ -270,6 +271,24 @@ def test_every_effect_of_the_library_can_be_switched_on_and_none_makes_the_fit_w
                 assert "do not depend" in str(error)
                 continue
             assert model["rmse_arcsec"] < 1.02 * alone, entry["effect"]
+
+
+def test_numbers_that_the_answer_names_have_a_card_with_their_values() -> None:
+    found = document("dev08")
+    (rivals,) = found["answer"]["verdict"]["rivals"]
+    assert sorted(rivals) == ["contact_stiffness", "sensor_gain"]
+    cards = {c["effect"]: c for c in found["candidates"] if c["is_rival"]}
+    assert set(cards) == set(rivals)
+    by_key = {m["key"]: m for m in found["models"]}
+    for effect in rivals:
+        model = by_key[cards[effect]["key"]]
+        assert model["role"] == "rival"
+        assert model["rmse_arcsec"] < 0.35 * found["models"][0]["rmse_arcsec"]
+        (number,) = model["parameters"]
+        assert number["u"] > 0
+        # The sensor reads 4 % high in truth.
+        if effect == "sensor_gain":
+            assert abs(number["value"] - 1.04) < number["u"]
 
 
 def test_what_cannot_be_switched_on_is_told() -> None:

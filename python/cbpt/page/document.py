@@ -31,7 +31,8 @@ order of the readings; null is "not there", and `reasons` says why.
       parameters    [{effect, name, value, u, unit, text, value_SI, name_SI, at_bound, why_no_u}]
       numbers       [{number, stated, prior, value, u, shift_sigma}]: numbers of drive and rig
     candidates      [{effect, label, class, key, probability, p_value, surviving_fraction, rival,
-                    rival_correlation, in_answer, is_rival, tell_tale, equation}], likeliest first
+                    rival_correlation, in_answer, is_rival, tell_tale, equation}], likeliest first;
+                    before them numbers that the answer names without ranking them (nulls)
     library         [{effect, label, class, port, tell_tale, equation, source, why_not}]: every
                     effect there is; why_not: these readings cannot show it
     ladder          {rungs [{added, label, key, effects, in_sample_arcsec, held_out_arcsec,
@@ -70,6 +71,7 @@ from cbpt.lab.levels import settings
 from cbpt.lab.readings import Readings
 from cbpt.lab.sentence import NAMES
 from cbpt.lab.uncertainty import floor_of
+from cbpt.lab.verdict import CLASSES
 from cbpt.page.curves import BRANCHES, Curves
 from cbpt.page.models import REFITTED, STATED, UNKNOWN, Models, key_of, stated
 from cbpt.page.plain import numbers
@@ -291,8 +293,19 @@ class Found:
         if self.answer is None:
             return
         specs = {spec.id: spec for spec in effect_specs()}
-        rivals = {effect for group in self.answer["verdict"]["rivals"] for effect in group}
-        for row in self.answer["ranking"]:
+        verdict = self.answer["verdict"]
+        rivals = {effect for group in verdict["rivals"] for effect in group}
+        numbers = self.models.numbers_named if self.models else []
+        ranked = ("probability", "p_value", "surviving_fraction", "rival", "rival_correlation")
+        unranked = dict.fromkeys(ranked)
+        rows = [
+            *(
+                {"effect": n, "class": CLASSES[n], "in_answer": n in verdict["effects"], **unranked}
+                for n in numbers
+            ),
+            *self.answer["ranking"],
+        ]
+        for row in rows:
             effect = row["effect"]
             spec = specs.get(effect)
             yield {
@@ -300,11 +313,7 @@ class Found:
                 "label": NAMES.get(effect, effect),
                 "class": row["class"],
                 "key": key_of([effect]),
-                "probability": row["probability"],
-                "p_value": row["p_value"],
-                "surviving_fraction": row["surviving_fraction"],
-                "rival": row["rival"],
-                "rival_correlation": row["rival_correlation"],
+                **{name: row[name] for name in ranked},
                 "in_answer": row["in_answer"],
                 "is_rival": effect in rivals,
                 "tell_tale": spec.tell_tale if spec else "",
