@@ -29,6 +29,7 @@ import cbpt
 from cbpt.commands import main
 from cbpt.errors import CaseError
 from cbpt.page import campaign, uploads
+from cbpt.page.document import from_here
 from cbpt.page.server import application
 from cbpt.page.session import Session
 from common.hidden import FOLDER
@@ -231,7 +232,7 @@ def test_the_diagnosis_is_a_job_and_its_answer_is_that_of_the_command_line(
     verdict = found["answer"]["verdict"]
     assert verdict["effects"] == ["friction_hysteresis"]
     assert found["answer_key"] == "friction_hysteresis"
-    assert found["answer"]["source"] == str(DATA)
+    assert found["answer"]["source"] == DATA.name
 
 
 def test_switching_an_effect_on_lets_the_error_fall(
@@ -290,7 +291,7 @@ def test_what_is_exported_is_what_is_shown(diagnosed: tuple[Session, TestClient]
     assert float(row["residual_arcsec"]) == model["residual_arcsec"][4]
     assert float(row["measured_arcsec"]) == whole["readings"]["measured_arcsec"][4]
     command = client.get("/api/export/command", params=effects).text
-    assert command.split()[:4] == ["cbpt", "fit", str(CASE), str(DATA)]
+    assert command.split()[:4] == ["cbpt", "fit", from_here(str(CASE)), from_here(str(DATA))]
     assert client.get("/api/export/pickle").status_code == 409
 
 
@@ -376,6 +377,68 @@ def test_a_wrong_mapping_is_told_and_can_be_mended(client: TestClient) -> None:
     assert client.post("/api/columns", json={"columns": ["Moment"]}).status_code == 400
 
 
+# --- files that are refused -----------------------------------------------------------------
+
+
+@pytest.fixture
+def shown() -> Iterator[tuple[Session, TestClient]]:
+    """dev04 opened, not diagnosed."""
+    session = Session.of_files(CASE, DATA)
+    yield session, client_of(session)
+    session.close()
+
+
+@pytest.mark.parametrize(
+    ("name", "raw"),
+    [
+        ("t.csv", b"Moment,Twist\n1,2\n3,4\n"),
+        ("t.csv", HEAD.encode()),
+        ("t.xlsx", b"PK\x03\x04 no archive"),
+        ("t.csv", b"torque_Nm\n" + b"1\n" * 300_000),
+        ("case.toml", b"[deceleration]\nball_count = 1e9"),
+    ],
+    ids=["in doubt", "empty", "broken", "too long", "no case"],
+)
+def test_what_is_shown_stays_where_other_files_are_refused(
+    shown: tuple[Session, TestClient], name: str, raw: bytes
+) -> None:
+    _, client = shown
+    client.post("/api/diagnose", json={})
+    before = client.get("/api/document").json()
+    told = upload(client, name, raw).json()
+    assert told.get("message") or told.get("error")
+    assert not told.get("ready")
+    assert client.get("/api/document").json()["data"] == before["data"]
+    # The diagnosis goes on as well.
+    assert client.get("/api/job").json()["state"] in ("running", "done")
+    client.post("/api/cancel", json={})
+
+
+def test_files_handed_over_together_are_shown_together_or_not_at_all(
+    shown: tuple[Session, TestClient],
+) -> None:
+    _, client = shown
+    other = "# another\n" + CASE.read_text(encoding="utf-8")
+    kind = {"content-type": "application/octet-stream"}
+    asked = {"name": "other.toml", "more": "1"}
+
+    def case_shown() -> str:
+        return str(client.get("/api/document").json()["case"]["name"])
+
+    client.post("/api/upload", params=asked, content=other.encode(), headers=kind)
+    assert case_shown() == "dev04.toml"
+    assert not upload(client, "t.csv", HEAD.encode()).json()["ready"]
+    assert case_shown() == "dev04.toml"
+    # They wait for a table that can be read, unless the dialog is closed.
+    assert upload(client, "t.csv", (HEAD + ROWS).encode()).json()["ready"]
+    assert case_shown() == "other.toml"
+    client.post("/api/upload", params={**asked, "name": "third.toml"}, content=other.encode(),
+                headers=kind)  # fmt: skip
+    client.post("/api/forget", json={})
+    assert upload(client, "u.csv", (HEAD + ROWS).encode()).json()["ready"]
+    assert case_shown() == "other.toml"
+
+
 # --- a diagnosis that is cancelled ----------------------------------------------------------
 
 
@@ -383,9 +446,12 @@ def test_a_diagnosis_is_cancelled_and_another_may_follow() -> None:
     session = Session.of_files(CASE, DATA)
     client = client_of(session)
     client.post("/api/diagnose", json={})
+    # Who asks again joins it; another seed would be another one.
     second = client.post("/api/diagnose", json={})
-    assert second.status_code == 409
-    assert "under way" in second.json()["error"]
+    assert (second.status_code, second.json()["state"]) == (200, "running")
+    other = client.post("/api/diagnose", json={"seed": 1})
+    assert other.status_code == 409
+    assert "under way" in other.json()["error"]
     client.post("/api/cancel", json={})
     assert session.join(60)
     assert client.get("/api/job").json()["state"] == "cancelled"

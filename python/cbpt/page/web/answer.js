@@ -71,7 +71,7 @@ function found(whole) {
   const size = (/** @type {number | null} */ v) =>
     v === null ? "–" : fixed(v * scale(), v * scale() < 100 ? 2 : 0);
   const moved = before.rmse_arcsec !== after.rmse_arcsec;
-  const floor = after.noise_floor_arcsec;
+  const floor = whole.noise.noise_floor_arcsec;
   return el(
     "div",
     { class: "card" },
@@ -102,7 +102,9 @@ function found(whole) {
       fact(
         "Noise floor",
         size(floor),
-        `${state.unit}; ${noise.model.map(nameOf).join(", ")}`,
+        floor === null
+          ? whole.noise.noise_floor_of
+          : `${state.unit}, ${whole.noise.noise_floor_of}; ${noise.model.map(nameOf).join(", ")}`,
       ),
       fact(
         "χ² / dof",

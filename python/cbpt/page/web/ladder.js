@@ -40,12 +40,7 @@ export function setUpLadder() {
   on(["document", "model", "models", "unit"], () => {
     figure.draw();
     drawRows();
-    const below = stopOf() === null
-      ? ""
-      : nameless()
-      ? "Below the dashed line: what the misfit could be, without a name. "
-      : "What stands below the dashed line the readings do not demand. ";
-    fill(note, `● in sample  ◇ held out. ${below}Left of the noise floor a model fits noise.`);
+    fill(note, `● in sample  ◇ held out. ${floorSays()}`);
   });
 }
 
@@ -82,9 +77,13 @@ function stopOf() {
   return found && found.stop + 1 < found.rungs.length ? found.stop : null;
 }
 
-/** Whether the answer is that something without a name is missing. */
-function nameless() {
-  return documentShown().answer?.verdict.kind === "unknown";
+/** What the dotted line is. */
+function floorSays() {
+  const noise = documentShown().noise;
+  if (!noise) return "";
+  return noise.noise_floor_arcsec === null
+    ? `The noise floor ${noise.noise_floor_of}.`
+    : `Left of the noise floor (${noise.noise_floor_of}) a model fits noise.`;
 }
 
 /**
@@ -120,13 +119,9 @@ function build(t) {
   const whole = documentShown();
   const list = rungs();
   const stop = stopOf();
+  const most = (figure.area.clientWidth - LEFT) / 6.5;
   const marks = [
-    stop !== null && mark(
-      stop,
-      nameless() ? "effects with a name end here" : "the answer stops here",
-      t.warn,
-      "dash",
-    ),
+    stop !== null && mark(stop, wrapped(whole.ladder?.stop_says ?? "", most), t.warn, "dash"),
     weighed() > 0 && list.length > weighed() &&
     mark(weighed() - 1, "to the model shown", t.quiet, "solid"),
   ].filter((m) => m !== false);
@@ -134,7 +129,7 @@ function build(t) {
   const at = list.map((_, k) => k);
   const inside = list.map((r) => r.in_sample_arcsec * s);
   const outside = list.map((r) => (r.held_out_arcsec === null ? null : r.held_out_arcsec * s));
-  const floor = whole.ladder ? whole.ladder.noise_floor_arcsec * s : null;
+  const floor = whole.noise?.noise_floor_arcsec ? whole.noise.noise_floor_arcsec * s : null;
   const all =
     /** @type {number[]} */ ([...inside, ...outside, floor].filter((v) => v !== null && v > 0));
   const span = Math.log10(Math.max(...all) / Math.min(...all));
@@ -251,14 +246,14 @@ function nice(ends, most) {
   return found;
 }
 
-/** Plotly breaks no lines itself. @param {string} name */
-function wrapped(name) {
+/** Plotly breaks no lines itself. @param {string} name @param {number} [most] letters */
+function wrapped(name, most = 22) {
   const words = name.split(" ");
   let line = "";
   /** @type {string[]} */
   const lines = [];
   for (const word of words) {
-    if (line && (line + word).length > 22) {
+    if (line && (line + word).length > most) {
       lines.push(line);
       line = word;
     } else line = line ? `${line} ${word}` : word;

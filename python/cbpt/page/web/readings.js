@@ -76,8 +76,9 @@ export function setUpReadings() {
         el(
           "span",
           { class: "no-print" },
-          " Drag a box to select readings; double-click to let go.",
+          " Drag a box to select readings; double-click to let go. ",
         ),
+        el("span", { id: "mean-over" }),
       ),
       figure.save,
     ),
@@ -112,6 +113,9 @@ export function levelColours(t) {
 
 function drawLegend() {
   const whole = documentShown();
+  byId("mean-over").textContent = state.run === null && whole.curves_mean_over.length
+    ? "Lines are means, the residual is not; choose a run to see the model reading by reading."
+    : "";
   const colours = levelColours(theme());
   const names = whole.data.settings;
   const runs = [...new Set(whole.readings.run_index)];
@@ -166,10 +170,16 @@ function drawLegend() {
   );
 }
 
-/** What the lines are: the model shown, on the way back dashed. */
+/** What the lines are: the model shown, on the way back dashed; and the band of the noise. */
 function lineKeys() {
   const whole = documentShown();
   const ways = new Set(whole.curves.map((line) => BRANCHES[line.branch].dash));
+  const over = whole.curves_mean_over;
+  const mean = state.run !== null
+    ? ", reading by reading"
+    : over.length
+    ? `, mean over ${over.map((o) => `${o}s`).join(" and ")}`
+    : "";
   const line = (/** @type {string} */ dash) =>
     svg(
       "svg",
@@ -185,7 +195,12 @@ function lineKeys() {
       }),
     );
   return [
-    el("span", { class: "key" }, line("solid"), `model: ${modelShown().label}`),
+    el(
+      "span",
+      { class: "key", id: "model-key" },
+      line("solid"),
+      `model: ${modelShown().label}${mean}`,
+    ),
     state.run === null && ways.has(BRANCHES.down.dash) && ways.size > 1 &&
     el("span", { class: "key" }, line(BRANCHES.down.dash), "model, torque falling"),
     noiseOf() !== null && el(
@@ -196,7 +211,7 @@ function lineKeys() {
         { width: 24, height: 10, "aria-hidden": "true" },
         svg("rect", { width: 24, height: 10, fill: theme().quiet, opacity: 0.25 }),
       ),
-      "± 2 × noise",
+      `± 2 × noise (${whole.noise?.noise_floor_of ?? "stated uncertainty"})`,
     ),
   ];
 }
@@ -479,10 +494,10 @@ function drawSelection() {
   );
 }
 
-/** Of the answer, else what the readings state. */
+/** Before there is an answer what is stated has to do; later the answer says what is known. @returns {number | null} */
 function noiseOf() {
   const whole = documentShown();
-  return whole.noise?.noise_floor_arcsec ?? median(whole.readings.u_arcsec ?? []);
+  return whole.noise ? whole.noise.noise_floor_arcsec : median(whole.readings.u_arcsec ?? []);
 }
 
 /** @param {readonly (number | null)[]} values */
