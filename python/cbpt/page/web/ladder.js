@@ -119,9 +119,10 @@ function build(t) {
   const whole = documentShown();
   const list = rungs();
   const stop = stopOf();
-  const most = (figure.area.clientWidth - LEFT) / 6.5;
+  // The words stand in the table too.
+  const says = safe(whole.ladder?.stop_says ?? "");
   const marks = [
-    stop !== null && mark(stop, wrapped(whole.ladder?.stop_says ?? "", most), t.warn, "dash"),
+    stop !== null && mark(stop, figure.area.clientWidth < 420 ? "stop" : says, t.warn, "dash"),
     weighed() > 0 && list.length > weighed() &&
     mark(weighed() - 1, "to the model shown", t.quiet, "solid"),
   ].filter((m) => m !== false);
@@ -246,14 +247,14 @@ function nice(ends, most) {
   return found;
 }
 
-/** Plotly breaks no lines itself. @param {string} name @param {number} [most] letters */
-function wrapped(name, most = 22) {
+/** Plotly breaks no lines itself. @param {string} name */
+function wrapped(name) {
   const words = name.split(" ");
   let line = "";
   /** @type {string[]} */
   const lines = [];
   for (const word of words) {
-    if (line && (line + word).length > most) {
+    if (line && (line + word).length > 22) {
       lines.push(line);
       line = word;
     } else line = line ? `${line} ${word}` : word;
@@ -301,7 +302,9 @@ function drawRows() {
       "p",
       { class: "small quiet" },
       whole.ladder
-        ? `Errors in ${state.unit}; held out by ${whole.ladder.held_out_by}.`
+        ? `Errors in ${state.unit}; held out by ${whole.ladder.held_out_by}.${
+          stopOf() === null ? "" : ` Dashed: ${whole.ladder.stop_says}.`
+        }`
         : whole.reasons.ladder,
     ),
   );

@@ -113,7 +113,7 @@ export function levelColours(t) {
 
 function drawLegend() {
   const whole = documentShown();
-  byId("mean-over").textContent = state.run === null && whole.curves_mean_over.length
+  byId("mean-over").textContent = !inOrder() && whole.curves_mean_over.length
     ? "Lines are means, the residual is not; choose a run to see the model reading by reading."
     : "";
   const colours = levelColours(theme());
@@ -170,12 +170,20 @@ function drawLegend() {
   );
 }
 
+/** Whether the model is drawn as it went, reading by reading: of one run, where means would be blunt. */
+function inOrder() {
+  const { readings, data } = documentShown();
+  return state.run !== null ||
+    (data.settings.length === 1 && readings.run_index.every((run) => run === 0) &&
+      readings.row.length <= MOST_POINTS);
+}
+
 /** What the lines are: the model shown, on the way back dashed; and the band of the noise. */
 function lineKeys() {
   const whole = documentShown();
   const ways = new Set(whole.curves.map((line) => BRANCHES[line.branch].dash));
   const over = whole.curves_mean_over;
-  const mean = state.run !== null
+  const mean = inOrder()
     ? ", reading by reading"
     : over.length
     ? `, mean over ${over.map((o) => `${o}s`).join(" and ")}`
@@ -201,7 +209,7 @@ function lineKeys() {
       line("solid"),
       `model: ${modelShown().label}${mean}`,
     ),
-    state.run === null && ways.has(BRANCHES.down.dash) && ways.size > 1 &&
+    !inOrder() && ways.has(BRANCHES.down.dash) && ways.size > 1 &&
     el("span", { class: "key" }, line(BRANCHES.down.dash), "model, torque falling"),
     noiseOf() !== null && el(
       "span",
@@ -274,7 +282,7 @@ function build(t) {
     }
   }
   const data = [...hovered(drawn)];
-  for (const line of state.run === null ? whole.curves : []) {
+  for (const line of inOrder() ? [] : whole.curves) {
     const y = line.angle_arcsec[m.key];
     if (!y || state.hidden.has(line.level)) continue;
     data.push({
@@ -286,7 +294,7 @@ function build(t) {
       line: { color: colours[line.level], width: 1.8, dash: BRANCHES[line.branch].dash },
     });
   }
-  if (state.run !== null) data.push(lineOfRun(t, s));
+  if (inOrder()) data.push(lineOfRun(t, s));
   byId("thinned").textContent = drawn.length < all
     ? `${drawn.length} of ${all} readings drawn, what stands out among them; all are computed with.`
     : "";
