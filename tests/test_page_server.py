@@ -13,8 +13,10 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 import zipfile
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -254,7 +256,7 @@ def test_an_own_effect_is_checked_as_it_is_typed_fitted_and_exported(
     diagnosed: tuple[Session, TestClient],
 ) -> None:
     _, client = diagnosed
-    effect = {
+    effect: dict[str, Any] = {
         "id": "mine",
         "port": "series",
         "expression": "a * torque",
@@ -267,7 +269,21 @@ def test_an_own_effect_is_checked_as_it_is_typed_fitted_and_exported(
     assert "torque_Nm" in told["message"]
     assert client.post("/api/own/fit", json=effect).status_code == 400
     effect["expression"] = "a * torque_Nm * abs(torque_Nm)"
-    assert client.post("/api/own/check", json=effect).json()["ok"]
+    assert client.post("/api/own/check", json=effect).json() == {
+        "ok": True,
+        "message": "",
+        "column": None,
+        "notes": [],
+    }
+    # The page makes a parameter of every name that it does not know.
+    slip = {"name": "torqe_Nm", "unit": "", "start": 1, "min": None, "max": None}
+    misspelt = effect | {
+        "expression": "a * torqe_Nm",
+        "parameters": [*effect["parameters"], slip],
+    }
+    told = client.post("/api/own/check", json=misspelt).json()
+    said = "`torqe_Nm` is taken as a parameter; did you mean `torque_Nm`?"
+    assert (told["ok"], told["notes"]) == (True, [said])
     found = client.post("/api/own/fit", json=effect).json()
     assert found["model"]["role"] == "own"
     both = client.post("/api/model", json={"effects": ["mine", "friction_hysteresis"]}).json()
@@ -314,6 +330,41 @@ def test_the_campaign_is_judged_once_when_it_is_asked_for(
     whole = client.get("/api/document").json()
     assert whole["isolability"] == found["isolability"]
     assert "isolability" not in whole["reasons"]
+
+
+def test_what_is_worked_out_meanwhile_lets_a_switch_go_first(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    session = Session.of_files(CASE, DATA)
+    session.start()
+    assert session.join(120)
+    order: list[str] = []
+    at_work, switching = threading.Event(), threading.Event()
+    models = session._diagnosed()
+    choice = models.choice
+
+    def judged(d: Any, step: Any) -> tuple[dict[str, Any], None]:
+        at_work.set()
+        assert switching.wait(60)
+        step("", 0.5)
+        order.append("campaign")
+        return {"pairs": []}, None
+
+    def switched(effects: Any) -> dict[str, Any]:
+        switching.set()
+        found = choice(["friction_hysteresis", "creep"])
+        order.append("switch")
+        return found
+
+    monkeypatch.setattr(campaign, "campaign_isolability", judged)
+    monkeypatch.setattr(models, "choice", switched)
+    asked = threading.Thread(target=session.isolability)
+    asked.start()
+    assert at_work.wait(60)
+    session.model(["creep"])
+    asked.join(60)
+    assert order == ["switch", "campaign"]
+    session.close()
 
 
 def test_the_drive_is_redrawn(diagnosed: tuple[Session, TestClient]) -> None:
@@ -737,6 +788,39 @@ def test_workbench_serves_on_this_machine_and_ends_with_ctrl_c() -> None:
     assert run.returncode == 0, err
     assert "has ended" in out
     assert err == ""
+
+
+def test_ctrl_c_ends_with_one_line_though_work_is_under_way() -> None:
+    command = [sys.executable, "-m", "cbpt.commands", "workbench", str(CASE), str(DATA)]
+    run = subprocess.Popen(
+        [*command, "--no-browser"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+
+    def ask(path: str) -> http.client.HTTPConnection:
+        found = http.client.HTTPConnection("127.0.0.1", port, timeout=60)
+        found.request("GET", path, headers={"x-cbpt-token": token})
+        return found
+
+    def state() -> str:
+        with closing(ask("/api/job")) as asked:
+            return str(json.loads(asked.getresponse().read())["state"])
+
+    try:
+        assert run.stdout is not None
+        told = re.search(r":(\d+)/\?token=(\S{43})", run.stdout.readline())
+        assert told is not None
+        port, token = int(told[1]), told[2]
+        while state() != "done":
+            pass
+        with closing(ask("/api/isolability")):
+            assert state() == "done"
+            run.send_signal(signal.SIGINT)
+            out, err = run.communicate(timeout=60)
+    finally:
+        run.kill()
+        run.wait()
+    assert (run.returncode, err) == (0, "")
+    assert out.splitlines()[-1] == "The workbench has ended."
 
 
 def test_workbench_refuses_half_of_its_files(capsys: pytest.CaptureFixture[str]) -> None:

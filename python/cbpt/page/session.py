@@ -11,13 +11,14 @@ from __future__ import annotations
 import re
 import shlex
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from cbpt._core import Case, Drive, OwnEffect
-from cbpt.effects import expression
+from cbpt.effects import doubtful_names, expression
 from cbpt.errors import CaseError, CbptError, InvalidInputError
 from cbpt.lab.inputs import case_and_readings
 from cbpt.lab.readings import Readings
@@ -31,7 +32,8 @@ from cbpt.page.uploads import Opened, Upload, read_case, shown_name
 
 MOST_EFFECTS = 8
 _NOTHING = "there are no readings yet: open a case file and a table of readings first"
-_ASK_FOR_IT = "what this campaign could see is worked out when it is asked for"
+_ASK_FOR_IT = "what this campaign could see is worked out once nothing else is asked for"
+_ENDING = "the workbench is ending"
 _NO_DIAGNOSIS = "the readings have to be diagnosed first"
 
 
@@ -45,6 +47,10 @@ class Session:
     def __init__(self) -> None:
         self._lock = threading.RLock()
         self._matrix = threading.Lock()
+        self._gate = threading.Condition()
+        self._asked_now = 0
+        """Requests under way that somebody looks at; what is not urgent waits for them."""
+        self._ending = False
         self._shown = Opened()
         self._next: Opened | None = None
         """Files on their way: they are shown once readings come of them, not before."""
@@ -225,6 +231,10 @@ class Session:
         models = self._diagnosed()
 
         def step(what: str, share: float) -> None:
+            with self._gate:
+                self._gate.wait_for(lambda: self._ending or not self._asked_now)
+            if self._ending:
+                raise NotNow(_ENDING)
             if models is not self._models:
                 raise NotNow("other files have been opened meanwhile")
 
@@ -265,10 +275,28 @@ class Session:
         """Wait for the diagnosis; False where it has not ended by then."""
         return self._job is None or self._job.join(seconds)
 
-    def close(self) -> None:
-        """At the end: whatever is under way stops soon."""
+    @contextmanager
+    def _first(self) -> Iterator[None]:
+        """What is asked for in here goes before what is worked out meanwhile."""
+        with self._gate:
+            self._asked_now += 1
+        try:
+            yield
+        finally:
+            with self._gate:
+                self._asked_now -= 1
+                self._gate.notify_all()
+
+    def stop(self) -> None:
+        """Whatever is under way ends at its next step."""
+        self._ending = True
         if self._job is not None:
             self._job.cancel()
+
+    def close(self) -> None:
+        """At the end: nothing goes on, and no file of ours is left."""
+        self.stop()
+        if self._job is not None:
             self._job.join(5.0)
         for files in (self._next, self._shown):
             self._let_go(files)
@@ -279,7 +307,9 @@ class Session:
         """The model with some effects. Raises `InvalidInputError`, `NotNow`."""
         if len(effects) > MOST_EFFECTS:
             raise InvalidInputError(f"{len(effects)} effects, expected at most {MOST_EFFECTS}")
-        return self._diagnosed().choice(effects)
+        models = self._diagnosed()
+        with self._first():
+            return models.choice(effects)
 
     def _diagnosed(self) -> Models:
         models = self._models
@@ -288,9 +318,10 @@ class Session:
         return models
 
     def check_own(self, entry: Mapping[str, Any]) -> dict[str, Any]:
-        """Whether an own effect can be read, else what is wrong and at which character."""
+        """Whether an own effect can be read, else what is wrong and at which character; notes are
+        what may be a slip all the same."""
         try:
-            own_effect_of(entry)
+            effect = own_effect_of(entry)
         except (CaseError, InvalidInputError) as error:
             text = str(error).removeprefix("effect[0].")
             at = _CHARACTER.search(text)
@@ -298,14 +329,16 @@ class Session:
                 "ok": False,
                 "message": at[2] if at else text,
                 "column": int(at[1]) if at else None,
+                "notes": [],
             }
-        return {"ok": True, "message": "", "column": None}
+        return {"ok": True, "message": "", "column": None, "notes": doubtful_names(effect)}
 
     def fit_own(self, entry: Mapping[str, Any], effects: Sequence[str] = ()) -> dict[str, Any]:
         """An own effect fitted, alone or with others."""
         effect = own_effect_of(entry)
         models = self._diagnosed()
-        models.add_own(effect)
+        with self._first():
+            models.add_own(effect)
         return self.model([*(e for e in effects if e != effect.id), effect.id])
 
     # --- the drive ---
@@ -315,7 +348,8 @@ class Session:
         case, readings = self._shown.case, self._readings
         if case is None or readings is None:
             raise NotNow(_NOTHING)
-        return redrawn(case, readings, load, design)
+        with self._first():
+            return redrawn(case, readings, load, design)
 
     # --- to take away ---
 

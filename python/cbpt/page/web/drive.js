@@ -56,7 +56,7 @@ export function setUpDrive() {
   );
   fill(bodyOf("drive"), whole);
   figure = new Figure(plot, "drive_angle", "Elastic angle of the drive over torque", build, {
-    height: 270,
+    height: 310,
   });
   plot.append(el("div", { class: "under" }, el("span"), figure.save));
   on(["document"], () => {
