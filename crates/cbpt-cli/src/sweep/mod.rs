@@ -338,7 +338,7 @@ impl Plan {
             }
         });
         json!({
-            "format": 1,
+            "format": 2,
             "cbpt": env!("CARGO_PKG_VERSION"),
             "design": self.design.name(),
             "rows": self.rows,
