@@ -277,6 +277,19 @@ def test_a_place_that_cannot_be_written_is_exit_code_1(
     capsys.readouterr()
 
 
+def test_ctrl_c_ends_with_one_line(desk: Desk) -> None:
+    top = desk(SLOW.replace("60000", "60000000"))
+    for out, begun in (("t.csv", "t.csv.sweep"), ("t.parquet", ".t.parquet.sweep/plan.json")):
+        with subprocess.Popen(
+            command(out), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+        ) as running:
+            while not (top / begun).exists():
+                assert running.poll() is None
+            running.send_signal(signal.SIGINT)
+            told = running.communicate()[1]
+        assert (running.returncode, told) == (130, b"cbpt: interrupted\n")
+
+
 # --- plans in TOML ------------------------------------------------------------------------
 
 
