@@ -574,6 +574,37 @@ def test_the_tables_of_effects_fit_a_terminal(effect: list[str]) -> None:
 # --- inputs and Ctrl-C --------------------------------------------------------------------
 
 
+@pytest.mark.parametrize(
+    "line",
+    [
+        "compare {case} {data} --out {data}",
+        "diagnose {case} {data} --results {data}",
+        "fit {case} {data} --with zero_offset --out {case}",
+        "fit {case} {data} --with zero_offset --results {data}",
+        "simulate {case} {data} --out {data}",
+        "report {case} {data} --out {data}",
+        "next-run {case} {data} --out {case}",
+        "plan {case} --separate zero_offset --u-arcsec 1 --out {case}",
+        "tolerance {case} --json {case}",
+        "tolerance {case} --plot {case}",
+        "optimise {case} {data} --out {case}",
+        "optimise {case} {data} --out {data}",
+    ],
+)
+def test_no_verb_writes_over_what_it_reads(
+    line: str, desk: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    here, data = desk / "case.toml", desk / "data.csv"
+    data.write_text("precious")
+    case = here.read_text()
+    # By another way to the same file.
+    words = line.format(case="case.toml", data="data.csv").split()
+    words[-1] = str(desk / words[-1])
+    assert commands.main(words) == 2
+    assert "would be lost" in capsys.readouterr().err
+    assert (here.read_text(), data.read_text()) == (case, "precious")
+
+
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="reads processor time in /proc")
 @pytest.mark.parametrize(
     "line", ["tolerance toleranced.toml --samples 10000000", "optimise case.toml bounds.toml"]

@@ -277,6 +277,16 @@ def test_a_place_that_cannot_be_written_is_exit_code_1(
     capsys.readouterr()
 
 
+@pytest.mark.parametrize("out", ["rows.csv", "case.toml", "plan.toml"])
+def test_what_a_plan_is_read_from_is_not_written_over(out: str, desk: Desk) -> None:
+    top = desk('case = "case.toml"\ntable = "rows.csv"\n')
+    (top / "rows.csv").write_text("load.torque_Nm\n1\n")
+    before = (top / out).read_bytes()
+    with pytest.raises(PlanError, match="would be lost"):
+        sweep(top / "plan.toml", out=top / out, fresh=True)
+    assert (top / out).read_bytes() == before
+
+
 def test_ctrl_c_ends_with_one_line(desk: Desk) -> None:
     top = desk(SLOW.replace("60000", "60000000"))
     for out, begun in (("t.csv", "t.csv.sweep"), ("t.parquet", ".t.parquet.sweep/plan.json")):

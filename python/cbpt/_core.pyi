@@ -929,6 +929,10 @@ class SweepPlan:
         """
         Makes a plan of what ``__reduce__`` keeps.
         """
+    def check_output(self, /, path: str | PathLike[str]) -> None:
+        """
+        Raises ``PlanError`` where a file is one that the plan was read from.
+        """
     def check_record(self, /, path: str | PathLike[str], record: str) -> None:
         """
         Raises ``PlanError`` that says what differs where a record found at ``path`` is that of another plan.

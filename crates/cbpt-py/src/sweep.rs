@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use cbpt_cli::case::Case as RustCase;
 use cbpt_cli::case::Mistake;
-use cbpt_cli::exit::Failure;
+use cbpt_cli::exit::{Failure, keep_input};
 use cbpt_cli::sweep::design::Design;
 use cbpt_cli::sweep::output::{CsvOutput, same_plan};
 use cbpt_cli::sweep::rows::{Rows, STATUSES};
@@ -207,6 +207,11 @@ impl SweepPlan {
         let there = serde_json::from_str(record)
             .map_err(|error| plan_error(py, &format!("{}: no record of a sweep: {error}", path.display())))?;
         same_plan(&path, &there, &self.plan.record()).map_err(|failure| sweep_failure(py, &failure))
+    }
+
+    /// Raises ``PlanError`` where a file is one that the plan was read from.
+    fn check_output(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        keep_input(&path, self.plan.sources()).map_err(|failure| sweep_failure(py, &failure))
     }
 
     /// The parts, from a row on, in which a sweep is solved: whole blocks, at least so many rows each.

@@ -22,7 +22,7 @@ pub fn run(verb: &Sweep) -> Result<Exit, Failure> {
     if sweep_plan::is_plan(&verb.path) {
         return sweep_plan::run(verb);
     }
-    verb.output.check()?;
+    verb.output.check(&verb.path)?;
     if verb.fresh || verb.chunk_rows.is_some() {
         let problem =
             format!("--fresh and --chunk-rows go with a plan, and {} is a case", verb.path.display());

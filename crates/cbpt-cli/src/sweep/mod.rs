@@ -20,6 +20,7 @@ pub mod rows;
 pub mod stream;
 
 use std::ops::Range;
+use std::path::PathBuf;
 
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
@@ -196,6 +197,8 @@ pub struct Plan {
     first: u64,
     /// For a grid, after how many rows the value of each axis changes.
     strides: Vec<u64>,
+    /// The files that it was read from.
+    sources: Vec<PathBuf>,
 }
 
 impl Plan {
@@ -224,7 +227,12 @@ impl Plan {
         }
         let strides = strides(&axes);
         let rows = rows_of(design, &axes, rows, &strides)?;
-        Ok(Self { case, axes, design, rows, seed, variants, first: 0, strides })
+        Ok(Self { case, axes, design, rows, seed, variants, first: 0, strides, sources: Vec::new() })
+    }
+
+    /// The files that it was read from: plan, case and table; none where it was made in a program.
+    pub fn sources(&self) -> &[PathBuf] {
+        &self.sources
     }
 
     /// The case that is varied.

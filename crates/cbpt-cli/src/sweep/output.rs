@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
 use super::Plan;
-use crate::exit::Failure;
+use crate::exit::{Failure, keep_input};
 
 /// An output with what is done of it.
 #[derive(Debug)]
@@ -34,9 +34,10 @@ impl CsvOutput {
     /// Opens the output of a plan where it stands, or begins it; `fresh` begins it anew, whatever is there.
     ///
     /// # Errors
-    /// An output of another plan, or one that another process writes, or that is not what its record says; and a file that
+    /// A file that the plan was read from, an output of another plan, or one that another process writes, or that is not what its record says; and a file that
     /// cannot be written.
     pub fn open(plan: &Plan, path: &Path, fresh: bool) -> Result<Self, Failure> {
+        keep_input(path, plan.sources())?;
         // An empty file is one that was killed before its first record, or is just begun by another process.
         let there = fs::metadata(path).is_ok_and(|found| !found.is_file() || found.len() > 0);
         let record = if fresh { None } else { read_record(path)? };
