@@ -287,6 +287,22 @@ def test_what_a_plan_is_read_from_is_not_written_over(out: str, desk: Desk) -> N
     assert (top / out).read_bytes() == before
 
 
+def test_numbers_that_clash_are_told(desk: Desk, capfd: pytest.CaptureFixture[str]) -> None:
+    clash = 'equal_speed.kind = ["ring_groove", "cross_slide"]\n'
+    plates = 'deceleration.output_plate = ["hypocycloid", "epicycloid"]\n'
+    top = desk(GRID + clash + plates)
+    told = []
+    for out in ("t.csv", "t.parquet"):
+        assert main(["sweep", "plan.toml", "--out", out]) == 0
+        told.append(capfd.readouterr().err)
+    assert told[0] == told[1]
+    found = sweep(top / "plan.toml")
+    wrong = (found.status == "invalid_input").nonzero()[0]
+    why = found.plan.reason(int(wrong[0]))
+    assert f"invalid_input: {len(wrong)} such as row {wrong[0] + 1}: {why}" in told[0]
+    assert found.plan.reason(int((found.status == "ok").nonzero()[0][0])) is None
+
+
 def test_ctrl_c_ends_with_one_line(desk: Desk) -> None:
     top = desk(SLOW.replace("60000", "60000000"))
     for out, begun in (("t.csv", "t.csv.sweep"), ("t.parquet", ".t.parquet.sweep/plan.json")):

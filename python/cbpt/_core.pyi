@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from os import PathLike
 from typing import Any, SupportsFloat, SupportsIndex, final
 
-__all__ = ["Case", "Drive", "Effect", "EffectParameter", "EffectSpec", "Finding", "LargestAngle", "OwnEffect", "PairSolution", "Prediction", "Predictor", "PreloadThresholds", "Sensitivities", "Sensitivity", "Solution", "SweepCsv", "SweepPlan", "Thresholds", "design_number", "design_numbers", "effect_specs", "example_case", "judge_designs", "own_effect_variables", "run_command_line", "solve_angles", "sweep_statuses", "text_table"]
+__all__ = ["Case", "Drive", "Effect", "EffectParameter", "EffectSpec", "Finding", "LargestAngle", "OwnEffect", "PairSolution", "Prediction", "Predictor", "PreloadThresholds", "Sensitivities", "Sensitivity", "Solution", "SweepCsv", "SweepPlan", "SweepTally", "Thresholds", "design_number", "design_numbers", "effect_specs", "example_case", "judge_designs", "own_effect_variables", "run_command_line", "solve_angles", "sweep_statuses", "text_table"]
 
 @final
 class Case:
@@ -974,6 +974,11 @@ class SweepPlan:
         """
         The plan as far as these rows need it: of a table only their part.
         """
+    def reason(self, /, row: SupportsIndex) -> str | None:
+        """
+        Why the numbers of a row, counted from 0, cannot be together (``invalid_input``): the one that cannot be, its value in
+        SI and the rule; ``None`` where they can.
+        """
     @property
     def record(self, /) -> str:
         """
@@ -1013,6 +1018,21 @@ class SweepPlan:
     def words(self, /) -> list[list[str]]:
         """
         The words of each axis; none for one of numbers.
+        """
+
+@final
+class SweepTally:
+    """
+    How rows of a sweep ended, counted, with the reasons of those whose numbers cannot be together.
+    """
+    def __new__(cls, /, plan: SweepPlan) -> SweepTally: ...
+    def add(self, /, start: SupportsIndex, status: SupportsGetItem[int, SupportsIndex]) -> None:
+        """
+        Counts rows, the first of which is ``start``, by the places of their statuses.
+        """
+    def text(self, /) -> str | None:
+        """
+        Some lines of text; ``None`` where every row has its numbers.
         """
 
 @final

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from contextlib import closing
 from pathlib import Path
 
+from cbpt._core import SweepTally
 from cbpt.verbs import Parser
 
 __all__ = ["is_for_parquet", "sweep"]
@@ -38,7 +39,8 @@ def sweep(argv: list[str]) -> int:
     with closing(open_output(plan, Path(options.out), options.fresh)) as output:
         found, complete = output.done, output.done >= plan.rows
         shown = sys.stderr is not None and sys.stderr.isatty() and not complete
-        to_output(plan, output, chunk_rows=options.chunk_rows, progress=shown)
+        tally = SweepTally(plan)
+        to_output(plan, output, chunk_rows=options.chunk_rows, progress=shown, tally=tally)
     earlier = f", {found} of them found there" if 0 < found < plan.rows else ""
     text = (
         f"{options.out}: all {plan.rows} rows are there already"
@@ -46,7 +48,10 @@ def sweep(argv: list[str]) -> int:
         else f"{options.out}: {plan.rows} rows{earlier}; the status column says where there is no "
         "solution"
     )
-    print(text)
+    print(text, flush=True)
+    ended = tally.text()
+    if ended:
+        print(f"cbpt: {ended}", file=sys.stderr)
     return 0
 
 

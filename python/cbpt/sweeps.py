@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from cbpt._core import Case, Drive, SweepPlan
+from cbpt._core import Case, Drive, SweepPlan, SweepTally
 from cbpt.errors import PlanError
 from cbpt.sweep_files import Output, open_output
 from cbpt.sweep_result import Rows, Sweep
@@ -98,12 +98,22 @@ def to_output(
     in_flight: int | None = None,
     chunk_rows: int | None = None,
     progress: Report | bool | None = None,
+    tally: SweepTally | None = None,
 ) -> None:
-    """Solve what is left of a plan and write it; the rest as in `sweep`."""
+    """Solve what is left of a plan and write it, and count how it ended; the rest as in `sweep`.
+
+    Lines of CSV have no statuses to be counted.
+    """
     chunks = _solved(plan, output.done, output.form, executor, in_flight, chunk_rows, progress)
     with closing(chunks):
         for (start, stop), chunk in chunks:
-            output.append(chunk if output.form == "csv" else Rows.of(plan, chunk), stop - start)
+            if output.form == "csv":
+                output.append(chunk, stop - start)
+                continue
+            rows = Rows.of(plan, chunk)
+            output.append(rows, stop - start)
+            if tally is not None:
+                tally.add(start, rows.status)
     output.finish()
 
 

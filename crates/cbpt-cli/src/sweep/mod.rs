@@ -2,7 +2,7 @@
 //! the row's number.
 //!
 //! - here: [`Plan`] and its [`Axis`]; [`design`]: where the rows lie; `read`: plans in TOML and tables of rows;
-//! - [`rows`]: rows solved, those of one geometry together; `csv`: their text;
+//! - [`rows`]: rows solved, those of one geometry together; `csv`: their text; [`tally`]: how they ended;
 //! - [`output`]: a file that grows chunk by chunk and is taken up again after a kill at any moment;
 //! - [`stream`]: a plan to its file.
 //!
@@ -18,6 +18,7 @@ pub mod output;
 pub mod read;
 pub mod rows;
 pub mod stream;
+pub mod tally;
 
 use std::ops::Range;
 use std::path::PathBuf;
