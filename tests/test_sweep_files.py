@@ -378,6 +378,8 @@ def test_a_wrong_plan_is_told_with_its_line(text: str, told: str, desk: Desk) ->
         (["plan.toml", "--out", "t.csv", "--json"], "--json goes with a case"),
         (["plan.toml", "--out", "t.csv", "--angle-unit", "deg"], "--angle-unit deg"),
         (["case.toml", "--fresh"], "go with a plan"),
+        (["case.toml", "--torque-Nm", "1,2", "--out", "t.parquet"], "case.toml is a case"),
+        (["none.toml", "--out", "t.parquet"], "none.toml: file not found"),
     ],
 )
 def test_flags_that_do_not_go_together_are_told(flags: list[str], told: str, desk: Desk) -> None:

@@ -36,6 +36,24 @@ def case(**sections: Any) -> Case:
     return Case.from_dict(base_case() | {"load": load} | sections)
 
 
+def test_a_case_may_be_the_name_of_its_file(tmp_path: Path) -> None:
+    path = tmp_path / "case.toml"
+    path.write_text(case().to_toml())
+    axes = {"load.torque_Nm": [1, 2]}
+    wanted = sweep(case(), axes).elastic_angle_arcsec
+    for name in (path, str(path)):
+        assert list(sweep(name, axes).elastic_angle_arcsec) == list(wanted)
+    with pytest.raises(PlanError, match="say what is varied"):
+        sweep(path)
+    with pytest.raises(CaseError, match=r"none\.toml: file not found"):
+        sweep(tmp_path / "none.toml", axes)
+    plan = tmp_path / "plan.toml"
+    plan.write_text('case = "case.toml"\n[axes]\nload.torque_Nm = [1, 2]\n')
+    assert len(sweep(plan)) == 2
+    with pytest.raises(PlanError, match="its own axes"):
+        sweep(plan, axes)
+
+
 def test_the_page_names_every_column_and_status(tmp_path: Path) -> None:
     text = (Path(__file__).parents[1] / "docs" / "sweeps.md").read_text()
     rows = [

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from os import PathLike
 from typing import Any, SupportsFloat, SupportsIndex, final
 
-__all__ = ["Case", "Drive", "Effect", "EffectParameter", "EffectSpec", "Finding", "LargestAngle", "OwnEffect", "PairSolution", "Prediction", "Predictor", "PreloadThresholds", "Sensitivities", "Sensitivity", "Solution", "SweepCsv", "SweepPlan", "SweepTally", "Thresholds", "design_number", "design_numbers", "effect_specs", "example_case", "judge_designs", "own_effect_variables", "run_command_line", "solve_angles", "sweep_statuses", "text_table"]
+__all__ = ["Case", "Drive", "Effect", "EffectParameter", "EffectSpec", "Finding", "LargestAngle", "OwnEffect", "PairSolution", "Prediction", "Predictor", "PreloadThresholds", "Sensitivities", "Sensitivity", "Solution", "SweepCsv", "SweepPlan", "SweepTally", "Thresholds", "design_number", "design_numbers", "effect_specs", "example_case", "is_sweep_plan", "judge_designs", "own_effect_variables", "run_command_line", "solve_angles", "sweep_statuses", "text_table"]
 
 @final
 class Case:
@@ -1082,6 +1082,11 @@ def effect_specs() -> list[EffectSpec]:
 def example_case() -> str:
     """
     The example case file: the base case of the 2017 paper, as TOML text.
+    """
+
+def is_sweep_plan(path: str | PathLike[str]) -> bool:
+    """
+    Whether a file is a plan of a sweep rather than a case; one that cannot be read is none.
     """
 
 def judge_designs(drive: Drive, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex, input_angle_rad: SupportsFloat | SupportsIndex, numbers: SupportsGetItem[int, str], values: NDArray[float64], pressures: bool, threshold: str | None) -> tuple[NDArray[uint8], list[str], NDArray[float64], list[str]]:

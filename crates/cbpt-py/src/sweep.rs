@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use cbpt_cli::case::Case as RustCase;
 use cbpt_cli::case::Mistake;
+use cbpt_cli::commands::sweep_plan::is_plan;
 use cbpt_cli::exit::{Failure, keep_input};
 use cbpt_cli::sweep::design::Design;
 use cbpt_cli::sweep::output::{CsvOutput, same_plan};
@@ -350,6 +351,12 @@ fn given<'py>(py: Python<'py>, values: &Values) -> GivenValues<'py> {
             GivenValues::Words(places.iter().map(|&place| words[place].clone()).collect())
         }
     }
+}
+
+/// Whether a file is a plan of a sweep rather than a case; one that cannot be read is none.
+#[pyfunction]
+pub fn is_sweep_plan(path: PathBuf) -> bool {
+    is_plan(&path)
 }
 
 /// How rows of a sweep ended, counted, with the reasons of those whose numbers cannot be together.

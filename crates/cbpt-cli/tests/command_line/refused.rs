@@ -204,3 +204,16 @@ fn an_input_is_not_written_over() {
     }
     assert_eq!(desk.read("rows.csv"), "load.torque_Nm\n1\n2\n");
 }
+
+#[test]
+fn a_case_to_parquet_is_told_what_to_do() {
+    let desk = Desk::new("parquet");
+    let ran = desk.cbpt("sweep case.toml --torque-Nm 1,2 --out x.parquet");
+    ran.refused(&[
+        "case.toml is a case",
+        ".csv or FILE.json",
+        "plan.toml",
+        "case = \"case.toml\"\n",
+        "[axes]",
+    ]);
+}

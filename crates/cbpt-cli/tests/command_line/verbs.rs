@@ -274,6 +274,19 @@ fn ranges_that_cannot_be_are_refused_at_once() {
 }
 
 #[test]
+fn the_help_of_sweep_tells_files_and_chunks() {
+    let desk = Desk::new("sweep_help");
+    for flag in ["--help", "-h"] {
+        let help = desk.cbpt(&format!("sweep {flag}")).out;
+        let told = help.split_whitespace().collect::<Vec<_>>().join(" ");
+        for words in ["of a PLAN go to .csv or .parquet", "8192, which is the least", "[default: 65536]"] {
+            assert!(told.contains(words), "{words} in {help}");
+        }
+    }
+    assert!(desk.cbpt("solve --help").out.contains("FILE.csv or FILE.json as well"));
+}
+
+#[test]
 fn numbers_that_clash_are_told_with_their_rows() {
     let desk = Desk::new("clash");
     let axes =
