@@ -41,9 +41,7 @@ class Bench:
     @classmethod
     def of_diagnosis(cls, d: Diagnosis) -> Bench:
         """With everything that was fitted."""
-        pattern = d.verdict.pattern
-        noise = d.after.noise if pattern is None else pattern.noise
-        return cls(d.competition.fitter, noise, dict(d.competition.fits))
+        return cls(d.competition.fitter, d.noise, dict(d.competition.fits))
 
     def with_own(self, d: Diagnosis, own: Sequence[OwnEffect]) -> Bench:
         """The same readings with effects of the user's own beside the library.

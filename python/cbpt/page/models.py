@@ -121,8 +121,20 @@ class Models:
         yield self._entry(STATED, "stated", "the drive as stated", (), self._bench, d.before)
         for names in sorted(c.fits, key=lambda n: (len(n) > 0, -c.log_odds[n])):
             yield self._of_set(names, self._bench, c.fits[names])
+        for number in self.numbers_named:
+            yield self._of_set((number,), self._bench, self._bench.fit([number]))
         if d.verdict.pattern is not None:
             yield self._of_pattern()
+
+    @property
+    def numbers_named(self) -> list[str]:
+        """Numbers of drive and rig that the answer names without a fit of their own, as it weighs
+        how far they move within what is stated; their fits leave them free."""
+        d = self.diagnosis
+        named = [*d.verdict.effects, *(effect for group in d.verdict.rivals for effect in group)]
+        known = {v.effect for v in self._bench.fitter.variants}
+        fits = d.competition.fits
+        return [n for n in named if n in PRIORS and n in known and (n,) not in fits]
 
     def _of_set(self, names: Names, bench: Bench, fit: Fit) -> dict[str, Any]:
         label = " + ".join(name_of(self.diagnosis, n) for n in names) or "numbers refitted"

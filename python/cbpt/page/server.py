@@ -5,8 +5,10 @@
     GET  /                      the page; with ?token= it sets the cookie first
     GET  /page.css, /*.js       its files; /plotly.min.js from the plotly package
     GET  /api/document          the document, or null
-    POST /api/upload?name=      bytes of a file -> {ready, message, columns, quantities, problem}
+    POST /api/upload?name=      bytes of a file -> {ready, message, columns, quantities, problem};
+                                &more=1: another file follows, with which it is read
     POST /api/columns           {columns {header: meaning}, sheet} -> the same
+    POST /api/forget            files that were refused or are in doubt are wanted no more
     POST /api/diagnose          {seed} -> the job
     GET  /api/job               {state, stage, share, seconds, error}
     POST /api/cancel            the job
@@ -86,6 +88,7 @@ def application(
         "columns": lambda b: session.map_columns(
             _texts(b, "columns"), None if b.get("sheet") is None else _text(b, "sheet")
         ),
+        "forget": lambda b: session.forget(),
         "diagnose": lambda b: session.start(_seed(b)),
         "cancel": lambda b: session.cancel(),
         "model": lambda b: session.model(_list(b, "effects")),
@@ -169,12 +172,12 @@ def _poster(act: Callable[[dict[str, Any]], object]) -> Callable[[Request], Awai
 
 def _upload(session: Session) -> Callable[[Request], Awaitable[Response]]:
     async def post(request: Request) -> Response:
-        name = request.query_params.get("name", "")
+        name, more = request.query_params.get("name", ""), "more" in request.query_params
         try:
             raw = await _body(request, MOST_BYTES)
         except Wrong as error:
             return JSONResponse({"error": str(error)}, error.status)
-        return await _answered(lambda: session.take(name, raw))
+        return await _answered(lambda: session.take(name, raw, more))
 
     return post
 

@@ -80,8 +80,10 @@ function found(whole) {
       ),
       fact(
         "Noise floor",
-        size(after.noise_floor_arcsec),
-        `${state.unit}; ${noise.model.map(nameOf).join(", ")}`,
+        size(whole.noise.noise_floor_arcsec),
+        whole.noise.noise_floor_arcsec === null
+          ? whole.noise.noise_floor_of
+          : `${state.unit}, ${whole.noise.noise_floor_of}; ${noise.model.map(nameOf).join(", ")}`,
       ),
       fact(
         "χ² per degree of freedom",

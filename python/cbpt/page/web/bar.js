@@ -111,7 +111,11 @@ function gauge() {
       { class: "small quiet" },
       m.held_out_rmse_arcsec !== null &&
         el("span", {}, `held out ${written(m.held_out_rmse_arcsec)}`),
-      floor !== null && el("span", {}, `noise ${written(floor)}`),
+      whole.noise && el(
+        "span",
+        { title: `noise: ${whole.noise.noise_floor_of}` },
+        floor === null ? "noise not known" : `noise ${written(floor)}`,
+      ),
     ),
   );
 }

@@ -132,13 +132,19 @@ function card(c) {
         : el("span", { class: "tag" }, c.class),
     ),
     el("h3", {}, c.label),
-    el(
-      "div",
-      { class: "chance" },
-      el("span", { class: "quiet" }, "probability by itself"),
-      el("div", { class: "bar" }, bar(c.probability ?? 0)),
-      el("b", {}, probability(c.probability)),
-    ),
+    c.probability === null
+      ? el(
+        "p",
+        { class: "small quiet" },
+        "A stated number: the answer weighs how far it moves within what is stated. Here it is left free.",
+      )
+      : el(
+        "div",
+        { class: "chance" },
+        el("span", { class: "quiet" }, "probability by itself"),
+        el("div", { class: "bar" }, bar(c.probability)),
+        el("b", {}, probability(c.probability)),
+      ),
     m && parameters(m),
     el("p", { class: "tell" }, c.tell_tale),
     m?.signature_arcsec && pictured(c, m.signature_arcsec),

@@ -2,7 +2,7 @@
 
 /** @import { Theme } from "./figure.js" */
 /** @import { Rung } from "./types.d.ts" */
-import { bodyOf, el, fill, table } from "./dom.js";
+import { bodyOf, byId, el, fill, table } from "./dom.js";
 import { Figure } from "./figure.js";
 import { fixed, plain, text } from "./numbers.js";
 import { safe } from "./readings.js";
@@ -30,7 +30,8 @@ export function setUpLadder() {
       el(
         "span",
         { class: "small quiet" },
-        "● in sample  ◇ held out. Below the noise floor a model fits noise.",
+        "● in sample  ◇ held out. ",
+        el("span", { id: "floor-says" }),
       ),
       figure.save,
     ),
@@ -87,7 +88,7 @@ function build(t) {
   const at = list.map((_, k) => k);
   const inside = list.map((r) => r.in_sample_arcsec * s);
   const outside = list.map((r) => (r.held_out_arcsec === null ? null : r.held_out_arcsec * s));
-  const floor = whole.ladder ? whole.ladder.noise_floor_arcsec * s : null;
+  const floor = whole.noise?.noise_floor_arcsec ? whole.noise.noise_floor_arcsec * s : null;
   const all =
     /** @type {number[]} */ ([...inside, ...outside, floor].filter((v) => v !== null && v > 0));
   const ends = [Math.log10(Math.min(...all) / 1.35), Math.log10(Math.max(...all) * 1.35)];
@@ -181,7 +182,7 @@ function build(t) {
             yref: "paper",
             y: 1,
             yanchor: "bottom",
-            text: "noise floor",
+            text: `noise floor: ${whole.noise.noise_floor_of}`,
             showarrow: false,
             font: { size: 11, color: t.quiet },
           }]
@@ -193,7 +194,7 @@ function build(t) {
             xanchor: "right",
             y: stop + 0.5,
             yanchor: "bottom",
-            text: "stop: more gains nothing held out",
+            text: whole.ladder?.stop_says,
             showarrow: false,
             font: { size: 11, color: t.warn },
           }]
@@ -230,6 +231,11 @@ function wrapped(name) {
 
 function drawRows() {
   const whole = documentShown();
+  byId("floor-says").textContent = !whole.noise
+    ? ""
+    : whole.noise.noise_floor_arcsec === null
+    ? `The noise floor ${whole.noise.noise_floor_of}.`
+    : `Below the noise floor (${whole.noise.noise_floor_of}) a model fits noise.`;
   const s = scale();
   const list = rungs();
   const place = table(

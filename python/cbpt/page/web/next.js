@@ -6,7 +6,7 @@ import { bodyOf, el, fill, table } from "./dom.js";
 import { Figure } from "./figure.js";
 import { fixed, nameOf, plain, text } from "./numbers.js";
 import { safe } from "./readings.js";
-import { documentShown, on } from "./store.js";
+import { documentShown, on, state } from "./store.js";
 
 const SIGNS =
   /** @type {Record<string, string>} */ ({ apart: "", above: "+", not_here: "×", twins: "=" });
@@ -16,6 +16,9 @@ const MEANS = /** @type {Record<string, string>} */ ({
   not_here: "not told apart by these runs",
   twins: "twins: no reading of this rig tells them apart",
 });
+
+// As long without a switch is taken for a pause.
+const IDLE_MS = 2500;
 
 /** @type {Figure} */
 let figure;
@@ -57,8 +60,20 @@ export function setUpNext() {
   on(["document"], () => {
     drawRun();
     drawMatrix();
-    ask();
+    later();
   });
+  on(["model"], later);
+  // Or as soon as somebody looks at where it will stand.
+  new IntersectionObserver((seen) => seen.some((e) => e.isIntersecting) && ask()).observe(sizes);
+}
+
+/** @type {number | undefined} */
+let waiting;
+
+/** Ask once nobody has asked for a model for a while. */
+function later() {
+  clearTimeout(waiting);
+  waiting = setTimeout(ask, IDLE_MS);
 }
 
 function drawMatrix() {
@@ -68,18 +83,23 @@ function drawMatrix() {
   if (there) figure.draw();
 }
 
+let asking = false;
+
 /** What the campaign can tell takes some seconds more than the answer, so it is asked for apart. */
 async function ask() {
-  const whole = documentShown();
-  if (!isLive() || !whole.answer || whole.isolability) return;
+  const whole = state.document;
+  if (!isLive() || asking || !whole?.answer || whole.isolability) return;
+  asking = true;
   try {
     const found = await get("isolability");
-    if (documentShown() !== whole) return;
+    if (state.document !== whole) return later();
     whole.isolability = found.isolability;
     if (found.why) whole.reasons.isolability = found.why;
     drawMatrix();
   } catch {
     // Other files have been opened meanwhile, or the server has ended, which others tell.
+  } finally {
+    asking = false;
   }
 }
 

@@ -71,7 +71,8 @@ export function setUpReadings() {
         "span",
         { class: "small quiet" },
         el("span", { id: "thinned" }),
-        " Drag a box to select readings; double-click to let go.",
+        " Drag a box to select readings; double-click to let go. ",
+        el("span", { id: "mean-over" }),
       ),
       figure.save,
     ),
@@ -106,6 +107,9 @@ export function levelColours(t) {
 
 function drawLegend() {
   const whole = documentShown();
+  byId("mean-over").textContent = state.run === null && whole.curves_mean_over.length
+    ? "Lines are means, the residual is not; choose a run to see the model reading by reading."
+    : "";
   const colours = levelColours(theme());
   const names = whole.data.settings;
   const runs = [...new Set(whole.readings.run_index)];
@@ -145,7 +149,7 @@ function drawLegend() {
         { width: 22, height: 10, "aria-hidden": "true" },
         svg("line", { x1: 0, x2: 22, y1: 5, y2: 5, stroke: theme().ink, "stroke-width": 2 }),
       ),
-      "model",
+      el("span", { id: "model-key" }, modelKey()),
     ),
     runs.length > 1 && el(
       "label",
@@ -167,6 +171,13 @@ function drawLegend() {
       ),
     ),
   );
+}
+
+/** What a line of the model shows: of several angles or runs the mean, of one run what it was. */
+function modelKey() {
+  const over = documentShown().curves_mean_over;
+  if (state.run !== null) return "model, reading by reading";
+  return over.length ? `model, mean over ${over.map((o) => `${o}s`).join(" and ")}` : "model";
 }
 
 /** @param {Branch} branch */
@@ -334,7 +345,10 @@ function room(values) {
  */
 function layoutOf(t, ranges, residuals) {
   const whole = documentShown();
-  const floor = whole.noise?.noise_floor_arcsec ?? median(whole.readings.u_arcsec ?? []);
+  // Before there is an answer what is stated has to do; later the answer says what is known.
+  const floor = whole.noise
+    ? whole.noise.noise_floor_arcsec
+    : median(whole.readings.u_arcsec ?? []);
   let most = 0;
   for (const v of residuals) most = Math.max(most, Math.abs(v ?? 0));
   const reach = 1.12 * Math.max(most, 3 * (floor ?? 0), 1e-6) * scale();
@@ -386,7 +400,7 @@ function layoutOf(t, ranges, residuals) {
         yref: "y2",
         y: 2 * floor * scale(),
         yanchor: "bottom",
-        text: "± 2 × noise",
+        text: `± 2 × noise (${whole.noise?.noise_floor_of ?? "stated uncertainty"})`,
         showarrow: false,
         font: { size: 10.5, color: t.quiet },
       }]

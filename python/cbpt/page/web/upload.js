@@ -8,6 +8,8 @@ import { setDocument } from "./store.js";
 export function setUpUpload() {
   if (!isLive()) return;
   byId("open-files").addEventListener("click", openUpload);
+  // Files that were refused or left in doubt must not be read with the next ones.
+  box().addEventListener("close", () => post("forget", {}).catch(() => {}));
   addEventListener("dragover", (event) => {
     event.preventDefault();
     document.body.classList.add("over");
@@ -79,13 +81,10 @@ async function take(files) {
     /** @type {any} */
     let found = null;
     // The case first: a table is read with what its drive needs.
-    for (
-      const file of files.sort((a, b) =>
-        Number(b.name.endsWith(".toml")) - Number(a.name.endsWith(".toml"))
-      )
-    ) {
-      found = await upload(file);
-    }
+    const order = files.sort((a, b) =>
+      Number(b.name.endsWith(".toml")) - Number(a.name.endsWith(".toml"))
+    );
+    for (const file of order) found = await upload(file, file !== order.at(-1));
     await told(found);
   } catch (error) {
     fill(
