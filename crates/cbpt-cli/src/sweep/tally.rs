@@ -66,9 +66,7 @@ impl Tally {
     pub fn text(&self) -> Option<String> {
         let all: u64 = self.counts.iter().sum();
         let ended = || STATUSES.iter().zip(self.counts).skip(1).filter(|(_, count)| *count > 0);
-        if ended().next().is_none() {
-            return None;
-        }
+        ended().next()?;
         let counts: Vec<String> = ended().map(|(name, count)| format!("{name} {count}")).collect();
         let mut lines = vec![format!("of {all} rows solved now: {}", counts.join(", "))];
         let mut reasons: Vec<&Reason> = self.reasons.values().collect();
