@@ -74,7 +74,7 @@ from cbpt.lab.uncertainty import floor_of
 from cbpt.lab.verdict import CLASSES
 from cbpt.page.curves import BRANCHES, Curves
 from cbpt.page.models import REFITTED, STATED, UNKNOWN, Models, key_of, stated
-from cbpt.page.plain import numbers
+from cbpt.page.plain import array, numbers
 
 __all__ = ["SCHEMA", "Source", "from_here", "named", "page_document"]
 
@@ -257,10 +257,8 @@ def curves_of(readings: Readings, entries: Sequence[Mapping[str, Any]]) -> dict[
     curves = Curves(readings)
     lines = [line | {"angle_arcsec": {}} for line in curves.lines]
     for entry in entries:
-        model = np.array(
-            [np.nan if v is None else v for v in entry["model_arcsec"]], dtype=np.float64
-        )
-        for line, angle in zip(lines, curves.of(model), strict=True):
+        of_model = curves.of(array(entry["model_arcsec"]))
+        for line, angle in zip(lines, of_model, strict=True):
             line["angle_arcsec"][entry["key"]] = angle
     return {"curves": lines, "curves_mean_over": curves.mean_over}
 

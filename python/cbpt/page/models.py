@@ -32,7 +32,7 @@ from cbpt.lab.readings import Readings
 from cbpt.lab.sentence import DISPLAY, name_of, shown
 from cbpt.page.bench import Bench
 from cbpt.page.curves import Curves
-from cbpt.page.plain import finite, numbers
+from cbpt.page.plain import array, finite, numbers
 
 Floats = NDArray[np.float64]
 
@@ -241,10 +241,9 @@ class Models:
         with self._lock, threadpool_limits(1, user_api="blas"):
             bench = self._bench_for(wanted)
             entry = self._of_set(tuple(sorted(wanted)), bench, bench.fit(wanted))
-            look = bench.fitter.look(bench.fit(wanted), bench.noise)
             return {
                 "model": entry,
-                "curves": self._curves.of(self.predicted(bench, look)),
+                "curves": self._curves.of(array(entry["model_arcsec"])),
                 "ladder": [self._rung(bench, wanted[:n]) for n in range(len(wanted) + 1)],
             }
 
