@@ -782,9 +782,10 @@ def test_ctrl_c_ends_with_one_line_though_work_is_under_way() -> None:
         [*command, "--no-browser"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
 
-    def ask(path: str) -> http.client.HTTPConnection:
+    def ask(path: str, body: str | None = None) -> http.client.HTTPConnection:
         found = http.client.HTTPConnection("127.0.0.1", port, timeout=60)
-        found.request("GET", path, headers={"x-cbpt-token": token})
+        headers = {"x-cbpt-token": token, "content-type": "application/json"}
+        found.request("GET" if body is None else "POST", path, body, headers)
         return found
 
     def state() -> str:
@@ -796,6 +797,8 @@ def test_ctrl_c_ends_with_one_line_though_work_is_under_way() -> None:
         told = re.search(r":(\d+)/\?token=(\S{43})", run.stdout.readline())
         assert told is not None
         port, token = int(told[1]), told[2]
+        with closing(ask("/api/diagnose", "{}")) as begun:
+            assert begun.getresponse().status == 200
         while state() != "done":
             pass
         with closing(ask("/api/isolability")):
