@@ -244,14 +244,18 @@ class Session:
         with self._matrix:
             document = self._document
             if document is not None and document["reasons"].get("isolability") == _ASK_FOR_IT:
-                found, why = campaign_isolability(models.diagnosis, step)
-                with self._lock:
+                try:
+                    found, why = campaign_isolability(models.diagnosis, step)
                     step("", 1.0)
+                except NotNow as error:  # nobody waits for it any more
+                    return {"isolability": None, "why": str(error)}
+                with self._lock:
                     document["isolability"] = found
                     document["reasons"]["isolability"] = why
                     if why is None:
                         del document["reasons"]["isolability"]
-                    self._text = to_json(document)
+                    if document is self._document:
+                        self._text = to_json(document)
             assert document is not None
             why = document["reasons"].get("isolability")
             return {"isolability": document["isolability"], "why": why}
