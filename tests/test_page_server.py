@@ -256,7 +256,7 @@ def test_an_own_effect_is_checked_as_it_is_typed_fitted_and_exported(
     diagnosed: tuple[Session, TestClient],
 ) -> None:
     _, client = diagnosed
-    effect = {
+    effect: dict[str, Any] = {
         "id": "mine",
         "port": "series",
         "expression": "a * torque",
@@ -269,7 +269,21 @@ def test_an_own_effect_is_checked_as_it_is_typed_fitted_and_exported(
     assert "torque_Nm" in told["message"]
     assert client.post("/api/own/fit", json=effect).status_code == 400
     effect["expression"] = "a * torque_Nm * abs(torque_Nm)"
-    assert client.post("/api/own/check", json=effect).json()["ok"]
+    assert client.post("/api/own/check", json=effect).json() == {
+        "ok": True,
+        "message": "",
+        "column": None,
+        "notes": [],
+    }
+    # The page makes a parameter of every name that it does not know.
+    slip = {"name": "torqe_Nm", "unit": "", "start": 1, "min": None, "max": None}
+    misspelt = effect | {
+        "expression": "a * torqe_Nm",
+        "parameters": [*effect["parameters"], slip],
+    }
+    told = client.post("/api/own/check", json=misspelt).json()
+    said = "`torqe_Nm` is taken as a parameter; did you mean `torque_Nm`?"
+    assert (told["ok"], told["notes"]) == (True, [said])
     found = client.post("/api/own/fit", json=effect).json()
     assert found["model"]["role"] == "own"
     both = client.post("/api/model", json={"effects": ["mine", "friction_hysteresis"]}).json()

@@ -18,6 +18,7 @@ import cbpt
 from cbpt import Case, CaseError, Drive, PlanError, SweepPlan, sweep
 from cbpt._core import sweep_statuses
 from cbpt.sweep_result import cf_unit
+from cbpt.sweeps import _rate
 from common.drives import base_case
 
 EFFECT = {"id": "eccentric_bearing", "reference_deflection_um": 2.0}
@@ -33,6 +34,13 @@ BLOCK = 8192
 def case(**sections: Any) -> Case:
     load = {"torque_Nm": 5, "preload_N": 600}
     return Case.from_dict(base_case() | {"load": load} | sections)
+
+
+@pytest.mark.parametrize(
+    ("rate", "text"), [(0.2567, "0.257"), (99.96, "100"), (1096712.3, "1,100,000")]
+)
+def test_a_rate_has_three_digits(rate: float, text: str) -> None:
+    assert _rate(rate) == text
 
 
 # --- the values are those of single cases -------------------------------------------------

@@ -229,8 +229,14 @@ class _Line:
         self.shown = now
         rate = (done - self.first) / max(now - self.began, 1e-9)
         left = (total - done) / rate if rate > 0 else float("inf")
-        text = f"\r{done}/{total} rows, {rate:.3g} a second, {_clock(left)} left "
+        text = f"\r{done}/{total} rows, {_rate(rate)} a second, {_clock(left)} left "
         print(text, end="\n" if done >= total else "", file=sys.stderr, flush=True)
+
+
+def _rate(per_second: float) -> str:
+    """Three digits say all that a rate means."""
+    rounded = float(f"{per_second:.3g}")
+    return f"{rounded:,.0f}" if rounded >= 100 else f"{rounded:g}"
 
 
 def _clock(seconds: float) -> str:

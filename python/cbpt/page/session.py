@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cbpt._core import Case, Drive, OwnEffect
-from cbpt.effects import expression
+from cbpt.effects import doubtful_names, expression
 from cbpt.errors import CaseError, CbptError, InvalidInputError
 from cbpt.lab.inputs import case_and_readings
 from cbpt.lab.readings import Readings
@@ -325,9 +325,10 @@ class Session:
         return models
 
     def check_own(self, entry: Mapping[str, Any]) -> dict[str, Any]:
-        """Whether an own effect can be read, else what is wrong and at which character."""
+        """Whether an own effect can be read, else what is wrong and at which character; notes are
+        what may be a slip all the same."""
         try:
-            own_effect_of(entry)
+            effect = own_effect_of(entry)
         except (CaseError, InvalidInputError) as error:
             text = str(error).removeprefix("effect[0].")
             at = _CHARACTER.search(text)
@@ -335,8 +336,9 @@ class Session:
                 "ok": False,
                 "message": at[2] if at else text,
                 "column": int(at[1]) if at else None,
+                "notes": [],
             }
-        return {"ok": True, "message": "", "column": None}
+        return {"ok": True, "message": "", "column": None, "notes": doubtful_names(effect)}
 
     def fit_own(self, entry: Mapping[str, Any], effects: Sequence[str] = ()) -> dict[str, Any]:
         """An own effect fitted, alone or with others."""

@@ -222,19 +222,63 @@ impl Answers {
             }
             None => format!("{name}: no preload does it"),
         });
+        let of_angle = shown(table, &ANGLE, |row| row[1..].iter().any(|cell| !cell.is_null()));
+        let of_thresholds = shown(table, &OF_THRESHOLDS, |row| {
+            row[1..].iter().any(|cell| cell.as_f64().is_some_and(|x| x != 0.0))
+        });
+        text += &of_angle.text();
         text += &format!(
-            "Thresholds of the drive over a period: {}\n{}\n%/%: percent of the result for a percent of the number.  \
-             A number of balls ({}) is whole: nothing has a derivative by it.",
-            thresholds.collect::<Vec<_>>().join(", "),
-            table.text(),
+            "\n%/%: percent of the result for a percent of the number. A number of balls is whole: nothing has a\n\
+             derivative by {}.\n",
             whole.join(", "),
         );
+        text += &format!(
+            "Thresholds of the drive over a period:\n  {}",
+            thresholds.collect::<Vec<_>>().join(", ")
+        );
+        if !of_thresholds.rows.is_empty() {
+            text += &format!("\n{}\nNo other number changes them.", of_thresholds.text());
+        }
         if !tied.is_empty() {
             text += &format!(
-                "\nTo one side only, because contacts that decide alike answer differently: {}.",
-                tied.join("; ")
+                "\nTo one side only, because contacts that decide alike answer differently:\n  {}.",
+                tied.join(";\n  ")
             );
         }
         text
     }
+}
+
+/// What is shown of the angle and of the thresholds: the place among all columns and a short head. What is per unit of a
+/// number says its own unit.
+const ANGLE: [(usize, Option<&str>); 6] =
+    [(0, None), (1, None), (2, None), (3, Some("%/%")), (7, None), (8, Some("share_%"))];
+const OF_THRESHOLDS: [(usize, Option<&str>); 4] =
+    [(0, None), (4, Some("hold_%/%")), (5, Some("continuous_%/%")), (6, Some("zero_backlash_%/%"))];
+/// Digits that a slope is told with; files have them all.
+const DIGITS: usize = 4;
+
+/// Some columns and rows for a terminal, without the columns that are empty.
+fn shown(table: &Table, columns: &[(usize, Option<&str>)], keep: impl Fn(&[Value]) -> bool) -> Table {
+    let pick = |row: &Vec<Value>| -> Vec<Value> {
+        let cell = |&(place, _): &(usize, Option<&str>)| match row[place].as_f64() {
+            Some(number) if place > 1 => json!(rounded(number)),
+            _ => row[place].clone(),
+        };
+        columns.iter().map(cell).collect()
+    };
+    let names = columns
+        .iter()
+        .map(|&(place, head)| head.unwrap_or(table.columns[place].trim_start_matches("angle_")));
+    let mut picked = Table::new(names);
+    picked.rows = table.rows.iter().map(pick).filter(|row| keep(row)).collect();
+    let filled: Vec<String> = (0..columns.len())
+        .filter(|&place| picked.rows.iter().any(|row| !row[place].is_null()))
+        .map(|place| picked.columns[place].clone())
+        .collect();
+    picked.narrowed(|column| filled.iter().any(|name| name == column))
+}
+
+fn rounded(number: f64) -> f64 {
+    format!("{number:.*e}", DIGITS - 1).parse().unwrap_or(number)
 }

@@ -291,6 +291,13 @@ fn sensitivity_tells_every_number_in_its_usual_unit() {
     let ran = desk.cbpt("sensitivity case.toml --out table.csv --force-unit kN");
     assert!(ran.code == 0 && ran.out.contains("hold 0.128215 kN"), "{}", ran.out);
     assert!(desk.read("table.csv").starts_with("number,value,angle_arcsec_per_unit,"));
+    // A terminal is narrow: a column that is empty is left out, and no line is long.
+    assert!(!ran.out.contains("share_%"), "{}", ran.out);
+    assert!(ran.out.lines().all(|line| line.chars().count() < 100), "{}", ran.out);
+    desk.write("u.toml", &format!("{EXAMPLE}[uncertainty]\ndeceleration_ball_radius_um = 1.2345678\n"));
+    let ran = desk.cbpt("sensitivity u.toml");
+    assert!(ran.out.contains("share_%"), "{}", ran.out);
+    assert!(ran.out.lines().all(|line| line.chars().count() < 100), "{}", ran.out);
     // What has no solution still has thresholds.
     let beyond = desk.json("sensitivity case.toml --torque-Nm 50 --json", 3);
     assert_eq!(beyond["elastic_angle_arcsec"], Value::Null);

@@ -277,7 +277,9 @@ const check = afterPause(120, async () => {
     if (mine !== asked) return;
     fit.disabled = !answer.ok;
     mistake.classList.toggle("fine", answer.ok);
-    mistake.textContent = answer.ok ? "✓ can be fitted" : pointed(answer);
+    mistake.textContent = answer.ok
+      ? ["✓ can be fitted", ...answer.notes].join("\n")
+      : pointed(answer);
   } catch (error) {
     if (mine === asked) {
       mistake.textContent = error instanceof Error ? error.message : String(error);
