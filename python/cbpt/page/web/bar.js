@@ -20,9 +20,6 @@ function draw() {
   const bar = byId("model-bar");
   const whole = documentShown();
   bar.hidden = false;
-  const focused = document.activeElement?.closest(".model-bar [data-effect]")?.getAttribute(
-    "data-effect",
-  );
   fill(
     bar,
     el(
@@ -42,10 +39,6 @@ function draw() {
     ),
     gauge(),
   );
-  if (focused) {
-    const again = bar.querySelector(`[data-effect="${CSS.escape(focused)}"]`);
-    if (again instanceof HTMLElement) again.focus();
-  }
 }
 
 /** The effects of the answer and of what is shown, then the likeliest. */

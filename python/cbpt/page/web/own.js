@@ -6,11 +6,11 @@
 
 /** @import { OwnEffect, OwnParameter } from "./types.d.ts" */
 import { isLive, post } from "./api.js";
-import { afterPause, announce, bodyOf, el, fill, trouble } from "./dom.js";
+import { afterPause, announce, bodyOf, byId, el, fill, trouble } from "./dom.js";
 import { show, take, told } from "./models.js";
 import { text } from "./numbers.js";
 import { parameters as sizesOf } from "./candidates.js";
-import { documentShown, modelShown, on, setModel } from "./store.js";
+import { documentShown, hasBalls, modelShown, on, setModel } from "./store.js";
 
 const BLANK = {
   id: "my_effect",
@@ -48,6 +48,8 @@ function draw() {
   const whole = documentShown();
   const place = bodyOf("own");
   const draft = whole.own.draft;
+  // An invitation to write one is nothing for paper.
+  byId("own").classList.toggle("no-print", !draft);
   const told_ = draft
     ? el(
       "p",
@@ -166,7 +168,7 @@ function draw() {
         el(
           "ul",
           { class: "plain small" },
-          whole.own.variables.map((v) =>
+          whole.own.variables.filter((v) => hasBalls() || v.name !== "planet_turn").map((v) =>
             el(
               "li",
               {},

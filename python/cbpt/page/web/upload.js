@@ -110,7 +110,7 @@ async function told(found) {
   }
   fill(
     place,
-    found.message && el("p", {}, found.message),
+    found.message && messages(found.message),
     found.sheets?.length > 1 && sheets(found),
     found.doubt && !found.which_sheet && found.columns?.length > 0 && mapping(found),
   );
@@ -146,6 +146,14 @@ function sheets(found) {
       ),
     ),
   );
+}
+
+/** What has to be told, a line each. @param {string} text */
+function messages(text) {
+  const lines = text.split("\n").filter((line) => line.trim());
+  return lines.length === 1
+    ? el("p", {}, lines[0])
+    : el("ul", { class: "plain small" }, lines.map((line) => el("li", {}, line)));
 }
 
 /** A row a column: what it is taken for, and what else it may be. @param {any} found */
