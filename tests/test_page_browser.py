@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import xlsxwriter
 
 import cbpt
 from cbpt.page.document import Source, page_document
@@ -205,6 +206,74 @@ def test_an_own_effect_is_checked_as_typed_fitted_and_shown(live: Any) -> None:
     assert number(live, "#rmse") < 0.4 < before
     assert "my_effect" in live.text_content("#case-text")
     assert live.text_content("#command-of-model").startswith("cbpt fit dev10_case.toml ")
+
+
+# --- files that leave doubt ---------------------------------------------------------------
+
+
+def opened(page: Any, *files: Path) -> None:
+    if not page.is_visible("dialog[open]"):
+        page.click("#open-files")
+    page.set_input_files("#files", files)
+
+
+def shown(page: Any, name: str) -> None:
+    page.wait_for_selector("dialog", state="hidden")
+    page.wait_for_function(
+        "name => document.querySelector('#what').textContent.includes(name)", arg=name
+    )
+
+
+DOCUMENT = "fetch('api/document').then(r => r.json())"
+
+
+def test_columns_in_doubt_are_mapped_with_their_units(live: Any, tmp_path: Path) -> None:
+    table = tmp_path / "doubtful.csv"
+    rows = "".join(f"{t},600,{3.1 * t / 1000:.6f},ok\n" for t in (0, 1, 2, 3, 4, 5, 6))
+    table.write_text(f"Moment,axial force [N],Twist,note\n{rows}", encoding="utf-8")
+    before = live.text_content("#what")
+    opened(live, FOLDER / "dev04.toml", table)
+    live.wait_for_selector("#mapping")
+    # What was shown stays until the columns are told.
+    assert live.text_content("#what") == before
+    live.select_option("[data-header=Moment]", "torque [N m]")
+    live.select_option("[data-header=Twist]", "elastic_angle [deg]")
+    live.select_option("[data-header=note]", "extra")
+    live.click("#confirm-columns")
+    shown(live, "doubtful.csv")
+    readings = live.evaluate(DOCUMENT)["readings"]
+    assert readings["torque_Nm"] == [0, 1, 2, 3, 4, 5, 6]
+    assert readings["measured_arcsec"][1] == pytest.approx(3.1e-3 * 3600)
+    assert "--column" in live.text_content("#command")
+
+
+def test_a_sheet_is_chosen_and_a_refused_file_leaves_what_is_shown(
+    live: Any, tmp_path: Path
+) -> None:
+    book = tmp_path / "two.xlsx"
+    with xlsxwriter.Workbook(book) as written:
+        for number, name in enumerate(("Up", "Down"), 1):
+            page = written.add_worksheet(name)
+            page.write_row(0, 0, ["torque_Nm", "preload_N", "elastic_angle_arcsec"])
+            for k in range(1, 8):
+                page.write_row(k, 0, [number * k, 600, 3.1 * k])
+    opened(live, FOLDER / "dev04.toml", book)
+    live.wait_for_selector("#sheet")
+    live.select_option("#sheet", "Down")
+    shown(live, "two.xlsx")
+    document = live.evaluate(DOCUMENT)
+    assert document["readings"]["torque_Nm"][0] == 2
+    assert "--sheet Down" in document["command"]
+    refused = tmp_path / "none.csv"
+    refused.write_text("torque_Nm\n", encoding="utf-8")
+    opened(live, refused)
+    live.wait_for_function(
+        "() => !/Reading/.test(document.querySelector('#upload-found').textContent)"
+    )
+    assert "none.csv" in live.text_content("#upload-found")
+    live.click("dialog >> text=Close")
+    assert "two.xlsx" in live.text_content("#what")
+    assert live.evaluate(DOCUMENT)["data"]["name"] == "two.xlsx"
 
 
 # --- the report ---------------------------------------------------------------------------

@@ -428,6 +428,36 @@ def test_a_wrong_mapping_is_told_and_can_be_mended(client: TestClient) -> None:
     assert client.post("/api/columns", json={"columns": ["Moment"]}).status_code == 400
 
 
+def workbook(path: Path, *names: str) -> bytes:
+    """Each sheet with the readings times its number, but `Notes` with none."""
+    with xlsxwriter.Workbook(path) as book:
+        for number, name in enumerate(names, 1):
+            page = book.add_worksheet(name)
+            rows = [row.split(",") for row in (HEAD + ROWS).splitlines()]
+            if name == "Notes":
+                rows = [["what", "who"], ["rig", "me"]]
+            page.write_row(0, 0, rows[0])
+            for k, row in enumerate(rows[1:], 1):
+                page.write_row(k, 0, row if name == "Notes" else [number * float(v) for v in row])
+    return path.read_bytes()
+
+
+def test_of_several_sheets_with_readings_one_is_chosen(client: TestClient, tmp_path: Path) -> None:
+    one = opened(client, workbook(tmp_path / "a.xlsx", "Notes", "Up"), "a.xlsx").json()
+    assert one["ready"], one
+    raw = workbook(tmp_path / "b.xlsx", "Up", "Notes", "Down")
+    found = upload(client, "b.xlsx", raw).json()
+    assert not found["ready"]
+    assert found["sheets"] == ["Up", "Notes", "Down"]
+    assert "several sheets" in found["message"]
+    assert client.get("/api/document").json()["data"]["name"] == "a.xlsx"
+    assert not client.post("/api/columns", json={"sheet": "Notes"}).json()["ready"]
+    assert client.post("/api/columns", json={"sheet": "Down"}).json()["ready"]
+    whole = client.get("/api/document").json()
+    assert whole["readings"]["torque_Nm"][1] == 3
+    assert "--sheet Down" in whole["command"]
+
+
 # --- files that are refused -----------------------------------------------------------------
 
 
@@ -796,9 +826,10 @@ def test_ctrl_c_ends_with_one_line_though_work_is_under_way() -> None:
         [*command, "--no-browser"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
 
-    def ask(path: str) -> http.client.HTTPConnection:
+    def ask(path: str, body: str | None = None) -> http.client.HTTPConnection:
         found = http.client.HTTPConnection("127.0.0.1", port, timeout=60)
-        found.request("GET", path, headers={"x-cbpt-token": token})
+        headers = {"x-cbpt-token": token, "content-type": "application/json"}
+        found.request("GET" if body is None else "POST", path, body, headers)
         return found
 
     def state() -> str:
@@ -810,6 +841,8 @@ def test_ctrl_c_ends_with_one_line_though_work_is_under_way() -> None:
         told = re.search(r":(\d+)/\?token=(\S{43})", run.stdout.readline())
         assert told is not None
         port, token = int(told[1]), told[2]
+        with closing(ask("/api/diagnose", "{}")) as begun:
+            assert begun.getresponse().status == 200
         while state() != "done":
             pass
         with closing(ask("/api/isolability")):

@@ -60,21 +60,22 @@ import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePath
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive, effect_specs, own_effect_variables
-from cbpt.lab.answer import Diagnosis
 from cbpt.lab.levels import settings
 from cbpt.lab.readings import Readings
 from cbpt.lab.sentence import NAMES
-from cbpt.lab.uncertainty import floor_of
-from cbpt.lab.verdict import CLASSES
 from cbpt.page.curves import BRANCHES, Curves
-from cbpt.page.models import REFITTED, STATED, UNKNOWN, Models, key_of, stated
-from cbpt.page.plain import numbers
+from cbpt.page.plain import array, numbers
+from cbpt.page.stated import REFITTED, STATED, UNKNOWN, key_of, stated
+
+if TYPE_CHECKING:
+    from cbpt.lab.answer import Diagnosis
+    from cbpt.page.models import Models
 
 __all__ = ["SCHEMA", "Source", "from_here", "named", "page_document"]
 
@@ -160,6 +161,8 @@ def page_document(
         lacking = ("answer", "answer_key", "candidates", "ladder", "where", "noise")
         told |= dict.fromkeys(lacking, _NOT_YET)
     else:
+        from cbpt.page.models import Models
+
         models = models or Models(diagnosis, readings)
         entries, regimes = list(models.entries()), models.regimes()
         found = Found(diagnosis, models)
@@ -257,10 +260,8 @@ def curves_of(readings: Readings, entries: Sequence[Mapping[str, Any]]) -> dict[
     curves = Curves(readings)
     lines = [line | {"angle_arcsec": {}} for line in curves.lines]
     for entry in entries:
-        model = np.array(
-            [np.nan if v is None else v for v in entry["model_arcsec"]], dtype=np.float64
-        )
-        for line, angle in zip(lines, curves.of(model), strict=True):
+        of_model = curves.of(array(entry["model_arcsec"]))
+        for line, angle in zip(lines, of_model, strict=True):
             line["angle_arcsec"][entry["key"]] = angle
     return {"curves": lines, "curves_mean_over": curves.mean_over}
 
@@ -297,15 +298,16 @@ class Found:
         rivals = {effect for group in verdict["rivals"] for effect in group}
         numbers = self.models.numbers_named if self.models else []
         ranked = ("probability", "p_value", "surviving_fraction", "rival", "rival_correlation")
-        unranked = dict.fromkeys(ranked)
-        rows = [
-            *(
-                {"effect": n, "class": CLASSES[n], "in_answer": n in verdict["effects"], **unranked}
-                for n in numbers
-            ),
-            *self.answer["ranking"],
+        unranked = [
+            {
+                "effect": number,
+                "class": specs[number].kind,
+                "in_answer": number in verdict["effects"],
+                **dict.fromkeys(ranked),
+            }
+            for number in numbers
         ]
-        for row in rows:
+        for row in [*unranked, *self.answer["ranking"]]:
             effect = row["effect"]
             spec = specs.get(effect)
             yield {
@@ -372,6 +374,8 @@ class Found:
         """The noise, and the error that it alone leaves."""
         if self.answer is None or self.diagnosis is None:
             return None
+        from cbpt.lab.uncertainty import floor_of
+
         floor, of = floor_of(self.diagnosis)
         return {**self.answer["noise"], "noise_floor_arcsec": floor, "noise_floor_of": of}
 

@@ -5,7 +5,8 @@
     GET  /                      the page; with ?token= it sets the cookie first
     GET  /page.css, /*.js       its files; /plotly.min.js from the plotly package
     GET  /api/document          the document, or null
-    POST /api/upload?name=      bytes of a file -> {ready, message, columns, quantities, problem};
+    POST /api/upload?name=      bytes of a file -> {ready, message, columns, quantities, sheets,
+                                problem};
                                 &more=1: another file follows, with which it is read
     POST /api/columns           {columns {header: meaning}, sheet} -> the same
     POST /api/forget            files that were refused or are in doubt are wanted no more

@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from cbpt._core import Case, Drive, OwnEffect
 from cbpt.effects import doubtful_names, expression
@@ -25,10 +25,12 @@ from cbpt.lab.readings import Readings
 from cbpt.page.document import Source, from_here, named, page_document
 from cbpt.page.drive import redrawn
 from cbpt.page.job import Cancelled, Job
-from cbpt.page.models import Models
 from cbpt.page.plain import to_json
 from cbpt.page.tables import csv_of
 from cbpt.page.uploads import Opened, Upload, read_case, shown_name
+
+if TYPE_CHECKING:
+    from cbpt.page.models import Models
 
 MOST_EFFECTS = 8
 _NOTHING = "there are no readings yet: open a case file and a table of readings first"
@@ -210,6 +212,7 @@ class Session:
         step: Callable[[str, float], None],
     ) -> None:
         from cbpt.lab.diagnose import diagnose
+        from cbpt.page.models import Models
 
         diagnosis = diagnose(
             case, readings, seed=seed, progress=lambda what, share: step(what, 0.9 * share)
@@ -241,14 +244,18 @@ class Session:
         with self._matrix:
             document = self._document
             if document is not None and document["reasons"].get("isolability") == _ASK_FOR_IT:
-                found, why = campaign_isolability(models.diagnosis, step)
-                with self._lock:
+                try:
+                    found, why = campaign_isolability(models.diagnosis, step)
                     step("", 1.0)
+                except NotNow as error:  # nobody waits for it any more
+                    return {"isolability": None, "why": str(error)}
+                with self._lock:
                     document["isolability"] = found
                     document["reasons"]["isolability"] = why
                     if why is None:
                         del document["reasons"]["isolability"]
-                    self._text = to_json(document)
+                    if document is self._document:
+                        self._text = to_json(document)
             assert document is not None
             why = document["reasons"].get("isolability")
             return {"isolability": document["isolability"], "why": why}
@@ -267,9 +274,9 @@ class Session:
         return self.job()
 
     def begin(self) -> None:
-        """Where files were given: the page first, then the diagnosis."""
-        if self.document() is not None:
-            self.start()
+        """Where files were given: what the page asks for first. It asks for the diagnosis once its
+        first plot stands, which would wait for it otherwise."""
+        self.document()
 
     def join(self, seconds: float) -> bool:
         """Wait for the diagnosis; False where it has not ended by then."""

@@ -20,7 +20,7 @@ from typing import Any
 
 from cbpt._core import Case, Drive
 from cbpt.errors import CbptError, Mistake, ReadingsError
-from cbpt.lab.formats import at_most, read_file
+from cbpt.lab.formats import at_most, read_file, sheets_of
 from cbpt.lab.inputs import case_and_readings
 from cbpt.lab.readings import Readings
 from cbpt.lab.table import Table
@@ -86,8 +86,10 @@ class Upload:
 
     def describe(self) -> dict[str, Any]:
         """The columns with what each is taken for, and what is in doubt."""
+        sheets: list[tuple[str, bool]] = []
         try:
             with at_most(_MOST_CELLS, _MOST_UNPACKED):
+                sheets = sheets_of(self.path, self.columns)
                 table = read_file(self.path, self.sheet, self.columns)
                 found = list(self._columns(table))
             problem = None
@@ -96,6 +98,8 @@ class Upload:
         return {
             "name": self.name,
             "sheet": self.sheet,
+            "sheets": [name for name, _ in sheets],
+            "which_sheet": self.sheet is None and sum(fits for _, fits in sheets) > 1,
             "columns": found,
             "doubt": problem is not None or any(column["doubt"] for column in found),
             "problem": problem,
@@ -180,6 +184,9 @@ class Opened:
         if self.case is None:
             words = f"{self.upload.name} is here; now the case file (TOML)."
             return None, found | {"message": words}
+        if found["which_sheet"]:
+            words = f"{self.upload.name} has several sheets that may hold readings; choose one."
+            return None, found | {"message": words, "doubt": True}
         case = self.case
         if isinstance(case, Drive):
             case = Case.from_toml(case.to_toml())

@@ -13,7 +13,7 @@ use crate::report::{Report, Table, number, object, six_digits};
 
 /// Runs the verb.
 pub fn run(verb: &args::Sensitivity) -> Result<Exit, Failure> {
-    verb.output.check()?;
+    verb.output.check(&verb.case.path)?;
     let case = Case::read(&verb.case.path)?;
     let drive = ball_drive(&case, &verb.case.path, "sensitivities are")?;
     let load = load(&case, &verb.load)?;
@@ -228,7 +228,8 @@ impl Answers {
         });
         text += &of_angle.text();
         text += &format!(
-            "\n%/%: percent of the result for a percent of the number. A number of balls is whole: nothing has a\n\
+            "\nangle/unit: {suffix} for one of the unit of the number.\n\
+             %/%: percent of the result for a percent of the number. A number of balls is whole: nothing has a\n\
              derivative by {}.\n",
             whole.join(", "),
         );
@@ -249,36 +250,38 @@ impl Answers {
     }
 }
 
-/// What is shown of the angle and of the thresholds: the place among all columns and a short head. What is per unit of a
-/// number says its own unit.
-const ANGLE: [(usize, Option<&str>); 6] =
-    [(0, None), (1, None), (2, None), (3, Some("%/%")), (7, None), (8, Some("share_%"))];
-const OF_THRESHOLDS: [(usize, Option<&str>); 4] =
-    [(0, None), (4, Some("hold_%/%")), (5, Some("continuous_%/%")), (6, Some("zero_backlash_%/%"))];
-/// Digits that a slope is told with; files have them all.
-const DIGITS: usize = 4;
+/// A column on a terminal: its place among all, its head, and with how many digits; files have them all.
+struct Shown(usize, &'static str, usize);
+
+const NUMBER: Shown = Shown(0, "number", 0);
+const ANGLE: [Shown; 6] = [
+    NUMBER,
+    Shown(1, "value", 6),
+    Shown(2, "angle/unit", 4),
+    Shown(3, "%/%", 4),
+    Shown(7, "u", 3),
+    Shown(8, "share_%", 3),
+];
+const OF_THRESHOLDS: [Shown; 4] =
+    [NUMBER, Shown(4, "hold_%/%", 4), Shown(5, "continuous_%/%", 4), Shown(6, "zero_backlash_%/%", 4)];
 
 /// Some columns and rows for a terminal, without the columns that are empty.
-fn shown(table: &Table, columns: &[(usize, Option<&str>)], keep: impl Fn(&[Value]) -> bool) -> Table {
+fn shown(table: &Table, columns: &[Shown], keep: impl Fn(&[Value]) -> bool) -> Table {
     let pick = |row: &Vec<Value>| -> Vec<Value> {
-        let cell = |&(place, _): &(usize, Option<&str>)| match row[place].as_f64() {
-            Some(number) if place > 1 => json!(rounded(number)),
-            _ => row[place].clone(),
+        let cell = |Shown(place, _, digits): &Shown| match row[*place].as_f64() {
+            Some(number) => json!(rounded(number, *digits)),
+            None => row[*place].clone(),
         };
         columns.iter().map(cell).collect()
     };
-    let names = columns
-        .iter()
-        .map(|&(place, head)| head.unwrap_or(table.columns[place].trim_start_matches("angle_")));
-    let mut picked = Table::new(names);
+    let mut picked = Table::new(columns.iter().map(|Shown(_, head, _)| *head));
     picked.rows = table.rows.iter().map(pick).filter(|row| keep(row)).collect();
-    let filled: Vec<String> = (0..columns.len())
-        .filter(|&place| picked.rows.iter().any(|row| !row[place].is_null()))
-        .map(|place| picked.columns[place].clone())
-        .collect();
-    picked.narrowed(|column| filled.iter().any(|name| name == column))
+    let empty = |place: usize| picked.rows.iter().all(|row| row[place].is_null());
+    let filled: Vec<&str> =
+        (0..columns.len()).filter(|&place| !empty(place)).map(|place| columns[place].1).collect();
+    picked.narrowed(|column| filled.contains(&column))
 }
 
-fn rounded(number: f64) -> f64 {
-    format!("{number:.*e}", DIGITS - 1).parse().unwrap_or(number)
+fn rounded(number: f64, digits: usize) -> f64 {
+    format!("{number:.*e}", digits.saturating_sub(1)).parse().unwrap_or(number)
 }

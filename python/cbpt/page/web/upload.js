@@ -111,7 +111,40 @@ async function told(found) {
   fill(
     place,
     found.message && messages(found.message),
-    found.doubt && found.columns?.length > 0 && mapping(found),
+    found.sheets?.length > 1 && sheets(found),
+    found.doubt && !found.which_sheet && found.columns?.length > 0 && mapping(found),
+  );
+}
+
+/** Ask the server to read the table so. @param {unknown} how {columns, sheet} */
+async function readSo(how) {
+  try {
+    await told(await post("columns", how));
+  } catch (error) {
+    byId("upload-found").append(
+      el(
+        "p",
+        { class: "trouble", role: "alert" },
+        error instanceof Error ? error.message : String(error),
+      ),
+    );
+  }
+}
+
+/** Which sheet of a workbook. @param {any} found */
+function sheets(found) {
+  return el(
+    "label",
+    { class: "inline" },
+    "Sheet",
+    el(
+      "select",
+      { id: "sheet", onchange: (e) => e.target.value && readSo({ sheet: e.target.value }) },
+      !found.sheet && el("option", { value: "" }, "choose ..."),
+      found.sheets.map((/** @type {string} */ name) =>
+        el("option", { value: name, selected: name === found.sheet }, name)
+      ),
+    ),
   );
 }
 
@@ -171,19 +204,7 @@ function mapping(found) {
         type: "button",
         class: "main",
         id: "confirm-columns",
-        onclick: async () => {
-          try {
-            await told(await post("columns", { columns: chosen }));
-          } catch (error) {
-            byId("upload-found").append(
-              el(
-                "p",
-                { class: "trouble", role: "alert" },
-                error instanceof Error ? error.message : String(error),
-              ),
-            );
-          }
-        },
+        onclick: () => readSo({ columns: chosen, sheet: found.sheet }),
       },
       "Use them so",
     ),
