@@ -104,7 +104,7 @@ def test_its_numbers_are_those_of_the_answer(name: str) -> None:
 
 def test_a_noise_floor_is_of_what_is_noise() -> None:
     found = document("dev04")["noise"]
-    assert found["noise_floor_arcsec"] == found["u_estimated_arcsec"]
+    assert found["noise_floor_arcsec"] == pytest.approx(found["u_estimated_arcsec"])
     assert found["noise_floor_of"] == "scatter about the answer"
     # Nothing named holds all that is at work in dev10: what is left is no noise.
     found = document("dev10")["noise"]
