@@ -68,7 +68,7 @@ from numpy.typing import NDArray
 from cbpt._core import Case, Drive, effect_specs, own_effect_variables
 from cbpt.lab.levels import settings
 from cbpt.lab.readings import Readings
-from cbpt.lab.sentence import NAMES
+from cbpt.lab.sentence import called
 from cbpt.page.curves import BRANCHES, Curves
 from cbpt.page.plain import array, numbers
 from cbpt.page.stated import REFITTED, STATED, UNKNOWN, key_of, stated
@@ -291,9 +291,10 @@ class Found:
 
     def candidates(self) -> Iterator[dict[str, Any]]:
         """The ranking, each with what a card shows."""
-        if self.answer is None:
+        if self.diagnosis is None or self.answer is None:
             return
         specs = {spec.id: spec for spec in effect_specs()}
+        kind = self.diagnosis.competition.campaign.drive.kind
         verdict = self.answer["verdict"]
         rivals = {effect for group in verdict["rivals"] for effect in group}
         numbers = self.models.numbers_named if self.models else []
@@ -312,7 +313,7 @@ class Found:
             spec = specs.get(effect)
             yield {
                 "effect": effect,
-                "label": NAMES.get(effect, effect),
+                "label": called(effect, kind),
                 "class": row["class"],
                 "key": key_of([effect]),
                 **{name: row[name] for name in ranked},
@@ -403,7 +404,7 @@ def library(case: Case | Drive, found: Found) -> Iterator[dict[str, Any]]:
             there = fitted is None or spec.id in fitted
             yield {
                 "effect": spec.id,
-                "label": NAMES.get(spec.id, spec.id),
+                "label": called(spec.id, kind),
                 "class": spec.kind,
                 "port": spec.port,
                 "tell_tale": spec.tell_tale,
