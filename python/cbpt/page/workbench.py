@@ -41,6 +41,8 @@ def serve(session: Session, host: str, port: int, open_browser: bool) -> None:
     print(f"The workbench is at {address}\nCtrl-C ends it.", flush=True)
     if open_browser:
         threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
+    # Requests of the page, of a millisecond each, must not queue behind the work of a session.
+    sys.setswitchinterval(2e-4)
     # The browser takes its time; what it asks for meanwhile waits at the socket.
     threading.Thread(target=session.begin, daemon=True).start()
     import uvicorn

@@ -91,13 +91,11 @@ function followSections() {
 async function start() {
   const inside = document.getElementById("document");
   const asked = inside ? JSON.parse(inside.textContent ?? "null") : get("document");
-  const drawing = plotlyReady();
-  drawing.catch(() => {}); // told where it is waited for
   setUp();
   /** @type {PageDocument | null} */
   const found = await asked;
   if (!found) return openUpload();
-  await drawing;
+  await plotlyReady();
   setDocument(found);
   markDrawn();
 }

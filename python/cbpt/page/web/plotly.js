@@ -1,4 +1,8 @@
-/** The plotting library: beside the page in the workbench, compressed inside it in a report. */
+/**
+ * The plotting library: beside the page in the workbench, compressed inside it in a report.
+ *
+ * The workbench runs this module before the others are there: reading the library takes longest.
+ */
 
 /** @type {Promise<void> | undefined} */
 let loading;
@@ -30,3 +34,5 @@ async function load() {
     document.head.append(script);
   });
 }
+
+plotlyReady().catch(() => {}); // told where it is waited for
