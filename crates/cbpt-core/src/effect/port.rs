@@ -117,6 +117,9 @@ pub enum Action {
     Contact(fn(&[Dual], &mut Contact)),
     /// An angle at the output, given the torque M0 (N m), rad.
     Series(fn(&[Dual], &Row, &DriveNumbers, Dual) -> Dual),
+    /// The same at every reading of a run, given the readings and the torque M0 (N m) at each: for what depends on the
+    /// torques before.
+    History(fn(&[Dual], &[Row], &[Dual]) -> Vec<Dual>),
     /// What the instrument shows of an angle, rad.
     Reading(fn(&[Dual], &Row, Dual) -> Dual),
 }
