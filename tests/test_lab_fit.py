@@ -71,6 +71,7 @@ PLANTED: list[tuple[str, str, dict[str, float]]] = [
     ),
     ("preload_loss", "", {"lost_share": 0.15}),
     ("preload_loss", "force", {"lost_force_N": 60.0}),
+    ("preload_loss", "share and force", {"lost_share": 0.1, "lost_force_N": 60.0}),
     ("preload_spring", "", {"spring_rate_N_per_m": 3e8}),
     ("thermal_preload", "", {"rate_N_per_K": -12.0}),
     ("eccentricity_error", "fixed", {"offset_sine_m": 2e-7, "offset_cosine_m": -3e-7}),

@@ -110,8 +110,12 @@ def _all() -> Iterator[Variant]:
     yield Variant("bearing_play", ("clearance_m",), 2e-8, 2e-5)
     yield Variant("output_torsion", ("compliance_rad_per_Nm",), 1e-7, 1e-4)
     yield Variant("friction_hysteresis", ("friction_radius_m",), 1e-6, 5e-3, shapes=(_ENGAGEMENT,))
-    yield Variant("preload_loss", ("lost_share",), 0.005, 0.6)
-    yield Variant("preload_loss", ("lost_force_N",), 2.0, 500.0, name="force")
+    share, force = "lost_share", "lost_force_N"
+    yield Variant("preload_loss", (share,), 0.005, 0.6)
+    yield Variant("preload_loss", (force,), 2.0, 500.0, name="force")
+    # A force counts as much as the share that it is of 800 N.
+    both = (share, force)
+    yield Variant("preload_loss", both, 0.005, 0.6, name="share and force", ratios=(1.0, 800.0))
     yield Variant("preload_spring", ("spring_rate_N_per_m",), 1e6, 2e9)
     yield Variant(
         "thermal_preload", ("rate_N_per_K",), 0.1, 100.0, signed=True, needs="temperature_degC"

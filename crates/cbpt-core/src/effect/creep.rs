@@ -7,7 +7,7 @@
 //! as in a linear viscoelastic material. A run begins unloaded, and a torque is held from its reading to the next; so
 //! where a run has one torque, the two terms are the same.
 
-use super::dual::Dual;
+use super::dual::{Dual, WIDTH};
 use super::port::{Action, Row};
 use super::spec::{Class, Dimension, Parameter, Port, Reducers, Spec};
 
@@ -38,20 +38,15 @@ const fn compliance(stem: &'static str, meaning: &'static str) -> Parameter {
 
 fn act(own: &[Dual], rows: &[Row], torque_Nm: &[Dual]) -> Vec<Dual> {
     let rate = own[1].recip();
-    let grown = |time_s: f64| (rate * time_s).ln_1p();
     let superposes = own[2] != Dual::constant(0.0);
     let mut steps: Vec<(f64, Dual)> = Vec::new();
     let mut before = Dual::constant(0.0);
     let mut angles = Vec::with_capacity(rows.len());
     for (row, &torque) in rows.iter().zip(torque_Nm) {
         let now = row.run_time_s;
-        let mut angle = own[0] * torque * grown(now);
+        let mut angle = own[0] * torque * (rate * now).ln_1p();
         if superposes {
-            let mut sum = Dual::constant(0.0);
-            for (then, step) in &steps {
-                sum += *step * grown(now - then);
-            }
-            angle += own[2] * sum;
+            angle += own[2] * superposed(&steps, now, &rate);
             if torque != before {
                 steps.push((now, torque - before));
             }
@@ -60,6 +55,24 @@ fn act(own: &[Dual], rows: &[Row], torque_Nm: &[Dual]) -> Vec<Dual> {
         angles.push(angle);
     }
     angles
+}
+
+/// Sum of step ln(1 + rate (now - then)) over steps (then, s; step, N m). Every reading has all steps before it, so partials
+/// are formed once a sum where they can be.
+fn superposed(steps: &[(f64, Dual)], now: f64, rate: &Dual) -> Dual {
+    let mut sum = Dual::constant(0.0);
+    let mut by_rate = 0.0;
+    for (then, step) in steps {
+        let time = now - then;
+        let grown = (rate.value * time).ln_1p();
+        sum.value += step.value * grown;
+        by_rate += step.value * time / (1.0 + rate.value * time);
+        if step.partials != [0.0; WIDTH] {
+            sum.add_slope(grown, step);
+        }
+    }
+    sum.add_slope(by_rate, rate);
+    sum
 }
 
 #[cfg(test)]
