@@ -7,7 +7,7 @@
 //! as in a linear viscoelastic material. A run begins unloaded, and a torque is held from its reading to the next; so
 //! where a run has one torque, the two terms are the same.
 
-use super::dual::{Dual, WIDTH};
+use super::dual::Dual;
 use super::port::{Action, Row};
 use super::spec::{Class, Dimension, Parameter, Port, Reducers, Spec};
 
@@ -67,7 +67,7 @@ fn superposed(steps: &[(f64, Dual)], now: f64, rate: &Dual) -> Dual {
         let grown = (rate.value * time).ln_1p();
         sum.value += step.value * grown;
         by_rate += step.value * time / (1.0 + rate.value * time);
-        if step.partials != [0.0; WIDTH] {
+        if step.partials.iter().any(|partial| *partial != 0.0) {
             sum.add_slope(grown, step);
         }
     }
