@@ -24,6 +24,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -327,6 +328,23 @@ def main(cases: int, rounds: int) -> dict[str, Any]:
 
             return work
 
+        def apart() -> float:
+            """Two sweeps that share nothing, at once: what the machine lets two do."""
+            half, ends = many // 2, np.zeros(2)
+
+            def one(place: int) -> None:
+                mine = slice(place * half, (place + 1) * half)
+                columns = (x[mine] for x in (*loads, many_angles))
+                own = (*(pointer(x) for x in columns), pointer(ends[place:]))
+                assert lib.cbpt_drive(ctypes.c_size_t(1), ctypes.c_size_t(half), *own) == half
+
+            threads = [threading.Thread(target=one, args=(place,)) for place in (0, 1)]
+            for thread in threads:
+                thread.start()
+            for thread in threads:
+                thread.join()
+            return float(ends.max())
+
         along = rng.uniform(500, 900, cases)
         stiffness = np.zeros(cases)
 
@@ -345,6 +363,7 @@ def main(cases: int, rounds: int) -> dict[str, Any]:
             "cbpt, one Hertz stiffness alone": (cases, hertz("cbpt_hertz_scalar")),
             "cbpt, both pairs, 1 thread": (many, drive(1, True)),
             "cbpt, both pairs, 2 threads": (many, drive(2, True)),
+            "cbpt, both pairs, two halves apart at once": (many, apart),
             "cbpt, both pairs, processor time of one": (many, drive(1, False)),
             "cbpt, both pairs, processor time of two": (many, drive(2, False)),
             "cbpt.solve_many from Python, both pairs": (
@@ -407,6 +426,11 @@ def text(found: dict[str, Any]) -> str:
             "1 thread / 2 threads",
             ratio("cbpt, both pairs, 1 thread", "cbpt, both pairs, 2 threads"),
             ">= 1.9",
+        ),
+        row(
+            "1 thread / two halves that share nothing, at once",
+            ratio("cbpt, both pairs, 1 thread", "cbpt, both pairs, two halves apart at once"),
+            "(the machine's own)",
         ),
         row(
             "2 x processor time of one thread / of two",

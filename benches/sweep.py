@@ -5,7 +5,7 @@
   and all else weighs the most.
 - Executors: the same cases here on one thread, on a process pool of one worker and on a Dask
   cluster of one worker; the difference is their overhead. Beside it a drive of its own for each
-  case, which costs more to solve.
+  case, which costs more to solve, and a size of an effect of its own, which does too.
 
 Shorter with `--cases 1e6`; the page docs/sweeps.md gives the figures of the full run.
 """
@@ -31,12 +31,16 @@ from cbpt import Case, SweepPlan, example_case, sweep
 
 LOADS = [("load.torque_Nm", (0.0, 8.0, False)), ("load.preload_N", (400.0, 1200.0, False))]
 DRIVES = [*LOADS, ("deceleration.contact_angle_deg", (40.0, 50.0, False))]
+EFFECT = '\n[[effect]]\nid = "eccentric_bearing"\nreference_deflection_um = 2\n'
+SIZE = "effect.eccentric_bearing.reference_deflection_um"
+EFFECTS = [*LOADS, (SIZE, (0.0, 4.0, False))]
 CHUNKS = (8192, 65536)
 
 
 def plan(axes: list[Any], cases: int) -> SweepPlan:
     """Drawn cases on the example drive."""
-    return SweepPlan(Case.from_toml(example_case()), axes, "random", cases)
+    text = example_case() + (EFFECT if axes is EFFECTS else "")
+    return SweepPlan(Case.from_toml(text), axes, "random", cases)
 
 
 def whole(cases: int, out: Path, axes: list[Any]) -> dict[str, float]:
@@ -135,7 +139,11 @@ def main() -> None:
         ("process pool", process),
         ("Dask LocalCluster", dask),
     ]
-    for axes, label, cases in [(LOADS, "loads", 524_288), (DRIVES, "a drive each", 65_536)]:
+    for axes, label, cases in [
+        (LOADS, "loads", 524_288),
+        (DRIVES, "a drive each", 65_536),
+        (EFFECTS, "effects each", 65_536),
+    ]:
         base: dict[int, float] = {}
         for name, start in kinds:
             with start() as executor:

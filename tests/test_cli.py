@@ -13,6 +13,7 @@ import csv
 import importlib.util
 import json
 import os
+import signal
 import subprocess
 import sys
 import sysconfig
@@ -49,6 +50,22 @@ def run(*arguments: str | Path, **options: Any) -> subprocess.CompletedProcess[s
     command = [str(COMMAND), *map(str, arguments)]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **options}
     return subprocess.run(command, text=True, encoding="utf-8", check=False, **pipes)
+
+
+def interrupted(*arguments: str | Path) -> tuple[int, str]:
+    """Exit code and standard error of the installed command, met by Ctrl-C while it works."""
+    command = [str(COMMAND), *map(str, arguments)]
+    with subprocess.Popen(
+        command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+    ) as running:
+        # It holds processor time when it works, whatever the machine does beside it.
+        ticks = 1.5 * os.sysconf("SC_CLK_TCK")
+        stat = Path(f"/proc/{running.pid}/stat")
+        while sum(map(int, stat.read_text().rsplit(")", 1)[1].split()[11:13])) < ticks:
+            assert running.poll() is None, "it ended before"
+        running.send_signal(signal.SIGINT)
+        told = running.communicate()[1]
+    return running.returncode, told
 
 
 def compare(*arguments: str | Path) -> int:
@@ -552,3 +569,47 @@ def test_tables_fit_a_terminal(capsys: pytest.CaptureFixture[str]) -> None:
 def test_the_tables_of_effects_fit_a_terminal(effect: list[str]) -> None:
     lines = [line for line in run("effects", *effect).stdout.splitlines() if line[:1] in "│┌╞└"]
     assert len(lines) > 5 and max(map(len, lines)) <= 100
+
+
+# --- inputs and Ctrl-C --------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "compare {case} {data} --out {data}",
+        "diagnose {case} {data} --results {data}",
+        "fit {case} {data} --with zero_offset --out {case}",
+        "fit {case} {data} --with zero_offset --results {data}",
+        "simulate {case} {data} --out {data}",
+        "report {case} {data} --out {data}",
+        "next-run {case} {data} --out {case}",
+        "plan {case} --separate zero_offset --u-arcsec 1 --out {case}",
+        "tolerance {case} --json {case}",
+        "tolerance {case} --plot {case}",
+        "optimise {case} {data} --out {case}",
+        "optimise {case} {data} --out {data}",
+    ],
+)
+def test_no_verb_writes_over_what_it_reads(
+    line: str, desk: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    here, data = desk / "case.toml", desk / "data.csv"
+    data.write_text("precious")
+    case = here.read_text()
+    # By another way to the same file.
+    words = line.format(case="case.toml", data="data.csv").split()
+    words[-1] = str(desk / words[-1])
+    assert commands.main(words) == 2
+    assert "would be lost" in capsys.readouterr().err
+    assert (here.read_text(), data.read_text()) == (case, "precious")
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="reads processor time in /proc")
+@pytest.mark.parametrize(
+    "line", ["tolerance toleranced.toml --samples 10000000", "optimise case.toml bounds.toml"]
+)
+def test_ctrl_c_ends_with_one_line(line: str, desk: Path) -> None:
+    (desk / "toleranced.toml").write_text((TOP / "examples/toleranced.toml").read_text())
+    (desk / "bounds.toml").write_text((TOP / "examples/bounds.toml").read_text())
+    assert interrupted(*line.split()) == (130, "cbpt: interrupted\n")

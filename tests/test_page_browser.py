@@ -1,7 +1,7 @@
 """The page in a real browser: the whole story live, and the report from disk without a network.
 
-Groups: dev04 (upload, loop, switch, export), dev10 (an own effect), the report, names that attack,
-who cannot see or has no mouse.
+Groups: dev04 (upload, loop, switch, export), dev10 (an own effect), the report, what is drawn,
+names that attack, who cannot see or has no mouse.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import xlsxwriter
 
 import cbpt
 from cbpt.page.document import Source, page_document
@@ -121,8 +122,12 @@ def test_any_combination_is_fitted_live(dev04: Any) -> None:
         dev04.wait_for_selector(f"#missing [data-effect={effect}][aria-checked=true]")
     both = number(dev04, "#rmse")
     assert 1.0 < both < 1.9
-    assert dev04.locator("#ladder tbody tr").count() == 4  # stated, refitted, one, both
-    dev04.click("text=as stated")
+    # The diagnosis' own rungs with their mark, below them the steps to what is shown.
+    assert dev04.locator("#ladder tr.apart, #ladder tr.apart ~ tr").count() == 2  # one, both
+    assert "friction" in dev04.text_content("#ladder tr.stop")
+    dev04.wait_for_selector(DRAWN)
+    assert "stop: " in dev04.text_content("#ladder-plot .area")
+    dev04.click("#model-bar >> text=as stated")
     assert number(dev04, "#rmse") > both
 
 
@@ -203,6 +208,74 @@ def test_an_own_effect_is_checked_as_typed_fitted_and_shown(live: Any) -> None:
     assert live.text_content("#command-of-model").startswith("cbpt fit dev10_case.toml ")
 
 
+# --- files that leave doubt ---------------------------------------------------------------
+
+
+def opened(page: Any, *files: Path) -> None:
+    if not page.is_visible("dialog[open]"):
+        page.click("#open-files")
+    page.set_input_files("#files", files)
+
+
+def shown(page: Any, name: str) -> None:
+    page.wait_for_selector("dialog", state="hidden")
+    page.wait_for_function(
+        "name => document.querySelector('#what').textContent.includes(name)", arg=name
+    )
+
+
+DOCUMENT = "fetch('api/document').then(r => r.json())"
+
+
+def test_columns_in_doubt_are_mapped_with_their_units(live: Any, tmp_path: Path) -> None:
+    table = tmp_path / "doubtful.csv"
+    rows = "".join(f"{t},600,{3.1 * t / 1000:.6f},ok\n" for t in (0, 1, 2, 3, 4, 5, 6))
+    table.write_text(f"Moment,axial force [N],Twist,note\n{rows}", encoding="utf-8")
+    before = live.text_content("#what")
+    opened(live, FOLDER / "dev04.toml", table)
+    live.wait_for_selector("#mapping")
+    # What was shown stays until the columns are told.
+    assert live.text_content("#what") == before
+    live.select_option("[data-header=Moment]", "torque [N m]")
+    live.select_option("[data-header=Twist]", "elastic_angle [deg]")
+    live.select_option("[data-header=note]", "extra")
+    live.click("#confirm-columns")
+    shown(live, "doubtful.csv")
+    readings = live.evaluate(DOCUMENT)["readings"]
+    assert readings["torque_Nm"] == [0, 1, 2, 3, 4, 5, 6]
+    assert readings["measured_arcsec"][1] == pytest.approx(3.1e-3 * 3600)
+    assert "--column" in live.text_content("#command")
+
+
+def test_a_sheet_is_chosen_and_a_refused_file_leaves_what_is_shown(
+    live: Any, tmp_path: Path
+) -> None:
+    book = tmp_path / "two.xlsx"
+    with xlsxwriter.Workbook(book) as written:
+        for number, name in enumerate(("Up", "Down"), 1):
+            page = written.add_worksheet(name)
+            page.write_row(0, 0, ["torque_Nm", "preload_N", "elastic_angle_arcsec"])
+            for k in range(1, 8):
+                page.write_row(k, 0, [number * k, 600, 3.1 * k])
+    opened(live, FOLDER / "dev04.toml", book)
+    live.wait_for_selector("#sheet")
+    live.select_option("#sheet", "Down")
+    shown(live, "two.xlsx")
+    document = live.evaluate(DOCUMENT)
+    assert document["readings"]["torque_Nm"][0] == 2
+    assert "--sheet Down" in document["command"]
+    refused = tmp_path / "none.csv"
+    refused.write_text("torque_Nm\n", encoding="utf-8")
+    opened(live, refused)
+    live.wait_for_function(
+        "() => !/Reading/.test(document.querySelector('#upload-found').textContent)"
+    )
+    assert "none.csv" in live.text_content("#upload-found")
+    live.click("dialog >> text=Close")
+    assert "two.xlsx" in live.text_content("#what")
+    assert live.evaluate(DOCUMENT)["data"]["name"] == "two.xlsx"
+
+
 # --- the report ---------------------------------------------------------------------------
 
 
@@ -211,6 +284,15 @@ def on_disk(document: dict[str, Any], tmp_path_factory: pytest.TempPathFactory) 
     path = tmp_path_factory.mktemp("report") / "report.html"
     path.write_text(report(document), encoding="utf-8")
     return path.as_uri()
+
+
+@pytest.fixture(scope="module")
+def on_screen(browser: Any, on_disk: str) -> Iterator[Any]:
+    """One page of the report for tests that hardly change it."""
+    with watched(browser) as page:
+        page.goto(on_disk)
+        page.wait_for_selector(DRAWN)
+        yield page
 
 
 def test_a_report_opens_from_disk_without_a_network(browser: Any, on_disk: str) -> None:
@@ -249,6 +331,81 @@ def test_a_report_prints_with_every_section_in_light_colours(browser: Any, on_di
         )
         assert not page.is_visible(".model-bar")
         assert page.is_visible("#drawing svg")
+        # Nothing to press or choose is left, what was folded is open, plots fit the paper.
+        assert page.locator("main :is(select, input, .main):visible").count() == 0
+        page.evaluate("dispatchEvent(new Event('beforeprint'))")
+        assert page.locator("details:not([open])").count() == 0
+        widths = page.locator(".main-svg").evaluate_all("all => all.map(e => e.clientWidth)")
+        assert max(widths) <= 650
+
+
+# --- what is drawn ------------------------------------------------------------------------
+
+
+def undiagnosed(case: Path, table: Path, folder: Path) -> str:
+    """A report of readings beside the model as stated alone: quick to make."""
+    path = folder / "report.html"
+    name, text = case.name, case.read_text(encoding="utf-8")
+    readings = cbpt.read_readings(table, need_preload=False)
+    source = Source(name, table.name, text, "cbpt report")
+    found = page_document(cbpt.Case.from_toml(text), readings, source)
+    path.write_text(report(found), encoding="utf-8")
+    return path.as_uri()
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+def test_signs_and_bars_lie_inside_their_axes(browser: Any, tmp_path: Path, width: int) -> None:
+    with watched(browser, width) as page:
+        page.goto(undiagnosed(FOLDER / "dev01.toml", FOLDER / "dev01.csv", tmp_path))
+        page.wait_for_selector(DRAWN)
+        spare = page.evaluate(
+            """() => ['xy', 'xy2'].map(axes => {
+              const plot = `#readings-plot .nsewdrag[data-subplot=${axes}]`;
+              const room = document.querySelector(plot).getBBox();
+              const drawn = document.querySelector(`#readings-plot .${axes} .readings`).getBBox();
+              return Math.min(drawn.x, drawn.y, room.width - drawn.x - drawn.width,
+                              room.height - drawn.y - drawn.height);
+            })"""
+        )
+        assert min(spare) >= 0
+
+
+def test_the_legend_says_what_every_line_is(on_screen: Any) -> None:
+    assert "model: the drive as stated" in on_screen.text_content("#legend")
+    assert "model, torque falling" in on_screen.text_content("#legend")
+    assert "± 2 × noise" in on_screen.text_content("#legend")
+    on_screen.click("#show-answer")
+    assert "model: friction" in on_screen.text_content("#legend")
+
+
+def test_a_torsion_spring_has_nothing_of_a_ball_drive(browser: Any, tmp_path: Path) -> None:
+    examples = Path(__file__).parents[1] / "examples"
+    with watched(browser) as page:
+        page.goto(undiagnosed(examples / "reducer.toml", examples / "reducer.csv", tmp_path))
+        page.wait_for_selector(DRAWN)
+        words = page.inner_text("main")
+        strange = r"\b(balls?|grooves?|walls?|contacts?|pairs?|thresholds?|meshing|parted)\b"
+        assert re.findall(strange, words, re.I) == []
+        assert "Elastic angle over torque" in words
+
+
+def test_a_phone_shows_tables_and_names_whole(browser: Any, on_disk: str) -> None:
+    with watched(browser, 390) as page:
+        page.goto(on_disk)
+        page.wait_for_selector(DRAWN)
+        cut = page.locator("main .scroll:visible").evaluate_all(
+            "all => all.filter(e => e.scrollWidth > e.clientWidth).map(e => e.ariaLabel)"
+        )
+        assert cut == []
+        for plot in ("#matrix", "#where-plot", "#ladder-plot"):
+            # Upright names have their width across, so boxes that meet are names that do.
+            boxes = page.locator(f"{plot} .xtick text").evaluate_all(
+                "all => all.map(e => e.getBoundingClientRect()).map(b => [b.left, b.right])"
+            )
+            ends = sorted(boxes)
+            assert len(ends) > 2
+            assert all(a[1] <= b[0] + 2 for a, b in pairwise(ends)), plot
+        assert page.locator("#sizes .scroll").bounding_box()["height"] > 400
 
 
 # --- names that attack --------------------------------------------------------------------
@@ -297,6 +454,8 @@ def test_a_hostile_file_name_is_but_a_name(live: Any) -> None:
         "() => document.querySelector('#upload-found').textContent.includes('<b>a')"
     )
     assert live.locator("#upload-found b:text-is('a')").count() == 0
+    # Each column that is in doubt has a line of its own.
+    assert live.locator("#upload-found > ul > li").count() > 1
     assert live.locator("img").count() == 0
     live.click("dialog >> text=Close")
 
@@ -304,26 +463,23 @@ def test_a_hostile_file_name_is_but_a_name(live: Any) -> None:
 # --- who cannot see, or has no mouse ------------------------------------------------------
 
 
-def test_every_control_has_a_name(browser: Any, on_disk: str) -> None:
-    with watched(browser) as page:
-        page.goto(on_disk)
-        page.wait_for_selector(DRAWN)
-        nameless = page.evaluate(
-            """() => [...document.querySelectorAll(
-                'button, select, input, textarea, a, [role=img]')]
-              .filter(e => e.getClientRects().length && !e.closest('.modebar'))
-              .filter(e => !(e.textContent.trim() || e.getAttribute('aria-label') ||
-                             e.labels?.length))
-              .map(e => e.outerHTML.slice(0, 200))"""
-        )
-        assert nameless == []
-        levels = page.evaluate(
-            "[...document.querySelectorAll('h1, h2, h3, h4')].map(h => Number(h.tagName[1]))"
-        )
-        assert levels[0] == 1
-        assert all(b - a <= 1 for a, b in pairwise(levels))
-        for landmark in ("header", "nav", "main"):
-            assert page.locator(landmark).count() == 1
+def test_every_control_has_a_name(on_screen: Any) -> None:
+    nameless = on_screen.evaluate(
+        """() => [...document.querySelectorAll(
+            'button, select, input, textarea, a, [role=img]')]
+          .filter(e => e.getClientRects().length && !e.closest('.modebar'))
+          .filter(e => !(e.textContent.trim() || e.getAttribute('aria-label') ||
+                         e.labels?.length))
+          .map(e => e.outerHTML.slice(0, 200))"""
+    )
+    assert nameless == []
+    levels = on_screen.evaluate(
+        "[...document.querySelectorAll('h1, h2, h3, h4')].map(h => Number(h.tagName[1]))"
+    )
+    assert levels[0] == 1
+    assert all(b - a <= 1 for a, b in pairwise(levels))
+    for landmark in ("header", "nav", "main"):
+        assert on_screen.locator(landmark).count() == 1
 
 
 def test_a_switch_is_reached_and_used_by_keyboard(browser: Any, on_disk: str) -> None:
@@ -342,3 +498,12 @@ def test_a_switch_is_reached_and_used_by_keyboard(browser: Any, on_disk: str) ->
         page.wait_for_selector("#model-bar [data-effect=friction_hysteresis][aria-checked=true]")
         # The focus stays where it was.
         assert page.evaluate("document.activeElement.dataset.effect") == "friction_hysteresis"
+
+
+def test_the_focus_stays_on_what_was_pressed(on_screen: Any) -> None:
+    for control in ("#legend .chip", "#ladder td button >> nth=2", "#drive .tab >> nth=1"):
+        on_screen.locator(control).first.focus()
+        name = on_screen.evaluate("document.activeElement.textContent")
+        on_screen.keyboard.press("Enter")
+        on_screen.wait_for_selector(DRAWN)
+        assert on_screen.evaluate("document.activeElement.textContent") == name

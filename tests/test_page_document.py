@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import json
 import tomllib
+from copy import copy
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -20,10 +22,12 @@ from cbpt.commands import main
 from cbpt.effects import expression
 from cbpt.errors import InvalidInputError
 from cbpt.lab.inputs import case_and_readings
-from cbpt.page.document import SCHEMA, Source, page_document
+from cbpt.lab.uncertainty import floor_of
+from cbpt.page.document import SCHEMA, Source, from_here, page_document
 from cbpt.page.drive import drive_section, redrawn
 from cbpt.page.models import Models
 from cbpt.page.plain import to_json
+from cbpt.page.session import Session
 from common.hidden import FOLDER, case_of, diagnosed, table_of
 
 SOURCE = Source("case.toml", "data.csv", "", "cbpt report case.toml data.csv")
@@ -72,7 +76,7 @@ def test_it_is_json_and_every_column_is_as_long_as_the_table(name: str) -> None:
         assert all(len(angle) == len(line["torque_Nm"]) for angle in line["angle_arcsec"].values())
 
 
-@pytest.mark.parametrize("name", ["dev04", "dev10"])
+@pytest.mark.parametrize("name", ["dev04", "dev08", "dev10"])
 def test_its_numbers_are_those_of_the_answer(name: str) -> None:
     found = document(name)
     answer, ladder = found["answer"], found["ladder"]
@@ -85,8 +89,44 @@ def test_its_numbers_are_those_of_the_answer(name: str) -> None:
         model = by_key[rung["key"]]
         assert model["rmse_arcsec"] == pytest.approx(rung["in_sample_arcsec"], rel=1e-6)
         assert model["held_out_rmse_arcsec"] == pytest.approx(rung["held_out_arcsec"], rel=1e-6)
+    # A card's numbers are those of the ranking.
+    cards = [c for c in found["candidates"] if c["probability"] is not None]
+    for row, candidate in zip(answer["ranking"], cards, strict=True):
+        model = by_key[candidate["key"]]
+        assert model["held_out_rmse_arcsec"] == row["held_out_rmse_arcsec"], row["effect"]
+        assert model["probability"] == row["probability"]
+        assert {p["name_SI"]: (p["value_SI"], p["u"] is None) for p in model["parameters"]} == {
+            name: (p["value"], p["u"] is None) for name, p in row["parameters"].items()
+        }
     stop = ladder["rungs"][ladder["stop"]]
     assert stop["in_sample_arcsec"] == pytest.approx(answer["after"]["rmse_arcsec"])
+
+
+def test_a_noise_floor_is_of_what_is_noise() -> None:
+    found = document("dev04")["noise"]
+    assert found["noise_floor_arcsec"] == pytest.approx(found["u_estimated_arcsec"])
+    assert found["noise_floor_of"] == "scatter about the answer"
+    # Nothing named holds all that is at work in dev10: what is left is no noise.
+    found = document("dev10")["noise"]
+    assert found["u_estimated_arcsec"] > 0.5
+    assert found["noise_floor_arcsec"] == pytest.approx(0.3)
+    assert found["noise_floor_of"] == "stated uncertainty"
+    d = diagnosed("dev10")
+    c = d.competition
+    fitter = copy(c.fitter)
+    fitter.campaign = replace(c.campaign, u_stated=False)
+    floor, of = floor_of(replace(d, competition=replace(c, fitter=fitter)))
+    assert floor is None
+    assert "cannot be told" in of
+
+
+def test_a_ladder_says_why_it_stops() -> None:
+    ladder = document("dev10")["ladder"]
+    assert "without a name" in ladder["stop_says"]
+    ladder = document("dev04")["ladder"]
+    last, more = ladder["rungs"][ladder["stop"] :]
+    assert more["held_out_arcsec"] < last["held_out_arcsec"]
+    assert "nothing" not in ladder["stop_says"]
 
 
 def test_a_residual_is_reading_less_model_and_a_signature_what_a_model_adds() -> None:
@@ -138,6 +178,16 @@ def test_lines_run_through_the_model_at_the_torques_of_the_table() -> None:
     rows = (level == line["level"]) & (way == line["branch"])
     for x, y in zip(line["torque_Nm"], line["angle_arcsec"]["stated"], strict=True):
         assert y == pytest.approx(model[rows & (torque == x)].mean(), abs=1e-5)
+
+
+def test_what_a_line_is_the_mean_over_is_told() -> None:
+    # Three input angles at each torque of dev10, and its effect depends on them.
+    assert document("dev10")["curves_mean_over"] == ["input angle", "run"]
+    columns = table_of("dev10")
+    first = columns["run"] == columns["run"][0]
+    one = {name: values[first] for name, values in columns.items()}
+    case, readings = case_and_readings(FOLDER / "dev10.toml", one)
+    assert page_document(case, readings, SOURCE)["curves_mean_over"] == []
 
 
 # --- models on every row --------------------------------------------------------------------
@@ -221,6 +271,24 @@ def test_every_effect_of_the_library_can_be_switched_on_and_none_makes_the_fit_w
                 assert "do not depend" in str(error)
                 continue
             assert model["rmse_arcsec"] < 1.02 * alone, entry["effect"]
+
+
+def test_numbers_that_the_answer_names_have_a_card_with_their_values() -> None:
+    found = document("dev08")
+    (rivals,) = found["answer"]["verdict"]["rivals"]
+    assert sorted(rivals) == ["contact_stiffness", "sensor_gain"]
+    cards = {c["effect"]: c for c in found["candidates"] if c["is_rival"]}
+    assert set(cards) == set(rivals)
+    by_key = {m["key"]: m for m in found["models"]}
+    for effect in rivals:
+        model = by_key[cards[effect]["key"]]
+        assert model["role"] == "rival"
+        assert model["rmse_arcsec"] < 0.35 * found["models"][0]["rmse_arcsec"]
+        (number,) = model["parameters"]
+        assert number["u"] > 0
+        # The sensor reads 4 % high in truth.
+        if effect == "sensor_gain":
+            assert abs(number["value"] - 1.04) < number["u"]
 
 
 def test_what_cannot_be_switched_on_is_told() -> None:
@@ -394,9 +462,36 @@ def test_report_writes_the_document_and_the_command_that_makes_it(tmp_path: Path
     case, data = str(FOLDER / "dev11.toml"), str(FOLDER / "dev11.csv")
     assert main(["report", case, data, "--seed", "3", "--out", str(out)]) == 0
     found = json.loads(out.read_text(encoding="utf-8"))
-    assert found["command"] == f"cbpt report {case} {data} --seed 3 --out report.html"
+    words = f"cbpt report {from_here(case)} {from_here(data)} --seed 3 --out report.html"
+    assert found["command"] == words
+    assert found["answer"]["source"] == found["isolability"]["source"] == "dev11.csv"
     assert found["answer"]["seed"] == 3
     assert found["isolability"]["schema"] == "cbpt.isolability/1"
+
+
+@pytest.mark.parametrize("inside", [True, False])
+def test_a_page_does_not_tell_where_the_files_lie(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, inside: bool
+) -> None:
+    # Where it is run, or elsewhere: what lies above is told in neither case.
+    folder = tmp_path / "of a person" / "data"
+    folder.mkdir(parents=True)
+    for name in ("dev11.toml", "dev11.csv"):
+        (folder / name).write_bytes((FOLDER / name).read_bytes())
+    where = folder.parent if inside else tmp_path / "elsewhere"
+    where.mkdir(exist_ok=True)
+    monkeypatch.chdir(where)
+    files = [folder / "dev11.toml", folder / "dev11.csv"]
+    session = Session.of_files(files[0], files[1])
+    text = session.document()
+    assert text is not None
+    assert main(["report", *map(str, files), "--out", "page.html"]) == 0
+    for page in (text, (where / "page.html").read_text(encoding="utf-8")):
+        assert str(tmp_path) not in page
+        assert "of a person" not in page
+    prefix = "data/" if inside else ""
+    words = f"cbpt report {prefix}dev11.toml {prefix}dev11.csv --out report.html"
+    assert json.loads(text)["command"] == words
 
 
 def test_report_refuses_another_ending(capsys: pytest.CaptureFixture[str]) -> None:

@@ -13,8 +13,10 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 import zipfile
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +31,7 @@ import cbpt
 from cbpt.commands import main
 from cbpt.errors import CaseError
 from cbpt.page import campaign, uploads
+from cbpt.page.document import from_here
 from cbpt.page.server import application
 from cbpt.page.session import Session
 from common.hidden import FOLDER
@@ -231,7 +234,7 @@ def test_the_diagnosis_is_a_job_and_its_answer_is_that_of_the_command_line(
     verdict = found["answer"]["verdict"]
     assert verdict["effects"] == ["friction_hysteresis"]
     assert found["answer_key"] == "friction_hysteresis"
-    assert found["answer"]["source"] == str(DATA)
+    assert found["answer"]["source"] == DATA.name
 
 
 def test_switching_an_effect_on_lets_the_error_fall(
@@ -253,7 +256,7 @@ def test_an_own_effect_is_checked_as_it_is_typed_fitted_and_exported(
     diagnosed: tuple[Session, TestClient],
 ) -> None:
     _, client = diagnosed
-    effect = {
+    effect: dict[str, Any] = {
         "id": "mine",
         "port": "series",
         "expression": "a * torque",
@@ -266,7 +269,21 @@ def test_an_own_effect_is_checked_as_it_is_typed_fitted_and_exported(
     assert "torque_Nm" in told["message"]
     assert client.post("/api/own/fit", json=effect).status_code == 400
     effect["expression"] = "a * torque_Nm * abs(torque_Nm)"
-    assert client.post("/api/own/check", json=effect).json()["ok"]
+    assert client.post("/api/own/check", json=effect).json() == {
+        "ok": True,
+        "message": "",
+        "column": None,
+        "notes": [],
+    }
+    # The page makes a parameter of every name that it does not know.
+    slip = {"name": "torqe_Nm", "unit": "", "start": 1, "min": None, "max": None}
+    misspelt = effect | {
+        "expression": "a * torqe_Nm",
+        "parameters": [*effect["parameters"], slip],
+    }
+    told = client.post("/api/own/check", json=misspelt).json()
+    said = "`torqe_Nm` is taken as a parameter; did you mean `torque_Nm`?"
+    assert (told["ok"], told["notes"]) == (True, [said])
     found = client.post("/api/own/fit", json=effect).json()
     assert found["model"]["role"] == "own"
     both = client.post("/api/model", json={"effects": ["mine", "friction_hysteresis"]}).json()
@@ -290,7 +307,7 @@ def test_what_is_exported_is_what_is_shown(diagnosed: tuple[Session, TestClient]
     assert float(row["residual_arcsec"]) == model["residual_arcsec"][4]
     assert float(row["measured_arcsec"]) == whole["readings"]["measured_arcsec"][4]
     command = client.get("/api/export/command", params=effects).text
-    assert command.split()[:4] == ["cbpt", "fit", str(CASE), str(DATA)]
+    assert command.split()[:4] == ["cbpt", "fit", from_here(str(CASE)), from_here(str(DATA))]
     assert client.get("/api/export/pickle").status_code == 409
 
 
@@ -313,6 +330,41 @@ def test_the_campaign_is_judged_once_when_it_is_asked_for(
     whole = client.get("/api/document").json()
     assert whole["isolability"] == found["isolability"]
     assert "isolability" not in whole["reasons"]
+
+
+def test_what_is_worked_out_meanwhile_lets_a_switch_go_first(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    session = Session.of_files(CASE, DATA)
+    session.start()
+    assert session.join(120)
+    order: list[str] = []
+    at_work, switching = threading.Event(), threading.Event()
+    models = session._diagnosed()
+    choice = models.choice
+
+    def judged(d: Any, step: Any) -> tuple[dict[str, Any], None]:
+        at_work.set()
+        assert switching.wait(60)
+        step("", 0.5)
+        order.append("campaign")
+        return {"pairs": []}, None
+
+    def switched(effects: Any) -> dict[str, Any]:
+        switching.set()
+        found = choice(["friction_hysteresis", "creep"])
+        order.append("switch")
+        return found
+
+    monkeypatch.setattr(campaign, "campaign_isolability", judged)
+    monkeypatch.setattr(models, "choice", switched)
+    asked = threading.Thread(target=session.isolability)
+    asked.start()
+    assert at_work.wait(60)
+    session.model(["creep"])
+    asked.join(60)
+    assert order == ["switch", "campaign"]
+    session.close()
 
 
 def test_the_drive_is_redrawn(diagnosed: tuple[Session, TestClient]) -> None:
@@ -376,6 +428,98 @@ def test_a_wrong_mapping_is_told_and_can_be_mended(client: TestClient) -> None:
     assert client.post("/api/columns", json={"columns": ["Moment"]}).status_code == 400
 
 
+def workbook(path: Path, *names: str) -> bytes:
+    """Each sheet with the readings times its number, but `Notes` with none."""
+    with xlsxwriter.Workbook(path) as book:
+        for number, name in enumerate(names, 1):
+            page = book.add_worksheet(name)
+            rows = [row.split(",") for row in (HEAD + ROWS).splitlines()]
+            if name == "Notes":
+                rows = [["what", "who"], ["rig", "me"]]
+            page.write_row(0, 0, rows[0])
+            for k, row in enumerate(rows[1:], 1):
+                page.write_row(k, 0, row if name == "Notes" else [number * float(v) for v in row])
+    return path.read_bytes()
+
+
+def test_of_several_sheets_with_readings_one_is_chosen(client: TestClient, tmp_path: Path) -> None:
+    one = opened(client, workbook(tmp_path / "a.xlsx", "Notes", "Up"), "a.xlsx").json()
+    assert one["ready"], one
+    raw = workbook(tmp_path / "b.xlsx", "Up", "Notes", "Down")
+    found = upload(client, "b.xlsx", raw).json()
+    assert not found["ready"]
+    assert found["sheets"] == ["Up", "Notes", "Down"]
+    assert "several sheets" in found["message"]
+    assert client.get("/api/document").json()["data"]["name"] == "a.xlsx"
+    assert not client.post("/api/columns", json={"sheet": "Notes"}).json()["ready"]
+    assert client.post("/api/columns", json={"sheet": "Down"}).json()["ready"]
+    whole = client.get("/api/document").json()
+    assert whole["readings"]["torque_Nm"][1] == 3
+    assert "--sheet Down" in whole["command"]
+
+
+# --- files that are refused -----------------------------------------------------------------
+
+
+@pytest.fixture
+def shown() -> Iterator[tuple[Session, TestClient]]:
+    """dev04 opened, not diagnosed."""
+    session = Session.of_files(CASE, DATA)
+    yield session, client_of(session)
+    session.close()
+
+
+@pytest.mark.parametrize(
+    ("name", "raw"),
+    [
+        ("t.csv", b"Moment,Twist\n1,2\n3,4\n"),
+        ("t.csv", HEAD.encode()),
+        ("t.xlsx", b"PK\x03\x04 no archive"),
+        ("t.csv", b"torque_Nm\n" + b"1\n" * 300_000),
+        ("case.toml", b"[deceleration]\nball_count = 1e9"),
+    ],
+    ids=["in doubt", "empty", "broken", "too long", "no case"],
+)
+def test_what_is_shown_stays_where_other_files_are_refused(
+    shown: tuple[Session, TestClient], name: str, raw: bytes
+) -> None:
+    _, client = shown
+    client.post("/api/diagnose", json={})
+    before = client.get("/api/document").json()
+    told = upload(client, name, raw).json()
+    assert told.get("message") or told.get("error")
+    assert not told.get("ready")
+    assert client.get("/api/document").json()["data"] == before["data"]
+    # The diagnosis goes on as well.
+    assert client.get("/api/job").json()["state"] in ("running", "done")
+    client.post("/api/cancel", json={})
+
+
+def test_files_handed_over_together_are_shown_together_or_not_at_all(
+    shown: tuple[Session, TestClient],
+) -> None:
+    _, client = shown
+    other = "# another\n" + CASE.read_text(encoding="utf-8")
+    kind = {"content-type": "application/octet-stream"}
+    asked = {"name": "other.toml", "more": "1"}
+
+    def case_shown() -> str:
+        return str(client.get("/api/document").json()["case"]["name"])
+
+    client.post("/api/upload", params=asked, content=other.encode(), headers=kind)
+    assert case_shown() == "dev04.toml"
+    assert not upload(client, "t.csv", HEAD.encode()).json()["ready"]
+    assert case_shown() == "dev04.toml"
+    # They wait for a table that can be read, unless the dialog is closed.
+    assert upload(client, "t.csv", (HEAD + ROWS).encode()).json()["ready"]
+    assert case_shown() == "other.toml"
+    client.post("/api/upload", params={**asked, "name": "third.toml"}, content=other.encode(),
+                headers=kind)  # fmt: skip
+    client.post("/api/forget", json={})
+    assert upload(client, "u.csv", (HEAD + ROWS).encode()).json()["ready"]
+    assert case_shown() == "other.toml"
+
+
 # --- a diagnosis that is cancelled ----------------------------------------------------------
 
 
@@ -383,9 +527,12 @@ def test_a_diagnosis_is_cancelled_and_another_may_follow() -> None:
     session = Session.of_files(CASE, DATA)
     client = client_of(session)
     client.post("/api/diagnose", json={})
+    # Who asks again joins it; another seed would be another one.
     second = client.post("/api/diagnose", json={})
-    assert second.status_code == 409
-    assert "under way" in second.json()["error"]
+    assert (second.status_code, second.json()["state"]) == (200, "running")
+    other = client.post("/api/diagnose", json={"seed": 1})
+    assert other.status_code == 409
+    assert "under way" in other.json()["error"]
     client.post("/api/cancel", json={})
     assert session.join(60)
     assert client.get("/api/job").json()["state"] == "cancelled"
@@ -671,6 +818,42 @@ def test_workbench_serves_on_this_machine_and_ends_with_ctrl_c() -> None:
     assert run.returncode == 0, err
     assert "has ended" in out
     assert err == ""
+
+
+def test_ctrl_c_ends_with_one_line_though_work_is_under_way() -> None:
+    command = [sys.executable, "-m", "cbpt.commands", "workbench", str(CASE), str(DATA)]
+    run = subprocess.Popen(
+        [*command, "--no-browser"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+
+    def ask(path: str, body: str | None = None) -> http.client.HTTPConnection:
+        found = http.client.HTTPConnection("127.0.0.1", port, timeout=60)
+        headers = {"x-cbpt-token": token, "content-type": "application/json"}
+        found.request("GET" if body is None else "POST", path, body, headers)
+        return found
+
+    def state() -> str:
+        with closing(ask("/api/job")) as asked:
+            return str(json.loads(asked.getresponse().read())["state"])
+
+    try:
+        assert run.stdout is not None
+        told = re.search(r":(\d+)/\?token=(\S{43})", run.stdout.readline())
+        assert told is not None
+        port, token = int(told[1]), told[2]
+        with closing(ask("/api/diagnose", "{}")) as begun:
+            assert begun.getresponse().status == 200
+        while state() != "done":
+            pass
+        with closing(ask("/api/isolability")):
+            assert state() == "done"
+            run.send_signal(signal.SIGINT)
+            out, err = run.communicate(timeout=60)
+    finally:
+        run.kill()
+        run.wait()
+    assert (run.returncode, err) == (0, "")
+    assert out.splitlines()[-1] == "The workbench has ended."
 
 
 def test_workbench_refuses_half_of_its_files(capsys: pytest.CaptureFixture[str]) -> None:

@@ -199,7 +199,9 @@ def test_half_a_chunk_beyond_the_record_is_cut_off(desk: Desk) -> None:
     ("spoil", "told"),
     [
         (lambda text: text[:-10], "bytes where its record says"),
-        (lambda text: text[:-10] + b"9" * 10, "last rows are not those"),
+        (lambda text: text[:-10] + b"9" * 10, "rows are not those"),
+        # In the first row, far from the end, at the same length.
+        (lambda text: text.replace(b",ok\n", b",OK\n", 1), "rows are not those"),
     ],
 )
 def test_a_file_that_was_changed_is_not_gone_on_with(
@@ -275,6 +277,45 @@ def test_a_place_that_cannot_be_written_is_exit_code_1(
     capsys.readouterr()
 
 
+@pytest.mark.parametrize("out", ["rows.csv", "case.toml", "plan.toml"])
+def test_what_a_plan_is_read_from_is_not_written_over(out: str, desk: Desk) -> None:
+    top = desk('case = "case.toml"\ntable = "rows.csv"\n')
+    (top / "rows.csv").write_text("load.torque_Nm\n1\n")
+    before = (top / out).read_bytes()
+    with pytest.raises(PlanError, match="would be lost"):
+        sweep(top / "plan.toml", out=top / out, fresh=True)
+    assert (top / out).read_bytes() == before
+
+
+def test_numbers_that_clash_are_told(desk: Desk, capfd: pytest.CaptureFixture[str]) -> None:
+    clash = 'equal_speed.kind = ["ring_groove", "cross_slide"]\n'
+    plates = 'deceleration.output_plate = ["hypocycloid", "epicycloid"]\n'
+    top = desk(GRID + clash + plates)
+    told = []
+    for out in ("t.csv", "t.parquet"):
+        assert main(["sweep", "plan.toml", "--out", out]) == 0
+        told.append(capfd.readouterr().err)
+    assert told[0] == told[1]
+    found = sweep(top / "plan.toml")
+    wrong = (found.status == "invalid_input").nonzero()[0]
+    why = found.plan.reason(int(wrong[0]))
+    assert f"invalid_input: {len(wrong)} such as row {wrong[0] + 1}: {why}" in told[0]
+    assert found.plan.reason(int((found.status == "ok").nonzero()[0][0])) is None
+
+
+def test_ctrl_c_ends_with_one_line(desk: Desk) -> None:
+    top = desk(SLOW.replace("60000", "60000000"))
+    for out, begun in (("t.csv", "t.csv.sweep"), ("t.parquet", ".t.parquet.sweep/plan.json")):
+        with subprocess.Popen(
+            command(out), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+        ) as running:
+            while not (top / begun).exists():
+                assert running.poll() is None
+            running.send_signal(signal.SIGINT)
+            told = running.communicate()[1]
+        assert (running.returncode, told) == (130, b"cbpt: interrupted\n")
+
+
 # --- plans in TOML ------------------------------------------------------------------------
 
 
@@ -337,6 +378,8 @@ def test_a_wrong_plan_is_told_with_its_line(text: str, told: str, desk: Desk) ->
         (["plan.toml", "--out", "t.csv", "--json"], "--json goes with a case"),
         (["plan.toml", "--out", "t.csv", "--angle-unit", "deg"], "--angle-unit deg"),
         (["case.toml", "--fresh"], "go with a plan"),
+        (["case.toml", "--torque-Nm", "1,2", "--out", "t.parquet"], "case.toml is a case"),
+        (["none.toml", "--out", "t.parquet"], "none.toml: file not found"),
     ],
 )
 def test_flags_that_do_not_go_together_are_told(flags: list[str], told: str, desk: Desk) -> None:

@@ -18,6 +18,7 @@ import cbpt
 from cbpt import Case, CaseError, Drive, PlanError, SweepPlan, sweep
 from cbpt._core import sweep_statuses
 from cbpt.sweep_result import cf_unit
+from cbpt.sweeps import _rate
 from common.drives import base_case
 
 EFFECT = {"id": "eccentric_bearing", "reference_deflection_um": 2.0}
@@ -33,6 +34,51 @@ BLOCK = 8192
 def case(**sections: Any) -> Case:
     load = {"torque_Nm": 5, "preload_N": 600}
     return Case.from_dict(base_case() | {"load": load} | sections)
+
+
+def test_a_case_may_be_the_name_of_its_file(tmp_path: Path) -> None:
+    path = tmp_path / "case.toml"
+    path.write_text(case().to_toml())
+    axes = {"load.torque_Nm": [1, 2]}
+    wanted = sweep(case(), axes).elastic_angle_arcsec
+    for name in (path, str(path)):
+        assert list(sweep(name, axes).elastic_angle_arcsec) == list(wanted)
+    with pytest.raises(PlanError, match="say what is varied"):
+        sweep(path)
+    with pytest.raises(CaseError, match=r"none\.toml: file not found"):
+        sweep(tmp_path / "none.toml", axes)
+    plan = tmp_path / "plan.toml"
+    plan.write_text('case = "case.toml"\n[axes]\nload.torque_Nm = [1, 2]\n')
+    assert len(sweep(plan)) == 2
+    with pytest.raises(PlanError, match="its own axes"):
+        sweep(plan, axes)
+
+
+def test_the_page_names_every_column_and_status(tmp_path: Path) -> None:
+    text = (Path(__file__).parents[1] / "docs" / "sweeps.md").read_text()
+    rows = [
+        [cell.strip(" `") for cell in line.split("|")[1:-1]]
+        for line in text.split("## What a row holds")[1].split("\n## ")[0].splitlines()
+        if line.startswith("| `")
+    ]
+    columns = {name: (unit, of) for name, unit, of, _ in (row for row in rows if len(row) == 4)}
+    assert [row[0] for row in rows if len(row) == 3] == sweep_statuses()
+    spring = Case.from_dict({"torsion_spring": {"torsional_stiffness_Nm_per_arcmin": 5.0}})
+    for drive, out in ((case(), "all.csv"), (spring, "spring.csv")):
+        found = sweep(drive, {"load.torque_Nm": [1.0]}, out=tmp_path / out)
+        header = (tmp_path / out).read_text().splitlines()[0].split(",")[1:]
+        kept = ("all", "ball drive") if found.plan.has_pairs else ("all",)
+        assert [name for name, (_, of) in columns.items() if of in kept] == header
+        data = found.to_xarray()
+        for name, (unit, _) in columns.items():
+            assert name not in header or unit == data[name].attrs.get("units", "")
+
+
+@pytest.mark.parametrize(
+    ("rate", "text"), [(0.2567, "0.257"), (99.96, "100"), (1096712.3, "1,100,000")]
+)
+def test_a_rate_has_three_digits(rate: float, text: str) -> None:
+    assert _rate(rate) == text
 
 
 # --- the values are those of single cases -------------------------------------------------

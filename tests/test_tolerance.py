@@ -112,6 +112,16 @@ def test_what_has_no_solution_is_counted() -> None:
         cbpt.tolerance(case, samples=100, torque_Nm=60)
 
 
+def test_numbers_that_make_no_drive_are_told_as_such() -> None:
+    # A conformity below 1 is no groove for its ball.
+    base = BASE.replace("groove_conformity = 1.08", "groove_conformity = 1.001")
+    case = case_with("deceleration_groove_conformity = 0.01", base=base)
+    found = cbpt.tolerance(case, samples=500)
+    assert 0 < found.status["no_drive"] < 500
+    said = [line for line in found.report().splitlines() if "make no drive" in line]
+    assert len(said) == 1 and said[0].startswith("numbers that make no drive: ")
+
+
 def test_lost_walls_are_counted() -> None:
     base = BASE.replace("short_amplitude_coefficient = 0.5", "short_amplitude_coefficient = 0.265")
     found = cbpt.tolerance(

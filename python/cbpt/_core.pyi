@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from os import PathLike
 from typing import Any, SupportsFloat, SupportsIndex, final
 
-__all__ = ["Case", "Drive", "Effect", "EffectParameter", "EffectSpec", "Finding", "LargestAngle", "OwnEffect", "PairSolution", "Prediction", "Predictor", "PreloadThresholds", "Sensitivities", "Sensitivity", "Solution", "SweepCsv", "SweepPlan", "Thresholds", "design_number", "design_numbers", "effect_specs", "example_case", "judge_designs", "own_effect_variables", "run_command_line", "solve_angles", "sweep_statuses", "text_table"]
+__all__ = ["Case", "Drive", "Effect", "EffectParameter", "EffectSpec", "Finding", "LargestAngle", "OwnEffect", "PairSolution", "Prediction", "Predictor", "PreloadThresholds", "Sensitivities", "Sensitivity", "Solution", "SweepCsv", "SweepPlan", "SweepTally", "Thresholds", "design_number", "design_numbers", "effect_specs", "example_case", "is_sweep_plan", "judge_designs", "own_effect_variables", "run_command_line", "solve_angles", "sweep_statuses", "text_table"]
 
 @final
 class Case:
@@ -929,6 +929,10 @@ class SweepPlan:
         """
         Makes a plan of what ``__reduce__`` keeps.
         """
+    def check_output(self, /, path: str | PathLike[str]) -> None:
+        """
+        Raises ``PlanError`` where a file is one that the plan was read from.
+        """
     def check_record(self, /, path: str | PathLike[str], record: str) -> None:
         """
         Raises ``PlanError`` that says what differs where a record found at ``path`` is that of another plan.
@@ -970,6 +974,11 @@ class SweepPlan:
         """
         The plan as far as these rows need it: of a table only their part.
         """
+    def reason(self, /, row: SupportsIndex) -> str | None:
+        """
+        Why the numbers of a row, counted from 0, cannot be together (``invalid_input``): the one that cannot be, its value in
+        SI and the rule; ``None`` where they can.
+        """
     @property
     def record(self, /) -> str:
         """
@@ -1009,6 +1018,21 @@ class SweepPlan:
     def words(self, /) -> list[list[str]]:
         """
         The words of each axis; none for one of numbers.
+        """
+
+@final
+class SweepTally:
+    """
+    How rows of a sweep ended, counted, with the reasons of those whose numbers cannot be together.
+    """
+    def __new__(cls, /, plan: SweepPlan) -> SweepTally: ...
+    def add(self, /, start: SupportsIndex, status: SupportsGetItem[int, SupportsIndex]) -> None:
+        """
+        Counts rows, the first of which is ``start``, by the places of their statuses.
+        """
+    def text(self, /) -> str | None:
+        """
+        Some lines of text; ``None`` where every row has its numbers.
         """
 
 @final
@@ -1058,6 +1082,11 @@ def effect_specs() -> list[EffectSpec]:
 def example_case() -> str:
     """
     The example case file: the base case of the 2017 paper, as TOML text.
+    """
+
+def is_sweep_plan(path: str | PathLike[str]) -> bool:
+    """
+    Whether a file is a plan of a sweep rather than a case; one that cannot be read is none.
     """
 
 def judge_designs(drive: Drive, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex, input_angle_rad: SupportsFloat | SupportsIndex, numbers: SupportsGetItem[int, str], values: NDArray[float64], pressures: bool, threshold: str | None) -> tuple[NDArray[uint8], list[str], NDArray[float64], list[str]]:

@@ -10,7 +10,7 @@ optimise); those of the page in `page_verbs` (report, workbench).
 from __future__ import annotations
 
 import io
-import signal
+import os
 import sys
 import threading
 from collections.abc import Callable, Sequence
@@ -38,12 +38,29 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
     if threading.current_thread() is not threading.main_thread():
         return run_command_line(["cbpt", *argv])
-    # Rust does not see Python's signals; Ctrl-C then simply ends the process.
-    before = signal.signal(signal.SIGINT, signal.SIG_DFL)
+    return _beside(["cbpt", *argv])
+
+
+def _beside(argv: list[str]) -> int:
+    """Run a verb of Rust, which does not see Python's signals, on a thread of its own.
+
+    Ctrl-C is met here and ends the process, as a kill would; what a sweep has on disk stays.
+    """
+    codes = [101]  # as Rust ends where it panics
+    worker = threading.Thread(target=lambda: codes.append(run_command_line(argv)), daemon=True)
     try:
-        return run_command_line(["cbpt", *argv])
-    finally:
-        signal.signal(signal.SIGINT, before)
+        worker.start()
+        worker.join()
+    except KeyboardInterrupt:
+        os._exit(_interrupted())
+    return codes[-1]
+
+
+def _interrupted() -> int:
+    if sys.stderr is not None:
+        bar = "\r\x1b[K" if sys.stderr.isatty() else ""  # of progress, which this line stands for
+        print(f"{bar}cbpt: interrupted", file=sys.stderr, flush=True)
+    return INTERRUPTED
 
 
 def _guarded(verb: Callable[[list[str]], int], argv: list[str]) -> int:
@@ -65,8 +82,7 @@ def _guarded(verb: Callable[[list[str]], int], argv: list[str]) -> int:
     except SystemExit as stop:  # of argparse: help, or a mistake that it has told
         return stop.code if isinstance(stop.code, int) else BAD_INPUT
     except KeyboardInterrupt:
-        print("cbpt: interrupted", file=sys.stderr)
-        return INTERRUPTED
+        return _interrupted()
 
 
 _LAB: dict[str, Callable[[list[str]], int]] = {

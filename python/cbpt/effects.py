@@ -17,6 +17,7 @@ radians.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
@@ -124,6 +125,16 @@ def own_effect(
     fields = [(n, p["unit"], p["start"], p.get("min"), p.get("max")) for n, p in filled.items()]
     wrapped = _Function(id, function, tuple(parameters))
     return OwnEffect.from_function(id, port, adds_to, wrapped, fields)
+
+
+def doubtful_names(effect: OwnEffect) -> list[str]:
+    """A sentence for each parameter whose name is nearly that of a variable."""
+    told = []
+    for name, *_ in effect.parameters:
+        near = get_close_matches(name, VARIABLES, 1, 0.8)
+        if near:
+            told.append(f"`{name}` is taken as a parameter; did you mean `{near[0]}`?")
+    return told
 
 
 def _filled(parameter: float | Mapping[str, Any]) -> dict[str, Any]:

@@ -46,12 +46,13 @@ def report(argv: list[str]) -> int:
     from cbpt.lab.diagnose import diagnose
     from cbpt.lab.inputs import case_and_readings
     from cbpt.page.campaign import campaign_isolability
-    from cbpt.page.document import Source, page_document
+    from cbpt.page.document import Source, named, page_document
     from cbpt.page.plain import to_json
 
     case, readings = case_and_readings(
         options.case, options.data, columns or None, options.sheet, only_of(parser, options)
     )
+    readings = named(readings, str(options.data), options.data.name)
     diagnosis = diagnose(case, readings, effects=options.effects, seed=options.seed)
     isolability, why = campaign_isolability(diagnosis)
     source = Source.of_files(

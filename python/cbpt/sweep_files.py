@@ -45,9 +45,10 @@ class Output(Protocol):
 def open_output(plan: SweepPlan, path: Path, fresh: bool) -> Output:
     """Open the output of a plan where it stands, or begin it.
 
-    Raises `PlanError` for an output of another plan or a name with another ending, and `OSError`
-    where it cannot be written.
+    Raises `PlanError` for an output of another plan, a file that the plan was read from or a name
+    with another ending, and `OSError` where it cannot be written.
     """
+    plan.check_output(path)
     ending = path.suffix.lower()
     if ending == ".csv":
         return _Csv(plan, path, fresh)

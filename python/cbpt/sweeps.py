@@ -19,8 +19,8 @@ from typing import Any
 
 import numpy as np
 
-from cbpt._core import Case, Drive, SweepPlan
-from cbpt.errors import PlanError
+from cbpt._core import Case, Drive, SweepPlan, SweepTally, is_sweep_plan
+from cbpt.errors import CaseError, PlanError
 from cbpt.sweep_files import Output, open_output
 from cbpt.sweep_result import Rows, Sweep
 
@@ -54,8 +54,8 @@ def sweep(
     `deceleration.ball_radius_mm`, `effect.eccentric_bearing.reference_deflection_um`) to values:
     of a grid all values, or one for all; of a design that is drawn (`random`, `latin_hypercube`,
     with `rows` and `seed`) a tuple `(low, high)` or `(low, high, "log")`, or a list of which one is
-    drawn; of a `table` one value for each row. In place of drive and axes there may be a
-    `SweepPlan` or the file of one.
+    drawn; of a `table` one value for each row. The case may be the name of its file; in place of
+    case and axes there may be a `SweepPlan` or the file of one.
 
     A row without solution is NaN with its status. With `out`, a `.csv` or `.parquet` file, rows go
     there in chunks of at least `chunk_rows`; a sweep that was stopped goes on where it was, and a
@@ -98,12 +98,22 @@ def to_output(
     in_flight: int | None = None,
     chunk_rows: int | None = None,
     progress: Report | bool | None = None,
+    tally: SweepTally | None = None,
 ) -> None:
-    """Solve what is left of a plan and write it; the rest as in `sweep`."""
+    """Solve what is left of a plan and write it, and count how it ended; the rest as in `sweep`.
+
+    Lines of CSV have no statuses to be counted.
+    """
     chunks = _solved(plan, output.done, output.form, executor, in_flight, chunk_rows, progress)
     with closing(chunks):
         for (start, stop), chunk in chunks:
-            output.append(chunk if output.form == "csv" else Rows.of(plan, chunk), stop - start)
+            if output.form == "csv":
+                output.append(chunk, stop - start)
+                continue
+            rows = Rows.of(plan, chunk)
+            output.append(rows, stop - start)
+            if tally is not None:
+                tally.add(start, rows.status)
     output.finish()
 
 
@@ -138,11 +148,17 @@ def _plan(
     seed: int,
 ) -> tuple[SweepPlan, frozenset[str]]:
     """The plan, and which of its axes were given as one value."""
-    if not isinstance(drive, Drive | Case):
+    if isinstance(drive, str | os.PathLike):
+        path = Path(drive)
+        # A file without axes that is no plan is told what a plan lacks, unless it is a case.
+        if is_sweep_plan(path) or (axes is None and not _is_case(path)):
+            drive = SweepPlan.from_file(path)
+        else:
+            drive = Case.from_file(path)
+    if isinstance(drive, SweepPlan):
         if axes is not None or rows is not None:
             raise PlanError("a plan has its own axes and rows: leave them out")
-        plan = drive if isinstance(drive, SweepPlan) else SweepPlan.from_file(Path(drive))
-        return plan, frozenset()
+        return drive, frozenset()
     if not axes:
         raise PlanError('no axis: say what is varied, for example {"load.torque_Nm": [1, 2, 5]}')
     case = Case.from_toml(drive.to_toml()) if isinstance(drive, Drive) else drive
@@ -154,6 +170,14 @@ def _plan(
         raise PlanError(f"seed = {seed}: expected a whole number from 0 to 2**64 - 1")
     scalars = frozenset(name for name, values in axes.items() if np.ndim(values) == 0)
     return SweepPlan(case, given, design, rows, seed), scalars
+
+
+def _is_case(path: Path) -> bool:
+    try:
+        Case.from_file(path)
+    except CaseError:
+        return False
+    return True
 
 
 def _values(name: str, values: Any, drawn: bool) -> Any:
@@ -229,8 +253,14 @@ class _Line:
         self.shown = now
         rate = (done - self.first) / max(now - self.began, 1e-9)
         left = (total - done) / rate if rate > 0 else float("inf")
-        text = f"\r{done}/{total} rows, {rate:.3g} a second, {_clock(left)} left "
+        text = f"\r{done}/{total} rows, {_rate(rate)} a second, {_clock(left)} left "
         print(text, end="\n" if done >= total else "", file=sys.stderr, flush=True)
+
+
+def _rate(per_second: float) -> str:
+    """Three digits say all that a rate means."""
+    rounded = float(f"{per_second:.3g}")
+    return f"{rounded:,.0f}" if rounded >= 100 else f"{rounded:g}"
 
 
 def _clock(seconds: float) -> str:

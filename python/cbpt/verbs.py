@@ -14,6 +14,7 @@ import re
 import shlex
 import sys
 import time
+from collections.abc import Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -29,8 +30,26 @@ RESULTS = (".csv", ".md", ".json")
 _TABLE = "table of readings: CSV, xlsx, xls, ods, MATLAB, TDMS or Parquet"
 
 
+# What verbs read, and the flags of what they write.
+_INPUTS = ("case", "data", "bounds", "plan")
+_OUTPUTS = ("out", "json", "plot", "results")
+
+
 class Parser(argparse.ArgumentParser):
-    """Tells the nearest flag where one is misspelt."""
+    """Tells the nearest flag where one is misspelt, and lets no verb write over what it reads."""
+
+    def parse_args(self, args: Sequence[str]) -> argparse.Namespace:  # type: ignore[override]
+        options = super().parse_args(args)
+        inputs = [getattr(options, name, None) for name in _INPUTS]
+        for flag in _OUTPUTS:
+            out = getattr(options, flag, None)
+            if not isinstance(out, str | Path) or not Path(out).exists():
+                continue
+            if any(path and Path(path).exists() and Path(path).samefile(out) for path in inputs):
+                self.error(
+                    f"--{flag} {out}: this file is read here and would be lost; give another name"
+                )
+        return options
 
     def error(self, message: str) -> NoReturn:
         unknown = re.search(r"unrecognized arguments: (--[\w-]+)", message)

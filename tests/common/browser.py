@@ -73,7 +73,7 @@ def watched(browser: Any, width: int = 1280, **options: Any) -> Iterator[Any]:
     page.on("console", heard)
     yield page
     context.close()
-    assert not wrong
+    assert not wrong, wrong
 
 
 @contextmanager

@@ -21,6 +21,9 @@ pub struct Cli {
     pub verb: Verb,
 }
 
+const SWEEP_OUT: &str = "Write to FILE: of a CASE .csv or .json, as well; the rows of a PLAN go to .csv or .parquet (Python \
+                         package) and nowhere else";
+
 /// The verbs.
 #[derive(Debug, Subcommand)]
 pub enum Verb {
@@ -29,6 +32,7 @@ pub enum Verb {
     /// Preload that a torque needs: to hold, for continuous transmission, for zero backlash
     Preload(Preload),
     /// Elastic angle over grids of loads of a CASE, or over any parameter by a PLAN, on all cores
+    #[command(mut_arg("out", |out| out.help(SWEEP_OUT)))]
     Sweep(Sweep),
     /// How elastic angle and preload thresholds answer to every design number
     Sensitivity(Sensitivity),
@@ -181,7 +185,7 @@ pub struct Sweep {
     /// Angles of the input crank, degrees, in the same form
     #[arg(long = "input-angle-deg", value_name = "LIST", allow_hyphen_values = true)]
     pub input_angle_deg: Option<String>,
-    /// Of a PLAN: rows that are solved and written at a time
+    /// Of a PLAN: rows that are solved and written at a time, in whole blocks of 8192, which is the least [default: 65536]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub chunk_rows: Option<u64>,
     /// Of a PLAN: begin anew in the place of what --out holds

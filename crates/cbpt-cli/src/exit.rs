@@ -1,7 +1,7 @@
 //! Exit codes, and what stops a verb.
 
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use cbpt_core::InvalidInput;
 
@@ -76,4 +76,18 @@ impl Failure {
             Self::Closed => Exit::Success,
         }
     }
+}
+
+/// Refuses to write over a file that the verb reads.
+///
+/// # Errors
+/// Names the file.
+pub fn keep_input(out: &Path, inputs: &[impl AsRef<Path>]) -> Result<(), Failure> {
+    let same = |input: &Path| matches!((out.canonicalize(), input.canonicalize()), (Ok(a), Ok(b)) if a == b);
+    if inputs.iter().any(|input| same(input.as_ref())) {
+        let problem =
+            format!("--out {}: this file is read here and would be lost; give another name", out.display());
+        return Err(Failure::Usage(problem));
+    }
+    Ok(())
 }

@@ -9,7 +9,7 @@ use comfy_table::{CellAlignment, ContentArrangement, Table as Drawn};
 use serde_json::{Map, Value, json};
 
 use crate::args::OutputOptions;
-use crate::exit::Failure;
+use crate::exit::{Failure, keep_input};
 
 /// A table: headers and cells as JSON values, so that CSV keeps every digit and text rounds.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -107,14 +107,14 @@ impl Report {
 }
 
 impl OutputOptions {
-    /// Refuses a file name whose ending is not known, before any work is done.
-    pub fn check(&self) -> Result<(), Failure> {
-        match self.out.as_deref().map(|path| (path, extension(path))) {
-            Some((path, ending)) if !matches!(ending.as_deref(), Some("csv" | "json")) => {
-                Err(Failure::Usage(format!("--out {}: the name must end in .csv or .json", path.display())))
-            }
-            _ => Ok(()),
+    /// Refuses a file name whose ending is not known, or that is the verb's own input, before any work is done.
+    pub fn check(&self, input: &Path) -> Result<(), Failure> {
+        let Some(path) = self.out.as_deref() else { return Ok(()) };
+        if !matches!(extension(path).as_deref(), Some("csv" | "json")) {
+            let problem = format!("--out {}: the name must end in .csv or .json", path.display());
+            return Err(Failure::Usage(problem));
         }
+        keep_input(path, &[input])
     }
 }
 

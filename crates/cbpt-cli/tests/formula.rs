@@ -222,6 +222,10 @@ fn a_mistake_names_file_line_key_and_place() {
         ("max(1)", "character 1: max takes 2 arguments, not 1"),
         ("1e999", "character 1: 1e999 is no finite number"),
         ("a = 1", "character 3: found `=`"),
+        ("1/0*a", "character 2: makes a constant that is not finite (inf)"),
+        ("a + log(-1)", "character 5: makes a constant that is not finite (NaN)"),
+        ("min(a, -1/0)", "character 10: makes a constant that is not finite"),
+        ("9^9^9^9", "makes a constant that is not finite"),
     ] {
         let message = mistake(expression);
         assert!(message.starts_with(&format!("case.toml:{line}: effect[0].expression = ")), "{message}");
@@ -264,7 +268,7 @@ fn a_hostile_expression_does_nothing_but_give_an_error() {
         assert!(message.len() < 1000, "{} characters", message.len());
     }
     // Long, but allowed: it is computed, and what overflows is a status.
-    for expression in ["9^9^9^9", &("-".repeat(900) + "1"), &("2^".repeat(400) + "2")] {
+    for expression in ["9^9^torque_Nm^9", &("-".repeat(900) + "1"), &("2^".repeat(400) + "torque_Nm")] {
         let found = predicted(vec![own(AddsTo::Series, expression, &[])], &[], &[]);
         assert_eq!(found.angle_rad.len(), 12);
     }

@@ -112,7 +112,7 @@ pub fn solve_each(drives: &[Drive], loads: &[Load], rows: &mut [Row], progress: 
                 *row = (Status::Undercut, None);
             } else {
                 let points = drive.points(load.input_angle_rad());
-                DriveLanes::new(&points, 1).solve(&[*load], std::slice::from_mut(row));
+                DriveLanes::for_one(&points).solve(&[*load], std::slice::from_mut(row));
             }
         }
         progress.add(drives.len().min(loads.len()));
@@ -134,6 +134,15 @@ impl DriveLanes {
         Self {
             deceleration: LanePair::new(&points.deceleration, loads),
             equal_speed: points.equal_speed.iter().map(|row| LanePair::new(row, loads)).collect(),
+            equal_speed_share: points.equal_speed_share,
+        }
+    }
+
+    /// Ready for a single load.
+    pub fn for_one(points: &DrivePoints) -> Self {
+        Self {
+            deceleration: LanePair::for_one(&points.deceleration),
+            equal_speed: points.equal_speed.iter().map(LanePair::for_one).collect(),
             equal_speed_share: points.equal_speed_share,
         }
     }

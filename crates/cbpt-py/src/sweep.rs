@@ -9,11 +9,13 @@ use std::sync::Arc;
 
 use cbpt_cli::case::Case as RustCase;
 use cbpt_cli::case::Mistake;
-use cbpt_cli::exit::Failure;
+use cbpt_cli::commands::sweep_plan::is_plan;
+use cbpt_cli::exit::{Failure, keep_input};
 use cbpt_cli::sweep::design::Design;
 use cbpt_cli::sweep::output::{CsvOutput, same_plan};
 use cbpt_cli::sweep::rows::{Rows, STATUSES};
 use cbpt_cli::sweep::stream::{chunks, on_threads};
+use cbpt_cli::sweep::tally::Tally;
 use cbpt_cli::sweep::{Axis, CHUNK_ROWS, Plan, Values};
 use cbpt_core::sweep::Progress;
 use pyo3::prelude::*;
@@ -209,6 +211,11 @@ impl SweepPlan {
         same_plan(&path, &there, &self.plan.record()).map_err(|failure| sweep_failure(py, &failure))
     }
 
+    /// Raises ``PlanError`` where a file is one that the plan was read from.
+    fn check_output(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        keep_input(&path, self.plan.sources()).map_err(|failure| sweep_failure(py, &failure))
+    }
+
     /// The parts, from a row on, in which a sweep is solved: whole blocks, at least so many rows each.
     #[pyo3(signature = (done = 0, chunk_rows = None))]
     fn chunks(&self, done: u64, chunk_rows: Option<u64>) -> Vec<(u64, u64)> {
@@ -257,6 +264,13 @@ impl SweepPlan {
         ))
     }
 
+    /// Why the numbers of a row, counted from 0, cannot be together (``invalid_input``): the one that cannot be, its value in
+    /// SI and the rule; ``None`` where they can.
+    fn reason(&self, py: Python<'_>, row: u64) -> PyResult<Option<String>> {
+        self.range(py, row, row.saturating_add(1))?;
+        Ok(py.detach(|| self.plan.reason(row)).map(|why| why.to_string()))
+    }
+
     /// Solves rows as ``solve`` does and returns them as lines of a CSV file.
     #[pyo3(signature = (start, stop, threads = None, progress = None))]
     fn csv<'py>(
@@ -270,7 +284,7 @@ impl SweepPlan {
         let rows = self.range(py, start, stop)?;
         let plan = Arc::clone(&self.plan);
         let work = |progress: &Progress| plan.csv(&rows, progress);
-        let lines = Self::on_threads(py, threads, progress.as_ref(), work)?;
+        let (lines, _) = Self::on_threads(py, threads, progress.as_ref(), work)?;
         Ok(PyBytes::new(py, &lines))
     }
 
@@ -336,6 +350,37 @@ fn given<'py>(py: Python<'py>, values: &Values) -> GivenValues<'py> {
         Values::Words(words, places) => {
             GivenValues::Words(places.iter().map(|&place| words[place].clone()).collect())
         }
+    }
+}
+
+/// Whether a file is a plan of a sweep rather than a case; one that cannot be read is none.
+#[pyfunction]
+pub fn is_sweep_plan(path: PathBuf) -> bool {
+    is_plan(&path)
+}
+
+/// How rows of a sweep ended, counted, with the reasons of those whose numbers cannot be together.
+#[pyclass(module = "cbpt._core")]
+pub struct SweepTally {
+    plan: Arc<Plan>,
+    tally: Tally,
+}
+
+#[pymethods]
+impl SweepTally {
+    #[new]
+    fn new(plan: &SweepPlan) -> Self {
+        Self { plan: Arc::clone(&plan.plan), tally: Tally::default() }
+    }
+
+    /// Counts rows, the first of which is ``start``, by the places of their statuses.
+    fn add(&mut self, py: Python<'_>, start: u64, status: Vec<u8>) {
+        py.detach(|| self.tally.add(&self.plan, start, &status));
+    }
+
+    /// Some lines of text; ``None`` where every row has its numbers.
+    fn text(&self) -> Option<String> {
+        self.tally.text()
     }
 }
 

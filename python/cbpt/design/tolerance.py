@@ -204,13 +204,13 @@ class Tolerance:
             )
         heads = ["number", "nominal", "scatters by", "share_%", "share_drawn_%"]
         lines.append(text_table(heads, json.dumps(rows)))
-        told = [(f"no solution: {k}", v) for k, v in self.status.items() if k != "ok"]
-        told += list(self.lost.items())
+        told = [(_ended(kind), count) for kind, count in self.status.items() if kind != "ok"]
+        told += [(name.replace("_", " "), count) for name, count in self.lost.items()]
         for name, count in told:
             if count:
                 share, error = self.share_of(count)
                 lines.append(
-                    f"{name.replace('_', ' ')}: {count} of the drives, {100 * share:.3g} % "
+                    f"{name}: {count} of the drives, {100 * share:.3g} % "
                     f"(standard error {100 * error:.2g})"
                 )
         lines += bare_drive_note(self.case, "these are angles")
@@ -278,8 +278,8 @@ def _told(
     kinds, counts = np.unique(judged.status, return_counts=True)
     status = {str(kind): int(count) for kind, count in zip(kinds, counts, strict=True)}
     if not solved.any():
-        found = ", ".join(f"{count} {kind}" for kind, count in status.items())
-        raise NoSolutionError(f"none of {len(angles)} drawn drives has a solution: {found}")
+        found = ", ".join(f"{_ended(kind)} ({count})" for kind, count in status.items())
+        raise NoSolutionError(f"none of {len(angles)} drawn drives has an elastic angle: {found}")
     u = np.array([size / np.sqrt(3) if d == "uniform" else size for _, d, size in spreads])
     ends = np.array([size if d == "uniform" else _STACKED_U * size for _, d, size in spreads])
     slopes, before = _slopes(case, names)
@@ -335,6 +335,13 @@ def _told(
         seed=seed,
         angles_arcsec=angles,
     )
+
+
+def _ended(status: str) -> str:
+    """How a drawn drive without a solution ended, in words."""
+    if status == "no_drive":
+        return "numbers that make no drive"
+    return f"no solution: {status.replace('_', ' ')}"
 
 
 def _slopes(case: Case, names: list[str]) -> tuple[Floats | None, float | None]:

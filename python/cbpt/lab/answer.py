@@ -22,6 +22,7 @@ from cbpt.lab.at_load import AtLoad, angle_at, load_of_choice
 from cbpt.lab.competition import Competition
 from cbpt.lab.fit import Fit
 from cbpt.lab.library import PRIORS
+from cbpt.lab.noise import Noise
 from cbpt.lab.parameters import parameters_of
 from cbpt.lab.readings import Readings
 from cbpt.lab.result_table import Results, results_of
@@ -93,10 +94,15 @@ class Diagnosis:
         return self.after.residual_arcsec
 
     @property
+    def noise(self) -> Noise:
+        """The noise of the answer, through which all models are looked at: a fit without an effect
+        may take the effect for noise."""
+        return self.after.noise if self.verdict.pattern is None else self.verdict.pattern.noise
+
+    @property
     def noise_floor_arcsec(self) -> float:
         """The error that noise alone leaves."""
-        c, pattern = self.competition.campaign, self.verdict.pattern
-        noise = self.after.noise if pattern is None else pattern.noise
+        c, noise = self.competition.campaign, self.noise
         variance = (noise.scale * c.u_arcsec) ** 2 + noise.offset_arcsec**2
         return float(np.sqrt(np.mean(variance)))
 
@@ -179,6 +185,7 @@ class Diagnosis:
 
         for names in singles:
             fit, effect = c.fits[names], names[0]
+            seen = c.fitter.look(fit, self.noise)
             member = _member(screen, fit)
             rival, correlation = _rival(screen, member, c)
             rows.append(
@@ -186,7 +193,7 @@ class Diagnosis:
                     "effect": effect,
                     "class": CLASSES.get(effect, "effect"),
                     "parameters": self.parameters(fit, effect),
-                    "held_out_rmse_arcsec": rms(held_out_residual(c.fitter, fit, self.fold)),
+                    "held_out_rmse_arcsec": rms(held_out_residual(c.fitter, seen, self.fold)),
                     "p_value": c.p_value(names),
                     "probability": float(np.exp(c.log_odds[names] - total)),
                     "surviving_fraction": _surviving(screen, member),

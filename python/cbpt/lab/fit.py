@@ -300,6 +300,14 @@ class Fitter:
         search = _Search(self, fit.unknowns, noise, form_sd, fit.hypothesis.variants)
         return search.outcome(fit.hypothesis, fit.point, fit.converged)
 
+    def misfit(self, hypothesis: Hypothesis, values: Floats, noise: Noise) -> float:
+        """What a search from these values would start with; infinite where there is no solution."""
+        point = self._at(values, ())
+        if point is None:
+            return np.inf
+        search = _Search(self, self.unknowns(hypothesis), noise, 0.0, hypothesis.variants)
+        return search.objective(point)
+
     def look(self, fit: Fit, noise: Noise) -> Fit:
         """The same values through another noise."""
         return replace(self._departed(fit, noise, fit.form_sd), log_forms=fit.log_forms)

@@ -84,6 +84,18 @@ def read_file(path: str | os.PathLike[str], sheet: str | None, columns: Mapping[
     return read_text(source, raw)
 
 
+def sheets_of(path: str | os.PathLike[str], columns: Mapping[str, str]) -> list[tuple[str, bool]]:
+    """The tables of a file that may hold several, by name, and whether each may hold readings; of a
+    file that holds one as text, none."""
+    source = os.fsdecode(path)
+    raw = read_bytes(source)
+    for kind, _, magics, reader in _FORMATS:
+        if raw.startswith(magics):
+            with _told(source, kind):
+                return [(p.name, p.has_readings(columns)) for p in reader(source, raw, columns)]
+    return []
+
+
 @contextmanager
 def _told(source: str, kind: str) -> Iterator[None]:
     """Whatever a library makes of a broken file, said in one sentence that names the file."""

@@ -30,7 +30,7 @@ from cbpt.lab.changes import Form, forms_of, guises, possible
 from cbpt.lab.competition import Progress, prior
 from cbpt.lab.detectable import LIMIT, log_odds, weight
 from cbpt.lab.inputs import case_of
-from cbpt.lab.library import LOT, PRIORS, VARIANTS, lots
+from cbpt.lab.library import LOT, PRIORS, VARIANTS, Variant, lots
 from cbpt.lab.noise import Noise
 from cbpt.lab.plan import Plan, read_plan
 from cbpt.lab.readings import Readings
@@ -239,16 +239,21 @@ def _isolability(
     every = (*VARIANTS, *lots(campaign.balls))
     there, lacking = possible(campaign, [v for v in every if v.effect in effects])
     unseen = dict(line.split(": ", 1) for line in lacking)
-    forms: dict[str, list[Form]] = {}
-    for form in forms_of(campaign, there):
-        forms.setdefault(form.variant.effect, []).append(form)
+    told = progress or (lambda what, share: None)
+    variants: dict[str, list[Variant]] = {}
+    for variant in there:
+        variants.setdefault(variant.effect, []).append(variant)
     seen: list[Seen] = []
     alike: dict[str, list[Seen]] = {}
     looks: dict[str, list[Floats]] = {}
-    for number, (effect, own) in enumerate(forms.items()):
-        if progress is not None:
-            progress(effect, number / len(forms))
-        lefts = [_left(sight, form) for form in own]
+    for number, effect in enumerate(variants):
+        share = 0.8 * number / len(variants)
+        told(effect, share)
+        own = forms_of(campaign, variants[effect])
+        lefts = []
+        for form in own:
+            told(effect, share)
+            lefts.append(_left(sight, form))
         prices = _prices(own, lefts)
         found = [
             _seen(sight, form, left, weight(every, form.variant) + price)
@@ -265,12 +270,14 @@ def _isolability(
         looks[effect] = _looks(sight, found)
     order = {effect: i for i, effect in enumerate(effects)}
     seen.sort(key=lambda s: order[s.effect])
-    pairs = [
-        _pair(alike[one.effect], alike[other.effect], looks[one.effect], looks[other.effect])
-        for i, one in enumerate(seen)
-        for other in seen[i + 1 :]
-        if LOT not in (one.effect, other.effect)
-    ]
+    pairs = []
+    for i, one in enumerate(seen):
+        told("pairs of effects", 0.8 + 0.2 * i / len(seen))
+        pairs += [
+            _pair(alike[one.effect], alike[other.effect], looks[one.effect], looks[other.effect])
+            for other in seen[i + 1 :]
+            if LOT not in (one.effect, other.effect)
+        ]
     pairs += _twins_unseen(effects, unseen)
     return Isolability(plan, instrument, tuple(seen), unseen, tuple(pairs), campaign.priors)
 

@@ -72,7 +72,12 @@ _NOISE = {
 
 def name_of(d: Diagnosis, effect: str) -> str:
     """What an effect is called, of the reducer that this is about."""
-    own = _OF_SPRINGS if d.competition.campaign.drive.kind == "torsion_spring" else {}
+    return called(effect, d.competition.campaign.drive.kind)
+
+
+def called(effect: str, kind: str) -> str:
+    """What an effect is called, of a reducer of that kind."""
+    own = _OF_SPRINGS if kind == "torsion_spring" else {}
     return own.get(effect, NAMES.get(effect, effect))
 
 

@@ -1,6 +1,7 @@
 """What the answer says of the uncertainty of a reading, and what that rests on.
 
 noise_of    the part `noise` of the document
+floor_of    the error that noise alone leaves, as far as it is known, and from what
 statement   one sentence: stated, from repeats, or from the scatter about the answer
 """
 
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 def noise_of(d: Diagnosis) -> dict[str, Any]:
     """Stated and estimated uncertainty (root mean square over the readings), and its structure."""
     c = d.competition.campaign
-    noise = d.after.noise if d.verdict.pattern is None else d.verdict.pattern.noise
+    noise = d.noise
     u = float(np.sqrt(np.mean(c.u_arcsec**2)))
     return {
         "u_stated_arcsec": u / c.u_believed if c.u_stated else None,
@@ -41,11 +42,28 @@ def u_from(d: Diagnosis) -> str:
     return "stated" if c.u_stated else "repeats" if c.u_repeated else "scatter"
 
 
+def floor_of(d: Diagnosis) -> tuple[float | None, str]:
+    """The error that noise alone leaves, and what it was taken from; None where nothing tells it.
+
+    The scatter about an answer is noise only where the answer holds all that is at work.
+    """
+    from cbpt.lab.verdict import UNKNOWN
+
+    c, v = d.competition.campaign, d.verdict
+    if v.pattern is None and not any(UNKNOWN in group for group in v.rivals):
+        return d.noise_floor_arcsec, "scatter about the answer"
+    u = float(np.sqrt(np.mean(c.u_arcsec**2)))
+    if c.u_stated:
+        return u, "stated uncertainty" if c.u_believed == 1 else "scatter inside runs"
+    if c.u_repeated:
+        return u, "repeats"
+    return None, "cannot be told: no model holds all, no uncertainty is stated, no repeats tell it"
+
+
 def statement(d: Diagnosis) -> str:
     """What the uncertainty of a reading is and what it rests on."""
     c = d.competition.campaign
-    noise = d.after.noise if d.verdict.pattern is None else d.verdict.pattern.noise
-    found = noise.scale * float(np.sqrt(np.mean(c.u_arcsec**2)))
+    found = d.noise.scale * float(np.sqrt(np.mean(c.u_arcsec**2)))
     about = f"the scatter about the answer gives {found:.3g} arcsec"
     about += f" ({dof_of(d.competition.fitter, d.after):.0f} degrees of freedom)"
     if c.u_stated:

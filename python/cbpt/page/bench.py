@@ -23,7 +23,7 @@ from cbpt.lab.competition import Names, places, start_values
 from cbpt.lab.fit import Fit, Fitter, Hypothesis
 from cbpt.lab.noise import Noise
 from cbpt.lab.own import campaign_of
-from cbpt.lab.screen import Screen, Signatures
+from cbpt.lab.screen import Gain, Screen, Signature, Signatures
 
 Floats = NDArray[np.float64]
 # Starts that are tried for an effect of the user's own, of which nothing is known.
@@ -41,9 +41,7 @@ class Bench:
     @classmethod
     def of_diagnosis(cls, d: Diagnosis) -> Bench:
         """With everything that was fitted."""
-        pattern = d.verdict.pattern
-        noise = d.after.noise if pattern is None else pattern.noise
-        return cls(d.competition.fitter, noise, dict(d.competition.fits))
+        return cls(d.competition.fitter, d.noise, dict(d.competition.fits))
 
     def with_own(self, d: Diagnosis, own: Sequence[OwnEffect]) -> Bench:
         """The same readings with effects of the user's own beside the library.
@@ -96,11 +94,17 @@ class Bench:
         look = replace(fitter.look(base, self.noise), form_sd=0.0)
         # What is there already has to be in the model that the slopes are taken of.
         there = [replace(v, shapes=(), secants=()) for v in base.hypothesis.variants]
-        signatures = Signatures(fitter.campaign, [*variants, *there]).about(look, self._names)
-        signatures = [s for s in signatures if s.variant.effect == effect]
-        screen = Screen(look, signatures)
-        usable = [m for m in range(len(signatures)) if screen.usable(m)]
-        gains = sorted((screen.single(m) for m in usable), key=lambda g: -g.log_odds)
+        library = Signatures(fitter.campaign, [*variants, *there])
+        signatures: list[Signature] = []
+        gains: list[Gain] = []
+        # A start needs the changes up to finite sizes only where the slopes show nothing.
+        for secants in (False, True):
+            if not gains:
+                seen = library.about(look, self._names, secants)
+                signatures = [s for s in seen if s.variant.effect == effect]
+                screen = Screen(look, signatures)
+                usable = [m for m in range(len(signatures)) if screen.usable(m)]
+                gains = sorted((screen.single(m) for m in usable), key=lambda g: -g.log_odds)
         if not gains:
             raise InvalidInputError(f"{effect}: these readings do not depend on it")
         own = effect in fitter.campaign.own
@@ -108,10 +112,13 @@ class Bench:
         for gain in gains[: _STARTS if own else 1]:
             variant = signatures[gain.members[0]].variant
             hypothesis = Hypothesis((*base.hypothesis.variants, variant))
-            # From a start that was too bold the search may end worse than it was without.
-            for share in (1.0, _TIMID):
-                sizes = share * gain.sizes
-                start = start_values(fitter, signatures, gain.members, sizes, base)
+            # From a start that is too bold the search is long, and may end worse than it was
+            # without.
+            starts = [
+                start_values(fitter, signatures, gain.members, share * gain.sizes, base)
+                for share in (1.0, _TIMID)
+            ]
+            for start in sorted(starts, key=lambda s: fitter.misfit(hypothesis, s, self.noise)):
                 found = self._polished(hypothesis, start)
                 if best is None or found.margin.chi2 < best.margin.chi2:
                     best = found

@@ -60,6 +60,20 @@ class Curves:
                     }
                 )
         self._count = at
+        self.mean_over = [
+            name
+            for name, values in (
+                ("input angle", readings.input_angle_deg),
+                ("run", readings.run_index),
+            )
+            if self._varies(values)
+        ]
+        """What differs between the readings of one point: its line shows the mean over that."""
+
+    def _varies(self, values: NDArray[Any]) -> bool:
+        order = np.lexsort((values, self._cells))
+        cell, value = self._cells[order], values[order]
+        return bool(np.any((cell[1:] == cell[:-1]) & (value[1:] != value[:-1])))
 
     def of(self, model_arcsec: Floats) -> list[list[float | None] | None]:
         """The lines of one model, in the order of `lines`."""

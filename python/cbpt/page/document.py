@@ -2,6 +2,7 @@
 
     page_document   a case, its readings and what was found -> one JSON-able dict, `SCHEMA`
     Source          names and texts of the files, as the document tells them
+    named           readings without the folder that they come from
 
 Angles are arcsec, other units stand in the names; arrays run over the rows of the table, in the
 order of the readings; null is "not there", and `reasons` says why.
@@ -30,18 +31,21 @@ order of the readings; null is "not there", and `reasons` says why.
       parameters    [{effect, name, value, u, unit, text, value_SI, name_SI, at_bound, why_no_u}]
       numbers       [{number, stated, prior, value, u, shift_sigma}]: numbers of drive and rig
     candidates      [{effect, label, class, key, probability, p_value, surviving_fraction, rival,
-                    rival_correlation, in_answer, is_rival, tell_tale, equation}], likeliest first
+                    rival_correlation, in_answer, is_rival, tell_tale, equation}], likeliest first;
+                    before them numbers that the answer names without ranking them (nulls)
     library         [{effect, label, class, port, tell_tale, equation, source, why_not}]: every
                     effect there is; why_not: these readings cannot show it
     ladder          {rungs [{added, label, key, effects, in_sample_arcsec, held_out_arcsec,
-                    chi2_per_dof}], noise_floor_arcsec, stop (index of the answer's rung),
-                    held_out_by}
+                    chi2_per_dof}], stop (index of the answer's rung), stop_says, held_out_by}
     where           {regions [{label, region {column: [low, high]}, regime, readings,
                     share_of_misfit, bias_arcsec, excess_arcsec, p_value}], of: key of the model}
     curves          [{label, level, preload_N, branch, torque_Nm, angle_arcsec {key: [..]}}]
+    curves_mean_over [text]: what differs between the readings of one point of a curve: it shows
+                    the mean over that
     own             {draft {id, port, expression, parameters [..], toml} | null,
                     variables [{name, meaning}], ports [{key, meaning}]}
-    noise           answer.noise with noise_floor_arcsec
+    noise           answer.noise with noise_floor_arcsec and noise_floor_of: what it was taken from;
+                    null where nothing adequate tells it, and why
     next_run        answer.next_run
     isolability     what `cbpt isolability` says of this campaign
     drive           see `drive`
@@ -54,23 +58,26 @@ import hashlib
 import shlex
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import PurePath
-from typing import Any
+from dataclasses import dataclass, replace
+from pathlib import Path, PurePath
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive, effect_specs, own_effect_variables
-from cbpt.lab.answer import Diagnosis
 from cbpt.lab.levels import settings
 from cbpt.lab.readings import Readings
-from cbpt.lab.sentence import NAMES
+from cbpt.lab.sentence import called
 from cbpt.page.curves import BRANCHES, Curves
-from cbpt.page.models import REFITTED, STATED, UNKNOWN, Models, key_of, stated
-from cbpt.page.plain import numbers
+from cbpt.page.plain import array, numbers
+from cbpt.page.stated import REFITTED, STATED, UNKNOWN, key_of, stated
 
-__all__ = ["SCHEMA", "Source", "page_document"]
+if TYPE_CHECKING:
+    from cbpt.lab.answer import Diagnosis
+    from cbpt.page.models import Models
+
+__all__ = ["SCHEMA", "Source", "from_here", "named", "page_document"]
 
 SCHEMA = "cbpt-page-1"
 Floats = NDArray[np.float64]
@@ -108,9 +115,24 @@ class Source:
     @classmethod
     def of_files(cls, case: str, data: str, case_text: str, *flags: str) -> Source:
         """Of files on disk."""
-        words = ["cbpt", "report", case, data, *flags, "--out", "report.html"]
+        words = ["cbpt", "report", from_here(case), from_here(data), *flags]
         names = PurePath(case).name, PurePath(data).name
-        return cls(*names, case_text, shlex.join(words))
+        return cls(*names, case_text, shlex.join([*words, "--out", "report.html"]))
+
+
+def from_here(path: str) -> str:
+    """A file as a command line names it on a page that may be sent on: from where it is run, and
+    without what lies above that."""
+    here = Path.cwd()
+    file = Path(path)
+    if not file.is_absolute():
+        return path
+    return str(file.relative_to(here)) if file.is_relative_to(here) else file.name
+
+
+def named(readings: Readings, path: str, name: str) -> Readings:
+    """Readings of a file by its name alone: where it lies is nobody else's business."""
+    return replace(readings, source=readings.source.replace(path, name, 1))
 
 
 def page_document(
@@ -139,6 +161,8 @@ def page_document(
         lacking = ("answer", "answer_key", "candidates", "ladder", "where", "noise")
         told |= dict.fromkeys(lacking, _NOT_YET)
     else:
+        from cbpt.page.models import Models
+
         models = models or Models(diagnosis, readings)
         entries, regimes = list(models.entries()), models.regimes()
         found = Found(diagnosis, models)
@@ -180,7 +204,7 @@ def page_document(
         "library": list(library(case, found)),
         "ladder": found.ladder(),
         "where": found.where(),
-        "curves": curves_of(readings, entries),
+        **curves_of(readings, entries),
         "own": own_section(answer),
         "noise": found.noise(),
         "next_run": answer["next_run"] if answer else None,
@@ -231,17 +255,15 @@ def _mapped(readings: Readings) -> Iterator[dict[str, str]]:
             yield {"key": key, "label": label, "unit": unit, "kind": kind}
 
 
-def curves_of(readings: Readings, entries: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Lines through every model."""
+def curves_of(readings: Readings, entries: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Lines through every model, and what they are means over."""
     curves = Curves(readings)
     lines = [line | {"angle_arcsec": {}} for line in curves.lines]
     for entry in entries:
-        model = np.array(
-            [np.nan if v is None else v for v in entry["model_arcsec"]], dtype=np.float64
-        )
-        for line, angle in zip(lines, curves.of(model), strict=True):
+        of_model = curves.of(array(entry["model_arcsec"]))
+        for line, angle in zip(lines, of_model, strict=True):
             line["angle_arcsec"][entry["key"]] = angle
-    return lines
+    return {"curves": lines, "curves_mean_over": curves.mean_over}
 
 
 # --- what was found -----------------------------------------------------------------------
@@ -269,23 +291,32 @@ class Found:
 
     def candidates(self) -> Iterator[dict[str, Any]]:
         """The ranking, each with what a card shows."""
-        if self.answer is None:
+        if self.diagnosis is None or self.answer is None:
             return
         specs = {spec.id: spec for spec in effect_specs()}
-        rivals = {effect for group in self.answer["verdict"]["rivals"] for effect in group}
-        for row in self.answer["ranking"]:
+        kind = self.diagnosis.competition.campaign.drive.kind
+        verdict = self.answer["verdict"]
+        rivals = {effect for group in verdict["rivals"] for effect in group}
+        numbers = self.models.numbers_named if self.models else []
+        ranked = ("probability", "p_value", "surviving_fraction", "rival", "rival_correlation")
+        unranked = [
+            {
+                "effect": number,
+                "class": specs[number].kind,
+                "in_answer": number in verdict["effects"],
+                **dict.fromkeys(ranked),
+            }
+            for number in numbers
+        ]
+        for row in [*unranked, *self.answer["ranking"]]:
             effect = row["effect"]
             spec = specs.get(effect)
             yield {
                 "effect": effect,
-                "label": NAMES.get(effect, effect),
+                "label": called(effect, kind),
                 "class": row["class"],
                 "key": key_of([effect]),
-                "probability": row["probability"],
-                "p_value": row["p_value"],
-                "surviving_fraction": row["surviving_fraction"],
-                "rival": row["rival"],
-                "rival_correlation": row["rival_correlation"],
+                **{name: row[name] for name in ranked},
                 "in_answer": row["in_answer"],
                 "is_rival": effect in rivals,
                 "tell_tale": spec.tell_tale if spec else "",
@@ -320,10 +351,11 @@ class Found:
                     "chi2_per_dof": rung.chi2_per_dof,
                 }
             )
+        stop = next(i for i, r in enumerate(d.ladder) if r is final)
         return {
             "rungs": rungs,
-            "noise_floor_arcsec": d.noise_floor_arcsec,
-            "stop": next(i for i, r in enumerate(d.ladder) if r is final),
+            "stop": stop,
+            "stop_says": _stop_says(d, stop),
             "held_out_by": d.held_out_by,
         }
 
@@ -343,7 +375,22 @@ class Found:
         """The noise, and the error that it alone leaves."""
         if self.answer is None or self.diagnosis is None:
             return None
-        return {**self.answer["noise"], "noise_floor_arcsec": self.diagnosis.noise_floor_arcsec}
+        from cbpt.lab.uncertainty import floor_of
+
+        floor, of = floor_of(self.diagnosis)
+        return {**self.answer["noise"], "noise_floor_arcsec": floor, "noise_floor_of": of}
+
+
+def _stop_says(d: Diagnosis, stop: int) -> str | None:
+    """Why the ladder goes no further by name; None where it goes no further at all."""
+    if stop + 1 >= len(d.ladder):
+        return None
+    if d.verdict.pattern is not None:
+        return "no effect gets further; below, a pattern without a name"
+    last, more = (r.held_out_rmse_arcsec for r in d.ladder[stop : stop + 2])
+    if more >= last:
+        return "stop: more gains nothing held out"
+    return "stop: what more gains is too little to be likelier"
 
 
 def library(case: Case | Drive, found: Found) -> Iterator[dict[str, Any]]:
@@ -357,7 +404,7 @@ def library(case: Case | Drive, found: Found) -> Iterator[dict[str, Any]]:
             there = fitted is None or spec.id in fitted
             yield {
                 "effect": spec.id,
-                "label": NAMES.get(spec.id, spec.id),
+                "label": called(spec.id, kind),
                 "class": spec.kind,
                 "port": spec.port,
                 "tell_tale": spec.tell_tale,

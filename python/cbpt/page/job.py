@@ -56,6 +56,11 @@ class Job:
         """Whether it is still at work."""
         return self._thread.is_alive()
 
+    @property
+    def wanted(self) -> bool:
+        """Whether it is at work and will tell what it finds."""
+        return self.running and not self._unwanted.is_set()
+
     def cancel(self) -> None:
         """Not wanted any more; takes hold at the next step."""
         self._unwanted.set()

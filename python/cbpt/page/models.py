@@ -1,6 +1,5 @@
 """Models of one table as the page shows them: what was fitted, and any further choice of effects.
 
-    stated     the case as it is, without a diagnosis
     Models     the fits of a diagnosis, each an entry of the document; further ones start from them
 
 All rows of the table are predicted, those too that a diagnosis of a long table did not look at.
@@ -20,7 +19,7 @@ from threadpoolctl import threadpool_limits
 from cbpt._core import Case, Drive, OwnEffect, effect_specs
 from cbpt.errors import InvalidInputError
 from cbpt.lab.answer import Diagnosis, log_total
-from cbpt.lab.assembled import Assembled, Campaign
+from cbpt.lab.assembled import Assembled
 from cbpt.lab.competition import Names
 from cbpt.lab.fit import Fit
 from cbpt.lab.fitting import case_with
@@ -32,66 +31,12 @@ from cbpt.lab.readings import Readings
 from cbpt.lab.sentence import DISPLAY, name_of, shown
 from cbpt.page.bench import Bench
 from cbpt.page.curves import Curves
-from cbpt.page.plain import finite, numbers
+from cbpt.page.plain import array, numbers
+from cbpt.page.stated import REFITTED, STATED, UNKNOWN, key_of, rows_of, with_zeros
 
 Floats = NDArray[np.float64]
 
-STATED, REFITTED, UNKNOWN = "stated", "refitted", "unknown"
-"""Keys of the models that have no effect of their own."""
 _TELL_TALES = {spec.id: spec.tell_tale for spec in effect_specs()}
-
-
-def key_of(effects: Sequence[str]) -> str:
-    """The key of the model with some effects."""
-    return "+".join(sorted(effects)) or REFITTED
-
-
-def rows_of(
-    key: str, role: str, label: str, effects: Sequence[str], y: Floats, model: Floats
-) -> dict[str, Any]:
-    """What every entry has: the model and the residual row by row, and the error."""
-    residual = y - model
-    solved = np.isfinite(residual)
-    return {
-        "key": key,
-        "role": role,
-        "label": label,
-        "effects": list(effects),
-        "model_arcsec": numbers(model),
-        "residual_arcsec": numbers(residual),
-        "rmse_arcsec": rms(residual[solved]) if solved.any() else None,
-        "held_out_rmse_arcsec": None,
-        "chi2_per_dof": None,
-        "zero_arcsec": None,
-        "parameters": [],
-        "numbers": [],
-        "probability": None,
-        "tell_tale": "",
-        "signature_arcsec": None,
-        "converged": True,
-        "case_text": None,
-    }
-
-
-def stated(case: Case | Drive, readings: Readings) -> tuple[dict[str, Any], Floats, list[str]]:
-    """The case as it is, but for the best zero: its entry, the model row by row, its regimes."""
-    from cbpt.lab.added import predicted
-
-    found = predicted(case, readings)
-    campaign = campaign_of(case, readings, ())
-    model, zero = with_zeros(campaign, found.elastic_angle_arcsec)
-    entry = rows_of(STATED, "stated", "the drive as stated", (), campaign.y_arcsec, model)
-    entry["zero_arcsec"] = finite(zero)
-    return entry, model, [str(name) for name in found.regime]
-
-
-def with_zeros(campaign: Campaign, angle: Floats) -> tuple[Floats, float]:
-    """The model with the zeros that fit best, and the zero where all readings share one."""
-    weight = np.where(np.isfinite(angle), campaign.u_arcsec**-2.0, 0.0)
-    off = np.where(np.isfinite(angle), campaign.y_arcsec - angle, 0.0)
-    # Zeros are columns without overlap: one for all, or one for each run.
-    zero = (campaign.zeros.T @ (weight * off)) / np.maximum(campaign.zeros.T @ weight, 1e-300)
-    return angle + campaign.zeros @ zero, float(zero[0]) if len(zero) == 1 else np.nan
 
 
 class Models:
@@ -121,8 +66,20 @@ class Models:
         yield self._entry(STATED, "stated", "the drive as stated", (), self._bench, d.before)
         for names in sorted(c.fits, key=lambda n: (len(n) > 0, -c.log_odds[n])):
             yield self._of_set(names, self._bench, c.fits[names])
+        for number in self.numbers_named:
+            yield self._of_set((number,), self._bench, self._bench.fit([number]))
         if d.verdict.pattern is not None:
             yield self._of_pattern()
+
+    @property
+    def numbers_named(self) -> list[str]:
+        """Numbers of drive and rig that the answer names without a fit of their own, as it weighs
+        how far they move within what is stated; their fits leave them free."""
+        d = self.diagnosis
+        named = [*d.verdict.effects, *(effect for group in d.verdict.rivals for effect in group)]
+        known = {v.effect for v in self._bench.fitter.variants}
+        fits = d.competition.fits
+        return [n for n in named if n in PRIORS and n in known and (n,) not in fits]
 
     def _of_set(self, names: Names, bench: Bench, fit: Fit) -> dict[str, Any]:
         label = " + ".join(name_of(self.diagnosis, n) for n in names) or "numbers refitted"
@@ -229,10 +186,9 @@ class Models:
         with self._lock, threadpool_limits(1, user_api="blas"):
             bench = self._bench_for(wanted)
             entry = self._of_set(tuple(sorted(wanted)), bench, bench.fit(wanted))
-            look = bench.fitter.look(bench.fit(wanted), bench.noise)
             return {
                 "model": entry,
-                "curves": self._curves.of(self.predicted(bench, look)),
+                "curves": self._curves.of(array(entry["model_arcsec"])),
                 "ladder": [self._rung(bench, wanted[:n]) for n in range(len(wanted) + 1)],
             }
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,11 @@ def numbers(values: Floats | None, decimals: int = _DECIMALS) -> list[float | No
     if np.isfinite(rounded).all():
         return list(rounded.tolist())
     return [v if math.isfinite(v) else None for v in rounded.tolist()]
+
+
+def array(values: Sequence[float | None]) -> Floats:
+    """Such a list as an array again."""
+    return np.array([np.nan if v is None else v for v in values], dtype=np.float64)
 
 
 def finite(value: float | None) -> float | None:

@@ -5,14 +5,17 @@
     GET  /                      the page; with ?token= it sets the cookie first
     GET  /page.css, /*.js       its files; /plotly.min.js from the plotly package
     GET  /api/document          the document, or null
-    POST /api/upload?name=      bytes of a file -> {ready, message, columns, quantities, problem}
+    POST /api/upload?name=      bytes of a file -> {ready, message, columns, quantities, sheets,
+                                problem};
+                                &more=1: another file follows, with which it is read
     POST /api/columns           {columns {header: meaning}, sheet} -> the same
+    POST /api/forget            files that were refused or are in doubt are wanted no more
     POST /api/diagnose          {seed} -> the job
     GET  /api/job               {state, stage, share, seconds, error}
     POST /api/cancel            the job
     GET  /api/isolability       {isolability, why}: worked out when first asked for
     POST /api/model             {effects} -> {model, curves, ladder}
-    POST /api/own/check         an own effect -> {ok, message, column}
+    POST /api/own/check         an own effect -> {ok, message, column, notes}
     POST /api/own/fit           an own effect, {effects} beside it -> {model, curves, ladder}
     POST /api/drive             {load, design} -> the section `drive`
     GET  /api/export/WHAT       json, csv, case, command; ?effects=a,b
@@ -86,6 +89,7 @@ def application(
         "columns": lambda b: session.map_columns(
             _texts(b, "columns"), None if b.get("sheet") is None else _text(b, "sheet")
         ),
+        "forget": lambda b: session.forget(),
         "diagnose": lambda b: session.start(_seed(b)),
         "cancel": lambda b: session.cancel(),
         "model": lambda b: session.model(_list(b, "effects")),
@@ -169,12 +173,12 @@ def _poster(act: Callable[[dict[str, Any]], object]) -> Callable[[Request], Awai
 
 def _upload(session: Session) -> Callable[[Request], Awaitable[Response]]:
     async def post(request: Request) -> Response:
-        name = request.query_params.get("name", "")
+        name, more = request.query_params.get("name", ""), "more" in request.query_params
         try:
             raw = await _body(request, MOST_BYTES)
         except Wrong as error:
             return JSONResponse({"error": str(error)}, error.status)
-        return await _answered(lambda: session.take(name, raw))
+        return await _answered(lambda: session.take(name, raw, more))
 
     return post
 

@@ -11,26 +11,31 @@ from __future__ import annotations
 import re
 import shlex
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from cbpt._core import Case, Drive, OwnEffect
-from cbpt.effects import expression
-from cbpt.errors import CaseError, CbptError, InvalidInputError, ReadingsError
+from cbpt.effects import doubtful_names, expression
+from cbpt.errors import CaseError, CbptError, InvalidInputError
 from cbpt.lab.inputs import case_and_readings
 from cbpt.lab.readings import Readings
-from cbpt.page.document import Source, page_document
+from cbpt.page.document import Source, from_here, named, page_document
 from cbpt.page.drive import redrawn
 from cbpt.page.job import Cancelled, Job
-from cbpt.page.models import Models
 from cbpt.page.plain import to_json
 from cbpt.page.tables import csv_of
-from cbpt.page.uploads import Upload, read_case, shown_name
+from cbpt.page.uploads import Opened, Upload, read_case, shown_name
+
+if TYPE_CHECKING:
+    from cbpt.page.models import Models
 
 MOST_EFFECTS = 8
 _NOTHING = "there are no readings yet: open a case file and a table of readings first"
-_ASK_FOR_IT = "what this campaign could see is worked out when it is asked for"
+_ASK_FOR_IT = "what this campaign could see is worked out once nothing else is asked for"
+_ENDING = "the workbench is ending"
 _NO_DIAGNOSIS = "the readings have to be diagnosed first"
 
 
@@ -44,14 +49,17 @@ class Session:
     def __init__(self) -> None:
         self._lock = threading.RLock()
         self._matrix = threading.Lock()
-        self._case: Case | Drive | None = None
-        self._case_name = self._case_text = ""
-        self._case_words = self._data_words = ""
-        self._upload: Upload | None = None
+        self._gate = threading.Condition()
+        self._asked_now = 0
+        """Requests under way that somebody looks at; what is not urgent waits for them."""
+        self._ending = False
+        self._shown = Opened()
+        self._next: Opened | None = None
+        """Files on their way: they are shown once readings come of them, not before."""
         self._readings: Readings | None = None
-        self._flags: list[str] = []
         self._models: Models | None = None
         self._job: Job | None = None
+        self._seed = 0
         self._document: dict[str, Any] | None = None
         self._text: str | None = None
 
@@ -69,78 +77,78 @@ class Session:
     ) -> Session:
         """With files from disk. Raises `CaseError` and `ReadingsError`."""
         session = cls()
-        session._case, session._readings = case_and_readings(
-            case, data, dict(columns or {}) or None, sheet, only
+        read, readings = case_and_readings(case, data, dict(columns or {}) or None, sheet, only)
+        session._readings = named(readings, str(data), data.name)
+        session._shown = Opened(
+            read,
+            case.name,
+            case.read_text(encoding="utf-8-sig"),
+            from_here(str(case)),
+            Upload(data.name, str(data), dict(columns or {}), sheet, dict(only or {}) or None),
+            from_here(str(data)),
+            tuple(flags),
         )
-        session._case_text = case.read_text(encoding="utf-8-sig")
-        session._case_words, session._data_words = str(case), str(data)
-        session._case_name = case.name
-        session._upload = Upload(data.name, str(data), dict(columns or {}), sheet)
-        session._flags = list(flags)
         return session
 
-    def take(self, name: str, raw: bytes) -> dict[str, Any]:
-        """A file that was handed over: a case where it is TOML, else a table."""
+    def take(self, name: str, raw: bytes, more: bool = False) -> dict[str, Any]:
+        """A file that was handed over: a case where it is TOML, else a table. more: others follow,
+        with which it is read. Raises `CaseError`, and `ReadingsError` for what is too large."""
+        found: dict[str, Any]
         if name.lower().endswith(".toml"):
-            return self.take_case(shown_name(name, "case.toml"), raw)
-        return self.take_table(shown_name(name, "table"), raw)
-
-    def take_case(self, name: str, raw: bytes) -> dict[str, Any]:
-        """A case; the readings are read anew with it. Raises `CaseError`."""
-        case, text = read_case(name, raw)
+            name = shown_name(name, "case.toml")
+            case, text = read_case(name, raw)
+            found = {"case": case, "case_name": name, "case_text": text, "case_words": name}
+        else:
+            name = shown_name(name, "table")
+            found = {"upload": Upload.of_bytes(name, raw), "data_words": name, "flags": ()}
         with self._lock:
-            self._drop()
-            self._case, self._case_name, self._case_text = case, name, text
-            self._case_words = name
-            return self._read()
-
-    def take_table(self, name: str, raw: bytes) -> dict[str, Any]:
-        """A table. Raises `ReadingsError` for what is too large."""
-        upload = Upload.of_bytes(name, raw)
-        with self._lock:
-            self._drop()
-            if self._upload is not None:
-                self._upload.close()
-            self._upload, self._data_words, self._flags = upload, name, []
-            return self._read()
+            return self._open(replace(self._latest, **found), more)
 
     def map_columns(self, columns: Mapping[str, str], sheet: str | None) -> dict[str, Any]:
         """What the columns of the table mean, as the user says."""
         with self._lock:
-            if self._upload is None:
+            latest = self._latest
+            if latest.upload is None:
                 raise NotNow("there is no table yet whose columns could be told")
-            self._drop()
-            self._upload.columns, self._upload.sheet = dict(columns), sheet
-            self._flags = []
+            flags = []
             for header, meaning in columns.items():
-                self._flags += ["--column", f"{header}={meaning}"]
+                flags += ["--column", f"{header}={meaning}"]
             if sheet is not None:
-                self._flags += ["--sheet", sheet]
-            return self._read()
+                flags += ["--sheet", sheet]
+            upload = replace(latest.upload, columns=dict(columns), sheet=sheet)
+            return self._open(replace(latest, upload=upload, flags=tuple(flags)))
 
-    def _drop(self) -> None:
-        """What was found of other files is nothing worth any more."""
-        if self._job is not None:
-            self._job.cancel()
-        self._readings = self._models = self._document = self._text = self._job = None
+    def forget(self) -> dict[str, Any]:
+        """Files that were refused or are in doubt are wanted no more; what is shown stays."""
+        with self._lock:
+            if self._readings is not None:
+                self._let_go(self._next, self._shown)
+                self._next = None
+            return {}
 
-    def _read(self) -> dict[str, Any]:
-        """The readings, where case and table are there; and what is missing or in doubt."""
-        found: dict[str, Any] = {"ready": False, "message": "", "columns": [], "quantities": []}
-        if self._upload is None:
-            return found | {"message": f"{self._case_name} is read; now a table of readings."}
-        found |= self._upload.describe()
-        if self._case is None:
-            return found | {"message": f"{self._upload.name} is here; now the case file (TOML)."}
-        case = self._case
-        if isinstance(case, Drive):
-            case = Case.from_toml(case.to_toml())
-        try:
-            self._readings = self._upload.readings(case)
-        except ReadingsError as error:
-            problem = self._upload.told(error)
-            return found | {"problem": problem, "message": problem["error"], "doubt": True}
-        return found | {"ready": True, "message": "", "rows": len(self._readings)}
+    @property
+    def _latest(self) -> Opened:
+        return self._next or self._shown
+
+    def _open(self, files: Opened, more: bool = False) -> dict[str, Any]:
+        """Show files where readings come of them; else they wait, and what is shown stays."""
+        readings, found = (None, {"ready": False}) if more else files.read()
+        last, self._next = self._next, files
+        self._let_go(last, files, self._shown)
+        if readings is not None:
+            if self._job is not None:
+                self._job.cancel()
+            self._let_go(self._shown, files)
+            self._shown, self._next, self._readings = files, None, readings
+            self._models = self._document = self._text = self._job = None
+        return found
+
+    @staticmethod
+    def _let_go(files: Opened | None, *kept: Opened) -> None:
+        """Remove a table that none of the others has."""
+        upload = None if files is None else files.upload
+        if upload and all(k.upload is None or k.upload.path != upload.path for k in kept):
+            upload.close()
 
     # --- the document ---
 
@@ -155,18 +163,19 @@ class Session:
     def _made(
         self, models: Models | None, isolability: Mapping[str, Any] | None, why: str | None
     ) -> dict[str, Any]:
-        assert self._case is not None
+        shown = self._shown
+        assert shown.case is not None
+        assert shown.upload is not None
         assert self._readings is not None
-        assert self._upload is not None
-        words = ["cbpt", "report", self._case_words, self._data_words, *self._flags]
+        words = ["cbpt", "report", shown.case_words, shown.data_words, *shown.flags]
         source = Source(
-            self._case_name,
-            self._upload.name,
-            self._case_text,
+            shown.case_name,
+            shown.upload.name,
+            shown.case_text,
             shlex.join([*words, "--out", "report.html"]),
         )
         return page_document(
-            self._case,
+            shown.case,
             self._readings,
             source,
             None if models is None else models.diagnosis,
@@ -178,18 +187,21 @@ class Session:
     # --- the diagnosis ---
 
     def start(self, seed: int = 0) -> dict[str, Any]:
-        """Begin a diagnosis. Raises `NotNow` where one is under way or nothing is there."""
+        """Begin a diagnosis, or join the same one that is under way. Raises `NotNow` where another
+        one is, or where there is nothing to diagnose."""
         with self._lock:
-            if self._case is None or self._readings is None:
+            case, readings = self._shown.case, self._readings
+            if case is None or readings is None:
                 raise NotNow(_NOTHING)
-            if self._job is not None and self._job.running:
-                raise NotNow("a diagnosis is under way; wait for it or cancel it")
-            case, readings = self._case, self._readings
+            if self._job is not None and self._job.wanted:
+                if seed != self._seed:
+                    raise NotNow("a diagnosis is under way; wait for it or cancel it")
+                return self._job.to_dict()
 
             def work(step: Callable[[str, float], None]) -> None:
                 self._diagnose(case, readings, seed, step)
 
-            self._job = Job(work).start()
+            self._job, self._seed = Job(work).start(), seed
             return self._job.to_dict()
 
     def _diagnose(
@@ -200,6 +212,7 @@ class Session:
         step: Callable[[str, float], None],
     ) -> None:
         from cbpt.lab.diagnose import diagnose
+        from cbpt.page.models import Models
 
         diagnosis = diagnose(
             case, readings, seed=seed, progress=lambda what, share: step(what, 0.9 * share)
@@ -221,20 +234,28 @@ class Session:
         models = self._diagnosed()
 
         def step(what: str, share: float) -> None:
+            with self._gate:
+                self._gate.wait_for(lambda: self._ending or not self._asked_now)
+            if self._ending:
+                raise NotNow(_ENDING)
             if models is not self._models:
                 raise NotNow("other files have been opened meanwhile")
 
         with self._matrix:
             document = self._document
             if document is not None and document["reasons"].get("isolability") == _ASK_FOR_IT:
-                found, why = campaign_isolability(models.diagnosis, step)
-                with self._lock:
+                try:
+                    found, why = campaign_isolability(models.diagnosis, step)
                     step("", 1.0)
+                except NotNow as error:  # nobody waits for it any more
+                    return {"isolability": None, "why": str(error)}
+                with self._lock:
                     document["isolability"] = found
                     document["reasons"]["isolability"] = why
                     if why is None:
                         del document["reasons"]["isolability"]
-                    self._text = to_json(document)
+                    if document is self._document:
+                        self._text = to_json(document)
             assert document is not None
             why = document["reasons"].get("isolability")
             return {"isolability": document["isolability"], "why": why}
@@ -253,21 +274,39 @@ class Session:
         return self.job()
 
     def begin(self) -> None:
-        """Where files were given: the page first, then the diagnosis."""
-        if self.document() is not None:
-            self.start()
+        """Where files were given: what the page asks for first. It asks for the diagnosis once its
+        first plot stands, which would wait for it otherwise."""
+        self.document()
 
     def join(self, seconds: float) -> bool:
         """Wait for the diagnosis; False where it has not ended by then."""
         return self._job is None or self._job.join(seconds)
 
-    def close(self) -> None:
-        """At the end: whatever is under way stops soon."""
+    @contextmanager
+    def _first(self) -> Iterator[None]:
+        """What is asked for in here goes before what is worked out meanwhile."""
+        with self._gate:
+            self._asked_now += 1
+        try:
+            yield
+        finally:
+            with self._gate:
+                self._asked_now -= 1
+                self._gate.notify_all()
+
+    def stop(self) -> None:
+        """Whatever is under way ends at its next step."""
+        self._ending = True
         if self._job is not None:
             self._job.cancel()
+
+    def close(self) -> None:
+        """At the end: nothing goes on, and no file of ours is left."""
+        self.stop()
+        if self._job is not None:
             self._job.join(5.0)
-        if self._upload is not None:
-            self._upload.close()
+        for files in (self._next, self._shown):
+            self._let_go(files)
 
     # --- further models ---
 
@@ -275,7 +314,9 @@ class Session:
         """The model with some effects. Raises `InvalidInputError`, `NotNow`."""
         if len(effects) > MOST_EFFECTS:
             raise InvalidInputError(f"{len(effects)} effects, expected at most {MOST_EFFECTS}")
-        return self._diagnosed().choice(effects)
+        models = self._diagnosed()
+        with self._first():
+            return models.choice(effects)
 
     def _diagnosed(self) -> Models:
         models = self._models
@@ -284,9 +325,10 @@ class Session:
         return models
 
     def check_own(self, entry: Mapping[str, Any]) -> dict[str, Any]:
-        """Whether an own effect can be read, else what is wrong and at which character."""
+        """Whether an own effect can be read, else what is wrong and at which character; notes are
+        what may be a slip all the same."""
         try:
-            own_effect_of(entry)
+            effect = own_effect_of(entry)
         except (CaseError, InvalidInputError) as error:
             text = str(error).removeprefix("effect[0].")
             at = _CHARACTER.search(text)
@@ -294,24 +336,27 @@ class Session:
                 "ok": False,
                 "message": at[2] if at else text,
                 "column": int(at[1]) if at else None,
+                "notes": [],
             }
-        return {"ok": True, "message": "", "column": None}
+        return {"ok": True, "message": "", "column": None, "notes": doubtful_names(effect)}
 
     def fit_own(self, entry: Mapping[str, Any], effects: Sequence[str] = ()) -> dict[str, Any]:
         """An own effect fitted, alone or with others."""
         effect = own_effect_of(entry)
         models = self._diagnosed()
-        models.add_own(effect)
+        with self._first():
+            models.add_own(effect)
         return self.model([*(e for e in effects if e != effect.id), effect.id])
 
     # --- the drive ---
 
     def drive(self, load: Mapping[str, float], design: Mapping[str, float]) -> dict[str, Any]:
         """The drive at another load, with other numbers."""
-        case, readings = self._case, self._readings
+        case, readings = self._shown.case, self._readings
         if case is None or readings is None:
             raise NotNow(_NOTHING)
-        return redrawn(case, readings, load, design)
+        with self._first():
+            return redrawn(case, readings, load, design)
 
     # --- to take away ---
 
@@ -332,13 +377,13 @@ class Session:
         if what == "csv":
             return csv_of(self._document, entry), "text/csv", f"{stem}_readings.csv"
         if what == "case":
-            case = entry["case_text"] or self._case_text
+            case = entry["case_text"] or self._shown.case_text
             return case, "application/toml", f"{stem}_case.toml"
         raise NotNow(f"nothing is exported as {what!r}: json, csv, case or command")
 
     def _command(self, effects: Sequence[str]) -> str:
         """The command line that gives the same."""
-        words = [self._case_words, self._data_words, *self._flags]
+        words = [self._shown.case_words, self._shown.data_words, *self._shown.flags]
         if not effects:
             return shlex.join(["cbpt", "report", *words, "--out", "report.html"])
         own = {effect.id for effect in self._diagnosed().own}
@@ -348,8 +393,8 @@ class Session:
         return shlex.join(["cbpt", "fit", *words, "--with", *effects, "--out", "case_with.toml"])
 
     def _stem(self) -> str:
-        assert self._upload is not None
-        return re.sub(r"[^\w.-]+", "_", Path(self._upload.name).stem) or "cbpt"
+        assert self._shown.upload is not None
+        return re.sub(r"[^\w.-]+", "_", Path(self._shown.upload.name).stem) or "cbpt"
 
 
 _CHARACTER = re.compile(r"character (\d+): (.*)", re.DOTALL)

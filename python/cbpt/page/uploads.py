@@ -1,6 +1,7 @@
 """Cases and tables that a browser hands over: bytes are read, names are only shown.
 
     Upload          one table: its name, its columns with what they are taken for, its readings
+    Opened          a case and a table, as far as they are there
     read_case       a case from text
     shown_name      a file's name as it may be shown
 
@@ -17,9 +18,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from cbpt._core import Case
+from cbpt._core import Case, Drive
 from cbpt.errors import CbptError, Mistake, ReadingsError
-from cbpt.lab.formats import at_most, read_file
+from cbpt.lab.formats import at_most, read_file, sheets_of
 from cbpt.lab.inputs import case_and_readings
 from cbpt.lab.readings import Readings
 from cbpt.lab.table import Table
@@ -85,8 +86,10 @@ class Upload:
 
     def describe(self) -> dict[str, Any]:
         """The columns with what each is taken for, and what is in doubt."""
+        sheets: list[tuple[str, bool]] = []
         try:
             with at_most(_MOST_CELLS, _MOST_UNPACKED):
+                sheets = sheets_of(self.path, self.columns)
                 table = read_file(self.path, self.sheet, self.columns)
                 found = list(self._columns(table))
             problem = None
@@ -95,6 +98,8 @@ class Upload:
         return {
             "name": self.name,
             "sheet": self.sheet,
+            "sheets": [name for name, _ in sheets],
+            "which_sheet": self.sheet is None and sum(fits for _, fits in sheets) > 1,
             "columns": found,
             "doubt": problem is not None or any(column["doubt"] for column in found),
             "problem": problem,
@@ -137,8 +142,7 @@ class Upload:
             ) from None
         if len(found) > MOST_ROWS:
             raise _too_many_rows(self.name, len(found))
-        source = found.source.replace(self.path, self.name)
-        return replace(found, source=source) if self.mine else found
+        return replace(found, source=found.source.replace(self.path, self.name, 1))
 
     def told(self, error: CbptError) -> dict[str, Any]:
         """An error as the page shows it."""
@@ -156,6 +160,42 @@ class Upload:
                 for m in mistakes[: ReadingsError.SHOWN]
             ],
         }
+
+
+@dataclass(frozen=True)
+class Opened:
+    """A case and a table, as far as they are there, with the words of a command line for them."""
+
+    case: Case | Drive | None = None
+    case_name: str = ""
+    case_text: str = ""
+    case_words: str = ""
+    upload: Upload | None = None
+    data_words: str = ""
+    flags: tuple[str, ...] = ()
+
+    def read(self) -> tuple[Readings | None, dict[str, Any]]:
+        """The readings, where case and table are there; and what is missing or in doubt."""
+        found: dict[str, Any] = {"ready": False, "message": "", "columns": [], "quantities": []}
+        if self.upload is None:
+            words = f"{self.case_name} is read; now a table of readings."
+            return None, found | {"message": words}
+        found |= self.upload.describe()
+        if self.case is None:
+            words = f"{self.upload.name} is here; now the case file (TOML)."
+            return None, found | {"message": words}
+        if found["which_sheet"]:
+            words = f"{self.upload.name} has several sheets that may hold readings; choose one."
+            return None, found | {"message": words, "doubt": True}
+        case = self.case
+        if isinstance(case, Drive):
+            case = Case.from_toml(case.to_toml())
+        try:
+            readings = self.upload.readings(case)
+        except ReadingsError as error:
+            problem = self.upload.told(error)
+            return None, found | {"problem": problem, "message": problem["error"], "doubt": True}
+        return readings, found | {"ready": True, "message": "", "rows": len(readings)}
 
 
 def on_page(text: str) -> str:

@@ -5,12 +5,14 @@ serve   runs until Ctrl-C
 
 from __future__ import annotations
 
+import logging
 import secrets
 import socket
 import sys
 import threading
 import webbrowser
 from importlib.util import find_spec
+from types import FrameType
 
 from cbpt.errors import CbptError, InvalidInputError
 from cbpt.page.session import Session
@@ -45,6 +47,13 @@ def serve(session: Session, host: str, port: int, open_browser: bool) -> None:
 
     from cbpt.page.server import application
 
+    class Server(uvicorn.Server):
+        def handle_exit(self, sig: int, frame: FrameType | None) -> None:
+            session.stop()
+            # A request that is cut off by Ctrl-C is no error to be told with a traceback.
+            logging.getLogger("uvicorn.error").setLevel(logging.CRITICAL)
+            super().handle_exit(sig, frame)
+
     app = application(session, token, port, frozenset(hosts), addresses=not local)
     config = uvicorn.Config(
         app,
@@ -56,7 +65,7 @@ def serve(session: Session, host: str, port: int, open_browser: bool) -> None:
         timeout_graceful_shutdown=3,
     )
     try:
-        uvicorn.Server(config).run(sockets=[listening])
+        Server(config).run(sockets=[listening])
     except KeyboardInterrupt:  # raised again once everything is shut down
         pass
     finally:

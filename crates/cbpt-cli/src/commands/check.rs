@@ -11,7 +11,7 @@ use crate::report::{Report, Table, six_digits};
 
 /// Runs the verb.
 pub fn run(verb: &Check) -> Result<Exit, Failure> {
-    verb.output.check()?;
+    verb.output.check(&verb.case.path)?;
     let case = Case::read(&verb.case.path)?;
     let drive = ball_drive(&case, &verb.case.path, "findings are")?;
     // A load is checked where one is meant: given whole in the case, or begun on the command line.

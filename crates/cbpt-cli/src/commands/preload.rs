@@ -12,7 +12,7 @@ use crate::report::{Report, Table, number, object, six_digits};
 
 /// Runs the verb.
 pub fn run(verb: &Preload) -> Result<Exit, Failure> {
-    verb.output.check()?;
+    verb.output.check(&verb.case.path)?;
     let case = Case::read(&verb.case.path)?;
     let drive = ball_drive(&case, &verb.case.path, "preload thresholds are")?;
     let torque = torque_Nm(&case, verb.torque_Nm)?;

@@ -13,7 +13,7 @@ use crate::report::{Report, Table, number, object, six_digits};
 
 /// Runs the verb.
 pub fn run(verb: &args::Sensitivity) -> Result<Exit, Failure> {
-    verb.output.check()?;
+    verb.output.check(&verb.case.path)?;
     let case = Case::read(&verb.case.path)?;
     let drive = ball_drive(&case, &verb.case.path, "sensitivities are")?;
     let load = load(&case, &verb.load)?;
@@ -222,19 +222,66 @@ impl Answers {
             }
             None => format!("{name}: no preload does it"),
         });
+        let of_angle = shown(table, &ANGLE, |row| row[1..].iter().any(|cell| !cell.is_null()));
+        let of_thresholds = shown(table, &OF_THRESHOLDS, |row| {
+            row[1..].iter().any(|cell| cell.as_f64().is_some_and(|x| x != 0.0))
+        });
+        text += &of_angle.text();
         text += &format!(
-            "Thresholds of the drive over a period: {}\n{}\n%/%: percent of the result for a percent of the number.  \
-             A number of balls ({}) is whole: nothing has a derivative by it.",
-            thresholds.collect::<Vec<_>>().join(", "),
-            table.text(),
+            "\nangle/unit: {suffix} for one of the unit of the number.\n\
+             %/%: percent of the result for a percent of the number. A number of balls is whole: nothing has a\n\
+             derivative by {}.\n",
             whole.join(", "),
         );
+        text += &format!(
+            "Thresholds of the drive over a period:\n  {}",
+            thresholds.collect::<Vec<_>>().join(", ")
+        );
+        if !of_thresholds.rows.is_empty() {
+            text += &format!("\n{}\nNo other number changes them.", of_thresholds.text());
+        }
         if !tied.is_empty() {
             text += &format!(
-                "\nTo one side only, because contacts that decide alike answer differently: {}.",
-                tied.join("; ")
+                "\nTo one side only, because contacts that decide alike answer differently:\n  {}.",
+                tied.join(";\n  ")
             );
         }
         text
     }
+}
+
+/// A column on a terminal: its place among all, its head, and with how many digits; files have them all.
+struct Shown(usize, &'static str, usize);
+
+const NUMBER: Shown = Shown(0, "number", 0);
+const ANGLE: [Shown; 6] = [
+    NUMBER,
+    Shown(1, "value", 6),
+    Shown(2, "angle/unit", 4),
+    Shown(3, "%/%", 4),
+    Shown(7, "u", 3),
+    Shown(8, "share_%", 3),
+];
+const OF_THRESHOLDS: [Shown; 4] =
+    [NUMBER, Shown(4, "hold_%/%", 4), Shown(5, "continuous_%/%", 4), Shown(6, "zero_backlash_%/%", 4)];
+
+/// Some columns and rows for a terminal, without the columns that are empty.
+fn shown(table: &Table, columns: &[Shown], keep: impl Fn(&[Value]) -> bool) -> Table {
+    let pick = |row: &Vec<Value>| -> Vec<Value> {
+        let cell = |Shown(place, _, digits): &Shown| match row[*place].as_f64() {
+            Some(number) => json!(rounded(number, *digits)),
+            None => row[*place].clone(),
+        };
+        columns.iter().map(cell).collect()
+    };
+    let mut picked = Table::new(columns.iter().map(|Shown(_, head, _)| *head));
+    picked.rows = table.rows.iter().map(pick).filter(|row| keep(row)).collect();
+    let empty = |place: usize| picked.rows.iter().all(|row| row[place].is_null());
+    let filled: Vec<&str> =
+        (0..columns.len()).filter(|&place| !empty(place)).map(|place| columns[place].1).collect();
+    picked.narrowed(|column| filled.contains(&column))
+}
+
+fn rounded(number: f64, digits: usize) -> f64 {
+    format!("{number:.*e}", digits.saturating_sub(1)).parse().unwrap_or(number)
 }

@@ -18,7 +18,7 @@ use crate::report::{Report, Table, number, object, six_digits};
 
 /// Runs the verb.
 pub fn run(verb: &Solve) -> Result<Exit, Failure> {
-    verb.output.check()?;
+    verb.output.check(&verb.case.path)?;
     let case = Case::read(&verb.case.path)?;
     let effects = CaseEffects::of(&case);
     let load = load(&case, &verb.load)?;

@@ -1,4 +1,6 @@
-//! `cbpt sweep`: elastic angle over grids of torque, preload and input angle.
+//! `cbpt sweep CASE`: elastic angle over grids of torque, preload and input angle.
+
+use std::path::Path;
 
 use cbpt_core::Load;
 use cbpt_core::predict::loads::{Effects, LoadOutcome, solve_loads};
@@ -22,7 +24,11 @@ pub fn run(verb: &Sweep) -> Result<Exit, Failure> {
     if sweep_plan::is_plan(&verb.path) {
         return sweep_plan::run(verb);
     }
-    verb.output.check()?;
+    if verb.output.out.as_deref().is_some_and(is_parquet) {
+        Case::read(&verb.path)?;
+        return Err(Failure::Usage(for_parquet(&verb.path)));
+    }
+    verb.output.check(&verb.path)?;
     if verb.fresh || verb.chunk_rows.is_some() {
         let problem =
             format!("--fresh and --chunk-rows go with a plan, and {} is a case", verb.path.display());
@@ -72,6 +78,22 @@ pub fn run(verb: &Sweep) -> Result<Exit, Failure> {
     let any = solved.iter().any(|outcome| outcome.status.has_solution());
     report(&loads, &solved, case.drive().is_some(), &Units::from(&verb.output)).deliver(&verb.output)?;
     Ok(if any { Exit::Success } else { Exit::NoSolution })
+}
+
+/// Whether a file is to be Parquet by its name.
+fn is_parquet(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("parquet"))
+}
+
+/// What to do instead, where the loads of a case are to go to Parquet.
+fn for_parquet(case: &Path) -> String {
+    let name = case.file_name().unwrap_or_default().to_string_lossy();
+    let case = case.display();
+    format!(
+        "{case} is a case, whose rows go to --out FILE.csv or FILE.json. For Parquet write a plan, say plan.toml beside the \
+         case, and sweep that in place of it:\n  case = \"{name}\"\n  [axes]\n  load.torque_Nm = {{ from = 0, to = 10, step = \
+         0.5 }}\n  load.preload_N = [400, 600]"
+    )
 }
 
 /// What a sweep has to say.

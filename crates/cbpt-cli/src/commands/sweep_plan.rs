@@ -38,7 +38,7 @@ pub fn run(verb: &Sweep) -> Result<Exit, Failure> {
         let text = format!("{}: all {} rows are there already", path.display(), plan.rows());
         return print(&text).map(|()| Exit::Success);
     }
-    with_progress_bar(found, plan.rows(), |progress| {
+    let tally = with_progress_bar(found, plan.rows(), |progress| {
         stream::to_csv(&plan, &mut output, verb.chunk_rows.unwrap_or(CHUNK_ROWS), progress)
     })?;
     let earlier = if found > 0 { format!(", {found} of them found there") } else { String::new() };
@@ -47,6 +47,9 @@ pub fn run(verb: &Sweep) -> Result<Exit, Failure> {
         path.display(),
         plan.rows()
     ))?;
+    if let Some(text) = tally.text() {
+        eprintln!("cbpt: {text}");
+    }
     Ok(Exit::Success)
 }
 

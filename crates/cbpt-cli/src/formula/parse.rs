@@ -114,6 +114,7 @@ impl Reader<'_> {
                 Ok(if sign.as_rule() == Rule::minus { Node::Minus(Box::new(node?)) } else { node? })
             })
             .map_infix(|left, sign, right| {
+                let byte = sign.as_span().start();
                 let infix = match sign.as_rule() {
                     Rule::add => Infix::Add,
                     Rule::subtract => Infix::Subtract,
@@ -121,7 +122,7 @@ impl Reader<'_> {
                     Rule::divide => Infix::Divide,
                     _ => Infix::Power,
                 };
-                Ok(Node::Infix(infix, Box::new([left?, right?])))
+                self.finite(Node::Infix(infix, Box::new([left?, right?])), byte)
             })
             .parse(parts)
     }
@@ -163,6 +164,16 @@ impl Reader<'_> {
         Err(Wrong { name: name.into(), known: known.map(str::to_owned).collect(), ..wrong })
     }
 
+    /// Refuses a constant part that is not finite: the whole would not be either, or would lose the part unseen.
+    fn finite(&self, node: Node, byte: usize) -> Result<Node, Wrong> {
+        match node.constant() {
+            Some(value) if !value.is_finite() => {
+                Err(Wrong::at(self.text, byte, format!("makes a constant that is not finite ({value})")))
+            }
+            _ => Ok(node),
+        }
+    }
+
     fn call(&self, mut parts: Pairs<'_, Rule>, byte: usize) -> Result<Node, Wrong> {
         let name = parts.next().map(|name| name.as_str()).unwrap_or_default();
         let Some(function) = Function::find(name) else {
@@ -173,7 +184,7 @@ impl Reader<'_> {
         let given: Vec<Node> = parts.map(|part| self.sum(part.into_inner())).collect::<Result<_, _>>()?;
         let wanted = function.arguments();
         if given.len() == wanted {
-            return Ok(Node::Call(function, given));
+            return self.finite(Node::Call(function, given), byte);
         }
         let problem = format!(
             "{name} takes {wanted} argument{}, not {}",

@@ -125,6 +125,25 @@ fn power(x: &Dual, q: &Dual) -> Dual {
     found
 }
 
+impl Infix {
+    fn value(self, x: Dual, y: Dual) -> Dual {
+        match self {
+            Self::Add => x + y,
+            Self::Subtract => x - y,
+            Self::Multiply => x * y,
+            Self::Divide => {
+                let mut quotient = chain(&x, x.value / y.value, 1.0 / y.value);
+                let by_divisor = chain(&y, 0.0, -x.value / (y.value * y.value));
+                for (mine, theirs) in quotient.partials.iter_mut().zip(by_divisor.partials) {
+                    *mine += theirs;
+                }
+                quotient
+            }
+            Self::Power => power(&x, &y),
+        }
+    }
+}
+
 impl Node {
     /// Its value at a row, given the parameters.
     pub fn value(&self, own: &[Dual], at: &At<'_>) -> Dual {
@@ -133,29 +152,32 @@ impl Node {
             Self::Parameter(place) => own[*place],
             Self::Variable(variable) => at.get(*variable),
             Self::Minus(part) => -part.value(own, at),
-            Self::Infix(infix, parts) => {
-                let [x, y] = [parts[0].value(own, at), parts[1].value(own, at)];
-                match infix {
-                    Infix::Add => x + y,
-                    Infix::Subtract => x - y,
-                    Infix::Multiply => x * y,
-                    Infix::Divide => {
-                        let mut quotient = chain(&x, x.value / y.value, 1.0 / y.value);
-                        let by_divisor = chain(&y, 0.0, -x.value / (y.value * y.value));
-                        for (mine, theirs) in quotient.partials.iter_mut().zip(by_divisor.partials) {
-                            *mine += theirs;
-                        }
-                        quotient
-                    }
-                    Infix::Power => power(&x, &y),
-                }
-            }
+            Self::Infix(infix, parts) => infix.value(parts[0].value(own, at), parts[1].value(own, at)),
             Self::Call(function, parts) => {
                 let mut values = parts.iter().map(|part| part.value(own, at));
                 let first = values.next().unwrap_or(Dual::constant(f64::NAN));
                 function.value(first, values.next())
             }
         }
+    }
+
+    /// Its value where it depends on nothing.
+    pub fn constant(&self) -> Option<f64> {
+        let of = |part: &Self| part.constant().map(Dual::constant);
+        Some(match self {
+            Self::Number(number) => *number,
+            Self::Parameter(_) | Self::Variable(_) => return None,
+            Self::Minus(part) => -part.constant()?,
+            Self::Infix(infix, parts) => infix.value(of(&parts[0])?, of(&parts[1])?).value,
+            Self::Call(function, parts) => {
+                let first = of(parts.first()?)?;
+                let second = match parts.get(1) {
+                    Some(part) => Some(of(part)?),
+                    None => None,
+                };
+                function.value(first, second).value
+            }
+        })
     }
 
     /// Whether it depends on a variable.

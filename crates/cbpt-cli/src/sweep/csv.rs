@@ -7,6 +7,7 @@ use cbpt_core::sweep::Progress;
 use rayon::prelude::*;
 
 use super::rows::{Rows, STATUSES};
+use super::tally::Tally;
 use super::{Plan, Values};
 use crate::units::ARCSEC_PER_RAD;
 
@@ -31,14 +32,25 @@ impl Plan {
         writer.into_inner().unwrap_or_default()
     }
 
-    /// The lines of these rows; `None` if it was cancelled. Runs on the threads of the pool it is called in.
-    pub fn csv(&self, rows: &Range<u64>, progress: &Progress) -> Option<Vec<u8>> {
-        let blocks: Option<Vec<Vec<u8>>> = self
+    /// The lines of these rows, and how they ended; `None` if it was cancelled. Runs on the threads of the pool it is called
+    /// in.
+    pub fn csv(&self, rows: &Range<u64>, progress: &Progress) -> Option<(Vec<u8>, Tally)> {
+        let blocks: Option<Vec<(Vec<u8>, Tally)>> = self
             .blocks(rows)
             .into_par_iter()
-            .map(|block| Some(self.lines(&self.solve_block(&block, progress)?)))
+            .map(|block| {
+                let solved = self.solve_block(&block, progress)?;
+                let mut tally = Tally::default();
+                tally.add(self, block.start, &solved.status);
+                Some((self.lines(&solved), tally))
+            })
             .collect();
-        Some(blocks?.concat())
+        let (mut lines, mut tally) = (Vec::new(), Tally::default());
+        for (of_block, ended) in blocks? {
+            lines.extend(of_block);
+            tally.merge(ended);
+        }
+        Some((lines, tally))
     }
 
     fn has_pairs(&self) -> bool {

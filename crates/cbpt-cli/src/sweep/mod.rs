@@ -2,7 +2,7 @@
 //! the row's number.
 //!
 //! - here: [`Plan`] and its [`Axis`]; [`design`]: where the rows lie; `read`: plans in TOML and tables of rows;
-//! - [`rows`]: rows solved, those of one geometry together; `csv`: their text;
+//! - [`rows`]: rows solved, those of one geometry together; `csv`: their text; [`tally`]: how they ended;
 //! - [`output`]: a file that grows chunk by chunk and is taken up again after a kill at any moment;
 //! - [`stream`]: a plan to its file.
 //!
@@ -18,8 +18,10 @@ pub mod output;
 pub mod read;
 pub mod rows;
 pub mod stream;
+pub mod tally;
 
 use std::ops::Range;
+use std::path::PathBuf;
 
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
@@ -196,6 +198,8 @@ pub struct Plan {
     first: u64,
     /// For a grid, after how many rows the value of each axis changes.
     strides: Vec<u64>,
+    /// The files that it was read from.
+    sources: Vec<PathBuf>,
 }
 
 impl Plan {
@@ -224,7 +228,12 @@ impl Plan {
         }
         let strides = strides(&axes);
         let rows = rows_of(design, &axes, rows, &strides)?;
-        Ok(Self { case, axes, design, rows, seed, variants, first: 0, strides })
+        Ok(Self { case, axes, design, rows, seed, variants, first: 0, strides, sources: Vec::new() })
+    }
+
+    /// The files that it was read from: plan, case and table; none where it was made in a program.
+    pub fn sources(&self) -> &[PathBuf] {
+        &self.sources
     }
 
     /// The case that is varied.
@@ -338,7 +347,7 @@ impl Plan {
             }
         });
         json!({
-            "format": 1,
+            "format": 2,
             "cbpt": env!("CARGO_PKG_VERSION"),
             "design": self.design.name(),
             "rows": self.rows,

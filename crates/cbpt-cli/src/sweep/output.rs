@@ -1,7 +1,7 @@
 //! A CSV file that grows chunk by chunk, and is taken up again after a kill at any moment.
 //!
-//! Beside `result.csv` stands `result.csv.sweep`, a record of the plan, of the rows that are done and of the length of the
-//! file up to them. A chunk is written and flushed to the disk before the record says so, and the record is replaced whole;
+//! Beside `result.csv` stands `result.csv.sweep`, a record of the plan, of the rows that are done and of the length and the
+//! SHA-256 of the file up to them. A chunk is written and flushed to the disk before the record says so, and the record is replaced whole;
 //! so what the record says is there, and what is there beyond it is cut off when the sweep goes on.
 
 use std::fs::{self, File, TryLockError};
@@ -9,9 +9,10 @@ use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
+use sha2::{Digest, Sha256};
 
-use super::{Plan, sha256};
-use crate::exit::Failure;
+use super::Plan;
+use crate::exit::{Failure, keep_input};
 
 /// An output with what is done of it.
 #[derive(Debug)]
@@ -22,19 +23,21 @@ pub struct CsvOutput {
     rows: u64,
     done: u64,
     bytes: u64,
-    tail: String,
+    /// Of these bytes.
+    sum: Sha256,
 }
 
-/// So much of the end of the file is checked before it is gone on with.
-const TAIL: u64 = 1 << 16;
+/// What is there is read anew in parts of so many bytes.
+const PART: usize = 1 << 20;
 
 impl CsvOutput {
     /// Opens the output of a plan where it stands, or begins it; `fresh` begins it anew, whatever is there.
     ///
     /// # Errors
-    /// An output of another plan, or one that another process writes, or that is not what its record says; and a file that
+    /// A file that the plan was read from, an output of another plan, or one that another process writes, or that is not what its record says; and a file that
     /// cannot be written.
     pub fn open(plan: &Plan, path: &Path, fresh: bool) -> Result<Self, Failure> {
+        keep_input(path, plan.sources())?;
         // An empty file is one that was killed before its first record, or is just begun by another process.
         let there = fs::metadata(path).is_ok_and(|found| !found.is_file() || found.len() > 0);
         let record = if fresh { None } else { read_record(path)? };
@@ -63,7 +66,7 @@ impl CsvOutput {
             rows: plan.rows(),
             done: 0,
             bytes: 0,
-            tail: String::new(),
+            sum: Sha256::new(),
         };
         match record.filter(|record| record["bytes"].as_u64().is_some_and(|bytes| bytes > 0)) {
             Some(record) => output.take_up(&record)?,
@@ -101,11 +104,10 @@ impl CsvOutput {
         if length < self.bytes {
             return Err(changed(&format!("has {length} bytes where its record says {}", self.bytes)));
         }
-        let tail = self.read_tail().map_err(|error| self.cannot(error))?;
-        if record["tail_sha256"] != tail {
-            return Err(changed("its last rows are not those that its record says"));
+        self.sum = self.read_sum().map_err(|error| self.cannot(error))?;
+        if record["sha256"] != self.digits() {
+            return Err(changed("its rows are not those that its record says"));
         }
-        self.tail = tail;
         if length > self.bytes {
             self.file.set_len(self.bytes).map_err(|error| self.cannot(error))?;
         }
@@ -125,18 +127,26 @@ impl CsvOutput {
         write(&mut self.file).map_err(|error| self.cannot(error))?;
         self.done += rows;
         self.bytes += lines.len() as u64;
-        self.tail = self.read_tail().map_err(|error| self.cannot(error))?;
+        self.sum.update(lines);
         self.record()
     }
 
-    /// The sum of the end of the file.
-    fn read_tail(&self) -> io::Result<String> {
+    /// The sum of what the record says is there, read anew.
+    fn read_sum(&self) -> io::Result<Sha256> {
         let mut file = &self.file;
-        let length = self.bytes.min(TAIL);
-        file.seek(SeekFrom::Start(self.bytes - length))?;
-        let mut tail = Vec::new();
-        file.take(length).read_to_end(&mut tail)?;
-        Ok(sha256(tail))
+        file.seek(SeekFrom::Start(0))?;
+        let mut left = file.take(self.bytes);
+        let (mut sum, mut part) = (Sha256::new(), vec![0; PART]);
+        loop {
+            match left.read(&mut part)? {
+                0 => return Ok(sum),
+                read => sum.update(&part[..read]),
+            }
+        }
+    }
+
+    fn digits(&self) -> String {
+        format!("{:x}", self.sum.clone().finalize())
     }
 
     /// Puts the record in the place of the one before.
@@ -144,7 +154,7 @@ impl CsvOutput {
         let record = json!({
             "rows_done": self.done,
             "bytes": self.bytes,
-            "tail_sha256": self.tail,
+            "sha256": self.digits(),
             "plan": self.plan,
         });
         let path = record_path(&self.path);

@@ -110,9 +110,14 @@ fn plan(entries: &[Entry], path: &Path, notes: &mut Notes<'_>) -> Result<Option<
     let (rows, seed) = (whole("rows", notes), whole("seed", notes).unwrap_or(0));
     let design = design(entry("design"), entry("table"), notes);
     let (given, table) = (entry("axes"), entry("table"));
+    let mut sources = vec![path.to_owned(), case_path];
     let axes = match (table, given) {
         (Some(table), None) => match beside(&table.node, "table", notes) {
-            Some(path) => table_axes(&case, &path)?,
+            Some(path) => {
+                let axes = table_axes(&case, &path)?;
+                sources.push(path);
+                axes
+            }
             None => Vec::new(),
         },
         (Some(_), Some(axes)) => {
@@ -132,7 +137,7 @@ fn plan(entries: &[Entry], path: &Path, notes: &mut Notes<'_>) -> Result<Option<
         return Ok(None);
     }
     match Plan::new(case, axes, design, rows, seed) {
-        Ok(plan) => Ok(Some(plan)),
+        Ok(plan) => Ok(Some(Plan { sources, ..plan })),
         Err(mistake) => {
             let at = entry(&mistake.key).or(given).and_then(|entry| entry.at);
             notes.add(at, mistake);

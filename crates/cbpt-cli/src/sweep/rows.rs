@@ -5,7 +5,7 @@ use std::ops::Range;
 use cbpt_core::predict::Effect;
 use cbpt_core::predict::loads::{Effects, LoadOutcome, solve_loads};
 use cbpt_core::sweep::{Progress, solve_all};
-use cbpt_core::{Load, Reducer, Status};
+use cbpt_core::{InvalidInput, Load, Reducer, Status};
 use rayon::prelude::*;
 
 use super::{BLOCK_ROWS, Plan};
@@ -25,8 +25,8 @@ pub const STATUSES: [&str; 9] = [
     INVALID_INPUT,
 ];
 
-/// Numbers that each may be, but not together.
-const INVALID_INPUT: &str = "invalid_input";
+/// Numbers that each may be, but not together; `Plan::reason` says which.
+pub(super) const INVALID_INPUT: &str = "invalid_input";
 
 /// Solved rows, column by column; NaN where a row has no solution.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -156,7 +156,7 @@ impl Plan {
             self.axes().iter().zip(axes).map(|(axis, numbers)| axis.setting(numbers[row])).collect()
         };
         let Ok(reducer) = self.reducer(&settings(group[0])) else { return Vec::new() };
-        let loads: Vec<Option<Load>> = group.iter().map(|&row| self.load(axes, row)).collect();
+        let loads: Vec<Option<Load>> = group.iter().map(|&row| self.load(axes, row).ok()).collect();
         let whole: Vec<Load> = loads.iter().flatten().copied().collect();
         let progress = Progress::default();
         let outcomes = if let (Some(drive), true) = (reducer.ball_drive(), self.case().effects.is_empty()) {
@@ -173,7 +173,24 @@ impl Plan {
         loads.iter().map(|load| load.and_then(|_| outcomes.next())).collect()
     }
 
-    fn reducer(&self, settings: &[Setting<'_>]) -> Result<Reducer, cbpt_core::InvalidInput> {
+    /// Why the numbers of a row cannot be together; `None` where they can. The row is looked at anew, so that solving need
+    /// not keep a sentence for each.
+    pub fn reason(&self, row: u64) -> Option<InvalidInput> {
+        let axes: Vec<Vec<f64>> =
+            (0..self.axes().len()).map(|axis| self.column(axis, row..row + 1)).collect();
+        let settings: Vec<Setting<'_>> =
+            self.axes().iter().zip(&axes).map(|(axis, numbers)| axis.setting(numbers[0])).collect();
+        let effects: Vec<Effect> = self.case().effects.iter().filter_map(EffectEntry::core).collect();
+        let values = self.variants.numbers(&settings);
+        let effects = Effects { effects: &effects, values: &values };
+        let solved = self.reducer(&settings).and_then(|reducer| {
+            let load = self.load(&axes, 0)?;
+            solve_loads(&reducer, effects, &[load], &Progress::default())
+        });
+        solved.err()
+    }
+
+    fn reducer(&self, settings: &[Setting<'_>]) -> Result<Reducer, InvalidInput> {
         if self.axes().iter().any(|axis| axis.parameter.acts_on == ActsOn::Reducer) {
             self.variants.reducer(settings)
         } else {
@@ -182,17 +199,18 @@ impl Plan {
     }
 
     /// The load of a row.
-    fn load(&self, axes: &[Vec<f64>], row: usize) -> Option<Load> {
+    fn load(&self, axes: &[Vec<f64>], row: usize) -> Result<Load, InvalidInput> {
         let of_axis = |acts_on: ActsOn| {
             let axis = self.axes().iter().position(|axis| axis.parameter.acts_on == acts_on)?;
             Some(self.axes()[axis].parameter.to_si(axes[axis][row]))
         };
         let defaults = &self.case().load;
-        let torque = of_axis(ActsOn::Torque).or(defaults.torque_Nm)?;
+        // A plan without a torque is refused before.
+        let torque = of_axis(ActsOn::Torque).or(defaults.torque_Nm).unwrap_or(f64::NAN);
         let angle = of_axis(ActsOn::InputAngle).or(defaults.input_angle_rad).unwrap_or(0.0);
         match of_axis(ActsOn::Preload).or(defaults.preload_N) {
-            Some(preload) => Load::new(torque, preload, angle).ok(),
-            None => Load::without_preload(torque, angle).ok(),
+            Some(preload) => Load::new(torque, preload, angle),
+            None => Load::without_preload(torque, angle),
         }
     }
 }

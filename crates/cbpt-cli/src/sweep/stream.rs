@@ -5,6 +5,7 @@ use std::ops::Range;
 use cbpt_core::sweep::Progress;
 
 use super::output::CsvOutput;
+use super::tally::Tally;
 use super::{BLOCK_ROWS, Plan};
 use crate::exit::Failure;
 
@@ -21,7 +22,7 @@ pub fn chunks(done: u64, rows: u64, chunk_rows: u64) -> impl Iterator<Item = Ran
     })
 }
 
-/// Solves what is left of a plan on all cores and writes it.
+/// Solves what is left of a plan on all cores and writes it; says how these rows ended.
 ///
 /// # Errors
 /// Where the file cannot be written.
@@ -30,12 +31,14 @@ pub fn to_csv(
     output: &mut CsvOutput,
     chunk_rows: u64,
     progress: &Progress,
-) -> Result<(), Failure> {
+) -> Result<Tally, Failure> {
+    let mut tally = Tally::default();
     for chunk in chunks(output.done(), plan.rows(), chunk_rows) {
-        let Some(lines) = plan.csv(&chunk, progress) else { return Ok(()) };
+        let Some((lines, ended)) = plan.csv(&chunk, progress) else { break };
         output.append(&lines, chunk.end - chunk.start)?;
+        tally.merge(ended);
     }
-    Ok(())
+    Ok(tally)
 }
 
 /// Runs `work` on the threads that all share, or on so many of its own: a process that was forked has lost the shared ones,

@@ -185,3 +185,35 @@ fn no_arguments_panic() {
         }
     });
 }
+
+#[test]
+fn an_input_is_not_written_over() {
+    let desk = Desk::new("own_input");
+    for name in ["case.csv", "./case.csv"] {
+        desk.write("case.csv", EXAMPLE);
+        for verb in ["solve", "preload", "sweep", "sensitivity", "check"] {
+            desk.cbpt(&format!("{verb} case.csv --out {name}")).refused(&["--out", name, "would be lost"]);
+            assert_eq!(desk.read("case.csv"), EXAMPLE, "{verb}");
+        }
+    }
+    desk.write("plan.toml", "case = \"case.toml\"\ntable = \"rows.csv\"\n");
+    desk.write("rows.csv", "load.torque_Nm\n1\n2\n");
+    for fresh in ["", "--fresh"] {
+        let ran = desk.cbpt(&format!("sweep plan.toml --out rows.csv {fresh}"));
+        ran.refused(&["--out rows.csv", "would be lost"]);
+    }
+    assert_eq!(desk.read("rows.csv"), "load.torque_Nm\n1\n2\n");
+}
+
+#[test]
+fn a_case_to_parquet_is_told_what_to_do() {
+    let desk = Desk::new("parquet");
+    let ran = desk.cbpt("sweep case.toml --torque-Nm 1,2 --out x.parquet");
+    ran.refused(&[
+        "case.toml is a case",
+        ".csv or FILE.json",
+        "plan.toml",
+        "case = \"case.toml\"\n",
+        "[axes]",
+    ]);
+}

@@ -273,6 +273,41 @@ fn ranges_that_cannot_be_are_refused_at_once() {
     desk.cbpt("sweep case.toml --preload-N 100,0").refused(&["preload_N = 0", "greater than 0"]);
 }
 
+#[test]
+fn the_help_of_sweep_tells_files_and_chunks() {
+    let desk = Desk::new("sweep_help");
+    for flag in ["--help", "-h"] {
+        let help = desk.cbpt(&format!("sweep {flag}")).out;
+        let told = help.split_whitespace().collect::<Vec<_>>().join(" ");
+        for words in ["of a PLAN go to .csv or .parquet", "8192, which is the least", "[default: 65536]"] {
+            assert!(told.contains(words), "{words} in {help}");
+        }
+    }
+    assert!(desk.cbpt("solve --help").out.contains("FILE.csv or FILE.json as well"));
+}
+
+#[test]
+fn numbers_that_clash_are_told_with_their_rows() {
+    let desk = Desk::new("clash");
+    let axes =
+        "deceleration.output_plate = [\"hypocycloid\", \"epicycloid\"]\nload.torque_Nm = [1, 2, 500]\n";
+    let axes = format!("{axes}equal_speed.kind = [\"ring_groove\", \"cross_slide\"]\n");
+    desk.write("plan.toml", &format!("case = \"case.toml\"\n[axes]\n{axes}"));
+    let ran = desk.cbpt("sweep plan.toml --out rows.csv");
+    assert_eq!(ran.code, 0, "{ran:?}");
+    let csv = desk.read("rows.csv");
+    let rows: Vec<&str> = csv.lines().skip(1).collect();
+    let invalid: Vec<usize> = (0..rows.len()).filter(|&row| rows[row].ends_with("invalid_input")).collect();
+    let first = invalid[0] + 1;
+    let told = format!("invalid_input: {} such as row {first}: ", invalid.len());
+    assert!(ran.err.contains(&told) && ran.err.contains("equal_speed"), "{told} in {}", ran.err);
+    assert!(ran.err.contains(&format!("of {} rows solved now: ", rows.len())), "{}", ran.err);
+    assert!(ran.err.contains("beyond_hold "), "{}", ran.err);
+    // Where all is well nothing is said.
+    desk.write("plan.toml", "case = \"case.toml\"\n[axes]\nload.torque_Nm = [1, 2]\n");
+    assert_eq!(desk.cbpt("sweep plan.toml --out good.csv").err, "");
+}
+
 // --- sensitivity --------------------------------------------------------------------------
 
 #[test]
@@ -291,6 +326,13 @@ fn sensitivity_tells_every_number_in_its_usual_unit() {
     let ran = desk.cbpt("sensitivity case.toml --out table.csv --force-unit kN");
     assert!(ran.code == 0 && ran.out.contains("hold 0.128215 kN"), "{}", ran.out);
     assert!(desk.read("table.csv").starts_with("number,value,angle_arcsec_per_unit,"));
+    // A terminal is narrow: a column that is empty is left out, and no line is long.
+    assert!(!ran.out.contains("share_%"), "{}", ran.out);
+    assert!(ran.out.lines().all(|line| line.chars().count() < 100), "{}", ran.out);
+    desk.write("u.toml", &format!("{EXAMPLE}[uncertainty]\ndeceleration_ball_radius_um = 1.2345678\n"));
+    let ran = desk.cbpt("sensitivity u.toml");
+    assert!(ran.out.contains("share_%"), "{}", ran.out);
+    assert!(ran.out.lines().all(|line| line.chars().count() < 100), "{}", ran.out);
     // What has no solution still has thresholds.
     let beyond = desk.json("sensitivity case.toml --torque-Nm 50 --json", 3);
     assert_eq!(beyond["elastic_angle_arcsec"], Value::Null);

@@ -38,25 +38,24 @@ pub struct Changes<'a> {
 impl ReadyPair {
     /// From the meshing points of a pair.
     pub fn new(points: &MeshingPoints) -> Self {
+        let torque_per_preload_m = points.torque_per_preload_m();
         let mut pair = Self {
             levers: Vec::with_capacity(points.points.len()),
             law: ContactLaw::new(points.exponent),
             axial_spring_N_per_m: points.axial_spring_N_per_m,
-            largest_torque_per_preload_m: 0.0,
-            largest_cot: 0.0,
+            largest_torque_per_preload_m: largest(
+                torque_per_preload_m.iter().map(|[least, largest]| largest.max(-least)),
+            ),
+            largest_cot: largest(points.points.iter().map(|point| point.cos_beta / point.sin_beta)),
             largest_arm_m: points.largest_arm_m(),
             ball_radius_m: points.ball_radius_m,
             floats_sideways: points.floats_sideways,
-            holding_arms_m: points.holding_arms_m(),
+            holding_arms_m: points.holding_arms_of_m(&torque_per_preload_m),
             axial_force_at_1m_N: 0.0,
             rows: points.rows,
         };
         for (index, point) in points.points.iter().enumerate() {
-            let cot = point.cos_beta / point.sin_beta;
-            pair.largest_cot = pair.largest_cot.max(cot);
             if point.exists() {
-                pair.largest_torque_per_preload_m =
-                    pair.largest_torque_per_preload_m.max((point.arm_m * cot).abs());
                 pair.levers.push(Levers::new(index, point));
             }
         }
@@ -99,4 +98,10 @@ impl ReadyPair {
         let force = |levers: &Levers| self.law.force_N(levers.stiffness, levers.axial) * levers.axial;
         self.axial_force_at_1m_N = self.levers.iter().map(force).sum();
     }
+}
+
+/// The largest of what is above 0, else 0.
+// Comparisons: `f64::max` asks each time whether its numbers are numbers.
+fn largest(values: impl Iterator<Item = f64>) -> f64 {
+    values.fold(0.0, |largest, value| if value > largest { value } else { largest })
 }

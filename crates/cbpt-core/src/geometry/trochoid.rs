@@ -48,13 +48,14 @@ pub fn on_tracks<T: Real>(
     // (1 - K)^2 + 2 K (1 - cos) keeps its digits where K is near 1 and phi near 0.
     let beyond = -k + 1.0;
     let d = beyond * beyond + k * 4.0 * half_sin * half_sin;
-    let root = d.sqrt();
-    let scale = r0 * z2 * d * root;
+    // Divided once: these are made anew for every geometry.
+    let per_root = T::of(1.0) / d.sqrt();
+    let per_scale = per_root / (r0 * z2 * d);
     BallOnTracks {
-        arm_m: k * r0 * f64::from(output_lobes) * sin / root,
-        to_pitch_point: [(k - cos) / root, -sin / root],
-        epicycloid_curvature_per_m: (k * z2 * k + 1.0 - k * (1.0 + z2) * cos) / scale,
-        hypocycloid_curvature_per_m: (-(k * z2 * k) + 1.0 + k * (z2 - 1.0) * cos) / scale,
+        arm_m: k * r0 * f64::from(output_lobes) * sin * per_root,
+        to_pitch_point: [(k - cos) * per_root, -sin * per_root],
+        epicycloid_curvature_per_m: (k * z2 * k + 1.0 - k * (1.0 + z2) * cos) * per_scale,
+        hypocycloid_curvature_per_m: (-(k * z2 * k) + 1.0 + k * (z2 - 1.0) * cos) * per_scale,
     }
 }
 

@@ -12,30 +12,17 @@ use crate::drive::{GrooveSection, TrackCurvature};
 use crate::hertz::HertzContact;
 use crate::real::Real;
 
-/// The contact of a ball with a wall that sees the track's curvature as `curvature_per_m` (1/m, above 0 with the
-/// centre of curvature on the wall's side), at contact angle `contact_angle_rad`; `None` where the wall is missing.
-pub fn wall_contact(
-    groove: &GrooveSection,
-    curvature_per_m: f64,
-    contact_angle_rad: f64,
-    contact_modulus_Pa: f64,
-    track: TrackCurvature,
-) -> Option<HertzContact> {
-    wall_contacts(groove, &[curvature_per_m], contact_angle_rad, contact_modulus_Pa, track)[0]
-}
-
-/// [`wall_contact`] of each of many curvatures, in their order.
+/// The contact of a ball with each of many walls: `walls` gives the track's curvature as the wall sees it (1/m, above 0 with
+/// the centre of curvature on the wall's side) and the cosine of the contact angle. `None` where the wall is missing.
 pub fn wall_contacts(
     groove: &GrooveSection,
-    curvatures_per_m: &[f64],
-    contact_angle_rad: f64,
+    walls: impl Iterator<Item = (f64, f64)>,
     contact_modulus_Pa: f64,
     track: TrackCurvature,
 ) -> Vec<Option<HertzContact>> {
     // No number where the wall is missing, and no contact of it then.
-    let cos_beta = contact_angle_rad.cos();
-    let along = |&curvature: &f64| along_per_m(groove, curvature, cos_beta, track).unwrap_or(f64::NAN);
-    let along: Vec<f64> = curvatures_per_m.iter().map(along).collect();
+    let along = |(curvature, cos_beta)| along_per_m(groove, curvature, cos_beta, track).unwrap_or(f64::NAN);
+    let along: Vec<f64> = walls.map(along).collect();
     HertzContact::many(&along, across_per_m(groove), contact_modulus_Pa)
 }
 
@@ -59,7 +46,7 @@ pub fn meusnier_per_m<T: Real>(ball_radius_m: T, curvature_per_m: T, cos_beta: T
     T::of(1.0) / ball_radius_m + curvature_per_m * cos_beta / room
 }
 
-/// d ln k / d beta of a wall's `contact`, made by [`wall_contact`] of the same numbers, 1/rad: along the track the
+/// d ln k / d beta of a wall's `contact`, made by [`wall_contacts`] of the same numbers, 1/rad: along the track the
 /// curvature has the derivative -kappa sin(beta) / (1 - kappa r cos(beta))^2, across it none.
 pub fn stiffness_slope_per_rad(
     groove: &GrooveSection,

@@ -39,32 +39,33 @@ static TABLE: LazyLock<Vec<Piece>> = LazyLock::new(|| {
 impl HertzContact {
     /// [`HertzContact::new`] of each of many curvatures with one other, in their order.
     pub fn many(curvatures_per_m: &[f64], other_per_m: f64, contact_modulus_Pa: f64) -> Vec<Option<Self>> {
-        let mut contacts = Vec::with_capacity(curvatures_per_m.len());
-        // Room for the cubes; a modulus that is no number must not come out as a contact.
-        if contact_modulus_Pa > 1e-3 && contact_modulus_Pa < 1e20 {
-            let (table, contacts) = (TABLE.as_slice(), &mut contacts);
+        // Room for the cubes; what is no number must not come out as a contact.
+        let ordinary = other_per_m > 1e-9 && other_per_m < 1e12;
+        if ordinary && contact_modulus_Pa > 1e-3 && contact_modulus_Pa < 1e20 {
+            let (table, mut contacts) = (TABLE.as_slice(), vec![None; curvatures_per_m.len()]);
             Arch::new().dispatch(FromTable {
                 table,
                 curvatures_per_m,
                 other_per_m,
                 contact_modulus_Pa,
-                contacts,
+                contacts: &mut contacts,
             });
+            contacts
         } else {
             let alone = |&curvature: &f64| Self::new(curvature, other_per_m, contact_modulus_Pa);
-            contacts.extend(curvatures_per_m.iter().map(alone));
+            curvatures_per_m.iter().map(alone).collect()
         }
-        contacts
     }
 }
 
-/// Adds the contacts, from the table where it knows them.
+/// Writes the contacts, from the table where it knows them.
 struct FromTable<'a> {
     table: &'a [Piece],
     curvatures_per_m: &'a [f64],
+    /// Above 0, neither tiny nor huge.
     other_per_m: f64,
     contact_modulus_Pa: f64,
-    contacts: &'a mut Vec<Option<HertzContact>>,
+    contacts: &'a mut [Option<HertzContact>],
 }
 
 impl WithSimd for FromTable<'_> {
@@ -75,11 +76,11 @@ impl WithSimd for FromTable<'_> {
     fn with_simd<S: Simd>(self, _: S) {
         let Self { table, curvatures_per_m, other_per_m, contact_modulus_Pa, contacts } = self;
         let scale = (4.0 * PI / 3.0 * contact_modulus_Pa / 2.0_f64.sqrt()).cbrt().powi(-2);
-        for curvatures in curvatures_per_m.chunks(BLOCK) {
+        for (curvatures, contacts) in curvatures_per_m.chunks(BLOCK).zip(contacts.chunks_mut(BLOCK)) {
             // Whole blocks, so that the loop runs in lanes.
             let mut block = [other_per_m; BLOCK];
             block[..curvatures.len()].copy_from_slice(curvatures);
-            let (mut sums, mut roots, mut ratios) = ([1.0; BLOCK], [1.0; BLOCK], [1.0; BLOCK]);
+            let (mut sums, mut scales, mut ratios) = ([1.0; BLOCK], [1.0; BLOCK], [1.0; BLOCK]);
             for i in 0..BLOCK {
                 let curvature = block[i];
                 let ordered = curvature > other_per_m;
@@ -87,32 +88,27 @@ impl WithSimd for FromTable<'_> {
                     if ordered { (curvature, other_per_m) } else { (other_per_m, curvature) };
                 sums[i] = curvature + other_per_m;
                 ratios[i] = strong / weak;
-                roots[i] = inverse_cbrt(sums[i]);
+                let root = inverse_cbrt(sums[i]);
+                // s^(1/3) = s (s^(-1/3))^2
+                scales[i] = scale * sums[i] * root * root;
             }
-            for (i, &curvature) in curvatures.iter().enumerate() {
+            for (i, contact) in contacts.iter_mut().enumerate() {
+                // The ratio to an ordinary curvature is in the table only where its other side is one.
                 let (number, at) = place(ratios[i]);
-                contacts.push(match table.get(number) {
-                    Some(piece) if is_ordinary(curvature) && is_ordinary(other_per_m) => {
-                        let [compliance, ellipticity] = interpolated(piece, at);
-                        Some(HertzContact {
-                            // s^(1/3) = s (s^(-1/3))^2
-                            compliance: scale * compliance * sums[i] * roots[i] * roots[i],
-                            ellipticity,
-                            curvature_sum_per_m: sums[i],
-                            contact_modulus_Pa,
-                        })
-                    }
-                    _ => HertzContact::new(curvature, other_per_m, contact_modulus_Pa),
-                });
+                *contact = if let Some(piece) = table.get(number) {
+                    let [compliance, ellipticity] = interpolated(piece, at);
+                    Some(HertzContact {
+                        compliance: scales[i] * compliance,
+                        ellipticity,
+                        curvature_sum_per_m: sums[i],
+                        contact_modulus_Pa,
+                    })
+                } else {
+                    HertzContact::new(block[i], other_per_m, contact_modulus_Pa)
+                };
             }
         }
     }
-}
-
-/// Whether a curvature leaves room for the cubes; not so what is no number.
-#[inline(always)]
-fn is_ordinary(curvature_per_m: f64) -> bool {
-    curvature_per_m > 1e-9 && curvature_per_m < 1e12
 }
 
 /// Piece of the table in which a ratio of 1 or more lies, and its place there, from -1 to 1.

@@ -10,7 +10,7 @@
 use std::f64::consts::TAU;
 
 use crate::drive::{CrossSlide, CrossSlideForm, TrackCurvature};
-use crate::geometry::wall::wall_contact;
+use crate::geometry::wall::wall_contacts;
 use crate::pair::{Diagonal, MeshingPoint, MeshingPoints};
 
 /// The meshing points of one row; `shift_m` is the paper's addition to the arms and is used by its form alone.
@@ -20,12 +20,13 @@ pub fn meshing_points(
     track: TrackCurvature,
     shift_m: f64,
 ) -> MeshingPoints {
-    let wall = wall_contact(&pair.groove, 0.0, pair.contact_angle_rad, contact_modulus_Pa, track);
     let added = match pair.form {
         CrossSlideForm::Balanced => 0.0,
         CrossSlideForm::Paper => shift_m,
     };
     let (sin_beta, cos_beta) = pair.contact_angle_rad.sin_cos();
+    let straight = std::iter::once((0.0, cos_beta));
+    let wall = wall_contacts(&pair.groove, straight, contact_modulus_Pa, track)[0];
     let mut points = Vec::with_capacity(2 * pair.ball_count as usize);
     for ball in 0..pair.ball_count {
         let angle = TAU * f64::from(ball) / f64::from(pair.ball_count);

@@ -19,35 +19,34 @@ pub fn meshing_points(
     track: TrackCurvature,
     phase_rad: f64,
 ) -> MeshingPoints {
-    let balls: Vec<BallOnTracks> = (0..pair.ball_count)
-        .map(|ball| BallOnTracks::at(pair, phase_rad + TAU * f64::from(ball) / f64::from(pair.ball_count)))
-        .collect();
-    // The two walls of each of the two diagonals: first the epicycloid's, then the hypocycloid's.
-    let curvatures: Vec<f64> = balls
-        .iter()
-        .flat_map(|on_tracks| {
-            let (epi, hypo) = (on_tracks.epicycloid_curvature_per_m, on_tracks.hypocycloid_curvature_per_m);
-            match pair.output_plate {
-                OutputPlate::Hypocycloid => [epi, -hypo, -epi, hypo],
-                OutputPlate::Epicycloid => [-epi, hypo, epi, -hypo],
-            }
-        })
-        .collect();
-    let walls = wall_contacts(&pair.groove, &curvatures, pair.contact_angle_rad, contact_modulus_Pa, track);
-    let (sin_beta, cos_beta) = pair.contact_angle_rad.sin_cos();
-    let mut points = Vec::with_capacity(2 * balls.len());
-    let ends = curvatures.chunks_exact(2).zip(walls.chunks_exact(2));
-    for (number, (curvatures, walls)) in ends.enumerate() {
-        let on_tracks = &balls[number / 2];
-        points.push(MeshingPoint::new(
-            number / 2,
-            if number % 2 == 0 { Diagonal::Plus } else { Diagonal::Minus },
-            on_tracks.arm_m,
-            [sin_beta, cos_beta],
-            [walls[0], walls[1]],
-            [curvatures[0], curvatures[1]],
-            on_tracks.to_pitch_point,
-        ));
+    let contact_direction @ [_, cos_beta] = [pair.contact_angle_rad.sin(), pair.contact_angle_rad.cos()];
+    let mut points = Vec::with_capacity(2 * pair.ball_count as usize);
+    for ball in 0..pair.ball_count {
+        let phi_rad = phase_rad + TAU * f64::from(ball) / f64::from(pair.ball_count);
+        let on_tracks = BallOnTracks::at(pair, phi_rad);
+        let (epi, hypo) = (on_tracks.epicycloid_curvature_per_m, on_tracks.hypocycloid_curvature_per_m);
+        // As the two walls of the diagonal see them: first the epicycloid's, then the hypocycloid's.
+        let plus = match pair.output_plate {
+            OutputPlate::Hypocycloid => [epi, -hypo],
+            OutputPlate::Epicycloid => [-epi, hypo],
+        };
+        for (diagonal, curvatures) in [(Diagonal::Plus, plus), (Diagonal::Minus, plus.map(|seen| -seen))] {
+            points.push(MeshingPoint::new(
+                ball as usize,
+                diagonal,
+                on_tracks.arm_m,
+                contact_direction,
+                [None; 2],
+                curvatures,
+                on_tracks.to_pitch_point,
+            ));
+        }
+    }
+    let curvatures = points.iter().flat_map(|point| point.track_curvatures_per_m);
+    let walls =
+        wall_contacts(&pair.groove, curvatures.map(|seen| (seen, cos_beta)), contact_modulus_Pa, track);
+    for (point, walls) in points.iter_mut().zip(walls.chunks_exact(2)) {
+        point.set_walls([walls[0], walls[1]]);
     }
     MeshingPoints::new(points, pair.groove.ball_radius_m)
 }

@@ -103,6 +103,12 @@ impl MeshingPoint {
         }
     }
 
+    /// Puts the contacts at its two ends, which make its stiffness.
+    pub(crate) fn set_walls(&mut self, walls: [Option<HertzContact>; 2]) {
+        self.stiffness = in_series(walls);
+        self.walls = walls;
+    }
+
     /// Whether both walls exist.
     pub fn exists(&self) -> bool {
         self.stiffness > 0.0
@@ -176,20 +182,38 @@ impl MeshingPoints {
     }
 
     /// The same to the negative and to the positive side.
+    pub fn holding_arms_m(&self) -> [f64; 2] {
+        self.holding_arms_of_m(&self.torque_per_preload_m())
+    }
+
+    /// The same of what [`MeshingPoints::torque_per_preload_m`] found.
     ///
     /// One contact carries all: max of the signed arm times cot(beta) over the existing points. A plate that floats
     /// sideways must also balance across its grooves, so a plus and a minus point share the load half and half.
-    pub fn holding_arms_m(&self) -> [f64; 2] {
-        // Least and largest torque per preload of the plus and of the minus diagonals.
-        let (mut least, mut largest) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        for point in self.points.iter().filter(|point| point.exists()) {
-            let (held, row) = (point.torque_per_preload_m(), usize::from(point.diagonal == Diagonal::Minus));
-            least[row] = least[row].min(held);
-            largest[row] = largest[row].max(held);
-        }
-        [least.map(|held| -held), largest].map(|[plus, minus]| {
+    pub(crate) fn holding_arms_of_m(&self, [plus, minus]: &[[f64; 2]; 2]) -> [f64; 2] {
+        [(-plus[0], -minus[0]), (plus[1], minus[1])].map(|(plus, minus)| {
             let arm = if self.floats_sideways { 0.5 * (plus + minus) } else { plus.max(minus) };
             arm.max(0.0)
         })
+    }
+
+    /// Least and largest torque per preload of the existing plus, then of the existing minus diagonals, m.
+    // Comparisons: `f64::min` asks each time whether its numbers are numbers.
+    pub(crate) fn torque_per_preload_m(&self) -> [[f64; 2]; 2] {
+        let (mut plus, mut minus) = ([f64::INFINITY, f64::NEG_INFINITY], [f64::INFINITY, f64::NEG_INFINITY]);
+        for point in self.points.iter().filter(|point| point.exists()) {
+            let held = point.torque_per_preload_m();
+            let [least, largest] = match point.diagonal {
+                Diagonal::Plus => &mut plus,
+                Diagonal::Minus => &mut minus,
+            };
+            if held < *least {
+                *least = held;
+            }
+            if held > *largest {
+                *largest = held;
+            }
+        }
+        [plus, minus]
     }
 }

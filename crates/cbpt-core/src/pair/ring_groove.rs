@@ -8,7 +8,7 @@
 use std::f64::consts::TAU;
 
 use crate::drive::{RingGroove, TrackCurvature};
-use crate::geometry::wall::wall_contact;
+use crate::geometry::wall::wall_contacts;
 use crate::pair::{Diagonal, MeshingPoint, MeshingPoints};
 
 /// The meshing points with ring radius `eccentricity_m` (e) and planet angle `phase_rad` (psi).
@@ -20,15 +20,14 @@ pub fn meshing_points(
     phase_rad: f64,
 ) -> MeshingPoints {
     let curvature = 1.0 / eccentricity_m;
-    let wall = |curvature_towards_wall: f64, contact_angle_rad: f64| {
-        wall_contact(&pair.groove, curvature_towards_wall, contact_angle_rad, contact_modulus_Pa, track)
-    };
-    // The ring's centre lies on the side of the inside wall, which therefore sees the curvature as positive.
-    let outside = (-curvature, wall(-curvature, pair.outside_contact_angle_rad));
-    let inside = (curvature, wall(curvature, pair.inside_contact_angle_rad));
     let direction = |contact_angle_rad: f64| [contact_angle_rad.sin(), contact_angle_rad.cos()];
     let outside_direction = direction(pair.outside_contact_angle_rad);
     let inside_direction = direction(pair.inside_contact_angle_rad);
+    // The ring's centre lies on the side of the inside wall, which therefore sees the curvature as positive.
+    let seen = [(-curvature, outside_direction[1]), (curvature, inside_direction[1])];
+    let walls = wall_contacts(&pair.groove, seen.into_iter(), contact_modulus_Pa, track);
+    let outside = (-curvature, walls[0]);
+    let inside = (curvature, walls[1]);
     let mut points = Vec::with_capacity(2 * pair.ball_count as usize);
     for ball in 0..pair.ball_count {
         let angle = phase_rad + TAU * f64::from(ball) / f64::from(pair.ball_count);

@@ -1,10 +1,22 @@
 /** 1. The sentence of the answer, how sure it is, what it rests on, the error before and after. */
 
-/** @import { PageDocument } from "./types.d.ts" */
-import { bodyOf, byId, el, fill } from "./dom.js";
-import { fixed, nameOf, probability, text } from "./numbers.js";
+/** @import { Child, PageDocument } from "./types.d.ts" */
+import { bodyOf, byId, el, fill, svg } from "./dom.js";
+import { fixed, nameOf, probability, readable, text } from "./numbers.js";
 import { show } from "./models.js";
 import { documentShown, on, scale, setModel, state } from "./store.js";
+import { bar } from "./where.js";
+
+const KINDS = /** @type {Record<string, string>} */ ({
+  effect: "an effect is missing",
+  parameter: "a number of the drive is off",
+  rig: "the instrument is off",
+  ambiguous: "rivals that these readings do not tell apart",
+  unknown: "missing, and not in the library",
+  complete: "nothing is missing",
+});
+// More notes than this are folded.
+const MOST_NOTES = 3;
 
 export function setUpAnswer() {
   on(["document", "unit"], draw);
@@ -56,42 +68,53 @@ function waiting(whole) {
 /** @param {PageDocument} whole */
 function found(whole) {
   const { verdict, before, after, noise } = whole.answer;
-  const size = (/** @type {number | null} */ v) => (v === null ? "–" : fixed(v * scale(), 2));
+  const size = (/** @type {number | null} */ v) =>
+    v === null ? "–" : fixed(v * scale(), v * scale() < 100 ? 2 : 0);
   const moved = before.rmse_arcsec !== after.rmse_arcsec;
+  const floor = whole.noise.noise_floor_arcsec;
   return el(
     "div",
     { class: "card" },
-    el("p", { class: "sentence", id: "sentence" }, verdict.sentence.replaceAll("+-", "±")),
+    el("p", { class: "sentence", id: "sentence" }, worded(verdict.sentence)),
     el(
       "dl",
       { class: "facts" },
-      fact("Probability", probability(verdict.probability), `kind of answer: ${verdict.kind}`),
+      fact(
+        "Probability",
+        probability(verdict.probability),
+        KINDS[verdict.kind] ?? verdict.kind,
+        el("div", { class: "bar" }, bar(verdict.probability)),
+      ),
       fact(
         moved ? "Error before → after" : "Error",
         moved
           ? `${size(before.rmse_arcsec)} → ${size(after.rmse_arcsec)}`
           : size(before.rmse_arcsec),
         `${state.unit}, in sample`,
+        fall(before.rmse_arcsec, after.rmse_arcsec, floor),
       ),
       fact(
         "Held out before → after",
         `${size(before.held_out_rmse_arcsec)} → ${size(after.held_out_rmse_arcsec)}`,
         `${state.unit}, by ${whole.answer.held_out_by}`,
+        fall(before.held_out_rmse_arcsec, after.held_out_rmse_arcsec, floor),
       ),
       fact(
         "Noise floor",
-        size(after.noise_floor_arcsec),
-        `${state.unit}; ${noise.model.map(nameOf).join(", ")}`,
+        size(floor),
+        floor === null
+          ? whole.noise.noise_floor_of
+          : `${state.unit}, ${whole.noise.noise_floor_of}; ${noise.model.map(nameOf).join(", ")}`,
       ),
       fact(
-        "χ² per degree of freedom",
+        "χ² / dof",
         `${text(before.chi2_per_dof)} → ${text(after.chi2_per_dof)}`,
         "1 is what noise alone leaves",
       ),
     ),
     el(
       "div",
-      { class: "stack", style: null },
+      { class: "stack" },
       restsOn(verdict.rests_on),
       notes(whole),
       el(
@@ -118,13 +141,38 @@ function found(whole) {
   );
 }
 
-/** @param {string} name @param {string} value @param {string} more */
-function fact(name, value, more) {
+/** @param {string} name @param {string} value @param {string} more @param {Child} [picture] */
+function fact(name, value, more, picture) {
   return el(
     "div",
     {},
     el("dt", {}, name),
-    el("dd", {}, value, el("small", {}, more)),
+    el("dd", {}, value, picture, el("small", {}, more)),
+  );
+}
+
+/** The sentence with names for keys, the numbers of the effects lighter than what is found. @param {string} sentence */
+function worded(sentence) {
+  return readable(sentence.replaceAll("+-", "±")).split(/(\([^()]*±[^()]*\))/).map((part, k) =>
+    k % 2 ? el("span", { class: "aside" }, part) : part
+  );
+}
+
+/**
+ * Two bars, of the error before and after, and the noise across them.
+ * @param {number | null} before @param {number | null} after @param {number | null} floor
+ */
+function fall(before, after, floor) {
+  if (before === null || after === null) return null;
+  const most = Math.max(before, after);
+  const across = (/** @type {number} */ v) => `${(100 * Math.min(1, v / most)).toFixed(1)}%`;
+  const line = floor === null ? null : across(floor);
+  return svg(
+    "svg",
+    { class: "fall", width: "100%", height: 18, "aria-hidden": "true" },
+    svg("rect", { class: "was", width: across(before), y: 1, height: 6, rx: 2 }),
+    svg("rect", { class: "is", width: across(after), y: 10, height: 6, rx: 2 }),
+    line && svg("line", { class: "noise", x1: line, x2: line, y1: 0, y2: 18 }),
   );
 }
 
@@ -159,6 +207,9 @@ function restsOn(numbers) {
 
 /** @param {PageDocument} whole */
 function notes(whole) {
-  if (!whole.data.notes.length) return null;
-  return el("ul", { class: "plain small quiet" }, whole.data.notes.map((n) => el("li", {}, n)));
+  const { notes } = whole.data;
+  if (!notes.length) return null;
+  const list = el("ul", { class: "plain small quiet" }, notes.map((n) => el("li", {}, n)));
+  if (notes.length <= MOST_NOTES) return list;
+  return el("details", {}, el("summary", {}, `${notes.length} notes on the readings`), list);
 }

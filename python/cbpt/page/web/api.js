@@ -41,13 +41,15 @@ export async function post(route, content) {
   );
 }
 
-/** A file by its name and bytes. @param {File} file */
-export async function upload(file) {
+/** A file by its name and bytes. @param {File} file @param {boolean} more whether another follows */
+export async function upload(file, more) {
   return read(
-    await reached(fetch(`api/upload?name=${encodeURIComponent(file.name)}`, {
-      method: "POST",
-      headers: { "content-type": "application/octet-stream" },
-      body: file,
-    })),
+    await reached(
+      fetch(`api/upload?name=${encodeURIComponent(file.name)}${more ? "&more=1" : ""}`, {
+        method: "POST",
+        headers: { "content-type": "application/octet-stream" },
+        body: file,
+      }),
+    ),
   );
 }

@@ -20,9 +20,6 @@ function draw() {
   const bar = byId("model-bar");
   const whole = documentShown();
   bar.hidden = false;
-  const focused = document.activeElement?.closest(".model-bar [data-effect]")?.getAttribute(
-    "data-effect",
-  );
   fill(
     bar,
     el(
@@ -42,10 +39,6 @@ function draw() {
     ),
     gauge(),
   );
-  if (focused) {
-    const again = bar.querySelector(`[data-effect="${CSS.escape(focused)}"]`);
-    if (again instanceof HTMLElement) again.focus();
-  }
 }
 
 /** The effects of the answer and of what is shown, then the likeliest. */
@@ -111,7 +104,11 @@ function gauge() {
       { class: "small quiet" },
       m.held_out_rmse_arcsec !== null &&
         el("span", {}, `held out ${written(m.held_out_rmse_arcsec)}`),
-      floor !== null && el("span", {}, `noise ${written(floor)}`),
+      whole.noise && el(
+        "span",
+        { title: `noise: ${whole.noise.noise_floor_of}` },
+        floor === null ? "noise not known" : `noise ${written(floor)}`,
+      ),
     ),
   );
 }

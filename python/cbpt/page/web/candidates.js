@@ -47,9 +47,6 @@ function draw() {
       ),
     );
   }
-  const focused = document.activeElement?.closest("#missing [data-effect]")?.getAttribute(
-    "data-effect",
-  );
   const folded = all
     ? whole.candidates
     : whole.candidates.filter((c, k) =>
@@ -71,7 +68,7 @@ function draw() {
         {},
         el(
           "button",
-          { type: "button", class: "no-print", onclick: () => ((all = true), draw()) },
+          { type: "button", class: "no-print", onclick: () => unfold(folded.length) },
           `${rest} less likely candidates`,
         ),
       ),
@@ -84,11 +81,14 @@ function draw() {
     ),
     notFitted(),
   );
-  if (focused) {
-    /** @type {HTMLElement | null} */ (place.querySelector(
-      `[data-effect="${CSS.escape(focused)}"]`,
-    ))?.focus();
-  }
+}
+
+/** All cards, the focus on the first that was hidden. @param {number} before cards that were there */
+function unfold(before) {
+  all = true;
+  draw();
+  const next = bodyOf("missing").querySelectorAll(".candidate")[before]?.querySelector("button");
+  next?.focus({ preventScroll: true });
 }
 
 /** Whether the answer names it. @param {Candidate} c */
@@ -132,13 +132,19 @@ function card(c) {
         : el("span", { class: "tag" }, c.class),
     ),
     el("h3", {}, c.label),
-    el(
-      "div",
-      { class: "chance" },
-      el("span", { class: "quiet" }, "probability by itself"),
-      el("div", { class: "bar" }, bar(c.probability ?? 0)),
-      el("b", {}, probability(c.probability)),
-    ),
+    c.probability === null
+      ? el(
+        "p",
+        { class: "small quiet" },
+        "A stated number: the answer weighs how far it moves within what is stated. Here it is left free.",
+      )
+      : el(
+        "div",
+        { class: "chance" },
+        el("span", { class: "quiet" }, "probability by itself"),
+        el("div", { class: "bar" }, bar(c.probability)),
+        el("b", {}, probability(c.probability)),
+      ),
     m && parameters(m),
     el("p", { class: "tell" }, c.tell_tale),
     m?.signature_arcsec && pictured(c, m.signature_arcsec),
@@ -148,7 +154,7 @@ function card(c) {
       [
         m?.held_out_rmse_arcsec && `held out ${fixed(m.held_out_rmse_arcsec, 2)} arcsec`,
         c.surviving_fraction !== null &&
-        `${(100 * c.surviving_fraction).toFixed(0)} % of it no number of the drive can imitate`,
+        `no number of the drive imitates ${(100 * c.surviving_fraction).toFixed(0)} % of it`,
         c.rival &&
         `looks most like ${c.rival.replaceAll("_", " ")} (correlation ${
           fixed(c.rival_correlation, 2)

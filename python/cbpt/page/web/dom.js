@@ -78,14 +78,31 @@ export function bodyOf(section) {
   return node;
 }
 
+const CONTROLS = "button, select, input, textarea, summary, [tabindex]";
+
 /**
- * Put content in the place of what an element has.
+ * Put content in the place of what an element has. The focus stays on the control that has it,
+ * where the same one is there again: who goes by keyboard would else begin at the top.
  * @param {Element} node
  * @param {...Child} children
  */
 export function fill(node, ...children) {
+  const had = node.contains(document.activeElement) ? document.activeElement : null;
+  const sign = had && signOf(had);
   node.replaceChildren();
   append(node, children);
+  if (!sign) return;
+  const again = had.isConnected
+    ? had
+    : [...node.querySelectorAll(CONTROLS)].find((e) => signOf(e) === sign);
+  if (again instanceof HTMLElement) again.focus({ preventScroll: true });
+}
+
+/** What a control is known by. @param {Element} control */
+function signOf(control) {
+  const { effect, key } = /** @type {HTMLElement} */ (control).dataset;
+  const name = control.id || effect || key || control.getAttribute("aria-label");
+  return `${control.tagName} ${name || control.textContent}`;
 }
 
 /** Told to a screen reader, and shown for a moment. @param {string} text */

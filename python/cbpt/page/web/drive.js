@@ -10,7 +10,7 @@ import { afterPause, bodyOf, el, fill, svg, table, trouble } from "./dom.js";
 import { pairDrawing, sectionDrawing } from "./drawing.js";
 import { Figure, onTheme, saveDrawing, theme } from "./figure.js";
 import { fixed, plain, text } from "./numbers.js";
-import { documentShown, inUnit, on, scale, state } from "./store.js";
+import { documentShown, hasBalls, inUnit, on, scale, state } from "./store.js";
 
 /** @typedef {any} Section what `python/cbpt/page/drive.py` makes */
 
@@ -25,6 +25,10 @@ let pairShown = 0;
 let of = null;
 /** @type {Figure} */
 let figure;
+/** @type {HTMLElement} */
+let whole;
+/** @type {HTMLElement} */
+let grooves;
 /** @type {HTMLElement} */
 let pictures;
 /** @type {HTMLElement} */
@@ -43,24 +47,23 @@ export function setUpDrive() {
     el("h3", {}, "Elastic angle over torque, without effects"),
     plot,
   );
-  fill(
-    bodyOf("drive"),
-    el(
-      "div",
-      { class: "grid two" },
-      el("div", { class: "grid" }, pictures, below),
-      el("div", { class: "grid" }, side, curve),
-    ),
+  grooves = el("div", { class: "grid" }, pictures, below);
+  whole = el(
+    "div",
+    { class: "grid two" },
+    grooves,
+    el("div", { class: "grid" }, side, curve),
   );
+  fill(bodyOf("drive"), whole);
   figure = new Figure(plot, "drive_angle", "Elastic angle of the drive over torque", build, {
-    height: 270,
+    height: 310,
   });
   plot.append(el("div", { class: "under" }, el("span"), figure.save));
   on(["document"], () => {
-    const whole = documentShown();
-    if (of === whole.data.sha256 + whole.case.sha256) return;
-    of = whole.data.sha256 + whole.case.sha256;
-    shown = whole.drive;
+    const { data, case: stated, drive } = documentShown();
+    if (of === data.sha256 + stated.sha256) return;
+    of = data.sha256 + stated.sha256;
+    shown = drive;
     load = {};
     design = {};
     drawSliders();
@@ -94,7 +97,9 @@ function drawSliders() {
       isLive() ? null : el(
         "p",
         { class: "small quiet no-print" },
-        "In the workbench, sliders for load and design redraw all of this.",
+        hasBalls()
+          ? "In the workbench, sliders for load and design redraw all of this."
+          : "In the workbench, sliders for the load redraw this.",
       ),
     );
   }
@@ -128,7 +133,7 @@ function drawSliders() {
     facts(),
     el("h3", {}, "Load"),
     el("div", { class: "sliders" }, lists.load.map((/** @type {any} */ s) => slider(s, load))),
-    el(
+    lists.design.length > 0 && el(
       "details",
       {},
       el("summary", {}, "Design numbers"),
@@ -157,6 +162,7 @@ function drawFacts() {
   /** @param {string} name @param {string} value @param {string} more */
   const fact = (name, value, more) =>
     el("div", {}, el("dt", {}, name), el("dd", {}, value, " ", el("small", {}, more)));
+  const ofPairs = s.deceleration_arcsec !== null && hasBalls();
   const angle = (/** @type {number | null} */ v) => (v === null ? "–" : fixed(v * k, 2));
   fill(
     place,
@@ -165,50 +171,60 @@ function drawFacts() {
       angle(s.elastic_angle_arcsec),
       s.status === "ok" ? state.unit : s.message,
     ),
-    fact(
-      "of it deceleration / equal speed",
-      `${angle(s.deceleration_arcsec)} / ${angle(s.equal_speed_arcsec)}`,
-      state.unit,
-    ),
+    ofPairs && fact("of it deceleration pair", angle(s.deceleration_arcsec), state.unit),
+    ofPairs && fact("of it equal-speed pair", angle(s.equal_speed_arcsec), state.unit),
     fact("Stiffness", text(s.torsional_stiffness_Nm_per_arcsec, 3), "N m / arcsec"),
     fact(
       "Load",
       `${plain(shown.load.torque_Nm)} N m`,
       [
         shown.load.preload_N !== null && `${plain(shown.load.preload_N)} N preload`,
-        `${plain(shown.load.input_angle_deg)}° input`,
+        hasBalls() && `${plain(shown.load.input_angle_deg)}° input`,
       ].filter(Boolean).join(", "),
     ),
   );
+  drawDesign();
+}
+
+/** Preload thresholds and findings of the design, where there are grooves. */
+function drawDesign() {
+  if (!shown || !hasBalls()) return fill(below);
   const t = shown.thresholds;
-  const size = (/** @type {number | null} */ v) => (v === null ? "none does" : `${text(v, 4)} N`);
+  const size = (/** @type {number | null} */ v) => (v === null ? "none does" : text(v, 4));
   fill(
     below,
     el(
       "div",
       { class: "card" },
-      el("h3", {}, t ? `Preload that ${plain(Math.abs(t.torque_Nm))} N m needs` : "Thresholds"),
+      el(
+        "h3",
+        {},
+        t ? `Preload in N that ${plain(Math.abs(t.torque_Nm))} N m needs` : "Thresholds",
+      ),
       t
         ? table(
-          "Thresholds",
-          ["", { text: "to hold", number: true }, { text: "continuous", number: true }, {
+          "Preload thresholds in N",
+          [{ text: "of the" }, { text: "to hold", number: true }, {
+            text: "continuous",
+            number: true,
+          }, {
             text: "zero backlash",
             number: true,
           }],
           ["drive", "deceleration", "equal_speed"].map((
             key,
           ) => [
-            key.replace("_", " "),
+            {
+              drive: "drive",
+              deceleration: "deceleration pair",
+              equal_speed: "equal-speed pair",
+            }[key],
             size(t[key].hold_N),
             size(t[key].continuous_N),
             size(t[key].zero_backlash_N),
           ]),
         )
-        : el(
-          "p",
-          { class: "quiet" },
-          shown.why_no_drawing ?? "A preload is needed from the first torque on.",
-        ),
+        : el("p", { class: "quiet" }, "A preload is needed from the first torque on."),
     ),
     el(
       "div",
@@ -231,22 +247,22 @@ function drawFacts() {
         : el(
           "p",
           { class: "quiet" },
-          shown.drawing
-            ? "No undercut, missing wall, touching balls or excessive pressure."
-            : "None are looked for in a torsion spring.",
+          "No undercut, missing wall, touching balls or excessive pressure.",
         ),
     ),
   );
 }
 
 function drawPictures() {
+  grooves.hidden = !hasBalls();
+  whole.classList.toggle("two", hasBalls());
   if (!shown?.drawing) {
     return fill(
       pictures,
       el(
         "p",
         { class: "quiet" },
-        shown?.why_no_drawing ?? documentShown().reasons.drive ?? "There is no drawing.",
+        documentShown().reasons.drive ?? shown?.why_no_drawing ?? "There is no drawing.",
       ),
     );
   }
@@ -287,7 +303,7 @@ function drawPictures() {
     ),
     el(
       "div",
-      { class: "grid halves" },
+      { class: "grid halves cut" },
       el("div", { class: "drawing small-drawing" }, section),
       el(
         "dl",
@@ -371,8 +387,12 @@ function build(t) {
   const s = shown.solution;
   return {
     data: [
-      line("deceleration pair", c.deceleration_arcsec, t.warn, "dash", 1.4),
-      line("equal-speed pair", c.equal_speed_arcsec, t.quiet, "dot", 1.6),
+      ...(hasBalls()
+        ? [
+          line("deceleration pair", c.deceleration_arcsec, t.warn, "dash", 1.4),
+          line("equal-speed pair", c.equal_speed_arcsec, t.quiet, "dot", 1.6),
+        ]
+        : []),
       line("elastic angle", c.elastic_angle_arcsec, t.accent, "solid", 2.4),
       {
         type: "scatter",
@@ -386,7 +406,7 @@ function build(t) {
     ].filter((l) => l.y.some((v) => v !== null)),
     layout: {
       showlegend: true,
-      legend: { orientation: "h", y: 1.14, font: { size: 11 } },
+      legend: { orientation: "h", y: 1.02, yanchor: "bottom", x: 0, font: { size: 11 } },
       margin: { l: 58, r: 12, t: 10, b: 44 },
       xaxis: { title: "torque (N m)" },
       yaxis: { title: `angle (${state.unit})` },

@@ -4,7 +4,7 @@ import { isLive } from "./api.js";
 import { announce, bodyOf, el, fill } from "./dom.js";
 import { saveFile } from "./figure.js";
 import { caseWith } from "./casefile.js";
-import { documentShown, modelShown, on } from "./store.js";
+import { documentShown, hasBalls, modelShown, on } from "./store.js";
 
 export function setUpExport() {
   on(["document", "model"], draw);
@@ -60,9 +60,14 @@ function draw() {
       el(
         "p",
         { class: "small quiet" },
-        `Readings and case are those of the model shown (${m.label}). Every plot has its own SVG button.${
-          isLive() ? "" : " The document is inside this file."
-        }`,
+        `Readings and case are those of the model shown (${m.label}).`,
+        el(
+          "span",
+          { class: "no-print" },
+          ` Every plot has its own SVG button.${
+            isLive() ? "" : " The document is inside this file."
+          }`,
+        ),
       ),
       el("h3", { class: "minor" }, "The same from a command line"),
       commands(`${base}_case.toml`).map(([what, words, id]) =>
@@ -142,7 +147,7 @@ function csv() {
     ["u_elastic_angle_arcsec", r.u_arcsec],
     ["model_arcsec", m.model_arcsec],
     ["residual_arcsec", m.residual_arcsec],
-    ["contacts", r.regime.map((k) => (k === null ? "" : whole.regimes[k]))],
+    ["contacts", hasBalls() ? r.regime.map((k) => (k === null ? "" : whole.regimes[k])) : null],
   ];
   const there = columns.filter(([, values]) => values !== null);
   const lines = [there.map(([name]) => name).join(",")];

@@ -91,7 +91,8 @@ export class Figure {
    * @param {string} name of the file it is saved as
    * @param {string} label what a screen reader says
    * @param {(theme: Theme) => Built | null} build
-   * @param {{ height: number, bar?: boolean }} options
+   * @param {{ height: number, paper?: number, bar?: boolean }} options
+   *   paper: the height on paper
    */
   constructor(place, name, label, build, options) {
     this.place = place;
@@ -99,7 +100,7 @@ export class Figure {
     this.build = build;
     this.options = options;
     this.area = el("div", { class: "area", role: "img", "aria-label": label });
-    this.area.style.minHeight = `${options.height}px`;
+    this.area.style.minHeight = `${this.height()}px`;
     this.save = el(
       "button",
       { type: "button", class: "text small no-print", onclick: () => this.saveSvg() },
@@ -114,6 +115,11 @@ export class Figure {
     /** @type {(() => void) | undefined} when Plotly has given the area its events */
     this.onFirst = undefined;
     figures.push(this);
+  }
+
+  /** Of now, px. */
+  height() {
+    return (onPaper && this.options.paper) || this.options.height;
   }
 
   /** Draw, or draw again: at once where it is in sight, else as soon as there is time. */
@@ -131,6 +137,7 @@ export class Figure {
     const { data, layout } = this.dressed(built, theme());
     // The browser lays the sheet of paper out only after this.
     if (onPaper) layout.width = PAPER_WIDTH;
+    this.area.style.minHeight = `${this.height()}px`;
     Plotly.react(this.area, data, layout, {
       displaylogo: false,
       responsive: true,
@@ -177,7 +184,7 @@ export class Figure {
     };
     /** @type {any} */
     const whole = {
-      height: this.options.height,
+      height: this.height(),
       margin: { l: 54, r: 12, t: 10, b: 42 },
       paper_bgcolor: "rgba(0,0,0,0)",
       plot_bgcolor: "rgba(0,0,0,0)",
@@ -194,6 +201,7 @@ export class Figure {
         const own = whole[key];
         whole[key] = {
           ...axis,
+          automargin: key.startsWith("y"), // long numbers would run into the title
           ...own,
           title: { ...axis.title, font: { size: 12, color: t.quiet }, text: own.title ?? "" },
         };
@@ -238,12 +246,17 @@ function repaint(draw) {
 }
 
 night.addEventListener("change", () => repaint((f) => f.drawn && f.draw()));
+/** What is folded away on the screen. @type {HTMLDetailsElement[]} */
+let folded = [];
 addEventListener("beforeprint", () => {
   onPaper = true;
   repaint((f) => f.drawNow());
+  folded = [...document.querySelectorAll("details")].filter((d) => !d.open);
+  for (const part of folded) part.open = true;
 });
 addEventListener("afterprint", () => {
   onPaper = false;
+  for (const part of folded) part.open = false;
   repaint((f) => f.drawn && f.draw());
 });
 

@@ -8,13 +8,19 @@ import { fixed, plain, text } from "./numbers.js";
 import { safe } from "./readings.js";
 import { documentShown, modelOf, modelShown, on, scale, setModel, state } from "./store.js";
 
+/** Room for the names of the rungs, px. */
+const LEFT = 148;
+
 /** @type {Figure} */
 let figure;
+/** @type {HTMLElement} */
+let note;
 /** @type {HTMLElement} */
 let rows;
 
 export function setUpLadder() {
   const plot = el("div", { id: "ladder-plot" });
+  note = el("span", { class: "small quiet" });
   rows = el("div", { class: "card" });
   fill(
     bodyOf("ladder"),
@@ -27,33 +33,30 @@ export function setUpLadder() {
     el(
       "div",
       { class: "under" },
-      el(
-        "span",
-        { class: "small quiet" },
-        "● in sample  ◇ held out. Below the noise floor a model fits noise.",
-      ),
+      note,
       figure.save,
     ),
   );
   on(["document", "model", "models", "unit"], () => {
     figure.draw();
     drawRows();
+    fill(note, `● in sample  ◇ held out. ${floorSays()}`);
   });
 }
 
-/** The rungs of the diagnosis, and the model shown where it is none of them. @returns {(Rung & { shown?: boolean })[]} */
+/** The rungs of the diagnosis; below them the steps to the model shown, where it is none of them. @returns {(Rung & { shown?: boolean })[]} */
 function rungs() {
   const whole = documentShown();
   const m = modelShown();
   const list = whole.ladder?.rungs.map((r) => ({ ...r, shown: r.key === m.key })) ?? [];
   if (list.some((r) => r.shown) || m.rmse_arcsec === null) return list;
   if (m.ladder?.length) {
-    const steps = [...list.slice(0, 1), ...m.ladder];
-    return steps.map((r, k) => ({ ...r, shown: k === steps.length - 1 }));
+    const steps = m.ladder.filter((r) => !list.some((known) => known.key === r.key));
+    return [...list, ...steps.map((r, k) => ({ ...r, shown: k === steps.length - 1 }))];
   }
   return [...list, {
     added: "",
-    label: whole.ladder ? `shown: ${m.label}` : m.label,
+    label: m.label,
     key: m.key,
     effects: m.effects,
     in_sample_arcsec: m.rmse_arcsec,
@@ -63,12 +66,45 @@ function rungs() {
   }];
 }
 
-/** After which rung the diagnosis stopped, where it went on to look. @param {Rung[]} list */
-function stopOf(list) {
+/** How many rungs are the diagnosis' own. */
+function weighed() {
+  return documentShown().ladder?.rungs.length ?? 0;
+}
+
+/** After which rung the diagnosis stopped, where it went on to look. */
+function stopOf() {
   const found = documentShown().ladder;
-  const same = found && list.length > found.stop + 1 && list[found.stop + 1].label ===
-      found.rungs[found.stop + 1]?.label;
-  return same ? found.stop : null;
+  return found && found.stop + 1 < found.rungs.length ? found.stop : null;
+}
+
+/** What the dotted line is. */
+function floorSays() {
+  const noise = documentShown().noise;
+  if (!noise) return "";
+  return noise.noise_floor_arcsec === null
+    ? `The noise floor ${noise.noise_floor_of}.`
+    : `Left of the noise floor (${noise.noise_floor_of}) a model fits noise.`;
+}
+
+/**
+ * A line across between two rungs with a word on it.
+ * @param {number} after @param {string} words @param {string} colour @param {string} dash
+ */
+function mark(after, words, colour, dash) {
+  const across = { xref: "paper", x0: 0, x1: 1, y0: after + 0.5, y1: after + 0.5 };
+  return {
+    shape: { type: "line", ...across, line: { color: colour, width: 2, dash } },
+    annotation: {
+      xref: "paper",
+      x: 1,
+      xanchor: "right",
+      y: after + 0.5,
+      yanchor: dash === "dash" ? "bottom" : "top",
+      text: words,
+      showarrow: false,
+      font: { size: 11, color: colour },
+    },
+  };
 }
 
 /** @param {Rung} r */
@@ -82,15 +118,25 @@ function nameOf(r) {
 function build(t) {
   const whole = documentShown();
   const list = rungs();
-  const stop = stopOf(list);
+  const stop = stopOf();
+  // The words stand in the table too.
+  const says = safe(whole.ladder?.stop_says ?? "");
+  const marks = [
+    stop !== null && mark(stop, figure.area.clientWidth < 420 ? "stop" : says, t.warn, "dash"),
+    weighed() > 0 && list.length > weighed() &&
+    mark(weighed() - 1, "to the model shown", t.quiet, "solid"),
+  ].filter((m) => m !== false);
   const s = scale();
   const at = list.map((_, k) => k);
   const inside = list.map((r) => r.in_sample_arcsec * s);
   const outside = list.map((r) => (r.held_out_arcsec === null ? null : r.held_out_arcsec * s));
-  const floor = whole.ladder ? whole.ladder.noise_floor_arcsec * s : null;
+  const floor = whole.noise?.noise_floor_arcsec ? whole.noise.noise_floor_arcsec * s : null;
   const all =
     /** @type {number[]} */ ([...inside, ...outside, floor].filter((v) => v !== null && v > 0));
-  const ends = [Math.log10(Math.min(...all) / 1.35), Math.log10(Math.max(...all) * 1.35)];
+  const span = Math.log10(Math.max(...all) / Math.min(...all));
+  const room = 0.09 * span + 0.05;
+  const ends = [Math.log10(Math.min(...all)) - room, Math.log10(Math.max(...all)) + room];
+  const ticks = nice(ends, Math.max(3, (figure.area.clientWidth - LEFT) / 40));
   const hover = `%{text}: %{x:.3f} ${state.unit}<extra>`;
   const names = list.map((r) => safe(nameOf(r)));
   return {
@@ -133,13 +179,14 @@ function build(t) {
       },
     ],
     layout: {
-      margin: { l: 148, r: 16, t: 26, b: 44 },
+      margin: { l: LEFT, r: 16, t: 26, b: 44 },
       xaxis: {
         title: `error, rms (${state.unit})`,
         type: "log",
         range: ends,
-        tickvals: nice(ends),
-        ticktext: nice(ends).map((v) => plain(v)),
+        tickvals: ticks,
+        ticktext: ticks.map((v) => plain(v)),
+        tickangle: 0,
         zeroline: false,
       },
       yaxis: {
@@ -162,17 +209,7 @@ function build(t) {
             line: { color: t.quiet, width: 1.5, dash: "dot" },
           }]
           : []),
-        ...(stop !== null
-          ? [{
-            type: "line",
-            xref: "paper",
-            x0: 0,
-            x1: 1,
-            y0: stop + 0.5,
-            y1: stop + 0.5,
-            line: { color: t.warn, width: 2, dash: "dash" },
-          }]
-          : []),
+        ...marks.map((m) => m.shape),
       ],
       annotations: [
         ...(floor
@@ -186,31 +223,28 @@ function build(t) {
             font: { size: 11, color: t.quiet },
           }]
           : []),
-        ...(stop !== null
-          ? [{
-            xref: "paper",
-            x: 1,
-            xanchor: "right",
-            y: stop + 0.5,
-            yanchor: "bottom",
-            text: "stop: more gains nothing held out",
-            showarrow: false,
-            font: { size: 11, color: t.warn },
-          }]
-          : []),
+        ...marks.map((m) => m.annotation),
       ],
     },
   };
 }
 
-/** Round numbers between two ends of a logarithmic scale. @param {number[]} ends logarithms */
-function nice(ends) {
+/**
+ * Round numbers between two ends of a logarithmic scale.
+ * @param {number[]} ends logarithms @param {number} most
+ */
+function nice(ends, most) {
   /** @type {number[]} */
-  const found = [];
-  for (let decade = Math.floor(ends[0]); decade <= ends[1]; decade++) {
-    for (const v of [1, 2, 3, 5]) found.push(Number((v * 10 ** decade).toPrecision(1)));
+  let found = [];
+  for (const steps of [[1, 2, 3, 5], [1, 2, 5], [1, 3], [1]]) {
+    found = [];
+    for (let decade = Math.floor(ends[0]); decade <= ends[1]; decade++) {
+      for (const v of steps) found.push(Number((v * 10 ** decade).toPrecision(1)));
+    }
+    found = found.filter((v) => Math.log10(v) >= ends[0] && Math.log10(v) <= ends[1]);
+    if (found.length <= most) break;
   }
-  return found.filter((v) => Math.log10(v) >= ends[0] && Math.log10(v) <= ends[1]);
+  return found;
 }
 
 /** Plotly breaks no lines itself. @param {string} name */
@@ -256,9 +290,11 @@ function drawRows() {
       ],
     ]),
   );
-  place.querySelectorAll("tbody tr").forEach((tr, k) =>
-    tr.classList.toggle("shown", !!list[k].shown)
-  );
+  place.querySelectorAll("tbody tr").forEach((tr, k) => {
+    tr.classList.toggle("shown", !!list[k].shown);
+    tr.classList.toggle("stop", stopOf() === k);
+    tr.classList.toggle("apart", weighed() > 0 && weighed() === k);
+  });
   fill(
     rows,
     place,
@@ -266,7 +302,9 @@ function drawRows() {
       "p",
       { class: "small quiet" },
       whole.ladder
-        ? `Errors in ${state.unit}; held out by ${whole.ladder.held_out_by}.`
+        ? `Errors in ${state.unit}; held out by ${whole.ladder.held_out_by}.${
+          stopOf() === null ? "" : ` Dashed: ${whole.ladder.stop_says}.`
+        }`
         : whole.reasons.ladder,
     ),
   );

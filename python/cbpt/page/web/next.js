@@ -6,7 +6,7 @@ import { bodyOf, el, fill, table } from "./dom.js";
 import { Figure } from "./figure.js";
 import { fixed, nameOf, plain, text } from "./numbers.js";
 import { safe } from "./readings.js";
-import { documentShown, on } from "./store.js";
+import { documentShown, hasBalls, on, state } from "./store.js";
 
 const SIGNS =
   /** @type {Record<string, string>} */ ({ apart: "", above: "+", not_here: "×", twins: "=" });
@@ -16,6 +16,9 @@ const MEANS = /** @type {Record<string, string>} */ ({
   not_here: "not told apart by these runs",
   twins: "twins: no reading of this rig tells them apart",
 });
+
+// As long without a switch is taken for a pause.
+const IDLE_MS = 2500;
 
 /** @type {Figure} */
 let figure;
@@ -30,7 +33,7 @@ export function setUpNext() {
   run = el("div", { class: "card" });
   const plot = el("div", { id: "matrix" });
   matrix = el("div", { class: "card" }, el("h3", {}, "What these runs can tell apart"), plot);
-  sizes = el("div", { class: "card" });
+  sizes = el("div", { class: "card", id: "sizes" });
   fill(
     bodyOf("next"),
     el("div", { class: "grid" }, run, el("div", { class: "grid halves" }, matrix, sizes)),
@@ -40,7 +43,7 @@ export function setUpNext() {
     "isolability",
     "Matrix of how like each other effects look in this campaign",
     build,
-    { height: 520 },
+    { height: 520, paper: 430 },
   );
   plot.append(
     el(
@@ -57,29 +60,48 @@ export function setUpNext() {
   on(["document"], () => {
     drawRun();
     drawMatrix();
-    ask();
+    later();
   });
+  on(["model"], later);
+  // Or as soon as somebody looks at where it will stand.
+  new IntersectionObserver((seen) => seen.some((e) => e.isIntersecting) && ask()).observe(sizes);
+}
+
+/** @type {number | undefined} */
+let waiting;
+
+/** Ask once nobody has asked for a model for a while. */
+function later() {
+  clearTimeout(waiting);
+  waiting = setTimeout(ask, IDLE_MS);
 }
 
 function drawMatrix() {
+  // Of a torsion spring nothing is plausible before there are readings, so no plan is judged.
+  sizes.hidden = !hasBalls();
   drawSizes();
   const there = names().length > 1;
   matrix.hidden = !there;
   if (there) figure.draw();
 }
 
+let asking = false;
+
 /** What the campaign can tell takes some seconds more than the answer, so it is asked for apart. */
 async function ask() {
-  const whole = documentShown();
-  if (!isLive() || !whole.answer || whole.isolability) return;
+  const whole = state.document;
+  if (!isLive() || asking || !whole?.answer || whole.isolability) return;
+  asking = true;
   try {
     const found = await get("isolability");
-    if (documentShown() !== whole) return;
+    if (state.document !== whole) return later();
     whole.isolability = found.isolability;
     if (found.why) whole.reasons.isolability = found.why;
     drawMatrix();
   } catch {
     // Other files have been opened meanwhile, or the server has ended, which others tell.
+  } finally {
+    asking = false;
   }
 }
 
@@ -152,6 +174,8 @@ function build(t) {
     }
   }
   const texts = list.map((n) => safe(n.replaceAll("_", " ")));
+  // Names stand upright where there is little room between them.
+  const narrow = figure.area.clientWidth < 420;
   const axis = {
     tickvals: list.map((_, k) => k),
     ticktext: texts,
@@ -159,8 +183,10 @@ function build(t) {
     zeroline: false,
     ticks: "",
     automargin: true,
-    tickfont: { size: 10.5 },
+    tickfont: { size: narrow ? 9 : 10.5 },
   };
+  // Nothing stands above the diagonal: the key has its place there.
+  const key = { x: 0.97, xanchor: "right", y: 0.98, yanchor: "top", len: 0.42 };
   return {
     data: [{
       type: "heatmap",
@@ -175,12 +201,18 @@ function build(t) {
       text: hover,
       hoverongaps: false,
       hovertemplate: "%{text}<br>correlation %{z:.3f}<extra></extra>",
-      colorbar: { thickness: 11, outlinewidth: 0, len: 0.5, y: 0.7, tickfont: { color: t.quiet } },
+      colorbar: {
+        ...key,
+        thickness: 11,
+        outlinewidth: 0,
+        title: { text: "correlation", font: { size: 11, color: t.quiet } },
+        tickfont: { color: t.quiet },
+      },
     }],
     layout: {
       margin: { l: 20, r: 6, t: 8, b: 20 },
       annotations,
-      xaxis: { ...axis, tickangle: -60 },
+      xaxis: { ...axis, tickangle: narrow ? -90 : -60 },
       yaxis: { ...axis, autorange: "reversed" },
     },
   };

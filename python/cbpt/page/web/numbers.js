@@ -96,10 +96,31 @@ const KEY = new RegExp(
  * @param {string} key
  */
 export function nameOf(key) {
+  const { name, unit } = parted(key);
+  return unit ? `${name} (${unit})` : name;
+}
+
+/** A key's name and the unit at its end. @param {string} key */
+function parted(key) {
   const [, name, unit, per, only] = KEY.exec(key) ?? [];
-  if (name === undefined) return key.replaceAll("_", " ");
+  if (name === undefined) return { name: key.replaceAll("_", " "), unit: "" };
   const written = only ? `1/${UNITS[only]}` : per ? `${UNITS[unit]}/${UNITS[per]}` : UNITS[unit];
-  return `${name.replaceAll("_", " ")} (${written})`;
+  return { name: name.replaceAll("_", " "), unit: written };
+}
+
+/**
+ * A sentence with its keys as words: `friction_torque_Nm 1.296 ± 0.017` is "friction torque
+ * 1.296 ± 0.017 N m".
+ * @param {string} sentence
+ */
+export function readable(sentence) {
+  return sentence.replace(
+    /\b([a-z]\w*_\w+) ([+-]?\d[\d.]*(?:e-?\d+)?(?: ± \d[\d.]*(?:e-?\d+)?)?)/g,
+    (_, key, number) => {
+      const { name, unit } = parted(key);
+      return `${name} ${number.replaceAll("-", "−")}${unit && ` ${unit}`}`;
+    },
+  );
 }
 
 /** @param {readonly (number | null)[]} values */

@@ -6,11 +6,11 @@
 
 /** @import { OwnEffect, OwnParameter } from "./types.d.ts" */
 import { isLive, post } from "./api.js";
-import { afterPause, announce, bodyOf, el, fill, trouble } from "./dom.js";
+import { afterPause, announce, bodyOf, byId, el, fill, trouble } from "./dom.js";
 import { show, take, told } from "./models.js";
 import { text } from "./numbers.js";
 import { parameters as sizesOf } from "./candidates.js";
-import { documentShown, modelShown, on, setModel } from "./store.js";
+import { documentShown, hasBalls, modelShown, on, setModel } from "./store.js";
 
 const BLANK = {
   id: "my_effect",
@@ -48,6 +48,8 @@ function draw() {
   const whole = documentShown();
   const place = bodyOf("own");
   const draft = whole.own.draft;
+  // An invitation to write one is nothing for paper.
+  byId("own").classList.toggle("no-print", !draft);
   const told_ = draft
     ? el(
       "p",
@@ -166,7 +168,7 @@ function draw() {
         el(
           "ul",
           { class: "plain small" },
-          whole.own.variables.map((v) =>
+          whole.own.variables.filter((v) => hasBalls() || v.name !== "planet_turn").map((v) =>
             el(
               "li",
               {},
@@ -277,7 +279,9 @@ const check = afterPause(120, async () => {
     if (mine !== asked) return;
     fit.disabled = !answer.ok;
     mistake.classList.toggle("fine", answer.ok);
-    mistake.textContent = answer.ok ? "✓ can be fitted" : pointed(answer);
+    mistake.textContent = answer.ok
+      ? ["✓ can be fitted", ...answer.notes].join("\n")
+      : pointed(answer);
   } catch (error) {
     if (mine === asked) {
       mistake.textContent = error instanceof Error ? error.message : String(error);

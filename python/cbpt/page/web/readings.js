@@ -13,6 +13,7 @@ import { Figure, MOST_POINTS, onTheme, theme, thin } from "./figure.js";
 import { fixed, nameOf, plain } from "./numbers.js";
 import {
   documentShown,
+  hasBalls,
   inUnit,
   modelOf,
   modelShown,
@@ -50,10 +51,11 @@ export function setUpReadings() {
     build,
     {
       height: innerWidth < 720 ? 520 : 620,
+      paper: 360,
       bar: true,
     },
   );
-  on(["document", "filter"], drawLegend);
+  on(["document", "filter", "model"], drawLegend);
   onTheme(() => state.document && drawLegend());
   on(["document", "filter", "model", "unit", "selection"], () => figure.drawNow());
   figure.onFirst = () => {
@@ -71,7 +73,12 @@ export function setUpReadings() {
         "span",
         { class: "small quiet" },
         el("span", { id: "thinned" }),
-        " Drag a box to select readings; double-click to let go.",
+        el(
+          "span",
+          { class: "no-print" },
+          " Drag a box to select readings; double-click to let go. ",
+        ),
+        el("span", { id: "mean-over" }),
       ),
       figure.save,
     ),
@@ -106,6 +113,9 @@ export function levelColours(t) {
 
 function drawLegend() {
   const whole = documentShown();
+  byId("mean-over").textContent = !inOrder() && whole.curves_mean_over.length
+    ? "Lines are means, the residual is not; choose a run to see the model reading by reading."
+    : "";
   const colours = levelColours(theme());
   const names = whole.data.settings;
   const runs = [...new Set(whole.readings.run_index)];
@@ -137,19 +147,10 @@ function drawLegend() {
     [...new Set(whole.readings.branch)].map((branch) =>
       el("span", { class: "key" }, sign(branch), BRANCHES[branch].name)
     ),
-    el(
-      "span",
-      { class: "key" },
-      svg(
-        "svg",
-        { width: 22, height: 10, "aria-hidden": "true" },
-        svg("line", { x1: 0, x2: 22, y1: 5, y2: 5, stroke: theme().ink, "stroke-width": 2 }),
-      ),
-      "model",
-    ),
+    lineKeys(),
     runs.length > 1 && el(
       "label",
-      { class: "inline" },
+      { class: "inline no-print" },
       "Run",
       el(
         "select",
@@ -167,6 +168,60 @@ function drawLegend() {
       ),
     ),
   );
+}
+
+/** Whether the model is drawn as it went, reading by reading: of one run, where means would be blunt. */
+function inOrder() {
+  const { readings, data } = documentShown();
+  return state.run !== null ||
+    (data.settings.length === 1 && readings.run_index.every((run) => run === 0) &&
+      readings.row.length <= MOST_POINTS);
+}
+
+/** What the lines are: the model shown, on the way back dashed; and the band of the noise. */
+function lineKeys() {
+  const whole = documentShown();
+  const ways = new Set(whole.curves.map((line) => BRANCHES[line.branch].dash));
+  const over = whole.curves_mean_over;
+  const mean = inOrder()
+    ? ", reading by reading"
+    : over.length
+    ? `, mean over ${over.map((o) => `${o}s`).join(" and ")}`
+    : "";
+  const line = (/** @type {string} */ dash) =>
+    svg(
+      "svg",
+      { width: 24, height: 10, "aria-hidden": "true" },
+      svg("line", {
+        x1: 1,
+        x2: 23,
+        y1: 5,
+        y2: 5,
+        stroke: theme().ink,
+        "stroke-width": 2,
+        "stroke-dasharray": dash === "solid" ? null : dash.replaceAll("px", ""),
+      }),
+    );
+  return [
+    el(
+      "span",
+      { class: "key", id: "model-key" },
+      line("solid"),
+      `model: ${modelShown().label}${mean}`,
+    ),
+    !inOrder() && ways.has(BRANCHES.down.dash) && ways.size > 1 &&
+    el("span", { class: "key" }, line(BRANCHES.down.dash), "model, torque falling"),
+    noiseOf() !== null && el(
+      "span",
+      { class: "key" },
+      svg(
+        "svg",
+        { width: 24, height: 10, "aria-hidden": "true" },
+        svg("rect", { width: 24, height: 10, fill: theme().quiet, opacity: 0.25 }),
+      ),
+      `± 2 × noise (${whole.noise?.noise_floor_of ?? "stated uncertainty"})`,
+    ),
+  ];
 }
 
 /** @param {Branch} branch */
@@ -227,7 +282,7 @@ function build(t) {
     }
   }
   const data = [...hovered(drawn)];
-  for (const line of state.run === null ? whole.curves : []) {
+  for (const line of inOrder() ? [] : whole.curves) {
     const y = line.angle_arcsec[m.key];
     if (!y || state.hidden.has(line.level)) continue;
     data.push({
@@ -239,16 +294,18 @@ function build(t) {
       line: { color: colours[line.level], width: 1.8, dash: BRANCHES[line.branch].dash },
     });
   }
-  if (state.run !== null) data.push(lineOfRun(t, s));
+  if (inOrder()) data.push(lineOfRun(t, s));
   byId("thinned").textContent = drawn.length < all
     ? `${drawn.length} of ${all} readings drawn, what stands out among them; all are computed with.`
     : "";
   const angles = inUnit([
-    ...drawn.map((i) => r.measured_arcsec[i]),
+    ...withBars(drawn.map((i) => r.measured_arcsec[i]), drawn),
     ...drawn.map((i) => m.model_arcsec[i]),
   ]);
   const ranges = { x: room(drawn.map((i) => r.torque_Nm[i])), y: room(angles) };
-  const layout = layoutOf(t, ranges, [...(before?.residual_arcsec ?? []), ...m.residual_arcsec]);
+  const every = r.row.map((_, i) => i);
+  const residuals = [before, m].flatMap((of) => (of ? withBars(of.residual_arcsec, every) : []));
+  const layout = layoutOf(t, ranges, residuals);
   return { data, layout, points };
 }
 
@@ -314,6 +371,15 @@ function lineOfRun(t, s) {
   };
 }
 
+/** Both ends of the bars about values. @param {readonly (number | null)[]} values @param {number[]} rows theirs */
+function withBars(values, rows) {
+  const u = documentShown().readings.u_arcsec;
+  return values.flatMap((v, k) => {
+    const half = u?.[rows[k]] ?? 0;
+    return v === null ? [] : [v - half, v + half];
+  });
+}
+
 /** Ends with room for the signs. @param {(number | null)[]} values */
 function room(values) {
   let low = Infinity, high = -Infinity;
@@ -323,7 +389,7 @@ function room(values) {
     high = Math.max(high, v);
   }
   if (low > high) return undefined;
-  const more = 0.04 * (high - low) || 1;
+  const more = 0.05 * (high - low) || 1;
   return [low - more, high + more];
 }
 
@@ -334,7 +400,7 @@ function room(values) {
  */
 function layoutOf(t, ranges, residuals) {
   const whole = documentShown();
-  const floor = whole.noise?.noise_floor_arcsec ?? median(whole.readings.u_arcsec ?? []);
+  const floor = noiseOf();
   let most = 0;
   for (const v of residuals) most = Math.max(most, Math.abs(v ?? 0));
   const reach = 1.12 * Math.max(most, 3 * (floor ?? 0), 1e-6) * scale();
@@ -378,19 +444,6 @@ function layoutOf(t, ranges, residuals) {
         layer: "below",
       }]
       : [],
-    annotations: floor
-      ? [{
-        xref: "paper",
-        x: 1,
-        xanchor: "right",
-        yref: "y2",
-        y: 2 * floor * scale(),
-        yanchor: "bottom",
-        text: "± 2 × noise",
-        showarrow: false,
-        font: { size: 10.5, color: t.quiet },
-      }]
-      : [],
   };
 }
 
@@ -431,7 +484,7 @@ function drawSelection() {
           text: `residual (${state.unit})`,
           number: true,
         },
-        "contacts",
+        ...(hasBalls() ? ["contacts"] : []),
       ],
       rows.slice(0, ROWS_SHOWN).map((i) => [
         r.row[i],
@@ -441,12 +494,18 @@ function drawSelection() {
         BRANCHES[r.branch[i]].name.replace("torque ", ""),
         fixed(r.measured_arcsec[i] * s, 3),
         fixed((m.residual_arcsec[i] ?? NaN) * s, 3, true),
-        r.regime[i] === null ? "" : whole.regimes[/** @type {number} */ (r.regime[i])],
+        ...(hasBalls() ? [whole.regimes[r.regime[i] ?? -1] ?? ""] : []),
       ]),
     ),
     rows.length > ROWS_SHOWN &&
       el("p", { class: "small quiet" }, `The first ${ROWS_SHOWN} are listed; the CSV has all.`),
   );
+}
+
+/** Before there is an answer what is stated has to do; later the answer says what is known. @returns {number | null} */
+function noiseOf() {
+  const whole = documentShown();
+  return whole.noise ? whole.noise.noise_floor_arcsec : median(whole.readings.u_arcsec ?? []);
 }
 
 /** @param {readonly (number | null)[]} values */

@@ -41,6 +41,11 @@ export function documentShown() {
   return state.document;
 }
 
+/** Whether the reducer has balls, grooves and contacts, or is known by its stiffness alone. */
+export function hasBalls() {
+  return documentShown().case.kind === "ball_drive";
+}
+
 /** @param {PageDocument} next */
 export function setDocument(next) {
   const last = state.document;

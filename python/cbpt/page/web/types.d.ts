@@ -158,9 +158,10 @@ export interface PageDocument {
     equation: string;
     why_not: Maybe<string>;
   }[];
-  ladder: Maybe<{ rungs: Rung[]; noise_floor_arcsec: number; stop: number; held_out_by: string }>;
+  ladder: Maybe<{ rungs: Rung[]; stop: number; stop_says: Maybe<string>; held_out_by: string }>;
   where: Maybe<{ regions: Region[]; of: string }>;
   curves: Curve[];
+  curves_mean_over: string[];
   own: {
     draft: Maybe<OwnEffect>;
     variables: { name: string; meaning: string }[];

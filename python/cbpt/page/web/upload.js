@@ -8,6 +8,8 @@ import { setDocument } from "./store.js";
 export function setUpUpload() {
   if (!isLive()) return;
   byId("open-files").addEventListener("click", openUpload);
+  // Files that were refused or left in doubt must not be read with the next ones.
+  box().addEventListener("close", () => post("forget", {}).catch(() => {}));
   addEventListener("dragover", (event) => {
     event.preventDefault();
     document.body.classList.add("over");
@@ -79,13 +81,10 @@ async function take(files) {
     /** @type {any} */
     let found = null;
     // The case first: a table is read with what its drive needs.
-    for (
-      const file of files.sort((a, b) =>
-        Number(b.name.endsWith(".toml")) - Number(a.name.endsWith(".toml"))
-      )
-    ) {
-      found = await upload(file);
-    }
+    const order = files.sort((a, b) =>
+      Number(b.name.endsWith(".toml")) - Number(a.name.endsWith(".toml"))
+    );
+    for (const file of order) found = await upload(file, file !== order.at(-1));
     await told(found);
   } catch (error) {
     fill(
@@ -111,9 +110,50 @@ async function told(found) {
   }
   fill(
     place,
-    found.message && el("p", {}, found.message),
-    found.doubt && found.columns?.length > 0 && mapping(found),
+    found.message && messages(found.message),
+    found.sheets?.length > 1 && sheets(found),
+    found.doubt && !found.which_sheet && found.columns?.length > 0 && mapping(found),
   );
+}
+
+/** Ask the server to read the table so. @param {unknown} how {columns, sheet} */
+async function readSo(how) {
+  try {
+    await told(await post("columns", how));
+  } catch (error) {
+    byId("upload-found").append(
+      el(
+        "p",
+        { class: "trouble", role: "alert" },
+        error instanceof Error ? error.message : String(error),
+      ),
+    );
+  }
+}
+
+/** Which sheet of a workbook. @param {any} found */
+function sheets(found) {
+  return el(
+    "label",
+    { class: "inline" },
+    "Sheet",
+    el(
+      "select",
+      { id: "sheet", onchange: (e) => e.target.value && readSo({ sheet: e.target.value }) },
+      !found.sheet && el("option", { value: "" }, "choose ..."),
+      found.sheets.map((/** @type {string} */ name) =>
+        el("option", { value: name, selected: name === found.sheet }, name)
+      ),
+    ),
+  );
+}
+
+/** What has to be told, a line each. @param {string} text */
+function messages(text) {
+  const lines = text.split("\n").filter((line) => line.trim());
+  return lines.length === 1
+    ? el("p", {}, lines[0])
+    : el("ul", { class: "plain small" }, lines.map((line) => el("li", {}, line)));
 }
 
 /** A row a column: what it is taken for, and what else it may be. @param {any} found */
@@ -164,19 +204,7 @@ function mapping(found) {
         type: "button",
         class: "main",
         id: "confirm-columns",
-        onclick: async () => {
-          try {
-            await told(await post("columns", { columns: chosen }));
-          } catch (error) {
-            byId("upload-found").append(
-              el(
-                "p",
-                { class: "trouble", role: "alert" },
-                error instanceof Error ? error.message : String(error),
-              ),
-            );
-          }
-        },
+        onclick: () => readSo({ columns: chosen, sheet: found.sheet }),
       },
       "Use them so",
     ),

@@ -6,7 +6,7 @@ import { bodyOf, el, fill } from "./dom.js";
 import { Figure } from "./figure.js";
 import { fixed, percent, plain, text } from "./numbers.js";
 import { BRANCHES, safe } from "./readings.js";
-import { documentShown, modelShown, on, scale, select, state, visible } from "./store.js";
+import { documentShown, hasBalls, modelShown, on, scale, select, state, visible } from "./store.js";
 
 const BINS = 16;
 // Up to this many different values stand for themselves.
@@ -26,8 +26,9 @@ let regions;
 
 export function setUpWhere() {
   const place = bodyOf("where");
-  choices = el("div", { class: "row" });
+  choices = el("div", { class: "row no-print" });
   const plot = el("div", { id: "where-plot" });
+  const note = el("span", { class: "small quiet" });
   regions = el("div", { class: "card", id: "regions" });
   fill(
     place,
@@ -35,16 +36,13 @@ export function setUpWhere() {
   );
   figure = new Figure(plot, "where", "Map of the mean residual over two columns", build, {
     height: 400,
+    paper: 340,
   });
   plot.append(
     el(
       "div",
       { class: "under" },
-      el(
-        "span",
-        { class: "small quiet" },
-        "Hatched: contacts have parted in some readings. Outlined: the regions beside. A box selects readings.",
-      ),
+      note,
       figure.save,
     ),
   );
@@ -53,6 +51,12 @@ export function setUpWhere() {
     if (!keys.includes(across)) across = keys[0];
     if (!keys.includes(up) || up === across) up = preferred(keys);
     drawChoices();
+    fill(
+      note,
+      hasBalls() && "Hatched: contacts have parted in some readings. ",
+      "Outlined: the regions listed here. ",
+      el("span", { class: "no-print" }, "A box drawn on the map selects readings."),
+    );
   });
   on(["document", "unit"], drawRegions);
   on(["document", "model", "unit", "filter", "selection"], () => {
@@ -169,7 +173,10 @@ function build(t) {
   const hatched = marks(parted, (b, a) => parted[b][a] > 0);
   const ringed = marks(chosen, (b, a) => chosen[b][a] > 0);
   const ticks = (/** @type {Axis} */ axis) => {
-    const step = Math.ceil(axis.ticks.length / 12);
+    // As many as stand beside each other, of those across.
+    const letters = Math.max(...axis.texts.map((words) => words.length), 1);
+    const most = axis === x ? Math.max(3, (figure.area.clientWidth - 170) / (7 * letters + 8)) : 12;
+    const step = Math.ceil(axis.ticks.length / Math.min(12, most));
     const shown = axis.ticks.filter((k) => k % step === 0);
     return { tickangle: 0, tickvals: shown, ticktext: shown.map((k) => axis.texts[k]) };
   };
@@ -197,7 +204,9 @@ function build(t) {
         ),
         hovertemplate: `${safe(x.label)}: %{customdata[2]}<br>${
           safe(y.label)
-        }: %{customdata[3]}<br>mean %{z:+.3f} ${state.unit} of %{customdata[0]} readings<br>contact lost in %{customdata[1]}<extra></extra>`,
+        }: %{customdata[3]}<br>mean %{z:+.3f} ${state.unit} of %{customdata[0]} readings${
+          hasBalls() ? "<br>contact lost in %{customdata[1]}" : ""
+        }<extra></extra>`,
       },
       {
         type: "scatter",

@@ -9,7 +9,8 @@
 //! [`super::solve`] stays the readable solver: it takes whatever is not done here after a few steps (at the edge of what
 //! holds, nearly free motions) and everything that is not homogeneous. Existence and smallness are asked by its functions,
 //! so statuses are the same; angles agree to 1e-10. A load's result does not depend on its neighbours; whether the curve is
-//! made depends on how many loads are announced, which moves an angle by rounding.
+//! made depends on how many loads are announced, which moves an angle by rounding. A geometry with a single load fills the
+//! lanes with its contacts instead ([`LanePair::for_one`]).
 
 // What runs in lanes must be inlined into the function that knows the instruction set; its loops over the unknowns read
 // as the algebra does.
@@ -26,7 +27,7 @@ use super::{ReadyPair, State};
 use crate::pair::{HERTZ_EXPONENT, MeshingPoints};
 use crate::status::Status;
 use curve::Curve;
-use kernel::Contact;
+use kernel::{Block, Contact};
 pub use powers::two_thirds_powers;
 
 /// Loads that are solved in one go.
@@ -65,6 +66,8 @@ pub struct LanePair {
     pair: ReadyPair,
     /// Scaled; empty where the pair is not homogeneous.
     contacts: Vec<Contact>,
+    /// The same side by side, instead, for a single load.
+    blocks: Vec<Block>,
     /// Approach under a preload of 1 N, m.
     approach_at_1N_m: f64,
     /// By which the arms are scaled, m.
@@ -79,27 +82,48 @@ pub struct LanePair {
 impl LanePair {
     /// Ready for about `loads` loads: many are worth more preparation.
     pub fn new(points: &MeshingPoints, loads: usize) -> Self {
+        let mut pair = Self::unprepared(points, loads);
+        if homogeneous(points) {
+            pair.contacts = pair.scaled_contacts().collect();
+        }
+        if loads >= CURVE_PAYS_FROM {
+            pair.contacts = kernel::merged(pair.contacts);
+        }
+        pair
+    }
+
+    /// Ready for a single load, whose contacts run side by side.
+    pub fn for_one(points: &MeshingPoints) -> Self {
+        let mut pair = Self::unprepared(points, 1);
+        if homogeneous(points) {
+            pair.blocks = kernel::in_blocks(pair.scaled_contacts(), pair.pair.levers.len());
+        }
+        pair
+    }
+
+    fn unprepared(points: &MeshingPoints, loads: usize) -> Self {
         let pair = ReadyPair::new(points);
-        let torque_scale_m = pair.largest_torque_per_preload_m;
-        let contacts = if homogeneous(points) && torque_scale_m > 0.0 {
-            let scaled = pair.levers.iter().map(|levers| Contact {
-                levers: [levers.axial, levers.turning_m / torque_scale_m, levers.in_plane / pair.largest_cot],
-                stiffness: levers.stiffness / pair.axial_force_at_1m_N,
-            });
-            if loads >= CURVE_PAYS_FROM { kernel::merged(scaled.collect()) } else { scaled.collect() }
-        } else {
-            Vec::new()
-        };
-        let approach_at_1N_m = pair.rigid_approach_m(1.0);
         Self {
-            per_torque_scale: 1.0 / torque_scale_m,
+            contacts: Vec::new(),
+            blocks: Vec::new(),
+            approach_at_1N_m: pair.rigid_approach_m(1.0),
+            torque_scale_m: pair.largest_torque_per_preload_m,
+            per_torque_scale: 1.0 / pair.largest_torque_per_preload_m,
             pair,
-            contacts,
-            approach_at_1N_m,
-            torque_scale_m,
             loads,
             curves: [const { OnceLock::new() }; 2],
         }
+    }
+
+    /// None where nothing carries.
+    fn scaled_contacts(&self) -> impl Iterator<Item = Contact> {
+        let levers = if self.torque_scale_m > 0.0 { self.pair.levers.as_slice() } else { &[] };
+        let per_cot = 1.0 / self.pair.largest_cot;
+        let per_force = 1.0 / self.pair.axial_force_at_1m_N;
+        levers.iter().map(move |levers| Contact {
+            levers: [levers.axial, levers.turning_m * self.per_torque_scale, levers.in_plane * per_cot],
+            stiffness: levers.stiffness * per_force,
+        })
     }
 
     /// How many equal copies of this row are in series; their angles add.
@@ -117,7 +141,16 @@ impl LanePair {
         preload_powers: &[f64],
         outcomes: &mut [LaneOutcome],
     ) {
-        if torque_Nm.len() <= FEW {
+        if !self.blocks.is_empty() {
+            let loads = torque_Nm.iter().zip(preload_N).zip(preload_powers).zip(outcomes);
+            for (((&torque, &preload), &power), outcome) in loads {
+                let found = self.holds(torque, preload).then(|| {
+                    let pivot = torque / preload * self.per_torque_scale;
+                    kernel::run_alone(&self.blocks, self.pair.floats_sideways, pivot)
+                });
+                *outcome = self.outcome(torque, preload, power, found);
+            }
+        } else if torque_Nm.len() <= FEW {
             self.solve_in::<FEW>(torque_Nm, preload_N, preload_powers, outcomes);
         } else {
             self.solve_in::<BATCH>(torque_Nm, preload_N, preload_powers, outcomes);
