@@ -70,6 +70,8 @@ PLANTED: list[tuple[str, str, dict[str, float]]] = [
         {"friction_radius_m": 6e-4, "engagement_angle_rad": 5 * ARCSEC},
     ),
     ("preload_loss", "", {"lost_share": 0.15}),
+    ("preload_loss", "force", {"lost_force_N": 60.0}),
+    ("preload_loss", "share and force", {"lost_share": 0.1, "lost_force_N": 60.0}),
     ("preload_spring", "", {"spring_rate_N_per_m": 3e8}),
     ("thermal_preload", "", {"rate_N_per_K": -12.0}),
     ("eccentricity_error", "fixed", {"offset_sine_m": 2e-7, "offset_cosine_m": -3e-7}),
@@ -79,6 +81,11 @@ PLANTED: list[tuple[str, str, dict[str, float]]] = [
     ("run_in", "permanent_set", {"permanent_set_rad": 3 * ARCSEC}),
     ("wear", "", {"lost_share_per_s": 5e-5}),
     ("creep", "", {"compliance_rad_per_Nm": 6e-7, "time_constant_s": 12.0}),
+    (
+        "creep",
+        "superposed",
+        {"superposed_compliance_rad_per_Nm": 6e-7, "time_constant_s": 12.0},
+    ),
 ]
 
 

@@ -142,6 +142,7 @@ fn typical(id: &str, name: &str) -> f64 {
     match (id, name) {
         ("output_torsion", _) => 2e-6,
         ("creep", "compliance_rad_per_Nm") => 3e-7,
+        (_, "superposed_compliance_rad_per_Nm") => 2e-7,
         (_, "stiffness_scale") => 0.8,
         (_, "contact_angle_shift_rad") => 0.02,
         (_, "torque_gain") => 1.05,
@@ -159,6 +160,7 @@ fn typical(id: &str, name: &str) -> f64 {
         (_, "load_growth_per_Nm") => 0.05,
         (_, "engagement_angle_rad") => 6.0 * ARCSEC,
         (_, "lost_share") => 0.1,
+        (_, "lost_force_N") => 20.0,
         (_, "spring_rate_N_per_m") => 1e7,
         (_, "rate_N_per_K") => 5.0,
         (_, "offset_sine_m" | "planet_offset_cosine_m") => 1e-6,
@@ -395,9 +397,10 @@ fn the_loop_widens_with_the_preload() {
 #[test]
 fn history_is_per_run() {
     let (_, drive) = &drives()[0];
-    let values = [4e-4, 6.0 * ARCSEC, 0.0, 0.0];
+    let ids = ["friction_hysteresis", "creep"];
+    let values = [4e-4, 6.0 * ARCSEC, 0.0, 0.0, 0.0, 30.0, 3e-7];
     let mixed = campaign();
-    let together = predictor(drive, &["friction_hysteresis"]).predict(&values, &[]).unwrap().angle_rad;
+    let together = predictor(drive, &ids).predict(&values, &[]).unwrap().angle_rad;
     for run in [1, 2, 3] {
         let places: Vec<usize> = (0..mixed.run.len()).filter(|i| mixed.run[*i] == run).collect();
         let pick = |column: &[f64]| places.iter().map(|i| column[*i]).collect::<Vec<f64>>();
@@ -410,8 +413,7 @@ fn history_is_per_run() {
             temperature_K: pick(&mixed.temperature_K),
             cycle: pick(&mixed.cycle),
         };
-        let mut predictor =
-            Predictor::new(drive.clone(), &["friction_hysteresis"], alone.rows().unwrap()).unwrap();
+        let mut predictor = Predictor::new(drive.clone(), &ids, alone.rows().unwrap()).unwrap();
         let alone = predictor.predict(&values, &[]).unwrap().angle_rad;
         for (found, place) in alone.iter().zip(&places) {
             assert!((found - together[*place]).abs() <= 1e-14, "{found} {}", together[*place]);
@@ -523,7 +525,7 @@ fn an_undercut_drive_has_no_row() {
     let (_, drive) = &drives()[0];
     let sharp = Deceleration { short_amplitude_coefficient: 0.9, ..*drive.deceleration() };
     let drive = Drive::new(*drive.material(), sharp, *drive.equal_speed(), TrackCurvature::Exact).unwrap();
-    let found = predictor(&drive, &["creep"]).predict(&[0.0, 20.0], &[0]).unwrap();
+    let found = predictor(&drive, &["creep"]).predict(&[0.0, 20.0, 0.0], &[0]).unwrap();
     assert!(found.status.iter().all(|status| *status == Status::Undercut));
     assert!(found.angle_rad.iter().chain(&found.sensitivities).all(|value| value.is_nan()));
 }

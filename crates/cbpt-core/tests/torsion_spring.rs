@@ -184,7 +184,7 @@ fn sensitivities_are_derivatives() {
         (_, "play") => 5e-3,
         (_, "transition_torque") => 1.5,
         ("output_torsion", _) => 1e-4,
-        ("creep", "compliance")
+        ("creep", "compliance" | "superposed_compliance")
         | (_, "reference_deflection" | "clearance" | "offset_sine" | "offset_cosine") => 2e-5,
         (_, "friction_torque") => 3.0,
         (_, "engagement_angle") => 2e-3,

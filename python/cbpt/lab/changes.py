@@ -100,6 +100,8 @@ def _form(
         empty = np.zeros((len(campaign), 0))
         return Form(variant, shapes, grid, ratios, values[places], empty, slopes)
     direction: Floats = _typical(slopes / campaign.u_arcsec[:, None]) * ratios
+    # A size that must not be negative grows from nothing.
+    direction = direction if variant.signed else np.abs(direction)
     columns = []
     for size in grid:
         there = values.copy()

@@ -78,6 +78,8 @@ _ENGAGEMENT = Shape(
     tuple(a * ARCSEC for a in (2.0, 4.5, 10.0, 22.0)),
     log=True,
 )
+CREEP = ("compliance_rad_per_Nm", ""), ("superposed_compliance_rad_per_Nm", "superposed")
+"""Size and name of each form of creep."""
 _TIME = Shape("time_constant_s", 1.0, 1e4, (2.0, 10.0, 50.0, 400.0), log=True)
 
 
@@ -108,7 +110,12 @@ def _all() -> Iterator[Variant]:
     yield Variant("bearing_play", ("clearance_m",), 2e-8, 2e-5)
     yield Variant("output_torsion", ("compliance_rad_per_Nm",), 1e-7, 1e-4)
     yield Variant("friction_hysteresis", ("friction_radius_m",), 1e-6, 5e-3, shapes=(_ENGAGEMENT,))
-    yield Variant("preload_loss", ("lost_share",), 0.005, 0.6)
+    share, force = "lost_share", "lost_force_N"
+    yield Variant("preload_loss", (share,), 0.005, 0.6)
+    yield Variant("preload_loss", (force,), 2.0, 500.0, name="force")
+    # A force counts as much as the share that it is of 800 N.
+    both = (share, force)
+    yield Variant("preload_loss", both, 0.005, 0.6, name="share and force", ratios=(1.0, 800.0))
     yield Variant("preload_spring", ("spring_rate_N_per_m",), 1e6, 2e9)
     yield Variant(
         "thermal_preload", ("rate_N_per_K",), 0.1, 100.0, signed=True, needs="temperature_degC"
@@ -153,7 +160,8 @@ def _all() -> Iterator[Variant]:
         size = (f"{name}_rad",)
         yield Variant("run_in", size, 0.1 * ARCSEC, 30 * ARCSEC, name=name, needs=needs)
     yield Variant("wear", ("lost_share_per_s",), 1e-7, 1e-3, needs="time_s")
-    yield Variant("creep", ("compliance_rad_per_Nm",), 1e-9, 1e-5, shapes=(_TIME,), needs="time_s")
+    for size, name in CREEP:
+        yield Variant("creep", (size,), 1e-9, 1e-5, shapes=(_TIME,), needs="time_s", name=name)
 
 
 VARIANTS: tuple[Variant, ...] = tuple(_all())

@@ -15,7 +15,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from cbpt.lab.assembled import Campaign
-from cbpt.lab.library import VARIANTS, Shape, Variant
+from cbpt.lab.library import CREEP, VARIANTS, Shape, Variant
 from cbpt.results import solve_many
 
 
@@ -64,7 +64,8 @@ def _of_spring(campaign: Campaign) -> Iterator[Variant]:
         run = max(_longest_run(campaign), 1e-3 * length)
         time = ranged("time_constant_s", run, 1e-3, 10.0, (0.01, 0.05, 0.2, 1.0))
         compliance = angle / torque
-        yield _with(of("creep", ("compliance_rad_per_Nm",), compliance, 1e-4, 1.0), (time,))
+        for size, name in CREEP:
+            yield _with(of("creep", (size,), compliance, 1e-4, 1.0), (time,), name)
         yield _signed(of("drift", ("rate_rad_per_s",), angle / length, 1e-3, 1.0), name="time")
     if readings.temperature_degC is not None:
         span = float(np.ptp(readings.temperature_degC)) or 1.0

@@ -38,7 +38,7 @@ NAMES = {
     "rough_contact": "contacts softer than Hertz's (rough surfaces)",
     "run_in": "a permanent set of the first loading",
     "wear": "preload that is lost with time",
-    "creep": "creep under torque since the run began",
+    "creep": "creep under torque",
 }
 """What each effect is called in a sentence."""
 

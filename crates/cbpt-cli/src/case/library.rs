@@ -69,6 +69,7 @@ fn dimension(of_core: effect::Dimension) -> Option<Dimension> {
         Core::AnglePerTime => Dimension::AnglePerTime,
         Core::AnglePerTemperature => Dimension::AnglePerTemperature,
         Core::AnglePerTorque => Dimension::AnglePerTorque,
+        Core::Force => Dimension::Force,
         Core::Torque => Dimension::Torque,
         Core::PerTorque => Dimension::PerTorque,
         Core::ForcePerLength => Dimension::ForcePerLength,

@@ -104,6 +104,9 @@ pub struct Ball {
     pub pitch_radius_m: f64,
 }
 
+/// An angle at every reading of a run.
+pub type OfRun = fn(&[Dual], &[Row], &[Dual]) -> Vec<Dual>;
+
 /// What an effect does, by its port. The first argument is always the effect's own parameters in their order.
 #[derive(Debug, Clone, Copy)]
 pub enum Action {
@@ -117,6 +120,9 @@ pub enum Action {
     Contact(fn(&[Dual], &mut Contact)),
     /// An angle at the output, given the torque M0 (N m), rad.
     Series(fn(&[Dual], &Row, &DriveNumbers, Dual) -> Dual),
+    /// The same at every reading of a run, given the readings and the torque M0 (N m) at each: for what depends on the
+    /// torques before.
+    History(OfRun),
     /// What the instrument shows of an angle, rad.
     Reading(fn(&[Dual], &Row, Dual) -> Dual),
 }

@@ -1,6 +1,9 @@
 //! Preload held back on its way to the meshing points.
 //!
-//! N_Z -> (1 - eta) N_Z: wedging of the balls along the axis alone can hold back about mu cot(beta).
+//! N_Z -> (1 - eta) N_Z - F, the friction of an axial guide by the law of two terms: one in proportion to what presses, one
+//! that is there without it. Wedging of the balls along the axis alone can hold back about mu cot(beta); F is the drag of
+//! a seal or the pull of a return spring. The less the preload, the larger the share that F takes. At F = 0 the loss is a
+//! constant share.
 
 use super::dual::Dual;
 use super::port::{Action, Load, Row};
@@ -12,22 +15,23 @@ pub static SPEC: Spec = Spec {
     class: Class::Effect,
     port: Port::Load,
     reducers: Reducers::BallDrives,
-    equation: "N_Z -> (1 - eta) N_Z",
-    source: "Coulomb friction in the axial guide",
-    tell_tale: "looks like a lower preload",
-    parameters: &[Parameter::size(
-        "lost_share",
-        Dimension::Number,
-        "share eta of the preload that is held back",
-    )
-    .within(0.0, 0.99)
-    .likely(0.0, 0.6)],
+    equation: "N_Z -> (1 - eta) N_Z - F",
+    source: "friction of two terms in the axial guide: Coulomb (1785); Derjaguin, Z. Phys. 88 (1934) 661",
+    tell_tale: "looks like a lower preload; with F, at low preload above all",
+    parameters: &[
+        Parameter::size("lost_share", Dimension::Number, "share eta of the preload that is held back")
+            .within(0.0, 0.99)
+            .likely(0.0, 0.6),
+        Parameter::size("lost_force", Dimension::Force, "force F that is held back at any preload")
+            .within(0.0, 1e6)
+            .likely(0.0, 500.0),
+    ],
     twins: &["preload_scale", "torque_scale", "contact_angle"],
     action: Action::Load(act),
 };
 
 fn act(own: &[Dual], _: &Row, load: &mut Load) {
-    load.preload_N *= -own[0] + 1.0;
+    load.preload_N = load.preload_N * (-own[0] + 1.0) - own[1];
 }
 
 #[cfg(test)]
@@ -38,7 +42,13 @@ mod tests {
 
     #[test]
     fn it_takes_its_share_of_the_preload() {
-        assert_close(load(&SPEC, &[0.25]).preload_N.value, 0.75 * ROW.preload_N);
+        assert_close(load(&SPEC, &[0.25, 0.0]).preload_N.value, 0.75 * ROW.preload_N);
+    }
+
+    #[test]
+    fn it_takes_a_force_beside_it() {
+        assert_close(load(&SPEC, &[0.0, 40.0]).preload_N.value, ROW.preload_N - 40.0);
+        assert_close(load(&SPEC, &[0.25, 40.0]).preload_N.value, 0.75 * ROW.preload_N - 40.0);
     }
 
     #[test]

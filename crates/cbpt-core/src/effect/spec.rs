@@ -123,6 +123,7 @@ pub enum Dimension {
     AnglePerTime,
     AnglePerTemperature,
     AnglePerTorque,
+    Force,
     Torque,
     PerTorque,
     ForcePerLength,
@@ -156,6 +157,7 @@ impl Dimension {
             Self::AnglePerTime => unit("rad_per_s", 1.0),
             Self::AnglePerTemperature => unit("rad_per_K", 1.0),
             Self::AnglePerTorque => unit("rad_per_Nm", 1.0),
+            Self::Force => unit("N", 1.0),
             Self::Torque => unit("Nm", 1.0),
             Self::PerTorque => unit("per_Nm", 1.0),
             Self::ForcePerLength => unit("N_per_m", 1.0),
@@ -177,9 +179,12 @@ impl Dimension {
             Self::AnglePerTorque => unit("arcsec_per_Nm", ARCSEC),
             Self::ForcePerLength => unit("N_per_um", 1e6),
             Self::PerTime => unit("per_h", 1.0 / 3600.0),
-            Self::Number | Self::Torque | Self::PerTorque | Self::ForcePerTemperature | Self::Time => {
-                self.si()
-            }
+            Self::Number
+            | Self::Force
+            | Self::Torque
+            | Self::PerTorque
+            | Self::ForcePerTemperature
+            | Self::Time => self.si(),
         }
     }
 }

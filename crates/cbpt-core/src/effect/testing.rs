@@ -72,6 +72,14 @@ pub fn series(spec: &Spec, own: &[f64], torque_Nm: f64) -> f64 {
     act(&duals(own), &ROW, &DRIVE, Dual::constant(torque_Nm)).value
 }
 
+/// The angles of a run, given as its times (s) and torques (N m).
+pub fn history(spec: &Spec, own: &[f64], run: &[(f64, f64)]) -> Vec<f64> {
+    let Action::History(act) = spec.action else { panic!("{} acts elsewhere", spec.id) };
+    let rows: Vec<Row> = run.iter().map(|&(run_time_s, _)| Row { run_time_s, ..ROW }).collect();
+    let torque_Nm: Vec<Dual> = run.iter().map(|&(_, torque_Nm)| Dual::constant(torque_Nm)).collect();
+    act(&duals(own), &rows, &torque_Nm).iter().map(|angle| angle.value).collect()
+}
+
 pub fn reading(spec: &Spec, own: &[f64], angle_rad: f64) -> f64 {
     let Action::Reading(act) = spec.action else { panic!("{} acts elsewhere", spec.id) };
     act(&duals(own), &ROW, Dual::constant(angle_rad)).value
@@ -101,6 +109,10 @@ pub fn vanishes(spec: &Spec) {
             for torque_Nm in [-3.0, 0.0, 5.0] {
                 assert_eq!(series(spec, &own, torque_Nm), 0.0);
             }
+        }
+        Action::History(_) => {
+            let run = [(0.0, -3.0), (5.0, 0.0), (60.0, 5.0)];
+            assert!(history(spec, &own, &run).iter().all(|angle| *angle == 0.0));
         }
         Action::Reading(_) => {
             for angle_rad in [-3e-4, 0.0, 1e-5] {

@@ -74,6 +74,24 @@ impl Chain {
         angle
     }
 
+    /// What depends on the torques before adds to the angle behind the meshing points, at each reading of a run.
+    pub fn history(&self, run: &[Row], torque_Nm: &[Dual]) -> Vec<Dual> {
+        let mut angles = vec![Dual::constant(0.0); run.len()];
+        for link in &self.links {
+            if let Action::History(act) = link.action {
+                for (angle, part) in angles.iter_mut().zip(act(&link.own, run, torque_Nm)) {
+                    *angle += part;
+                }
+            }
+        }
+        angles
+    }
+
+    /// Whether anything depends on the torques before.
+    pub fn has_history(&self) -> bool {
+        self.links.iter().any(|link| matches!(link.action, Action::History(_)))
+    }
+
     /// What the instrument shows of an angle.
     pub fn reading(&self, row: &Row, mut angle: Dual) -> Dual {
         for link in &self.links {

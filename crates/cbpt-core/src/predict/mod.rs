@@ -243,7 +243,7 @@ impl Predictor {
         let friction = self.remembers(&plain, wanted);
         let groups = self.groups(friction);
         let (rows, angle_of_row) = (self.rows.by_run(), &self.angle_of_row);
-        let added = plain.ahead(rows, friction)?;
+        let added = plain.ahead(&self.rows, friction)?;
         let mut solved: Vec<Solved> = vec![Solved::default(); rows.len()];
         // A copy: an own effect that fails leaves the ones that there were.
         let mut states = self.states.clone();
@@ -263,7 +263,7 @@ impl Predictor {
             gap_slots.iter().copied().filter(|slot| wanted.contains(slot)).collect();
         for (number, slots) in wanted.chunks(WIDTH).enumerate() {
             let chain = self.chain(values, slots, on);
-            let added = chain.ahead(rows, friction)?;
+            let added = chain.ahead(&self.rows, friction)?;
             let gaps: Vec<Dual> = wanted_gaps.iter().map(|slot| seeded(values, slots, *slot)).collect();
             let mut angles = vec![NOT_SOLVED; rows.len()];
             in_groups(&groups, &mut solved, &mut angles).into_par_iter().for_each(

@@ -1,4 +1,5 @@
-//! The user's own effects on all rows at once, stage by stage, so that a function of Python is called once and not row by row.
+//! Effects on all rows at once, stage by stage: the user's own, so that a function of Python is called once and not row by
+//! row, and those of the library that need the torques before.
 //!
 //! Ahead of the meshing points: what is added to the load, and angles in series that need no angle. Behind them: angles that
 //! do, then those of the reading.
@@ -11,11 +12,12 @@ use crate::effect::port::{Load, Row};
 use crate::error::InvalidInput;
 
 use super::chain::Chain;
+use super::rows::Rows;
 
 /// An own effect with its numbers, some of them seeded with a partial.
 pub type OwnLink = (Arc<dyn OwnEffect>, Vec<Dual>);
 
-/// What own effects add to a row ahead of its meshing points.
+/// What is added to a row ahead of its meshing points.
 #[derive(Debug, Clone, Copy)]
 pub struct Added {
     pub torque_Nm: Dual,
@@ -49,8 +51,10 @@ fn waits(effect: &dyn OwnEffect) -> bool {
 }
 
 impl Chain {
-    /// What own effects add ahead of the meshing points; `rest`: also in series under no torque, from which friction counts.
-    pub fn ahead(&self, rows: &[Row], rest: bool) -> Result<Vec<Added>, InvalidInput> {
+    /// What own effects, then the torques before, add ahead of the meshing points; `rest`: also in series under no torque,
+    /// from which friction counts. Before its first reading a run has no torques.
+    pub fn ahead(&self, table: &Rows, rest: bool) -> Result<Vec<Added>, InvalidInput> {
+        let rows = table.by_run();
         let mut added = vec![Added::NOTHING; rows.len()];
         for (effect, own) in &self.own {
             let adds_to = effect.adds_to();
@@ -75,6 +79,16 @@ impl Chain {
                 let values = self.values(&**effect, own, rows, &unloaded, &angles)?;
                 for (added, value) in added.iter_mut().zip(values) {
                     added.series_at_rest_rad += value;
+                }
+            }
+        }
+        if self.has_history() {
+            let torque_Nm: Vec<Dual> =
+                self.loads(rows, &added).into_iter().map(|load| load.torque_Nm).collect();
+            for run in (0..table.runs()).map(|number| table.run(number)) {
+                let angles = self.history(&rows[run.clone()], &torque_Nm[run.clone()]);
+                for (added, angle) in added[run].iter_mut().zip(angles) {
+                    added.series_rad += angle;
                 }
             }
         }

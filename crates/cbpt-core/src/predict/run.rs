@@ -62,7 +62,7 @@ pub struct Block<'a> {
     pub chain: &'a Chain,
     pub sites: &'a [Site<'a>],
     pub rows: &'a [Row],
-    /// What own effects add to each row.
+    /// What own effects and the torques before add to each row.
     pub added: &'a [Added],
     pub site_of: &'a [usize],
 }
