@@ -260,6 +260,26 @@ def test_the_case_of_a_model_predicts_what_the_model_says() -> None:
     np.testing.assert_allclose(rest, rest.mean(), atol=1e-5)
 
 
+@pytest.mark.parametrize("name", ["dev08", "dev11", "dev12"])
+def test_the_case_of_an_answer_that_moves_numbers_has_them_moved(name: str) -> None:
+    found = document(name)
+    answer = next(m for m in found["models"] if m["key"] == found["answer_key"])
+    assert answer["effects"] == []
+    case = cbpt.Case.from_toml(answer["case_text"])
+    compared = cbpt.compare(case, diagnosed(name).readings)
+    rest = compared.residual_arcsec - array(answer["residual_arcsec"])
+    np.testing.assert_allclose(rest, rest.mean(), atol=1e-5)
+
+
+def test_a_model_has_a_case_or_a_reason_why_not() -> None:
+    stated, *others = document("dev10")["models"]
+    assert (stated["case_text"], stated["why_no_case"]) == (None, None)
+    for model in others:
+        assert (model["case_text"] is None) == (model["why_no_case"] is not None), model["key"]
+    (unknown,) = (m for m in others if m["case_text"] is None)
+    assert unknown["key"] == "unknown"
+
+
 def test_every_effect_of_the_library_can_be_switched_on_and_none_makes_the_fit_worse() -> None:
     bench = models("dev04")
     alone = bench.choice(["friction_hysteresis"])["model"]["rmse_arcsec"]

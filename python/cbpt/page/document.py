@@ -27,7 +27,8 @@ order of the readings; null is "not there", and `reasons` says why.
       label, effects [id], model_arcsec, residual_arcsec (measured less model, zeros in the model),
       rmse_arcsec, held_out_rmse_arcsec, chi2_per_dof, zero_arcsec, probability, tell_tale,
       signature_arcsec (what it adds to the drive as stated), converged, case_text (the case with
-      the effects in it, as `cbpt fit --out` writes it; null without),
+      effects and refitted numbers in it, as `cbpt fit --out` writes it; null for the drive as
+      stated, which is `case.text`, and where why_no_case says why),
       parameters    [{effect, name, value, u, unit, text, value_SI, name_SI, at_bound, why_no_u}]
       numbers       [{number, stated, prior, value, u, shift_sigma}]: numbers of drive and rig
     candidates      [{effect, label, class, key, probability, p_value, surviving_fraction, rival,

@@ -110,18 +110,19 @@ class Models:
             ),
             "signature_arcsec": numbers(model - self._stated) if effects else None,
             "converged": fit.converged,
-            "case_text": self._case_text(bench, fit) if effects else None,
+            **(self._case(bench, fit) if key != STATED else {}),
         }
 
-    def _case_text(self, bench: Bench, fit: Fit) -> str | None:
-        """The case with the effects in it, as `cbpt fit` writes it; None where it cannot."""
+    def _case(self, bench: Bench, fit: Fit) -> dict[str, str | None]:
+        """The case with effects and refitted numbers in it, as `cbpt fit` writes it, or why not."""
         case = self.diagnosis.case
         if isinstance(case, Drive):
             case = Case.from_toml(case.to_toml())
         try:
-            return case_with(case, bench.fitter, fit).to_toml()
-        except InvalidInputError:  # an effect that is a function of Python
-            return None
+            text = case_with(case, bench.fitter, fit).to_toml()
+        except InvalidInputError as error:  # an effect that is a function of Python
+            return {"case_text": None, "why_no_case": str(error)}
+        return {"case_text": text, "why_no_case": None}
 
     def predicted(self, bench: Bench, fit: Fit) -> Floats:
         """A fit at every row of the table, with its zeros, shape (n,)."""
@@ -172,6 +173,7 @@ class Models:
             "chi2_per_dof": d.ladder[-1].chi2_per_dof,
             "probability": d.verdict.probability if d.verdict.kind == "unknown" else None,
             "signature_arcsec": numbers(model - self._stated),
+            "why_no_case": "a pattern without a name is no effect that a case file could hold",
         }
 
     # --- further choices ---

@@ -377,6 +377,8 @@ class Session:
         if what == "csv":
             return csv_of(self._document, entry), "text/csv", f"{stem}_readings.csv"
         if what == "case":
+            if entry["why_no_case"]:
+                raise NotNow(f"there is no case file of this model: {entry['why_no_case']}")
             case = entry["case_text"] or self._shown.case_text
             return case, "application/toml", f"{stem}_case.toml"
         raise NotNow(f"nothing is exported as {what!r}: json, csv, case or command")
