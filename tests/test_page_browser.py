@@ -184,6 +184,16 @@ def test_the_drive_follows_its_sliders(dev04: Any) -> None:
 def test_an_own_effect_is_checked_as_typed_fitted_and_shown(live: Any) -> None:
     upload(live, "dev10")
     assert "no effect of the library" in live.text_content("#sentence")
+    # Nothing of the library is offered as the answer, and a pattern is in no case file.
+    assert live.locator("#show-answer").count() == 0
+    assert "which does not explain it" in live.text_content("#answer .facts")
+    assert "→" not in live.text_content("#answer .facts")
+    assert "the answer stops here" not in live.text_content("#ladder")
+    live.click("#show-pattern")
+    assert number(live, "#rmse") < 1
+    assert live.is_disabled("#save-case")
+    assert "no case file of it: a pattern" in live.text_content("#export")
+    live.click("#model-bar >> text=as stated")
     draft = live.input_value("#own-expression")
     assert "input_angle_rad" in draft
     live.fill("#own-expression", "a * torqe_Nm * (")

@@ -68,7 +68,7 @@ def test_it_is_json_and_every_column_is_as_long_as_the_table(name: str) -> None:
         assert len(model["model_arcsec"]) == len(model["residual_arcsec"]) == n, model["key"]
         assert model["signature_arcsec"] is None or len(model["signature_arcsec"]) == n
     keys = {model["key"] for model in found["models"]}
-    assert found["answer_key"] in keys
+    assert found["answer_key"] in (keys if name == "dev04" else {None})
     assert {candidate["key"] for candidate in found["candidates"]} <= keys
     assert {rung["key"] for rung in found["ladder"]["rungs"]} <= keys
     for line in found["curves"]:
@@ -82,9 +82,11 @@ def test_its_numbers_are_those_of_the_answer(name: str) -> None:
     answer, ladder = found["answer"], found["ladder"]
     assert answer == diagnosed(name).to_dict()
     by_key = {model["key"]: model for model in found["models"]}
-    before, after = by_key["stated"], by_key[found["answer_key"]]
+    before = by_key["stated"]
     assert before["rmse_arcsec"] == pytest.approx(answer["before"]["rmse_arcsec"], rel=1e-9)
-    assert after["rmse_arcsec"] == pytest.approx(answer["after"]["rmse_arcsec"], rel=1e-9)
+    if found["answer_key"]:
+        after = by_key[found["answer_key"]]
+        assert after["rmse_arcsec"] == pytest.approx(answer["after"]["rmse_arcsec"], rel=1e-9)
     for rung in ladder["rungs"]:
         model = by_key[rung["key"]]
         assert model["rmse_arcsec"] == pytest.approx(rung["in_sample_arcsec"], rel=1e-6)
@@ -153,6 +155,16 @@ def test_an_unknown_answer_brings_its_draft_and_the_pattern_as_a_model() -> None
     stated = found["models"][0]
     assert unknown["rmse_arcsec"] < 0.3 * stated["rmse_arcsec"]
     assert document("dev04")["own"]["draft"] is None
+
+
+def test_what_does_not_explain_the_readings_is_not_the_answer() -> None:
+    found = document("dev10")
+    assert found["answer"]["verdict"]["effects"] == []
+    assert found["answer_key"] is None
+    assert "explains" in found["reasons"]["answer_key"]
+    assert not any(c["in_answer"] for c in found["candidates"])
+    assert "answer" not in {m["role"] for m in found["models"]}
+    assert "answer_key" not in document("dev04")["reasons"]
 
 
 def test_before_a_diagnosis_there_are_the_readings_beside_the_drive_as_stated() -> None:

@@ -13,7 +13,7 @@ order of the readings; null is "not there", and `reasons` says why.
     data            {name, rows, sha256, notes [text], settings [text], place: line | row}
     command         the command line that makes this report
     answer          what `cbpt diagnose --json` writes, or null before a diagnosis
-    answer_key      key of the model that the answer offers
+    answer_key      key of the model that the answer offers; null where none explains the readings
     readings        columns: row, run, run_index, torque_Nm, preload_N, preload_step,
                     input_angle_deg, time_s, temperature_degC, cycle, branch (up | down | none),
                     level (index into data.settings), measured_arcsec, u_arcsec, regime (index into
@@ -37,7 +37,8 @@ order of the readings; null is "not there", and `reasons` says why.
     library         [{effect, label, class, port, tell_tale, equation, source, why_not}]: every
                     effect there is; why_not: these readings cannot show it
     ladder          {rungs [{added, label, key, effects, in_sample_arcsec, held_out_arcsec,
-                    chi2_per_dof}], stop (index of the answer's rung), stop_says, held_out_by}
+                    chi2_per_dof}], stop (index of the answer's rung; of an unknown answer, of the best
+                    of the library), stop_says, held_out_by}
     where           {regions [{label, region {column: [low, high]}, regime, readings,
                     share_of_misfit, bias_arcsec, excess_arcsec, p_value}], of: key of the model}
     curves          [{label, level, preload_N, branch, torque_Nm, angle_arcsec {key: [..]}}]
@@ -170,6 +171,8 @@ def page_document(
     if isolability is None:
         told.setdefault("isolability", _NOT_YET)
     answer = found.answer
+    if answer is not None and found.key is None:
+        told["answer_key"] = "no effect of the library explains these readings"
     if answer is None:
         told.setdefault("next_run", _NOT_YET)
     elif answer["next_run"] is None:
@@ -276,7 +279,9 @@ class Found:
     def __init__(self, diagnosis: Diagnosis | None = None, models: Models | None = None) -> None:
         self.diagnosis, self.models = diagnosis, models
         self.answer = None if diagnosis is None else diagnosis.to_dict()
-        self.key = None if diagnosis is None else key_of(diagnosis.verdict.names)
+        self.key: str | None = None
+        if diagnosis is not None and diagnosis.verdict.kind != "unknown":
+            self.key = key_of(diagnosis.verdict.names)
 
     def used(self, n: int) -> NDArray[np.bool_]:
         """Rows that were judged."""
@@ -318,7 +323,7 @@ class Found:
                 "class": row["class"],
                 "key": key_of([effect]),
                 **{name: row[name] for name in ranked},
-                "in_answer": row["in_answer"],
+                "in_answer": row["in_answer"] and self.key is not None,
                 "is_rival": effect in rivals,
                 "tell_tale": spec.tell_tale if spec else "",
                 "equation": spec.equation if spec else "",

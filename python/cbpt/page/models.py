@@ -153,7 +153,7 @@ class Models:
             return "refitted"
         if set(names) & {v.effect for v in bench.fitter.campaign.candidates}:
             return "own"
-        if names == v.names:
+        if names == v.names and v.kind != "unknown":
             return "answer"
         rivals = {effect for group in v.rivals for effect in group}
         return "rival" if len(names) == 1 and names[0] in rivals else "candidate"

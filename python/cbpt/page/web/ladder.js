@@ -286,7 +286,13 @@ function drawRows() {
       [
         text(r.chi2_per_dof),
         whole.ladder?.stop === k &&
-        el("span", { class: "visually-hidden" }, " (the answer stops here)"),
+        el(
+          "span",
+          { class: "visually-hidden" },
+          whole.answer_key === null
+            ? " (the best of the library, which does not explain it)"
+            : " (the answer stops here)",
+        ),
       ],
     ]),
   );
