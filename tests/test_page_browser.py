@@ -189,6 +189,7 @@ def test_an_own_effect_is_checked_as_typed_fitted_and_shown(live: Any) -> None:
     assert "which does not explain it" in live.text_content("#answer .facts")
     assert "→" not in live.text_content("#answer .facts")
     assert "the answer stops here" not in live.text_content("#ladder")
+    assert "depart a little from its form" in live.text_content("#ladder")
     live.click("#show-pattern")
     assert number(live, "#rmse") < 1
     assert live.is_disabled("#save-case")

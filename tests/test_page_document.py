@@ -95,8 +95,10 @@ def test_its_numbers_are_those_of_the_answer(name: str) -> None:
     cards = [c for c in found["candidates"] if c["probability"] is not None]
     for row, candidate in zip(answer["ranking"], cards, strict=True):
         model = by_key[candidate["key"]]
-        assert model["held_out_rmse_arcsec"] == row["held_out_rmse_arcsec"], row["effect"]
         assert model["probability"] == row["probability"]
+        if not diagnosed(name).competition.fits[candidate["effect"],].converged:
+            continue  # searched further than the diagnosis had to
+        assert model["held_out_rmse_arcsec"] == row["held_out_rmse_arcsec"], row["effect"]
         assert {p["name_SI"]: (p["value_SI"], p["u"] is None) for p in model["parameters"]} == {
             name: (p["value"], p["u"] is None) for name, p in row["parameters"].items()
         }
@@ -303,6 +305,32 @@ def test_every_effect_of_the_library_can_be_switched_on_and_none_makes_the_fit_w
                 assert "do not depend" in str(error)
                 continue
             assert model["rmse_arcsec"] < 1.02 * alone, entry["effect"]
+
+
+@pytest.mark.parametrize("name", ["dev04", "dev10"])
+def test_a_search_that_the_diagnosis_left_is_ended_or_called_rough(name: str) -> None:
+    left = {n for n, fit in diagnosed(name).competition.fits.items() if not fit.converged}
+    assert left
+    found = document(name)
+    bench = models(name)._bench
+    rough = set()
+    for model in found["models"]:
+        effects = tuple(model["effects"])
+        if effects in left and model["key"] != "stated":
+            before = diagnosed(name).competition.fits[effects]
+            misfits = [
+                bench.fitter.misfit(fit.hypothesis, fit.point.values, bench.noise)
+                for fit in (before, bench.fits[effects])
+            ]
+            assert misfits[1] < misfits[0], model["key"]
+        if not model["converged"]:
+            rough.add(model["key"])
+            assert model["held_out_rmse_arcsec"] is None
+            assert all(number["u"] is None for number in model["numbers"])
+            for p in model["parameters"]:
+                assert p["u"] is None
+                assert "+-" not in p["text"]
+    assert len(rough) < len(left)
 
 
 def test_numbers_that_the_answer_names_have_a_card_with_their_values() -> None:

@@ -26,7 +26,8 @@ order of the readings; null is "not there", and `reasons` says why.
       role          stated | refitted | answer | rival | candidate | unknown | own
       label, effects [id], model_arcsec, residual_arcsec (measured less model, zeros in the model),
       rmse_arcsec, held_out_rmse_arcsec, chi2_per_dof, zero_arcsec, probability, tell_tale,
-      signature_arcsec (what it adds to the drive as stated), converged, case_text (the case with
+      signature_arcsec (what it adds to the drive as stated), converged (false: the search was not
+      ended, and neither an uncertainty nor an error held out is told), case_text (the case with
       effects and refitted numbers in it, as `cbpt fit --out` writes it; null for the drive as
       stated, which is `case.text`, and where why_no_case says why),
       parameters    [{effect, name, value, u, unit, text, value_SI, name_SI, at_bound, why_no_u}]
@@ -37,8 +38,8 @@ order of the readings; null is "not there", and `reasons` says why.
     library         [{effect, label, class, port, tell_tale, equation, source, why_not}]: every
                     effect there is; why_not: these readings cannot show it
     ladder          {rungs [{added, label, key, effects, in_sample_arcsec, held_out_arcsec,
-                    chi2_per_dof}], stop (index of the answer's rung; of an unknown answer, of the best
-                    of the library), stop_says, held_out_by}
+                    chi2_per_dof}], stop (index of the answer's rung; of an unknown answer, of the
+                    best of the library), stop_says, held_out_by}
     where           {regions [{label, region {column: [low, high]}, regime, readings,
                     share_of_misfit, bias_arcsec, excess_arcsec, p_value}], of: key of the model}
     curves          [{label, level, preload_N, branch, torque_Nm, angle_arcsec {key: [..]}}]
@@ -206,7 +207,7 @@ def page_document(
         "models": entries,
         "candidates": list(found.candidates()),
         "library": list(library(case, found)),
-        "ladder": found.ladder(),
+        "ladder": found.ladder(entries),
         "where": found.where(),
         **curves_of(readings, entries),
         "own": own_section(answer),
@@ -329,11 +330,12 @@ class Found:
                 "equation": spec.equation if spec else "",
             }
 
-    def ladder(self) -> dict[str, Any] | None:
+    def ladder(self, entries: Sequence[Mapping[str, Any]]) -> dict[str, Any] | None:
         """The rungs with the models they stand for."""
         d = self.diagnosis
         if d is None:
             return None
+        models = {entry["key"]: entry for entry in entries}
         final = d._final_rung()
         rungs = []
         have: tuple[str, ...] | None = ()
@@ -346,17 +348,21 @@ class Found:
                     key = key_of(have)
                 else:
                     have = None
-            rungs.append(
-                {
-                    "added": rung.added,
-                    "label": rung.added or "as stated",
-                    "key": key,
-                    "effects": list(have) if have is not None else [],
-                    "in_sample_arcsec": rung.rmse_arcsec,
-                    "held_out_arcsec": rung.held_out_rmse_arcsec,
-                    "chi2_per_dof": rung.chi2_per_dof,
-                }
-            )
+            told = {
+                "added": rung.added,
+                "label": rung.added or "as stated",
+                "key": key,
+                "effects": list(have) if have is not None else [],
+                "in_sample_arcsec": rung.rmse_arcsec,
+                "held_out_arcsec": rung.held_out_rmse_arcsec,
+                "chi2_per_dof": rung.chi2_per_dof,
+            }
+            if have and not d.competition.fits[tuple(sorted(have))].converged:
+                # The model has been searched further than the diagnosis had to.
+                told["in_sample_arcsec"] = models[key]["rmse_arcsec"]
+                told["held_out_arcsec"] = models[key]["held_out_rmse_arcsec"]
+                told["chi2_per_dof"] = models[key]["chi2_per_dof"]
+            rungs.append(told)
         stop = next(i for i, r in enumerate(d.ladder) if r is final)
         return {
             "rungs": rungs,

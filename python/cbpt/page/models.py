@@ -36,6 +36,8 @@ from cbpt.page.stated import REFITTED, STATED, UNKNOWN, key_of, rows_of, with_ze
 
 Floats = NDArray[np.float64]
 
+ROUGH = "the search was not ended: a rough fit"
+"""Of a fit whose numbers are not told to an uncertainty."""
 _TELL_TALES = {spec.id: spec.tell_tale for spec in effect_specs()}
 
 
@@ -65,7 +67,7 @@ class Models:
         d, c = self.diagnosis, self.diagnosis.competition
         yield self._entry(STATED, "stated", "the drive as stated", (), self._bench, d.before)
         for names in sorted(c.fits, key=lambda n: (len(n) > 0, -c.log_odds[n])):
-            yield self._of_set(names, self._bench, c.fits[names])
+            yield self._of_set(names, self._bench, self._bench.fit(names))
         for number in self.numbers_named:
             yield self._of_set((number,), self._bench, self._bench.fit([number]))
         if d.verdict.pattern is not None:
@@ -99,7 +101,8 @@ class Models:
         own = bench.fitter.campaign.own
         return entry | {
             "rmse_arcsec": look.rmse_arcsec if self.used.all() else entry["rmse_arcsec"],
-            "held_out_rmse_arcsec": rms(held),
+            # The folds are refitted by one linear step, which means nothing far from the best.
+            "held_out_rmse_arcsec": rms(held) if fit.converged else None,
             "chi2_per_dof": look.chi2_per_dof,
             "zero_arcsec": float(look.zeros_arcsec[0]) if len(look.zeros_arcsec) == 1 else None,
             "parameters": list(_parameters(fit, effects)),
@@ -232,15 +235,18 @@ class Models:
             "key": key_of(effects),
             "effects": list(effects),
             "in_sample_arcsec": look.rmse_arcsec,
-            "held_out_arcsec": rms(held),
+            "held_out_arcsec": rms(held) if look.converged else None,
             "chi2_per_dof": look.chi2_per_dof,
         }
 
 
 def _parameters(fit: Fit, effects: Sequence[str]) -> Iterator[dict[str, Any]]:
-    """In the unit that people read, with the SI value beside it."""
+    """In the unit that people read, with the SI value beside it; without an uncertainty where the
+    search was not ended, as the value is then none of its best."""
+    rough = {} if fit.converged else {"u": None, "why_no_u": ROUGH}
     for effect in effects:
-        for name, p in parameters_of(fit, effect).items():
+        for name, found in parameters_of(fit, effect).items():
+            p = found | rough
             label, size = DISPLAY.get((effect, name), (name, 1.0))
             yield {
                 "effect": effect,
@@ -266,6 +272,6 @@ def _numbers(fit: Fit) -> Iterator[dict[str, Any]]:
                 "stated": u.mean,
                 "prior": u.sd,
                 "value": value,
-                "u": fit.u(u),
+                "u": fit.u(u) if fit.converged else None,
                 "shift_sigma": (value - u.mean) / u.sd,
             }

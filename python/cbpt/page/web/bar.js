@@ -2,7 +2,7 @@
 
 import { byId, el, fill, svg } from "./dom.js";
 import { onTheme, theme } from "./figure.js";
-import { canSwitch, isOn, show, toggle } from "./models.js";
+import { canSwitch, isOn, ROUGH, show, toggle } from "./models.js";
 import { fixed } from "./numbers.js";
 import { documentShown, modelOf, modelShown, on, scale, state } from "./store.js";
 
@@ -104,6 +104,7 @@ function gauge() {
       { class: "small quiet" },
       m.held_out_rmse_arcsec !== null &&
         el("span", {}, `held out ${written(m.held_out_rmse_arcsec)}`),
+      !m.converged && el("span", { title: ROUGH }, "rough fit"),
       whole.noise && el(
         "span",
         { title: `noise: ${whole.noise.noise_floor_of}` },

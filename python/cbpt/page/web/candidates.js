@@ -9,7 +9,7 @@
 import { bodyOf, el, fill, svg } from "./dom.js";
 import { onTheme, saveDrawing, theme, thin } from "./figure.js";
 import { switchOf } from "./bar.js";
-import { canSwitch, isOn } from "./models.js";
+import { canSwitch, isOn, ROUGH } from "./models.js";
 import { fixed, nameOf, plain, probability, text, withU } from "./numbers.js";
 import { bar } from "./where.js";
 import { documentShown, modelOf, on, state } from "./store.js";
@@ -170,6 +170,7 @@ export function parameters(m) {
   return el(
     "ul",
     { class: "plain small" },
+    !m.converged && el("li", {}, el("b", { class: "rough" }, ROUGH)),
     m.parameters.map((p) =>
       el(
         "li",
@@ -178,7 +179,7 @@ export function parameters(m) {
         " ",
         el("b", {}, sizeOf(p)),
         p.at_bound && " (at the end of its range)",
-        p.u === null && p.why_no_u && ` (no uncertainty: ${p.why_no_u})`,
+        m.converged && p.u === null && p.why_no_u && ` (no uncertainty: ${p.why_no_u})`,
       )
     ),
   );

@@ -109,9 +109,9 @@ function mark(after, words, colour, dash) {
 
 /** @param {Rung} r */
 function nameOf(r) {
-  return r.added && r.key !== "refitted" && r.key !== "unknown"
-    ? `+ ${r.label.replaceAll("_", " ")}`
-    : r.label.replaceAll("_", " ");
+  const name = r.label.replaceAll("_", " ") +
+    (modelOf(r.key)?.converged === false ? " (rough fit)" : "");
+  return r.added && r.key !== "refitted" && r.key !== "unknown" ? `+ ${name}` : name;
 }
 
 /** @param {Theme} t */
@@ -262,6 +262,15 @@ function wrapped(name) {
   return [...lines, line].join("<br>");
 }
 
+/** What an error held out far below the one in sample means. */
+const LOOSE =
+  "Held out, numbers are refitted to the other readings and an effect may depart a little from its form; far below in sample it says that the form does not hold.";
+
+/** @param {Rung} r */
+function loose(r) {
+  return r.effects.length > 0 && (r.held_out_arcsec ?? Infinity) < 0.8 * r.in_sample_arcsec;
+}
+
 function drawRows() {
   const whole = documentShown();
   const s = scale();
@@ -310,7 +319,7 @@ function drawRows() {
       whole.ladder
         ? `Errors in ${state.unit}; held out by ${whole.ladder.held_out_by}.${
           stopOf() === null ? "" : ` Dashed: ${whole.ladder.stop_says}.`
-        }`
+        }${list.some(loose) ? ` ${LOOSE}` : ""}`
         : whole.reasons.ladder,
     ),
   );

@@ -24,6 +24,9 @@ export function isOn(effect) {
   return modelShown().effects.includes(effect);
 }
 
+/** What a model is called that the search did not end at. */
+export const ROUGH = "rough fit: the search was not ended";
+
 let latest = 0;
 
 /** One effect on or off. @param {string} effect */
@@ -83,5 +86,7 @@ export function take(found) {
 export function told() {
   const m = modelShown();
   const size = m.rmse_arcsec === null ? "–" : fixed(m.rmse_arcsec * scale(), 3);
-  return `Shown: ${m.label}; error ${size} ${state.unit}.`;
+  return `Shown: ${m.label}; error ${size} ${state.unit}.${
+    m.converged ? "" : ` It is a ${ROUGH}.`
+  }`;
 }
