@@ -306,6 +306,36 @@ def on_screen(browser: Any, on_disk: str) -> Iterator[Any]:
         yield page
 
 
+def test_a_number_that_is_the_answer_is_one_model_and_its_case_is_saved(
+    browser: Any, tmp_path: Path
+) -> None:
+    case, data = FOLDER / "dev12.toml", FOLDER / "dev12.csv"
+    d = cbpt.diagnose(case, data)
+    source = Source(case.name, data.name, case.read_text(encoding="utf-8"))
+    path = tmp_path / "report.html"
+    path.write_text(report(page_document(d.case, d.readings, source, d)), encoding="utf-8")
+    switch = "#missing [data-effect=contact_stiffness]"
+    with watched(browser) as page:
+        page.goto(path.as_uri())
+        page.click("#show-answer")
+        page.wait_for_selector(f"{switch}[aria-checked=true]")
+        card = page.text_content("[data-card=contact_stiffness]")
+        said = page.text_content("#sentence").replace("\N{MINUS SIGN}", "-")
+        off = re.search(r"-[\d.]+ %", said)
+        assert off
+        assert off[0] in card.replace("\N{MINUS SIGN}", "-")
+        assert "numbers refitted (contact stiffness)" in page.text_content("#ladder tr.shown")
+        saved_case = saved(page, "#save-case", tmp_path)
+        page.click(switch)
+        page.wait_for_selector(f"{switch}[aria-checked=false]")
+        assert number(page, "#rmse") > 8
+        page.click(switch)
+        assert number(page, "#rmse") < 0.31
+    after = cbpt.compare(saved_case, data).overall
+    assert after is not None
+    assert after.rmse_arcsec < 0.31
+
+
 def test_a_report_opens_from_disk_without_a_network(browser: Any, on_disk: str) -> None:
     with watched(browser, offline=True) as page:
         page.goto(on_disk)

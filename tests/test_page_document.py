@@ -351,6 +351,25 @@ def test_numbers_that_the_answer_names_have_a_card_with_their_values() -> None:
             assert abs(number["value"] - 1.04) < number["u"]
 
 
+def test_a_number_that_is_the_answer_is_one_thing_in_sentence_card_and_ladder() -> None:
+    found = document("dev12")
+    verdict = found["answer"]["verdict"]
+    assert verdict["effects"] == ["contact_stiffness"]
+    (card,) = (c for c in found["candidates"] if c["effect"] == "contact_stiffness")
+    assert card["in_answer"]
+    assert card["key"] == found["answer_key"] == "refitted"
+    assert card["moved"] in verdict["sentence"]
+    refitted = next(m for m in found["models"] if m["key"] == "refitted")
+    (number,) = (n for n in refitted["numbers"] if n["number"] == "contact_stiffness")
+    assert f"{100 * (number['value'] - number['stated']):+.1f} %" in card["moved"]
+    ladder = found["ladder"]
+    assert ladder["rungs"][ladder["stop"]]["label"] == "numbers refitted (contact stiffness)"
+    assert [r["key"] for r in ladder["rungs"]].count("contact_stiffness") == 0
+    assert ladder["stop_says"] is None
+    # Rivals are left free each, and nothing else is renamed.
+    assert document("dev08")["ladder"]["rungs"][1]["label"] == "numbers refitted"
+
+
 def test_what_cannot_be_switched_on_is_told() -> None:
     with pytest.raises(InvalidInputError, match="no_such_effect"):
         models("dev04").choice(["no_such_effect"])

@@ -33,8 +33,10 @@ order of the readings; null is "not there", and `reasons` says why.
       parameters    [{effect, name, value, u, unit, text, value_SI, name_SI, at_bound, why_no_u}]
       numbers       [{number, stated, prior, value, u, shift_sigma}]: numbers of drive and rig
     candidates      [{effect, label, class, key, probability, p_value, surviving_fraction, rival,
-                    rival_correlation, in_answer, is_rival, tell_tale, equation}], likeliest first;
-                    before them numbers that the answer names without ranking them (nulls)
+                    rival_correlation, in_answer, is_rival, moved, tell_tale, equation}], likeliest
+                    first; before them numbers that the answer names without ranking them (nulls).
+                    A number that is the answer is part of `refitted`: that is its key, and `moved`
+                    says how far it is off
     library         [{effect, label, class, port, tell_tale, equation, source, why_not}]: every
                     effect there is; why_not: these readings cannot show it
     ladder          {rungs [{added, label, key, effects, in_sample_arcsec, held_out_arcsec,
@@ -70,8 +72,9 @@ from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive, effect_specs, own_effect_variables
 from cbpt.lab.levels import settings
+from cbpt.lab.library import PRIORS
 from cbpt.lab.readings import Readings
-from cbpt.lab.sentence import called
+from cbpt.lab.sentence import called, moved
 from cbpt.page.curves import BRANCHES, Curves
 from cbpt.page.plain import array, numbers
 from cbpt.page.stated import REFITTED, STATED, UNKNOWN, key_of, stated
@@ -305,6 +308,7 @@ class Found:
         verdict = self.answer["verdict"]
         rivals = {effect for group in verdict["rivals"] for effect in group}
         numbers = self.models.numbers_named if self.models else []
+        off = self.numbers_off
         ranked = ("probability", "p_value", "surviving_fraction", "rival", "rival_correlation")
         unranked = [
             {
@@ -322,13 +326,20 @@ class Found:
                 "effect": effect,
                 "label": called(effect, kind),
                 "class": row["class"],
-                "key": key_of([effect]),
+                "key": REFITTED if effect in off else key_of([effect]),
                 **{name: row[name] for name in ranked},
-                "in_answer": row["in_answer"] and self.key is not None,
+                "in_answer": effect in off or (row["in_answer"] and self.key is not None),
+                "moved": moved(effect, self.diagnosis.after) if effect in off else None,
                 "is_rival": effect in rivals,
                 "tell_tale": spec.tell_tale if spec else "",
                 "equation": spec.equation if spec else "",
             }
+
+    @property
+    def numbers_off(self) -> list[str]:
+        """Numbers that are the answer: the refit has them, no effect stands for them."""
+        v = None if self.diagnosis is None else self.diagnosis.verdict
+        return [e for e in v.effects if e in PRIORS and e not in v.names] if v else []
 
     def ladder(self, entries: Sequence[Mapping[str, Any]]) -> dict[str, Any] | None:
         """The rungs with the models they stand for."""
@@ -364,10 +375,19 @@ class Found:
                 told["chi2_per_dof"] = models[key]["chi2_per_dof"]
             rungs.append(told)
         stop = next(i for i, r in enumerate(d.ladder) if r is final)
+        if self.numbers_off:
+            # They are in the rung of the refit already; left free they are no step further.
+            names = ", ".join(name.replace("_", " ") for name in self.numbers_off)
+            rungs[1]["label"] = f"numbers refitted ({names})"
+            rungs = [
+                r
+                for i, r in enumerate(rungs)
+                if i <= stop or not set(r["effects"]) <= set(self.numbers_off)
+            ]
         return {
             "rungs": rungs,
             "stop": stop,
-            "stop_says": _stop_says(d, stop),
+            "stop_says": _stop_says(d, stop) if stop + 1 < len(rungs) else None,
             "held_out_by": d.held_out_by,
         }
 

@@ -111,7 +111,7 @@ class Models:
             "tell_tale": " ".join(
                 str(own[e].expression) if e in own else _TELL_TALES.get(e, "") for e in effects
             ),
-            "signature_arcsec": numbers(model - self._stated) if effects else None,
+            "signature_arcsec": numbers(model - self._stated) if key != STATED else None,
             "converged": fit.converged,
             **(self._case(bench, fit) if key != STATED else {}),
         }

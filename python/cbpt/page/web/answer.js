@@ -84,9 +84,9 @@ function found(whole) {
       "dl",
       { class: "facts" },
       fact(
-        "Probability",
+        "Probability of this answer",
         probability(verdict.probability),
-        KINDS[verdict.kind] ?? verdict.kind,
+        `${KINDS[verdict.kind] ?? verdict.kind}; all that was weighed sums to 1`,
         el("div", { class: "bar" }, bar(verdict.probability)),
       ),
       fact(

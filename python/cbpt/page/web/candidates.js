@@ -132,19 +132,26 @@ function card(c) {
         : el("span", { class: "tag" }, c.class),
     ),
     el("h3", {}, c.label),
-    c.probability === null
+    c.probability === null || c.moved
       ? el(
         "p",
         { class: "small quiet" },
-        "A stated number: the answer weighs how far it moves within what is stated. Here it is left free.",
+        "A stated number: the answer weighs how far it moves within what is stated.",
+        !c.moved && " Here it is left free.",
       )
       : el(
         "div",
         { class: "chance" },
-        el("span", { class: "quiet" }, "probability by itself"),
+        el("span", { class: "quiet" }, "probability that it alone is missing"),
         el("div", { class: "bar" }, bar(c.probability)),
         el("b", {}, probability(c.probability)),
       ),
+    c.moved && el(
+      "p",
+      { class: "small" },
+      "off by ",
+      el("b", {}, c.moved.replace(/^\S+ /, "").replace("-", "−")),
+    ),
     m && parameters(m),
     el("p", { class: "tell" }, c.tell_tale),
     m?.signature_arcsec && pictured(c, m.signature_arcsec),

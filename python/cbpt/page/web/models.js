@@ -21,7 +21,13 @@ export function canSwitch(effect) {
 
 /** Whether an effect is in the model shown. @param {string} effect */
 export function isOn(effect) {
-  return modelShown().effects.includes(effect);
+  return modelShown().effects.includes(effect) ||
+    (isRefitted(effect) && modelShown().key === "refitted");
+}
+
+/** Whether it is a number that the answer has refitted, which no effect stands for. @param {string} effect */
+function isRefitted(effect) {
+  return documentShown().candidates.some((c) => c.effect === effect && c.key === "refitted");
 }
 
 /** What a model is called that the search did not end at. */
@@ -32,6 +38,11 @@ let latest = 0;
 /** One effect on or off. @param {string} effect */
 export function toggle(effect) {
   const now = modelShown().effects;
+  if (isRefitted(effect) && !now.length) {
+    setModel(isOn(effect) ? "stated" : "refitted");
+    announce(told());
+    return;
+  }
   return show(now.includes(effect) ? now.filter((e) => e !== effect) : [...now, effect], effect);
 }
 

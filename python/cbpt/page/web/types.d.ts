@@ -58,6 +58,8 @@ export interface Candidate {
   rival_correlation: Maybe<number>;
   in_answer: boolean;
   is_rival: boolean;
+  /** How far a number that is the answer is off. */
+  moved?: Maybe<string>;
   tell_tale: string;
   equation: string;
 }
