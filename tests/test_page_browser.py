@@ -200,8 +200,29 @@ def test_an_own_effect_is_checked_as_typed_fitted_and_shown(live: Any) -> None:
     live.fill("#own-expression", "a * torqe_Nm * (")
     live.wait_for_function("() => document.querySelector('#own-mistake').textContent.includes('^')")
     assert live.is_disabled("#own-fit")
+    live.fill("#own-expression", "a * log(torque_Nm)")
+    live.wait_for_function(
+        "() => document.querySelector('#own-mistake').textContent.includes('no number at')"
+    )
+    assert live.is_disabled("#own-fit")
     live.fill("#own-expression", draft)
     live.wait_for_selector("#own-mistake.fine")
+    # What was said of a text goes with it.
+    assert live.evaluate(
+        """() => {
+          const field = document.querySelector('#own-expression');
+          field.dispatchEvent(new Event('input'));
+          const said = document.querySelector('#own-mistake');
+          return said.textContent === '' && !said.classList.contains('fine');
+        }"""
+    )
+    live.wait_for_selector("#own-mistake.fine")
+    # A fit that fails says so beside the editor.
+    live.route("**/api/own/fit", lambda route: route.fulfill(json={}))
+    live.click("#own-fit")
+    live.wait_for_selector("#own-mistake:not(.fine):not(:empty)")
+    assert live.is_hidden("#trouble")
+    live.unroute("**/api/own/fit")
     for name, start, low, high in (
         ("a1", 1e-5, -1e-3, 1e-3),
         ("t1", 2.8, 0, 8),
