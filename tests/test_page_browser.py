@@ -100,6 +100,24 @@ def test_the_loop_is_seen_in_the_residual(dev04: Any) -> None:
     assert "torque falling" in dev04.text_content("#regions")
 
 
+def test_small_numbers_of_another_unit_keep_their_digits(dev04: Any) -> None:
+    outlined = "#where-plot .shapelayer path"
+    dev04.wait_for_selector(outlined, state="attached")
+    dev04.select_option("#unit", "arcmin")
+    assert number(dev04, "#rmse") == pytest.approx(1.98 / 60, rel=2e-3)
+    facts = dev04.text_content("#answer .facts")
+    card = dev04.text_content("[data-card=friction_hysteresis]")
+    dev04.select_option("#unit", "arcsec")
+    assert re.search(r"0\.0330 → 0\.00508", facts)
+    assert re.search(r"held out 0\.0055\d arcmin", card)
+    # Regions of the drive as stated are outlined on its map alone.
+    dev04.click("#show-answer")
+    dev04.wait_for_selector(outlined, state="detached")
+    assert "not outlined" in dev04.text_content("#where .under")
+    dev04.click("#model-bar >> text=as stated")
+    dev04.wait_for_selector(outlined, state="attached")
+
+
 def test_a_switch_makes_the_error_fall_and_rise_again(dev04: Any) -> None:
     switch = dev04.locator("#missing [data-effect=friction_hysteresis]")
     lines = "#readings-plot .subplot.xy .lines path"

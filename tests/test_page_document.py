@@ -7,6 +7,7 @@ the verb.
 from __future__ import annotations
 
 import json
+import re
 import tomllib
 from copy import copy
 from dataclasses import replace
@@ -497,7 +498,17 @@ def test_the_drive_follows_load_and_design() -> None:
 def test_a_load_that_slips_has_its_geometry_its_reason_and_no_force() -> None:
     found = section_of(drive_of("ring_groove", "hypocycloid"), preload_N=50.0)
     assert found["solution"]["status"] == "beyond_hold"
-    assert found["solution"]["hold_preload_N"] > 50
+    hold = found["solution"]["hold_preload_N"]
+    assert hold > 50
+    # What is told has no more digits than are read, and would still hold.
+    told = re.search(r"more than ([\d.]+) N", found["solution"]["message"])
+    assert told
+    assert hold <= float(told[1]) < hold * 1.0001
+    assert len(told[1]) < 8
+    finding = next(f for f in found["findings"] if "more than" in f["message"])
+    assert told[0] in finding["message"]
+    # Over the whole turn no less.
+    assert found["thresholds"]["drive"]["hold_N"] >= hold
     for pair in found["drawing"]["pairs"]:
         assert pair["arrows"] == []
         assert all(point["force_N"] is None for point in pair["points"])

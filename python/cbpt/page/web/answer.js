@@ -2,9 +2,9 @@
 
 /** @import { Child, PageDocument } from "./types.d.ts" */
 import { bodyOf, byId, el, fill, svg } from "./dom.js";
-import { fixed, nameOf, probability, readable, text } from "./numbers.js";
+import { nameOf, probability, readable, text } from "./numbers.js";
 import { show } from "./models.js";
-import { documentShown, modelOf, on, scale, setModel, state } from "./store.js";
+import { documentShown, modelOf, on, setModel, size, state } from "./store.js";
 import { bar } from "./where.js";
 
 const KINDS = /** @type {Record<string, string>} */ ({
@@ -54,7 +54,7 @@ function waiting(whole) {
     el(
       "p",
       { class: "sentence" },
-      `As stated, the model is ${fixed((stated.rmse_arcsec ?? 0) * scale(), 2)} ${state.unit} off.`,
+      `As stated, the model is ${size(stated.rmse_arcsec)} ${state.unit} off.`,
     ),
     el(
       "p",
@@ -68,8 +68,6 @@ function waiting(whole) {
 /** @param {PageDocument} whole */
 function found(whole) {
   const { verdict, before, after, noise } = whole.answer;
-  const size = (/** @type {number | null} */ v) =>
-    v === null ? "–" : fixed(v * scale(), v * scale() < 100 ? 2 : 0);
   // What does not explain the readings is no "after".
   const explained = whole.answer_key !== null;
   const moved = explained && before.rmse_arcsec !== after.rmse_arcsec;

@@ -10,9 +10,9 @@ import { bodyOf, el, fill, svg } from "./dom.js";
 import { onTheme, saveDrawing, theme, thin } from "./figure.js";
 import { switchOf } from "./bar.js";
 import { canSwitch, isOn, ROUGH } from "./models.js";
-import { fixed, nameOf, plain, probability, text, withU } from "./numbers.js";
+import { fixed, nameOf, plain, probability, withU } from "./numbers.js";
 import { bar } from "./where.js";
-import { documentShown, modelOf, on, state } from "./store.js";
+import { documentShown, modelOf, on, size, state } from "./store.js";
 
 const FIRST_CARDS = 6;
 const POINTS = 260;
@@ -23,7 +23,7 @@ let all = false;
 const pictures = new Map();
 
 export function setUpCandidates() {
-  on(["document", "models"], () => {
+  on(["document", "models", "unit"], () => {
     pictures.clear();
     draw();
   });
@@ -159,7 +159,7 @@ function card(c) {
       "p",
       { class: "small quiet tiny" },
       [
-        m?.held_out_rmse_arcsec && `held out ${fixed(m.held_out_rmse_arcsec, 2)} arcsec`,
+        m?.held_out_rmse_arcsec && `held out ${size(m.held_out_rmse_arcsec)} ${state.unit}`,
         c.surviving_fraction !== null &&
         `no number of the drive imitates ${(100 * c.surviving_fraction).toFixed(0)} % of it`,
         c.rival &&
@@ -295,8 +295,8 @@ function picture(c, signature) {
         "stroke-dasharray": branch === "down" ? "5 2.5" : null,
       })
     ),
-    svg("text", { x: 0, y: 11, "font-size": 9.5, fill: t.quiet }, text(y1, 2)),
-    svg("text", { x: 0, y: h - bottom - 2, "font-size": 9.5, fill: t.quiet }, text(y0, 2)),
+    svg("text", { x: 0, y: 11, "font-size": 9.5, fill: t.quiet }, size(y1)),
+    svg("text", { x: 0, y: h - bottom - 2, "font-size": 9.5, fill: t.quiet }, size(y0)),
     svg("text", { x: left + 4, y: h - 6, "font-size": 9.5, fill: t.quiet }, plain(x0, 3)),
     svg("text", {
       x: w / 2 + left / 2,
@@ -304,7 +304,7 @@ function picture(c, signature) {
       "font-size": 9.5,
       fill: t.quiet,
       "text-anchor": "middle",
-    }, `${nameOf(key)}; residual, arcsec`),
+    }, `${nameOf(key)}; residual, ${state.unit}`),
     svg(
       "text",
       { x: w - 2, y: h - 6, "font-size": 9.5, fill: t.quiet, "text-anchor": "end" },

@@ -4,9 +4,9 @@
 /** @import { Rung } from "./types.d.ts" */
 import { bodyOf, el, fill, table } from "./dom.js";
 import { Figure } from "./figure.js";
-import { fixed, plain, text } from "./numbers.js";
+import { plain, text } from "./numbers.js";
 import { safe } from "./readings.js";
-import { documentShown, modelOf, modelShown, on, scale, setModel, state } from "./store.js";
+import { documentShown, modelOf, modelShown, on, scale, setModel, size, state } from "./store.js";
 
 /** Room for the names of the rungs, px. */
 const LEFT = 148;
@@ -273,7 +273,6 @@ function loose(r) {
 
 function drawRows() {
   const whole = documentShown();
-  const s = scale();
   const list = rungs();
   const place = table(
     "Error ladder",
@@ -290,8 +289,8 @@ function drawRows() {
           onclick: () => setModel(r.key),
         }, nameOf(r))
         : nameOf(r),
-      fixed(r.in_sample_arcsec * s, 3),
-      r.held_out_arcsec === null ? "–" : fixed(r.held_out_arcsec * s, 3),
+      size(r.in_sample_arcsec),
+      size(r.held_out_arcsec),
       [
         text(r.chi2_per_dof),
         whole.ladder?.stop === k &&

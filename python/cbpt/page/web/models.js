@@ -5,8 +5,7 @@
 /** @import { Model, Rung } from "./types.d.ts" */
 import { isLive, post } from "./api.js";
 import { announce, trouble } from "./dom.js";
-import { fixed } from "./numbers.js";
-import { documentShown, modelOf, modelShown, scale, setModel, state, tell } from "./store.js";
+import { documentShown, modelOf, modelShown, setModel, size, state, tell } from "./store.js";
 
 /** The key of the model with some effects. @param {string[]} effects */
 export function keyOf(effects) {
@@ -96,8 +95,7 @@ export function take(found) {
 /** The model shown in one sentence. */
 export function told() {
   const m = modelShown();
-  const size = m.rmse_arcsec === null ? "–" : fixed(m.rmse_arcsec * scale(), 3);
-  return `Shown: ${m.label}; error ${size} ${state.unit}.${
+  return `Shown: ${m.label}; error ${size(m.rmse_arcsec)} ${state.unit}.${
     m.converged ? "" : ` It is a ${ROUGH}.`
   }`;
 }
