@@ -348,7 +348,7 @@ class Found:
             return None
         models = {entry["key"]: entry for entry in entries}
         final = d._final_rung()
-        rungs = []
+        rungs: list[dict[str, Any]] = []
         have: tuple[str, ...] | None = ()
         for place, rung in enumerate(d.ladder):
             key = (STATED, REFITTED)[place] if place < 2 else UNKNOWN
@@ -359,7 +359,7 @@ class Found:
                     key = key_of(have)
                 else:
                     have = None
-            told = {
+            told: dict[str, Any] = {
                 "added": rung.added,
                 "label": rung.added or "as stated",
                 "key": key,
