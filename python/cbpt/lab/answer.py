@@ -21,6 +21,7 @@ from cbpt._core import Case, Drive
 from cbpt.lab.at_load import AtLoad, angle_at, load_of_choice
 from cbpt.lab.competition import Competition
 from cbpt.lab.fit import Fit
+from cbpt.lab.left import without_zeros
 from cbpt.lab.library import PRIORS
 from cbpt.lab.noise import Noise
 from cbpt.lab.parameters import parameters_of
@@ -28,7 +29,7 @@ from cbpt.lab.readings import Readings
 from cbpt.lab.result_table import Results, results_of
 from cbpt.lab.screen import Screen
 from cbpt.lab.sentence import sentence
-from cbpt.lab.uncertainty import noise_of
+from cbpt.lab.uncertainty import estimated, noise_of
 from cbpt.lab.verdict import CLASSES, ODDS_LIMIT, Verdict
 from cbpt.lab.versions import versions
 
@@ -61,6 +62,8 @@ class Diagnosis:
     after: Fit = field(repr=False)
     """The best that the answer offers."""
     ladder: tuple[Rung, ...]
+    reached: int
+    """Rung of the model that the answer offers."""
     held_out_by: str
     fold: NDArray[np.int64] = field(repr=False)
     notes: tuple[str, ...]
@@ -85,13 +88,15 @@ class Diagnosis:
 
     @property
     def residual_before_arcsec(self) -> Floats:
-        """Shape (n,)."""
-        return self.before.residual_arcsec
+        """Shape (n,); zeros of runs taken off where the noise has them."""
+        c = self.competition.campaign
+        return without_zeros(c, self.before.residual_arcsec, self.noise)
 
     @property
     def residual_after_arcsec(self) -> Floats:
-        """Shape (n,)."""
-        return self.after.residual_arcsec
+        """Shape (n,); zeros of runs taken off where the noise has them."""
+        c = self.competition.campaign
+        return without_zeros(c, self.after.residual_arcsec, self.noise)
 
     @property
     def noise(self) -> Noise:
@@ -101,10 +106,13 @@ class Diagnosis:
 
     @property
     def noise_floor_arcsec(self) -> float:
-        """The error that noise alone leaves."""
-        c, noise = self.competition.campaign, self.noise
-        variance = (noise.scale * c.u_arcsec) ** 2 + noise.offset_arcsec**2
-        return float(np.sqrt(np.mean(variance)))
+        """The error that noise alone leaves, beside zeros of runs."""
+        return estimated(self)
+
+    @property
+    def final_rung(self) -> Rung:
+        """The rung of the model that the answer offers."""
+        return self.ladder[self.reached]
 
     # --- results ---
 
@@ -146,7 +154,7 @@ class Diagnosis:
         With a torque, or one in `[load]` of the case, the elastic angle there is among them.
         """
         load = load_of_choice(self.case, torque_Nm, preload_N, input_angle_deg)
-        final = self._final_rung()
+        final = self.final_rung
         return results_of(
             self.competition.fitter,
             self.after,
@@ -288,8 +296,8 @@ class Diagnosis:
                 ],
             },
             "noise": noise_of(self),
-            "before": self._errors(self.ladder[0], self.before),
-            "after": self._errors(self._final_rung(), self.after),
+            "before": self._errors(self.ladder[0]),
+            "after": self._errors(self.final_rung),
             "where": self.where(),
             "ranking": self.ranking(),
             "ladder": [
@@ -312,15 +320,11 @@ class Diagnosis:
             "notes": list(self.notes),
         }
 
-    def _final_rung(self) -> Rung:
-        """The rung of the model that the answer offers."""
-        return min(self.ladder, key=lambda r: abs(r.chi2_per_dof - self.after.chi2_per_dof))
-
-    def _errors(self, rung: Rung, fit: Fit) -> dict[str, float]:
+    def _errors(self, rung: Rung) -> dict[str, float]:
         return {
             "rmse_arcsec": rung.rmse_arcsec,
             "held_out_rmse_arcsec": rung.held_out_rmse_arcsec,
-            "chi2_per_dof": fit.chi2_per_dof,
+            "chi2_per_dof": rung.chi2_per_dof,
             "noise_floor_arcsec": self.noise_floor_arcsec,
         }
 

@@ -38,6 +38,7 @@ class Campaign:
     readings: Readings
     y_arcsec: Floats
     u_arcsec: Floats
+    """What each reading counts by; see `u_reading_arcsec`."""
     u_stated: bool
     rows: Rows
     zeros: Floats
@@ -78,7 +79,7 @@ class Campaign:
             same = np.zeros(len(readings)) if readings.preload_N is None else readings.preload_N
             loads = np.column_stack([np.abs(readings.torque_Nm), same])
             repeats = len(readings) / len(np.unique(np.round(loads, 6), axis=0))
-            stated = np.sqrt(stated**2 + (repeats - 1) * step**2 / 12)
+            stated = np.sqrt(with_step(stated, step) ** 2 + (repeats - 1) * step**2 / 12)
         rows = Rows.of(readings.run_index)
         per_run = isinstance(case, Case) and case.zero == "per_run"
         zeros = np.ones((len(readings), 1))
@@ -100,6 +101,15 @@ class Campaign:
 
     def __len__(self) -> int:
         return len(self.y_arcsec)
+
+    @property
+    def u_reading_arcsec(self) -> Floats:
+        """Standard uncertainty of each reading by itself, shape (n,). Readings of a coarse display
+        that round alike are no independent ones, so there each counts by less (`u_arcsec`)."""
+        stated = self.readings.u_elastic_angle_arcsec
+        if not self.step_arcsec or stated is None:
+            return self.u_arcsec
+        return with_step(stated, self.step_arcsec)
 
     @property
     def u_repeated(self) -> bool:
@@ -138,6 +148,12 @@ def _effects_of(case: Case | Drive) -> tuple[tuple[str, dict[str, float]], ...]:
             f"effect {twice} stands in the case more than once, which the lab cannot fit; leave one"
         )
     return found
+
+
+def with_step(stated_arcsec: Floats, step_arcsec: float) -> Floats:
+    """What is stated, or, where it is too small to include the rounding of a display, both."""
+    rounding = step_arcsec / 12**0.5
+    return np.where(stated_arcsec < rounding, np.hypot(stated_arcsec, rounding), stated_arcsec)
 
 
 def display_step(values: Floats) -> float:

@@ -328,7 +328,7 @@ class Found:
         d = self.diagnosis
         if d is None:
             return None
-        final = d._final_rung()
+        final = d.final_rung
         rungs = []
         have: tuple[str, ...] | None = ()
         for place, rung in enumerate(d.ladder):
