@@ -1,19 +1,23 @@
 """Numbers and words of an answer do not contradict each other.
 
-Groups: the uncertainty of a reading; zeros of runs.
+Groups: the uncertainty of a reading; zeros of runs; the scatter of a coarse display.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from cbpt import Case
+from cbpt import Case, compare, simulate
 from cbpt.lab.answer import Diagnosis
 from cbpt.lab.diagnose import diagnose
 from common.hidden import ANGLE, U, case_of, diagnosed, table_of
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
 
 # --- the uncertainty of a reading ---------------------------------------------------------
 
@@ -103,3 +107,23 @@ def test_zeros_of_runs_are_no_error_anywhere() -> None:
     for residual in (d.residual_before_arcsec, d.residual_after_arcsec):
         assert np.sqrt(np.mean(residual**2)) == pytest.approx(d.noise_floor_arcsec, rel=0.05)
     assert "each run with a zero of its own" in document["noise"]["u_says"]
+
+
+# --- the scatter of a coarse display ------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_what_rounding_hides_is_not_held_against_a_true_model(seed: int) -> None:
+    case, plan = EXAMPLES / "campaign.toml", EXAMPLES / "plan.toml"
+    readings = simulate(case, plan, noise="quantised=3.3", seed=seed, u_elastic_angle_arcsec=0.3)
+    c = compare(case, readings)
+    assert c.scatter is not None and c.scatter.step_arcsec == pytest.approx(0.99)
+    assert c.scatter.u_arcsec >= 0.99 / np.sqrt(12) and not c.scatter.off
+    assert "is off" not in c.report() and "hide how they scatter" in c.report()
+
+
+def test_a_wrong_model_is_off_in_spite_of_the_steps() -> None:
+    case, plan = EXAMPLES / "campaign.toml", EXAMPLES / "plan.toml"
+    readings = simulate(case, plan, noise="quantised=3.3", u_elastic_angle_arcsec=0.3)
+    bent = replace(readings, elastic_angle_arcsec=readings.elastic_angle_arcsec * 4.0)
+    assert "even so the model is off" in compare(case, bent).report()

@@ -21,6 +21,7 @@ from cbpt.lab.library import LOT, PRIORS, Variant
 from cbpt.lab.noise import Rows
 from cbpt.lab.readings import Readings
 from cbpt.lab.repeats import Repeats
+from cbpt.lab.scatter import display_step
 from cbpt.results import ARCSEC_PER_RAD
 
 Floats = NDArray[np.float64]
@@ -154,19 +155,6 @@ def with_step(stated_arcsec: Floats, step_arcsec: float) -> Floats:
     """What is stated, or, where it is too small to include the rounding of a display, both."""
     rounding = step_arcsec / 12**0.5
     return np.where(stated_arcsec < rounding, np.hypot(stated_arcsec, rounding), stated_arcsec)
-
-
-def display_step(values: Floats) -> float:
-    """The step that all values are whole multiples of, 0 where there is none to be seen."""
-    found = np.unique(np.round(values, 9))
-    # A step that hardly any two readings share is that of the digits in the table.
-    if len(found) < 3 or len(found) > 0.7 * len(values):
-        return 0.0
-    # Digits of the table may round the multiples once more, so the step is refined on them.
-    step = float(np.diff(found).min())
-    step = float(np.ptp(found)) / max(round(float(np.ptp(found)) / step), 1)
-    off = (found - found[0]) / step
-    return step if np.abs(off - np.round(off)).max() < 0.05 else 0.0
 
 
 REGIMES = np.array([""] * 256, dtype="U32")
