@@ -1,6 +1,7 @@
 """Numbers and words of an answer do not contradict each other.
 
-Groups: the uncertainty of a reading; zeros of runs; the scatter of a coarse display.
+Groups: the uncertainty of a reading; zeros of runs; the scatter of a coarse display; a case from
+the answer; what may have been overlooked.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import pytest
 from cbpt import Case, compare, simulate
 from cbpt.lab.answer import Diagnosis
 from cbpt.lab.diagnose import diagnose
+from cbpt.lab.overlooked import smallest
 from common.hidden import ANGLE, U, case_of, diagnosed, table_of
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -127,3 +129,53 @@ def test_a_wrong_model_is_off_in_spite_of_the_steps() -> None:
     readings = simulate(case, plan, noise="quantised=3.3", u_elastic_angle_arcsec=0.3)
     bent = replace(readings, elastic_angle_arcsec=readings.elastic_angle_arcsec * 4.0)
     assert "even so the model is off" in compare(case, bent).report()
+
+
+# --- a case from the answer ---------------------------------------------------------------
+
+
+def test_the_answer_has_all_that_a_case_needs() -> None:
+    """Put back into a case, an effect does what was found."""
+    effect = ("groove_pitch_error", {"sine_um": 2.0, "harmonic": 4})
+    case, plan = EXAMPLES / "campaign.toml", EXAMPLES / "plan.toml"
+    readings = simulate(case, plan, effects=[effect], u_elastic_angle_arcsec=0.1)
+    d = diagnose(case, readings)
+    document = d.to_dict()
+    assert document["verdict"]["effects"] == [effect[0]]
+    found = document["parameters"][effect[0]]
+    assert found["harmonic"]["value"] == 4 and found["harmonic"]["u"] is None
+    assert document["ranking"][0]["parameters"].keys() == found.keys()
+    assert "harmonic 4" in d.sentence
+
+
+# --- what may have been overlooked --------------------------------------------------------
+
+
+def test_nothing_is_missing_says_what_could_not_have_been_seen() -> None:
+    d = diagnosed("dev01")
+    unseen_ones = [one for one in smallest(d) if one.share > 0.5]
+    assert unseen_ones
+    for one in unseen_ones:
+        assert one.says in words(d)
+    lot = next(e for e in d.to_dict()["detectable"] if e["effect"] == "ball_diameter_lot")
+    assert list(lot["smallest"]) == ["spread_m"] and 1e-8 < lot["smallest"]["spread_m"] < 1e-5
+    pitch = next(e for e in d.to_dict()["detectable"] if e["effect"] == "groove_pitch_error")
+    assert "harmonic" in pitch["smallest"]
+
+
+def test_a_number_that_moved_says_what_else_that_could_be() -> None:
+    case, plan = EXAMPLES / "campaign.toml", EXAMPLES / "plan.toml"
+    softer = [("contact_stiffness", {"stiffness_scale": 0.86})]
+    d = diagnose(case, simulate(case, plan, effects=softer, u_elastic_angle_arcsec=0.1))
+    document = d.to_dict()
+    assert document["verdict"]["kind"] == "complete"
+    number = next(m for m in document["moved"] if m["number"] == "contact_stiffness")
+    assert number["by_sigma"] == pytest.approx(-1.4, abs=0.2)
+    assert "sensor_gain" in number["could_be"]
+    assert "What moved contact_stiffness could as well be " in words(d)
+
+
+@pytest.mark.parametrize("name", ["dev03", "dev11", "dev12"])
+def test_no_answer_is_its_own_alternative(name: str) -> None:
+    verdict = diagnosed(name).to_dict()["verdict"]
+    assert not {r["number"] for r in verdict["rests_on"]} & set(verdict["effects"])

@@ -24,13 +24,14 @@ from cbpt.lab.fit import Fit
 from cbpt.lab.left import without_zeros
 from cbpt.lab.library import PRIORS
 from cbpt.lab.noise import Noise
+from cbpt.lab.overlooked import moved, smallest
 from cbpt.lab.parameters import parameters_of
 from cbpt.lab.readings import Readings
 from cbpt.lab.result_table import Results, results_of
 from cbpt.lab.screen import Screen
 from cbpt.lab.sentence import sentence
 from cbpt.lab.uncertainty import estimated, noise_of
-from cbpt.lab.verdict import CLASSES, ODDS_LIMIT, Verdict
+from cbpt.lab.verdict import CLASSES, Verdict
 from cbpt.lab.versions import versions
 
 Floats = NDArray[np.float64]
@@ -216,25 +217,10 @@ class Diagnosis:
         """The smallest size of each effect that these readings would have shown, about the final
         fit.
         """
-        screen, c = self._screen(), self.competition
-        # Odds of 20 : 1 after prior odds of 1 : 50 and the price of a free size.
-        need = np.sqrt(2 * (np.log(ODDS_LIMIT) + np.log(50.0) + 3.0))
-        best: dict[str, tuple[float, dict[str, float]]] = {}
-        for m, s in enumerate(screen.signatures):
-            effect = s.variant.effect
-            if not screen.usable(m) or effect in self.verdict.names:
-                continue
-            place = screen.places[m]
-            size = need / np.sqrt(np.diag(screen.gram)[place][0])
-            neutral = c.fitter.neutral(effect, s.variant.sizes[0])
-            value = {s.variant.sizes[0]: float(neutral + size * s.unit[0])}
-            if effect not in best or size < best[effect][0]:
-                best[effect] = (float(size), value | s.shapes)
-        return [{"effect": e, "smallest": v} for e, (_, v) in sorted(best.items())]
-
-    def _screen(self) -> Screen:
-        c = self.competition
-        return Screen(self.after, c.library.about(self.after, c.names, secants=False))
+        return [
+            {"effect": one.effect, "smallest": {one.name: one.value} | one.shapes}
+            for one in smallest(self)
+        ]
 
     def unknown(self) -> dict[str, Any] | None:
         """What the misfit depends on, where nothing in the library explains it."""
@@ -293,6 +279,7 @@ class Diagnosis:
                         "needed_shift_sigma": r.needed_shift_sigma,
                     }
                     for r in v.rests_on
+                    if r.number not in v.effects
                 ],
             },
             "noise": noise_of(self),
@@ -312,6 +299,7 @@ class Diagnosis:
             "held_out_by": self.held_out_by,
             "results": self.results().to_list(),
             "parameters": {e: self.parameters(self.after, e) for e in v.names},
+            "moved": list(moved(self)),
             "detectable": self.detectable(),
             "unknown": self.unknown(),
             "next_run": self.next_run(),
