@@ -104,7 +104,12 @@ def statement(d: Diagnosis) -> str:
         text += f", repeats {c.repeats.u_arcsec:.3g} arcsec ({c.repeats})"
     scatter = scatter_of(d.competition.fitter, d.after)[0]
     if d.verdict.pattern is None and abs(used / max(scatter, 1e-300) - 1) > 0.02:
-        text += f". Weighed together they make {used:.3g} arcsec"
+        between = stated is not None and min(stated, scatter) < used < max(stated, scatter)
+        text += (
+            f". Weighed together they make {used:.3g} arcsec"
+            if between
+            else f". With loose readings and departures from form set apart it is {used:.3g} arcsec"
+        )
     if c.repeats and not c.repeats.steady:
         text += (
             f". Repeats differ by {c.repeats.u_arcsec:.3g} arcsec ({c.repeats}), far more than "
