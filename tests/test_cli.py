@@ -429,7 +429,9 @@ def test_long_work_shows_how_far_it_is(
         assert capsys.readouterr().err == ""
         counter.start -= 2
         counter.show(200, 396)
-        assert capsys.readouterr().err == "\r200/396 readings solved "
+        assert capsys.readouterr().err == "\r\x1b[K200/396 readings solved "
+        counter.share("pairs of effects", 0.6)
+        assert capsys.readouterr().err == "\r\x1b[K60% done, next: pairs of effects "
     assert capsys.readouterr().err == "\r\x1b[K"
 
 

@@ -50,6 +50,19 @@ def test_rows_without_a_solution_are_named_and_no_number_is_made_up() -> None:
         simulate(CASE, loads, u_elastic_angle_arcsec=0.1)
 
 
+def test_the_remedy_is_that_of_the_status(tmp_path: Path) -> None:
+    text = CASE.read_text()
+    undercut = tmp_path / "undercut.toml"
+    undercut.write_text(
+        text.replace("short_amplitude_coefficient = 0.5", "short_amplitude_coefficient = 0.9")
+    )
+    assert cbpt.Case.from_file(undercut).drive.solve(1, 500).status == "undercut"
+    loads = {"torque_Nm": [1.0], "preload_N": [500.0]}
+    with pytest.raises(NoSolutionError) as told:
+        simulate(undercut, loads, u_elastic_angle_arcsec=0.1)
+    assert "ball radius" in str(told.value) and "torque or" not in str(told.value)
+
+
 # --- the instrument -----------------------------------------------------------------------
 
 N, RUNS = 40_000, 400

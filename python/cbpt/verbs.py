@@ -318,7 +318,16 @@ def diagnose(argv: list[str]) -> int:
     if options.by:
         answer = diagnose_by(options.case, options.data, options.by, **given)
     else:
-        answer = diagnosed(options.case, options.data, effects=options.effects, **given)
+        with _Counter() as counter:
+            answer = diagnosed(
+                options.case,
+                options.data,
+                effects=options.effects,
+                progress=counter.share,
+                **given,
+            )
+            counter.share("what the answer rests on", 0.98)
+            answer.to_dict()  # made once and kept
     if options.json == "-":
         print(answer.to_json())
     else:
@@ -386,9 +395,16 @@ class _Counter:
         return self
 
     def show(self, done: int, total: int) -> None:
+        self._line(f"{done}/{total} readings solved ")
+
+    def share(self, what: str, share: float) -> None:
+        """As a diagnosis tells it."""
+        self._line(f"{share:.0%} done, next: {what} ")
+
+    def _line(self, text: str) -> None:
         if time.monotonic() - self.start > 1 and sys.stderr is not None and sys.stderr.isatty():
             self.shown = True
-            print(f"\r{done}/{total} readings solved ", end="", file=sys.stderr, flush=True)
+            print(f"\r\x1b[K{text}", end="", file=sys.stderr, flush=True)
 
     def __exit__(self, *error: object) -> None:
         if self.shown:

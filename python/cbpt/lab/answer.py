@@ -21,15 +21,17 @@ from cbpt._core import Case, Drive
 from cbpt.lab.at_load import AtLoad, angle_at, load_of_choice
 from cbpt.lab.competition import Competition
 from cbpt.lab.fit import Fit
+from cbpt.lab.left import without_zeros
 from cbpt.lab.library import PRIORS
 from cbpt.lab.noise import Noise
+from cbpt.lab.overlooked import moved, smallest
 from cbpt.lab.parameters import parameters_of
 from cbpt.lab.readings import Readings
 from cbpt.lab.result_table import Results, results_of
 from cbpt.lab.screen import Screen
 from cbpt.lab.sentence import sentence
-from cbpt.lab.uncertainty import noise_of
-from cbpt.lab.verdict import CLASSES, ODDS_LIMIT, Verdict
+from cbpt.lab.uncertainty import estimated, noise_of
+from cbpt.lab.verdict import CLASSES, Verdict
 from cbpt.lab.versions import versions
 
 Floats = NDArray[np.float64]
@@ -61,6 +63,8 @@ class Diagnosis:
     after: Fit = field(repr=False)
     """The best that the answer offers."""
     ladder: tuple[Rung, ...]
+    reached: int
+    """Rung of the model that the answer offers."""
     held_out_by: str
     fold: NDArray[np.int64] = field(repr=False)
     notes: tuple[str, ...]
@@ -85,13 +89,15 @@ class Diagnosis:
 
     @property
     def residual_before_arcsec(self) -> Floats:
-        """Shape (n,)."""
-        return self.before.residual_arcsec
+        """Shape (n,); zeros of runs taken off where the noise has them."""
+        c = self.competition.campaign
+        return without_zeros(c, self.before.residual_arcsec, self.noise)
 
     @property
     def residual_after_arcsec(self) -> Floats:
-        """Shape (n,)."""
-        return self.after.residual_arcsec
+        """Shape (n,); zeros of runs taken off where the noise has them."""
+        c = self.competition.campaign
+        return without_zeros(c, self.after.residual_arcsec, self.noise)
 
     @property
     def noise(self) -> Noise:
@@ -101,10 +107,13 @@ class Diagnosis:
 
     @property
     def noise_floor_arcsec(self) -> float:
-        """The error that noise alone leaves."""
-        c, noise = self.competition.campaign, self.noise
-        variance = (noise.scale * c.u_arcsec) ** 2 + noise.offset_arcsec**2
-        return float(np.sqrt(np.mean(variance)))
+        """The error that noise alone leaves, beside zeros of runs."""
+        return estimated(self)
+
+    @property
+    def final_rung(self) -> Rung:
+        """The rung of the model that the answer offers."""
+        return self.ladder[self.reached]
 
     # --- results ---
 
@@ -146,7 +155,7 @@ class Diagnosis:
         With a torque, or one in `[load]` of the case, the elastic angle there is among them.
         """
         load = load_of_choice(self.case, torque_Nm, preload_N, input_angle_deg)
-        final = self._final_rung()
+        final = self.final_rung
         return results_of(
             self.competition.fitter,
             self.after,
@@ -208,25 +217,10 @@ class Diagnosis:
         """The smallest size of each effect that these readings would have shown, about the final
         fit.
         """
-        screen, c = self._screen(), self.competition
-        # Odds of 20 : 1 after prior odds of 1 : 50 and the price of a free size.
-        need = np.sqrt(2 * (np.log(ODDS_LIMIT) + np.log(50.0) + 3.0))
-        best: dict[str, tuple[float, dict[str, float]]] = {}
-        for m, s in enumerate(screen.signatures):
-            effect = s.variant.effect
-            if not screen.usable(m) or effect in self.verdict.names:
-                continue
-            place = screen.places[m]
-            size = need / np.sqrt(np.diag(screen.gram)[place][0])
-            neutral = c.fitter.neutral(effect, s.variant.sizes[0])
-            value = {s.variant.sizes[0]: float(neutral + size * s.unit[0])}
-            if effect not in best or size < best[effect][0]:
-                best[effect] = (float(size), value | s.shapes)
-        return [{"effect": e, "smallest": v} for e, (_, v) in sorted(best.items())]
-
-    def _screen(self) -> Screen:
-        c = self.competition
-        return Screen(self.after, c.library.about(self.after, c.names, secants=False))
+        return [
+            {"effect": one.effect, "smallest": {one.name: one.value} | one.shapes}
+            for one in smallest(self)
+        ]
 
     def unknown(self) -> dict[str, Any] | None:
         """What the misfit depends on, where nothing in the library explains it."""
@@ -285,11 +279,12 @@ class Diagnosis:
                         "needed_shift_sigma": r.needed_shift_sigma,
                     }
                     for r in v.rests_on
+                    if r.number not in v.effects
                 ],
             },
             "noise": noise_of(self),
-            "before": self._errors(self.ladder[0], self.before),
-            "after": self._errors(self._final_rung(), self.after),
+            "before": self._errors(self.ladder[0]),
+            "after": self._errors(self.final_rung),
             "where": self.where(),
             "ranking": self.ranking(),
             "ladder": [
@@ -304,6 +299,7 @@ class Diagnosis:
             "held_out_by": self.held_out_by,
             "results": self.results().to_list(),
             "parameters": {e: self.parameters(self.after, e) for e in v.names},
+            "moved": list(moved(self)),
             "detectable": self.detectable(),
             "unknown": self.unknown(),
             "next_run": self.next_run(),
@@ -312,15 +308,11 @@ class Diagnosis:
             "notes": list(self.notes),
         }
 
-    def _final_rung(self) -> Rung:
-        """The rung of the model that the answer offers."""
-        return min(self.ladder, key=lambda r: abs(r.chi2_per_dof - self.after.chi2_per_dof))
-
-    def _errors(self, rung: Rung, fit: Fit) -> dict[str, float]:
+    def _errors(self, rung: Rung) -> dict[str, float]:
         return {
             "rmse_arcsec": rung.rmse_arcsec,
             "held_out_rmse_arcsec": rung.held_out_rmse_arcsec,
-            "chi2_per_dof": fit.chi2_per_dof,
+            "chi2_per_dof": rung.chi2_per_dof,
             "noise_floor_arcsec": self.noise_floor_arcsec,
         }
 

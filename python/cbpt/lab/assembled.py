@@ -21,6 +21,7 @@ from cbpt.lab.library import LOT, PRIORS, Variant
 from cbpt.lab.noise import Rows
 from cbpt.lab.readings import Readings
 from cbpt.lab.repeats import Repeats
+from cbpt.lab.scatter import display_step
 from cbpt.results import ARCSEC_PER_RAD
 
 Floats = NDArray[np.float64]
@@ -38,6 +39,7 @@ class Campaign:
     readings: Readings
     y_arcsec: Floats
     u_arcsec: Floats
+    """What each reading counts by; see `u_reading_arcsec`."""
     u_stated: bool
     rows: Rows
     zeros: Floats
@@ -78,7 +80,7 @@ class Campaign:
             same = np.zeros(len(readings)) if readings.preload_N is None else readings.preload_N
             loads = np.column_stack([np.abs(readings.torque_Nm), same])
             repeats = len(readings) / len(np.unique(np.round(loads, 6), axis=0))
-            stated = np.sqrt(stated**2 + (repeats - 1) * step**2 / 12)
+            stated = np.sqrt(with_step(stated, step) ** 2 + (repeats - 1) * step**2 / 12)
         rows = Rows.of(readings.run_index)
         per_run = isinstance(case, Case) and case.zero == "per_run"
         zeros = np.ones((len(readings), 1))
@@ -100,6 +102,15 @@ class Campaign:
 
     def __len__(self) -> int:
         return len(self.y_arcsec)
+
+    @property
+    def u_reading_arcsec(self) -> Floats:
+        """Standard uncertainty of each reading by itself, shape (n,). Readings of a coarse display
+        that round alike are no independent ones, so there each counts by less (`u_arcsec`)."""
+        stated = self.readings.u_elastic_angle_arcsec
+        if not self.step_arcsec or stated is None:
+            return self.u_arcsec
+        return with_step(stated, self.step_arcsec)
 
     @property
     def u_repeated(self) -> bool:
@@ -140,17 +151,10 @@ def _effects_of(case: Case | Drive) -> tuple[tuple[str, dict[str, float]], ...]:
     return found
 
 
-def display_step(values: Floats) -> float:
-    """The step that all values are whole multiples of, 0 where there is none to be seen."""
-    found = np.unique(np.round(values, 9))
-    # A step that hardly any two readings share is that of the digits in the table.
-    if len(found) < 3 or len(found) > 0.7 * len(values):
-        return 0.0
-    # Digits of the table may round the multiples once more, so the step is refined on them.
-    step = float(np.diff(found).min())
-    step = float(np.ptp(found)) / max(round(float(np.ptp(found)) / step), 1)
-    off = (found - found[0]) / step
-    return step if np.abs(off - np.round(off)).max() < 0.05 else 0.0
+def with_step(stated_arcsec: Floats, step_arcsec: float) -> Floats:
+    """What is stated, or, where it is too small to include the rounding of a display, both."""
+    rounding = step_arcsec / 12**0.5
+    return np.where(stated_arcsec < rounding, np.hypot(stated_arcsec, rounding), stated_arcsec)
 
 
 REGIMES = np.array([""] * 256, dtype="U32")

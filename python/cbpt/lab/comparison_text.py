@@ -163,7 +163,18 @@ def _scatter(c: Comparison, angle_unit: str) -> Iterator[str]:
     )
     judged = "agrees with the readings" if p >= 0.01 else "is off"
     found += along
-    if scatter.ratio is None:
+    if scatter.step_arcsec:
+        step = f"{scatter.step_arcsec * ANGLE_UNITS[angle_unit]:.3g} {angle_unit}"
+        text = (
+            f"The readings come in steps of {step}, which hide how they scatter: by about {found}, "
+            "hardly known"
+        )
+        if p < 0.01:
+            text += "; even so the model is off"
+        elif scatter.ratio is None:
+            text += "; by that the model agrees with the readings"
+        yield f"{text}."
+    elif scatter.ratio is None:
         yield f"Inside their runs the readings scatter by {found}; by that the model {judged}."
     elif scatter.off:
         which = "small" if scatter.ratio > 1 else "large"

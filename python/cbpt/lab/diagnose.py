@@ -26,6 +26,7 @@ from cbpt.lab.competition import Competition, Names, Progress, compete
 from cbpt.lab.fit import Fit, Fitter
 from cbpt.lab.holdout import folds, held_out_residual, held_out_with_pattern, rms
 from cbpt.lab.inputs import case_and_readings
+from cbpt.lab.left import chi2_of, rmse_of, u_judging, without_zeros
 from cbpt.lab.library import PRIORS
 from cbpt.lab.own import campaign_of, chosen
 from cbpt.lab.patterns import Pattern
@@ -107,6 +108,7 @@ def diagnosed(
         before=nominal,
         after=fits[verdict.names],
         ladder=tuple(_ladder(competition, verdict, nominal, fold)),
+        reached=1 + len(path(verdict.names, fits)),
         held_out_by=held_by,
         fold=fold,
         notes=tuple(notes),
@@ -197,8 +199,14 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
     if campaign.step_arcsec:
         notes.append(
             f"the angle comes in steps of {campaign.step_arcsec:g} arcsec, coarse against its "
-            "uncertainty; the uncertainty was enlarged, because readings at one load round alike"
+            "uncertainty; readings at one load round alike, so averaging them counts for little"
         )
+        stated = campaign.readings.u_elastic_angle_arcsec
+        if stated is not None and (campaign.u_reading_arcsec > stated).any():
+            notes.append(
+                "the stated uncertainty is below that of rounding (step / sqrt(12) = "
+                f"{campaign.step_arcsec / 12**0.5:.3g} arcsec), which was added to it"
+            )
     if not campaign.u_stated and not campaign.u_repeated:
         notes.append(
             "no uncertainty is stated and no repeats tell it: it was estimated from the scatter, "
@@ -345,15 +353,16 @@ def _as_given(campaign: Campaign) -> Floats:
 def rung(fitter: Fitter, added: str, fit: Fit, fold: NDArray[np.int64]) -> Rung:
     """One step of the ladder."""
     held = held_out_residual(fitter, fit, fold)
-    return Rung(added, rms(fit.residual_arcsec), rms(held), fit.chi2_per_dof)
+    return Rung(added, rmse_of(fitter.campaign, fit), rms(held), chi2_of(fitter, fit))
 
 
 def _rung_of_pattern(pattern: Pattern, fold: NDArray[np.int64]) -> Rung:
     """The error with a pattern that has no name, in place of the last addition."""
     c = pattern.problem.fitter.campaign
     residual = pattern.problem.residual(pattern.amplitude, pattern.noise)
+    residual = without_zeros(c, residual, pattern.noise)
     held = held_out_with_pattern(pattern, fold)
-    chi2 = float(np.mean((residual / c.u_arcsec) ** 2))
+    chi2 = float(np.mean((residual / u_judging(c, pattern.noise)) ** 2))
     added = f"any function of {' and '.join(pattern.columns)}"
     return Rung(added, rms(residual), rms(held), chi2)
 

@@ -63,8 +63,8 @@ class DividedDiagnosis:
         levels = {
             level: {
                 "verdict": d.to_dict()["verdict"],
-                "before_rmse_arcsec": d.before.rmse_arcsec,
-                "after_rmse_arcsec": d.after.rmse_arcsec,
+                "before_rmse_arcsec": d.ladder[0].rmse_arcsec,
+                "after_rmse_arcsec": d.final_rung.rmse_arcsec,
             }
             for level, d in self.answers.items()
         }

@@ -16,7 +16,10 @@ from cbpt.lab.library import LOT
 
 
 def parameters_of(fit: Fit, effect: str) -> dict[str, dict[str, Any]]:
-    """Values of an effect's parameters, SI, with standard uncertainties, or why there is none."""
+    """Values of an effect's parameters, SI, with standard uncertainties, or why there is none.
+
+    All that a case needs to have the effect: what its form fixes (a harmonic) comes last.
+    """
     own = [u for u in fit.unknowns if u.name.startswith(effect + ".")]
     if effect == LOT and own:
         # One number for many balls: how far their diameters differ.
@@ -25,6 +28,15 @@ def parameters_of(fit: Fit, effect: str) -> dict[str, dict[str, Any]]:
         return {"spread_m": spread | {"why_no_u": f"of {len(own)} balls, each fitted"}}
     units = dict(unit for v in fit.hypothesis.variants if v.effect == effect for unit in v.units)
     found = {u.name.partition(".")[2]: parameter(fit, u) for u in own}
+    for variant in fit.hypothesis.variants:
+        for name, value in variant.fixed if variant.effect == effect else ():
+            found[name] = {
+                "value": value,
+                "u": None,
+                "unit": unit_of(name),
+                "at_bound": False,
+                "why_no_u": "one of a few forms, the likeliest of which was taken",
+            }
     # The names of an own effect's parameters do not tell their units.
     return {name: p | {"unit": units.get(name, p["unit"])} for name, p in found.items()}
 

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from cbpt._core import text_table
-from cbpt.lab.sentence import moved_numbers, shown
+from cbpt.lab.overlooked import unseen
+from cbpt.lab.sentence import listed, moved_numbers, shown
 from cbpt.lab.verdict import ODDS_LIMIT
 
 if TYPE_CHECKING:
@@ -30,9 +31,16 @@ def lines(d: Diagnosis) -> Iterator[str]:
     moved = moved_numbers(d.after, d.competition.campaign.priors)
     if moved:
         yield from wrap(f"Numbers of drive and rig that moved: {moved}.", _WIDTH)
+    for number in document["moved"]:
+        if number["could_be"]:
+            other = listed(number["could_be"], "or")
+            yield from wrap(f"What moved {number['number']} could as well be {other}.", _WIDTH)
+    if not d.verdict.effects and not d.verdict.rivals and d.verdict.pattern is None:
+        yield from _unseen(d)
     yield from wrap(document["noise"]["u_says"], _WIDTH)
     for r in d.verdict.rests_on:
-        if d.verdict.names and abs(r.needed_shift_sigma) > 2:
+        own = r.number in d.verdict.effects
+        if d.verdict.names and abs(r.needed_shift_sigma) > 2 and not own:
             yield (
                 f"This rests on {r.number}, stated to {_percent(r.number, r.prior)}: it would have "
                 "to be off by "
@@ -70,7 +78,7 @@ def lines(d: Diagnosis) -> Iterator[str]:
     ranking = document["ranking"][:6]
     if ranking:
         yield ""
-        yield "Single effects, each alone, the most probable first:"
+        yield "Single effects, the most probable first (probability: that it is at work and alone):"
         yield _table(
             ["effect", "probability", "held_out_arcsec", "p_value", "looks most like"],
             [
@@ -92,6 +100,13 @@ def lines(d: Diagnosis) -> Iterator[str]:
         yield "Where the drive as stated fails:"
         for region in where[:4]:
             yield f"  {_region(region)}"
+
+
+def _unseen(d: Diagnosis) -> Iterator[str]:
+    """What could be there all the same."""
+    found = unseen(d)
+    if found:
+        yield from wrap(f"This campaign could not have seen {listed(found, 'or')}.", _WIDTH)
 
 
 def _sizes(effect: str, parameters: dict[str, Any]) -> str:

@@ -1,11 +1,15 @@
 """The scatter of readings, estimated from themselves, to be held against what is stated.
 
-    Scatter     standard deviation and correlation inside the runs, and how well they are known
-    estimate    from the residuals of a model, right or wrong
+    Scatter       standard deviation and correlation inside the runs, and how well they are known
+    estimate      from the residuals of a model, right or wrong
+    display_step  the step of a display
 
 A model that is wrong is so smoothly: along a few readings of one run that follow each other in one
 direction of the torque a parabola takes its error away, and what is left is scatter. A stretch may
 hold a kink: what counts is the median over those that vary no more than chance lets them.
+Readings that come in steps coarser than they scatter round alike or far apart, and what rounding
+leaves inside a few of them may be far less than the step's own uncertainty: then the scatter is
+taken to be no less than that, and hardly known.
 """
 
 from __future__ import annotations
@@ -32,6 +36,12 @@ _KINKED = 2.6
 _PRICE = 3.0
 # A median of variances is known as well as a mean of this share of the degrees of freedom.
 _EFFICIENCY = 0.6
+# Degrees of freedom behind a scatter that a coarse display hides.
+_HIDDEN_DOF = 3.0
+# A display is coarse from so many standard deviations a step.
+_COARSE = 1.5
+# Rounding leaves more than this part of a step; what follows a curve closer is no display's.
+_FINEST = 12.0
 
 
 @dataclass(frozen=True)
@@ -46,6 +56,8 @@ class Scatter:
     """How well it is known, as degrees of freedom."""
     correlation: float
     """Of a reading with the next of its run, 0 where none is seen."""
+    step_arcsec: float = 0.0
+    """Step of the display where it hides the scatter, else 0."""
 
     @property
     def off(self) -> bool:
@@ -79,9 +91,27 @@ def estimate(readings: Readings, residual_arcsec: Floats) -> Scatter | None:
     scale = float(np.sqrt(_typical(_rated(smooth, weighted, correlation)[1], smooth)))
     # What is correlated is fewer independent readings, and the parabola takes more of it away.
     known = dof * _EFFICIENCY * ((1 - correlation) / (1 + correlation)) ** 2
-    if u is None:
-        return Scatter(scale, None, known, correlation)
-    return Scatter(scale * float(np.median(u)), scale, known, correlation)
+    typical = 1.0 if u is None else float(np.median(u))
+    step = display_step(readings.elastic_angle_arcsec)
+    if _COARSE * scale * typical < step < _FINEST * scale * typical:
+        scale = max(scale, step / 12**0.5 / typical)
+        known, correlation = min(known, _HIDDEN_DOF), 0.0
+    else:
+        step = 0.0
+    return Scatter(scale * typical, None if u is None else scale, known, correlation, step)
+
+
+def display_step(values: Floats) -> float:
+    """The step that all values are whole multiples of, 0 where there is none to be seen."""
+    found = np.unique(np.round(values, 9))
+    # A step that hardly any two readings share is that of the digits in the table.
+    if len(found) < 3 or len(found) > 0.7 * len(values):
+        return 0.0
+    # Digits of the table may round the multiples once more, so the step is refined on them.
+    step = float(np.diff(found).min())
+    step = float(np.ptp(found)) / max(round(float(np.ptp(found)) / step), 1)
+    off = (found - found[0]) / step
+    return step if np.abs(off - np.round(off)).max() < 0.05 else 0.0
 
 
 def _stretches(readings: Readings) -> list[Ints]:

@@ -87,12 +87,13 @@ def sentence(d: Diagnosis) -> str:
     sure = f"probability {v.probability:.2f}"
     if v.probability < 0.5:
         sure = f"the likeliest answer, but not a sure one: {sure}"
+    before, after = d.ladder[0].rmse_arcsec, d.final_rung.rmse_arcsec
     fall = (
-        f"the error falls from {d.before.rmse_arcsec:.2f} to {d.after.rmse_arcsec:.2f} arcsec "
+        f"the error falls from {before:.2f} to {after:.2f} arcsec "
         f"(noise {d.noise_floor_arcsec:.2f})"
     )
-    if d.after.rmse_arcsec > 0.97 * d.before.rmse_arcsec:
-        fall = f"the error stays at {d.after.rmse_arcsec:.2f} arcsec"
+    if after > 0.97 * before:
+        fall = f"the error stays at {after:.2f} arcsec"
     if v.kind == "unknown":
         return _unknown(d, sure)
     if v.kind == "complete":
@@ -136,8 +137,8 @@ def _beside(d: Diagnosis) -> str:
         return ""
     what = listed([_with_value(d, e) for e in named])
     return (
-        f" Beside it there is {what}: the error falls from {d.before.rmse_arcsec:.3g} to "
-        f"{d.after.rmse_arcsec:.3g} arcsec."
+        f" Beside it there is {what}: the error falls from {d.ladder[0].rmse_arcsec:.3g} to "
+        f"{d.final_rung.rmse_arcsec:.3g} arcsec."
     )
 
 

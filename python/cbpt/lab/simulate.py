@@ -180,6 +180,19 @@ def with_effects(
     return case.with_effects([*own, *((effect, dict(numbers)) for effect, numbers in effects)])
 
 
+_REMEDY = {
+    "beyond_hold": "Lower the torque or raise the preload, see cbpt preload",
+    "indeterminate": "So few meshing points touch that the plate is free to move: raise the "
+    "preload or lower the offsets of the balls",
+    "undercut": "A groove of the drive cuts its own wall away at any load: enlarge the rolling "
+    "circle, lower the short-amplitude coefficient or the ball radius, or set track_curvature = "
+    '"neglect", see cbpt check',
+    "effect_not_finite": "Keep divisions, logarithms, roots and powers of the own effect away from "
+    "where they have no value",
+}
+"""By status of the first row without a solution."""
+
+
 def stop_without_solution(
     rows: Readings, solved: NDArray[np.bool_], status: NDArray[np.str_]
 ) -> None:
@@ -195,5 +208,5 @@ def stop_without_solution(
     raise NoSolutionError(
         f"{rows.source}: the model has no solution at {len(wrong)} of {len(rows)} rows ({shown}); "
         f"the first has {rows.torque_Nm[first]:g} N m{preload} in run {rows.run[first]}: "
-        f"{status[first]}. Lower the torque or raise the preload, see cbpt preload"
+        f"{status[first]}. {_REMEDY.get(str(status[first]), 'See cbpt solve')}"
     )

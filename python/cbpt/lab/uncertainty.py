@@ -1,6 +1,7 @@
 """What the answer says of the uncertainty of a reading, and what that rests on.
 
 noise_of    the part `noise` of the document
+estimated   standard uncertainty of a reading, as the answer has it
 floor_of    the error that noise alone leaves, as far as it is known, and from what
 statement   one sentence: stated, from repeats, or from the scatter about the answer
 """
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cbpt.lab.budget import dof_of
+from cbpt.lab.left import scatter_of
 
 if TYPE_CHECKING:
     from cbpt.lab.answer import Diagnosis
@@ -22,12 +23,11 @@ def noise_of(d: Diagnosis) -> dict[str, Any]:
     """Stated and estimated uncertainty (root mean square over the readings), and its structure."""
     c = d.competition.campaign
     noise = d.noise
-    u = float(np.sqrt(np.mean(c.u_arcsec**2)))
     return {
-        "u_stated_arcsec": u / c.u_believed if c.u_stated else None,
-        "u_estimated_arcsec": noise.scale * u,
+        "u_stated_arcsec": _stated(d),
+        "u_estimated_arcsec": estimated(d),
         "u_from": u_from(d),
-        "u_dof": dof_of(d.competition.fitter, d.after),
+        "u_dof": scatter_of(d.competition.fitter, d.after)[1],
         "u_says": statement(d),
         "repeats": asdict(c.repeats) if c.repeats else None,
         "model": list(d.verdict.noise),
@@ -37,22 +37,42 @@ def noise_of(d: Diagnosis) -> dict[str, Any]:
 
 
 def u_from(d: Diagnosis) -> str:
-    """`stated`, `repeats`, or `scatter` about the answer."""
+    """`stated`, `repeats`, or `scatter`: about the answer, or, where what is stated cannot be
+    meant, inside the runs."""
     c = d.competition.campaign
-    return "stated" if c.u_stated else "repeats" if c.u_repeated else "scatter"
+    if c.u_stated:
+        return "stated" if c.u_believed == 1 else "scatter"
+    return "repeats" if c.u_repeated else "scatter"
+
+
+def _stated(d: Diagnosis) -> float | None:
+    """Root mean square over the readings of what the table states, arcsec."""
+    u = d.readings.u_elastic_angle_arcsec
+    return None if u is None else float(np.sqrt(np.mean(u**2)))
+
+
+def estimated(d: Diagnosis) -> float:
+    """What a reading is known to under the noise of the answer, arcsec; what is stated counts as
+    some degrees of freedom beside those of the scatter."""
+    c = d.competition.campaign
+    if c.step_arcsec and d.verdict.pattern is None:
+        # A coarse display has the noise that it has; what is judged by is more.
+        return scatter_of(d.competition.fitter, d.after)[0]
+    return float(d.noise.scale * np.sqrt(np.mean(c.u_reading_arcsec**2)))
 
 
 def floor_of(d: Diagnosis) -> tuple[float | None, str]:
     """The error that noise alone leaves, and what it was taken from; None where nothing tells it.
 
-    The scatter about an answer is noise only where the answer holds all that is at work.
+    The scatter about an answer is noise only where the answer holds all that is at work. Zeros of
+    runs are no part of it, as they are none of the errors that are held against it.
     """
     from cbpt.lab.verdict import UNKNOWN
 
     c, v = d.competition.campaign, d.verdict
     if v.pattern is None and not any(UNKNOWN in group for group in v.rivals):
         return d.noise_floor_arcsec, "scatter about the answer"
-    u = float(np.sqrt(np.mean(c.u_arcsec**2)))
+    u = float(np.sqrt(np.mean(c.u_reading_arcsec**2)))
     if c.u_stated:
         return u, "stated uncertainty" if c.u_believed == 1 else "scatter inside runs"
     if c.u_repeated:
@@ -62,12 +82,16 @@ def floor_of(d: Diagnosis) -> tuple[float | None, str]:
 
 def statement(d: Diagnosis) -> str:
     """What the uncertainty of a reading is and what it rests on."""
-    c = d.competition.campaign
-    found = d.noise.scale * float(np.sqrt(np.mean(c.u_arcsec**2)))
-    about = f"the scatter about the answer gives {found:.3g} arcsec"
-    about += f" ({dof_of(d.competition.fitter, d.after):.0f} degrees of freedom)"
-    if c.u_stated:
-        text = f"The uncertainty of a reading is stated; {about}"
+    c, stated = d.competition.campaign, _stated(d)
+    about, used = _about(d), estimated(d)
+    if stated is not None and c.u_believed != 1:
+        text = (
+            f"The table states an uncertainty of {stated:.3g} arcsec, but inside their runs the "
+            f"readings scatter by {stated * c.u_believed:.3g} arcsec, which was used in its place; "
+            f"{about}"
+        )
+    elif stated is not None:
+        text = f"The uncertainty of a reading is stated, {stated:.3g} arcsec; {about}"
     elif c.u_repeated:
         assert c.repeats is not None
         text = (
@@ -75,12 +99,32 @@ def statement(d: Diagnosis) -> str:
             f"arcsec ({c.repeats}); {about}"
         )
     else:
-        text = f"The uncertainty of a reading was estimated: {about}"
+        text = f"No uncertainty is stated. That of a reading was estimated: {about}"
     if c.repeats and c.u_stated and c.repeats.steady:
         text += f", repeats {c.repeats.u_arcsec:.3g} arcsec ({c.repeats})"
+    scatter = scatter_of(d.competition.fitter, d.after)[0]
+    if d.verdict.pattern is None and abs(used / max(scatter, 1e-300) - 1) > 0.02:
+        between = stated is not None and min(stated, scatter) < used < max(stated, scatter)
+        text += (
+            f". Weighed together they make {used:.3g} arcsec"
+            if between
+            else f". With loose readings and departures from form set apart it is {used:.3g} arcsec"
+        )
     if c.repeats and not c.repeats.steady:
         text += (
             f". Repeats differ by {c.repeats.u_arcsec:.3g} arcsec ({c.repeats}), far more than "
             "readings scatter inside their runs: something changes between them"
         )
     return f"{text}."
+
+
+def _about(d: Diagnosis) -> str:
+    """The scatter about the answer, with its own degrees of freedom."""
+    scatter, dof = scatter_of(d.competition.fitter, d.after)
+    if d.verdict.pattern is not None:
+        return f"the scatter that no model follows is {estimated(d):.3g} arcsec"
+    zeros = ", each run with a zero of its own" if d.noise.offset_arcsec else ""
+    return (
+        f"the scatter about the answer gives {scatter:.3g} arcsec ({dof:.0f} degrees of freedom"
+        f"{zeros})"
+    )

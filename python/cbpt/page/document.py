@@ -347,7 +347,7 @@ class Found:
         if d is None:
             return None
         models = {entry["key"]: entry for entry in entries}
-        final = d._final_rung()
+        final = d.final_rung
         rungs: list[dict[str, Any]] = []
         have: tuple[str, ...] | None = ()
         for place, rung in enumerate(d.ladder):

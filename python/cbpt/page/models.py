@@ -24,6 +24,7 @@ from cbpt.lab.competition import Names
 from cbpt.lab.fit import Fit
 from cbpt.lab.fitting import case_with
 from cbpt.lab.holdout import held_out_residual, rms
+from cbpt.lab.left import chi2_of, rmse_of
 from cbpt.lab.library import PRIORS
 from cbpt.lab.own import campaign_of
 from cbpt.lab.parameters import parameters_of
@@ -100,10 +101,12 @@ class Models:
         known = key != STATED and bench is self._bench and names in c.log_odds
         own = bench.fitter.campaign.own
         return entry | {
-            "rmse_arcsec": look.rmse_arcsec if self.used.all() else entry["rmse_arcsec"],
+            "rmse_arcsec": rmse_of(bench.fitter.campaign, look)
+            if self.used.all()
+            else entry["rmse_arcsec"],
             # The folds are refitted by one linear step, which means nothing far from the best.
             "held_out_rmse_arcsec": rms(held) if fit.converged else None,
-            "chi2_per_dof": look.chi2_per_dof,
+            "chi2_per_dof": chi2_of(bench.fitter, look),
             "zero_arcsec": float(look.zeros_arcsec[0]) if len(look.zeros_arcsec) == 1 else None,
             "parameters": list(_parameters(fit, effects)),
             "numbers": list(_numbers(fit)),
@@ -234,9 +237,9 @@ class Models:
             "label": effects[-1] if effects else "numbers refitted",
             "key": key_of(effects),
             "effects": list(effects),
-            "in_sample_arcsec": look.rmse_arcsec,
+            "in_sample_arcsec": rmse_of(bench.fitter.campaign, look),
             "held_out_arcsec": rms(held) if look.converged else None,
-            "chi2_per_dof": look.chi2_per_dof,
+            "chi2_per_dof": chi2_of(bench.fitter, look),
         }
 
 
