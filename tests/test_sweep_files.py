@@ -216,6 +216,28 @@ def test_a_file_that_was_changed_is_not_gone_on_with(
     assert file.read_bytes() == whole
 
 
+def test_what_was_added_to_a_finished_file_is_not_cut_off(desk: Desk) -> None:
+    top = desk(GRID)
+    sweep(top / "plan.toml", out="t.csv")
+    with (top / "t.csv").open("a") as file:
+        file.write("# mine\n")
+    with pytest.raises(PlanError, match=r"t\.csv: has 7 bytes beyond the rows.*--fresh"):
+        sweep(top / "plan.toml", out="t.csv")
+    assert (top / "t.csv").read_text().endswith("# mine\n")
+
+
+def test_a_file_that_is_gone_is_told_and_none_is_left(desk: Desk) -> None:
+    top = desk(GRID)
+    sweep(top / "plan.toml", out="t.csv")
+    whole = (top / "t.csv").read_bytes()
+    (top / "t.csv").unlink()
+    with pytest.raises(PlanError, match=r"t\.csv: is missing.*34 rows.*--fresh"):
+        sweep(top / "plan.toml", out="t.csv")
+    assert not (top / "t.csv").exists()
+    sweep(top / "plan.toml", out="t.csv", fresh=True)
+    assert (top / "t.csv").read_bytes() == whole
+
+
 def test_a_garbled_record_is_told(desk: Desk) -> None:
     top = desk(GRID)
     sweep(top / "plan.toml", out="t.csv")
