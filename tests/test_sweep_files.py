@@ -325,6 +325,63 @@ def test_numbers_that_clash_are_told(desk: Desk, capfd: pytest.CaptureFixture[st
     assert found.plan.reason(int((found.status == "ok").nonzero()[0][0])) is None
 
 
+def test_steps_that_do_not_meet_the_end_are_told(
+    desk: Desk, capfd: pytest.CaptureFixture[str]
+) -> None:
+    top = desk(GRID.replace("step = 0.5", "step = 3"))
+    for out in ("t.csv", "t.parquet"):
+        assert main(["sweep", "plan.toml", "--out", out]) == 0
+        told = capfd.readouterr().err
+        assert told.startswith("cbpt: note: load.torque_Nm: last value 6, not 8, ")
+    with pytest.warns(UserWarning, match="last value 6, not 8"):
+        assert set(sweep(top / "plan.toml").axis("load.torque_Nm")) == {0, 3, 6}
+    desk(GRID.replace("to = 8, step = 0.5", "to = 0.3, step = 0.1"))
+    assert SweepPlan.from_file(top / "plan.toml").remarks == []
+
+
+FAT = """\
+case = "case.toml"
+[axes]
+load.torque_Nm = [1, 2]
+equal_speed.ball_radius_mm = [1.5, 4, 12]
+equal_speed.ball_count = [14, 60]
+"""
+
+
+def test_drives_that_cannot_be_built_are_told(
+    desk: Desk, capfd: pytest.CaptureFixture[str]
+) -> None:
+    top = desk(FAT)
+    told, found = [], []
+    for out in ("t.csv", "t.parquet"):
+        assert main(["sweep", "plan.toml", "--out", out]) == 0
+        told.append(capfd.readouterr().err)
+        found.append(sweep(top / "plan.toml", out=out))
+    assert told[0] == told[1]
+    assert list(found[0].finding) == list(found[1].finding)
+    wrong = (found[0].finding != "").nonzero()[0]
+    assert 0 < len(wrong) < len(found[0])
+    assert f"of 12 rows solved now, {len(wrong)} are of drives that cannot be built" in told[0]
+    assert f" such as row {wrong[0] + 1}: {found[0].plan.finding(int(wrong[0]))}" in told[0]
+
+
+def test_one_drive_that_cannot_be_built_is_told_before(
+    desk: Desk, capfd: pytest.CaptureFixture[str]
+) -> None:
+    top = desk(GRID)
+    (top / "case.toml").write_text(
+        cbpt.example_case().replace("ball_radius_mm = 1.5", "ball_radius_mm = 12")
+    )
+    for out in ("t.csv", "t.parquet"):
+        assert main(["sweep", "plan.toml", "--out", out]) == 0
+        told = capfd.readouterr().err
+        assert told.startswith("cbpt: warning: the drive of the case cannot be built (")
+    assert "finding" not in (top / "t.csv").read_text().splitlines()[0]
+    with pytest.warns(UserWarning, match="cannot be built"):
+        found = sweep(top / "plan.toml")
+    assert set(found.finding) == {""}
+
+
 def test_ctrl_c_ends_with_one_line(desk: Desk) -> None:
     top = desk(SLOW.replace("60000", "60000000"))
     for out, begun in (("t.csv", "t.csv.sweep"), ("t.parquet", ".t.parquet.sweep/plan.json")):
@@ -352,6 +409,7 @@ def test_a_table_beside_the_plan(desk: Desk) -> None:
         (table.replace("2,", "two,"), r"rows\.csv:3: load\.torque_Nm = \"two\""),
         (table.replace("torque_Nm", "torque_Nmm,x"), "rows.csv"),
         (table.replace("epi", "api"), r"rows\.csv:3: .*did you mean epicycloid"),
+        (table.replace(",", ";"), r"rows\.csv: the columns are separated by ';'; .* commas"),
         (table.splitlines()[0], "has no rows"),
         (table.replace("load.torque_Nm", "torque"), r"rows\.csv:1: "),
     ]:
@@ -381,6 +439,7 @@ def test_a_table_beside_the_plan(desk: Desk) -> None:
         (GRID.split("[axes]")[0], "say what is varied"),
         (GRID.split("\n", 1)[1], "name the case file"),
         (GRID.replace("case.toml", "cases.toml"), "cases.toml: file not found"),
+        (GRID + "load.torque_Nmm = 5\n", "plan.toml:5: load.torque_Nmm: sets the same value"),
         (GRID + "oops", "not valid TOML"),
     ],
 )

@@ -15,7 +15,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt._core import SweepCsv, SweepPlan, sweep_statuses
+from cbpt._core import SweepCsv, SweepPlan, sweep_findings, sweep_statuses
 from cbpt.errors import PlanError
 from cbpt.sweep_result import Rows
 
@@ -184,6 +184,8 @@ class _Parquet:
         for name, values in rows.found.items():
             unit = "" if name == "residual" else name.rsplit("_", 1)[-1]
             add(name, _numbers(values), unit)
+        if plan.has_findings:
+            add("finding", _words(rows.finding, sweep_findings()), None)
         add("status", _words(rows.status, sweep_statuses()), None)
         schema = pyarrow.schema(fields, metadata={"cbpt_sweep": plan.record})
         return pyarrow.Table.from_arrays(columns, schema=schema)
@@ -223,10 +225,15 @@ def _numbers(values: NDArray[np.float64]) -> Any:
 
 
 def _words(codes: NDArray[Any], words: list[str]) -> Any:
-    """A column of words, without pandas too."""
+    """A column of words, without pandas too; nothing in place of an empty one."""
     import pyarrow
 
-    places = [None, pyarrow.py_buffer(codes.astype(np.int32))]
+    empty = [place for place, word in enumerate(words) if not word]
+    there = np.packbits(~np.isin(codes, empty), bitorder="little") if empty else None
+    places = [
+        None if there is None else pyarrow.py_buffer(there),
+        pyarrow.py_buffer(codes.astype(np.int32)),
+    ]
     indices = pyarrow.Array.from_buffers(pyarrow.int32(), len(codes), places)
     ends = np.cumsum([0, *(len(word.encode()) for word in words)], dtype=np.int32)
     letters = pyarrow.py_buffer("".join(words).encode())
