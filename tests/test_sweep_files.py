@@ -172,6 +172,29 @@ def test_a_parquet_file_with_other_rows_is_not_taken_for_the_sweep(desk: Desk) -
         sweep(top / "plan.toml", out="t.parquet")
 
 
+def test_a_parquet_file_that_was_changed_is_not_taken_for_the_sweep(
+    desk: Desk, capsys: pytest.CaptureFixture[str]
+) -> None:
+    top = desk(GRID)
+    assert main(["sweep", "plan.toml", "--out", "t.parquet"]) == 0
+    file, beside = top / "t.parquet", top / "t.parquet.sweep"
+    whole = file.read_bytes()
+    file.write_bytes(whole[:300] + bytes([whole[300] ^ 1]) + whole[301:])
+    capsys.readouterr()
+    assert main(["sweep", "plan.toml", "--out", "t.parquet"]) == 2
+    told = capsys.readouterr().err
+    assert "t.parquet: its contents are not those" in told and "--fresh" in told
+    beside.unlink()
+    assert main(["sweep", "plan.toml", "--out", "t.parquet"]) == 0
+    assert "not checked: t.parquet.sweep is missing" in capsys.readouterr().out
+    beside.write_text("{}")
+    assert main(["sweep", "plan.toml", "--out", "t.parquet"]) == 2
+    assert main(["sweep", "plan.toml", "--out", "t.parquet", "--fresh"]) == 0
+    capsys.readouterr()
+    assert main(["sweep", "plan.toml", "--out", "t.parquet"]) == 0
+    assert "not checked" not in capsys.readouterr().out
+
+
 def begun(top: Path) -> tuple[bytes, Path, Path]:
     """A sweep stopped after its first chunk: what it should become, the file and its record."""
     whole = sweep(top / "plan.toml", out="whole.csv").path
