@@ -44,7 +44,7 @@ impl Tally {
             match known {
                 Some(known) => known.rows += 1,
                 None => {
-                    *known = plan.finding(row).map(|finding| Unbuildable { rows: 1, first: row, finding })
+                    *known = plan.finding(row).map(|finding| Unbuildable { rows: 1, first: row, finding });
                 }
             }
         }
