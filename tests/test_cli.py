@@ -209,6 +209,17 @@ def test_exit_codes_are_those_of_the_help(line: str, code: int, desk: Path) -> N
     assert commands.main(line.split()) == code
 
 
+def test_ctrl_c_while_modules_load_is_one_line(tmp_path: Path) -> None:
+    (tmp_path / "numpy.py").write_text("raise KeyboardInterrupt\n")
+    done = subprocess.run(
+        [sys.executable, "-m", "cbpt.commands", "--version"],
+        env=os.environ | {"PYTHONPATH": str(tmp_path)},
+        capture_output=True,
+        text=True,
+    )
+    assert (done.returncode, done.stderr) == (130, "cbpt: interrupted\n")
+
+
 def test_signals_are_as_they_were() -> None:
     import signal
 

@@ -172,6 +172,29 @@ def test_a_parquet_file_with_other_rows_is_not_taken_for_the_sweep(desk: Desk) -
         sweep(top / "plan.toml", out="t.parquet")
 
 
+def test_a_parquet_file_that_was_changed_is_not_taken_for_the_sweep(
+    desk: Desk, capsys: pytest.CaptureFixture[str]
+) -> None:
+    top = desk(GRID)
+    assert main(["sweep", "plan.toml", "--out", "t.parquet"]) == 0
+    file, beside = top / "t.parquet", top / "t.parquet.sweep"
+    whole = file.read_bytes()
+    file.write_bytes(whole[:300] + bytes([whole[300] ^ 1]) + whole[301:])
+    capsys.readouterr()
+    assert main(["sweep", "plan.toml", "--out", "t.parquet"]) == 2
+    told = capsys.readouterr().err
+    assert "t.parquet: its contents are not those" in told and "--fresh" in told
+    beside.unlink()
+    assert main(["sweep", "plan.toml", "--out", "t.parquet"]) == 0
+    assert "not checked: t.parquet.sweep is missing" in capsys.readouterr().out
+    beside.write_text("{}")
+    assert main(["sweep", "plan.toml", "--out", "t.parquet"]) == 2
+    assert main(["sweep", "plan.toml", "--out", "t.parquet", "--fresh"]) == 0
+    capsys.readouterr()
+    assert main(["sweep", "plan.toml", "--out", "t.parquet"]) == 0
+    assert "not checked" not in capsys.readouterr().out
+
+
 def begun(top: Path) -> tuple[bytes, Path, Path]:
     """A sweep stopped after its first chunk: what it should become, the file and its record."""
     whole = sweep(top / "plan.toml", out="whole.csv").path
@@ -214,6 +237,28 @@ def test_a_file_that_was_changed_is_not_gone_on_with(
         sweep(top / "plan.toml", out=file)
     sweep(top / "plan.toml", out=file, fresh=True)
     assert file.read_bytes() == whole
+
+
+def test_what_was_added_to_a_finished_file_is_not_cut_off(desk: Desk) -> None:
+    top = desk(GRID)
+    sweep(top / "plan.toml", out="t.csv")
+    with (top / "t.csv").open("a") as file:
+        file.write("# mine\n")
+    with pytest.raises(PlanError, match=r"t\.csv: has 7 bytes beyond the rows.*--fresh"):
+        sweep(top / "plan.toml", out="t.csv")
+    assert (top / "t.csv").read_text().endswith("# mine\n")
+
+
+def test_a_file_that_is_gone_is_told_and_none_is_left(desk: Desk) -> None:
+    top = desk(GRID)
+    sweep(top / "plan.toml", out="t.csv")
+    whole = (top / "t.csv").read_bytes()
+    (top / "t.csv").unlink()
+    with pytest.raises(PlanError, match=r"t\.csv: is missing.*34 rows.*--fresh"):
+        sweep(top / "plan.toml", out="t.csv")
+    assert not (top / "t.csv").exists()
+    sweep(top / "plan.toml", out="t.csv", fresh=True)
+    assert (top / "t.csv").read_bytes() == whole
 
 
 def test_a_garbled_record_is_told(desk: Desk) -> None:
@@ -303,6 +348,63 @@ def test_numbers_that_clash_are_told(desk: Desk, capfd: pytest.CaptureFixture[st
     assert found.plan.reason(int((found.status == "ok").nonzero()[0][0])) is None
 
 
+def test_steps_that_do_not_meet_the_end_are_told(
+    desk: Desk, capfd: pytest.CaptureFixture[str]
+) -> None:
+    top = desk(GRID.replace("step = 0.5", "step = 3"))
+    for out in ("t.csv", "t.parquet"):
+        assert main(["sweep", "plan.toml", "--out", out]) == 0
+        told = capfd.readouterr().err
+        assert told.startswith("cbpt: note: load.torque_Nm: last value 6, not 8, ")
+    with pytest.warns(UserWarning, match="last value 6, not 8"):
+        assert set(sweep(top / "plan.toml").axis("load.torque_Nm")) == {0, 3, 6}
+    desk(GRID.replace("to = 8, step = 0.5", "to = 0.3, step = 0.1"))
+    assert SweepPlan.from_file(top / "plan.toml").remarks == []
+
+
+FAT = """\
+case = "case.toml"
+[axes]
+load.torque_Nm = [1, 2]
+equal_speed.ball_radius_mm = [1.5, 4, 12]
+equal_speed.ball_count = [14, 60]
+"""
+
+
+def test_drives_that_cannot_be_built_are_told(
+    desk: Desk, capfd: pytest.CaptureFixture[str]
+) -> None:
+    top = desk(FAT)
+    told, found = [], []
+    for out in ("t.csv", "t.parquet"):
+        assert main(["sweep", "plan.toml", "--out", out]) == 0
+        told.append(capfd.readouterr().err)
+        found.append(sweep(top / "plan.toml", out=out))
+    assert told[0] == told[1]
+    assert list(found[0].finding) == list(found[1].finding)
+    wrong = (found[0].finding != "").nonzero()[0]
+    assert 0 < len(wrong) < len(found[0])
+    assert f"of 12 rows solved now, {len(wrong)} are of drives that cannot be built" in told[0]
+    assert f" such as row {wrong[0] + 1}: {found[0].plan.finding(int(wrong[0]))}" in told[0]
+
+
+def test_one_drive_that_cannot_be_built_is_told_before(
+    desk: Desk, capfd: pytest.CaptureFixture[str]
+) -> None:
+    top = desk(GRID)
+    (top / "case.toml").write_text(
+        cbpt.example_case().replace("ball_radius_mm = 1.5", "ball_radius_mm = 12")
+    )
+    for out in ("t.csv", "t.parquet"):
+        assert main(["sweep", "plan.toml", "--out", out]) == 0
+        told = capfd.readouterr().err
+        assert told.startswith("cbpt: warning: the drive of the case cannot be built (")
+    assert "finding" not in (top / "t.csv").read_text().splitlines()[0]
+    with pytest.warns(UserWarning, match="cannot be built"):
+        found = sweep(top / "plan.toml")
+    assert set(found.finding) == {""}
+
+
 def test_ctrl_c_ends_with_one_line(desk: Desk) -> None:
     top = desk(SLOW.replace("60000", "60000000"))
     for out, begun in (("t.csv", "t.csv.sweep"), ("t.parquet", ".t.parquet.sweep/plan.json")):
@@ -330,6 +432,7 @@ def test_a_table_beside_the_plan(desk: Desk) -> None:
         (table.replace("2,", "two,"), r"rows\.csv:3: load\.torque_Nm = \"two\""),
         (table.replace("torque_Nm", "torque_Nmm,x"), "rows.csv"),
         (table.replace("epi", "api"), r"rows\.csv:3: .*did you mean epicycloid"),
+        (table.replace(",", ";"), r"rows\.csv: the columns are separated by ';'; .* commas"),
         (table.splitlines()[0], "has no rows"),
         (table.replace("load.torque_Nm", "torque"), r"rows\.csv:1: "),
     ]:
@@ -359,6 +462,7 @@ def test_a_table_beside_the_plan(desk: Desk) -> None:
         (GRID.split("[axes]")[0], "say what is varied"),
         (GRID.split("\n", 1)[1], "name the case file"),
         (GRID.replace("case.toml", "cases.toml"), "cases.toml: file not found"),
+        (GRID + "load.torque_Nmm = 5\n", "plan.toml:5: load.torque_Nmm: sets the same value"),
         (GRID + "oops", "not valid TOML"),
     ],
 )

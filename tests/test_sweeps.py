@@ -16,7 +16,7 @@ import pytest
 
 import cbpt
 from cbpt import Case, CaseError, Drive, PlanError, SweepPlan, sweep
-from cbpt._core import sweep_statuses
+from cbpt._core import sweep_findings, sweep_statuses
 from cbpt.sweep_result import cf_unit
 from cbpt.sweeps import _rate
 from common.drives import base_case
@@ -64,10 +64,16 @@ def test_the_page_names_every_column_and_status(tmp_path: Path) -> None:
     columns = {name: (unit, of) for name, unit, of, _ in (row for row in rows if len(row) == 4)}
     assert [row[0] for row in rows if len(row) == 3] == sweep_statuses()
     spring = Case.from_dict({"torsion_spring": {"torsional_stiffness_Nm_per_arcmin": 5.0}})
-    for drive, out in ((case(), "all.csv"), (spring, "spring.csv")):
-        found = sweep(drive, {"load.torque_Nm": [1.0]}, out=tmp_path / out)
-        header = (tmp_path / out).read_text().splitlines()[0].split(",")[1:]
-        kept = ("all", "ball drive") if found.plan.has_pairs else ("all",)
+    varied = {"equal_speed.ball_count": [14]}
+    for drive, axes, out in (
+        (case(), {}, "all.csv"),
+        (case(), varied, "each.csv"),
+        (spring, {}, "spring.csv"),
+    ):
+        found = sweep(drive, {"load.torque_Nm": [1.0], **axes}, out=tmp_path / out)
+        header = (tmp_path / out).read_text().splitlines()[0].split(",")[1 + len(axes) :]
+        kept = ["all", "ball drive"] if found.plan.has_pairs else ["all"]
+        kept += ["ball drive that varies"] if axes else []
         assert [name for name, (_, of) in columns.items() if of in kept] == header
         data = found.to_xarray()
         for name, (unit, _) in columns.items():
@@ -82,6 +88,45 @@ def test_a_rate_has_three_digits(rate: float, text: str) -> None:
 
 
 # --- the values are those of single cases -------------------------------------------------
+
+
+def test_each_row_tells_whether_its_drive_can_be_built() -> None:
+    found = sweep(
+        case(),
+        {
+            "load.torque_Nm": [1, 2],
+            "equal_speed.ball_radius_mm": [1.5, 4, 12],
+            "equal_speed.ball_count": [14, 60],
+            "deceleration.short_amplitude_coefficient": [0.5, 0.9],
+        },
+    )
+    solved = 0
+    for row in range(len(found)):
+        made = base_case()
+        for name in found.plan.names[1:]:
+            section, key = name.split(".")
+            value = float(found.axis(name)[row])
+            made[section] = made[section] | {key: int(value) if key == "ball_count" else value}
+        findings = Drive.from_dict(made).findings()
+        errors = [finding.code for finding in findings if finding.severity == "error"]
+        assert found.finding[row] == (errors or [""])[0]
+        solved += bool(errors) and found.status[row] == "ok"
+    assert solved > 0
+    assert {"", "undercut", "rings_overlap"} <= set(found.finding) <= set(sweep_findings())
+    data, table = found.to_xarray(), found.to_pandas()
+    words = np.array(data.finding.attrs["flag_meanings"].split())
+    told = words[found.rows.finding]
+    assert [word if word != "none" else "" for word in told] == list(found.finding)
+    assert list(table.finding.astype(object).fillna("")) == list(found.finding)
+
+
+def test_of_one_drive_there_is_a_warning_and_no_column() -> None:
+    fat = base_case()
+    fat["equal_speed"] = fat["equal_speed"] | {"ball_radius_mm": 12}
+    with pytest.warns(UserWarning, match=r"cannot be built \((rings_overlap|balls_touch)\)"):
+        found = sweep(case(**fat), {"load.torque_Nm": [1, 2]})
+    assert list(found.finding) == ["", ""]
+    assert "finding" not in found.to_xarray()
 
 
 def changed(name: str, value: float | str) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from os import PathLike
 from typing import Any, SupportsFloat, SupportsIndex, final
 
-__all__ = ["Case", "Drive", "Effect", "EffectParameter", "EffectSpec", "Finding", "LargestAngle", "OwnEffect", "PairSolution", "Prediction", "Predictor", "PreloadThresholds", "Sensitivities", "Sensitivity", "Solution", "SweepCsv", "SweepPlan", "SweepTally", "Thresholds", "design_number", "design_numbers", "effect_specs", "example_case", "is_sweep_plan", "judge_designs", "own_effect_variables", "run_command_line", "solve_angles", "sweep_statuses", "text_table"]
+__all__ = ["Case", "Drive", "Effect", "EffectParameter", "EffectSpec", "Finding", "LargestAngle", "OwnEffect", "PairSolution", "Prediction", "Predictor", "PreloadThresholds", "Sensitivities", "Sensitivity", "Solution", "SweepCsv", "SweepPlan", "SweepTally", "Thresholds", "design_number", "design_numbers", "effect_specs", "example_case", "is_sweep_plan", "judge_designs", "own_effect_variables", "run_command_line", "solve_angles", "sweep_findings", "sweep_statuses", "text_table"]
 
 @final
 class Case:
@@ -950,10 +950,19 @@ class SweepPlan:
         """
         ``grid``, ``random``, ``latin_hypercube`` or ``table``.
         """
+    def finding(self, /, row: SupportsIndex) -> str | None:
+        """
+        Why the drive of a row, counted from 0, cannot be built; ``None`` where it can.
+        """
     @staticmethod
     def from_file(path: str | PathLike[str]) -> SweepPlan:
         """
         Reads a plan in TOML, with the case and the table that it names. Raises ``PlanError`` with file, line and key.
+        """
+    @property
+    def has_findings(self, /) -> bool:
+        """
+        Whether the drive varies, so that each row tells whether its own can be built.
         """
     @property
     def has_pairs(self, /) -> bool:
@@ -985,6 +994,11 @@ class SweepPlan:
         What the plan is, as JSON, to be kept beside its rows.
         """
     @property
+    def remarks(self, /) -> list[str]:
+        """
+        What to know before: a range whose steps do not meet its end, or that the one drive of all rows cannot be built.
+        """
+    @property
     def rows(self, /) -> int:
         """
         Number of rows.
@@ -994,11 +1008,11 @@ class SweepPlan:
         """
         What drawn rows are drawn from.
         """
-    def solve(self, /, start: SupportsIndex, stop: SupportsIndex, threads: SupportsIndex | None = None, progress: Any | None = None) -> tuple[list[NDArray[float64]], NDArray[float64], NDArray[float64], NDArray[float64], NDArray[float64], NDArray[float64], NDArray[uint8]]:
+    def solve(self, /, start: SupportsIndex, stop: SupportsIndex, threads: SupportsIndex | None = None, progress: Any | None = None) -> tuple[list[NDArray[float64]], NDArray[float64], NDArray[float64], NDArray[float64], NDArray[float64], NDArray[float64], NDArray[uint8], NDArray[uint8]]:
         """
         Solves rows, on all cores or on so many threads of their own: the columns of the axes, then elastic angle, part of the
-        deceleration pair, part of the equal-speed pair (rad), residual, preload to hold (N) and the place of the status in
-        ``sweep_statuses()``. Ctrl-C stops it; ``progress``, where given, is called now and then with the rows done.
+        deceleration pair, part of the equal-speed pair (rad), residual, preload to hold (N), the place of the finding in
+        ``sweep_findings()`` (empty unless ``has_findings``) and that of the status in ``sweep_statuses()``. Ctrl-C stops it; ``progress``, where given, is called now and then with the rows done.
         """
     @property
     def strides(self, /) -> list[int]:
@@ -1026,13 +1040,13 @@ class SweepTally:
     How rows of a sweep ended, counted, with the reasons of those whose numbers cannot be together.
     """
     def __new__(cls, /, plan: SweepPlan) -> SweepTally: ...
-    def add(self, /, start: SupportsIndex, status: SupportsGetItem[int, SupportsIndex]) -> None:
+    def add(self, /, start: SupportsIndex, status: SupportsGetItem[int, SupportsIndex], finding: SupportsGetItem[int, SupportsIndex]) -> None:
         """
-        Counts rows, the first of which is ``start``, by the places of their statuses.
+        Counts rows, the first of which is ``start``, by the places of their statuses and findings.
         """
     def text(self, /) -> str | None:
         """
-        Some lines of text; ``None`` where every row has its numbers.
+        Some lines of text; ``None`` where every row has its numbers and a drive that can be built.
         """
 
 @final
@@ -1124,6 +1138,11 @@ def solve_angles(drive: Drive, torque_Nm: NDArray[float64], preload_N: NDArray[f
     is no solution. Raises
     ``InvalidInputError`` with the index of a number that cannot be; Ctrl-C stops it. ``progress``, where given, is called
     now and then with the number of loads solved.
+    """
+
+def sweep_findings() -> list[str]:
+    """
+    Why the drive of a row cannot be built, by its code; the first, empty, says that it can.
     """
 
 def sweep_statuses() -> list[str]:

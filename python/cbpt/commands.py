@@ -15,9 +15,13 @@ import sys
 import threading
 from collections.abc import Callable, Sequence
 
-from cbpt import design_verbs, page_verbs, plan_verbs, sweep_verb, verbs
-from cbpt._core import run_command_line
-from cbpt.errors import CbptError, NoSolutionError
+try:
+    from cbpt import design_verbs, page_verbs, plan_verbs, sweep_verb, verbs
+    from cbpt._core import run_command_line
+    from cbpt.errors import CbptError, NoSolutionError
+except KeyboardInterrupt:  # numpy takes a while to load
+    print("cbpt: interrupted", file=sys.stderr)
+    os._exit(130)
 
 __all__ = ["main"]
 

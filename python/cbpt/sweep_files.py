@@ -2,11 +2,13 @@
 
 CSV is the core's (`SweepCsv`: one file and a record beside it). A Parquet file cannot be appended
 to, so its chunks are files of their own in a folder beside it until all are there; then they are
-put together, and the finished file holds the record of its plan.
+put together, and the finished file holds the record of its plan; its SHA-256 stands beside it.
 """
 
 from __future__ import annotations
 
+import hashlib
+import json
 import os
 import shutil
 from pathlib import Path
@@ -15,7 +17,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt._core import SweepCsv, SweepPlan, sweep_statuses
+from cbpt._core import SweepCsv, SweepPlan, sweep_findings, sweep_statuses
 from cbpt.errors import PlanError
 from cbpt.sweep_result import Rows
 
@@ -27,6 +29,9 @@ class Output(Protocol):
 
     form: str
     """What it takes of each chunk: `csv` or `rows`."""
+
+    checked: bool
+    """Whether what is there was held against the sum of what was written."""
 
     @property
     def done(self) -> int:
@@ -59,6 +64,7 @@ def open_output(plan: SweepPlan, path: Path, fresh: bool) -> Output:
 
 class _Csv:
     form = "csv"
+    checked = True
 
     def __init__(self, plan: SweepPlan, path: Path, fresh: bool) -> None:
         self.file = SweepCsv(plan, path, fresh)
@@ -91,15 +97,19 @@ class _Parquet:
         self.parquet = parquet
         self.plan, self.path = plan, path
         self.folder = path.with_name(f".{path.name}.sweep")
+        self.sum = path.with_name(f"{path.name}.sweep")
+        self.checked = True
         self.lock: Any = None
         self.done = 0
         if path.exists() and not fresh:
             self._check(path, self._record_of(path))
             self._whole(path)
+            self.checked = self._unchanged()
             self.done = plan.rows
             return
         self.folder.mkdir(exist_ok=True)
         self._lock()
+        self.sum.unlink(missing_ok=True)  # of a file that is gone, or will be
         if fresh:  # behind the lock: what another process is writing stays
             path.unlink(missing_ok=True)
             for old in [*self._parts(), *self.folder.glob("*.new"), self.folder / "plan.json"]:
@@ -139,6 +149,25 @@ class _Parquet:
                 f"{path}: holds {rows} rows where the plan has {self.plan.rows}, so it was changed "
                 "after the sweep wrote it; give another --out, or --fresh to begin anew"
             )
+
+    def _unchanged(self) -> bool:
+        """Whether the file is the one that was written; False where there is no sum to tell."""
+        if not self.sum.exists():
+            return False
+        try:
+            known = json.loads(self.sum.read_bytes())["sha256"]
+        except (ValueError, KeyError, TypeError):
+            raise PlanError(
+                f"{self.sum}: is no record of a sweep; delete it to do without a check, or --fresh "
+                f"to begin {self.path} anew"
+            ) from None
+        if _sha256(self.path) != known:
+            raise PlanError(
+                f"{self.path}: its contents are not those that its record {self.sum.name} says, so "
+                "it was changed after the sweep wrote it; give another --out, or --fresh to begin "
+                "anew"
+            )
+        return True
 
     def _lock(self) -> None:
         try:
@@ -184,6 +213,8 @@ class _Parquet:
         for name, values in rows.found.items():
             unit = "" if name == "residual" else name.rsplit("_", 1)[-1]
             add(name, _numbers(values), unit)
+        if plan.has_findings:
+            add("finding", _words(rows.finding, sweep_findings()), None)
         add("status", _words(rows.status, sweep_statuses()), None)
         schema = pyarrow.schema(fields, metadata={"cbpt_sweep": plan.record})
         return pyarrow.Table.from_arrays(columns, schema=schema)
@@ -200,7 +231,9 @@ class _Parquet:
                     writer.write_table(read.read())
         self._whole(new)
         _to_disk(new)
+        written = json.dumps({"sha256": _sha256(new)})
         new.replace(self.path)
+        _replace(self.sum, f"{written}\n".encode())
         self.close()
         shutil.rmtree(self.folder, ignore_errors=True)
 
@@ -223,10 +256,15 @@ def _numbers(values: NDArray[np.float64]) -> Any:
 
 
 def _words(codes: NDArray[Any], words: list[str]) -> Any:
-    """A column of words, without pandas too."""
+    """A column of words, without pandas too; nothing in place of an empty one."""
     import pyarrow
 
-    places = [None, pyarrow.py_buffer(codes.astype(np.int32))]
+    empty = [place for place, word in enumerate(words) if not word]
+    there = np.packbits(~np.isin(codes, empty), bitorder="little") if empty else None
+    places = [
+        None if there is None else pyarrow.py_buffer(there),
+        pyarrow.py_buffer(codes.astype(np.int32)),
+    ]
     indices = pyarrow.Array.from_buffers(pyarrow.int32(), len(codes), places)
     ends = np.cumsum([0, *(len(word.encode()) for word in words)], dtype=np.int32)
     letters = pyarrow.py_buffer("".join(words).encode())
@@ -234,8 +272,13 @@ def _words(codes: NDArray[Any], words: list[str]) -> Any:
     return pyarrow.DictionaryArray.from_arrays(indices, known)
 
 
+def _sha256(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
 def _replace(path: Path, contents: bytes) -> None:
-    new = path.with_suffix(".new")
+    new = path.with_name(f"{path.name}.new")
     new.write_bytes(contents)
     _to_disk(new)
     new.replace(path)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt._core import SweepPlan, sweep_statuses
+from cbpt._core import SweepPlan, sweep_findings, sweep_statuses
 from cbpt.results import ARCSEC_PER_RAD
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ _UNITS = {"residual": "1", "hold_preload_N": "N"}
 
 
 def found_columns(plan: SweepPlan) -> list[str]:
-    """What is found of each row, after its axes and before its status, as in files."""
+    """What is found of each row, after its axes and before the words, as in files."""
     return list(_MEANINGS if plan.has_pairs else ["elastic_angle_arcsec"])
 
 
@@ -47,16 +47,19 @@ class Rows:
     """Of each axis in its unit; of words the place among those of the plan."""
     found: dict[str, NDArray[np.float64]]
     """By the names of `found_columns`."""
+    finding: NDArray[np.uint8]
+    """Place in `sweep_findings()`: why the drive cannot be built; empty of one drive alone."""
     status: NDArray[np.uint8]
     """Place of the status in `sweep_statuses()`."""
 
     @classmethod
     def of(cls, plan: SweepPlan, solved: tuple[Any, ...]) -> Rows:
         """Of what `SweepPlan.solve` returns."""
-        axes, angle, deceleration, equal_speed, residual, hold, status = solved
+        axes, angle, deceleration, equal_speed, residual, hold, finding, status = solved
         angles = [part * ARCSEC_PER_RAD for part in (angle, deceleration, equal_speed)]
         names = found_columns(plan)
-        return cls(axes, dict(zip(names, [*angles, residual, hold], strict=False)), status)
+        columns = dict(zip(names, [*angles, residual, hold], strict=False))
+        return cls(axes, columns, finding, status)
 
     @classmethod
     def joined(cls, parts: Iterable[Rows]) -> Rows:
@@ -69,6 +72,7 @@ class Rows:
                 for axis in range(len(first.axes))
             ],
             {name: np.concatenate([rows.found[name] for rows in every]) for name in first.found},
+            np.concatenate([rows.finding for rows in every]),
             np.concatenate([rows.status for rows in every]),
         )
 
@@ -89,9 +93,14 @@ class Rows:
         for name, words in zip(plan.names, plan.words, strict=True):
             place = {word: float(index) for index, word in enumerate(words)}
             axes.append(np.array([place[x] for x in columns[name]]) if words else numbers(name))
-        codes = {status: code for code, status in enumerate(sweep_statuses())}
-        status = np.array([codes[each] for each in columns["status"]], np.uint8)
-        return cls(axes, {name: numbers(name) for name in found_columns(plan)}, status)
+
+        def codes(name: str, known: list[str]) -> NDArray[np.uint8]:
+            code = {word: code for code, word in enumerate(known)}
+            return np.array([code[word or ""] for word in columns[name]], np.uint8)
+
+        finding = codes("finding", sweep_findings()) if plan.has_findings else np.empty(0, np.uint8)
+        found = {name: numbers(name) for name in found_columns(plan)}
+        return cls(axes, found, finding, codes("status", sweep_statuses()))
 
 
 _AT_A_TIME = 65536
@@ -144,6 +153,16 @@ class Sweep:
         return np.array(sweep_statuses(), dtype=np.str_)[self.rows.status]
 
     @property
+    def finding(self) -> NDArray[np.str_]:
+        """Why the drive of each row cannot be built, as `cbpt check` calls it; empty where it can.
+
+        Where the drive does not vary a warning is given instead and all are empty.
+        """
+        if not self.plan.has_findings:
+            return np.full(len(self), "", dtype=np.str_)
+        return np.array(sweep_findings(), dtype=np.str_)[self.rows.finding]
+
+    @property
     def has_solution(self) -> NDArray[np.bool_]:
         """Where the numbers are there."""
         return np.isfinite(self.elastic_angle_arcsec)
@@ -170,6 +189,9 @@ class Sweep:
 
         columns: dict[str, Any] = {name: self.axis(name) for name in self.plan.names}
         columns |= self.rows.found
+        if self.plan.has_findings:
+            codes = self.rows.finding.astype(np.int8) - 1  # -1 is nothing
+            columns["finding"] = pandas.Categorical.from_codes(codes, sweep_findings()[1:])
         columns["status"] = pandas.Categorical.from_codes(self.rows.status, sweep_statuses())
         return pandas.DataFrame(columns)
 
@@ -212,16 +234,20 @@ class Sweep:
             )
             for name, column in self.rows.found.items()
         }
-        statuses = sweep_statuses()
-        data["status"] = variable(
-            self.rows.status.astype(np.int8),
-            {
-                "long_name": "how the row ended",
+
+        def flags(codes: NDArray[np.uint8], words: list[str], long_name: str) -> Any:
+            attributes = {
+                "long_name": long_name,
                 "standard_name": "status_flag",
-                "flag_values": np.arange(len(statuses), dtype=np.int8),
-                "flag_meanings": " ".join(statuses),
-            },
-        )
+                "flag_values": np.arange(len(words), dtype=np.int8),
+                "flag_meanings": " ".join(words),
+            }
+            return variable(codes.astype(np.int8), attributes)
+
+        if self.plan.has_findings:
+            words = ["none", *sweep_findings()[1:]]
+            data["finding"] = flags(self.rows.finding, words, "why the drive cannot be built")
+        data["status"] = flags(self.rows.status, sweep_statuses(), "how the row ended")
         record = json.loads(self.plan.record)
         attributes = {
             "Conventions": "CF-1.11",

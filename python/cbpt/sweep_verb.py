@@ -42,11 +42,14 @@ def sweep(argv: list[str]) -> int:
     with closing(open_output(plan, Path(options.out), options.fresh)) as output:
         found, complete = output.done, output.done >= plan.rows
         shown = sys.stderr is not None and sys.stderr.isatty() and not complete
+        for remark in [] if complete else plan.remarks:
+            print(f"cbpt: {remark}", file=sys.stderr)
         tally = SweepTally(plan)
         to_output(plan, output, chunk_rows=options.chunk_rows, progress=shown, tally=tally)
     earlier = f", {found} of them found there" if 0 < found < plan.rows else ""
+    unchecked = "" if output.checked else f"; not checked: {options.out}.sweep is missing"
     text = (
-        f"{options.out}: all {plan.rows} rows are there already"
+        f"{options.out}: all {plan.rows} rows are there already{unchecked}"
         if complete
         else f"{options.out}: {plan.rows} rows{earlier}; the status column says where there is no "
         "solution"

@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import sys
 import time
+import warnings
 from collections import deque
 from collections.abc import Callable, Generator, Mapping
 from concurrent.futures import Executor, Future
@@ -57,9 +58,10 @@ def sweep(
     drawn; of a `table` one value for each row. The case may be the name of its file; in place of
     case and axes there may be a `SweepPlan` or the file of one.
 
-    A row without solution is NaN with its status. With `out`, a `.csv` or `.parquet` file, rows go
-    there in chunks of at least `chunk_rows`; a sweep that was stopped goes on where it was, and a
-    file of another plan is refused unless `fresh`.
+    A row without solution is NaN with its status; the `finding` of one says why its drive cannot be
+    built, solved or not (of one drive for all rows a warning does). With `out`, a `.csv` or
+    `.parquet` file, rows go there in chunks of at least `chunk_rows`; a sweep that was stopped goes
+    on where it was, and a file of another plan is refused unless `fresh`.
 
     `executor`, any of `concurrent.futures`, solves the chunks, `in_flight` of them at a time (two
     for each worker that it tells of, else 32), each on one thread. `progress` is called with the
@@ -69,6 +71,8 @@ def sweep(
     Raises `PlanError` for axes or an output that cannot be, `CaseError` for the case of a file.
     """
     plan, scalars = _plan(drive, axes, design, rows, seed)
+    for remark in plan.remarks:
+        warnings.warn(remark, stacklevel=2)
     if out is not None:
         path = Path(out)
         with closing(open_output(plan, path, fresh)) as output:
@@ -113,7 +117,7 @@ def to_output(
             rows = Rows.of(plan, chunk)
             output.append(rows, stop - start)
             if tally is not None:
-                tally.add(start, rows.status)
+                tally.add(start, rows.status, rows.finding)
     output.finish()
 
 

@@ -45,7 +45,15 @@ pub struct Finding {
     pub remedy: String,
 }
 
+/// Codes of the findings without a load that are errors: the drive cannot be built.
+pub const UNBUILDABLE: [&str; 3] = ["undercut", "rings_overlap", "balls_touch"];
+
 impl Drive {
+    /// Why the drive cannot be built, first of [`UNBUILDABLE`]; `None` where it can.
+    pub fn unbuildable(&self) -> Option<Finding> {
+        self.findings(None).into_iter().find(|finding| finding.severity == Severity::Error)
+    }
+
     /// Findings of the design; with a load also of the contacts under it (peak pressure, contact at the groove's edge).
     ///
     /// Sorted with the worst first.

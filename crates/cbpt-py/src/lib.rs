@@ -47,7 +47,7 @@ mod _core {
     #[pymodule_export]
     use super::solution::{LargestAngle, PairSolution, Solution};
     #[pymodule_export]
-    use super::sweep::{SweepCsv, SweepPlan, SweepTally, is_sweep_plan, sweep_statuses};
+    use super::sweep::{SweepCsv, SweepPlan, SweepTally, is_sweep_plan, sweep_findings, sweep_statuses};
     #[pymodule_export]
     use super::{example_case, run_command_line, text_table};
 }

@@ -17,6 +17,7 @@ use cbpt_cli::sweep::rows::{Rows, STATUSES};
 use cbpt_cli::sweep::stream::{chunks, on_threads};
 use cbpt_cli::sweep::tally::Tally;
 use cbpt_cli::sweep::{Axis, CHUNK_ROWS, Plan, Values};
+use cbpt_core::findings::UNBUILDABLE;
 use cbpt_core::sweep::Progress;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -62,7 +63,8 @@ pub enum GivenValues<'py> {
 /// What a plan is made of: case, axes, design, rows, seed, where a part of a table begins.
 type State<'py> = (String, Vec<(String, GivenValues<'py>)>, String, u64, u64, u64);
 
-/// Columns of solved rows: of each axis, elastic angle, its two parts, residual, preload to hold, place of the status.
+/// Columns of solved rows: of each axis, elastic angle, its two parts, residual, preload to hold, code of the finding,
+/// place of the status.
 type Columns<'py> = (
     Vec<Column<'py, f64>>,
     Column<'py, f64>,
@@ -70,6 +72,7 @@ type Columns<'py> = (
     Column<'py, f64>,
     Column<'py, f64>,
     Column<'py, f64>,
+    Column<'py, u8>,
     Column<'py, u8>,
 );
 
@@ -198,6 +201,18 @@ impl SweepPlan {
         self.plan.case().drive().is_some()
     }
 
+    /// Whether the drive varies, so that each row tells whether its own can be built.
+    #[getter]
+    fn has_findings(&self) -> bool {
+        self.plan.has_findings()
+    }
+
+    /// What to know before: a range whose steps do not meet its end, or that the one drive of all rows cannot be built.
+    #[getter]
+    fn remarks(&self) -> Vec<String> {
+        self.plan.remarks()
+    }
+
     /// What the plan is, as JSON, to be kept beside its rows.
     #[getter]
     fn record(&self) -> String {
@@ -230,8 +245,8 @@ impl SweepPlan {
     }
 
     /// Solves rows, on all cores or on so many threads of their own: the columns of the axes, then elastic angle, part of the
-    /// deceleration pair, part of the equal-speed pair (rad), residual, preload to hold (N) and the place of the status in
-    /// ``sweep_statuses()``. Ctrl-C stops it; ``progress``, where given, is called now and then with the rows done.
+    /// deceleration pair, part of the equal-speed pair (rad), residual, preload to hold (N), the place of the finding in
+    /// ``sweep_findings()`` (empty unless ``has_findings``) and that of the status in ``sweep_statuses()``. Ctrl-C stops it; ``progress``, where given, is called now and then with the rows done.
     #[pyo3(signature = (start, stop, threads = None, progress = None))]
     fn solve<'py>(
         &self,
@@ -251,6 +266,7 @@ impl SweepPlan {
             alpha_equal_speed_rad,
             residual,
             hold_preload_N,
+            finding,
             status,
         } = Self::on_threads(py, threads, progress.as_ref(), work)?;
         Ok((
@@ -260,6 +276,7 @@ impl SweepPlan {
             Column::new(py, alpha_equal_speed_rad),
             Column::new(py, residual),
             Column::new(py, hold_preload_N),
+            Column::new(py, finding),
             Column::new(py, status),
         ))
     }
@@ -269,6 +286,12 @@ impl SweepPlan {
     fn reason(&self, py: Python<'_>, row: u64) -> PyResult<Option<String>> {
         self.range(py, row, row.saturating_add(1))?;
         Ok(py.detach(|| self.plan.reason(row)).map(|why| why.to_string()))
+    }
+
+    /// Why the drive of a row, counted from 0, cannot be built; ``None`` where it can.
+    fn finding(&self, py: Python<'_>, row: u64) -> PyResult<Option<String>> {
+        self.range(py, row, row.saturating_add(1))?;
+        Ok(py.detach(|| self.plan.finding(row)).map(|finding| finding.message))
     }
 
     /// Solves rows as ``solve`` does and returns them as lines of a CSV file.
@@ -373,12 +396,12 @@ impl SweepTally {
         Self { plan: Arc::clone(&plan.plan), tally: Tally::default() }
     }
 
-    /// Counts rows, the first of which is ``start``, by the places of their statuses.
-    fn add(&mut self, py: Python<'_>, start: u64, status: Vec<u8>) {
-        py.detach(|| self.tally.add(&self.plan, start, &status));
+    /// Counts rows, the first of which is ``start``, by the places of their statuses and findings.
+    fn add(&mut self, py: Python<'_>, start: u64, status: Vec<u8>, finding: Vec<u8>) {
+        py.detach(|| self.tally.add(&self.plan, start, &status, &finding));
     }
 
-    /// Some lines of text; ``None`` where every row has its numbers.
+    /// Some lines of text; ``None`` where every row has its numbers and a drive that can be built.
     fn text(&self) -> Option<String> {
         self.tally.text()
     }
@@ -388,6 +411,12 @@ impl SweepTally {
 #[pyfunction]
 pub fn sweep_statuses() -> Vec<&'static str> {
     STATUSES.to_vec()
+}
+
+/// Why the drive of a row cannot be built, by its code; the first, empty, says that it can.
+#[pyfunction]
+pub fn sweep_findings() -> Vec<&'static str> {
+    [""].into_iter().chain(UNBUILDABLE).collect()
 }
 
 /// A CSV file that grows chunk by chunk and is taken up again after a kill at any moment.

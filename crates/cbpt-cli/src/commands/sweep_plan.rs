@@ -38,6 +38,9 @@ pub fn run(verb: &Sweep) -> Result<Exit, Failure> {
         let text = format!("{}: all {} rows are there already", path.display(), plan.rows());
         return print(&text).map(|()| Exit::Success);
     }
+    for text in plan.remarks() {
+        eprintln!("cbpt: {text}");
+    }
     let tally = with_progress_bar(found, plan.rows(), |progress| {
         stream::to_csv(&plan, &mut output, verb.chunk_rows.unwrap_or(CHUNK_ROWS), progress)
     })?;

@@ -3,6 +3,7 @@
 use std::io::Write;
 use std::ops::Range;
 
+use cbpt_core::findings::UNBUILDABLE;
 use cbpt_core::sweep::Progress;
 use rayon::prelude::*;
 
@@ -11,14 +12,14 @@ use super::tally::Tally;
 use super::{Plan, Values};
 use crate::units::ARCSEC_PER_RAD;
 
-/// What is found of each row, after its axes; the last is in words. Only a ball drive has parts and a preload to hold.
-const FOUND: [(&str, bool); 6] = [
+/// What is found of each row, after its axes and before why its drive cannot be built (`finding`, where drives vary) and how
+/// it ended (`status`). Only a ball drive has parts and a preload to hold.
+const FOUND: [(&str, bool); 5] = [
     ("elastic_angle_arcsec", false),
     ("alpha_deceleration_arcsec", true),
     ("alpha_equal_speed_arcsec", true),
     ("residual", true),
     ("hold_preload_N", true),
-    ("status", false),
 ];
 
 impl Plan {
@@ -26,9 +27,10 @@ impl Plan {
     pub fn csv_header(&self) -> Vec<u8> {
         let axes = self.axes().iter().map(|axis| axis.parameter.name.as_str());
         let found = FOUND.iter().filter(|(_, pairs)| !pairs || self.has_pairs()).map(|(name, _)| *name);
+        let words = self.has_findings().then_some("finding").into_iter().chain(["status"]);
         let mut writer = csv::Writer::from_writer(Vec::new());
         // Into memory, which takes everything.
-        let _ = writer.write_record(axes.chain(found));
+        let _ = writer.write_record(axes.chain(found).chain(words));
         writer.into_inner().unwrap_or_default()
     }
 
@@ -41,7 +43,7 @@ impl Plan {
             .map(|block| {
                 let solved = self.solve_block(&block, progress)?;
                 let mut tally = Tally::default();
-                tally.add(self, block.start, &solved.status);
+                tally.add(self, block.start, &solved.status, &solved.finding);
                 Some((self.lines(&solved), tally))
             })
             .collect();
@@ -58,7 +60,7 @@ impl Plan {
     }
 
     fn lines(&self, rows: &Rows) -> Vec<u8> {
-        let mut text = Vec::with_capacity(rows.status.len() * 24 * (rows.axes.len() + FOUND.len()));
+        let mut text = Vec::with_capacity(rows.status.len() * 24 * (rows.axes.len() + FOUND.len() + 1));
         for (row, status) in rows.status.iter().enumerate() {
             for (axis, numbers) in self.axes().iter().zip(&rows.axes) {
                 match &axis.values {
@@ -80,6 +82,11 @@ impl Plan {
                     text.push(b',');
                     number(&mut text, value);
                 }
+            }
+            if let Some(&finding) = rows.finding.get(row) {
+                text.push(b',');
+                let word = usize::from(finding).checked_sub(1).and_then(|place| UNBUILDABLE.get(place));
+                text.extend(word.map_or("", |word| word).bytes());
             }
             text.push(b',');
             text.extend(STATUSES.get(usize::from(*status)).map_or("", |name| name).bytes());

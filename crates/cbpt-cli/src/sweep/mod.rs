@@ -200,6 +200,8 @@ pub struct Plan {
     strides: Vec<u64>,
     /// The files that it was read from.
     sources: Vec<PathBuf>,
+    /// What its file says that may not be meant.
+    notes: Vec<String>,
 }
 
 impl Plan {
@@ -228,7 +230,18 @@ impl Plan {
         }
         let strides = strides(&axes);
         let rows = rows_of(design, &axes, rows, &strides)?;
-        Ok(Self { case, axes, design, rows, seed, variants, first: 0, strides, sources: Vec::new() })
+        Ok(Self {
+            case,
+            axes,
+            design,
+            rows,
+            seed,
+            variants,
+            first: 0,
+            strides,
+            sources: Vec::new(),
+            notes: Vec::new(),
+        })
     }
 
     /// The files that it was read from: plan, case and table; none where it was made in a program.
@@ -347,7 +360,7 @@ impl Plan {
             }
         });
         json!({
-            "format": 2,
+            "format": 3,
             "cbpt": env!("CARGO_PKG_VERSION"),
             "design": self.design.name(),
             "rows": self.rows,

@@ -2,7 +2,8 @@
 //!
 //! Beside `result.csv` stands `result.csv.sweep`, a record of the plan, of the rows that are done and of the length and the
 //! SHA-256 of the file up to them. A chunk is written and flushed to the disk before the record says so, and the record is replaced whole;
-//! so what the record says is there, and what is there beyond it is cut off when the sweep goes on.
+//! so what the record says is there, and what is there beyond it is cut off when the sweep goes on. Beyond the rows of a
+//! finished sweep nothing can be the sweep's own, so it is refused.
 
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -43,6 +44,7 @@ impl CsvOutput {
         let record = if fresh { None } else { read_record(path)? };
         if let Some(record) = &record {
             same_plan(path, &record["plan"], &plan.record())?;
+            is_there(path, record)?;
         } else if there && !fresh {
             return Err(Failure::Usage(format!(
                 "{}: the file exists and has no record of a sweep beside it; give another --out, or --fresh to begin anew \
@@ -107,6 +109,10 @@ impl CsvOutput {
         self.sum = self.read_sum().map_err(|error| self.cannot(error))?;
         if record["sha256"] != self.digits() {
             return Err(changed("its rows are not those that its record says"));
+        }
+        if length > self.bytes && self.is_complete() {
+            let more = length - self.bytes;
+            return Err(changed(&format!("has {more} bytes beyond the rows of the finished sweep")));
         }
         if length > self.bytes {
             self.file.set_len(self.bytes).map_err(|error| self.cannot(error))?;
@@ -199,6 +205,20 @@ fn read_record(path: &Path) -> Result<Option<Value>, Failure> {
             record.display()
         ))),
     }
+}
+
+/// Refuses a record whose file is gone: it may only be elsewhere, and a new one would take its record.
+fn is_there(path: &Path, record: &Value) -> Result<(), Failure> {
+    let gone = fs::metadata(path).is_err_and(|error| error.kind() == io::ErrorKind::NotFound);
+    if !gone || record["bytes"].as_u64().is_none_or(|bytes| bytes == 0) {
+        return Ok(());
+    }
+    Err(Failure::Usage(format!(
+        "{}: is missing, though its record {} says that {} rows were written; put it back, or --fresh to begin anew",
+        path.display(),
+        record_path(path).display(),
+        record["rows_done"]
+    )))
 }
 
 /// Refuses to go on with the output of another plan, and says what differs.

@@ -137,9 +137,15 @@ fn plan(entries: &[Entry], path: &Path, notes: &mut Notes<'_>) -> Result<Option<
         return Ok(None);
     }
     match Plan::new(case, axes, design, rows, seed) {
-        Ok(plan) => Ok(Some(Plan { sources, ..plan })),
+        Ok(plan) => {
+            let axes = leaves(given);
+            let notes = axes.iter().filter_map(|(name, entry)| short_of_end(&plan, name, entry)).collect();
+            Ok(Some(Plan { sources, notes, ..plan }))
+        }
         Err(mistake) => {
-            let at = entry(&mistake.key).or(given).and_then(|entry| entry.at);
+            let axis = || leaves(given).into_iter().find(|(name, _)| *name == mistake.key);
+            let at = entry(&mistake.key).or_else(|| axis().map(|(_, entry)| entry)).or(given);
+            let at = at.and_then(|entry| entry.at);
             notes.add(at, mistake);
             Ok(None)
         }
@@ -184,21 +190,29 @@ fn axes_of(case: &Case, axes: &Entry, design: Design, notes: &mut Notes<'_>) -> 
     if entries.is_empty() {
         notes.add(axes.at, super::mistake("axes", "no axis", "give at least one"));
     }
+    for (name, entry) in leaves(Some(axes)) {
+        // What is wrong with the values is told by then.
+        let Some(values) = values(&name, &entry.node, design, notes) else { continue };
+        match Axis::new(case, &name, values) {
+            Ok(axis) => found.push(axis),
+            Err(mistake) => notes.add(entry.at, mistake),
+        }
+    }
+    found
+}
+
+/// The entries that are an axis each, with their whole names.
+fn leaves(axes: Option<&Entry>) -> Vec<(String, &Entry)> {
+    let Some(Content::Table(entries)) = axes.map(|axes| &axes.node.content) else { return Vec::new() };
     let mut left: Vec<(String, &Entry)> =
         entries.iter().rev().map(|entry| (entry.key.clone(), entry)).collect();
+    let mut found = Vec::new();
     while let Some((name, entry)) = left.pop() {
         match &entry.node.content {
             Content::Table(inner) if !inner.iter().any(|entry| RANGE.contains(&&*entry.key)) => {
                 left.extend(inner.iter().rev().map(|inner| (format!("{name}.{}", inner.key), inner)));
             }
-            _ => {
-                // What is wrong with the values is told by then.
-                let Some(values) = values(&name, &entry.node, design, notes) else { continue };
-                match Axis::new(case, &name, values) {
-                    Ok(axis) => found.push(axis),
-                    Err(mistake) => notes.add(entry.at, mistake),
-                }
-            }
+            _ => found.push((name, entry)),
         }
     }
     found
@@ -282,6 +296,21 @@ fn range(
     values.map_err(|allowed| notes.add(node.at, super::mistake(name, "no range", allowed))).ok()
 }
 
+/// That the steps of an axis do not lead to its end.
+fn short_of_end(plan: &Plan, name: &str, entry: &Entry) -> Option<String> {
+    let Content::Table(range) = &entry.node.content else { return None };
+    let number = |key: &str| match range.iter().find(|entry| entry.key == key)?.node.content {
+        Content::Number(number) => Some(number),
+        _ => None,
+    };
+    let (step, to) = (number("step")?, number("to")?);
+    let axis = plan.axes().iter().find(|axis| axis.parameter.name == name)?;
+    let Values::Numbers(numbers) = &axis.values else { return None };
+    let last = *numbers.last()?;
+    ((to - last).abs() > 1e-6 * step.abs())
+        .then(|| format!("{name}: last value {last}, not {to}, which steps of {step} do not meet"))
+}
+
 /// From one number to the other in steps, as far as they lead.
 fn stepped(from: f64, to: f64, step: f64) -> Result<Vec<f64>, &'static str> {
     let count = ((to - from) / step + 1e-9).floor();
@@ -329,6 +358,14 @@ fn table_axes(case: &Case, path: &Path) -> Result<Vec<Axis>, CaseError> {
     let mut reader = ::csv::ReaderBuilder::new().trim(::csv::Trim::All).from_reader(text.as_bytes());
     let broken = |error: ::csv::Error| CaseError::whole(&name, format!("is no table in CSV: {error}"));
     let names: Vec<String> = reader.headers().map_err(broken)?.iter().map(str::to_owned).collect();
+    if let Some(separator) =
+        [';', '\t'].into_iter().find(|&other| names.len() == 1 && names[0].contains(other))
+    {
+        let problem = format!(
+            "the columns are separated by {separator:?}; separate them by commas, and write decimals with a point"
+        );
+        return Err(CaseError::whole(&name, problem));
+    }
     let parameters: Vec<Result<Parameter, Mistake>> =
         names.iter().map(|name| Parameter::find(case, name)).collect();
     let mut mistakes: Vec<Mistake> = Vec::new();

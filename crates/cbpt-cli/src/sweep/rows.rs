@@ -2,10 +2,11 @@
 
 use std::ops::Range;
 
+use cbpt_core::findings::UNBUILDABLE;
 use cbpt_core::predict::Effect;
 use cbpt_core::predict::loads::{Effects, LoadOutcome, solve_loads};
 use cbpt_core::sweep::{Progress, solve_all};
-use cbpt_core::{InvalidInput, Load, Reducer, Status};
+use cbpt_core::{Drive, Finding, InvalidInput, Load, Reducer, Status};
 use rayon::prelude::*;
 
 use super::{BLOCK_ROWS, Plan};
@@ -43,6 +44,9 @@ pub struct Rows {
     pub residual: Vec<f64>,
     /// Preload at which the torque would just slip, N, where the status is `beyond_hold`.
     pub hold_preload_N: Vec<f64>,
+    /// Why the drive of a row cannot be built: 0 where it can, else one more than the place in [`UNBUILDABLE`]. Only where
+    /// [`Plan::has_findings`].
+    pub finding: Vec<u8>,
     /// Place of the status in [`STATUSES`].
     pub status: Vec<u8>,
 }
@@ -71,6 +75,21 @@ fn code(name: &str) -> u8 {
     place.map_or(u8::MAX, |place| place as u8)
 }
 
+/// As [`Rows::finding`] has it.
+fn finding_code(found: Option<&Finding>) -> u8 {
+    let place = found.map(|finding| UNBUILDABLE.iter().position(|known| *known == finding.code));
+    // There are three.
+    #[allow(clippy::cast_possible_truncation)]
+    place.map_or(0, |place| place.map_or(u8::MAX, |place| place as u8 + 1))
+}
+
+/// What a group of rows comes to: an outcome for each, and why their drive cannot be built.
+#[derive(Default)]
+struct Solved {
+    outcomes: Vec<Option<LoadOutcome>>,
+    finding: u8,
+}
+
 impl Plan {
     /// The blocks that these rows touch, each as far as it is asked for.
     pub(super) fn blocks(&self, rows: &Range<u64>) -> Vec<Range<u64>> {
@@ -96,6 +115,7 @@ impl Plan {
             all.alpha_equal_speed_rad.extend(block.alpha_equal_speed_rad);
             all.residual.extend(block.residual);
             all.hold_preload_N.extend(block.hold_preload_N);
+            all.finding.extend(block.finding);
             all.status.extend(block.status);
         }
         Some(all)
@@ -112,21 +132,25 @@ impl Plan {
             alpha_equal_speed_rad: vec![f64::NAN; count],
             residual: vec![f64::NAN; count],
             hold_preload_N: vec![f64::NAN; count],
+            finding: if self.has_findings() { vec![0; count] } else { Vec::new() },
             status: vec![code(INVALID_INPUT); count],
             axes,
         };
         let groups = self.groups(&found.axes, count);
-        let solved: Vec<Vec<Option<LoadOutcome>>> = groups
+        let solved: Vec<Solved> = groups
             .par_iter()
             .map(|group| {
-                let solved =
-                    if progress.is_cancelled() { Vec::new() } else { self.solve_group(&found.axes, group) };
+                let cancelled = progress.is_cancelled();
+                let solved = if cancelled { Solved::default() } else { self.solve_group(&found.axes, group) };
                 progress.add(group.len());
                 solved
             })
             .collect();
-        for (group, outcomes) in groups.iter().zip(&solved) {
-            for (row, outcome) in group.iter().zip(outcomes) {
+        for (group, solved) in groups.iter().zip(&solved) {
+            for row in group.iter().filter(|_| solved.finding > 0) {
+                found.finding[*row] = solved.finding;
+            }
+            for (row, outcome) in group.iter().zip(&solved.outcomes) {
                 if let Some(outcome) = outcome {
                     found.set(*row, outcome);
                 }
@@ -151,11 +175,13 @@ impl Plan {
     }
 
     /// Solves rows of one reducer with one set of effects; nothing where its numbers cannot be.
-    fn solve_group(&self, axes: &[Vec<f64>], group: &[usize]) -> Vec<Option<LoadOutcome>> {
+    fn solve_group(&self, axes: &[Vec<f64>], group: &[usize]) -> Solved {
         let settings = |row: usize| -> Vec<Setting<'_>> {
             self.axes().iter().zip(axes).map(|(axis, numbers)| axis.setting(numbers[row])).collect()
         };
-        let Ok(reducer) = self.reducer(&settings(group[0])) else { return Vec::new() };
+        let Ok(reducer) = self.reducer(&settings(group[0])) else { return Solved::default() };
+        let checked = reducer.ball_drive().filter(|_| self.has_findings());
+        let finding = finding_code(checked.and_then(Drive::unbuildable).as_ref());
         let loads: Vec<Option<Load>> = group.iter().map(|&row| self.load(axes, row).ok()).collect();
         let whole: Vec<Load> = loads.iter().flatten().copied().collect();
         let progress = Progress::default();
@@ -168,18 +194,17 @@ impl Plan {
             let effects = Effects { effects: &effects, values: &values };
             solve_loads(&reducer, effects, &whole, &progress).ok().flatten()
         };
-        let Some(outcomes) = outcomes else { return Vec::new() };
+        let Some(outcomes) = outcomes else { return Solved { finding, ..Solved::default() } };
         let mut outcomes = outcomes.into_iter();
-        loads.iter().map(|load| load.and_then(|_| outcomes.next())).collect()
+        let outcomes = loads.iter().map(|load| load.and_then(|_| outcomes.next())).collect();
+        Solved { outcomes, finding }
     }
 
     /// Why the numbers of a row cannot be together; `None` where they can. The row is looked at anew, so that solving need
     /// not keep a sentence for each.
     pub fn reason(&self, row: u64) -> Option<InvalidInput> {
-        let axes: Vec<Vec<f64>> =
-            (0..self.axes().len()).map(|axis| self.column(axis, row..row + 1)).collect();
-        let settings: Vec<Setting<'_>> =
-            self.axes().iter().zip(&axes).map(|(axis, numbers)| axis.setting(numbers[0])).collect();
+        let axes = self.row(row);
+        let settings = self.settings(&axes);
         let effects: Vec<Effect> = self.case().effects.iter().filter_map(EffectEntry::core).collect();
         let values = self.variants.numbers(&settings);
         let effects = Effects { effects: &effects, values: &values };
@@ -190,12 +215,46 @@ impl Plan {
         solved.err()
     }
 
+    /// Why the drive of a row cannot be built; `None` where it can, or the row has none.
+    pub fn finding(&self, row: u64) -> Option<Finding> {
+        let reducer = self.reducer(&self.settings(&self.row(row))).ok()?;
+        reducer.ball_drive()?.unbuildable()
+    }
+
+    /// What to know before: a range whose steps do not meet its end, or that the one drive of all rows cannot be built.
+    pub fn remarks(&self) -> Vec<String> {
+        let notes = self.notes.iter().map(|note| format!("note: {note}"));
+        notes.chain(self.unbuildable()).collect()
+    }
+
+    fn unbuildable(&self) -> Option<String> {
+        let finding = self.finding(self.first()).filter(|_| !self.has_findings())?;
+        Some(format!(
+            "warning: the drive of the case cannot be built ({}): {}; the sweep goes on all the same. Remedy: {}",
+            finding.code, finding.message, finding.remedy
+        ))
+    }
+
+    /// Whether the drive varies, so that each row tells whether its own can be built.
+    pub fn has_findings(&self) -> bool {
+        self.case().drive().is_some() && self.varies_reducer()
+    }
+
+    fn varies_reducer(&self) -> bool {
+        self.axes().iter().any(|axis| axis.parameter.acts_on == ActsOn::Reducer)
+    }
+
+    /// Each axis at one row.
+    fn row(&self, row: u64) -> Vec<Vec<f64>> {
+        (0..self.axes().len()).map(|axis| self.column(axis, row..row + 1)).collect()
+    }
+
+    fn settings(&self, axes: &[Vec<f64>]) -> Vec<Setting<'_>> {
+        self.axes().iter().zip(axes).map(|(axis, numbers)| axis.setting(numbers[0])).collect()
+    }
+
     fn reducer(&self, settings: &[Setting<'_>]) -> Result<Reducer, InvalidInput> {
-        if self.axes().iter().any(|axis| axis.parameter.acts_on == ActsOn::Reducer) {
-            self.variants.reducer(settings)
-        } else {
-            Ok(self.case().reducer.clone())
-        }
+        if self.varies_reducer() { self.variants.reducer(settings) } else { Ok(self.case().reducer.clone()) }
     }
 
     /// The load of a row.

@@ -1,8 +1,10 @@
-//! How the rows of a sweep ended, for people: how many without solution, and of numbers that cannot be together why.
+//! How the rows of a sweep ended, for people: how many without solution, of numbers that cannot be together why, and how many
+//! of drives that cannot be built.
 
 use std::collections::BTreeMap;
 
-use cbpt_core::InvalidInput;
+use cbpt_core::findings::UNBUILDABLE;
+use cbpt_core::{Finding, InvalidInput};
 
 use super::Plan;
 use super::rows::{INVALID_INPUT, STATUSES};
@@ -13,6 +15,14 @@ pub struct Tally {
     counts: [u64; STATUSES.len()],
     /// By field and rule, of which there are few; each row has other numbers.
     reasons: BTreeMap<(String, String), Reason>,
+    unbuildable: [Option<Unbuildable>; UNBUILDABLE.len()],
+}
+
+#[derive(Debug, Clone)]
+struct Unbuildable {
+    rows: u64,
+    first: u64,
+    finding: Finding,
 }
 
 #[derive(Debug, Clone)]
@@ -26,8 +36,18 @@ struct Reason {
 const MOST_REASONS: usize = 6;
 
 impl Tally {
-    /// Counts rows of a plan, the first of which is `start`, by their codes.
-    pub fn add(&mut self, plan: &Plan, start: u64, status: &[u8]) {
+    /// Counts rows of a plan, the first of which is `start`, by the codes of their statuses and, where drives vary, of their
+    /// findings.
+    pub fn add(&mut self, plan: &Plan, start: u64, status: &[u8], finding: &[u8]) {
+        for (row, &code) in (start..).zip(finding).filter(|(_, code)| **code > 0) {
+            let Some(known) = self.unbuildable.get_mut(usize::from(code) - 1) else { continue };
+            match known {
+                Some(known) => known.rows += 1,
+                None => {
+                    *known = plan.finding(row).map(|finding| Unbuildable { rows: 1, first: row, finding });
+                }
+            }
+        }
         for (row, &code) in (start..).zip(status) {
             let Some(count) = self.counts.get_mut(usize::from(code)) else { continue };
             *count += 1;
@@ -43,6 +63,18 @@ impl Tally {
     pub fn merge(&mut self, other: Self) {
         for (mine, theirs) in self.counts.iter_mut().zip(other.counts) {
             *mine += theirs;
+        }
+        for (mine, theirs) in self.unbuildable.iter_mut().zip(other.unbuildable) {
+            let Some(theirs) = theirs else { continue };
+            match mine {
+                None => *mine = Some(theirs),
+                Some(mine) => {
+                    mine.rows += theirs.rows;
+                    if theirs.first < mine.first {
+                        (mine.first, mine.finding) = (theirs.first, theirs.finding);
+                    }
+                }
+            }
         }
         other.reasons.into_values().for_each(|reason| self.put(reason));
     }
@@ -62,8 +94,33 @@ impl Tally {
         }
     }
 
-    /// Some lines; nothing where every row has its numbers.
+    /// Some lines; nothing where every row has its numbers and a drive that can be built.
     pub fn text(&self) -> Option<String> {
+        let texts: Vec<String> = [self.ended(), self.findings()].into_iter().flatten().collect();
+        (!texts.is_empty()).then(|| texts.join("\n"))
+    }
+
+    fn findings(&self) -> Option<String> {
+        let found: Vec<&Unbuildable> = self.unbuildable.iter().flatten().collect();
+        let (all, rows) = (self.counts.iter().sum::<u64>(), found.iter().map(|each| each.rows).sum::<u64>());
+        let mut lines = vec![format!(
+            "of {all} rows solved now, {rows} are of drives that cannot be built, whatever their status; the finding column \
+             says which"
+        )];
+        lines.extend(found.iter().map(|Unbuildable { rows, first, finding }| {
+            format!(
+                "  {}: {rows} such as row {}: {} ({})",
+                finding.code,
+                first + 1,
+                finding.message,
+                finding.pair
+            )
+        }));
+        (!found.is_empty()).then(|| lines.join("\n"))
+    }
+
+    /// How many rows have no numbers, or special ones.
+    fn ended(&self) -> Option<String> {
         let all: u64 = self.counts.iter().sum();
         let ended = || STATUSES.iter().zip(self.counts).skip(1).filter(|(_, count)| *count > 0);
         ended().next()?;
