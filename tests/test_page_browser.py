@@ -100,6 +100,24 @@ def test_the_loop_is_seen_in_the_residual(dev04: Any) -> None:
     assert "torque falling" in dev04.text_content("#regions")
 
 
+def test_small_numbers_of_another_unit_keep_their_digits(dev04: Any) -> None:
+    outlined = "#where-plot .shapelayer path"
+    dev04.wait_for_selector(outlined, state="attached")
+    dev04.select_option("#unit", "arcmin")
+    assert number(dev04, "#rmse") == pytest.approx(1.98 / 60, rel=2e-3)
+    facts = dev04.text_content("#answer .facts")
+    card = dev04.text_content("[data-card=friction_hysteresis]")
+    dev04.select_option("#unit", "arcsec")
+    assert re.search(r"0\.0330 → 0\.00508", facts)
+    assert re.search(r"held out 0\.0055\d arcmin", card)
+    # Regions of the drive as stated are outlined on its map alone.
+    dev04.click("#show-answer")
+    dev04.wait_for_selector(outlined, state="detached")
+    assert "not outlined" in dev04.text_content("#where .under")
+    dev04.click("#model-bar >> text=as stated")
+    dev04.wait_for_selector(outlined, state="attached")
+
+
 def test_a_switch_makes_the_error_fall_and_rise_again(dev04: Any) -> None:
     switch = dev04.locator("#missing [data-effect=friction_hysteresis]")
     lines = "#readings-plot .subplot.xy .lines path"
@@ -184,13 +202,45 @@ def test_the_drive_follows_its_sliders(dev04: Any) -> None:
 def test_an_own_effect_is_checked_as_typed_fitted_and_shown(live: Any) -> None:
     upload(live, "dev10")
     assert "no effect of the library" in live.text_content("#sentence")
+    # Nothing of the library is offered as the answer, and a pattern is in no case file.
+    assert live.locator("#show-answer").count() == 0
+    assert "which does not explain it" in live.text_content("#answer .facts")
+    assert "→" not in live.text_content("#answer .facts")
+    assert "the answer stops here" not in live.text_content("#ladder")
+    assert "depart a little from its form" in live.text_content("#ladder")
+    live.click("#show-pattern")
+    assert number(live, "#rmse") < 1
+    assert live.is_disabled("#save-case")
+    assert "no case file of it: a pattern" in live.text_content("#export")
+    live.click("#model-bar >> text=as stated")
     draft = live.input_value("#own-expression")
     assert "input_angle_rad" in draft
     live.fill("#own-expression", "a * torqe_Nm * (")
     live.wait_for_function("() => document.querySelector('#own-mistake').textContent.includes('^')")
     assert live.is_disabled("#own-fit")
+    live.fill("#own-expression", "a * log(torque_Nm)")
+    live.wait_for_function(
+        "() => document.querySelector('#own-mistake').textContent.includes('no number at')"
+    )
+    assert live.is_disabled("#own-fit")
     live.fill("#own-expression", draft)
     live.wait_for_selector("#own-mistake.fine")
+    # What was said of a text goes with it.
+    assert live.evaluate(
+        """() => {
+          const field = document.querySelector('#own-expression');
+          field.dispatchEvent(new Event('input'));
+          const said = document.querySelector('#own-mistake');
+          return said.textContent === '' && !said.classList.contains('fine');
+        }"""
+    )
+    live.wait_for_selector("#own-mistake.fine")
+    # A fit that fails says so beside the editor.
+    live.route("**/api/own/fit", lambda route: route.fulfill(json={}))
+    live.click("#own-fit")
+    live.wait_for_selector("#own-mistake:not(.fine):not(:empty)")
+    assert live.is_hidden("#trouble")
+    live.unroute("**/api/own/fit")
     for name, start, low, high in (
         ("a1", 1e-5, -1e-3, 1e-3),
         ("t1", 2.8, 0, 8),
@@ -293,6 +343,36 @@ def on_screen(browser: Any, on_disk: str) -> Iterator[Any]:
         page.goto(on_disk)
         page.wait_for_selector(DRAWN)
         yield page
+
+
+def test_a_number_that_is_the_answer_is_one_model_and_its_case_is_saved(
+    browser: Any, tmp_path: Path
+) -> None:
+    case, data = FOLDER / "dev12.toml", FOLDER / "dev12.csv"
+    d = cbpt.diagnose(case, data)
+    source = Source(case.name, data.name, case.read_text(encoding="utf-8"))
+    path = tmp_path / "report.html"
+    path.write_text(report(page_document(d.case, d.readings, source, d)), encoding="utf-8")
+    switch = "#missing [data-effect=contact_stiffness]"
+    with watched(browser) as page:
+        page.goto(path.as_uri())
+        page.click("#show-answer")
+        page.wait_for_selector(f"{switch}[aria-checked=true]")
+        card = page.text_content("[data-card=contact_stiffness]")
+        said = page.text_content("#sentence").replace("\N{MINUS SIGN}", "-")
+        off = re.search(r"-[\d.]+ %", said)
+        assert off
+        assert off[0] in card.replace("\N{MINUS SIGN}", "-")
+        assert "numbers refitted (contact stiffness)" in page.text_content("#ladder tr.shown")
+        saved_case = saved(page, "#save-case", tmp_path)
+        page.click(switch)
+        page.wait_for_selector(f"{switch}[aria-checked=false]")
+        assert number(page, "#rmse") > 8
+        page.click(switch)
+        assert number(page, "#rmse") < 0.31
+    after = cbpt.compare(saved_case, data).overall
+    assert after is not None
+    assert after.rmse_arcsec < 0.31
 
 
 def test_a_report_opens_from_disk_without_a_network(browser: Any, on_disk: str) -> None:

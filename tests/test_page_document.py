@@ -7,6 +7,7 @@ the verb.
 from __future__ import annotations
 
 import json
+import re
 import tomllib
 from copy import copy
 from dataclasses import replace
@@ -68,7 +69,7 @@ def test_it_is_json_and_every_column_is_as_long_as_the_table(name: str) -> None:
         assert len(model["model_arcsec"]) == len(model["residual_arcsec"]) == n, model["key"]
         assert model["signature_arcsec"] is None or len(model["signature_arcsec"]) == n
     keys = {model["key"] for model in found["models"]}
-    assert found["answer_key"] in keys
+    assert found["answer_key"] in (keys if name == "dev04" else {None})
     assert {candidate["key"] for candidate in found["candidates"]} <= keys
     assert {rung["key"] for rung in found["ladder"]["rungs"]} <= keys
     for line in found["curves"]:
@@ -82,9 +83,11 @@ def test_its_numbers_are_those_of_the_answer(name: str) -> None:
     answer, ladder = found["answer"], found["ladder"]
     assert answer == diagnosed(name).to_dict()
     by_key = {model["key"]: model for model in found["models"]}
-    before, after = by_key["stated"], by_key[found["answer_key"]]
+    before = by_key["stated"]
     assert before["rmse_arcsec"] == pytest.approx(answer["before"]["rmse_arcsec"], rel=1e-9)
-    assert after["rmse_arcsec"] == pytest.approx(answer["after"]["rmse_arcsec"], rel=1e-9)
+    if found["answer_key"]:
+        after = by_key[found["answer_key"]]
+        assert after["rmse_arcsec"] == pytest.approx(answer["after"]["rmse_arcsec"], rel=1e-9)
     for rung in ladder["rungs"]:
         model = by_key[rung["key"]]
         assert model["rmse_arcsec"] == pytest.approx(rung["in_sample_arcsec"], rel=1e-6)
@@ -93,8 +96,10 @@ def test_its_numbers_are_those_of_the_answer(name: str) -> None:
     cards = [c for c in found["candidates"] if c["probability"] is not None]
     for row, candidate in zip(answer["ranking"], cards, strict=True):
         model = by_key[candidate["key"]]
-        assert model["held_out_rmse_arcsec"] == row["held_out_rmse_arcsec"], row["effect"]
         assert model["probability"] == row["probability"]
+        if not diagnosed(name).competition.fits[candidate["effect"],].converged:
+            continue  # searched further than the diagnosis had to
+        assert model["held_out_rmse_arcsec"] == row["held_out_rmse_arcsec"], row["effect"]
         assert {p["name_SI"]: (p["value_SI"], p["u"] is None) for p in model["parameters"]} == {
             name: (p["value"], p["u"] is None) for name, p in row["parameters"].items()
         }
@@ -153,6 +158,16 @@ def test_an_unknown_answer_brings_its_draft_and_the_pattern_as_a_model() -> None
     stated = found["models"][0]
     assert unknown["rmse_arcsec"] < 0.3 * stated["rmse_arcsec"]
     assert document("dev04")["own"]["draft"] is None
+
+
+def test_what_does_not_explain_the_readings_is_not_the_answer() -> None:
+    found = document("dev10")
+    assert found["answer"]["verdict"]["effects"] == []
+    assert found["answer_key"] is None
+    assert "explains" in found["reasons"]["answer_key"]
+    assert not any(c["in_answer"] for c in found["candidates"])
+    assert "answer" not in {m["role"] for m in found["models"]}
+    assert "answer_key" not in document("dev04")["reasons"]
 
 
 def test_before_a_diagnosis_there_are_the_readings_beside_the_drive_as_stated() -> None:
@@ -260,6 +275,26 @@ def test_the_case_of_a_model_predicts_what_the_model_says() -> None:
     np.testing.assert_allclose(rest, rest.mean(), atol=1e-5)
 
 
+@pytest.mark.parametrize("name", ["dev08", "dev11", "dev12"])
+def test_the_case_of_an_answer_that_moves_numbers_has_them_moved(name: str) -> None:
+    found = document(name)
+    answer = next(m for m in found["models"] if m["key"] == found["answer_key"])
+    assert answer["effects"] == []
+    case = cbpt.Case.from_toml(answer["case_text"])
+    compared = cbpt.compare(case, diagnosed(name).readings)
+    rest = compared.residual_arcsec - array(answer["residual_arcsec"])
+    np.testing.assert_allclose(rest, rest.mean(), atol=1e-5)
+
+
+def test_a_model_has_a_case_or_a_reason_why_not() -> None:
+    stated, *others = document("dev10")["models"]
+    assert (stated["case_text"], stated["why_no_case"]) == (None, None)
+    for model in others:
+        assert (model["case_text"] is None) == (model["why_no_case"] is not None), model["key"]
+    (unknown,) = (m for m in others if m["case_text"] is None)
+    assert unknown["key"] == "unknown"
+
+
 def test_every_effect_of_the_library_can_be_switched_on_and_none_makes_the_fit_worse() -> None:
     bench = models("dev04")
     alone = bench.choice(["friction_hysteresis"])["model"]["rmse_arcsec"]
@@ -271,6 +306,32 @@ def test_every_effect_of_the_library_can_be_switched_on_and_none_makes_the_fit_w
                 assert "do not depend" in str(error)
                 continue
             assert model["rmse_arcsec"] < 1.02 * alone, entry["effect"]
+
+
+@pytest.mark.parametrize("name", ["dev04", "dev10"])
+def test_a_search_that_the_diagnosis_left_is_ended_or_called_rough(name: str) -> None:
+    left = {n for n, fit in diagnosed(name).competition.fits.items() if not fit.converged}
+    assert left
+    found = document(name)
+    bench = models(name)._bench
+    rough = set()
+    for model in found["models"]:
+        effects = tuple(model["effects"])
+        if effects in left and model["key"] != "stated":
+            before = diagnosed(name).competition.fits[effects]
+            misfits = [
+                bench.fitter.misfit(fit.hypothesis, fit.point.values, bench.noise)
+                for fit in (before, bench.fits[effects])
+            ]
+            assert misfits[1] < misfits[0], model["key"]
+        if not model["converged"]:
+            rough.add(model["key"])
+            assert model["held_out_rmse_arcsec"] is None
+            assert all(number["u"] is None for number in model["numbers"])
+            for p in model["parameters"]:
+                assert p["u"] is None
+                assert "+-" not in p["text"]
+    assert len(rough) < len(left)
 
 
 def test_numbers_that_the_answer_names_have_a_card_with_their_values() -> None:
@@ -289,6 +350,25 @@ def test_numbers_that_the_answer_names_have_a_card_with_their_values() -> None:
         # The sensor reads 4 % high in truth.
         if effect == "sensor_gain":
             assert abs(number["value"] - 1.04) < number["u"]
+
+
+def test_a_number_that_is_the_answer_is_one_thing_in_sentence_card_and_ladder() -> None:
+    found = document("dev12")
+    verdict = found["answer"]["verdict"]
+    assert verdict["effects"] == ["contact_stiffness"]
+    (card,) = (c for c in found["candidates"] if c["effect"] == "contact_stiffness")
+    assert card["in_answer"]
+    assert card["key"] == found["answer_key"] == "refitted"
+    assert card["moved"] in verdict["sentence"]
+    refitted = next(m for m in found["models"] if m["key"] == "refitted")
+    (number,) = (n for n in refitted["numbers"] if n["number"] == "contact_stiffness")
+    assert f"{100 * (number['value'] - number['stated']):+.1f} %" in card["moved"]
+    ladder = found["ladder"]
+    assert ladder["rungs"][ladder["stop"]]["label"] == "numbers refitted (contact stiffness)"
+    assert [r["key"] for r in ladder["rungs"]].count("contact_stiffness") == 0
+    assert ladder["stop_says"] is None
+    # Rivals are left free each, and nothing else is renamed.
+    assert document("dev08")["ladder"]["rungs"][1]["label"] == "numbers refitted"
 
 
 def test_what_cannot_be_switched_on_is_told() -> None:
@@ -418,7 +498,17 @@ def test_the_drive_follows_load_and_design() -> None:
 def test_a_load_that_slips_has_its_geometry_its_reason_and_no_force() -> None:
     found = section_of(drive_of("ring_groove", "hypocycloid"), preload_N=50.0)
     assert found["solution"]["status"] == "beyond_hold"
-    assert found["solution"]["hold_preload_N"] > 50
+    hold = found["solution"]["hold_preload_N"]
+    assert hold > 50
+    # What is told has no more digits than are read, and would still hold.
+    told = re.search(r"more than ([\d.]+) N", found["solution"]["message"])
+    assert told
+    assert hold <= float(told[1]) < hold * 1.0001
+    assert len(told[1]) < 8
+    finding = next(f for f in found["findings"] if "more than" in f["message"])
+    assert told[0] in finding["message"]
+    # Over the whole turn no less.
+    assert found["thresholds"]["drive"]["hold_N"] >= hold
     for pair in found["drawing"]["pairs"]:
         assert pair["arrows"] == []
         assert all(point["force_N"] is None for point in pair["points"])

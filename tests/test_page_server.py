@@ -29,7 +29,7 @@ from starlette.testclient import TestClient
 
 import cbpt
 from cbpt.commands import main
-from cbpt.errors import CaseError
+from cbpt.errors import CaseError, ReadingsError
 from cbpt.page import campaign, uploads
 from cbpt.page.document import from_here
 from cbpt.page.server import application
@@ -284,6 +284,20 @@ def test_an_own_effect_is_checked_as_it_is_typed_fitted_and_exported(
     told = client.post("/api/own/check", json=misspelt).json()
     said = "`torqe_Nm` is taken as a parameter; did you mean `torque_Nm`?"
     assert (told["ok"], told["notes"]) == (True, [said])
+    for formula, why in (
+        ("a * log(torque_Nm)", "no number at 216 of 396 readings, first at line 2 (torque 0 N m"),
+        ("a * torque_Nm / (time_s - time_s)", "no number at 396 of 396"),
+        ("a * 0 * torque_Nm", "do not depend on it"),
+    ):
+        other = effect | {"expression": formula}
+        told = client.post("/api/own/check", json=other).json()
+        assert told["ok"] is False
+        assert why in told["message"]
+        fitted = client.post("/api/own/fit", json=other)
+        assert fitted.status_code == 400
+        assert why in fitted.json()["error"]
+    bare = effect | {"expression": "torque_Nm", "parameters": []}
+    assert "0 parameters" in client.post("/api/own/check", json=bare).json()["message"]
     found = client.post("/api/own/fit", json=effect).json()
     assert found["model"]["role"] == "own"
     both = client.post("/api/model", json={"effects": ["mine", "friction_hysteresis"]}).json()
@@ -547,13 +561,27 @@ def test_a_diagnosis_is_cancelled_and_another_may_follow() -> None:
 
 
 def test_a_diagnosis_that_fails_says_why(client: TestClient, session: Session) -> None:
-    few = HEAD + "1,0,1,600,3,0.3\n1,1,2,600,6,0.3\n"
-    assert opened(client, few.encode()).json()["ready"]
+    one_torque = HEAD + "".join(f"1,{i},1,600,{3 + i % 2},0.3\n" for i in range(8))
+    assert opened(client, one_torque.encode()).json()["ready"]
     client.post("/api/diagnose", json={})
     assert session.join(60)
     job = client.get("/api/job").json()
     assert job["state"] == "failed"
-    assert "at least 6" in job["error"]
+    assert "a column that varies" in job["error"]
+
+
+def test_a_table_too_short_for_a_diagnosis_is_refused_at_once(
+    client: TestClient, tmp_path: Path
+) -> None:
+    few = HEAD + "1,0,1,600,3,0.3\n"
+    found = opened(client, few.encode()).json()
+    assert not found["ready"]
+    assert "found 1 readings, expected at least 6" in found["message"]
+    assert client.get("/api/document").json() is None
+    table = tmp_path / "one.csv"
+    table.write_text(few, encoding="utf-8")
+    with pytest.raises(ReadingsError, match="at least 6"):
+        Session.of_files(CASE, table)
 
 
 # --- hostile files and names ----------------------------------------------------------------

@@ -150,8 +150,8 @@ def _complete(d: Diagnosis, sure: str, fall: str) -> str:
             f"their noise of {d.noise_floor_arcsec:.2f} arcsec."
         )
     null = d.competition.fits[()]
-    moved = [_moved(r.number, null) for r in v.rests_on if abs(r.needed_shift_sigma) > 0.8]
-    which = f" ({listed(moved)})" if moved else ""
+    off = [moved(r.number, null) for r in v.rests_on if abs(r.needed_shift_sigma) > 0.8]
+    which = f" ({listed(off)})" if off else ""
     return (
         f"Nothing is missing ({sure}): with the numbers of the drive moved within their stated "
         f"uncertainty{which}, {fall}."
@@ -181,7 +181,8 @@ def listed(words: list[str], last: str = "and") -> str:
     )
 
 
-def _moved(number: str, fit: Fit) -> str:
+def moved(number: str, fit: Fit) -> str:
+    """How far a fit has moved a number of drive or rig: `contact_stiffness -37.6 %`."""
     u = next(u for u in fit.unknowns if u.name == number)
     off = fit.value(u) - u.mean
     by = f"{100 * off:+.1f} %" if number != "contact_angle" else f"{np.rad2deg(off):+.2f} deg"
@@ -194,7 +195,7 @@ def moved_numbers(fit: Fit, priors: Mapping[str, float]) -> str:
     for u in fit.unknowns:
         if u.name in priors and np.isfinite(u.sd) and abs(fit.value(u) - u.mean) > u.sd:
             sigma = (fit.value(u) - u.mean) / u.sd
-            parts.append(f"{_moved(u.name, fit)} ({sigma:+.1f} standard uncertainties)")
+            parts.append(f"{moved(u.name, fit)} ({sigma:+.1f} standard uncertainties)")
     return ", ".join(parts)
 
 
@@ -204,7 +205,7 @@ def _with_value(d: Diagnosis, effect: str) -> str:
     found = d.parameters(d.after, effect)
     if not found:
         strained = {u.name: u for u in d.after.unknowns if u.name == effect}
-        return f"{name} ({_moved(effect, d.after)})" if strained else name
+        return f"{name} ({moved(effect, d.after)})" if strained else name
     values = (shown(effect, n, p["value"], p["u"], p["unit"]) for n, p in found.items())
     return f"{name} ({', '.join(values)})"
 

@@ -37,6 +37,7 @@ class Bench:
     def __init__(self, fitter: Fitter, noise: Noise, fits: dict[Names, Fit]) -> None:
         self.fitter, self.noise, self.fits = fitter, noise, fits
         self._names = places(fitter)
+        self._searched: set[Names] = set()
 
     @classmethod
     def of_diagnosis(cls, d: Diagnosis) -> Bench:
@@ -75,7 +76,7 @@ class Bench:
         """The fit of a set. Raises `InvalidInputError` for what cannot be fitted."""
         names = tuple(sorted(dict.fromkeys(effects)))
         if names in self.fits:
-            return self.fits[names]
+            return self._ended(names)
         known = [n for n in self.fits if set(n) <= set(names)]
         reached = max(known, key=lambda n: (len(n), self.fits[n].log_evidence))
         fit = self.fits[reached]
@@ -84,6 +85,15 @@ class Bench:
             reached = tuple(sorted((*reached, effect)))
             self.fits[reached] = fit
         return fit
+
+    def _ended(self, names: Names) -> Fit:
+        """A fit that the diagnosis left as it was out is searched further, once."""
+        fit = self.fits[names]
+        if not fit.converged and names not in self._searched:
+            self._searched.add(names)
+            found = self._polished(fit.hypothesis, fit.point.values)
+            self.fits[names] = self.fitter.look(replace(found, form_sd=fit.form_sd), self.noise)
+        return self.fits[names]
 
     def _with(self, base: Fit, effect: str) -> Fit:
         """A fit with one more effect."""

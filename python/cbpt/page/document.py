@@ -13,7 +13,7 @@ order of the readings; null is "not there", and `reasons` says why.
     data            {name, rows, sha256, notes [text], settings [text], place: line | row}
     command         the command line that makes this report
     answer          what `cbpt diagnose --json` writes, or null before a diagnosis
-    answer_key      key of the model that the answer offers
+    answer_key      key of the model that the answer offers; null where none explains the readings
     readings        columns: row, run, run_index, torque_Nm, preload_N, preload_step,
                     input_angle_deg, time_s, temperature_degC, cycle, branch (up | down | none),
                     level (index into data.settings), measured_arcsec, u_arcsec, regime (index into
@@ -26,17 +26,22 @@ order of the readings; null is "not there", and `reasons` says why.
       role          stated | refitted | answer | rival | candidate | unknown | own
       label, effects [id], model_arcsec, residual_arcsec (measured less model, zeros in the model),
       rmse_arcsec, held_out_rmse_arcsec, chi2_per_dof, zero_arcsec, probability, tell_tale,
-      signature_arcsec (what it adds to the drive as stated), converged, case_text (the case with
-      the effects in it, as `cbpt fit --out` writes it; null without),
+      signature_arcsec (what it adds to the drive as stated), converged (false: the search was not
+      ended, and neither an uncertainty nor an error held out is told), case_text (the case with
+      effects and refitted numbers in it, as `cbpt fit --out` writes it; null for the drive as
+      stated, which is `case.text`, and where why_no_case says why),
       parameters    [{effect, name, value, u, unit, text, value_SI, name_SI, at_bound, why_no_u}]
       numbers       [{number, stated, prior, value, u, shift_sigma}]: numbers of drive and rig
     candidates      [{effect, label, class, key, probability, p_value, surviving_fraction, rival,
-                    rival_correlation, in_answer, is_rival, tell_tale, equation}], likeliest first;
-                    before them numbers that the answer names without ranking them (nulls)
+                    rival_correlation, in_answer, is_rival, moved, tell_tale, equation}], likeliest
+                    first; before them numbers that the answer names without ranking them (nulls).
+                    A number that is the answer is part of `refitted`: that is its key, and `moved`
+                    says how far it is off
     library         [{effect, label, class, port, tell_tale, equation, source, why_not}]: every
                     effect there is; why_not: these readings cannot show it
     ladder          {rungs [{added, label, key, effects, in_sample_arcsec, held_out_arcsec,
-                    chi2_per_dof}], stop (index of the answer's rung), stop_says, held_out_by}
+                    chi2_per_dof}], stop (index of the answer's rung; of an unknown answer, of the
+                    best of the library), stop_says, held_out_by}
     where           {regions [{label, region {column: [low, high]}, regime, readings,
                     share_of_misfit, bias_arcsec, excess_arcsec, p_value}], of: key of the model}
     curves          [{label, level, preload_N, branch, torque_Nm, angle_arcsec {key: [..]}}]
@@ -67,8 +72,9 @@ from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive, effect_specs, own_effect_variables
 from cbpt.lab.levels import settings
+from cbpt.lab.library import PRIORS
 from cbpt.lab.readings import Readings
-from cbpt.lab.sentence import called
+from cbpt.lab.sentence import called, moved
 from cbpt.page.curves import BRANCHES, Curves
 from cbpt.page.plain import array, numbers
 from cbpt.page.stated import REFITTED, STATED, UNKNOWN, key_of, stated
@@ -169,6 +175,8 @@ def page_document(
     if isolability is None:
         told.setdefault("isolability", _NOT_YET)
     answer = found.answer
+    if answer is not None and found.key is None:
+        told["answer_key"] = "no effect of the library explains these readings"
     if answer is None:
         told.setdefault("next_run", _NOT_YET)
     elif answer["next_run"] is None:
@@ -202,7 +210,7 @@ def page_document(
         "models": entries,
         "candidates": list(found.candidates()),
         "library": list(library(case, found)),
-        "ladder": found.ladder(),
+        "ladder": found.ladder(entries),
         "where": found.where(),
         **curves_of(readings, entries),
         "own": own_section(answer),
@@ -275,7 +283,9 @@ class Found:
     def __init__(self, diagnosis: Diagnosis | None = None, models: Models | None = None) -> None:
         self.diagnosis, self.models = diagnosis, models
         self.answer = None if diagnosis is None else diagnosis.to_dict()
-        self.key = None if diagnosis is None else key_of(diagnosis.verdict.names)
+        self.key: str | None = None
+        if diagnosis is not None and diagnosis.verdict.kind != "unknown":
+            self.key = key_of(diagnosis.verdict.names)
 
     def used(self, n: int) -> NDArray[np.bool_]:
         """Rows that were judged."""
@@ -298,6 +308,7 @@ class Found:
         verdict = self.answer["verdict"]
         rivals = {effect for group in verdict["rivals"] for effect in group}
         numbers = self.models.numbers_named if self.models else []
+        off = self.numbers_off
         ranked = ("probability", "p_value", "surviving_fraction", "rival", "rival_correlation")
         unranked = [
             {
@@ -315,21 +326,29 @@ class Found:
                 "effect": effect,
                 "label": called(effect, kind),
                 "class": row["class"],
-                "key": key_of([effect]),
+                "key": REFITTED if effect in off else key_of([effect]),
                 **{name: row[name] for name in ranked},
-                "in_answer": row["in_answer"],
+                "in_answer": effect in off or (row["in_answer"] and self.key is not None),
+                "moved": moved(effect, self.diagnosis.after) if effect in off else None,
                 "is_rival": effect in rivals,
                 "tell_tale": spec.tell_tale if spec else "",
                 "equation": spec.equation if spec else "",
             }
 
-    def ladder(self) -> dict[str, Any] | None:
+    @property
+    def numbers_off(self) -> list[str]:
+        """Numbers that are the answer: the refit has them, no effect stands for them."""
+        v = None if self.diagnosis is None else self.diagnosis.verdict
+        return [e for e in v.effects if e in PRIORS and e not in v.names] if v else []
+
+    def ladder(self, entries: Sequence[Mapping[str, Any]]) -> dict[str, Any] | None:
         """The rungs with the models they stand for."""
         d = self.diagnosis
         if d is None:
             return None
+        models = {entry["key"]: entry for entry in entries}
         final = d.final_rung
-        rungs = []
+        rungs: list[dict[str, Any]] = []
         have: tuple[str, ...] | None = ()
         for place, rung in enumerate(d.ladder):
             key = (STATED, REFITTED)[place] if place < 2 else UNKNOWN
@@ -340,22 +359,35 @@ class Found:
                     key = key_of(have)
                 else:
                     have = None
-            rungs.append(
-                {
-                    "added": rung.added,
-                    "label": rung.added or "as stated",
-                    "key": key,
-                    "effects": list(have) if have is not None else [],
-                    "in_sample_arcsec": rung.rmse_arcsec,
-                    "held_out_arcsec": rung.held_out_rmse_arcsec,
-                    "chi2_per_dof": rung.chi2_per_dof,
-                }
-            )
+            told: dict[str, Any] = {
+                "added": rung.added,
+                "label": rung.added or "as stated",
+                "key": key,
+                "effects": list(have) if have is not None else [],
+                "in_sample_arcsec": rung.rmse_arcsec,
+                "held_out_arcsec": rung.held_out_rmse_arcsec,
+                "chi2_per_dof": rung.chi2_per_dof,
+            }
+            if have and not d.competition.fits[tuple(sorted(have))].converged:
+                # The model has been searched further than the diagnosis had to.
+                told["in_sample_arcsec"] = models[key]["rmse_arcsec"]
+                told["held_out_arcsec"] = models[key]["held_out_rmse_arcsec"]
+                told["chi2_per_dof"] = models[key]["chi2_per_dof"]
+            rungs.append(told)
         stop = next(i for i, r in enumerate(d.ladder) if r is final)
+        if self.numbers_off:
+            # They are in the rung of the refit already; left free they are no step further.
+            names = ", ".join(name.replace("_", " ") for name in self.numbers_off)
+            rungs[1]["label"] = f"numbers refitted ({names})"
+            rungs = [
+                r
+                for i, r in enumerate(rungs)
+                if i <= stop or not set(r["effects"]) <= set(self.numbers_off)
+            ]
         return {
             "rungs": rungs,
             "stop": stop,
-            "stop_says": _stop_says(d, stop),
+            "stop_says": _stop_says(d, stop) if stop + 1 < len(rungs) else None,
             "held_out_by": d.held_out_by,
         }
 

@@ -19,6 +19,7 @@ drawing         see `drawing`; null for a torsion spring, `why_no_drawing` says 
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -122,7 +123,7 @@ def _section(
                 "code": f.code,
                 "severity": f.severity,
                 "pair": f.pair,
-                "message": f.message,
+                "message": _rounded(f.message),
                 "remedy": f.remedy,
             }
             for f in (drive.findings(torque, preload, angle) if ball_drive else [])
@@ -155,7 +156,7 @@ def _solution(s: Solution) -> dict[str, Any]:
     stiffness = s.torsional_stiffness_Nm_per_rad
     return {
         "status": s.status,
-        "message": s.message,
+        "message": _rounded(s.message),
         "elastic_angle_arcsec": s.elastic_angle_arcsec,
         "deceleration_arcsec": s.alpha_deceleration_arcsec,
         "equal_speed_arcsec": s.alpha_equal_speed_arcsec,
@@ -164,6 +165,17 @@ def _solution(s: Solution) -> dict[str, Any]:
         else float(stiffness * np.pi / 648000),
         "hold_preload_N": s.hold_preload_N,
     }
+
+
+def _rounded(message: str) -> str:
+    """The preload that would just not hold, to five digits and never one too low."""
+
+    def up(found: re.Match[str]) -> str:
+        value = float(found[1])
+        step = 10.0 ** (np.floor(np.log10(value)) - 4)
+        return f"more than {np.ceil(value / step - 1e-6) * step:.6g} N"
+
+    return re.sub(r"more than (\d*[1-9]\d*\.\d+) N", up, message)
 
 
 def _thresholds(drive: Drive, torque: float) -> dict[str, Any]:

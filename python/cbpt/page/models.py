@@ -37,6 +37,8 @@ from cbpt.page.stated import REFITTED, STATED, UNKNOWN, key_of, rows_of, with_ze
 
 Floats = NDArray[np.float64]
 
+ROUGH = "the search was not ended: a rough fit"
+"""Of a fit whose numbers are not told to an uncertainty."""
 _TELL_TALES = {spec.id: spec.tell_tale for spec in effect_specs()}
 
 
@@ -66,7 +68,7 @@ class Models:
         d, c = self.diagnosis, self.diagnosis.competition
         yield self._entry(STATED, "stated", "the drive as stated", (), self._bench, d.before)
         for names in sorted(c.fits, key=lambda n: (len(n) > 0, -c.log_odds[n])):
-            yield self._of_set(names, self._bench, c.fits[names])
+            yield self._of_set(names, self._bench, self._bench.fit(names))
         for number in self.numbers_named:
             yield self._of_set((number,), self._bench, self._bench.fit([number]))
         if d.verdict.pattern is not None:
@@ -102,7 +104,8 @@ class Models:
             "rmse_arcsec": rmse_of(bench.fitter.campaign, look)
             if self.used.all()
             else entry["rmse_arcsec"],
-            "held_out_rmse_arcsec": rms(held),
+            # The folds are refitted by one linear step, which means nothing far from the best.
+            "held_out_rmse_arcsec": rms(held) if fit.converged else None,
             "chi2_per_dof": chi2_of(bench.fitter, look),
             "zero_arcsec": float(look.zeros_arcsec[0]) if len(look.zeros_arcsec) == 1 else None,
             "parameters": list(_parameters(fit, effects)),
@@ -111,20 +114,21 @@ class Models:
             "tell_tale": " ".join(
                 str(own[e].expression) if e in own else _TELL_TALES.get(e, "") for e in effects
             ),
-            "signature_arcsec": numbers(model - self._stated) if effects else None,
+            "signature_arcsec": numbers(model - self._stated) if key != STATED else None,
             "converged": fit.converged,
-            "case_text": self._case_text(bench, fit) if effects else None,
+            **(self._case(bench, fit) if key != STATED else {}),
         }
 
-    def _case_text(self, bench: Bench, fit: Fit) -> str | None:
-        """The case with the effects in it, as `cbpt fit` writes it; None where it cannot."""
+    def _case(self, bench: Bench, fit: Fit) -> dict[str, str | None]:
+        """The case with effects and refitted numbers in it, as `cbpt fit` writes it, or why not."""
         case = self.diagnosis.case
         if isinstance(case, Drive):
             case = Case.from_toml(case.to_toml())
         try:
-            return case_with(case, bench.fitter, fit).to_toml()
-        except InvalidInputError:  # an effect that is a function of Python
-            return None
+            text = case_with(case, bench.fitter, fit).to_toml()
+        except InvalidInputError as error:  # an effect that is a function of Python
+            return {"case_text": None, "why_no_case": str(error)}
+        return {"case_text": text, "why_no_case": None}
 
     def predicted(self, bench: Bench, fit: Fit) -> Floats:
         """A fit at every row of the table, with its zeros, shape (n,)."""
@@ -155,7 +159,7 @@ class Models:
             return "refitted"
         if set(names) & {v.effect for v in bench.fitter.campaign.candidates}:
             return "own"
-        if names == v.names:
+        if names == v.names and v.kind != "unknown":
             return "answer"
         rivals = {effect for group in v.rivals for effect in group}
         return "rival" if len(names) == 1 and names[0] in rivals else "candidate"
@@ -175,6 +179,7 @@ class Models:
             "chi2_per_dof": d.ladder[-1].chi2_per_dof,
             "probability": d.verdict.probability if d.verdict.kind == "unknown" else None,
             "signature_arcsec": numbers(model - self._stated),
+            "why_no_case": "a pattern without a name is no effect that a case file could hold",
         }
 
     # --- further choices ---
@@ -233,15 +238,18 @@ class Models:
             "key": key_of(effects),
             "effects": list(effects),
             "in_sample_arcsec": rmse_of(bench.fitter.campaign, look),
-            "held_out_arcsec": rms(held),
+            "held_out_arcsec": rms(held) if look.converged else None,
             "chi2_per_dof": chi2_of(bench.fitter, look),
         }
 
 
 def _parameters(fit: Fit, effects: Sequence[str]) -> Iterator[dict[str, Any]]:
-    """In the unit that people read, with the SI value beside it."""
+    """In the unit that people read, with the SI value beside it; without an uncertainty where the
+    search was not ended, as the value is then none of its best."""
+    rough = {} if fit.converged else {"u": None, "why_no_u": ROUGH}
     for effect in effects:
-        for name, p in parameters_of(fit, effect).items():
+        for name, found in parameters_of(fit, effect).items():
+            p = found | rough
             label, size = DISPLAY.get((effect, name), (name, 1.0))
             yield {
                 "effect": effect,
@@ -267,6 +275,6 @@ def _numbers(fit: Fit) -> Iterator[dict[str, Any]]:
                 "stated": u.mean,
                 "prior": u.sd,
                 "value": value,
-                "u": fit.u(u),
+                "u": fit.u(u) if fit.converged else None,
                 "shift_sigma": (value - u.mean) / u.sd,
             }

@@ -27,7 +27,7 @@ from cbpt.page.drive import redrawn
 from cbpt.page.job import Cancelled, Job
 from cbpt.page.plain import to_json
 from cbpt.page.tables import csv_of
-from cbpt.page.uploads import Opened, Upload, read_case, shown_name
+from cbpt.page.uploads import Opened, Upload, read_case, shown_name, stop_if_few
 
 if TYPE_CHECKING:
     from cbpt.page.models import Models
@@ -78,6 +78,7 @@ class Session:
         """With files from disk. Raises `CaseError` and `ReadingsError`."""
         session = cls()
         read, readings = case_and_readings(case, data, dict(columns or {}) or None, sheet, only)
+        stop_if_few(data.name, readings)
         session._readings = named(readings, str(data), data.name)
         session._shown = Opened(
             read,
@@ -325,8 +326,8 @@ class Session:
         return models
 
     def check_own(self, entry: Mapping[str, Any]) -> dict[str, Any]:
-        """Whether an own effect can be read, else what is wrong and at which character; notes are
-        what may be a slip all the same."""
+        """Whether an own effect can be read and fitted, else what is wrong and at which character;
+        notes are what may be a slip all the same."""
         try:
             effect = own_effect_of(entry)
         except (CaseError, InvalidInputError) as error:
@@ -338,12 +339,24 @@ class Session:
                 "column": int(at[1]) if at else None,
                 "notes": [],
             }
-        return {"ok": True, "message": "", "column": None, "notes": doubtful_names(effect)}
+        why, notes = self._why_not(effect), doubtful_names(effect)
+        return {"ok": why is None, "message": why or "", "column": None, "notes": notes}
+
+    def _why_not(self, effect: OwnEffect) -> str | None:
+        """What keeps an own effect from being fitted to the readings, where there are some."""
+        from cbpt.page.own_check import why_not
+
+        case, readings, models = self._shown.case, self._readings, self._models
+        if case is None or readings is None:
+            return None
+        return why_not(effect, case, readings if models is None else models.diagnosis.readings)
 
     def fit_own(self, entry: Mapping[str, Any], effects: Sequence[str] = ()) -> dict[str, Any]:
         """An own effect fitted, alone or with others."""
         effect = own_effect_of(entry)
         models = self._diagnosed()
+        if why := self._why_not(effect):
+            raise InvalidInputError(why)
         with self._first():
             models.add_own(effect)
         return self.model([*(e for e in effects if e != effect.id), effect.id])
@@ -377,6 +390,8 @@ class Session:
         if what == "csv":
             return csv_of(self._document, entry), "text/csv", f"{stem}_readings.csv"
         if what == "case":
+            if entry["why_no_case"]:
+                raise NotNow(f"there is no case file of this model: {entry['why_no_case']}")
             case = entry["case_text"] or self._shown.case_text
             return case, "application/toml", f"{stem}_case.toml"
         raise NotNow(f"nothing is exported as {what!r}: json, csv, case or command")

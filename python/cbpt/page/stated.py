@@ -55,6 +55,7 @@ def rows_of(
         "signature_arcsec": None,
         "converged": True,
         "case_text": None,
+        "why_no_case": None,
     }
 
 

@@ -142,6 +142,7 @@ class Upload:
             ) from None
         if len(found) > MOST_ROWS:
             raise _too_many_rows(self.name, len(found))
+        stop_if_few(self.name, found)
         return replace(found, source=found.source.replace(self.path, self.name, 1))
 
     def told(self, error: CbptError) -> dict[str, Any]:
@@ -233,6 +234,16 @@ def _stop_if_large(name: str, raw: bytes) -> None:
     if longest > _LONGEST_LINE:
         mistake = Mistake((), "", f"a line of {longest:,} bytes", f"at most {_LONGEST_LINE:,}")
         raise ReadingsError(name, [mistake])
+
+
+def stop_if_few(name: str, readings: Readings) -> None:
+    """As a diagnosis refuses it: the zero alone follows a single reading exactly."""
+    from cbpt.lab.diagnose import FEWEST
+
+    if len(readings) < FEWEST:
+        found, expected = f"{len(readings)} readings", f"at least {FEWEST}"
+        remedy = "with so few anything fits; measure more torques and preloads"
+        raise ReadingsError.of_column(name, "elastic_angle", found, expected, remedy)
 
 
 def _too_many_rows(name: str, rows: int) -> ReadingsError:

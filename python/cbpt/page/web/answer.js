@@ -2,9 +2,9 @@
 
 /** @import { Child, PageDocument } from "./types.d.ts" */
 import { bodyOf, byId, el, fill, svg } from "./dom.js";
-import { fixed, nameOf, probability, readable, text } from "./numbers.js";
+import { nameOf, probability, readable, text } from "./numbers.js";
 import { show } from "./models.js";
-import { documentShown, on, scale, setModel, state } from "./store.js";
+import { documentShown, modelOf, on, setModel, size, state } from "./store.js";
 import { bar } from "./where.js";
 
 const KINDS = /** @type {Record<string, string>} */ ({
@@ -54,7 +54,7 @@ function waiting(whole) {
     el(
       "p",
       { class: "sentence" },
-      `As stated, the model is ${fixed((stated.rmse_arcsec ?? 0) * scale(), 2)} ${state.unit} off.`,
+      `As stated, the model is ${size(stated.rmse_arcsec)} ${state.unit} off.`,
     ),
     el(
       "p",
@@ -68,9 +68,11 @@ function waiting(whole) {
 /** @param {PageDocument} whole */
 function found(whole) {
   const { verdict, before, after, noise } = whole.answer;
-  const size = (/** @type {number | null} */ v) =>
-    v === null ? "–" : fixed(v * scale(), v * scale() < 100 ? 2 : 0);
-  const moved = before.rmse_arcsec !== after.rmse_arcsec;
+  // What does not explain the readings is no "after".
+  const explained = whole.answer_key !== null;
+  const moved = explained && before.rmse_arcsec !== after.rmse_arcsec;
+  const best = (/** @type {number | null} */ v) =>
+    explained ? "" : `; the best of the library leaves ${size(v)}, which does not explain it`;
   const floor = whole.noise.noise_floor_arcsec;
   return el(
     "div",
@@ -80,20 +82,20 @@ function found(whole) {
       "dl",
       { class: "facts" },
       fact(
-        "Probability",
+        "Probability of this answer",
         probability(verdict.probability),
-        KINDS[verdict.kind] ?? verdict.kind,
+        `${KINDS[verdict.kind] ?? verdict.kind}; all that was weighed sums to 1`,
         el("div", { class: "bar" }, bar(verdict.probability)),
       ),
       fact(
-        moved ? "Error before → after" : "Error",
+        moved ? "Error before → after" : explained ? "Error" : "Error as stated",
         moved
           ? `${size(before.rmse_arcsec)} → ${size(after.rmse_arcsec)}`
           : size(before.rmse_arcsec),
-        `${state.unit}, in sample`,
-        fall(before.rmse_arcsec, after.rmse_arcsec, floor),
+        `${state.unit}, in sample${best(after.rmse_arcsec)}`,
+        explained && fall(before.rmse_arcsec, after.rmse_arcsec, floor),
       ),
-      fact(
+      explained && fact(
         "Held out before → after",
         `${size(before.held_out_rmse_arcsec)} → ${size(after.held_out_rmse_arcsec)}`,
         `${state.unit}, by ${whole.answer.held_out_by}`,
@@ -108,7 +110,9 @@ function found(whole) {
       ),
       fact(
         "χ² / dof",
-        `${text(before.chi2_per_dof)} → ${text(after.chi2_per_dof)}`,
+        explained
+          ? `${text(before.chi2_per_dof)} → ${text(after.chi2_per_dof)}`
+          : text(before.chi2_per_dof),
         "1 is what noise alone leaves",
       ),
     ),
@@ -133,6 +137,16 @@ function found(whole) {
             },
           },
           "Show the model of the answer",
+        ),
+        !explained && modelOf("unknown") && el(
+          "button",
+          {
+            type: "button",
+            class: "main",
+            id: "show-pattern",
+            onclick: () => setModel("unknown"),
+          },
+          "Show the pattern without a name",
         ),
         whole.own.draft && el("a", { href: "#own" }, "A first draft of the missing term"),
         el("span", { class: "small quiet" }, noise.u_says),

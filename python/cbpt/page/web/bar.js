@@ -2,9 +2,8 @@
 
 import { byId, el, fill, svg } from "./dom.js";
 import { onTheme, theme } from "./figure.js";
-import { canSwitch, isOn, show, toggle } from "./models.js";
-import { fixed } from "./numbers.js";
-import { documentShown, modelOf, modelShown, on, scale, state } from "./store.js";
+import { canSwitch, isOn, ROUGH, show, toggle } from "./models.js";
+import { documentShown, modelOf, modelShown, on, size, state } from "./store.js";
 
 /** As many as stand beside the gauge in one line. */
 function mostSwitches() {
@@ -93,21 +92,21 @@ function gauge() {
     floor !== null &&
       svg("line", { x1: x(floor), x2: x(floor), y1: 3, y2: 19, stroke: t.warn, "stroke-width": 2 }),
   );
-  const written = (/** @type {number | null} */ v) => (v === null ? "–" : fixed(v * scale(), 2));
   return el(
     "div",
     { class: "gauge", id: "gauge" },
     picture,
-    el("span", {}, el("b", { id: "rmse" }, written(now)), ` ${state.unit}`),
+    el("span", {}, el("b", { id: "rmse" }, size(now)), ` ${state.unit}`),
     el(
       "span",
       { class: "small quiet" },
       m.held_out_rmse_arcsec !== null &&
-        el("span", {}, `held out ${written(m.held_out_rmse_arcsec)}`),
+        el("span", {}, `held out ${size(m.held_out_rmse_arcsec)}`),
+      !m.converged && el("span", { title: ROUGH }, "rough fit"),
       whole.noise && el(
         "span",
         { title: `noise: ${whole.noise.noise_floor_of}` },
-        floor === null ? "noise not known" : `noise ${written(floor)}`,
+        floor === null ? "noise not known" : `noise ${size(floor)}`,
       ),
     ),
   );

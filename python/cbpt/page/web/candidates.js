@@ -9,10 +9,10 @@
 import { bodyOf, el, fill, svg } from "./dom.js";
 import { onTheme, saveDrawing, theme, thin } from "./figure.js";
 import { switchOf } from "./bar.js";
-import { canSwitch, isOn } from "./models.js";
-import { fixed, nameOf, plain, probability, text, withU } from "./numbers.js";
+import { canSwitch, isOn, ROUGH } from "./models.js";
+import { fixed, nameOf, plain, probability, withU } from "./numbers.js";
 import { bar } from "./where.js";
-import { documentShown, modelOf, on, state } from "./store.js";
+import { documentShown, modelOf, on, size, state } from "./store.js";
 
 const FIRST_CARDS = 6;
 const POINTS = 260;
@@ -23,7 +23,7 @@ let all = false;
 const pictures = new Map();
 
 export function setUpCandidates() {
-  on(["document", "models"], () => {
+  on(["document", "models", "unit"], () => {
     pictures.clear();
     draw();
   });
@@ -132,19 +132,26 @@ function card(c) {
         : el("span", { class: "tag" }, c.class),
     ),
     el("h3", {}, c.label),
-    c.probability === null
+    c.probability === null || c.moved
       ? el(
         "p",
         { class: "small quiet" },
-        "A stated number: the answer weighs how far it moves within what is stated. Here it is left free.",
+        "A stated number: the answer weighs how far it moves within what is stated.",
+        !c.moved && " Here it is left free.",
       )
       : el(
         "div",
         { class: "chance" },
-        el("span", { class: "quiet" }, "probability by itself"),
+        el("span", { class: "quiet" }, "probability that it alone is missing"),
         el("div", { class: "bar" }, bar(c.probability)),
         el("b", {}, probability(c.probability)),
       ),
+    c.moved && el(
+      "p",
+      { class: "small" },
+      "off by ",
+      el("b", {}, c.moved.replace(/^\S+ /, "").replace("-", "−")),
+    ),
     m && parameters(m),
     el("p", { class: "tell" }, c.tell_tale),
     m?.signature_arcsec && pictured(c, m.signature_arcsec),
@@ -152,7 +159,7 @@ function card(c) {
       "p",
       { class: "small quiet tiny" },
       [
-        m?.held_out_rmse_arcsec && `held out ${fixed(m.held_out_rmse_arcsec, 2)} arcsec`,
+        m?.held_out_rmse_arcsec && `held out ${size(m.held_out_rmse_arcsec)} ${state.unit}`,
         c.surviving_fraction !== null &&
         `numbers of the drive can imitate all but ${
           (100 * c.surviving_fraction).toFixed(0)
@@ -172,6 +179,7 @@ export function parameters(m) {
   return el(
     "ul",
     { class: "plain small" },
+    !m.converged && el("li", {}, el("b", { class: "rough" }, ROUGH)),
     m.parameters.map((p) =>
       el(
         "li",
@@ -180,7 +188,7 @@ export function parameters(m) {
         " ",
         el("b", {}, sizeOf(p)),
         p.at_bound && " (at the end of its range)",
-        p.u === null && p.why_no_u && ` (no uncertainty: ${p.why_no_u})`,
+        m.converged && p.u === null && p.why_no_u && ` (no uncertainty: ${p.why_no_u})`,
       )
     ),
   );
@@ -289,8 +297,8 @@ function picture(c, signature) {
         "stroke-dasharray": branch === "down" ? "5 2.5" : null,
       })
     ),
-    svg("text", { x: 0, y: 11, "font-size": 9.5, fill: t.quiet }, text(y1, 2)),
-    svg("text", { x: 0, y: h - bottom - 2, "font-size": 9.5, fill: t.quiet }, text(y0, 2)),
+    svg("text", { x: 0, y: 11, "font-size": 9.5, fill: t.quiet }, size(y1)),
+    svg("text", { x: 0, y: h - bottom - 2, "font-size": 9.5, fill: t.quiet }, size(y0)),
     svg("text", { x: left + 4, y: h - 6, "font-size": 9.5, fill: t.quiet }, plain(x0, 3)),
     svg("text", {
       x: w / 2 + left / 2,
@@ -298,7 +306,7 @@ function picture(c, signature) {
       "font-size": 9.5,
       fill: t.quiet,
       "text-anchor": "middle",
-    }, `${nameOf(key)}; residual, arcsec`),
+    }, `${nameOf(key)}; residual, ${state.unit}`),
     svg(
       "text",
       { x: w - 2, y: h - 6, "font-size": 9.5, fill: t.quiet, "text-anchor": "end" },

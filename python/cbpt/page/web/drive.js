@@ -10,7 +10,7 @@ import { afterPause, bodyOf, el, fill, svg, table, trouble } from "./dom.js";
 import { pairDrawing, sectionDrawing } from "./drawing.js";
 import { Figure, onTheme, saveDrawing, theme } from "./figure.js";
 import { fixed, plain, text } from "./numbers.js";
-import { documentShown, hasBalls, inUnit, on, scale, state } from "./store.js";
+import { decimals, documentShown, hasBalls, inUnit, on, scale, state } from "./store.js";
 
 /** @typedef {any} Section what `python/cbpt/page/drive.py` makes */
 
@@ -163,7 +163,7 @@ function drawFacts() {
   const fact = (name, value, more) =>
     el("div", {}, el("dt", {}, name), el("dd", {}, value, " ", el("small", {}, more)));
   const ofPairs = s.deceleration_arcsec !== null && hasBalls();
-  const angle = (/** @type {number | null} */ v) => (v === null ? "–" : fixed(v * k, 2));
+  const angle = (/** @type {number | null} */ v) => v === null ? "–" : fixed(v * k, decimals(2));
   fill(
     place,
     fact(
@@ -199,7 +199,9 @@ function drawDesign() {
       el(
         "h3",
         {},
-        t ? `Preload in N that ${plain(Math.abs(t.torque_Nm))} N m needs` : "Thresholds",
+        t
+          ? `Preload in N that ${plain(Math.abs(t.torque_Nm))} N m needs over a whole turn`
+          : "Thresholds",
       ),
       t
         ? table(
@@ -225,6 +227,11 @@ function drawDesign() {
           ]),
         )
         : el("p", { class: "quiet" }, "A preload is needed from the first torque on."),
+      t && el(
+        "p",
+        { class: "small quiet" },
+        "At the worst input angle of the turn; the solution and the findings are of one input angle, which may need less.",
+      ),
     ),
     el(
       "div",
@@ -318,7 +325,7 @@ function drawPictures() {
           "Angle of this pair",
           pair.angle_arcsec === null
             ? "–"
-            : `${fixed(pair.angle_arcsec * scale(), 2)} ${state.unit}`,
+            : `${fixed(pair.angle_arcsec * scale(), decimals(2))} ${state.unit}`,
         ]].map(([a, b]) => el("div", {}, el("dt", {}, a), el("dd", {}, b))),
       ),
     ),

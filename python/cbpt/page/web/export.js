@@ -1,5 +1,6 @@
 /** 9. Export: the answer's JSON, the readings as CSV, the case file, plots, the command line. */
 
+/** @import { Model } from "./types.d.ts" */
 import { isLive } from "./api.js";
 import { announce, bodyOf, el, fill } from "./dom.js";
 import { saveFile } from "./figure.js";
@@ -14,9 +15,10 @@ function draw() {
   const whole = documentShown();
   const base = whole.data.name.replace(/\.[^.]*$/, "").replace(/[^\w.-]+/g, "_") || "readings";
   const m = modelShown();
-  /** @param {string} id @param {string} name @param {() => void} act @param {string} what */
-  const button = (id, name, act, what) =>
-    el("button", { type: "button", id, title: what, onclick: act }, name);
+  const case_ = caseWith(whole, m);
+  /** @param {string} id @param {string} name @param {() => void} act @param {string} what @param {boolean} [disabled] */
+  const button = (id, name, act, what, disabled = false) =>
+    el("button", { type: "button", id, title: what, onclick: act, disabled }, name);
   fill(
     bodyOf("export"),
     el(
@@ -52,15 +54,18 @@ function draw() {
         button(
           "save-case",
           "Case file (TOML)",
-          () => saveFile(`${base}_case.toml`, caseWith(whole, m), "application/toml"),
-          "with the effects of the model shown",
+          () => case_ && saveFile(`${base}_case.toml`, case_, "application/toml"),
+          case_ === null ? noCase(m) : "with the effects and refitted numbers of the model shown",
+          case_ === null,
         ),
         el("button", { type: "button", id: "print", onclick: () => print() }, "Print"),
       ),
       el(
         "p",
         { class: "small quiet" },
-        `Readings and case are those of the model shown (${m.label}).`,
+        case_ === null
+          ? `The readings are those of the model shown (${m.label}). ${noCase(m)}`
+          : `Readings and case are those of the model shown (${m.label}).`,
         el(
           "span",
           { class: "no-print" },
@@ -84,14 +89,19 @@ function draw() {
           ),
         )
       ),
-      el(
+      case_ !== null && el(
         "details",
         {},
-        el("summary", {}, "Case file with the effects of the model shown"),
-        el("pre", { id: "case-text" }, caseWith(whole, m)),
+        el("summary", {}, "Case file of the model shown"),
+        el("pre", { id: "case-text" }, case_),
       ),
     ),
   );
+}
+
+/** Why there is no case file. @param {Model} m */
+function noCase(m) {
+  return `There is no case file of it: ${m.why_no_case ?? "it was not fitted"}.`;
 }
 
 /**

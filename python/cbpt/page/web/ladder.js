@@ -4,9 +4,9 @@
 /** @import { Rung } from "./types.d.ts" */
 import { bodyOf, el, fill, table } from "./dom.js";
 import { Figure } from "./figure.js";
-import { fixed, plain, text } from "./numbers.js";
+import { plain, text } from "./numbers.js";
 import { safe } from "./readings.js";
-import { documentShown, modelOf, modelShown, on, scale, setModel, state } from "./store.js";
+import { documentShown, modelOf, modelShown, on, scale, setModel, size, state } from "./store.js";
 
 /** Room for the names of the rungs, px. */
 const LEFT = 148;
@@ -109,9 +109,9 @@ function mark(after, words, colour, dash) {
 
 /** @param {Rung} r */
 function nameOf(r) {
-  return r.added && r.key !== "refitted" && r.key !== "unknown"
-    ? `+ ${r.label.replaceAll("_", " ")}`
-    : r.label.replaceAll("_", " ");
+  const name = r.label.replaceAll("_", " ") +
+    (modelOf(r.key)?.converged === false ? " (rough fit)" : "");
+  return r.added && r.key !== "refitted" && r.key !== "unknown" ? `+ ${name}` : name;
 }
 
 /** @param {Theme} t */
@@ -262,9 +262,17 @@ function wrapped(name) {
   return [...lines, line].join("<br>");
 }
 
+/** What an error held out far below the one in sample means. */
+const LOOSE =
+  "Held out, numbers are refitted to the other readings and an effect may depart a little from its form; far below in sample it says that the form does not hold.";
+
+/** @param {Rung} r */
+function loose(r) {
+  return r.effects.length > 0 && (r.held_out_arcsec ?? Infinity) < 0.8 * r.in_sample_arcsec;
+}
+
 function drawRows() {
   const whole = documentShown();
-  const s = scale();
   const list = rungs();
   const place = table(
     "Error ladder",
@@ -281,12 +289,18 @@ function drawRows() {
           onclick: () => setModel(r.key),
         }, nameOf(r))
         : nameOf(r),
-      fixed(r.in_sample_arcsec * s, 3),
-      r.held_out_arcsec === null ? "–" : fixed(r.held_out_arcsec * s, 3),
+      size(r.in_sample_arcsec),
+      size(r.held_out_arcsec),
       [
         text(r.chi2_per_dof),
         whole.ladder?.stop === k &&
-        el("span", { class: "visually-hidden" }, " (the answer stops here)"),
+        el(
+          "span",
+          { class: "visually-hidden" },
+          whole.answer_key === null
+            ? " (the best of the library, which does not explain it)"
+            : " (the answer stops here)",
+        ),
       ],
     ]),
   );
@@ -304,7 +318,7 @@ function drawRows() {
       whole.ladder
         ? `Errors in ${state.unit}; held out by ${whole.ladder.held_out_by}.${
           stopOf() === null ? "" : ` Dashed: ${whole.ladder.stop_says}.`
-        }`
+        }${list.some(loose) ? ` ${LOOSE}` : ""}`
         : whole.reasons.ladder,
     ),
   );

@@ -5,8 +5,7 @@
 /** @import { Model, Rung } from "./types.d.ts" */
 import { isLive, post } from "./api.js";
 import { announce, trouble } from "./dom.js";
-import { fixed } from "./numbers.js";
-import { documentShown, modelOf, modelShown, scale, setModel, state, tell } from "./store.js";
+import { documentShown, modelOf, modelShown, setModel, size, state, tell } from "./store.js";
 
 /** The key of the model with some effects. @param {string[]} effects */
 export function keyOf(effects) {
@@ -21,14 +20,28 @@ export function canSwitch(effect) {
 
 /** Whether an effect is in the model shown. @param {string} effect */
 export function isOn(effect) {
-  return modelShown().effects.includes(effect);
+  return modelShown().effects.includes(effect) ||
+    (isRefitted(effect) && modelShown().key === "refitted");
 }
+
+/** Whether it is a number that the answer has refitted, which no effect stands for. @param {string} effect */
+function isRefitted(effect) {
+  return documentShown().candidates.some((c) => c.effect === effect && c.key === "refitted");
+}
+
+/** What a model is called that the search did not end at. */
+export const ROUGH = "rough fit: the search was not ended";
 
 let latest = 0;
 
 /** One effect on or off. @param {string} effect */
 export function toggle(effect) {
   const now = modelShown().effects;
+  if (isRefitted(effect) && !now.length) {
+    setModel(isOn(effect) ? "stated" : "refitted");
+    announce(told());
+    return;
+  }
   return show(now.includes(effect) ? now.filter((e) => e !== effect) : [...now, effect], effect);
 }
 
@@ -82,6 +95,7 @@ export function take(found) {
 /** The model shown in one sentence. */
 export function told() {
   const m = modelShown();
-  const size = m.rmse_arcsec === null ? "–" : fixed(m.rmse_arcsec * scale(), 3);
-  return `Shown: ${m.label}; error ${size} ${state.unit}.`;
+  return `Shown: ${m.label}; error ${size(m.rmse_arcsec)} ${state.unit}.${
+    m.converged ? "" : ` It is a ${ROUGH}.`
+  }`;
 }

@@ -6,7 +6,7 @@
 
 /** @import { OwnEffect, OwnParameter } from "./types.d.ts" */
 import { isLive, post } from "./api.js";
-import { afterPause, announce, bodyOf, byId, el, fill, trouble } from "./dom.js";
+import { afterPause, announce, bodyOf, byId, el, fill } from "./dom.js";
 import { show, take, told } from "./models.js";
 import { text } from "./numbers.js";
 import { parameters as sizesOf } from "./candidates.js";
@@ -104,7 +104,7 @@ function draw() {
     oninput: (e) => {
       effect.expression = e.target.value;
       if (matchParameters()) drawParameters();
-      check();
+      changed();
     },
   }, effect.expression);
   mistake = el("div", {
@@ -136,7 +136,7 @@ function draw() {
               id: "own-id",
               value: effect.id,
               spellcheck: "false",
-              oninput: (e) => ((effect.id = e.target.value), check()),
+              oninput: (e) => ((effect.id = e.target.value), changed()),
             }),
           ),
           el(
@@ -145,7 +145,7 @@ function draw() {
             el("span", {}, "Acts"),
             el(
               "select",
-              { id: "own-port", onchange: (e) => ((effect.port = e.target.value), check()) },
+              { id: "own-port", onchange: (e) => ((effect.port = e.target.value), changed()) },
               whole.own.ports.map((p) =>
                 el(
                   "option",
@@ -191,7 +191,7 @@ function draw() {
   );
   matchParameters();
   drawParameters();
-  check();
+  changed();
 }
 
 /** @param {HTMLTextAreaElement} field @param {string} name */
@@ -228,7 +228,7 @@ function drawParameters() {
         if (part === "unit") p.unit = written;
         else if (part === "start") p.start = Number(written);
         else p[part] = written === "" ? null : Number(written);
-        check();
+        changed();
       },
     });
   fill(
@@ -272,6 +272,15 @@ function drawParameters() {
 
 let asked = 0;
 
+/** What was said of another text no longer stands beside this one. */
+function changed() {
+  asked++;
+  fit.disabled = true;
+  mistake.classList.remove("fine");
+  mistake.textContent = "";
+  check();
+}
+
 const check = afterPause(120, async () => {
   const mine = ++asked;
   try {
@@ -307,8 +316,10 @@ async function fitted() {
     setModel(answer.model.key);
     announce(told());
   } catch (error) {
+    // Beside the editor, where one looks; in place of what the check said.
     fill(found);
-    trouble(error instanceof Error ? error.message : String(error));
+    mistake.classList.remove("fine");
+    mistake.textContent = error instanceof Error ? error.message : String(error);
   } finally {
     fit.disabled = false;
   }

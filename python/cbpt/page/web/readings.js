@@ -12,6 +12,7 @@ import { bodyOf, byId, el, fill, svg, table } from "./dom.js";
 import { Figure, MOST_POINTS, onTheme, theme, thin } from "./figure.js";
 import { fixed, nameOf, plain } from "./numbers.js";
 import {
+  decimals,
   documentShown,
   hasBalls,
   inUnit,
@@ -468,7 +469,9 @@ function drawSelection() {
       el(
         "h3",
         { id: "selected-count" },
-        `${rows.length} readings selected; mean residual ${fixed(bias * s, 2, true)} ${state.unit}`,
+        `${rows.length} readings selected; mean residual ${
+          fixed(bias * s, decimals(2), true)
+        } ${state.unit}`,
       ),
       el("button", { type: "button", onclick: () => select([]) }, "Let go"),
     ),
@@ -492,8 +495,8 @@ function drawSelection() {
         plain(r.torque_Nm[i]),
         ...more.map((c) => plain(/** @type {number[]} */ (r[c.key])[i])),
         BRANCHES[r.branch[i]].name.replace("torque ", ""),
-        fixed(r.measured_arcsec[i] * s, 3),
-        fixed((m.residual_arcsec[i] ?? NaN) * s, 3, true),
+        fixed(r.measured_arcsec[i] * s, decimals(3)),
+        fixed((m.residual_arcsec[i] ?? NaN) * s, decimals(3), true),
         ...(hasBalls() ? [whole.regimes[r.regime[i] ?? -1] ?? ""] : []),
       ]),
     ),

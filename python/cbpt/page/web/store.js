@@ -7,7 +7,7 @@
 
 /** @import { Model, PageDocument } from "./types.d.ts" */
 /** @import { AngleUnit } from "./numbers.js" */
-import { ANGLE_UNITS } from "./numbers.js";
+import { ANGLE_UNITS, text } from "./numbers.js";
 
 /** @typedef {"document" | "models" | "model" | "selection" | "filter" | "unit"} Topic */
 
@@ -101,6 +101,20 @@ export function select(rows) {
 /** Angle of the document, in the unit shown. */
 export function scale() {
   return 1 / ANGLE_UNITS[state.unit];
+}
+
+/**
+ * An error or another angle of the document in the unit shown, with three digits that can be seen.
+ * @param {number | null | undefined} arcsec @param {boolean} [signed]
+ */
+export function size(arcsec, signed = false) {
+  if (arcsec === null || arcsec === undefined) return "–";
+  return `${signed && arcsec > 0 ? "+" : ""}${text(arcsec * scale(), 3)}`;
+}
+
+/** As many decimals in the unit shown as those of arcsec stand for. @param {number} ofArcsec */
+export function decimals(ofArcsec) {
+  return Math.max(0, ofArcsec + Math.round(Math.log10(ANGLE_UNITS[state.unit])));
 }
 
 /** @param {readonly (number | null)[]} values @returns {(number | null)[]} */

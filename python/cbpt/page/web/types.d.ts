@@ -31,8 +31,9 @@ export interface Model {
   signature_arcsec: Maybe<Column>;
   converged: boolean;
   parameters: Parameter[];
-  /** The case with the effects of the model in it; null where a case file cannot hold them. */
+  /** The case with the effects and numbers of the model in it; null where it cannot hold them. */
   case_text?: Maybe<string>;
+  why_no_case?: Maybe<string>;
   /** The steps that lead to a model of the user's. */
   ladder?: Rung[];
   numbers: {
@@ -57,6 +58,8 @@ export interface Candidate {
   rival_correlation: Maybe<number>;
   in_answer: boolean;
   is_rival: boolean;
+  /** How far a number that is the answer is off. */
+  moved?: Maybe<string>;
   tell_tale: string;
   equation: string;
 }

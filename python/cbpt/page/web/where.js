@@ -4,9 +4,19 @@
 /** @import { Region } from "./types.d.ts" */
 import { bodyOf, el, fill } from "./dom.js";
 import { Figure } from "./figure.js";
-import { fixed, percent, plain, text } from "./numbers.js";
+import { percent, plain, text } from "./numbers.js";
 import { BRANCHES, safe } from "./readings.js";
-import { documentShown, hasBalls, modelShown, on, scale, select, state, visible } from "./store.js";
+import {
+  documentShown,
+  hasBalls,
+  modelShown,
+  on,
+  scale,
+  select,
+  size,
+  state,
+  visible,
+} from "./store.js";
 
 const BINS = 16;
 // Up to this many different values stand for themselves.
@@ -51,10 +61,17 @@ export function setUpWhere() {
     if (!keys.includes(across)) across = keys[0];
     if (!keys.includes(up) || up === across) up = preferred(keys);
     drawChoices();
+  });
+  on(["document", "model"], () => {
+    const { where } = documentShown();
+    const regions = (where?.regions ?? []).length > 0, ofShown = where?.of === modelShown().key;
     fill(
       note,
       hasBalls() && "Hatched: contacts have parted in some readings. ",
-      "Outlined: the regions listed here. ",
+      regions &&
+        (ofShown
+          ? "Outlined: the regions listed here. "
+          : "The regions listed here are of the drive as stated, and not outlined on another model. "),
       el("span", { class: "no-print" }, "A box drawn on the map selects readings."),
     );
   });
@@ -279,11 +296,14 @@ function spans(x, y, s) {
 
 /** The regions that speak of nothing but these two columns. @param {Theme} t @param {Axis} x @param {Axis} y */
 function outlines(t, x, y) {
+  const where = documentShown().where;
+  // Regions of one model say nothing about the residual of another.
+  if (where?.of !== modelShown().key) return {};
   /** @type {any[]} */
   const shapes = [];
   /** @type {any[]} */
   const annotations = [];
-  (documentShown().where?.regions ?? []).forEach((region, k) => {
+  where.regions.forEach((region, k) => {
     const ends = Object.fromEntries(
       Object.entries(region.region).map(([name, e]) => [columnOf(name), e]),
     );
@@ -350,7 +370,6 @@ function readingsOf(region) {
 function drawRegions() {
   const whole = documentShown();
   const list = whole.where?.regions ?? [];
-  const s = scale();
   fill(
     regions,
     el("h3", {}, "Where the drive as stated fails"),
@@ -367,7 +386,7 @@ function drawRegions() {
             `${
               percent(region.share_of_misfit)
             } of the misfit in ${region.readings} readings; bias ${
-              fixed(region.bias_arcsec * s, 2, true)
+              size(region.bias_arcsec, true)
             } ${state.unit}, p ${text(region.p_value, 2)}`,
           ),
           el("div", {

@@ -1,0 +1,68 @@
+"""Whether an effect of the user's own can be fitted, told as it is typed.
+
+why_not   what keeps an effect from being fitted to these readings, before anything is fitted
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from cbpt._core import Case, Drive, OwnEffect
+from cbpt.errors import InvalidInputError, ReadingsError
+from cbpt.lab.assembled import Assembled, Campaign
+from cbpt.lab.own import COLUMNS, variant_of
+from cbpt.lab.readings import Readings
+
+_NOT_FINITE = "effect_not_finite"
+# As many tell it, and a check keeps up with who types.
+_MOST = 1200
+
+
+def why_not(effect: OwnEffect, case: Case | Drive, readings: Readings) -> str | None:
+    """None where the effect is a number at every reading, with its parameters at their starts, and
+    depends on one that may make it vanish."""
+    try:
+        bare = Campaign.of(case, readings)
+        campaign = replace(
+            bare,
+            own=bare.own | {effect.id: effect},
+            effects=tuple(e for e in bare.effects if e[0] != effect.id),
+        )
+        if said := _missing_column(effect, readings) or _not_finite(effect, campaign):
+            return said
+        if len(readings) > _MOST:
+            some = np.zeros(len(readings), dtype=bool)
+            some[:: len(readings) // _MOST + 1] = True
+            campaign = campaign.select(some)
+        variant_of(effect, campaign)
+    except (InvalidInputError, ReadingsError) as error:
+        return str(error)
+    return None
+
+
+def _missing_column(effect: OwnEffect, readings: Readings) -> str | None:
+    for variable, column in COLUMNS.items():
+        if effect.uses(variable) and getattr(readings, column) is None:
+            return f"{variable}: the table has no column {column}"
+    return None
+
+
+def _not_finite(effect: OwnEffect, campaign: Campaign) -> str | None:
+    r = campaign.readings
+    starts = np.array([start for _, _, start, _, _ in effect.parameters])
+    _, status = Assembled(campaign, [effect.id]).states(starts)
+    bad = np.flatnonzero(status == _NOT_FINITE)
+    if not len(bad):
+        return None
+    first = bad[0]
+    load = f"torque {r.torque_Nm[first]:g} N m"
+    if r.preload_N is not None:
+        load += f", preload {r.preload_N[first]:g} N"
+    if r.time_s is not None and effect.uses("time_s"):
+        load += f", time {r.time_s[first]:g} s"
+    return (
+        f"it is no number at {len(bad)} of {len(r)} readings, first at {r.place} "
+        f"{r.line[first]} ({load}), with its parameters at their starts"
+    )
