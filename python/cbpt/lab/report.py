@@ -38,13 +38,16 @@ def lines(d: Diagnosis) -> Iterator[str]:
     if not d.verdict.effects and not d.verdict.rivals and d.verdict.pattern is None:
         yield from _unseen(d)
     yield from wrap(document["noise"]["u_says"], _WIDTH)
+    joint = sum(r.number not in d.verdict.effects for r in d.verdict.rests_on) > 1
+    together = ", the other numbers moving together with it within theirs" if joint else ""
     for r in d.verdict.rests_on:
         own = r.number in d.verdict.effects
         if d.verdict.names and abs(r.needed_shift_sigma) > 2 and not own:
             yield (
                 f"This rests on {r.number}, stated to {_percent(r.number, r.prior)}: it would have "
                 "to be off by "
-                f"{abs(r.needed_shift_sigma):.0f} standard uncertainties to explain the same."
+                f"{abs(r.needed_shift_sigma):.0f} standard uncertainties to explain the same"
+                f"{together}."
             )
     run = document["next_run"]
     if run:

@@ -212,7 +212,9 @@ function restsOn(numbers) {
           {},
           `${r.number.replaceAll("_", " ")}, stated to ${text(r.prior, 2)}: if it were off by ${
             text(Math.abs(r.needed_shift_sigma), 2)
-          } standard uncertainties it would explain the same.`,
+          } standard uncertainties${
+            numbers.length > 1 ? ", together with the others here," : ""
+          } it would explain the same.`,
         )
       ),
     ),

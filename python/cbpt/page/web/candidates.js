@@ -161,7 +161,9 @@ function card(c) {
       [
         m?.held_out_rmse_arcsec && `held out ${size(m.held_out_rmse_arcsec)} ${state.unit}`,
         c.surviving_fraction !== null &&
-        `no number of the drive imitates ${(100 * c.surviving_fraction).toFixed(0)} % of it`,
+        `numbers of the drive can imitate all but ${
+          (100 * c.surviving_fraction).toFixed(0)
+        } % of it`,
         c.rival &&
         `looks most like ${c.rival.replaceAll("_", " ")} (correlation ${
           fixed(c.rival_correlation, 2)
