@@ -24,7 +24,7 @@ from cbpt.lab.fit import Fit, Fitter, Hypothesis
 from cbpt.lab.levels import levels_of
 from cbpt.lab.library import LOT, ODDS, Variant
 from cbpt.lab.noise import Noise, Whitener, fit_noise
-from cbpt.lab.patterns import Pattern, patterns_on
+from cbpt.lab.patterns import Pattern, patterns_on, says_no_more
 from cbpt.lab.peaks import solved
 from cbpt.lab.robust import looseness
 from cbpt.lab.screen import Gain, Screen, Signature, Signatures
@@ -157,6 +157,7 @@ def compete(
         p
         for base in sorted({(), best})
         for p in patterns_on(fitter, fits[base], families, flexible)
+        if not says_no_more(p, fits[best])
     ]
     pattern_odds = [
         p.log_evidence
