@@ -41,7 +41,8 @@ _PAIRS = 8
 _PAIR_ROOM = 4.0
 _FORMS = 3
 _GLANCED = 60
-# In log odds: effects this near to the best are looked at for other solutions.
+# In log odds: effects this near to the best, and likelier than none, are looked at for other
+# solutions.
 _SOLVED_WITHIN = 10.0
 _LARGE = 4
 
@@ -130,6 +131,7 @@ def compete(
             _keep(fits, fitter.fit(hypothesis, values, noise))
 
     bar = max(_score(fitter, f) for f in fits.values()) - _SOLVED_WITHIN
+    bar = max(bar, _score(fitter, null))
     for single in [n for n, f in fits.items() if _score(fitter, f) > bar]:
         fits[single] = solved(fitter, fits[single])
 
