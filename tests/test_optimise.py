@@ -215,6 +215,59 @@ def test_bounds_that_cannot_be_are_refused(bounds: dict[str, Any], words: str) -
         cbpt.optimise(BASE, bounds)
 
 
+def test_every_limit_that_is_violated_is_told() -> None:
+    """A threshold too, which is not asked for in the search while another limit is violated."""
+    bounds = {
+        "free": {"load": {"preload_N": [100, 200]}, "equal_speed": {"pitch_radius_mm": [25, 30]}},
+        "limits": {"preload": "zero_backlash", "contact_pressure_GPa": 1.0},
+    }
+    found = cbpt.optimise(BASE, bounds)
+    assert not found.found
+    assert [sentence.split()[0] for sentence in found.violated] == [
+        "contact_pressure_GPa",
+        "preload:",
+    ]
+    needed = found.case.drive.preload(5).drive.zero_backlash_N
+    have = found.case.preload_N
+    assert needed is not None and have is not None
+    assert found.margins["preload_N"] == pytest.approx(have - needed)
+    tight = {
+        "free": {"equal_speed": {"pitch_radius_mm": [39, 60]}},
+        "limits": {"preload": "zero_backlash", "contact_pressure_GPa": 1.95},
+    }
+    before = cbpt.optimise(BASE, tight, preload_N=150).violated_before
+    assert [sentence.split()[0] for sentence in before] == ["contact_pressure_GPa", "preload:"]
+
+
+def test_what_does_not_bear_on_a_violation_stays() -> None:
+    bounds = {"free": {"load": {"preload_N": [100, 900]}}, "limits": {"outer_radius_mm": 50}}
+    found = cbpt.optimise(BASE, bounds)
+    assert not found.found and found.numbers["load.preload_N"] == (600.0, 600.0)
+
+
+@pytest.mark.parametrize("greatest", [60, 70])
+def test_a_case_may_start_on_its_bound(greatest: float) -> None:
+    found = cbpt.optimise(BASE, {"free": {"equal_speed": {"pitch_radius_mm": [40, greatest]}}})
+    assert found.found
+    assert found.case.drive.to_toml() != cbpt.Case.from_file(BASE).drive.to_toml()
+
+
+def test_the_outcome_is_told_over_a_period() -> None:
+    found = cbpt.optimise(BASE, TWO)
+    of = found.over_period
+    drive, least = found.case.drive, of["elastic_angle_least_arcsec"]
+    largest = drive.largest_elastic_angle(5, 600)
+    assert largest is not None and least is not None and found.after_arcsec is not None
+    assert of["elastic_angle_largest_arcsec"] == pytest.approx(
+        largest.elastic_angle_arcsec, rel=0.01
+    )
+    assert least <= found.after_arcsec <= largest.elastic_angle_arcsec * (1 + 1e-9)
+    # The limit is kept at the input angle of the case, so it may be passed at others; that is told.
+    pressure = of["contact_pressure_largest_GPa"]
+    assert pressure is not None and pressure >= 2.4 - 1e-6
+    assert "(the limit is kept at 0 deg)" in found.report()
+
+
 def test_files_and_loads_that_cannot_be_are_refused(tmp_path: Path) -> None:
     with pytest.raises(cbpt.InvalidInputError, match="cannot be read"):
         cbpt.optimise(BASE, tmp_path / "none.toml")

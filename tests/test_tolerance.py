@@ -47,6 +47,16 @@ def test_a_modulus_within_limits_has_a_known_law() -> None:
     assert found.stacked_linear_arcsec == pytest.approx([nominal - linear, nominal + linear])
 
 
+@pytest.mark.parametrize("samples", [2, 3])
+def test_few_drives_do_not_know_their_spread_well(samples: int) -> None:
+    case = case_with("material_youngs_modulus_GPa = 50")
+    for seed in range(4):
+        found = cbpt.tolerance(case, samples=samples, seed=seed)
+        assert 0.3 < found.sd_error_arcsec / found.sd_arcsec < 1
+        assert np.isnan(found.quantiles_arcsec[0.025][1])
+        assert "(standard error unknown: too few drives)" in found.report()
+
+
 SMALL = """
 deceleration_ball_radius_um = 0.5
 deceleration_contact_angle_deg = 0.05

@@ -81,8 +81,12 @@ fn a_formula_is_the_effect_of_the_library_that_it_says() {
         let mut values = vec![1e-3, 4e-5, 0.0, 0.0];
         values.extend(parameters.iter().map(|(_, start)| *start));
         let wanted: Vec<usize> = (0..values.len()).collect();
-        let with = |effect| predicted(vec![library("friction_hysteresis"), effect], &values, &wanted);
-        let (theirs, mine) = (with(library(id)), with(own(adds_to, text, parameters)));
+        let with =
+            |effect, values: &[f64]| predicted(vec![library("friction_hysteresis"), effect], values, &wanted);
+        let mine = with(own(adds_to, text, parameters), &values);
+        // The library's effect may have further sizes, for forms that the formula has not.
+        let further = effect::find(id).unwrap().parameters.len() - parameters.len();
+        let theirs = with(library(id), &[values.clone(), vec![0.0; further]].concat());
         assert_same(&theirs.angle_rad, &mine.angle_rad, 1e-12, id);
         for column in wanted {
             let of = |found: &Prediction| -> Vec<f64> {
@@ -138,7 +142,7 @@ fn contributions_add_up_and_name_own_effects() {
     let reducer = Case::from_toml(EXAMPLE, "example").unwrap().reducer;
     let effects = vec![own(AddsTo::Series, "c * torque_Nm", &[("c", 3e-6)]), library("creep")];
     let mut predictor = Predictor::of(reducer, effects, rows()).unwrap();
-    let values = [3e-6, 1e-6, 20.0];
+    let values = [3e-6, 1e-6, 20.0, 0.0];
     let parts = predictor.contributions(&values).unwrap();
     let names: Vec<&str> = parts.iter().map(|part| &*part.name).collect();
     assert_eq!(names, ["model", "creep", "mine"]);

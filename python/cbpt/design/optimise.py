@@ -13,7 +13,7 @@ solution never wins. What it finds is polished by SLSQP in the numbers that are 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from os import PathLike
 from typing import Any
@@ -46,6 +46,10 @@ _ATTEMPTS = 3
 # The search ends when the angles of the population differ by about this part of them; the rest is
 # the polish's.
 _AGREE = 1e-3
+# A threshold that was not asked for, as other limits are violated, counts as twice the preload.
+_UNASKED = 1.0
+# Input angles over a period at which the outcome is looked at.
+_ANGLES = 24
 # Without a solution a design is beyond every one that has one.
 _UNSOLVED = 100.0
 # Kept clear of a limit by the polish, so that rounding does not step over it.
@@ -75,7 +79,11 @@ class Optimum:
     violated_before: tuple[str, ...]
     """What the case as it was violates."""
     margins: dict[str, float]
-    """What is left to each limit, in the unit of its key; below 0 it is violated."""
+    """What is left to each limit, in the unit of its key; below 0 it is violated. That of a preload
+    threshold is `preload_N`."""
+    over_period: dict[str, float | None]
+    """`elastic_angle_least_arcsec`, `elastic_angle_largest_arcsec` and, where pressure is limited,
+    `contact_pressure_largest_GPa` of `case` at input angles over a period."""
     designs: int
     """How many were judged."""
     seed: int
@@ -98,6 +106,7 @@ class Optimum:
             },
             "binds": list(self.binds),
             "margins": {key: _plain(value) for key, value in self.margins.items()},
+            "over_period": self.over_period,
             "violated": list(self.violated),
             "violated_before": list(self.violated_before),
             "designs": self.designs,
@@ -136,6 +145,7 @@ class Optimum:
             key, before = shown(name, was)
             rows.append([key, before, shown(name, now)[1]])
         lines.append(text_table(["number", "before", "now"], json.dumps(rows)))
+        lines.append(self._of_period(angle))
         if self.found:
             at = ", ".join(self.binds) or "none; the smallest angle lies inside the bounds"
             lines.append(f"At its bound: {at}.")
@@ -144,6 +154,19 @@ class Optimum:
         lines.append(f"{self.designs} designs judged, seed {self.seed}.")
         lines += bare_drive_note(self.case, "these are angles")
         return "\n".join(lines)
+
+    def _of_period(self, angle: Callable[[float | None], str]) -> str:
+        of = self.over_period
+        least, largest = (of[f"elastic_angle_{end}_arcsec"] for end in ("least", "largest"))
+        if least is None:
+            return "Over a period of the drive some input angles have no solution."
+        told = f"Over a period of the drive: {angle(least)} to {angle(largest)}"
+        pressure = of.get("contact_pressure_largest_GPa")
+        if pressure is not None:
+            told += f", contact pressure at most {pressure:.6g} GPa"
+            if self.found:
+                told += f" (the limit is kept at {self.case.input_angle_deg or 0:g} deg)"
+        return f"{told}."
 
     def __repr__(self) -> str:
         return self.report()
@@ -188,6 +211,8 @@ class _Search:
         values = [value_of(self.case, free.number) for free in self.bounds.free]
         # One that stands for two that differ starts in the middle of its range.
         middle = 0.5 * (self.low + self.high)
+        # A start on the very bound is outside to the rounding of SciPy's own scale.
+        inside = 1e-9 * (self.high - self.low)
         was = np.array([m if v is None else v for v, m in zip(values, middle, strict=True)])
         of_population: Any = self.of_population  # one number in SciPy's own types
         # Where nothing keeps the limits the search may have run into a blind end: it is begun
@@ -196,7 +221,7 @@ class _Search:
             ended = differential_evolution(
                 of_population,
                 Box(self.low, self.high),
-                x0=np.clip(was, self.low, self.high) if attempt == 0 else None,
+                x0=np.clip(was, self.low + inside, self.high - inside) if attempt == 0 else None,
                 strategy="best1bin" if attempt == 0 else "rand1bin",
                 integrality=self.whole,
                 vectorized=True,
@@ -213,7 +238,19 @@ class _Search:
         polished = self.polished(best) if ended.fun < 1.0 else best
         merits = self.merit(np.array([best, polished]))
         x = polished if merits[1] < merits[0] else best
-        return self.optimum(was, x, float(merits.min()) < 1.0, seed)
+        found = float(merits.min()) < 1.0
+        return self.optimum(was, x if found else self.kept_back(was, x), found, seed)
+
+    def kept_back(self, was: Floats, x: Floats) -> Floats:
+        """What does not bear on the violation as it was, where its range lets it."""
+        x = x.copy()
+        for place, value in enumerate(np.clip(was, self.low, self.high)):
+            back = x.copy()
+            back[place] = round(value) if self.whole[place] else value
+            merits = self.merit(np.array([x, back]))
+            if merits[1] <= merits[0]:
+                x = back
+        return x
 
     def of_population(self, x: Floats) -> Floats:
         """The merits of designs in columns, or of one."""
@@ -225,7 +262,8 @@ class _Search:
         return judge(self.case, self.names, x, pressures=self.bounds.needs_pressures)
 
     def excesses(self, x: Floats, judged: Judged) -> Floats:
-        """By limit and design, the last row that of the preload; above 0 it is violated."""
+        """By limit and design, the last row that of the preload; above 0 it is violated. NaN: not
+        asked for, as the threshold is where another limit is violated."""
         limits = np.array([limit.excess(judged) for limit in self.bounds.limits])
         preload = np.full(len(x), np.nan if self.bounds.threshold else -1.0)
         good = (np.nan_to_num(limits, nan=1.0) <= 0).all(axis=0) & (judged.status == "ok")
@@ -246,6 +284,7 @@ class _Search:
         """Angle (rad, below 1) of what keeps the limits; 1 and the violation of what does not."""
         judged = self.judged(x)
         excess = np.clip(self.excesses(x, judged), 0.0, None)
+        excess[-1] = np.nan_to_num(excess[-1], nan=_UNASKED)
         solved = judged.status == "ok"
         violation = np.nansum(np.minimum(excess, 1e6), axis=0) + np.where(solved, 0.0, _UNSOLVED)
         # A wall that is missing is no small violation, however little is missing: the pressures at
@@ -313,12 +352,17 @@ class _Search:
         both = np.array([was, now])
         judged = self.judged(both)
         excess = self.excesses(both, judged)
+        if self.bounds.threshold:
+            excess[-1] = self.preload_excess(both)
         angles = np.abs(judged["elastic_angle_rad"]) * ARCSEC_PER_RAD
         values = {name: float(v) for name, v in zip(self.names, now, strict=True)}
         limits = self.bounds.limits
         margins = {
             limit.key: -float(limit.excess(judged)[1]) * limit.size / limit.unit for limit in limits
         }
+        case = self.case.with_numbers(values)
+        if self.bounds.threshold and case.preload_N is not None:
+            margins["preload_N"] = -float(excess[-1, 1]) * case.preload_N
         at = [
             f"{shown(free.number, 0.0)[0]} ({'least' if value < middle else 'greatest'})"
             for free, value in zip(self.bounds.free, now, strict=True)
@@ -333,7 +377,7 @@ class _Search:
         if self.bounds.threshold and abs(excess[-1, 1]) <= _BINDS:
             at.append(f"preload for {self.bounds.threshold}")
         return Optimum(
-            case=self.case.with_numbers(values),
+            case=case,
             found=found,
             numbers={
                 name: (float(w), float(n)) for name, w, n in zip(self.names, was, now, strict=True)
@@ -345,10 +389,36 @@ class _Search:
             violated_before=self.violations(excess[:, 0], str(judged.status[0]))
             + tuple(self.outside(was)),
             margins=margins,
+            over_period=self.over_period(case),
             designs=self.designs,
             seed=seed,
             source=self.bounds.source,
         )
+
+    def over_period(self, case: Case) -> dict[str, float | None]:
+        """Of a design: ends of the angle, and the largest pressure where that is limited."""
+        torque, preload = case.torque_Nm, case.preload_N
+        assert torque is not None and preload is not None, "see at_load"
+        found: dict[str, float | None] = dict.fromkeys(
+            ("elastic_angle_least_arcsec", "elastic_angle_largest_arcsec")
+        )
+        if self.bounds.needs_pressures:
+            found["contact_pressure_largest_GPa"] = None
+        largest = case.drive.largest_elastic_angle(torque, preload)
+        if largest is None:
+            return found
+        at = (case.input_angle_deg or 0.0) + largest.period_deg * np.arange(_ANGLES) / _ANGLES
+        solved = [case.drive.solve(torque, preload, float(angle)) for angle in at]
+        angles = [abs(s.elastic_angle_arcsec) for s in solved if s.elastic_angle_arcsec is not None]
+        pairs = [pair for s in solved for pair in (s.deceleration, s.equal_speed) if pair]
+        pressures = [pair.largest_peak_pressure_Pa for pair in pairs]
+        if len(angles) < len(at):
+            return found
+        found["elastic_angle_least_arcsec"] = min(angles)
+        found["elastic_angle_largest_arcsec"] = max(angles)
+        if self.bounds.needs_pressures:
+            found["contact_pressure_largest_GPa"] = max(pressures) * 1e-9
+        return found
 
     def violations(self, excess: Floats, status: str) -> tuple[str, ...]:
         told = [] if status == "ok" else [f"the load has no solution ({status})"]

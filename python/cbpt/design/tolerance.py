@@ -34,6 +34,8 @@ QUANTILES = (0.025, 0.5, 0.975)
 # A number without limits is taken so many standard uncertainties off in the stack-up.
 _STACKED_U = 3.0
 # Margins whose loss is counted: name, column.
+# Fewer values say nothing of their own fourth moment.
+_MOMENT = 30
 _LOST = {
     "undercut": "undercut_margin",
     "inside_wall_missing": "inside_wall_margin",
@@ -165,7 +167,8 @@ class Tolerance:
             return "no solution" if arcsec is None else f"{arcsec * one:.6g}"
 
         def with_error(arcsec: float, error: float) -> str:
-            return f"{arcsec * one:.6g} (standard error {error * one:.2g})"
+            known = f"{error * one:.2g}" if np.isfinite(error) else "unknown: too few drives"
+            return f"{arcsec * one:.6g} (standard error {known})"
 
         c = self.case
         solved = int(np.isfinite(self.angles_arcsec).sum())
@@ -305,8 +308,9 @@ def _told(
                 _plain(r * r),
             )
         )
-    # The fourth moment tells how well the standard deviation is known.
-    fourth = float(np.mean((good - good.mean()) ** 4)) / sd**4 if sd > 0 else 1.0
+    # The fourth moment tells how well the standard deviation is known; of a few it knows nothing
+    # itself, and that of normal values stands for it.
+    fourth = float(np.mean((good - good.mean()) ** 4)) / sd**4 if sd > 0 and n >= _MOMENT else 3.0
     stacked = None
     corners: tuple[float | None, float | None] = (None, None)
     if slopes is not None and before is not None:
@@ -358,9 +362,11 @@ def _slopes(case: Case, names: list[str]) -> tuple[Floats | None, float | None]:
 
 def _quantile(good: Floats, p: float) -> tuple[float, float]:
     """A quantile and its standard error: half of what the ranks a binomial standard deviation to
-    both sides are apart."""
+    both sides are apart; NaN where there are none."""
     reach = np.sqrt(p * (1 - p) / len(good))
-    low, middle, high = np.quantile(good, np.clip([p - reach, p, p + reach], 0, 1))
+    if not reach <= p <= 1 - reach:  # beyond all that was drawn
+        return float(np.quantile(good, p)), np.nan
+    low, middle, high = np.quantile(good, [p - reach, p, p + reach])
     return float(middle), float(high - low) / 2
 
 

@@ -171,10 +171,8 @@ def _all() -> Iterator[Variant]:
         size = (f"{name}_rad",)
         yield Variant("run_in", size, 0.1 * ARCSEC, 30 * ARCSEC, name=name, needs=needs)
     yield Variant("wear", ("lost_share_per_s",), 1e-7, 1e-3, needs="time_s")
-    for compliance, name in CREEP:
-        yield Variant(
-            "creep", (compliance,), 1e-9, 1e-5, shapes=(_TIME,), needs="time_s", name=name
-        )
+    for parameter, name in CREEP:
+        yield Variant("creep", (parameter,), 1e-9, 1e-5, shapes=(_TIME,), needs="time_s", name=name)
 
 
 VARIANTS: tuple[Variant, ...] = tuple(_all())
