@@ -26,6 +26,7 @@ from cbpt.lab.fit import Fit, Fitter, Hypothesis
 from cbpt.lab.library import Variant
 from cbpt.lab.noise import Noise
 from cbpt.lab.own import campaign_of, chosen
+from cbpt.lab.peaks import solved
 from cbpt.lab.readings import Readings
 from cbpt.lab.screen import Screen, Signatures
 
@@ -136,7 +137,7 @@ def best_fit(fitter: Fitter, effects: Sequence[str]) -> Fit:
         raise InvalidInputError(
             f"{' + '.join(effects)}: it cannot be fitted; these readings do not depend on it"
         )
-    return best
+    return solved(fitter, best, [v for variants in forms for v in variants])
 
 
 def _forms(effect: str, fitter: Fitter) -> list[Variant]:
@@ -167,7 +168,7 @@ def _forms(effect: str, fitter: Fitter) -> list[Variant]:
 def _starts(fitter: Fitter, null: Fit, variants: Sequence[Variant]) -> Iterator[Floats]:
     """What the linear problem finds at the shapes that suit it best."""
     library = Signatures(fitter.campaign, variants)
-    signatures = library.about(null, places(fitter))
+    signatures = library.about(null, places(fitter)) + library.far(null, places(fitter))
     screen = Screen(null, signatures)
     members = [
         [m for m, s in enumerate(signatures) if s.variant is v and screen.usable(m)]

@@ -134,6 +134,9 @@ class Diagnosis:
                 names = tuple(sorted({*rest, rival}))
                 if names in self.competition.fits:
                     rivals[" + ".join(names)] = self.competition.fits[names]
+        named = " + ".join(self.verdict.names)
+        for number, other in enumerate(self.after.others, 2):
+            rivals[f"{named}, solution {number}"] = other
         return angle_at(
             self.competition.fitter,
             self.after,

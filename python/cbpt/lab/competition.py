@@ -24,7 +24,8 @@ from cbpt.lab.fit import Fit, Fitter, Hypothesis
 from cbpt.lab.levels import levels_of
 from cbpt.lab.library import LOT, ODDS, Variant
 from cbpt.lab.noise import Noise, Whitener, fit_noise
-from cbpt.lab.patterns import Pattern, patterns_on
+from cbpt.lab.patterns import Pattern, patterns_on, says_no_more
+from cbpt.lab.peaks import solved
 from cbpt.lab.robust import looseness
 from cbpt.lab.screen import Gain, Screen, Signature, Signatures
 from cbpt.lab.structure import Component, components
@@ -40,6 +41,9 @@ _PAIRS = 8
 _PAIR_ROOM = 4.0
 _FORMS = 3
 _GLANCED = 60
+# In log odds: effects this near to the best, and likelier than none, are looked at for other
+# solutions.
+_SOLVED_WITHIN = 10.0
 _LARGE = 4
 
 
@@ -111,18 +115,25 @@ def compete(
 
     # Singles: under both noises, then in full.
     looks = [fitter.look(null, noise) for noise in (null.noise, flexible)]
-    screens = [Screen(look, signatures) for look in looks]
+    # Behind the others, so that a number means the same in both lists.
+    wider = signatures + library.far(first, names)
+    screens = [Screen(look, wider) for look in looks]
     levels = [look.log_evidence for look in looks]
-    _price_forms(fitter, screens, levels, signatures)
+    _price_forms(fitter, screens, levels, wider)
     # The most promising first: the others need not be polished further than it takes to be out.
-    promising = _promising(screens, levels, signatures)
+    promising = _promising(screens, levels, wider)
     for number, (member, sizes) in enumerate(promising):
-        told(signatures[member].variant.effect, 0.1 + 0.5 * number / len(promising))
-        hypothesis = Hypothesis((signatures[member].variant,))
-        values = start_values(fitter, signatures, (member,), sizes)
+        told(wider[member].variant.effect, 0.1 + 0.5 * number / len(promising))
+        hypothesis = Hypothesis((wider[member].variant,))
+        values = start_values(fitter, wider, (member,), sizes)
         # Zeros of the runs can hide what goes with the input angle, so both ways are tried.
         for noise in _noises(campaign, flexible, start):
             _keep(fits, fitter.fit(hypothesis, values, noise))
+
+    bar = max(_score(fitter, f) for f in fits.values()) - _SOLVED_WITHIN
+    bar = max(bar, _score(fitter, null))
+    for single in [n for n, f in fits.items() if _score(fitter, f) > bar]:
+        fits[single] = solved(fitter, fits[single])
 
     # Pairs: about the drive as stated, and about the best singles.
     ranked = sorted((n for n in fits if len(n) == 1), key=lambda n: -_score(fitter, fits[n]))
@@ -139,12 +150,16 @@ def compete(
             _keep(fits, fit)
 
     told("patterns without a name", 0.85)
+    top = max(fits, key=lambda n: _score(fitter, fits[n]))
+    if not fits[top].solved:
+        fits[top] = solved(fitter, fits[top])
     log_odds = {n: _score(fitter, f) - _score(fitter, null) for n, f in fits.items()}
     best = max(log_odds, key=lambda k: log_odds[k])
     patterns = [
         p
         for base in sorted({(), best})
         for p in patterns_on(fitter, fits[base], families, flexible)
+        if not says_no_more(p, fits[best])
     ]
     pattern_odds = [
         p.log_evidence
@@ -155,9 +170,9 @@ def compete(
         for p in patterns
     ]
     order = np.argsort(pattern_odds)[::-1]
-    weights = np.array([_weight(fitter, s.variant) for s in signatures])
+    weights = np.array([_weight(fitter, s.variant) for s in wider])
     told("what chance shows", 0.95)
-    screen = Screen(fitter.look(null, fits[best].noise), signatures)
+    screen = Screen(fitter.look(null, fits[best].noise), wider)
     return Competition(
         fitter,
         fits,

@@ -33,6 +33,7 @@ from cbpt.lab.patterns import Pattern
 from cbpt.lab.readings import Readings
 from cbpt.lab.repeats import pooled
 from cbpt.lab.scatter import estimate
+from cbpt.lab.sentence import solutions
 from cbpt.lab.slips import slips
 from cbpt.lab.verdict import Verdict, judge
 from cbpt.results import solve_many
@@ -127,6 +128,7 @@ def _told(campaign: Campaign, competition: Competition, fit: Fit) -> Iterator[st
             yield f"{len(lines)} readings lie far off and count less: lines {lines[:8]}"[
                 :-1
             ].replace("[", "")
+    yield from solutions(fit)
     for u in fit.unknowns:
         value = fit.value(u)
         at_end = value <= u.lower * (1 + 1e-6) or value >= u.upper * (1 - 1e-6)

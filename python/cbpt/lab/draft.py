@@ -196,7 +196,10 @@ def _wheres(r: Readings) -> Iterator[Factor]:
     for harmonic in range(1, min((len(distinct) - 1) // 2, 4) + 1):
         for name, function in (("cos", np.cos), ("sin", np.sin)):
             yield Factor(f"{name}({harmonic} * input_angle_rad)", "", function(harmonic * angle))
-    if 1 < len(distinct) <= _MOST_ANGLES:
+    if len(distinct) == 2:
+        # All that two angles tell, in one number.
+        yield Factor(f"cos(input_angle_rad - {distinct[0]:.4g})", "", np.cos(angle - distinct[0]))
+    if 2 < len(distinct) <= _MOST_ANGLES:
         gap = float(np.diff(np.r_[distinct, distinct[0] + 2 * np.pi]).min())
         sharp = float(f"{np.clip(4 / (1 - np.cos(gap)), 1.0, 200.0):.3g}")
         for centre in distinct:

@@ -104,6 +104,10 @@ class Fit:
     """How far the effects may depart from their forms; see `forms`."""
     log_forms: float = 0.0
     """Log prior of that departure, and what the others add to the evidence."""
+    others: tuple[Fit, ...] = field(default=(), repr=False)
+    """The same effects with other values or forms that the readings do not exclude; see `peaks`."""
+    solved: bool = False
+    """Whether others were looked for."""
 
     def value(self, unknown: Unknown) -> float:
         """SI."""
@@ -517,6 +521,9 @@ class _Search:
         marginal = log_likelihood(margin.chi2, self.whitener, margin.log_volume)
         marginal += log_scale_prior(self.noise.scale, self.fitter.stated_dof)
         marginal -= PRICE * self.noise.numbers
+        if not converged:
+            # The linear problem counts as reached what the search did not reach.
+            marginal -= 0.5 * max(self.step(point)[1], 0.0)
         dof = max(len(c) - c.zeros.shape[1] - sum(u.sd == np.inf for u in self.unknowns), 1)
         return Fit(
             hypothesis=hypothesis,

@@ -28,7 +28,7 @@ from cbpt.lab.own import campaign_of, chosen
 from cbpt.lab.parameters import parameters_of
 from cbpt.lab.readings import Readings
 from cbpt.lab.result_table import Results, results_of
-from cbpt.lab.sentence import moved_numbers, shown
+from cbpt.lab.sentence import moved_numbers, shown, solutions
 
 __all__ = ["Fitted", "fit"]
 
@@ -159,7 +159,7 @@ def fit(
             priors=campaign.priors,
             fitter=fitter,
             held_out_by=held_by,
-            notes=tuple(notes),
+            notes=(*notes, *solutions(found)),
         )
 
 

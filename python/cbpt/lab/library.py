@@ -64,6 +64,14 @@ class Variant:
     scaled: bool = False
     """Its ranges are those of one table, not of the core's library."""
 
+    far: tuple[tuple[float, ...], ...] = ()
+    """The same for the look at single effects alone: many forms that hardly show when small."""
+
+    @property
+    def directed(self) -> bool:
+        """Whether its two sizes are the components of one amplitude at some phase."""
+        return self.signed and len(self.sizes) == 2 and not (self.ratios or self.scaled)
+
     @property
     def label(self) -> str:
         """Effect and form."""
@@ -81,6 +89,12 @@ _ENGAGEMENT = Shape(
 CREEP = ("compliance_rad_per_Nm", ""), ("superposed_compliance_rad_per_Nm", "superposed")
 """Size and name of each form of creep."""
 _TIME = Shape("time_constant_s", 1.0, 1e4, (2.0, 10.0, 50.0, 400.0), log=True)
+
+
+def _ring(*sizes: float) -> tuple[tuple[float, float], ...]:
+    """Amplitudes at four phases."""
+    phases = (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)
+    return tuple((size * c, size * s) for size in sizes for c, s in phases)
 
 
 def _all() -> Iterator[Variant]:
@@ -138,6 +152,7 @@ def _all() -> Iterator[Variant]:
                 1e-7,
                 1e-5,
                 signed=True,
+                far=_ring(1e-6, 4e-6),
                 fixed=(("harmonic", float(harmonic)),),
                 name=f"{'planet' if groove else 'fixed groove'}, harmonic {harmonic}",
             )
@@ -148,11 +163,7 @@ def _all() -> Iterator[Variant]:
             1e-6,
             1e-3,
             signed=True,
-            secants=tuple(
-                (size * c, size * s)
-                for size in (1e-5, 4e-5, 1.5e-4)
-                for c, s in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
-            ),
+            secants=_ring(1e-5, 4e-5, 1.5e-4),
             name="in the housing" if where else "with the crank",
         )
     yield Variant("rough_contact", ("exponent",), 0.02, 1.0, signed=True)

@@ -54,6 +54,8 @@ def parameter(fit: Fit, u: Unknown) -> dict[str, Any]:
         why = "the best value lies at the end of the allowed range"
     elif not np.isfinite(sd) or (np.isfinite(u.upper) and sd > (u.upper - u.lower)):
         why = "the readings do not determine it"
+    elif _elsewhere(fit, u):
+        why = "another value or form of it fits about as well, see the notes"
     return {
         "value": value,
         "u": None if why else sd,
@@ -61,6 +63,24 @@ def parameter(fit: Fit, u: Unknown) -> dict[str, Any]:
         "at_bound": at_bound,
         "why_no_u": why,
     }
+
+
+def _elsewhere(fit: Fit, u: Unknown) -> bool:
+    """Whether another solution has other sizes of the same effect, or has it in another form."""
+    if u.size_of < 0:
+        return False
+    sizes = [own for own in fit.unknowns if own.size_of == u.size_of]
+    form = fit.hypothesis.variants[u.size_of]
+    for other in fit.others:
+        if form not in other.hypothesis.variants:
+            return True
+        there = {o.name: o for o in other.unknowns}
+        for own in sizes:
+            same = there[own.name]
+            off = abs(other.value(same) - fit.value(own))
+            if off > np.hypot(fit.u(own), other.u(same)):
+                return True
+    return False
 
 
 _WRITTEN = {unit: unit for unit in ("m", "um", "rad", "urad", "deg", "arcsec", "s", "h", "N", "K")}

@@ -2,6 +2,7 @@
 
 Pattern         a family of patterns on top of a hypothesis, at its most favourable amplitude
 patterns_on     the families that stand out in the residual of a fit, weighed like effects
+says_no_more    whether a pattern is only what a fit has a name for
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.fit import Fit, Fitter
+from cbpt.lab.forms import FORM_ODDS
 from cbpt.lab.noise import Margin, Noise, Whitener, fit_noise
 from cbpt.lab.structure import Component, Structure
 
@@ -21,6 +23,8 @@ Names = tuple[str, ...]
 
 _FAMILIES = 3
 _AMPLITUDES = (0.5, 1.5, 5.0, 15.0)
+# In misfit.
+_AS_WELL = 6.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,3 +126,23 @@ def patterns_on(
         value += fit.log_size_prior
         names = fit.hypothesis.effects
         yield Pattern(names, family.columns, value, amplitude, suited, problem)
+
+
+def says_no_more(pattern: Pattern, fit: Fit) -> bool:
+    """Whether effects with names follow the readings as well, and could follow any such pattern.
+
+    At two or three input angles an offset of a centre is any function of the angle: a pattern with
+    no more freedom than the sizes of the effects is no reason to call the effects unknown.
+    """
+    sizes = sum(u.size_of >= 0 for u in fit.unknowns)
+    problem = pattern.problem
+    patterns = problem.columns[:, len(problem.precision) :]
+    if not set(pattern.base) < set(fit.hypothesis.effects) or fit.form_sd > FORM_ODDS[1][0]:
+        return False
+    if np.linalg.matrix_rank(patterns) > sizes:
+        return False
+    c = problem.fitter.campaign
+    whitener = Whitener.of(pattern.noise, c.u_arcsec, c.rows)
+    prior = problem.prior(pattern.amplitude)
+    free = Margin.of(whitener(problem.y), whitener(problem.columns), prior).chi2
+    return bool(problem.fitter.look(fit, pattern.noise).margin.chi2 - free < _AS_WELL)

@@ -504,4 +504,10 @@ def _remarks(readings: Readings) -> list[str]:
         notes.append(f"the largest elastic angle is {largest / 3600:.3g} deg: check its unit")
     if preload is not None and preload.min() == preload.max():
         notes.append("one preload level: what depends on the preload cannot be told")
+    angles = len(np.unique(np.round(np.mod(readings.input_angle_deg, 360.0), 3)))
+    if angles in (2, 3):
+        notes.append(
+            f"{('two', 'three')[angles - 2]} input angles only: of what goes with the input angle, "
+            "phase, harmonic and plate cannot be told"
+        )
     return notes

@@ -82,6 +82,22 @@ class Signatures:
 
         secants: also the change up to a finite size, for effects that do not grow in proportion.
         """
+        point, wanted, places = self._at(fit, names)
+        return list(self._split(point, wanted, places, secants))
+
+    def far(self, fit: Fit, names: dict[int, tuple[str, str]]) -> list[Signature]:
+        """The changes up to the sizes that a variant has in `far`."""
+        point, _, places = self._at(fit, names)
+        return [
+            self._secant(point, variant, shapes, own, secant)
+            for (variant, shapes), own in zip(self.entries, places, strict=True)
+            for secant in variant.far
+        ]
+
+    def _at(
+        self, fit: Fit, names: dict[int, tuple[str, str]]
+    ) -> tuple[Point, list[int], list[list[int]]]:
+        """Slopes at the values of a fit, by which parameters, and where those of each entry are."""
         values = self.model.neutral.copy()
         present = set(fit.hypothesis.effects) | self.numbers
         for i, (effect, name) in names.items():
@@ -97,8 +113,7 @@ class Signatures:
                 values[self.model.index(owner, name)] = value
             places.append([self.model.index(owner, size) for size in variant.sizes])
             wanted += [i for i in places[-1] if i not in wanted]
-        point = self.model.at(values, wanted)
-        return list(self._split(point, wanted, places, secants))
+        return self.model.at(values, wanted), wanted, places
 
     def _split(
         self, point: Point, wanted: list[int], places: list[list[int]], secants: bool
@@ -109,11 +124,22 @@ class Signatures:
             columns = point.slopes[:, [at[i] for i in own]] * unit
             yield Signature(variant, shapes, columns, unit)
             for secant in variant.secants if secants else ():
-                values = point.values.copy()
-                values[own] += secant
-                change = self.model.at(values).angle_arcsec - point.angle_arcsec
-                size = float(np.linalg.norm(secant)) / variant.low
-                yield Signature(variant, shapes, change[:, None] / size, unit[:1], secant)
+                yield self._secant(point, variant, shapes, own, secant)
+
+    def _secant(
+        self,
+        point: Point,
+        variant: Variant,
+        shapes: dict[str, float],
+        own: list[int],
+        secant: tuple[float, ...],
+    ) -> Signature:
+        values = point.values.copy()
+        values[own] += secant
+        change = self.model.at(values).angle_arcsec - point.angle_arcsec
+        size = float(np.linalg.norm(secant)) / variant.low
+        unit = np.array([variant.low])
+        return Signature(variant, shapes, change[:, None] / size, unit, secant)
 
 
 @dataclass(frozen=True, eq=False)

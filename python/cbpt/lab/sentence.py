@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -206,8 +206,38 @@ def _with_value(d: Diagnosis, effect: str) -> str:
     if not found:
         strained = {u.name: u for u in d.after.unknowns if u.name == effect}
         return f"{name} ({moved(effect, d.after)})" if strained else name
-    values = (shown(effect, n, p["value"], p["u"], p["unit"]) for n, p in found.items())
+    values = [shown(effect, n, p["value"], p["u"], p["unit"]) for n, p in found.items()]
+    if any(note.startswith(f"{effect} has") for note in solutions(d.after)):
+        values.append("or another solution, see the notes")
     return f"{name} ({', '.join(values)})"
+
+
+_TOLD_SOLUTIONS = 3
+
+
+def solutions(fit: Fit) -> Iterator[str]:
+    """Of each effect that fits about as well with other values or in another form: which."""
+    for effect in fit.hypothesis.effects if fit.others else ():
+        said = list(dict.fromkeys(_solution(f, effect) for f in (fit, *fit.others)))
+        if len(said) > 1:
+            more = len(said) - _TOLD_SOLUTIONS
+            told = "; or ".join(said[:_TOLD_SOLUTIONS]) + (f", and {more} more" if more > 0 else "")
+            yield (
+                f"{effect} has {len(said)} solutions that these readings cannot tell apart (odds "
+                f"within 20 : 1): {told}; so its numbers have no uncertainty"
+            )
+
+
+def _solution(fit: Fit, effect: str) -> str:
+    variant = next(v for v in fit.hypothesis.variants if v.effect == effect)
+    sizes = [f"{effect}.{name}" for name in variant.sizes]
+    values = [
+        shown(effect, name, fit.value(u), fit.u(u) if fit.u(u) < u.upper - u.lower else None)
+        for name, full in zip(variant.sizes, sizes, strict=True)
+        for u in fit.unknowns
+        if u.name == full
+    ]
+    return f"{variant.name + ', ' if variant.name else ''}{', '.join(values)}"
 
 
 def shown(effect: str, name: str, value: float, u: float | None, unit: str = "") -> str:
