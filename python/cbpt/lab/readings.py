@@ -506,8 +506,9 @@ def _remarks(readings: Readings) -> list[str]:
         notes.append("one preload level: what depends on the preload cannot be told")
     angles = len(np.unique(np.round(np.mod(readings.input_angle_deg, 360.0), 3)))
     if angles in (2, 3):
+        what = ("phase, harmonic and plate", "harmonic and plate")[angles - 2]
         notes.append(
             f"{('two', 'three')[angles - 2]} input angles only: of what goes with the input angle, "
-            "phase, harmonic and plate cannot be told"
+            f"{what} cannot be told"
         )
     return notes
