@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import signal
 from pathlib import Path
 
 import pytest
 
 from common.tables import Write
+
+# A job in the background of a shell is born deaf to Ctrl-C, and so would be whatever it starts: the
+# tests of Ctrl-C would wait for commands that never hear of it.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture

@@ -61,10 +61,13 @@ def interrupted(*arguments: str | Path) -> tuple[int, str]:
         # It holds processor time when it works, whatever the machine does beside it.
         ticks = 1.5 * os.sysconf("SC_CLK_TCK")
         stat = Path(f"/proc/{running.pid}/stat")
-        while sum(map(int, stat.read_text().rsplit(")", 1)[1].split()[11:13])) < ticks:
-            assert running.poll() is None, "it ended before"
-        running.send_signal(signal.SIGINT)
-        told = running.communicate()[1]
+        try:
+            while sum(map(int, stat.read_text().rsplit(")", 1)[1].split()[11:13])) < ticks:
+                assert running.poll() is None, "it ended before"
+            running.send_signal(signal.SIGINT)
+            told = running.communicate(timeout=60)[1]
+        finally:
+            running.kill()
     return running.returncode, told
 
 

@@ -411,10 +411,13 @@ def test_ctrl_c_ends_with_one_line(desk: Desk) -> None:
         with subprocess.Popen(
             command(out), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
         ) as running:
-            while not (top / begun).exists():
-                assert running.poll() is None
-            running.send_signal(signal.SIGINT)
-            told = running.communicate()[1]
+            try:
+                while not (top / begun).exists():
+                    assert running.poll() is None
+                running.send_signal(signal.SIGINT)
+                told = running.communicate(timeout=60)[1]
+            finally:
+                running.kill()
         assert (running.returncode, told) == (130, b"cbpt: interrupted\n")
 
 
