@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from common.page_server import client, diagnosed, session  # noqa: F401  (fixtures)
 from common.tables import Write
 
 # A job in the background of a shell is born deaf to Ctrl-C, and so would be whatever it starts: the

@@ -19,7 +19,7 @@ import xlsxwriter
 import cbpt
 from cbpt.page.document import Source, page_document
 from cbpt.page.report import report
-from common.browser import chromium, number, watched, workbench
+from common.browser import chromium, number, open_campaign, watched, workbench
 from common.hidden import FOLDER, case_of
 
 READY, DRAWN = "html[data-ready]", "html[data-drawn]"
@@ -45,15 +45,7 @@ def live(browser: Any, bench: str) -> Iterator[Any]:
 
 
 def upload(page: Any, name: str) -> None:
-    if not page.is_visible("dialog[open]"):
-        page.click("#open-files")
-    page.set_input_files("#files", [FOLDER / f"{name}.csv", FOLDER / f"{name}.toml"])
-    page.wait_for_selector("dialog", state="hidden")
-    page.wait_for_function(
-        "name => document.querySelector('#what').textContent.includes(name)", arg=name
-    )
-    page.wait_for_selector("#sentence")
-    page.wait_for_selector("#job", state="hidden")
+    open_campaign(page, FOLDER, name)
     page.wait_for_selector(DRAWN)
 
 

@@ -13,7 +13,7 @@ from typing import Any
 
 TOP = Path(__file__).parents[2]
 sys.path.insert(0, str(TOP / "tests"))
-from common.browser import chromium, watched, workbench  # noqa: E402
+from common.browser import chromium, open_campaign, watched, workbench  # noqa: E402
 from common.hidden import FOLDER  # noqa: E402
 
 FOLDER_OF_PICTURES = Path(__file__).parent
@@ -50,15 +50,7 @@ def opened(page: Any, address: str, name: str) -> None:
     """The page with a campaign and its answer."""
     page.goto(address)
     page.wait_for_selector("html[data-drawn], dialog[open]")
-    if not page.is_visible("dialog[open]"):
-        page.click("#open-files")
-    page.set_input_files("#files", [FOLDER / f"{name}.toml", FOLDER / f"{name}.csv"])
-    page.wait_for_selector("dialog", state="hidden")
-    page.wait_for_function(
-        "name => document.querySelector('#what').textContent.includes(name)", arg=name
-    )
-    page.wait_for_selector("#sentence")
-    page.wait_for_selector("#job", state="hidden")
+    open_campaign(page, FOLDER, name)
     page.wait_for_selector("#matrix .main-svg")
 
 

@@ -93,6 +93,19 @@ def workbench(*files: Path) -> Iterator[str]:
             assert process.wait(30) == 0
 
 
+def open_campaign(page: Any, folder: Path, name: str) -> None:
+    """Hand over a campaign's two files, and wait for its answer and all that follows from it."""
+    if not page.is_visible("dialog[open]"):
+        page.click("#open-files")
+    page.set_input_files("#files", [folder / f"{name}.csv", folder / f"{name}.toml"])
+    page.wait_for_selector("dialog", state="hidden")
+    page.wait_for_function(
+        "name => document.querySelector('#what').textContent.includes(name)", arg=name
+    )
+    page.wait_for_selector("#sentence")
+    page.wait_for_selector("#job", state="hidden")
+
+
 def number(page: Any, selector: str) -> float:
     """The number that an element shows."""
     return float(str(page.text_content(selector)).replace("\N{MINUS SIGN}", "-"))
