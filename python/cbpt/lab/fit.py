@@ -97,8 +97,6 @@ class Fit:
     """Log likelihood, the unknowns integrated out, sizes of effects per unit of size."""
     log_size_prior: float
     """What turns that into evidence: the prior density of the sizes."""
-    chi2_per_dof: float
-    """Against the stated uncertainty."""
     converged: bool
     form_sd: float = 0.0
     """How far the effects may depart from their forms; see `forms`."""
@@ -524,7 +522,6 @@ class _Search:
         if not converged:
             # The linear problem counts as reached what the search did not reach.
             marginal -= 0.5 * max(self.step(point)[1], 0.0)
-        dof = max(len(c) - c.zeros.shape[1] - sum(u.sd == np.inf for u in self.unknowns), 1)
         return Fit(
             hypothesis=hypothesis,
             point=point,
@@ -537,7 +534,6 @@ class _Search:
             residual_arcsec=residual,
             log_marginal=marginal,
             log_size_prior=sum(self.log_prior_of_sizes(hypothesis, point, covariance)),
-            chi2_per_dof=float(np.sum((residual / c.u_arcsec) ** 2) / dof),
             converged=converged,
             form_sd=self.form_sd,
         )
