@@ -95,6 +95,7 @@ def workbench(*files: Path) -> Iterator[str]:
 
 def open_campaign(page: Any, folder: Path, name: str) -> None:
     """Hand over a campaign's two files, and wait for its answer and all that follows from it."""
+    page.wait_for_selector("html[data-drawn]")
     if not page.is_visible("dialog[open]"):
         page.click("#open-files")
     page.set_input_files("#files", [folder / f"{name}.csv", folder / f"{name}.toml"])

@@ -43,13 +43,16 @@ def serve(session: Session, host: str, port: int, open_browser: bool) -> None:
         threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
     # Requests of the page, of a millisecond each, must not queue behind the work of a session.
     sys.setswitchinterval(2e-4)
-    # The browser takes its time; what it asks for meanwhile waits at the socket.
-    threading.Thread(target=session.begin, daemon=True).start()
     import uvicorn
 
     from cbpt.page.server import application
 
     class Server(uvicorn.Server):
+        async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+            await super().startup(sockets)
+            # After the page has been sent: the browser reads it meanwhile.
+            threading.Thread(target=session.begin, daemon=True).start()
+
         def handle_exit(self, sig: int, frame: FrameType | None) -> None:
             session.stop()
             # A request that is cut off by Ctrl-C is no error to be told with a traceback.
@@ -78,8 +81,8 @@ def serve(session: Session, host: str, port: int, open_browser: bool) -> None:
 
 def _listening(host: str, port: int) -> socket.socket:
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    # With the protocol said, asyncio sends at once what it has (TCP_NODELAY); else each answer waits
-    # 40 ms for the browser to acknowledge its head.
+    # With the protocol said, asyncio sends at once what it has (TCP_NODELAY); else each answer
+    # waits 40 ms for the browser to acknowledge its head.
     found = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     try:
         found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

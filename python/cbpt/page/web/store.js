@@ -13,6 +13,8 @@ import { ANGLE_UNITS, text } from "./numbers.js";
 
 /** @type {Map<Topic, (() => void)[]>} */
 const listeners = new Map();
+/** How many of them have been told. @type {Map<Topic, number>} */
+const reached = new Map();
 
 /** @type {{ document: PageDocument | null, model: string, unit: AngleUnit, selected: Set<number>,
  *   hidden: Set<number>, run: number | null }} */
@@ -32,7 +34,16 @@ export function on(topics, act) {
 
 /** @param {Topic} topic */
 export function tell(topic) {
-  for (const act of listeners.get(topic) ?? []) act();
+  reached.set(topic, 0);
+  tellNewcomers(topic);
+}
+
+/** Those who listen only since the topic was told last. @param {Topic} topic */
+export function tellNewcomers(topic) {
+  const all = listeners.get(topic) ?? [];
+  const news = all.slice(reached.get(topic) ?? 0);
+  reached.set(topic, all.length);
+  for (const act of news) act();
 }
 
 /** @returns {PageDocument} */
