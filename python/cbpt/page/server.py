@@ -15,6 +15,7 @@
     POST /api/cancel            the job
     GET  /api/isolability       {isolability, why}: worked out when first asked for
     POST /api/model             {effects} -> {model, curves, ladder}
+    POST /api/shown             {effects}: a model that the page had is looked at
     POST /api/own/check         an own effect -> {ok, message, column, notes}
     POST /api/own/fit           an own effect, {effects} beside it -> {model, curves, ladder}
     POST /api/drive             {load, design} -> the section `drive`
@@ -93,6 +94,7 @@ def application(
         "diagnose": lambda b: session.start(_seed(b)),
         "cancel": lambda b: session.cancel(),
         "model": lambda b: session.model(_list(b, "effects")),
+        "shown": lambda b: session.shown(_list(b, "effects")),
         "own/check": session.check_own,
         "own/fit": lambda b: session.fit_own(b, _list(b, "effects") if "effects" in b else []),
         "drive": lambda b: session.drive(_numbers(b, "load"), _numbers(b, "design")),
