@@ -196,6 +196,7 @@ SCHEMA = thing(
             ),
             "minItems": 2,
         },
+        "ladder_says": maybe(TEXT),
         "detectable": each(
             thing({"effect": TEXT, "smallest": {"type": "object", "additionalProperties": NUMBER}})
         ),

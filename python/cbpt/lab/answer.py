@@ -36,6 +36,12 @@ from cbpt.lab.versions import versions
 
 Floats = NDArray[np.float64]
 SCHEMA = "cbpt.diagnosis/1"
+_FAR_BELOW = 0.8
+LOOSE = (
+    "Held out, numbers are refitted to the other readings and an effect may depart a little from "
+    "its form; far below in sample it says that the form does not hold."
+)
+"""What an error held out far below the one in sample means."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +53,13 @@ class Rung:
     rmse_arcsec: float
     held_out_rmse_arcsec: float
     chi2_per_dof: float
+    of_effects: bool = False
+    """Whether the model has effects by name."""
+
+    @property
+    def loose(self) -> bool:
+        """Whether the error held out is far below the one in sample."""
+        return self.of_effects and self.held_out_rmse_arcsec < _FAR_BELOW * self.rmse_arcsec
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,6 +122,11 @@ class Diagnosis:
     def noise_floor_arcsec(self) -> float:
         """The error that noise alone leaves, beside zeros of runs."""
         return estimated(self)
+
+    @property
+    def ladder_says(self) -> str | None:
+        """What to know to read the ladder; None where nothing on it is odd."""
+        return LOOSE if any(rung.loose for rung in self.ladder) else None
 
     @property
     def final_rung(self) -> Rung:
@@ -300,6 +318,7 @@ class Diagnosis:
                 for r in self.ladder
             ],
             "held_out_by": self.held_out_by,
+            "ladder_says": self.ladder_says,
             "results": self.results().to_list(),
             "parameters": {e: self.parameters(self.after, e) for e in v.names},
             "moved": list(moved(self)),

@@ -78,6 +78,8 @@ def lines(d: Diagnosis) -> Iterator[str]:
         for r in d.ladder
     ]
     yield _table(["added", "rmse_arcsec", "held_out_arcsec", "chi2/dof"], rows)
+    if d.ladder_says:
+        yield from wrap(d.ladder_says, _WIDTH)
     ranking = document["ranking"][:6]
     if ranking:
         yield ""
