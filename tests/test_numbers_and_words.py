@@ -111,6 +111,22 @@ def test_zeros_of_runs_are_no_error_anywhere() -> None:
     assert "each run with a zero of its own" in document["noise"]["u_says"]
 
 
+def test_a_noise_floor_is_claimed_only_of_a_model_that_holds_all() -> None:
+    d = diagnosed("dev10")
+    document = d.to_dict()
+    assert document["verdict"]["kind"] == "unknown" and d.noise_floor_arcsec is None
+    for part in ("before", "after"):
+        assert document[part]["noise_floor_arcsec"] is None
+        assert document[part]["noise_floor_of"] == (
+            "cannot be told: no model holds all that is at work"
+        )
+    assert "the noise floor cannot be told: no model holds all that is at work)" in words(d)
+    assert "(noise" not in words(d)
+    after = diagnosed("dev04").to_dict()["after"]
+    assert after["noise_floor_arcsec"] > 0
+    assert after["noise_floor_of"] == "scatter about the answer"
+
+
 # --- the ladder of errors -----------------------------------------------------------------
 
 

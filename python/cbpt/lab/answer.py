@@ -30,7 +30,7 @@ from cbpt.lab.readings import Readings
 from cbpt.lab.result_table import Results, results_of
 from cbpt.lab.screen import Screen
 from cbpt.lab.sentence import sentence
-from cbpt.lab.uncertainty import estimated, noise_of
+from cbpt.lab.uncertainty import noise_floor, noise_of
 from cbpt.lab.verdict import CLASSES, Verdict
 from cbpt.lab.versions import versions
 
@@ -119,9 +119,10 @@ class Diagnosis:
         return self.after.noise if self.verdict.pattern is None else self.verdict.pattern.noise
 
     @property
-    def noise_floor_arcsec(self) -> float:
-        """The error that noise alone leaves, beside zeros of runs."""
-        return estimated(self)
+    def noise_floor_arcsec(self) -> float | None:
+        """The error that noise alone leaves, beside zeros of runs; None where the answer does not
+        hold all that is at work."""
+        return noise_floor(self)[0]
 
     @property
     def ladder_says(self) -> str | None:
@@ -330,12 +331,14 @@ class Diagnosis:
             "notes": list(self.notes),
         }
 
-    def _errors(self, rung: Rung) -> dict[str, float]:
+    def _errors(self, rung: Rung) -> dict[str, Any]:
+        floor, of = noise_floor(self)
         return {
             "rmse_arcsec": rung.rmse_arcsec,
             "held_out_rmse_arcsec": rung.held_out_rmse_arcsec,
             "chi2_per_dof": rung.chi2_per_dof,
-            "noise_floor_arcsec": self.noise_floor_arcsec,
+            "noise_floor_arcsec": floor,
+            "noise_floor_of": of,
         }
 
     def to_json(self) -> str:

@@ -88,10 +88,9 @@ def sentence(d: Diagnosis) -> str:
     if v.probability < 0.5:
         sure = f"the likeliest answer, but not a sure one: {sure}"
     before, after = d.ladder[0].rmse_arcsec, d.final_rung.rmse_arcsec
-    fall = (
-        f"the error falls from {before:.2f} to {after:.2f} arcsec "
-        f"(noise {d.noise_floor_arcsec:.2f})"
-    )
+    floor = d.noise_floor_arcsec
+    noise = "" if floor is None else f" (noise {floor:.2f})"
+    fall = f"the error falls from {before:.2f} to {after:.2f} arcsec{noise}"
     if after > 0.97 * before:
         fall = f"the error stays at {after:.2f} arcsec"
     if v.kind == "unknown":
