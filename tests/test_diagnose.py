@@ -118,7 +118,8 @@ ERRORS = thing(
         "rmse_arcsec": NUMBER,
         "held_out_rmse_arcsec": NUMBER,
         "chi2_per_dof": NUMBER,
-        "noise_floor_arcsec": NUMBER,
+        "noise_floor_arcsec": maybe(NUMBER),
+        "noise_floor_of": TEXT,
     }
 )
 VALUE = thing(
@@ -196,6 +197,7 @@ SCHEMA = thing(
             ),
             "minItems": 2,
         },
+        "ladder_says": maybe(TEXT),
         "detectable": each(
             thing({"effect": TEXT, "smallest": {"type": "object", "additionalProperties": NUMBER}})
         ),

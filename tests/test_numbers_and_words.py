@@ -1,7 +1,7 @@
 """Numbers and words of an answer do not contradict each other.
 
-Groups: the uncertainty of a reading; zeros of runs; the scatter of a coarse display; a case from
-the answer; what may have been overlooked.
+Groups: the uncertainty of a reading; zeros of runs; the ladder of errors; the scatter of a coarse
+display; a case from the answer; what may have been overlooked.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from cbpt import Case, compare, simulate
-from cbpt.lab.answer import Diagnosis
+from cbpt.lab.answer import Diagnosis, Rung
 from cbpt.lab.diagnose import diagnose
 from cbpt.lab.overlooked import smallest
 from common.hidden import ANGLE, U, case_of, diagnosed, table_of
@@ -109,6 +109,45 @@ def test_zeros_of_runs_are_no_error_anywhere() -> None:
     for residual in (d.residual_before_arcsec, d.residual_after_arcsec):
         assert np.sqrt(np.mean(residual**2)) == pytest.approx(d.noise_floor_arcsec, rel=0.05)
     assert "each run with a zero of its own" in document["noise"]["u_says"]
+
+
+def test_a_noise_floor_is_claimed_only_of_a_model_that_holds_all() -> None:
+    d = diagnosed("dev10")
+    document = d.to_dict()
+    assert document["verdict"]["kind"] == "unknown" and d.noise_floor_arcsec is None
+    for part in ("before", "after"):
+        assert document[part]["noise_floor_arcsec"] is None
+        assert document[part]["noise_floor_of"] == (
+            "cannot be told: no model holds all that is at work"
+        )
+    assert "the noise floor cannot be told: no model holds all that is at work)" in words(d)
+    assert "(noise" not in words(d)
+    after = diagnosed("dev04").to_dict()["after"]
+    assert after["noise_floor_arcsec"] > 0
+    assert after["noise_floor_of"] == "scatter about the answer"
+
+
+# --- the ladder of errors -----------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("name", "loose"), [("dev04", set()), ("dev10", {"rough_contact"})])
+def test_an_error_held_out_far_below_in_sample_is_explained_once(
+    name: str, loose: set[str]
+) -> None:
+    d = diagnosed(name)
+    low = {r.added for r in d.ladder if r.held_out_rmse_arcsec < 0.8 * r.rmse_arcsec}
+    assert low == loose
+    says = "far below in sample it says that the form does not hold"
+    assert words(d).count(says) == bool(loose)
+    told = d.to_dict()["ladder_says"]
+    assert says in told if loose else told is None
+
+
+def test_only_an_effect_has_a_form_that_may_not_hold() -> None:
+    assert Rung("creep", 1.0, 0.79, 1.0, of_effects=True).loose
+    assert not Rung("creep", 1.0, 0.81, 1.0, of_effects=True).loose
+    assert not Rung("numbers refitted", 1.0, 0.5, 1.0).loose
+    assert not Rung("creep", 1.0, float("nan"), 1.0, of_effects=True).loose
 
 
 # --- the scatter of a coarse display ------------------------------------------------------

@@ -542,6 +542,10 @@ def test_a_torsion_spring_has_a_page_that_says_why_nothing_is_drawn() -> None:
     assert all(v is not None for v in found["drive"]["angle_curve"]["elastic_angle_arcsec"])
     assert drive_section(case, readings)["sliders"]["design"] == []
     to_json(found)
+    # It has no preload and no contacts that an effect could show by.
+    tell_tales = {effect["effect"]: effect["tell_tale"] for effect in found["library"]}
+    assert "a loop" in tell_tales["friction_hysteresis"]
+    assert [e for e, says in tell_tales.items() if "preload" in says or "contact" in says] == []
 
 
 # --- the verb -------------------------------------------------------------------------------

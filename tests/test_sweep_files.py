@@ -187,12 +187,38 @@ def test_a_parquet_file_that_was_changed_is_not_taken_for_the_sweep(
     beside.unlink()
     assert main(["sweep", "plan.toml", "--out", "t.parquet"]) == 0
     assert "not checked: t.parquet.sweep is missing" in capsys.readouterr().out
+    with pytest.warns(UserWarning, match=r"t\.parquet: not checked: t\.parquet\.sweep is missing"):
+        sweep(top / "plan.toml", out="t.parquet")
     beside.write_text("{}")
     assert main(["sweep", "plan.toml", "--out", "t.parquet"]) == 2
     assert main(["sweep", "plan.toml", "--out", "t.parquet", "--fresh"]) == 0
     capsys.readouterr()
     assert main(["sweep", "plan.toml", "--out", "t.parquet"]) == 0
     assert "not checked" not in capsys.readouterr().out
+
+
+def test_parts_of_another_parquet_sweep_are_not_taken_for_the_sweep(desk: Desk) -> None:
+    top = desk(SLOW)
+
+    def stop(done: int, total: int) -> None:
+        if done > 8192:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        sweep(top / "plan.toml", out="t.parquet", progress=stop, chunk_rows=8192)
+    folder = top / ".t.parquet.sweep"
+    parts = list(folder.glob("*.parquet"))
+    assert parts
+    (folder / "plan.json").unlink()
+    desk(SLOW.replace("seed = 5", "seed = 6"))
+    with pytest.raises(PlanError, match=r"0\.parquet: holds rows of another plan.*seed"):
+        sweep(top / "plan.toml", out="t.parquet")
+    assert list(folder.glob("*.parquet")) == parts
+    assert not (folder / "plan.json").exists()
+    desk(SLOW)
+    parts[0].write_bytes(b"garbled")
+    with pytest.raises(PlanError, match=r"0\.parquet: .* is no sweep.*--fresh"):
+        sweep(top / "plan.toml", out="t.parquet")
 
 
 def begun(top: Path) -> tuple[bytes, Path, Path]:

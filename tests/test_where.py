@@ -419,7 +419,7 @@ class Fake:
     ladder: list[Rung] = field(
         default_factory=lambda: [Rung("", 2.1, 2.3), Rung("creep", 0.31, float("nan"))]
     )
-    noise_floor_arcsec: float = 0.3
+    noise_floor_arcsec: float | None = 0.3
     sentence: str = "The readings demand creep."
 
 
@@ -433,5 +433,8 @@ def test_a_diagnosis_is_drawn(tmp_path: Path) -> None:
     text = (tmp_path / "one.svg").read_text()
     for words in ("The readings demand creep.", "as stated", "+ creep", "held out", "noise, 0.3"):
         assert words in text
+    fake.noise_floor_arcsec = None
+    draw_diagnosis(fake, tmp_path / "no_floor.svg")
+    assert "noise," not in (tmp_path / "no_floor.svg").read_text()
     with pytest.raises(PlotError, match="must end in"):
         draw_diagnosis(fake, tmp_path / "picture.bmp")

@@ -30,8 +30,8 @@ class Output(Protocol):
     form: str
     """What it takes of each chunk: `csv` or `rows`."""
 
-    checked: bool
-    """Whether what is there was held against the sum of what was written."""
+    unchecked: str
+    """Why what is there was not held against the sum of what was written; empty where it was."""
 
     @property
     def done(self) -> int:
@@ -64,7 +64,7 @@ def open_output(plan: SweepPlan, path: Path, fresh: bool) -> Output:
 
 class _Csv:
     form = "csv"
-    checked = True
+    unchecked = ""
 
     def __init__(self, plan: SweepPlan, path: Path, fresh: bool) -> None:
         self.file = SweepCsv(plan, path, fresh)
@@ -98,32 +98,44 @@ class _Parquet:
         self.plan, self.path = plan, path
         self.folder = path.with_name(f".{path.name}.sweep")
         self.sum = path.with_name(f"{path.name}.sweep")
-        self.checked = True
+        self.unchecked = ""
         self.lock: Any = None
         self.done = 0
         if path.exists() and not fresh:
             self._check(path, self._record_of(path))
             self._whole(path)
-            self.checked = self._unchanged()
+            self.unchecked = self._unchanged()
             self.done = plan.rows
             return
         self.folder.mkdir(exist_ok=True)
         self._lock()
+        try:
+            self._take_up(fresh)
+        except BaseException:
+            self.close()
+            raise
+
+    def _take_up(self, fresh: bool) -> None:
+        """Counts the rows of parts that are there; behind the lock, so that nobody adds to them."""
         self.sum.unlink(missing_ok=True)  # of a file that is gone, or will be
-        if fresh:  # behind the lock: what another process is writing stays
-            path.unlink(missing_ok=True)
-            for old in [*self._parts(), *self.folder.glob("*.new"), self.folder / "plan.json"]:
-                old.unlink(missing_ok=True)
         record = self.folder / "plan.json"
-        if record.exists():
+        if fresh:
+            self.path.unlink(missing_ok=True)
+            for old in [*self._parts(), *self.folder.glob("*.new"), record]:
+                old.unlink(missing_ok=True)
+        there = record.exists()
+        if there:
             self._check(record, record.read_text(encoding="utf-8"))
-        else:
-            _replace(record, plan.record.encode())
-        for part in self._parts():
+        parts = self._parts()
+        for part in parts:  # before one of them goes: they may be of another plan
+            self._check(part, self._record_of(part))
+        if not there:
+            _replace(record, self.plan.record.encode())
+        for part in parts:
             if int(part.stem) != self.done:
                 part.unlink()
             else:
-                self.done += parquet.read_metadata(part).num_rows
+                self.done += self.parquet.read_metadata(part).num_rows
 
     def _record_of(self, path: Path) -> str:
         from pyarrow import ArrowInvalid
@@ -150,10 +162,10 @@ class _Parquet:
                 "after the sweep wrote it; give another --out, or --fresh to begin anew"
             )
 
-    def _unchanged(self) -> bool:
-        """Whether the file is the one that was written; False where there is no sum to tell."""
+    def _unchanged(self) -> str:
+        """Refuses a file that is not the one that was written; says so where no sum can tell."""
         if not self.sum.exists():
-            return False
+            return f"not checked: {self.sum.name} is missing"
         try:
             known = json.loads(self.sum.read_bytes())["sha256"]
         except (ValueError, KeyError, TypeError):
@@ -167,7 +179,7 @@ class _Parquet:
                 "it was changed after the sweep wrote it; give another --out, or --fresh to begin "
                 "anew"
             )
-        return True
+        return ""
 
     def _lock(self) -> None:
         try:

@@ -47,7 +47,7 @@ def sweep(argv: list[str]) -> int:
         tally = SweepTally(plan)
         to_output(plan, output, chunk_rows=options.chunk_rows, progress=shown, tally=tally)
     earlier = f", {found} of them found there" if 0 < found < plan.rows else ""
-    unchecked = "" if output.checked else f"; not checked: {options.out}.sweep is missing"
+    unchecked = f"; {output.unchecked}" if output.unchecked else ""
     text = (
         f"{options.out}: all {plan.rows} rows are there already{unchecked}"
         if complete

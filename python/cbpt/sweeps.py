@@ -76,6 +76,8 @@ def sweep(
     if out is not None:
         path = Path(out)
         with closing(open_output(plan, path, fresh)) as output:
+            if output.unchecked:
+                warnings.warn(f"{path}: {output.unchecked}", stacklevel=2)
             to_output(
                 plan,
                 output,

@@ -30,12 +30,18 @@ from cbpt.lab.readings import Readings
 from cbpt.lab.result_table import Results, results_of
 from cbpt.lab.screen import Screen
 from cbpt.lab.sentence import sentence
-from cbpt.lab.uncertainty import estimated, noise_of
+from cbpt.lab.uncertainty import noise_floor, noise_of
 from cbpt.lab.verdict import CLASSES, Verdict
 from cbpt.lab.versions import versions
 
 Floats = NDArray[np.float64]
 SCHEMA = "cbpt.diagnosis/1"
+_FAR_BELOW = 0.8
+LOOSE = (
+    "Held out, numbers are refitted to the other readings and an effect may depart a little from "
+    "its form; far below in sample it says that the form does not hold."
+)
+"""What an error held out far below the one in sample means."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +53,13 @@ class Rung:
     rmse_arcsec: float
     held_out_rmse_arcsec: float
     chi2_per_dof: float
+    of_effects: bool = False
+    """Whether the model has effects by name."""
+
+    @property
+    def loose(self) -> bool:
+        """Whether the error held out is far below the one in sample."""
+        return self.of_effects and self.held_out_rmse_arcsec < _FAR_BELOW * self.rmse_arcsec
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,9 +119,15 @@ class Diagnosis:
         return self.after.noise if self.verdict.pattern is None else self.verdict.pattern.noise
 
     @property
-    def noise_floor_arcsec(self) -> float:
-        """The error that noise alone leaves, beside zeros of runs."""
-        return estimated(self)
+    def noise_floor_arcsec(self) -> float | None:
+        """The error that noise alone leaves, beside zeros of runs; None where the answer does not
+        hold all that is at work."""
+        return noise_floor(self)[0]
+
+    @property
+    def ladder_says(self) -> str | None:
+        """What to know to read the ladder; None where nothing on it is odd."""
+        return LOOSE if any(rung.loose for rung in self.ladder) else None
 
     @property
     def final_rung(self) -> Rung:
@@ -300,6 +319,7 @@ class Diagnosis:
                 for r in self.ladder
             ],
             "held_out_by": self.held_out_by,
+            "ladder_says": self.ladder_says,
             "results": self.results().to_list(),
             "parameters": {e: self.parameters(self.after, e) for e in v.names},
             "moved": list(moved(self)),
@@ -311,12 +331,14 @@ class Diagnosis:
             "notes": list(self.notes),
         }
 
-    def _errors(self, rung: Rung) -> dict[str, float]:
+    def _errors(self, rung: Rung) -> dict[str, Any]:
+        floor, of = noise_floor(self)
         return {
             "rmse_arcsec": rung.rmse_arcsec,
             "held_out_rmse_arcsec": rung.held_out_rmse_arcsec,
             "chi2_per_dof": rung.chi2_per_dof,
-            "noise_floor_arcsec": self.noise_floor_arcsec,
+            "noise_floor_arcsec": floor,
+            "noise_floor_of": of,
         }
 
     def to_json(self) -> str:

@@ -355,7 +355,8 @@ def _as_given(campaign: Campaign) -> Floats:
 def rung(fitter: Fitter, added: str, fit: Fit, fold: NDArray[np.int64]) -> Rung:
     """One step of the ladder."""
     held = held_out_residual(fitter, fit, fold)
-    return Rung(added, rmse_of(fitter.campaign, fit), rms(held), chi2_of(fitter, fit))
+    named = bool(fit.hypothesis.effects)
+    return Rung(added, rmse_of(fitter.campaign, fit), rms(held), chi2_of(fitter, fit), named)
 
 
 def _rung_of_pattern(pattern: Pattern, fold: NDArray[np.int64]) -> Rung:

@@ -12,6 +12,7 @@ import numpy as np
 from cbpt._core import text_table
 from cbpt.lab.overlooked import unseen
 from cbpt.lab.sentence import listed, moved_numbers, shown
+from cbpt.lab.uncertainty import noise_floor
 from cbpt.lab.verdict import ODDS_LIMIT
 
 if TYPE_CHECKING:
@@ -66,7 +67,8 @@ def lines(d: Diagnosis) -> Iterator[str]:
             )
             yield from card["effect_toml"].splitlines()
     yield ""
-    noise = f"noise {d.noise_floor_arcsec:.3f} arcsec"
+    floor, of = noise_floor(d)
+    noise = f"the noise floor {of}" if floor is None else f"noise {floor:.3f} arcsec"
     yield f"Error, in sample and held out by {d.held_out_by} ({noise}):"
     rows = [
         [
@@ -78,6 +80,8 @@ def lines(d: Diagnosis) -> Iterator[str]:
         for r in d.ladder
     ]
     yield _table(["added", "rmse_arcsec", "held_out_arcsec", "chi2/dof"], rows)
+    if d.ladder_says:
+        yield from wrap(d.ladder_says, _WIDTH)
     ranking = document["ranking"][:6]
     if ranking:
         yield ""

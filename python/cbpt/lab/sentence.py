@@ -48,6 +48,17 @@ _OF_SPRINGS = {
     "friction_hysteresis": "friction (a hysteresis loop)",
 }
 
+_TELL_TALES = {spec.id: spec.tell_tale for spec in effect_specs()}
+_TELL_TALES_OF_SPRINGS = {
+    "torque_scale": "moves the bends of the curve along the torque",
+    "sensor_gain": "scales every angle; the bends of the curve stay at their torques",
+    "eccentric_bearing": "grows with torque, less than in proportion",
+    "output_torsion": "linear in torque, no loop",
+    "friction_hysteresis": "a loop, wider under load where friction grows with it; the first "
+    "loading of a run reads stiffer",
+}
+"""Where the library's speaks of preload or contacts, which such a reducer does not have."""
+
 _COLUMNS = {
     "torque_Nm": "the torque",
     "preload_N": "the preload",
@@ -81,6 +92,12 @@ def called(effect: str, kind: str) -> str:
     return own.get(effect, NAMES.get(effect, effect))
 
 
+def tell_tale(effect: str, kind: str) -> str:
+    """How an effect of the library shows in readings of a reducer of that kind."""
+    own = _TELL_TALES_OF_SPRINGS if kind == "torsion_spring" else {}
+    return own.get(effect, _TELL_TALES.get(effect, ""))
+
+
 def sentence(d: Diagnosis) -> str:
     """One or two sentences that say what is certain, what is open and how sure that is."""
     v = d.verdict
@@ -88,10 +105,9 @@ def sentence(d: Diagnosis) -> str:
     if v.probability < 0.5:
         sure = f"the likeliest answer, but not a sure one: {sure}"
     before, after = d.ladder[0].rmse_arcsec, d.final_rung.rmse_arcsec
-    fall = (
-        f"the error falls from {before:.2f} to {after:.2f} arcsec "
-        f"(noise {d.noise_floor_arcsec:.2f})"
-    )
+    floor = d.noise_floor_arcsec
+    noise = "" if floor is None else f" (noise {floor:.2f})"
+    fall = f"the error falls from {before:.2f} to {after:.2f} arcsec{noise}"
     if after > 0.97 * before:
         fall = f"the error stays at {after:.2f} arcsec"
     if v.kind == "unknown":

@@ -2,7 +2,8 @@
 
 noise_of    the part `noise` of the document
 estimated   standard uncertainty of a reading, as the answer has it
-floor_of    the error that noise alone leaves, as far as it is known, and from what
+noise_floor the scatter about the answer, where it holds all that is at work, else why there is none
+floor_of    the same, else the error that noise alone leaves by what is stated or repeats tell
 statement   one sentence: stated, from repeats, or from the scatter about the answer
 """
 
@@ -61,23 +62,34 @@ def estimated(d: Diagnosis) -> float:
     return float(d.noise.scale * np.sqrt(np.mean(c.u_reading_arcsec**2)))
 
 
-def floor_of(d: Diagnosis) -> tuple[float | None, str]:
-    """The error that noise alone leaves, and what it was taken from; None where nothing tells it.
+def noise_floor(d: Diagnosis) -> tuple[float | None, str]:
+    """The error that noise alone leaves, by the scatter about the answer, and what that is; None
+    with the reason where something is at work that the answer does not hold.
 
-    The scatter about an answer is noise only where the answer holds all that is at work. Zeros of
-    runs are no part of it, as they are none of the errors that are held against it.
+    Zeros of runs are no part of it, as they are none of the errors that are held against it.
     """
     from cbpt.lab.verdict import UNKNOWN
 
-    c, v = d.competition.campaign, d.verdict
-    if v.pattern is None and not any(UNKNOWN in group for group in v.rivals):
-        return d.noise_floor_arcsec, "scatter about the answer"
+    if d.verdict.pattern is None and not any(UNKNOWN in group for group in d.verdict.rivals):
+        return estimated(d), "scatter about the answer"
+    return None, "cannot be told: no model holds all that is at work"
+
+
+def floor_of(d: Diagnosis) -> tuple[float | None, str]:
+    """The error that noise alone leaves, and what it was taken from; None where nothing tells it.
+
+    Without a noise floor of the answer, what is stated or what repeats tell.
+    """
+    floor, of = noise_floor(d)
+    if floor is not None:
+        return floor, of
+    c = d.competition.campaign
     u = float(np.sqrt(np.mean(c.u_reading_arcsec**2)))
     if c.u_stated:
         return u, "stated uncertainty" if c.u_believed == 1 else "scatter inside runs"
     if c.u_repeated:
         return u, "repeats"
-    return None, "cannot be told: no model holds all, no uncertainty is stated, no repeats tell it"
+    return None, f"{of}, no uncertainty is stated, no repeats tell it"
 
 
 def statement(d: Diagnosis) -> str:

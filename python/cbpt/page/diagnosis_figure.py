@@ -63,7 +63,7 @@ class Diagnosed(Protocol):
     @property
     def ladder(self) -> Sequence[Step]: ...
     @property
-    def noise_floor_arcsec(self) -> float: ...
+    def noise_floor_arcsec(self) -> float | None: ...
     @property
     def sentence(self) -> str: ...
 
@@ -145,7 +145,8 @@ def _draw_readings(axes: Axes, r: Readings, values: Floats, levels: Levels) -> N
 def _draw_residual(axes: Axes, d: Diagnosed, residual: Floats, levels: Levels, name: str) -> None:
     u = d.readings.u_elastic_angle_arcsec
     band = d.noise_floor_arcsec if u is None else float(np.median(u))
-    axes.axhspan(-band, band, color="0.87", zorder=0)
+    if band is not None:
+        axes.axhspan(-band, band, color="0.87", zorder=0)
     axes.axhline(0, color="0.3", lw=0.8, zorder=0)
     _draw_readings(axes, d.readings, residual, levels)
     rmse = float(np.sqrt(np.nanmean(residual**2)))
@@ -154,7 +155,8 @@ def _draw_residual(axes: Axes, d: Diagnosed, residual: Floats, levels: Levels, n
     axes.set_xlabel("torque (N m)")
     if name == "as stated":
         what = "scatter" if u is None else "u, k = 1"
-        axes.set_ylabel(f"reading minus model (arcsec)\nband: ± {band:.2g} ({what})")
+        says = "" if band is None else f"\nband: ± {band:.2g} ({what})"
+        axes.set_ylabel(f"reading minus model (arcsec){says}")
     # On the scale of the first the second would be a line.
     axes.grid(color="0.94", lw=0.6)
 
@@ -180,8 +182,11 @@ def _draw_ladder(axes: Axes, d: Diagnosed) -> None:
                     fontsize=8,
                 )
     floor = d.noise_floor_arcsec
-    axes.axhline(floor, color=_FLOOR, lw=1.3, ls=(0, (5, 2)), label=f"noise, {floor:.2g} arcsec")
-    finite = np.r_[inside, outside, floor]
+    finite = np.r_[inside, outside]
+    if floor is not None:
+        label = f"noise, {floor:.2g} arcsec"
+        axes.axhline(floor, color=_FLOOR, lw=1.3, ls=(0, (5, 2)), label=label)
+        finite = np.r_[finite, floor]
     finite = finite[np.isfinite(finite) & (finite > 0)]
     if finite.size and finite.max() > 12 * finite.min():
         axes.set_yscale("log")

@@ -74,7 +74,7 @@ from cbpt._core import Case, Drive, effect_specs, own_effect_variables
 from cbpt.lab.levels import settings
 from cbpt.lab.library import PRIORS
 from cbpt.lab.readings import Readings
-from cbpt.lab.sentence import called, moved
+from cbpt.lab.sentence import called, moved, tell_tale
 from cbpt.page.curves import BRANCHES, Curves
 from cbpt.page.plain import array, numbers
 from cbpt.page.stated import REFITTED, STATED, UNKNOWN, key_of, stated
@@ -331,7 +331,7 @@ class Found:
                 "in_answer": effect in off or (row["in_answer"] and self.key is not None),
                 "moved": moved(effect, self.diagnosis.after) if effect in off else None,
                 "is_rival": effect in rivals,
-                "tell_tale": spec.tell_tale if spec else "",
+                "tell_tale": tell_tale(effect, kind),
                 "equation": spec.equation if spec else "",
             }
 
@@ -439,7 +439,7 @@ def library(case: Case | Drive, found: Found) -> Iterator[dict[str, Any]]:
                 "label": called(spec.id, kind),
                 "class": spec.kind,
                 "port": spec.port,
-                "tell_tale": spec.tell_tale,
+                "tell_tale": tell_tale(spec.id, kind),
                 "equation": spec.equation,
                 "source": spec.source,
                 "why_not": None if there else "the table lacks a column that it depends on",

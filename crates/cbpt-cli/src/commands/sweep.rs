@@ -13,6 +13,7 @@ use crate::case::Case;
 use crate::exit::{Exit, Failure};
 use crate::progress::with_progress_bar;
 use crate::report::{Report, Table, number, object};
+use crate::sweep::rows::warn_unbuildable;
 
 /// More rows than this are for a file, not for a screen.
 const MOST_ROWS_ON_SCREEN: usize = 60;
@@ -64,6 +65,9 @@ pub fn run(verb: &Sweep) -> Result<Exit, Failure> {
                 });
             }
         }
+    }
+    if let Some(text) = warn_unbuildable(&case) {
+        eprintln!("cbpt: {text}");
     }
     let none = Effects { effects: &[], values: &[] };
     let solved = with_progress_bar(0, loads.len() as u64, |progress| match (&effects, case.drive()) {

@@ -10,8 +10,8 @@ use cbpt_core::{Drive, Finding, InvalidInput, Load, Reducer, Status};
 use rayon::prelude::*;
 
 use super::{BLOCK_ROWS, Plan};
-use crate::case::EffectEntry;
 use crate::case::parameter::{ActsOn, Setting};
+use crate::case::{Case, EffectEntry};
 
 /// Names of how a row can end, by their codes.
 pub const STATUSES: [&str; 9] = [
@@ -81,6 +81,15 @@ fn finding_code(found: Option<&Finding>) -> u8 {
     // There are three.
     #[allow(clippy::cast_possible_truncation)]
     place.map_or(0, |place| place.map_or(u8::MAX, |place| place as u8 + 1))
+}
+
+/// The warning of a sweep whose one drive cannot be built: its rows have no column for it.
+pub fn warn_unbuildable(case: &Case) -> Option<String> {
+    let finding = case.drive()?.unbuildable()?;
+    Some(format!(
+        "warning: the drive of the case cannot be built ({}): {}; the sweep goes on all the same. Remedy: {}",
+        finding.code, finding.message, finding.remedy
+    ))
 }
 
 /// What a group of rows comes to: an outcome for each, and why their drive cannot be built.
@@ -224,15 +233,8 @@ impl Plan {
     /// What to know before: a range whose steps do not meet its end, or that the one drive of all rows cannot be built.
     pub fn remarks(&self) -> Vec<String> {
         let notes = self.notes.iter().map(|note| format!("note: {note}"));
-        notes.chain(self.unbuildable()).collect()
-    }
-
-    fn unbuildable(&self) -> Option<String> {
-        let finding = self.finding(self.first()).filter(|_| !self.has_findings())?;
-        Some(format!(
-            "warning: the drive of the case cannot be built ({}): {}; the sweep goes on all the same. Remedy: {}",
-            finding.code, finding.message, finding.remedy
-        ))
+        let one_drive = Some(self.case()).filter(|_| !self.has_findings());
+        notes.chain(one_drive.and_then(warn_unbuildable)).collect()
     }
 
     /// Whether the drive varies, so that each row tells whether its own can be built.

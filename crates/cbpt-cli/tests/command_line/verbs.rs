@@ -239,6 +239,26 @@ fn a_load_without_solution_stays_a_row() {
 }
 
 #[test]
+fn a_drive_that_cannot_be_built_is_told_before_its_rows() {
+    let desk = Desk::new("unbuildable");
+    for (key, sound, wrong, code) in [
+        ("ball_count", "14", "60", "rings_overlap"),
+        ("short_amplitude_coefficient", "0.5", "0.95", "undercut"),
+    ] {
+        let drive = EXAMPLE.replace(&format!("{key} = {sound}"), &format!("{key} = {wrong}"));
+        desk.write("wrong.toml", &drive);
+        desk.write("plan.toml", "case = \"wrong.toml\"\n[axes]\nload.torque_Nm = [1, 2]\n");
+        let ran = desk.cbpt("sweep wrong.toml --torque-Nm 1,2 --json");
+        let told = format!("cbpt: warning: the drive of the case cannot be built ({code}): ");
+        assert!(ran.err.starts_with(&told), "{ran:?}");
+        assert_eq!(ran.err.matches("Remedy: ").count(), 1, "{ran:?}");
+        assert!(serde_json::from_str::<Value>(&ran.out).is_ok(), "{ran:?}");
+        let plan = desk.cbpt("sweep plan.toml --out rows.csv --fresh");
+        assert_eq!(plan.err.lines().next(), ran.err.lines().next(), "the same words as of a plan");
+    }
+}
+
+#[test]
 fn a_long_sweep_shows_its_beginning_and_writes_all() {
     let desk = Desk::new("long");
     let ran = desk.cbpt("sweep case.toml --torque-Nm 0:10:0.01 --out long.csv --angle-unit urad");
