@@ -23,7 +23,7 @@ Effects = tuple[str, ...]
 Step = Callable[[], None]
 """Called between two pieces of work; what it raises ends the work."""
 
-PAUSE_S = 0.25
+PAUSE_S = 0.5
 """After a request the browser draws, on the same cores."""
 MOST = 64
 MOST_BYTES = 32 << 20

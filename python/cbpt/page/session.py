@@ -313,7 +313,8 @@ class Session:
 
     def shown(self, effects: Sequence[str]) -> dict[str, Any]:
         """A model is looked at that nobody had to ask for: what may follow it is prepared."""
-        self._ahead_of(effects).around(effects)
+        with self._turns.first():
+            self._ahead_of(effects).around(effects)
         return {}
 
     def _ahead_of(self, effects: Sequence[str]) -> Ahead:
