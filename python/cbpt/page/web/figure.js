@@ -277,6 +277,8 @@ addEventListener("afterprint", () => {
   repaint((f) => f.drawn && f.draw());
 });
 
+/** For the screen to show what is there, before the page is busy again. */
+const REST_MS = 50;
 /** @type {Set<Figure>} */
 const waiting = new Set();
 let planned = false;
@@ -288,7 +290,8 @@ function later(figure) {
   if (planned) return;
   planned = true;
   // What is in sight is on the screen before the rest is drawn.
-  painted().then(plotlyReady).then(drawNext, () => {}); // told where it is waited for
+  painted().then(plotlyReady)
+    .then(() => setTimeout(drawNext, REST_MS), () => {}); // told where it is waited for
 }
 
 /** One figure at a time, so that the page answers in between. */
@@ -311,7 +314,8 @@ export function markDrawn() {
 export function painted() {
   return new Promise((done) => {
     if (document.hidden) setTimeout(done, 0);
-    else requestAnimationFrame(() => setTimeout(done, 0));
+    // The second frame begins when the first is there.
+    else requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 0)));
   });
 }
 
