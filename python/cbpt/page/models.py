@@ -151,7 +151,7 @@ class Models:
         """Contact regime of each row, of the drive as stated."""
         fitter = self._bench.fitter
         model = fitter.model if self.used.all() else self._model(self._bench)
-        return [str(name) for name in model.regimes(model.neutral)]
+        return list(model.regimes(model.neutral).tolist())
 
     def _role(self, names: Names, bench: Bench) -> str:
         v = self.diagnosis.verdict
