@@ -141,6 +141,24 @@ def test_any_combination_is_fitted_live(dev04: Any) -> None:
     assert number(dev04, "#rmse") > both
 
 
+def test_a_switch_leaves_what_does_not_change_and_the_focus_where_they_are(dev04: Any) -> None:
+    card = "#missing [data-card=run_in]"
+    dev04.evaluate("card => document.querySelector(card).marked = true", card)
+    for effect in ("run_in", "creep"):
+        dev04.locator(f"#missing [data-effect={effect}]").focus()
+        dev04.keyboard.press("Space")
+        dev04.wait_for_selector(f"#missing [data-effect={effect}][aria-checked=true]")
+        assert dev04.evaluate("document.activeElement.dataset.effect") == effect
+    assert dev04.evaluate("card => document.querySelector(card).marked", card)
+    # In the bar too, whose switches change with the model.
+    in_bar = "#model-bar [data-effect=friction_hysteresis]"
+    dev04.locator(in_bar).focus()
+    dev04.keyboard.press("Space")
+    dev04.wait_for_selector(f"{in_bar}[aria-checked=true]")
+    assert dev04.evaluate("document.activeElement.matches('#model-bar .switch')")
+    dev04.click("#model-bar >> text=as stated")
+
+
 def test_a_box_selects_readings_in_every_plot(dev04: Any) -> None:
     plot = dev04.locator("#readings-plot .area")
     plot.scroll_into_view_if_needed()
