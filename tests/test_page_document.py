@@ -321,7 +321,7 @@ def test_a_search_that_the_diagnosis_left_is_ended_or_called_rough(name: str) ->
             before = diagnosed(name).competition.fits[effects]
             misfits = [
                 bench.fitter.misfit(fit.hypothesis, fit.point.values, bench.noise)
-                for fit in (before, bench.fits[effects])
+                for fit in (before, bench.fit(effects))
             ]
             assert misfits[1] < misfits[0], model["key"]
         if not model["converged"]:

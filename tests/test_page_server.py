@@ -183,6 +183,8 @@ def test_what_is_worked_out_meanwhile_lets_a_switch_go_first(
     at_work, switching = threading.Event(), threading.Event()
     models = session._diagnosed()
     choice = models.choice
+    assert session._ahead is not None
+    assert session._ahead.join(60)
 
     def judged(d: Any, step: Any) -> tuple[dict[str, Any], None]:
         at_work.set()
@@ -191,7 +193,7 @@ def test_what_is_worked_out_meanwhile_lets_a_switch_go_first(
         order.append("campaign")
         return {"pairs": []}, None
 
-    def switched(effects: Any) -> dict[str, Any]:
+    def switched(effects: Any, step: Any) -> dict[str, Any]:
         switching.set()
         found = choice(["friction_hysteresis", "creep"])
         order.append("switch")
@@ -204,7 +206,8 @@ def test_what_is_worked_out_meanwhile_lets_a_switch_go_first(
     assert at_work.wait(60)
     session.model(["creep"])
     asked.join(60)
-    assert order == ["switch", "campaign"]
+    # What may be switched next goes first too.
+    assert order.index("campaign") == len(order) - 1 > 0
     session.close()
 
 

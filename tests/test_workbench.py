@@ -1,11 +1,19 @@
-"""How the workbench listens."""
+"""How the workbench listens, and what it sends first."""
 
 from __future__ import annotations
 
 import asyncio
+import re
 import socket
 
+import pytest
+from starlette.testclient import TestClient
+
+from cbpt.errors import InvalidInputError
+from cbpt.page.report import WEB
+from cbpt.page.session import Session
 from cbpt.page.workbench import _listening
+from common.page_server import client_of
 
 
 def test_answers_do_not_wait_for_the_browser_to_acknowledge_their_head() -> None:
@@ -25,3 +33,42 @@ def test_answers_do_not_wait_for_the_browser_to_acknowledge_their_head() -> None
         return nodelay
 
     assert asyncio.run(answered()) != 0
+
+
+def test_the_same_address_where_it_is_free_else_another() -> None:
+    with _listening("127.0.0.1", None) as first, _listening("127.0.0.1", None) as second:
+        assert first.getsockname() != second.getsockname()
+    with pytest.raises(InvalidInputError, match="--port"), _listening("127.0.0.1", 0) as taken:
+        _listening("127.0.0.1", taken.getsockname()[1])
+
+
+def test_a_page_of_an_earlier_workbench_at_the_same_address_is_told_to_reload(
+    session: Session,
+) -> None:
+    """What it shows is of other readings than the answers would be."""
+    first, second = client_of(session), client_of(session)
+    key = _key(first)
+    assert key != _key(second)
+    assert first.get("/api/job", params={"page": key}).status_code == 200
+    refused = second.get("/api/job", params={"page": key})
+    assert refused.status_code == 409
+    assert "reload" in refused.json()["error"]
+
+
+def _key(client: TestClient) -> str:
+    found = re.search(r"api/document\?page=(\w+)", client.get("/").text)
+    assert found
+    return found[1]
+
+
+def test_the_first_plot_asks_for_all_its_modules_at_once() -> None:
+    page = (WEB / "index.html").read_text(encoding="utf-8")
+    preloaded = set(re.findall(r'rel="modulepreload" href="([\w.-]+)"', page))
+    needed: set[str] = set()
+    ways = ["main.js"]
+    while ways:
+        text = (WEB / ways.pop()).read_text(encoding="utf-8")
+        new = set(re.findall(r'from "\./([\w.-]+\.js)"', text)) - needed
+        needed |= new
+        ways += sorted(new)
+    assert preloaded == needed

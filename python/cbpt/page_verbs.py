@@ -88,7 +88,7 @@ def workbench(argv: list[str]) -> int:
         needed=False,
     )
     parser.add_argument(
-        "--port", type=int, default=0, help="port to listen on; else any that is free"
+        "--port", type=int, help="port to listen on; else 8327, or any that is free (0: any)"
     )
     parser.add_argument(
         "--host",
@@ -99,7 +99,7 @@ def workbench(argv: list[str]) -> int:
         "--no-browser", action="store_true", help="print the address and open no browser"
     )
     options = parser.parse_args(argv)
-    if not 0 <= options.port < 65536:
+    if options.port is not None and not 0 <= options.port < 65536:
         parser.error(f"--port {options.port}: expected 0 to 65535")
     if (options.case is None) != (options.data is None):
         parser.error("give both CASE and DATA, or open them in the browser")

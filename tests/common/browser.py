@@ -21,11 +21,30 @@ CHROMIUM = next(
 )
 PATIENCE_MS = 90_000
 """How long a condition may take on a machine that does other things as well."""
+# The sandbox of Chromium is not to be had as root, as in most CI machines.
+_LAUNCH = {"executable_path": CHROMIUM, "args": ["--no-sandbox"]}
 
 
 @contextmanager
 def chromium() -> Iterator[Any]:
     """The browser; skips the test where there is none."""
+    with _playwright() as playwright:
+        browser = playwright.chromium.launch(**_LAUNCH)
+        yield browser
+        browser.close()
+
+
+@contextmanager
+def kept_chromium(folder: Path) -> Iterator[Any]:
+    """A browser that keeps in a folder what it has seen, as that of a user does."""
+    with _playwright() as playwright:
+        context = playwright.chromium.launch_persistent_context(folder, **_LAUNCH)
+        yield context
+        context.close()
+
+
+@contextmanager
+def _playwright() -> Iterator[Any]:
     if CHROMIUM is None:
         import pytest
 
@@ -33,10 +52,7 @@ def chromium() -> Iterator[Any]:
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as playwright:
-        # The sandbox of Chromium is not to be had as root, as in most CI machines.
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        yield browser
-        browser.close()
+        yield playwright
 
 
 @contextmanager
@@ -95,6 +111,7 @@ def workbench(*files: Path) -> Iterator[str]:
 
 def open_campaign(page: Any, folder: Path, name: str) -> None:
     """Hand over a campaign's two files, and wait for its answer and all that follows from it."""
+    page.wait_for_selector("html[data-drawn]")
     if not page.is_visible("dialog[open]"):
         page.click("#open-files")
     page.set_input_files("#files", [folder / f"{name}.csv", folder / f"{name}.toml"])

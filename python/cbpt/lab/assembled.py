@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt._core import Case, Drive, OwnEffect, Predictor, effect_specs
+from cbpt._core import Case, Drive, OwnEffect, Prediction, Predictor, effect_specs
 from cbpt.errors import InvalidInputError, ReadingsError
 from cbpt.lab.library import LOT, PRIORS, Variant
 from cbpt.lab.noise import Rows
@@ -252,8 +252,7 @@ class Assembled:
 
     def at(self, values: Floats, wanted: Sequence[int] = ()) -> Point:
         """Prediction and the slopes of the wanted parameters."""
-        found = self._predictor.predict(values, list(wanted))
-        return Point(values, found.angle_rad * ARCSEC_PER_RAD, found.sensitivities * ARCSEC_PER_RAD)
+        return _point(values, self._predictor.predict(values, list(wanted)))
 
     def states(self, values: Floats) -> tuple[Floats, NDArray[np.str_]]:
         """Angle in arcsec and status of each row."""
@@ -263,6 +262,15 @@ class Assembled:
     def regimes(self, values: Floats) -> NDArray[np.str_]:
         """Contact regime of each row."""
         return REGIMES[self._predictor.predict(values).regime]
+
+    def with_regimes(self, values: Floats) -> tuple[Point, NDArray[np.str_]]:
+        """Prediction, and the contact regime of each row."""
+        found = self._predictor.predict(values)
+        return _point(values, found), REGIMES[found.regime]
+
+
+def _point(values: Floats, found: Prediction) -> Point:
+    return Point(values, found.angle_rad * ARCSEC_PER_RAD, found.sensitivities * ARCSEC_PER_RAD)
 
 
 def _contact_angles(drive: Drive) -> tuple[float, float]:

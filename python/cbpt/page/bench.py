@@ -2,14 +2,17 @@
 
     Bench   a fitter with the fits that it has made; the diagnosis' own, or one with own effects
 
-A set grows from the best fit of a part of it, one effect after the other, each in the form and from
-the sizes that the linear problem finds best: a fraction of a second, where the search of the
-diagnosis weighs all forms. One noise judges all, that of the answer.
+A set grows from the best part of it that the diagnosis fitted, one effect after the other, each in
+the form and from the sizes that the linear problem finds best: a fraction of a second, where the
+search of the diagnosis weighs all forms. One noise judges all, that of the answer. The effects are
+added in an order of their own, the likeliest first, so the fit of a set is the same whatever was
+asked for before it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import OrderedDict
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -31,18 +34,37 @@ _STARTS = 3
 _TIMID, _NO_WORSE = 0.02, 1.02
 
 
-class Bench:
-    """Fits of one campaign, by sorted ids of effects."""
+# Fits that are kept: what has grown can be grown again.
+_MOST_KEPT = 48
 
-    def __init__(self, fitter: Fitter, noise: Noise, fits: dict[Names, Fit]) -> None:
-        self.fitter, self.noise, self.fits = fitter, noise, fits
-        self._names = places(fitter)
-        self._searched: set[Names] = set()
+
+class Bench:
+    """Fits of one campaign, by sorted ids of effects.
+
+    fits: what is fitted already. likeliest: effects in the order in which sets grow. library: the
+    bench that fits the sets without an effect of the user's own, where this one has such effects.
+    """
+
+    def __init__(
+        self,
+        fitter: Fitter,
+        noise: Noise,
+        fits: Mapping[Names, Fit],
+        likeliest: Sequence[str] = (),
+        library: Bench | None = None,
+    ) -> None:
+        self.fitter, self.noise, self.fits = fitter, noise, dict(fits)
+        self._places = places(fitter)
+        self._likeliest = {effect: place for place, effect in enumerate(likeliest)}
+        self._library = library
+        self._kept: OrderedDict[Names, Fit] = OrderedDict()
 
     @classmethod
     def of_diagnosis(cls, d: Diagnosis) -> Bench:
         """With everything that was fitted."""
-        return cls(d.competition.fitter, d.noise, dict(d.competition.fits))
+        c = d.competition
+        alone = sorted((n for n in c.fits if len(n) == 1), key=lambda n: -c.log_odds[n])
+        return cls(c.fitter, d.noise, c.fits, [effect for (effect,) in alone])
 
     def with_own(self, d: Diagnosis, own: Sequence[OwnEffect]) -> Bench:
         """The same readings with effects of the user's own beside the library.
@@ -58,11 +80,41 @@ class Bench:
         null = fitter.fit(Hypothesis(), noise=self.noise, free_noise=False)
         if null is None:
             raise InvalidInputError("the model has no solution at these loads")
-        return Bench(fitter, self.noise, {(): null})
+        return Bench(fitter, self.noise, {(): null}, library=self)
 
-    def adopt(self, names: Names, other: Bench) -> None:
-        """Fit a set from where another bench has it."""
-        found = other.fits[names]
+    def fit(self, effects: Sequence[str]) -> Fit:
+        """The fit of a set. Raises `InvalidInputError` for what cannot be fitted."""
+        names = tuple(sorted(dict.fromkeys(effects)))
+        known = self.fits.get(names)
+        if known is not None and known.converged:
+            return known
+        if names not in self._kept:
+            # What the diagnosis left as it was out, or has grown, is searched to its end.
+            found = known or self._grown(names)
+            self._kept[names] = found if found.converged else self._further(found)
+            if len(self._kept) > _MOST_KEPT:
+                self._kept.popitem(last=False)
+        self._kept.move_to_end(names)
+        return self._kept[names]
+
+    def _grown(self, names: Names) -> Fit:
+        """From the largest and best part that is fitted, by the least likely effect last."""
+        if self._library is None:
+            parts = [n for n in self.fits if set(n) <= set(names)]
+            base = max(parts, key=lambda n: (len(n), self.fits[n].log_evidence))
+        else:
+            own = {v.effect for v in self.fitter.campaign.candidates}
+            base = tuple(n for n in names if n not in own)
+            if base == names:
+                return self._adopted(names, self._library.fit(names))
+        last = max(
+            (n for n in names if n not in base),
+            key=lambda n: (self._likeliest.get(n, len(self._likeliest)), n),
+        )
+        return self._with(self.fit([n for n in names if n != last]), last)
+
+    def _adopted(self, names: Names, found: Fit) -> Fit:
+        """A set fitted from where another bench has it."""
         values = self.fitter.start(found.hypothesis, {})
         for unknown in found.unknowns:
             effect, dot, name = unknown.name.partition(".")
@@ -70,30 +122,11 @@ class Bench:
                 variant = next(v for v in self.fitter.variants if v.effect == effect)
                 name = variant.sizes[0]
             values[self.fitter.place(effect, name)] = found.value(unknown)
-        self.fits[names] = self._polished(found.hypothesis, values)
+        return self._polished(found.hypothesis, values)
 
-    def fit(self, effects: Sequence[str]) -> Fit:
-        """The fit of a set. Raises `InvalidInputError` for what cannot be fitted."""
-        names = tuple(sorted(dict.fromkeys(effects)))
-        if names in self.fits:
-            return self._ended(names)
-        known = [n for n in self.fits if set(n) <= set(names)]
-        reached = max(known, key=lambda n: (len(n), self.fits[n].log_evidence))
-        fit = self.fits[reached]
-        for effect in (n for n in effects if n not in reached):
-            fit = self._with(fit, effect)
-            reached = tuple(sorted((*reached, effect)))
-            self.fits[reached] = fit
-        return fit
-
-    def _ended(self, names: Names) -> Fit:
-        """A fit that the diagnosis left as it was out is searched further, once."""
-        fit = self.fits[names]
-        if not fit.converged and names not in self._searched:
-            self._searched.add(names)
-            found = self._polished(fit.hypothesis, fit.point.values)
-            self.fits[names] = self.fitter.look(replace(found, form_sd=fit.form_sd), self.noise)
-        return self.fits[names]
+    def _further(self, fit: Fit) -> Fit:
+        found = self._polished(fit.hypothesis, fit.point.values)
+        return self.fitter.look(replace(found, form_sd=fit.form_sd), self.noise)
 
     def _with(self, base: Fit, effect: str) -> Fit:
         """A fit with one more effect."""
@@ -110,7 +143,7 @@ class Bench:
         # A start needs the changes up to finite sizes only where the slopes show nothing.
         for secants in (False, True):
             if not gains:
-                seen = library.about(look, self._names, secants)
+                seen = library.about(look, self._places, secants)
                 signatures = [s for s in seen if s.variant.effect == effect]
                 screen = Screen(look, signatures)
                 usable = [m for m in range(len(signatures)) if screen.usable(m)]

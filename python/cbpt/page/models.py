@@ -8,7 +8,7 @@ All rows of the table are predicted, those too that a diagnosis of a long table 
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -151,7 +151,7 @@ class Models:
         """Contact regime of each row, of the drive as stated."""
         fitter = self._bench.fitter
         model = fitter.model if self.used.all() else self._model(self._bench)
-        return [str(name) for name in model.regimes(model.neutral)]
+        return list(model.regimes(model.neutral).tolist())
 
     def _role(self, names: Names, bench: Bench) -> str:
         v = self.diagnosis.verdict
@@ -184,21 +184,27 @@ class Models:
 
     # --- further choices ---
 
-    def choice(self, effects: Sequence[str]) -> dict[str, Any]:
+    def choice(
+        self, effects: Sequence[str], step: Callable[[], None] = lambda: None
+    ) -> dict[str, Any]:
         """The model with these effects, fitted now where nobody has: `model`, its lines in the
         order of `curves`, and the ladder that leads to it in the order given.
+
+        step: called between two fits; what it raises ends the work.
 
         Raises `InvalidInputError` for an effect that is not known or cannot be seen in this table.
         """
         wanted = list(dict.fromkeys(effects))
         with self._lock, threadpool_limits(1, user_api="blas"):
             bench = self._bench_for(wanted)
+            ladder = []
+            for n in range(len(wanted) + 1):
+                step()
+                ladder.append(self._rung(bench, wanted[:n]))
+            step()
             entry = self._of_set(tuple(sorted(wanted)), bench, bench.fit(wanted))
-            return {
-                "model": entry,
-                "curves": self._curves.of(array(entry["model_arcsec"])),
-                "ladder": [self._rung(bench, wanted[:n]) for n in range(len(wanted) + 1)],
-            }
+            curves = self._curves.of(array(entry["model_arcsec"]))
+            return {"model": entry, "curves": curves, "ladder": ladder}
 
     def add_own(self, effect: OwnEffect) -> None:
         """An effect of the user's own, in place of an earlier one of its id.
@@ -220,13 +226,7 @@ class Models:
 
     def _bench_for(self, effects: list[str]) -> Bench:
         own, bench = self._own
-        if bench is None or not {e.id for e in own} & set(effects):
-            return self._bench
-        named = tuple(sorted(set(effects) - {e.id for e in own}))
-        if named not in bench.fits:
-            self._bench.fit(named)
-            bench.adopt(named, self._bench)
-        return bench
+        return bench if bench and {e.id for e in own} & set(effects) else self._bench
 
     def _rung(self, bench: Bench, effects: Sequence[str]) -> dict[str, Any]:
         """One step of the ladder."""

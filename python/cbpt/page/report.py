@@ -27,9 +27,7 @@ _POLICY = (
     "default-src 'none'; script-src 'unsafe-inline' data:; style-src 'unsafe-inline'; "
     "img-src data: blob:; base-uri 'none'; form-action 'none'"
 )
-_LOADED = """<link rel="preload" as="script" href="plotly.min.js">
-    <script type="module" async src="plotly.js"></script>
-    <script type="module" src="main.js"></script>"""
+_LOADED = re.compile(r"<!-- loaded.*?<!-- /loaded -->", re.DOTALL)
 _SHEET = re.compile(r'<link rel="stylesheet" href="([\w.-]+\.css)">')
 _IMPORT = re.compile(r'(from |import\()"\./([\w.-]+\.js)"')
 
@@ -69,7 +67,7 @@ def _frame() -> str:
             f'content="{_POLICY}">',
         ),
         (
-            _LOADED,
+            _LOADED.findall(page)[0],
             f'<script type="importmap">{inside_script(json.dumps({"imports": modules}))}</script>',
         ),
         (

@@ -15,6 +15,7 @@
     POST /api/cancel            the job
     GET  /api/isolability       {isolability, why}: worked out when first asked for
     POST /api/model             {effects} -> {model, curves, ladder}
+    POST /api/shown             {effects}: a model that the page had is looked at
     POST /api/own/check         an own effect -> {ok, message, column, notes}
     POST /api/own/fit           an own effect, {effects} beside it -> {model, curves, ladder}
     POST /api/drive             {load, design} -> the section `drive`
@@ -27,6 +28,7 @@ from __future__ import annotations
 
 import json
 import math
+import secrets
 import sys
 import traceback
 from collections.abc import AsyncIterator, Awaitable, Callable
@@ -36,14 +38,16 @@ from typing import Any
 
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
+from starlette.datastructures import QueryParams
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
-from starlette.types import ASGIApp
+from starlette.types import ASGIApp, Receive, Scope, Send
 
 from cbpt.errors import CbptError
 from cbpt.page.guard import MOST_JSON_BYTES, Guard
 from cbpt.page.plain import to_json
+from cbpt.page.report import plotly_path
 from cbpt.page.session import NotNow, Session
 from cbpt.page.uploads import MOST_BYTES, on_page
 
@@ -77,8 +81,9 @@ def application(
         yield
         session.close()
 
+    page = secrets.token_hex(8)
     routes = [
-        *_static(),
+        *_static(page),
         Route("/api/document", _getter(lambda r: session.document() or "null")),
         Route("/api/job", _getter(lambda r: session.job())),
         Route("/api/isolability", _getter(lambda r: session.isolability())),
@@ -93,26 +98,52 @@ def application(
         "diagnose": lambda b: session.start(_seed(b)),
         "cancel": lambda b: session.cancel(),
         "model": lambda b: session.model(_list(b, "effects")),
+        "shown": lambda b: session.shown(_list(b, "effects")),
         "own/check": session.check_own,
         "own/fit": lambda b: session.fit_own(b, _list(b, "effects") if "effects" in b else []),
         "drive": lambda b: session.drive(_numbers(b, "load"), _numbers(b, "design")),
     }
     routes += [Route(f"/api/{name}", _poster(act), methods=["POST"]) for name, act in posts.items()]
     app = Starlette(routes=routes, lifespan=lifespan)
-    return Guard(app, token, port, hosts, addresses)
+    return Guard(_Current(app, page), token, port, hosts, addresses)
+
+
+class _Current:
+    """Refuses a page that an earlier workbench has sent from this port: what it shows is of other
+    readings than the answers would be."""
+
+    def __init__(self, app: ASGIApp, page: str) -> None:
+        self.app, self.page = app, page
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] == "http":
+            asked = QueryParams(scope["query_string"]).get("page", self.page)
+            if asked != self.page:
+                words = (
+                    "this page is of a workbench that has ended; reload it to see the present one"
+                )
+                await JSONResponse({"error": words}, 409)(scope, receive, send)
+                return
+        await self.app(scope, receive, send)
 
 
 # --- files --------------------------------------------------------------------------------
 
 
-def _static() -> list[Route]:
-    """The page's own files, by name: no path of a request ever touches the disk."""
+def _static(page: str) -> list[Route]:
+    """The page's own files, by name: no path of a request ever touches the disk. page: the key by
+    which it is known which workbench has sent it."""
+    plotly = f"plotly.min.js?{plotly_path().stat().st_mtime_ns:x}"
     found = []
     for path in sorted(files("cbpt.page").joinpath("web").iterdir(), key=lambda p: p.name):
         kind = _KINDS.get(path.name[path.name.rfind(".") :])
         if kind:
             address = "/" if path.name == "index.html" else f"/{path.name}"
-            found.append(Route(address, _file(path.read_bytes(), kind)))
+            content = path.read_text(encoding="utf-8")
+            # Kept by the browser under a name that another version of the library has not.
+            content = content.replace('"plotly.min.js"', f'"{plotly}"')
+            content = content.replace("?page=", f"?page={page}") if address == "/" else content
+            found.append(Route(address, _file(content.encode(), kind)))
     return [*found, Route("/plotly.min.js", _plotly)]
 
 
@@ -124,10 +155,8 @@ def _file(content: bytes, kind: str) -> Callable[[Request], Awaitable[Response]]
 
 
 async def _plotly(request: Request) -> Response:
-    from cbpt.page.report import plotly_path
-
     content = await run_in_threadpool(plotly_path().read_bytes)
-    headers = {"cache-control": "private, max-age=86400"}
+    headers = {"cache-control": "private, max-age=31536000, immutable"}
     return Response(content, media_type=_KINDS[".js"], headers=headers)
 
 

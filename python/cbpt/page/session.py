@@ -3,16 +3,17 @@
     Session     everything the page may ask for, without a word of HTTP
 
 One at a time: whoever changes the session waits for its lock; a long diagnosis runs beside it and
-is dropped where its readings have been replaced meanwhile.
+is dropped where its readings have been replaced meanwhile. While nobody asks for anything, models
+that are likely to be asked for next are prepared (see `ahead`).
 """
 
 from __future__ import annotations
 
+import json
 import re
 import shlex
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,6 +23,7 @@ from cbpt.effects import doubtful_names, expression
 from cbpt.errors import CaseError, CbptError, InvalidInputError
 from cbpt.lab.inputs import case_and_readings
 from cbpt.lab.readings import Readings
+from cbpt.page.ahead import Ahead, Effects, Step, Turns
 from cbpt.page.document import Source, from_here, named, page_document
 from cbpt.page.drive import redrawn
 from cbpt.page.job import Cancelled, Job
@@ -49,15 +51,13 @@ class Session:
     def __init__(self) -> None:
         self._lock = threading.RLock()
         self._matrix = threading.Lock()
-        self._gate = threading.Condition()
-        self._asked_now = 0
-        """Requests under way that somebody looks at; what is not urgent waits for them."""
-        self._ending = False
+        self._turns = Turns()
         self._shown = Opened()
         self._next: Opened | None = None
         """Files on their way: they are shown once readings come of them, not before."""
         self._readings: Readings | None = None
         self._models: Models | None = None
+        self._ahead: Ahead | None = None
         self._job: Job | None = None
         self._seed = 0
         self._document: dict[str, Any] | None = None
@@ -141,6 +141,7 @@ class Session:
                 self._job.cancel()
             self._let_go(self._shown, files)
             self._shown, self._next, self._readings = files, None, readings
+            self._no_more_ahead()
             self._models = self._document = self._text = self._job = None
         return found
 
@@ -155,7 +156,7 @@ class Session:
 
     def document(self) -> str | None:
         """The page's document as JSON; None while there is nothing to show."""
-        with self._lock:
+        with self._turns.first(), self._lock:
             if self._text is None and self._readings is not None:
                 self._document = self._made(None, None, None)
                 self._text = to_json(self._document)
@@ -225,7 +226,9 @@ class Session:
         with self._lock:
             if readings is not self._readings:
                 raise Cancelled
+            self._no_more_ahead()
             self._models, self._document, self._text = models, document, text
+            self._ahead = self._prepares(models, document)
 
     def isolability(self) -> dict[str, Any]:
         """What this campaign could see and tell apart, worked out when first asked for: some
@@ -235,9 +238,7 @@ class Session:
         models = self._diagnosed()
 
         def step(what: str, share: float) -> None:
-            with self._gate:
-                self._gate.wait_for(lambda: self._ending or not self._asked_now)
-            if self._ending:
+            if not self._turns.last():
                 raise NotNow(_ENDING)
             if models is not self._models:
                 raise NotNow("other files have been opened meanwhile")
@@ -283,21 +284,9 @@ class Session:
         """Wait for the diagnosis; False where it has not ended by then."""
         return self._job is None or self._job.join(seconds)
 
-    @contextmanager
-    def _first(self) -> Iterator[None]:
-        """What is asked for in here goes before what is worked out meanwhile."""
-        with self._gate:
-            self._asked_now += 1
-        try:
-            yield
-        finally:
-            with self._gate:
-                self._asked_now -= 1
-                self._gate.notify_all()
-
     def stop(self) -> None:
         """Whatever is under way ends at its next step."""
-        self._ending = True
+        self._turns.end()
         if self._job is not None:
             self._job.cancel()
 
@@ -306,18 +295,60 @@ class Session:
         self.stop()
         if self._job is not None:
             self._job.join(5.0)
+        if self._ahead is not None:
+            self._ahead.join(5.0)
         for files in (self._next, self._shown):
             self._let_go(files)
 
     # --- further models ---
 
-    def model(self, effects: Sequence[str]) -> dict[str, Any]:
-        """The model with some effects. Raises `InvalidInputError`, `NotNow`."""
+    def model(self, effects: Sequence[str]) -> str:
+        """The model with some effects, as JSON; what is one switch away from it is prepared next.
+        Raises `InvalidInputError`, `NotNow`."""
+        ahead = self._ahead_of(effects)
+        with self._turns.first():
+            text = ahead.model(effects)
+        ahead.around(effects)
+        return text
+
+    def shown(self, effects: Sequence[str]) -> dict[str, Any]:
+        """A model is looked at that nobody had to ask for: what may follow it is prepared."""
+        with self._turns.first():
+            self._ahead_of(effects).around(effects)
+        return {}
+
+    def _ahead_of(self, effects: Sequence[str]) -> Ahead:
         if len(effects) > MOST_EFFECTS:
             raise InvalidInputError(f"{len(effects)} effects, expected at most {MOST_EFFECTS}")
-        models = self._diagnosed()
-        with self._first():
-            return models.choice(effects)
+        ahead = self._ahead
+        if ahead is None:
+            self._diagnosed()
+            raise NotNow(_NO_DIAGNOSIS)
+        return ahead
+
+    def _prepares(self, models: Models, document: Mapping[str, Any]) -> Ahead:
+        """What a first switch may ask for: from the answer, or from the drive as stated."""
+
+        def made(effects: Effects, step: Step) -> str:
+            return to_json(models.choice(effects, step))
+
+        entries = document["models"]
+        known = {frozenset(entry["effects"]) for entry in entries}
+        likeliest = [candidate["effect"] for candidate in document["candidates"]]
+        ahead = Ahead(
+            self._turns,
+            made,
+            known,
+            lambda: [*(effect.id for effect in models.own), *likeliest],
+            MOST_EFFECTS,
+        )
+        ahead.around(*(e["effects"] for e in entries if e["key"] == document["answer_key"]), ())
+        return ahead
+
+    def _no_more_ahead(self) -> None:
+        if self._ahead is not None:
+            self._ahead.end()
+            self._ahead = None
 
     def _diagnosed(self) -> Models:
         models = self._models
@@ -351,14 +382,15 @@ class Session:
             return None
         return why_not(effect, case, readings if models is None else models.diagnosis.readings)
 
-    def fit_own(self, entry: Mapping[str, Any], effects: Sequence[str] = ()) -> dict[str, Any]:
+    def fit_own(self, entry: Mapping[str, Any], effects: Sequence[str] = ()) -> str:
         """An own effect fitted, alone or with others."""
         effect = own_effect_of(entry)
         models = self._diagnosed()
         if why := self._why_not(effect):
             raise InvalidInputError(why)
-        with self._first():
+        with self._turns.first():
             models.add_own(effect)
+            self._ahead_of(effects).forget()
         return self.model([*(e for e in effects if e != effect.id), effect.id])
 
     # --- the drive ---
@@ -368,7 +400,7 @@ class Session:
         case, readings = self._shown.case, self._readings
         if case is None or readings is None:
             raise NotNow(_NOTHING)
-        with self._first():
+        with self._turns.first():
             return redrawn(case, readings, load, design)
 
     # --- to take away ---
@@ -386,7 +418,7 @@ class Session:
             return self._command(effects) + "\n", "text/plain", f"{stem}_command.txt"
         entry = self._document["models"][0]
         if effects:
-            entry = self.model(effects)["model"]
+            entry = json.loads(self.model(effects))["model"]
         if what == "csv":
             return csv_of(self._document, entry), "text/csv", f"{stem}_readings.csv"
         if what == "case":

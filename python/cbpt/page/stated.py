@@ -63,10 +63,11 @@ def stated(case: Case | Drive, readings: Readings) -> tuple[dict[str, Any], Floa
     """The case as it is, but for the best zero: its entry, the model row by row, its regimes."""
     campaign = campaign_of(case, readings, ())
     given = Assembled(campaign, [effect for effect, _ in campaign.effects])
-    model, zero = with_zeros(campaign, given.at(given.neutral).angle_arcsec)
+    point, regimes = given.with_regimes(given.neutral)
+    model, zero = with_zeros(campaign, point.angle_arcsec)
     entry = rows_of(STATED, "stated", "the drive as stated", (), campaign.y_arcsec, model)
     entry["zero_arcsec"] = finite(zero)
-    return entry, model, [str(name) for name in given.regimes(given.neutral)]
+    return entry, model, regimes.tolist()
 
 
 def with_zeros(campaign: Campaign, angle: Floats) -> tuple[Floats, float]:

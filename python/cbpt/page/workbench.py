@@ -6,6 +6,7 @@ serve   runs until Ctrl-C
 from __future__ import annotations
 
 import logging
+import os
 import secrets
 import socket
 import sys
@@ -17,11 +18,16 @@ from types import FrameType
 from cbpt.errors import CbptError, InvalidInputError
 from cbpt.page.session import Session
 
+PORT = 8327
+"""Taken where it is free: browsers keep the plotting library of an address, read and compiled."""
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 
 
-def serve(session: Session, host: str, port: int, open_browser: bool) -> None:
-    """Serve a session. port: 0 takes any that is free. Raises `CbptError` where it cannot."""
+def serve(session: Session, host: str, port: int | None, open_browser: bool) -> None:
+    """Serve a session. port: 0 is any that is free; None is `PORT`, or any where it is taken.
+
+    Raises `CbptError` where it cannot.
+    """
     if not all(map(find_spec, ("starlette", "uvicorn", "plotly"))):
         words = 'the workbench needs starlette, uvicorn and plotly: pip install "cbpt[workbench]"'
         raise CbptError(words)
@@ -43,13 +49,16 @@ def serve(session: Session, host: str, port: int, open_browser: bool) -> None:
         threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
     # Requests of the page, of a millisecond each, must not queue behind the work of a session.
     sys.setswitchinterval(2e-4)
-    # The browser takes its time; what it asks for meanwhile waits at the socket.
-    threading.Thread(target=session.begin, daemon=True).start()
     import uvicorn
 
     from cbpt.page.server import application
 
     class Server(uvicorn.Server):
+        async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+            await super().startup(sockets)
+            # After the page has been sent: the browser reads it meanwhile.
+            threading.Thread(target=session.begin, daemon=True).start()
+
         def handle_exit(self, sig: int, frame: FrameType | None) -> None:
             session.stop()
             # A request that is cut off by Ctrl-C is no error to be told with a traceback.
@@ -76,13 +85,19 @@ def serve(session: Session, host: str, port: int, open_browser: bool) -> None:
     print("The workbench has ended.")
 
 
-def _listening(host: str, port: int) -> socket.socket:
+def _listening(host: str, port: int | None) -> socket.socket:
+    if port is None:
+        try:
+            return _listening(host, PORT)
+        except InvalidInputError:
+            return _listening(host, 0)
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    # With the protocol said, asyncio sends at once what it has (TCP_NODELAY); else each answer waits
-    # 40 ms for the browser to acknowledge its head.
+    # With the protocol said, asyncio sends at once what it has (TCP_NODELAY); else each answer
+    # waits 40 ms for the browser to acknowledge its head.
     found = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     try:
-        found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        if os.name == "posix":  # elsewhere it would share the port with who has it
+            found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         found.bind((host, port))
         found.listen(64)
     except OSError as error:

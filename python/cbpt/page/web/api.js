@@ -5,6 +5,16 @@ export function isLive() {
   return document.documentElement.dataset.mode !== "report";
 }
 
+/**
+ * Where a route is, with the key of the workbench that has sent this page: the next one may listen
+ * at the same address.
+ * @param {string} route
+ */
+function at(route) {
+  const sent = document.getElementById("document-address")?.getAttribute("href")?.split("?")[1];
+  return `api/${route}${route.includes("?") ? "&" : "?"}${sent}`;
+}
+
 /** @param {Response} answer */
 async function read(answer) {
   const type = answer.headers.get("content-type") ?? "";
@@ -27,13 +37,13 @@ async function reached(asked) {
 
 /** @param {string} route */
 export async function get(route) {
-  return read(await reached(fetch(`api/${route}`)));
+  return read(await reached(fetch(at(route))));
 }
 
 /** @param {string} route @param {unknown} content */
 export async function post(route, content) {
   return read(
-    await reached(fetch(`api/${route}`, {
+    await reached(fetch(at(route), {
       method: "POST",
       headers: { "content-type": "application/json" },
       body: JSON.stringify(content),
@@ -45,7 +55,7 @@ export async function post(route, content) {
 export async function upload(file, more) {
   return read(
     await reached(
-      fetch(`api/upload?name=${encodeURIComponent(file.name)}${more ? "&more=1" : ""}`, {
+      fetch(at(`upload?name=${encodeURIComponent(file.name)}${more ? "&more=1" : ""}`), {
         method: "POST",
         headers: { "content-type": "application/octet-stream" },
         body: file,

@@ -2,7 +2,7 @@
 
 import { byId, el, fill, svg } from "./dom.js";
 import { onTheme, theme } from "./figure.js";
-import { canSwitch, isOn, ROUGH, show, toggle } from "./models.js";
+import { canSwitch, isOn, ROUGH, setUpModels, show, toggle } from "./models.js";
 import { documentShown, modelOf, modelShown, on, size, state } from "./store.js";
 
 /** As many as stand beside the gauge in one line. */
@@ -11,26 +11,32 @@ function mostSwitches() {
 }
 
 export function setUpBar() {
-  on(["document", "models", "model", "unit"], draw);
-  onTheme(() => state.document && draw());
+  setUpModels();
+  on(["document"], draw);
+  on(["models", "model", "unit"], follow);
+  onTheme(() => state.document && follow());
 }
+
+/** @type {string[]} effects whose switches stand in the bar */
+let there = [];
 
 function draw() {
   const bar = byId("model-bar");
-  const whole = documentShown();
   bar.hidden = false;
+  there = offered();
   fill(
     bar,
     el(
       "div",
       { class: "switches", role: "group", "aria-label": "Effects in the model" },
-      offered().map(switchOf),
+      there.map(switchOf),
     ),
-    whole.models.length > 1 && el(
+    documentShown().models.length > 1 && el(
       "button",
       {
         type: "button",
         class: "text small",
+        id: "as-stated",
         onclick: () => show([]),
         disabled: state.model === "stated",
       },
@@ -38,6 +44,15 @@ function draw() {
     ),
     gauge(),
   );
+}
+
+/** Only what changes: to lay the bar out anew takes as long as all the rest. */
+function follow() {
+  const all = byId("model-bar").querySelector("#as-stated");
+  if (!all || offered().join() !== there.join()) return draw();
+  all.toggleAttribute("disabled", state.model === "stated");
+  markSwitches(byId("model-bar"));
+  byId("gauge").replaceWith(gauge());
 }
 
 /** The effects of the answer and of what is shown, then the likeliest. */
@@ -70,6 +85,14 @@ export function switchOf(effect) {
     },
     effect.replaceAll("_", " "),
   );
+}
+
+/** Switches follow the model shown. @param {Element} place */
+export function markSwitches(place) {
+  for (const button of place.querySelectorAll(".switch")) {
+    const { effect } = /** @type {HTMLElement} */ (button).dataset;
+    button.setAttribute("aria-checked", String(isOn(effect ?? "")));
+  }
 }
 
 /** The error of the model shown on a scale from nothing to the error as stated, the noise marked. */

@@ -8,7 +8,7 @@
 /** @import { Candidate, Column, Model, Parameter } from "./types.d.ts" */
 import { bodyOf, el, fill, svg } from "./dom.js";
 import { onTheme, saveDrawing, theme, thin } from "./figure.js";
-import { switchOf } from "./bar.js";
+import { markSwitches, switchOf } from "./bar.js";
 import { canSwitch, isOn, ROUGH } from "./models.js";
 import { fixed, nameOf, plain, probability, withU } from "./numbers.js";
 import { bar } from "./where.js";
@@ -19,19 +19,18 @@ const POINTS = 260;
 // Rows that are looked at for the column along which a signature shows.
 const SAMPLE = 1500;
 let all = false;
-/** @type {Map<string, HTMLElement | null>} by candidate: they stay while models change */
-const pictures = new Map();
+/** @type {Map<string, { node: HTMLElement, of: Model | undefined }>} by candidate */
+const cards = new Map();
 
 export function setUpCandidates() {
-  on(["document", "models", "unit"], () => {
-    pictures.clear();
-    draw();
-  });
-  on(["model"], mark);
-  onTheme(() => {
-    pictures.clear();
-    if (state.document) draw();
-  });
+  on(["document", "unit"], drawAnew);
+  on(["models", "model"], follow);
+  onTheme(() => state.document && drawAnew());
+}
+
+function drawAnew() {
+  cards.clear();
+  draw();
 }
 
 function draw() {
@@ -61,7 +60,7 @@ function draw() {
       { class: "quiet" },
       "A switch adds the effect to the model, fitted; curves, residual and ladder follow. The dots are the residual of the drive as stated, the line is what the effect adds together with the numbers of the drive as refitted beside it.",
     ),
-    el("div", { class: "cards" }, folded.map(card)),
+    el("div", { class: "cards" }, folded.map(cardOf)),
     rest > 0 &&
       el(
         "p",
@@ -96,22 +95,29 @@ function named(c) {
   return documentShown().answer?.verdict.effects.includes(c.effect) ?? false;
 }
 
-/** Switches and frames follow the model shown, or another card has to come in sight. */
-function mark() {
-  const cards = [...bodyOf("missing").querySelectorAll(".candidate")];
-  const known = new Set(cards.map((c) => c.getAttribute("data-card")));
-  if (documentShown().candidates.some((c) => isOn(c.effect) && !known.has(c.effect))) return draw();
-  for (const card of cards) {
-    const effect = card.getAttribute("data-card") ?? "";
-    card.classList.toggle("on", isOn(effect));
-    card.querySelector(".switch")?.setAttribute("aria-checked", String(isOn(effect)));
+/** Cards whose model is another, or a card that has to come in sight; else switches and frames. */
+function follow() {
+  const place = bodyOf("missing");
+  const { candidates } = documentShown();
+  const stale = (/** @type {Candidate} */ c) => {
+    const drawn = cards.get(c.effect);
+    return drawn?.node.isConnected ? drawn.of !== modelOf(c.key) : isOn(c.effect);
+  };
+  if (candidates.some(stale)) draw();
+  for (const { node } of cards.values()) {
+    node.classList.toggle("on", isOn(node.dataset.card ?? ""));
   }
+  markSwitches(place);
 }
 
-/** @param {Candidate} c @param {Column} signature */
-function pictured(c, signature) {
-  if (!pictures.has(c.effect)) pictures.set(c.effect, picture(c, signature));
-  return pictures.get(c.effect);
+/** The card of a candidate: it stays while its model does. @param {Candidate} c */
+function cardOf(c) {
+  const of = modelOf(c.key);
+  const drawn = cards.get(c.effect);
+  if (drawn && drawn.of === of) return drawn.node;
+  const node = card(c);
+  cards.set(c.effect, { node, of });
+  return node;
 }
 
 /** @param {Candidate} c */
@@ -154,7 +160,7 @@ function card(c) {
     ),
     m && parameters(m),
     el("p", { class: "tell" }, c.tell_tale),
-    m?.signature_arcsec && pictured(c, m.signature_arcsec),
+    m?.signature_arcsec && picture(c, m.signature_arcsec),
     el(
       "p",
       { class: "small quiet tiny" },

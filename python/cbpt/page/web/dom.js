@@ -80,6 +80,9 @@ export function bodyOf(section) {
 
 const CONTROLS = "button, select, input, textarea, summary, [tabindex]";
 
+/** The control that had the focus when its place was filled. @type {{ node: Element, had: Element, sign: string } | null} */
+let lost = null;
+
 /**
  * Put content in the place of what an element has. The focus stays on the control that has it,
  * where the same one is there again: who goes by keyboard would else begin at the top.
@@ -88,10 +91,19 @@ const CONTROLS = "button, select, input, textarea, summary, [tabindex]";
  */
 export function fill(node, ...children) {
   const had = node.contains(document.activeElement) ? document.activeElement : null;
-  const sign = had && signOf(had);
+  if (had) {
+    lost = { node, had, sign: signOf(had) };
+    queueMicrotask(focusAgain);
+  }
   node.replaceChildren();
   append(node, children);
-  if (!sign) return;
+}
+
+/** Once all is drawn: to set the focus the browser lays out the whole page, and again after more. */
+function focusAgain() {
+  if (!lost || document.activeElement !== document.body) return;
+  const { node, had, sign } = lost;
+  lost = null;
   const again = had.isConnected
     ? had
     : [...node.querySelectorAll(CONTROLS)].find((e) => signOf(e) === sign);

@@ -7,7 +7,9 @@
 
 /** @import { Points } from "./points.js" */
 import { announce, el } from "./dom.js";
+import { plotlyReady } from "./plotly.js";
 import { asTraces, layOver } from "./points.js";
+import { sketch } from "./sketch.js";
 
 /** @typedef {{ dark: boolean, ink: string, quiet: string, line: string, faint: string, card: string,
  *   accent: string, warn: string, levels: (n: number) => string[], diverging: [number, string][],
@@ -91,8 +93,8 @@ export class Figure {
    * @param {string} name of the file it is saved as
    * @param {string} label what a screen reader says
    * @param {(theme: Theme) => Built | null} build
-   * @param {{ height: number, paper?: number, bar?: boolean }} options
-   *   paper: the height on paper
+   * @param {{ height: number, paper?: number, bar?: boolean, first?: boolean }} options
+   *   paper: the height on paper; first: sketched where the plotting library is still to be read
    */
   constructor(place, name, label, build, options) {
     this.place = place;
@@ -131,10 +133,15 @@ export class Figure {
 
   drawNow() {
     waiting.delete(this);
-    if (!this.area.isConnected || !globalThis.Plotly) return;
+    if (!this.area.isConnected) return;
+    if (!globalThis.Plotly) {
+      if (this.options.first) this.sketched();
+      return later(this);
+    }
     const built = this.build(theme());
     if (!built) return;
     const { data, layout } = this.dressed(built, theme());
+    if (!this.drawn) this.area.replaceChildren();
     // The browser lays the sheet of paper out only after this.
     if (onPaper) layout.width = PAPER_WIDTH;
     this.area.style.minHeight = `${this.height()}px`;
@@ -166,6 +173,16 @@ export class Figure {
       this.onFirst?.();
     }
     if (built.points) layOver(this.area, this.points);
+  }
+
+  sketched() {
+    const built = this.build(theme());
+    const drawing = built && sketch(
+      { ...this.dressed(built, theme()), points: built.points },
+      this.area.clientWidth,
+      theme(),
+    );
+    this.area.replaceChildren(...(drawing ? [drawing] : []));
   }
 
   /**
@@ -260,14 +277,21 @@ addEventListener("afterprint", () => {
   repaint((f) => f.drawn && f.draw());
 });
 
+/** For the screen to show what is there, before the page is busy again. */
+const REST_MS = 50;
 /** @type {Set<Figure>} */
 const waiting = new Set();
+let planned = false;
 
 /** @param {Figure} figure */
 function later(figure) {
-  if (!waiting.size) setTimeout(drawNext, 0);
   waiting.add(figure);
   document.documentElement.removeAttribute("data-drawn");
+  if (planned) return;
+  planned = true;
+  // What is in sight is on the screen before the rest is drawn.
+  painted().then(plotlyReady)
+    .then(() => setTimeout(drawNext, REST_MS), () => {}); // told where it is waited for
 }
 
 /** One figure at a time, so that the page answers in between. */
@@ -275,12 +299,24 @@ function drawNext() {
   const [next] = waiting;
   next?.drawNow();
   if (waiting.size) setTimeout(drawNext, 0);
-  else markDrawn();
+  else {
+    planned = false;
+    markDrawn();
+  }
 }
 
 /** Told to whoever looks on (tests, scripts): nothing is left to draw. */
 export function markDrawn() {
   if (!waiting.size) document.documentElement.dataset.drawn = "true";
+}
+
+/** Resolved once what has changed is on the screen; at once where the page is not to be seen. @returns {Promise<void>} */
+export function painted() {
+  return new Promise((done) => {
+    if (document.hidden) setTimeout(done, 0);
+    // The second frame begins when the first is there.
+    else requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 0)));
+  });
 }
 
 /**

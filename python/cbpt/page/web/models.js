@@ -4,8 +4,27 @@
 
 /** @import { Model, Rung } from "./types.d.ts" */
 import { isLive, post } from "./api.js";
-import { announce, trouble } from "./dom.js";
-import { documentShown, modelOf, modelShown, setModel, size, state, tell } from "./store.js";
+import { afterPause, announce, trouble } from "./dom.js";
+import { documentShown, modelOf, modelShown, on, setModel, size, state, tell } from "./store.js";
+
+const PAUSE_MS = 250;
+/** What the server was last asked for or told, so that it knows what may follow. */
+let heard = "";
+
+/** The server prepares what may be switched next, so it is told of models that it need not fit. */
+export function setUpModels() {
+  if (!isLive()) return;
+  on(["document"], () => heard = "");
+  on(["model"], afterPause(PAUSE_MS, tellServer));
+}
+
+function tellServer() {
+  const { key, effects } = modelShown();
+  if (key === heard || !documentShown().answer) return;
+  heard = key;
+  // It may have other files or be gone; nothing is lost.
+  post("shown", { effects }).catch(() => {});
+}
 
 /** The key of the model with some effects. @param {string[]} effects */
 export function keyOf(effects) {
@@ -54,7 +73,8 @@ export async function show(effects, asked) {
   const mine = ++latest;
   const key = keyOf(effects);
   trouble(null);
-  if (!modelOf(key)) {
+  const there = modelOf(key) !== undefined;
+  if (!there) {
     if (!isLive()) {
       const alone = asked && effects.includes(asked) ? asked : "stated";
       setModel(modelOf(alone) ? alone : "stated");
@@ -65,21 +85,23 @@ export async function show(effects, asked) {
       return;
     }
     try {
-      const found = await post("model", { effects });
-      if (found.model) take(found);
+      heard = key;
+      take(await post("model", { effects }));
     } catch (error) {
       trouble(error instanceof Error ? error.message : String(error));
       tell("model");
       return;
     }
-    if (mine !== latest) return;
+    // Another switch was used meanwhile; what has come is kept.
+    if (mine !== latest) return tell("models");
   }
-  setModel(key);
+  if (there) setModel(key);
+  else setModel(key, "models");
   announce(told());
 }
 
 /**
- * A model that the server has fitted, with its lines.
+ * Keep a model that the server has fitted, with its lines. Whoever shows it tells of it.
  * @param {{ model: Model, curves: ((number | null)[] | null)[], ladder?: Rung[] }} found
  */
 export function take(found) {
@@ -89,7 +111,6 @@ export function take(found) {
   whole.curves.forEach((line, k) => {
     line.angle_arcsec[found.model.key] = found.curves[k];
   });
-  tell("models");
 }
 
 /** The model shown in one sentence. */

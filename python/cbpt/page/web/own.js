@@ -313,7 +313,7 @@ async function fitted() {
   try {
     const answer = await post("own/fit", effect);
     take(answer);
-    setModel(answer.model.key);
+    setModel(answer.model.key, "models");
     announce(told());
   } catch (error) {
     // Beside the editor, where one looks; in place of what the check said.

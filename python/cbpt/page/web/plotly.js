@@ -1,11 +1,21 @@
 /**
  * The plotting library: beside the page in the workbench, compressed inside it in a report.
  *
- * The workbench runs this module before the others are there: reading the library takes longest.
+ * Reading it takes longest of all, so it is asked for once the first plot has been sketched.
  */
+
+const SOURCE = "plotly.min.js";
 
 /** @type {Promise<void> | undefined} */
 let loading;
+
+/** Begin to fetch the library, and nothing more, while other things are read. */
+export function plotlyAhead() {
+  if (document.getElementById("plotly")) return;
+  const link = document.createElement("link");
+  Object.assign(link, { rel: "preload", as: "script", href: SOURCE });
+  document.head.append(link);
+}
 
 /** Resolved when `Plotly` is there. */
 export function plotlyReady() {
@@ -27,12 +37,10 @@ async function load() {
     document.head.append(script);
     return;
   }
-  script.src = "plotly.min.js";
+  script.src = SOURCE;
   await new Promise((done, failed) => {
     script.onload = () => done(undefined);
     script.onerror = () => failed(new Error("The plotting library did not load."));
     document.head.append(script);
   });
 }
-
-plotlyReady().catch(() => {}); // told where it is waited for

@@ -89,8 +89,11 @@ export function layOver(area, groups) {
   }
 }
 
-/** @param {Points} g @param {any} across @param {any} up Plotly's axes */
-function paths(g, across, up) {
+/**
+ * @typedef {{ l2p: (value: number) => number }} Along an axis, Plotly's or a sketch's: pixels of a value
+ * @param {Points} g @param {Along} across @param {Along} up
+ */
+export function paths(g, across, up) {
   let d = "";
   const px = (/** @type {number} */ v) => across.l2p(v).toFixed(1);
   const py = (/** @type {number} */ v) => up.l2p(v).toFixed(1);

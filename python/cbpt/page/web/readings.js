@@ -54,14 +54,14 @@ export function setUpReadings() {
       height: innerWidth < 720 ? 520 : 620,
       paper: 360,
       bar: true,
+      first: true,
     },
   );
   on(["document", "filter", "model"], drawLegend);
   onTheme(() => state.document && drawLegend());
   on(["document", "filter", "model", "unit", "selection"], () => figure.drawNow());
   figure.onFirst = () => {
-    // When the first plot stood, since the page was asked for.
-    performance.mark("cbpt-first-plot");
+    performance.mark("cbpt-plot-alive");
     document.documentElement.dataset.ready = "true";
     listenToBoxes();
   };

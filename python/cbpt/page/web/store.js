@@ -11,8 +11,10 @@ import { ANGLE_UNITS, text } from "./numbers.js";
 
 /** @typedef {"document" | "models" | "model" | "selection" | "filter" | "unit"} Topic */
 
-/** @type {Map<Topic, (() => void)[]>} */
-const listeners = new Map();
+/** @type {{ topics: Topic[], act: () => void }[]} */
+const listeners = [];
+/** How many of them were there when something was told last. */
+let reached = 0;
 
 /** @type {{ document: PageDocument | null, model: string, unit: AngleUnit, selected: Set<number>,
  *   hidden: Set<number>, run: number | null }} */
@@ -27,12 +29,25 @@ export const state = {
 
 /** @param {Topic[]} topics @param {() => void} act */
 export function on(topics, act) {
-  for (const topic of topics) listeners.set(topic, [...(listeners.get(topic) ?? []), act]);
+  listeners.push({ topics, act });
 }
 
-/** @param {Topic} topic */
-export function tell(topic) {
-  for (const act of listeners.get(topic) ?? []) act();
+/** Whoever listens to several of them is told once. @param {Topic[]} told */
+export function tell(...told) {
+  tellFrom(0, told);
+}
+
+/** Those who listen only since something was told. @param {Topic[]} told */
+export function tellNewcomers(...told) {
+  tellFrom(reached, told);
+}
+
+/** @param {number} first @param {Topic[]} told */
+function tellFrom(first, told) {
+  reached = listeners.length;
+  for (const { topics, act } of listeners.slice(first)) {
+    if (topics.some((topic) => told.includes(topic))) act();
+  }
 }
 
 /** @returns {PageDocument} */
@@ -85,11 +100,11 @@ export function modelShown() {
   return modelOf(state.model) ?? documentShown().models[0];
 }
 
-/** @param {string} key */
-export function setModel(key) {
+/** Show a model. @param {string} key @param {Topic[]} more what else has changed with it */
+export function setModel(key, ...more) {
   if (!modelOf(key)) throw new Error(`no model ${key}`);
   state.model = key;
-  tell("model");
+  tell("model", ...more);
 }
 
 /** @param {Iterable<number>} rows indices of readings */

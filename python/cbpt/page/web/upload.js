@@ -2,7 +2,6 @@
 
 import { get, isLive, post, upload } from "./api.js";
 import { announce, byId, el, fill, table } from "./dom.js";
-import { plotlyReady } from "./plotly.js";
 import { setDocument } from "./store.js";
 
 export function setUpUpload() {
@@ -103,7 +102,6 @@ async function told(found) {
   const place = byId("upload-found");
   if (found.ready) {
     box().close();
-    await plotlyReady();
     setDocument(await get("document"));
     announce("Files read.");
     return;
