@@ -2,7 +2,7 @@
 //!
 //! - `error`: each Rust error to one Python class; `interrupt`: long calls without the GIL that mind Ctrl-C;
 //! - `arrays`: numpy arrays with their element type;
-//! - `case`: case files and drives; `solution`: a solved load; `preload`: thresholds; `angles`: many loads;
+//! - `given`: what Python hands over as a case; `case`: case files and drives; `solution`: a solved load; `preload`: thresholds; `angles`: many loads;
 //! - `design`: sensitivities, and many designs at once;
 //! - `sweep`: plans of sweeps, their rows and files;
 //! - `effects`: the library of effects, and a drive with effects on a table of readings.
@@ -18,6 +18,7 @@ mod case;
 mod design;
 mod effects;
 mod error;
+mod given;
 mod interrupt;
 mod own;
 mod preload;

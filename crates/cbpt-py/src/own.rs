@@ -13,8 +13,8 @@ use pyo3::types::PyDict;
 use serde_json::{Map, Value, json};
 
 use crate::arrays::Floats;
-use crate::case::json_of;
 use crate::error::{case_error, invalid_input};
+use crate::given::json_of;
 
 /// Name, unit, start, least and greatest value of a parameter of an own effect.
 type ParameterFields = (String, String, f64, Option<f64>, Option<f64>);

@@ -7,7 +7,8 @@ use cbpt_core::{
     InvalidInput, Load, Material, OutputPlate, Reducer, RingGroove, TorsionSpring, TrackCurvature,
 };
 
-use super::fields::{self, Value};
+use super::fields;
+use super::keys::{self, Value};
 use super::{Case, LoadDefaults, Measurement, Uncertainty, Zero};
 
 /// Values in SI by their dotted names: `deceleration.ball_radius_m`.
@@ -236,7 +237,7 @@ fn uncertainty(values: &Values) -> Result<Uncertainty, InvalidInput> {
 }
 
 fn tolerance(values: &Values) -> BTreeMap<String, f64> {
-    let limit = |(section, key): (&fields::Section, &fields::Key)| {
+    let limit = |(section, key): (&keys::Section, &keys::Key)| {
         let name = section.si_name(key);
         let value = values.real(&format!("tolerance.{}", fields::uncertainty_of(&name)))?;
         Some((name, value))

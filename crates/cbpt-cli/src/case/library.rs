@@ -5,7 +5,8 @@ use std::sync::LazyLock;
 
 use cbpt_core::effect::{self, LIBRARY, Parameter, Scale, Spec};
 
-use super::fields::{Key, Kind, PORTS, Section, Value};
+use super::fields::PORTS;
+use super::keys::{Key, Kind, Section, Value};
 use super::units::Dimension;
 
 /// Ids of the built-in effects.

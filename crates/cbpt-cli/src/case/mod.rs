@@ -1,7 +1,7 @@
 //! Case files: a reducer and what belongs to it, in TOML with the unit in every key. This is their one parser.
 //!
-//! - `fields` is the table of sections and keys, `library` that of the built-in effects, made of the core's. All else
-//!   follows them:
+//! - `keys` says what a section and a key are, `fields` is the table of them, `library` that of the built-in effects, made of
+//!   the core's. All else follows them:
 //! - `document` makes one tree of TOML text or a JSON value, `parse` reads the tree by the table, `effect` its effects,
 //!   `build` turns values into a [`Case`] and back, `write` writes it;
 //! - `spread` is what a case says of how its numbers scatter;
@@ -14,6 +14,7 @@ pub(crate) mod document;
 mod effect;
 pub(crate) mod error;
 mod fields;
+mod keys;
 mod library;
 pub mod parameter;
 mod parse;

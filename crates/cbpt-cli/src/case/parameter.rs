@@ -11,7 +11,8 @@ use cbpt_core::{InvalidInput, Reducer};
 
 use super::build::{self, Values};
 use super::error::Mistake;
-use super::fields::{self, Key, Kind, Section, Value, dotted};
+use super::fields;
+use super::keys::{self, Key, Kind, Section, Value, dotted};
 use super::units::Unit;
 use super::{Case, EffectEntry, library, suggest};
 
@@ -362,7 +363,7 @@ impl Variants {
             // What one kind alone has by default must be there when its turn comes.
             for section in fields::sections() {
                 for key in section.keys.iter().filter(|key| key.only.is_some()) {
-                    if let fields::Need::Default(value) = &key.need
+                    if let keys::Need::Default(value) = &key.need
                         && !values.has(&section.si_name(key))
                     {
                         values.set(section.si_name(key), value.clone());

@@ -8,7 +8,8 @@ use cbpt_core::InvalidInput;
 use super::build::{self, TRACK_CURVATURE, Values};
 use super::document::{Content, Entry, Node};
 use super::error::{Mistake, Notes};
-use super::fields::{self, Key, Kind, Need, Section, Value, dotted};
+use super::fields;
+use super::keys::{Key, Kind, Need, Section, Value, dotted};
 use super::units::Unit;
 use super::{Case, effect, suggest};
 

@@ -6,7 +6,8 @@ use std::ops::Bound::{Excluded, Included, Unbounded};
 use cbpt_core::effect::Spec;
 use serde_json::{Map, Value as Json, json};
 
-use super::fields::{self, Key, Kind, Need, PARAMETERS, Section, Value};
+use super::fields::{self, PARAMETERS};
+use super::keys::{Key, Kind, Need, Section, Value};
 use super::library::{self, EFFECTS};
 use super::units::Unit;
 

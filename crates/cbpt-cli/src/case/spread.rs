@@ -4,6 +4,7 @@ use cbpt_core::design::{Design, DesignNumber, NUMBERS};
 use cbpt_core::{Drive, InvalidInput, Load};
 
 use super::error::Mistake;
+use super::keys::dotted;
 use super::parameter::Parameter;
 use super::{Case, fields};
 
@@ -103,7 +104,7 @@ pub fn in_usual_unit(number: &DesignNumber) -> (String, f64) {
     let mut found = all.filter(|(section, key)| section.si_name(key) == number.name);
     // Every number is a key of a case.
     found.next().map_or((number.name.to_owned(), 1.0), |(section, key)| {
-        (fields::dotted(section.name, &key.usual()), key.usual_unit().of_si(1.0))
+        (dotted(section.name, &key.usual()), key.usual_unit().of_si(1.0))
     })
 }
 

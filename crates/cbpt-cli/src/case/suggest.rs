@@ -1,7 +1,8 @@
 //! What a key that nobody knows may have meant.
 
 use super::error::{Mistake, shortened};
-use super::fields::{self, Key, Kind, Section};
+use super::fields;
+use super::keys::{Key, Kind, Section};
 use super::units;
 
 /// A diagnosis, and the key that must have been meant, if that is clear.

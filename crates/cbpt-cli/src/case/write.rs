@@ -1,7 +1,8 @@
 //! The canonical text of a case: every key of the table that has a value, in SI.
 
 use super::build::Values;
-use super::fields::{self, Key, Section, Value};
+use super::fields;
+use super::keys::{Key, Section, Value};
 use super::{Case, EffectEntry, build};
 use cbpt_core::Reducer;
 use cbpt_core::effect::own::{AddsTo, OwnEffect, OwnParameter};

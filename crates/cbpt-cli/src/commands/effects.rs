@@ -63,10 +63,27 @@ fn head(spec: &Spec, end: &str) -> String {
         (true, ..) => lines.push("Of ball drives only".to_owned()),
         (false, ..) => lines.push("Of torsion springs only".to_owned()),
     }
-    if !spec.twins.is_empty() {
-        lines.push(format!("No torque-angle data tell it from: {}", spec.twins.join(", ")));
-    }
+    lines.extend(twins(spec));
     lines.join(end)
+}
+
+/// What no torque-angle data tell it from; a twin may be one only without some of its numbers.
+fn twins(spec: &Spec) -> Option<String> {
+    let without = |spec: &Spec| {
+        let twinless = spec.parameters.iter().filter(|parameter| parameter.twinless);
+        let names: Vec<String> = twinless.map(Parameter::display_name).collect();
+        (!names.is_empty()).then(|| format!("without {}", names.join(", ")))
+    };
+    let twin = |id: &&str| match cbpt_core::effect::find(id).and_then(without) {
+        Some(without) => format!("{id} ({without})"),
+        None => (*id).to_owned(),
+    };
+    let twins: Vec<String> = spec.twins.iter().map(twin).collect();
+    let told = format!("o torque-angle data tell it from {}", twins.join(", "));
+    (!twins.is_empty()).then(|| match without(spec) {
+        Some(without) => format!("{}, n{told}", sentence(&without)),
+        None => format!("N{told}"),
+    })
 }
 
 fn parameters(spec: &Spec) -> Table {
@@ -131,6 +148,7 @@ fn parameter_document(parameter: &Parameter) -> Value {
             Scale::Fixed => "fixed",
         },
         "is_size": parameter.is_size,
+        "twinless": parameter.twinless,
     })
 }
 
@@ -155,9 +173,7 @@ fn page() -> String {
             spec.port.name(),
             spec.tell_tale
         );
-        if !spec.twins.is_empty() {
-            page += &format!("No torque-angle data tell it from {}. ", spec.twins.join(", "));
-        }
+        page += &twins(spec).map_or(String::new(), |sentence| format!("{sentence}. "));
         page += &format!("Source: {}.\n\n", spec.source);
         let table = parameters(spec);
         page += &format!("| {} |\n|{}\n", table.columns.join(" | "), "---|".repeat(table.columns.len()));

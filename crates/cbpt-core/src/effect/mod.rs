@@ -109,6 +109,8 @@ mod tests {
     #[test]
     fn twins_are_twins_of_each_other() {
         for spec in LIBRARY {
+            let twinless = spec.parameters.iter().filter(|parameter| parameter.twinless).count();
+            assert!(twinless == 0 || !spec.twins.is_empty(), "{} has no twins at all", spec.id);
             for twin in spec.twins {
                 assert!(find(twin).is_some_and(|twin| twin.twins.contains(&spec.id)), "{} {twin}", spec.id);
             }

@@ -24,7 +24,8 @@ pub static SPEC: Spec = Spec {
             .likely(0.0, 0.6),
         Parameter::size("lost_force", Dimension::Force, "force F that is held back at any preload")
             .within(0.0, 1e6)
-            .likely(0.0, 500.0),
+            .likely(0.0, 500.0)
+            .without_twin(),
     ],
     twins: &["preload_scale", "torque_scale", "contact_angle"],
     action: Action::Load(act),

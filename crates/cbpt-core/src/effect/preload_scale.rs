@@ -14,7 +14,7 @@ pub static SPEC: Spec = Spec {
     reducers: Reducers::BallDrives,
     equation: "N_Z = g N_read",
     source: "calibration of the preload sensor",
-    tell_tale: "moves the onset of contact loss; an exact twin of preload_loss",
+    tell_tale: "moves the onset of contact loss; an exact twin of a preload_loss in proportion",
     parameters: &[Parameter::gain("preload_gain", "true preload over the reading")
         .within(0.1, 10.0)
         .likely(0.7, 1.4)],

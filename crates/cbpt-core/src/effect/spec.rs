@@ -26,7 +26,8 @@ pub struct Spec {
     pub tell_tale: &'static str,
     /// Its parameters.
     pub parameters: &'static [Parameter],
-    /// Ids of effects that no torque-angle data can tell from it once the contact stiffness is free.
+    /// Ids of effects that no torque-angle data can tell from it once the contact stiffness is free, but for its sizes that are
+    /// [`Parameter::twinless`].
     pub twins: &'static [&'static str],
     /// What it does.
     pub action: Action,
@@ -223,6 +224,8 @@ pub struct Parameter {
     pub scale: Scale,
     /// Whether the effect vanishes where all its sizes are neutral.
     pub is_size: bool,
+    /// Whether it tells an effect from its twins wherever it is not neutral.
+    pub twinless: bool,
 }
 
 impl Parameter {
@@ -239,6 +242,7 @@ impl Parameter {
             range: (f64::NEG_INFINITY, f64::INFINITY),
             scale: Scale::Linear,
             is_size: true,
+            twinless: false,
         }
     }
 
@@ -275,6 +279,11 @@ impl Parameter {
     /// Spread in the logarithm.
     pub(super) const fn log(self) -> Self {
         Self { scale: Scale::Log, ..self }
+    }
+
+    /// A size that no other effect can stand in for, though the rest of its effect has twins.
+    pub(super) const fn without_twin(self) -> Self {
+        Self { twinless: true, ..self }
     }
 
     /// Shown in another unit.

@@ -4,17 +4,18 @@ use std::ops::Bound::{Excluded, Included, Unbounded};
 
 use serde_json::{Value as Json, json};
 
-use super::super::fields::{self, Kind, Value};
+use super::super::fields;
+use super::super::keys::{self, Kind, Value};
 use super::super::{Case, json_schema, key_table};
 
 /// The required keys with the examples of the table, of a torsion spring or of a ball drive.
 fn examples(spring: bool) -> Json {
     let mut case = json!({});
     let needed =
-        |section: &&fields::Section| if spring { section.name == fields::SPRING } else { section.required };
+        |section: &&keys::Section| if spring { section.name == fields::SPRING } else { section.required };
     for section in fields::sections().iter().filter(needed) {
         for key in &section.keys {
-            if matches!(key.need, fields::Need::Required | fields::Need::RequiredUnless(_)) {
+            if matches!(key.need, keys::Need::Required | keys::Need::RequiredUnless(_)) {
                 case[section.name][key.si()] = match &key.example {
                     Value::Real(number) => json!(number),
                     Value::Count(count) => json!(count),
@@ -33,7 +34,7 @@ fn no_two_keys_are_written_alike_and_examples_are_allowed() {
         for key in &section.keys {
             for name in key.names() {
                 let same =
-                    section.keys.iter().flat_map(fields::Key::names).filter(|other| *other == name).count();
+                    section.keys.iter().flat_map(keys::Key::names).filter(|other| *other == name).count();
                 assert_eq!(same, 1, "{}.{name}", section.name);
             }
             if let Value::Real(example) = key.example {
