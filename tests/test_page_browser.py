@@ -246,11 +246,11 @@ def test_an_own_effect_is_checked_as_typed_fitted_and_shown(live: Any) -> None:
     )
     live.wait_for_selector("#own-mistake.fine")
     # A fit that fails says so beside the editor.
-    live.route("**/api/own/fit", lambda route: route.fulfill(json={}))
+    live.route("**/api/own/fit?*", lambda route: route.fulfill(json={}))
     live.click("#own-fit")
     live.wait_for_selector("#own-mistake:not(.fine):not(:empty)")
     assert live.is_hidden("#trouble")
-    live.unroute("**/api/own/fit")
+    live.unroute("**/api/own/fit?*")
     for name, start, low, high in (
         ("a1", 1e-5, -1e-3, 1e-3),
         ("t1", 2.8, 0, 8),
@@ -266,6 +266,21 @@ def test_an_own_effect_is_checked_as_typed_fitted_and_shown(live: Any) -> None:
     assert number(live, "#rmse") < 0.4 < before
     assert "my_effect" in live.text_content("#case-text")
     assert live.text_content("#command-of-model").startswith("cbpt fit dev10_case.toml ")
+
+    # With another formula under the same name, models of the former are let go.
+    other = live.locator("#missing [data-effect][aria-checked=false]").first
+    other.click()
+    on = "document.querySelectorAll('#model-bar [aria-checked=true]').length"
+    live.wait_for_function(f"() => {on} === 2")
+    live.fill("#own-expression", f"-({draft})")
+    live.wait_for_selector("#own-fit:enabled")
+    live.click("#own-fit")
+    live.wait_for_function(f"() => {on} === 1")
+    held = live.evaluate(
+        """async () => (await import('/store.js')).state.document.models
+             .filter(m => m.effects.includes('my_effect')).map(m => m.key)"""
+    )
+    assert held == ["my_effect"]
 
 
 # --- files that leave doubt ---------------------------------------------------------------

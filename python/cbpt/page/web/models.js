@@ -86,7 +86,11 @@ export async function show(effects, asked) {
     }
     try {
       heard = key;
-      take(await post("model", { effects }));
+      const formulas = definitions;
+      const found = await post("model", { effects });
+      // An own effect has been given another formula meanwhile.
+      if (formulas !== definitions) return show(effects);
+      take(found);
     } catch (error) {
       trouble(error instanceof Error ? error.message : String(error));
       tell("model");
@@ -111,6 +115,15 @@ export function take(found) {
   whole.curves.forEach((line, k) => {
     line.angle_arcsec[found.model.key] = found.curves[k];
   });
+}
+
+let definitions = 0;
+
+/** Let go of the models with an own effect that has another formula from now on. @param {string} effect */
+export function redefined(effect) {
+  definitions++;
+  const whole = documentShown();
+  whole.models = whole.models.filter((m) => !m.effects.includes(effect));
 }
 
 /** The model shown in one sentence. */

@@ -7,7 +7,7 @@
 /** @import { OwnEffect, OwnParameter } from "./types.d.ts" */
 import { isLive, post } from "./api.js";
 import { afterPause, announce, bodyOf, byId, el, fill } from "./dom.js";
-import { show, take, told } from "./models.js";
+import { redefined, show, take, told } from "./models.js";
 import { text } from "./numbers.js";
 import { parameters as sizesOf } from "./candidates.js";
 import { documentShown, hasBalls, modelShown, on, setModel } from "./store.js";
@@ -310,8 +310,10 @@ function pointed(answer) {
 async function fitted() {
   fit.disabled = true;
   fill(found, el("span", { class: "quiet" }, "fitting …"));
+  const { id } = effect;
   try {
     const answer = await post("own/fit", effect);
+    redefined(id);
     take(answer);
     setModel(answer.model.key, "models");
     announce(told());
