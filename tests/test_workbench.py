@@ -5,15 +5,21 @@ from __future__ import annotations
 import asyncio
 import re
 import socket
+import threading
+import time
+from collections.abc import Callable
 
 import pytest
 from starlette.testclient import TestClient
 
 from cbpt.errors import InvalidInputError
+from cbpt.page.job import Job
 from cbpt.page.report import WEB
-from cbpt.page.session import Session
+from cbpt.page.session import CLOSING_S, Session
 from cbpt.page.workbench import _listening
 from common.page_server import client_of
+
+PATIENCE_S = 60.0
 
 
 def test_answers_do_not_wait_for_the_browser_to_acknowledge_their_head() -> None:
@@ -59,6 +65,22 @@ def _key(client: TestClient) -> str:
     found = re.search(r"api/document\?page=(\w+)", client.get("/").text)
     assert found
     return found[1]
+
+
+def test_the_end_waits_a_second_for_work_under_way_however_often_it_is_told() -> None:
+    session, go_on = Session(), threading.Event()
+
+    def work(step: Callable[[str, float], None]) -> None:
+        go_on.wait()
+
+    session._job = Job(work).start()
+    begun = time.monotonic()
+    session.stop()
+    session.close()
+    session.close()
+    assert CLOSING_S <= time.monotonic() - begun < 1.5 * CLOSING_S
+    go_on.set()
+    assert session.join(PATIENCE_S)
 
 
 def test_the_first_plot_asks_for_all_its_modules_at_once() -> None:
