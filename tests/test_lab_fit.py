@@ -1,6 +1,6 @@
 """Fits to readings whose truth is known: values, uncertainties, evidence, bounds.
 
-Groups: values come back; uncertainties cover; evidence; bounds; starts.
+Groups: values come back; uncertainties cover; evidence; bounds; starts; what was asked before.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cbpt.lab.added import best_fit
+from cbpt.lab.assembled import Assembled
 from cbpt.lab.fit import Fit, Fitter, Hypothesis
 from cbpt.lab.library import ARCSEC, PRIORS, VARIANTS
 from cbpt.lab.noise import Noise
@@ -325,3 +326,24 @@ def test_contact_angles_stay_angles() -> None:
         values[place] = shift
         fitter.model.at(values)
     assert low < -0.1 and high > 0.1
+
+
+# --- what was asked before ------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["dev01", "dev04"])
+def test_a_cold_model_says_to_the_last_bit_what_a_new_one_would(name: str) -> None:
+    campaign = plan(name)
+    effects = ["contact_stiffness", "plate_tilt", "friction_hysteresis"]
+    model = Assembled(campaign, effects)
+    values, other = model.neutral.copy(), model.neutral.copy()
+    values[model.index(1, "tilt_cosine_rad")] = 3e-5
+    other[model.index(0, "stiffness_scale")] = 1.3
+    other[model.index(2, "friction_radius_m")] = 6e-4
+    wanted = [model.index(0, "stiffness_scale"), model.index(1, "tilt_sine_rad")]
+    first = Assembled(campaign, effects).at(values, wanted)
+    model.at(other)
+    model.cold()
+    again = model.at(values, wanted)
+    np.testing.assert_array_equal(again.angle_arcsec, first.angle_arcsec)
+    np.testing.assert_array_equal(again.slopes, first.slopes)
