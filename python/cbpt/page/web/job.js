@@ -66,7 +66,7 @@ async function begin() {
 async function follow() {
   if (following) return;
   following = true;
-  const of = state.document?.data.sha256;
+  const of = state.document?.opened;
   try {
     let job = await get("job");
     for (; job.state === "running"; job = await get("job")) {
@@ -81,7 +81,7 @@ async function follow() {
     }
     following = false;
     // Other files may have taken the place of those that were diagnosed.
-    if (state.document?.data.sha256 !== of) return look();
+    if (state.document?.opened !== of) return look();
     if (job.state === "done") {
       byId("job").hidden = true;
       setDocument(await get("document"));

@@ -27,8 +27,9 @@ let of = null;
 export function setUpOwn() {
   on(["document"], () => {
     const whole = documentShown();
-    if (of === whole.data.sha256 + whole.case.sha256 + !!whole.answer) return;
-    of = whole.data.sha256 + whole.case.sha256 + !!whole.answer;
+    const now = `${whole.opened} ${!!whole.answer}`;
+    if (of === now) return;
+    of = now;
     effect = structuredClone(whole.own.draft ?? BLANK);
     draw();
   });
