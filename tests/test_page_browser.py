@@ -265,7 +265,7 @@ def test_an_own_effect_is_checked_as_typed_fitted_and_shown(live: Any) -> None:
     live.wait_for_selector("#model-bar [data-effect=my_effect][aria-checked=true]")
     assert number(live, "#rmse") < 0.4 < before
     assert "my_effect" in live.text_content("#case-text")
-    assert live.text_content("#command-of-model").startswith("cbpt fit dev10_case.toml ")
+    assert live.text_content("#command-of-model").startswith("cbpt compare dev10_case.toml ")
 
     # With another formula under the same name, models of the former are let go.
     other = live.locator("#missing [data-effect][aria-checked=false]").first
