@@ -19,7 +19,14 @@ import xlsxwriter
 import cbpt
 from cbpt.page.document import Source, page_document
 from cbpt.page.report import report
-from common.browser import chromium, number, open_campaign, watched, workbench
+from common.browser import (
+    chromium,
+    number,
+    open_campaign,
+    undiagnosed,
+    watched,
+    workbench,
+)
 from common.hidden import FOLDER, case_of
 
 READY, DRAWN = "html[data-ready]", "html[data-drawn]"
@@ -506,17 +513,6 @@ def test_a_sketch_is_printed_and_is_the_same_afterwards(browser: Any, on_disk: s
 
 
 # --- what is drawn ------------------------------------------------------------------------
-
-
-def undiagnosed(case: Path, table: Path, folder: Path) -> str:
-    """A report of readings beside the model as stated alone: quick to make."""
-    path = folder / "report.html"
-    name, text = case.name, case.read_text(encoding="utf-8")
-    readings = cbpt.read_readings(table, need_preload=False)
-    source = Source(name, table.name, text, "cbpt report")
-    found = page_document(cbpt.Case.from_toml(text), readings, source)
-    path.write_text(report(found), encoding="utf-8")
-    return path.as_uri()
 
 
 @pytest.mark.parametrize("width", [1280, 390])
