@@ -97,6 +97,26 @@ def test_one_that_cannot_be_fitted_stops_no_other_and_is_told_when_asked() -> No
         ahead.model(["b", "z"])
 
 
+def test_a_mistake_while_preparing_is_told_once_and_stops_no_other(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    tried: list[Effects] = []
+
+    def made(effects: Effects, step: Step) -> str:
+        tried.append(effects)
+        if "z" in effects:
+            raise ZeroDivisionError("a slip of ours")
+        return "+".join(effects)
+
+    ahead = Ahead(Turns(), made, [frozenset()], lambda: ("z", "a"), most_effects=3, pause_s=0.0)
+    for _ in range(2):
+        ahead.around(["b"])
+        assert ahead.join(PATIENCE_S)
+    assert ahead.ready == [("b", "a")]
+    assert tried == [("b", "z"), ("b", "a")]
+    assert capsys.readouterr().err.count("Traceback") == 1
+
+
 def test_who_asks_goes_first_and_what_was_begun_is_taken_up_again() -> None:
     work, turns = Work(), Turns()
     work.waits_at = ("b", "a")

@@ -13,6 +13,7 @@ import json
 import re
 import shlex
 import threading
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -35,6 +36,8 @@ if TYPE_CHECKING:
     from cbpt.page.models import Models
 
 MOST_EFFECTS = 8
+CLOSING_S = 1.0
+"""How long the end may wait for what is under way, all together."""
 _NOTHING = "there are no readings yet: open a case file and a table of readings first"
 _ASK_FOR_IT = "what this campaign could see is worked out once nothing else is asked for"
 _ENDING = "the workbench is ending"
@@ -62,6 +65,7 @@ class Session:
         self._ahead: Ahead | None = None
         self._job: Job | None = None
         self._seed = 0
+        self._stopped_s = 0.0
         self._document: dict[str, Any] | None = None
         self._text: str | None = None
 
@@ -293,17 +297,20 @@ class Session:
 
     def stop(self) -> None:
         """Whatever is under way ends at its next step."""
+        if not self._turns.ended:
+            self._stopped_s = time.monotonic()
         self._turns.end()
         if self._job is not None:
             self._job.cancel()
 
     def close(self) -> None:
-        """At the end: nothing goes on, and no file of ours is left."""
+        """At the end: no file of ours is left, and what goes on has had `CLOSING_S` since `stop`,
+        however often this is called. What takes longer ends with the process: its thread is a
+        daemon."""
         self.stop()
-        if self._job is not None:
-            self._job.join(5.0)
-        if self._ahead is not None:
-            self._ahead.join(5.0)
+        for work in (self._job, self._ahead):
+            if work is not None:
+                work.join(max(self._stopped_s + CLOSING_S - time.monotonic(), 0.0))
         for files in (self._next, self._shown):
             self._let_go(files)
 
@@ -337,7 +344,12 @@ class Session:
         """What a first switch may ask for: from the answer, or from the drive as stated."""
 
         def made(effects: Effects, step: Step) -> str:
-            return to_json(models.choice(effects, step))
+            def between() -> None:
+                step()
+                if self._turns.ended:
+                    raise NotNow(_ENDING)
+
+            return to_json(models.choice(effects, between))
 
         entries = document["models"]
         known = {frozenset(entry["effects"]) for entry in entries}
