@@ -232,6 +232,9 @@ def test_an_own_effect_is_checked_as_typed_fitted_and_shown(live: Any) -> None:
     assert live.is_disabled("#save-case")
     assert "no case file of it: a pattern" in live.text_content("#export")
     live.click("#model-bar >> text=as stated")
+    advice = live.text_content("#next .card")
+    assert advice.startswith("Where to measure moreWhat is missing has no name")
+    assert "near torque 8 N m, input angle 130 deg" in advice
     draft, drafted = live.input_value("#own-expression"), numbers_of_own(live)
     assert "input_angle_rad" in draft
     assert len(drafted) == 16
