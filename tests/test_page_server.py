@@ -134,7 +134,7 @@ def test_an_own_effect_is_checked_as_it_is_typed_fitted_and_exported(
     case = cbpt.Case.from_toml(text)
     assert {e.id for e in case.effects} >= {"mine", "friction_hysteresis"}
     command = client.get("/api/export/command", params={"effects": "mine"}).text
-    assert command.startswith("cbpt fit dev04_case.toml ")
+    assert command.startswith("cbpt compare dev04_case.toml ")
 
 
 @pytest.mark.parametrize(
@@ -194,8 +194,21 @@ def test_what_is_exported_is_what_is_shown(diagnosed: tuple[Session, TestClient]
     assert float(row["residual_arcsec"]) == model["residual_arcsec"][4]
     assert float(row["measured_arcsec"]) == whole["readings"]["measured_arcsec"][4]
     command = client.get("/api/export/command", params=effects).text
-    assert command.split()[:4] == ["cbpt", "fit", from_here(str(CASE)), from_here(str(DATA))]
+    assert command.split() == ["cbpt", "compare", "dev04_case.toml", from_here(str(DATA))]
     assert client.get("/api/export/pickle").status_code == 409
+
+
+@pytest.mark.parametrize("effects", [["creep"], ["plate_tilt", "run_in"]])
+def test_the_exported_case_is_the_model_on_the_page(
+    diagnosed: tuple[Session, TestClient], effects: list[str]
+) -> None:
+    """The command of a model compares it: fitted anew, it may end elsewhere."""
+    _, client = diagnosed
+    model = client.post("/api/model", json={"effects": effects}).json()["model"]
+    text = client.get("/api/export/case", params={"effects": ",".join(effects)}).text
+    found = cbpt.compare(cbpt.Case.from_toml(text), cbpt.read_readings(DATA))
+    assert found.rmse_with_best_zero_arcsec == pytest.approx(model["rmse_arcsec"], rel=1e-4)
+    assert found.best_common_zero_arcsec == pytest.approx(model["zero_arcsec"], rel=1e-3, abs=1e-3)
 
 
 def test_the_campaign_is_judged_once_when_it_is_asked_for(

@@ -101,6 +101,7 @@ export class Figure {
     this.name = name;
     this.build = build;
     this.options = options;
+    this.label = label;
     this.area = el("div", { class: "area", role: "img", "aria-label": label });
     this.area.style.minHeight = `${this.height()}px`;
     this.save = el(
@@ -112,8 +113,9 @@ export class Figure {
     place.classList.add("plot");
     place.append(this.area);
     this.drawn = false;
-    /** @type {Points[]} */
-    this.points = [];
+    this.asWideAsPaper = false;
+    /** @type {Points[] | undefined} */
+    this.points = undefined;
     /** @type {(() => void) | undefined} when Plotly has given the area its events */
     this.onFirst = undefined;
     figures.push(this);
@@ -142,8 +144,11 @@ export class Figure {
     if (!built) return;
     const { data, layout } = this.dressed(built, theme());
     if (!this.drawn) this.area.replaceChildren();
-    // The browser lays the sheet of paper out only after this.
+    // The browser lays the sheet of paper out only after this; Plotly keeps the width of before
+    // where it is not told another.
     if (onPaper) layout.width = PAPER_WIDTH;
+    else if (this.asWideAsPaper) layout.width = this.area.clientWidth;
+    this.asWideAsPaper = onPaper;
     this.area.style.minHeight = `${this.height()}px`;
     Plotly.react(this.area, data, layout, {
       displaylogo: false,
@@ -160,28 +165,36 @@ export class Figure {
       ],
       scrollZoom: false,
     });
-    this.points = built.points ?? [];
+    this.points = built.points;
     if (!this.drawn) {
       this.drawn = true;
-      if (built.points) {
-        // Whenever Plotly draws, after a zoom or in another size too.
-        /** @type {any} */ (this.area).on(
-          "plotly_afterplot",
-          () => layOver(this.area, this.points),
-        );
-      }
+      // Whenever Plotly draws, after a zoom or in another size too.
+      /** @type {any} */ (this.area).on("plotly_afterplot", () => this.finish());
       this.onFirst?.();
     }
-    if (built.points) layOver(this.area, this.points);
+    this.finish();
+  }
+
+  /** What Plotly leaves out. */
+  finish() {
+    if (this.points) layOver(this.area, this.points);
+    const tools = this.area.querySelector("[role=toolbar]");
+    tools?.setAttribute("aria-label", `Tools of the plot: ${this.label}`);
+  }
+
+  /** Whether anything stands in its place: the plot, or its sketch. */
+  stands() {
+    return this.area.hasChildNodes();
   }
 
   sketched() {
     const built = this.build(theme());
     const drawing = built && sketch(
       { ...this.dressed(built, theme()), points: built.points },
-      this.area.clientWidth,
+      onPaper ? PAPER_WIDTH : this.area.clientWidth,
       theme(),
     );
+    this.area.style.minHeight = `${this.height()}px`;
     this.area.replaceChildren(...(drawing ? [drawing] : []));
   }
 
@@ -262,7 +275,7 @@ function repaint(draw) {
   for (const figure of figures) draw(figure);
 }
 
-night.addEventListener("change", () => repaint((f) => f.drawn && f.draw()));
+night.addEventListener("change", () => repaint((f) => f.stands() && f.draw()));
 /** What is folded away on the screen. @type {HTMLDetailsElement[]} */
 let folded = [];
 addEventListener("beforeprint", () => {
@@ -273,8 +286,9 @@ addEventListener("beforeprint", () => {
 });
 addEventListener("afterprint", () => {
   onPaper = false;
+  // At once and all: one that waits to be seen is as wide as paper and holds the page open.
+  repaint((f) => f.stands() && f.drawNow());
   for (const part of folded) part.open = false;
-  repaint((f) => f.drawn && f.draw());
 });
 
 /** For the screen to show what is there, before the page is busy again. */

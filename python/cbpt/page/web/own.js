@@ -6,7 +6,7 @@
 
 /** @import { OwnEffect, OwnParameter } from "./types.d.ts" */
 import { isLive, post } from "./api.js";
-import { afterPause, announce, bodyOf, byId, el, fill } from "./dom.js";
+import { afterPause, announce, bodyOf, byId, el, fill, setUsable, usable } from "./dom.js";
 import { redefined, show, take, told } from "./models.js";
 import { text } from "./numbers.js";
 import { parameters as sizesOf } from "./candidates.js";
@@ -33,8 +33,9 @@ let of = null;
 export function setUpOwn() {
   on(["document"], () => {
     const whole = documentShown();
-    if (of === whole.data.sha256 + whole.case.sha256 + !!whole.answer) return;
-    of = whole.data.sha256 + whole.case.sha256 + !!whole.answer;
+    const now = `${whole.opened} ${!!whole.answer}`;
+    if (of === now) return;
+    of = now;
     effect = structuredClone(whole.own.draft ?? BLANK);
     seen = new Map(effect.parameters.map((p) => [p.name, p]));
     draw();
@@ -258,7 +259,12 @@ function drawParameters() {
     list,
     effect.parameters.length > 0 && el(
       "div",
-      { class: "scroll" },
+      {
+        class: "scroll",
+        tabindex: "0",
+        role: "region",
+        "aria-label": "Parameters of the expression",
+      },
       el(
         "table",
         {},
@@ -294,11 +300,14 @@ function drawParameters() {
 }
 
 let asked = 0;
+/** Whether the check has found that it can be fitted, and whether it is being fitted. */
+let fits = false, fitting = false;
 
 /** What was said of another text no longer stands beside this one. */
 function changed() {
   asked++;
-  fit.disabled = true;
+  fits = false;
+  setFit();
   mistake.classList.remove("fine");
   mistake.textContent = "";
   mark(null);
@@ -322,7 +331,8 @@ const check = afterPause(120, async () => {
   try {
     const answer = await post("own/check", effect);
     if (mine !== asked) return;
-    fit.disabled = !answer.ok;
+    fits = answer.ok;
+    setFit();
     mistake.classList.toggle("fine", answer.ok);
     mistake.textContent = answer.ok
       ? ["✓ can be fitted", ...answer.notes].join("\n")
@@ -344,8 +354,14 @@ function pointed(answer) {
   return `${effect.expression.split("\n")[line]}\n${" ".repeat(column)}^ ${answer.message}`;
 }
 
+function setFit() {
+  setUsable(fit, fits && !fitting);
+}
+
 async function fitted() {
-  fit.disabled = true;
+  if (!usable(fit)) return;
+  fitting = true;
+  setFit();
   fill(found, el("span", { class: "quiet" }, "fitting …"));
   const { id } = effect;
   try {
@@ -360,7 +376,8 @@ async function fitted() {
     mistake.classList.remove("fine");
     mistake.textContent = error instanceof Error ? error.message : String(error);
   } finally {
-    fit.disabled = false;
+    fitting = false;
+    setFit();
   }
 }
 

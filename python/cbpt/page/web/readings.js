@@ -407,7 +407,7 @@ function layoutOf(t, ranges, residuals) {
   const reach = 1.12 * Math.max(most, 3 * (floor ?? 0), 1e-6) * scale();
   const torque = whole.columns.find((c) => c.key === "torque_Nm");
   return {
-    uirevision: `${whole.data.sha256} ${state.unit}`,
+    uirevision: `${whole.opened} ${state.unit}`,
     selectionrevision: `${state.selected.size} ${Math.random()}`,
     selections: [],
     dragmode: matchMedia("(pointer: coarse)").matches ? false : "select",

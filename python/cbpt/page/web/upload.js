@@ -46,7 +46,7 @@ export function openUpload() {
     el(
       "div",
       { class: "row between" },
-      el("h2", { id: "upload-title" }, "Case and readings"),
+      el("h2", {}, "Case and readings"),
       el(
         "button",
         { type: "button", onclick: () => dialog.close(), "aria-label": "Close" },
