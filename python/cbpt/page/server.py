@@ -16,7 +16,7 @@
     GET  /api/isolability       {isolability, why}: worked out when first asked for
     POST /api/model             {effects} -> {model, curves, ladder}
     POST /api/shown             {effects}: a model that the page had is looked at
-    POST /api/own/check         an own effect -> {ok, message, column, notes}
+    POST /api/own/check         an own effect -> {ok, message, column, field, notes}
     POST /api/own/fit           an own effect, {effects} beside it -> {model, curves, ladder}
     POST /api/drive             {load, design} -> the section `drive`
     GET  /api/export/WHAT       json, csv, case, command; ?effects=a,b

@@ -29,6 +29,7 @@ from cbpt.page.document import Source, as_word, from_here, named, page_document
 from cbpt.page.drive import redrawn
 from cbpt.page.job import Cancelled, Job
 from cbpt.page.plain import to_json
+from cbpt.page.stated import stop_if_taken
 from cbpt.page.tables import csv_of
 from cbpt.page.uploads import Opened, Upload, read_case, shown_name, stop_if_few
 
@@ -376,21 +377,17 @@ class Session:
         return models
 
     def check_own(self, entry: Mapping[str, Any]) -> dict[str, Any]:
-        """Whether an own effect can be read and fitted, else what is wrong and at which character;
-        notes are what may be a slip all the same."""
+        """Whether an own effect can be read and fitted, else what is wrong, in which field and at
+        which character; notes are what may be a slip all the same."""
+        from cbpt.page.own_check import refusal
+
         try:
             effect = own_effect_of(entry)
         except (CaseError, InvalidInputError) as error:
-            text = str(error).removeprefix("effect[0].")
-            at = _CHARACTER.search(text)
-            return {
-                "ok": False,
-                "message": at[2] if at else text,
-                "column": int(at[1]) if at else None,
-                "notes": [],
-            }
+            return {"ok": False, **refusal(error), "notes": []}
         why, notes = self._why_not(effect), doubtful_names(effect)
-        return {"ok": why is None, "message": why or "", "column": None, "notes": notes}
+        said = {"message": why or "", "column": None, "field": None}
+        return {"ok": why is None, **said, "notes": notes}
 
     def _why_not(self, effect: OwnEffect) -> str | None:
         """What keeps an own effect from being fitted to the readings, where there are some."""
@@ -460,7 +457,6 @@ class Session:
         return re.sub(r"[^\w.-]+", "_", Path(self._shown.upload.name).stem) or "cbpt"
 
 
-_CHARACTER = re.compile(r"character (\d+): (.*)", re.DOTALL)
 _OWN_KEYS = {"id", "port", "expression", "adds_to", "parameters"}
 _PARAMETER_KEYS = ("unit", "start", "min", "max")
 
@@ -470,6 +466,7 @@ def own_effect_of(entry: Mapping[str, Any]) -> OwnEffect:
     for key in ("id", "port", "expression"):
         if not isinstance(entry.get(key), str):
             raise InvalidInputError(f"{key}: expected text")
+    stop_if_taken(entry["id"])
     parameters = entry.get("parameters") or []
     if not isinstance(parameters, list) or not all(isinstance(p, dict) for p in parameters):
         raise InvalidInputError("parameters: expected a list")
