@@ -140,11 +140,12 @@ class Models:
         return with_zeros(self._whole, angle)[0]
 
     def _model(self, bench: Bench) -> Assembled:
-        """The model of a bench at every row of the table."""
+        """The model of a bench at every row of the table, whatever it was asked before."""
         if id(bench) not in self._assembled:
             c = bench.fitter.campaign
             whole = replace(self._whole, own=c.own, candidates=c.candidates, effects=c.effects)
             self._assembled[id(bench)] = Assembled(whole, bench.fitter.effects)
+        self._assembled[id(bench)].cold()
         return self._assembled[id(bench)]
 
     def regimes(self) -> list[str]:
