@@ -151,6 +151,26 @@ def test_a_small_file_that_holds_more_cells_than_may_be_is_refused_unread(
     assert "200,000 cells" in found["message"]
 
 
+@pytest.mark.parametrize("kind", ["csv", "xlsx"])
+def test_columns_are_bounded(client: TestClient, tmp_path: Path, kind: str) -> None:
+    """What each header means is found out one by one: thousands would hold up all else."""
+    names = [f"Moment{i}" for i in range(6000)]
+    file = tmp_path / f"wide.{kind}"
+    if kind == "csv":
+        file.write_text(f"{','.join(names)}\n", encoding="utf-8")
+    else:
+        with xlsxwriter.Workbook(file) as book:
+            book.add_worksheet().write_row(0, 0, names)
+    found = opened(client, file.read_bytes(), file.name).json()
+    assert not found["ready"]
+    assert "6,000 columns" in found["message"]
+
+
+def test_a_name_is_no_option_of_the_command(client: TestClient) -> None:
+    opened(client, (HEAD + ROWS).encode(), "--out=x.csv")
+    assert " ./--out=x.csv " in client.get("/api/document").json()["command"]
+
+
 def test_rows_and_bytes_are_bounded(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:
     many = opened(client, b"torque_Nm\n" + b"1\n" * 300_000)
     assert many.status_code == 400
@@ -200,6 +220,17 @@ def test_a_request_that_makes_no_sense_is_a_mistake_not_a_crash(
     found = client.post("/api/model", content=body, headers=headers)
     assert found.status_code == 400
     assert found.json()["error"]
+
+
+@pytest.mark.parametrize("torque", ["1" + 400 * "0", "1e999", '"1"', "true", "[1]"])
+def test_a_load_that_is_no_number_is_a_mistake_not_a_crash(
+    diagnosed: tuple[Session, TestClient], torque: str
+) -> None:
+    body = f'{{"load": {{"torque_Nm": {torque}}}}}'
+    headers = {"content-type": "application/json"}
+    found = diagnosed[1].post("/api/drive", content=body, headers=headers)
+    assert found.status_code == 400
+    assert "numbers by name" in found.json()["error"]
 
 
 @pytest.mark.parametrize(

@@ -28,7 +28,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.columns import array_of, column_of, read_columns, table_of, unit_below
-from cbpt.lab.table import Loaded, Table, check_headers, is_unit_row, read_bytes, read_text, wrong
+from cbpt.lab.table import (
+    Loaded,
+    Table,
+    check_headers,
+    is_unit_row,
+    read_bytes,
+    read_text,
+    stop_if_wide,
+    wrong,
+)
 from cbpt.lab.units import plain, read_header
 
 __all__ = ["at_most", "read_file"]
@@ -198,7 +207,7 @@ def _workbook(source: str, raw: bytes, columns: Mapping[str, str]) -> Iterator[P
         _stop_if_large(source, sheet.total_height * sheet.total_width)
         rows = sheet.to_python(skip_empty_area=False)
         if any(not _is_empty(row) for row in rows):
-            yield _sheet(name, rows, hashlib.sha256(raw).hexdigest(), columns)
+            yield _sheet(source, name, rows, hashlib.sha256(raw).hexdigest(), columns)
 
 
 def _stop_if_bomb(source: str, archive: zipfile.ZipFile) -> None:
@@ -225,13 +234,18 @@ def _is_empty(row: Sequence[Any]) -> bool:
 
 
 def _sheet(
-    name: str, rows: Sequence[Sequence[Any]], sha256: str, columns: Mapping[str, str]
+    source: str,
+    name: str,
+    rows: Sequence[Sequence[Any]],
+    sha256: str,
+    columns: Mapping[str, str],
 ) -> Part:
     """One sheet: perhaps a title, a row of headers, perhaps one of units, rows, perhaps gaps."""
     filled = [number for number, row in enumerate(rows) if not _is_empty(row)]
     at, header = filled[0], _texts(rows[filled[0]])
     for number in filled[:_TITLE_ROWS]:
         cells = _texts(rows[number])
+        stop_if_wide(source, cells)
         below = _units_under(rows, number, cells)
         if sum(map(bool, cells)) > 1 and _has_readings(cells, below, columns):
             at, header = number, cells

@@ -38,9 +38,11 @@ __all__ = [
     "is_unit_row",
     "read_bytes",
     "read_text",
+    "stop_if_wide",
     "wrong",
 ]
 
+MOST_COLUMNS = 1000
 _BLOCK = 50_000  # rows; large enough for numpy, small enough to keep the text of few cells alive
 
 
@@ -124,6 +126,7 @@ def read_text(source: str, raw: bytes) -> Table:
         line = numbers[body]
         raise wrong(source, "", str(error), "cells with closed quotes", line=line) from None
     line = numbers[0]
+    stop_if_wide(source, header, line)
     check_headers(source, header, line, lines)
     units: list[str] = []
     if is_unit_row(unit_row, header):
@@ -157,6 +160,14 @@ def wrong(
 ) -> ReadingsError:
     lines = () if line is None else (line,)
     return ReadingsError(source, [Mistake(lines, column, value, expected, remedy)])
+
+
+def stop_if_wide(source: str, headers: Sequence[str], line: int | None = None) -> None:
+    """What a header means takes milliseconds to find out, so there may not be any number."""
+    count = sum(map(bool, headers))
+    if count > MOST_COLUMNS:
+        found, expected = f"{count:,} columns", f"at most {MOST_COLUMNS:,}"
+        raise wrong(source, "", found, expected, "keep the columns needed", line)
 
 
 def _at(lines: Sequence[int]) -> str:

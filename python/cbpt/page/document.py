@@ -136,6 +136,11 @@ def from_here(path: str) -> str:
     return str(file.relative_to(here)) if file.is_relative_to(here) else file.name
 
 
+def as_word(name: str) -> str:
+    """A file's name in a command line, never taken for an option."""
+    return f"./{name}" if name.startswith("-") else name
+
+
 def named(readings: Readings, path: str, name: str) -> Readings:
     """Readings of a file by its name alone: where it lies is nobody else's business."""
     return replace(readings, source=readings.source.replace(path, name, 1))
@@ -464,6 +469,8 @@ def own_section(answer: Mapping[str, Any] | None) -> dict[str, Any]:
 
 def _why_no_run(answer: Mapping[str, Any]) -> str:
     verdict = answer["verdict"]
+    if verdict["kind"] == "unknown":
+        return str(answer["unknown"]["measure_next"])
     if verdict["rivals"] or verdict["kind"] == "ambiguous":
         return "no run like those so far would decide between the rivals"
     return "the answer leaves no rivals that a further run would have to decide between"

@@ -33,7 +33,7 @@ from cbpt.lab.sentence import DISPLAY, name_of, shown
 from cbpt.page.bench import Bench
 from cbpt.page.curves import Curves
 from cbpt.page.plain import array, numbers
-from cbpt.page.stated import REFITTED, STATED, UNKNOWN, key_of, rows_of, with_zeros
+from cbpt.page.stated import STATED, UNKNOWN, key_of, rows_of, stop_if_taken, with_zeros
 
 Floats = NDArray[np.float64]
 
@@ -212,8 +212,7 @@ class Models:
 
         Raises `InvalidInputError` where it cannot be fitted or has the id of another effect.
         """
-        if effect.id in (STATED, REFITTED, UNKNOWN):
-            raise InvalidInputError(f"{effect.id}: the page calls a model so; take another name")
+        stop_if_taken(effect.id)
         own = (*(e for e in self._own[0] if e.id != effect.id), effect)
         with self._lock, threadpool_limits(1, user_api="blas"):
             bench = self._bench.with_own(self.diagnosis, own)

@@ -16,7 +16,7 @@
     GET  /api/isolability       {isolability, why}: worked out when first asked for
     POST /api/model             {effects} -> {model, curves, ladder}
     POST /api/shown             {effects}: a model that the page had is looked at
-    POST /api/own/check         an own effect -> {ok, message, column, notes}
+    POST /api/own/check         an own effect -> {ok, message, column, field, notes}
     POST /api/own/fit           an own effect, {effects} beside it -> {model, curves, ladder}
     POST /api/drive             {load, design} -> the section `drive`
     GET  /api/export/WHAT       json, csv, case, command; ?effects=a,b
@@ -40,11 +40,11 @@ from zlib import crc32
 
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
-from starlette.datastructures import QueryParams
+from starlette.datastructures import MutableHeaders, QueryParams
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
-from starlette.types import ASGIApp, Receive, Scope, Send
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from cbpt.errors import CbptError
 from cbpt.page.guard import MOST_JSON_BYTES, Guard
@@ -107,26 +107,37 @@ def application(
     }
     routes += [Route(f"/api/{name}", _poster(act), methods=["POST"]) for name, act in posts.items()]
     app = Starlette(routes=routes, lifespan=lifespan)
-    return Guard(_Current(app, page), token, port, hosts, addresses)
+    return Guard(_Current(app, page, session), token, port, hosts, addresses)
 
 
 class _Current:
-    """Refuses a page that an earlier workbench has sent from this port: what it shows is of other
-    readings than the answers would be."""
+    """Refuses a page that an earlier workbench has sent from this port, or that shows other files
+    than those that are open now: what it shows is of other readings than the answers would be.
 
-    def __init__(self, app: ASGIApp, page: str) -> None:
-        self.app, self.page = app, page
+    Answers say of which files they are, as others may have been opened while they were made.
+    """
+
+    def __init__(self, app: ASGIApp, page: str, session: Session) -> None:
+        self.app, self.page, self.session = app, page, session
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        if scope["type"] == "http":
-            asked = QueryParams(scope["query_string"]).get("page", self.page)
-            if asked != self.page:
-                words = (
-                    "this page is of a workbench that has ended; reload it to see the present one"
-                )
-                await JSONResponse({"error": words}, 409)(scope, receive, send)
-                return
-        await self.app(scope, receive, send)
+        if scope["type"] != "http" or not scope["path"].startswith("/api/"):
+            await self.app(scope, receive, send)
+            return
+
+        async def named(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                MutableHeaders(scope=message)["x-cbpt-opened"] = str(self.session.opened)
+            await send(message)
+
+        asked = QueryParams(scope["query_string"])
+        words = None
+        if asked.get("page", self.page) != self.page:
+            words = "this page is of a workbench that has ended; reload it to see the present one"
+        elif asked.get("opened", str(self.session.opened)) != str(self.session.opened):
+            words = "other files have been opened in another window; reload this one to see them"
+        answer = JSONResponse({"error": words}, 409) if words else self.app
+        await answer(scope, receive, named)
 
 
 # --- files --------------------------------------------------------------------------------
@@ -304,12 +315,14 @@ def _list(body: dict[str, Any], key: str) -> list[str]:
 
 def _numbers(body: dict[str, Any], key: str) -> dict[str, float]:
     value = body.get(key) or {}
-    if not isinstance(value, dict) or not all(
-        isinstance(v, int | float) and not isinstance(v, bool) and math.isfinite(v)
-        for v in value.values()
-    ):
-        raise Wrong(400, f"{key}: expected numbers by name")
-    return value
+    try:
+        if isinstance(value, dict) and not any(isinstance(v, str | bool) for v in value.values()):
+            found = {name: float(v) for name, v in value.items()}
+            if all(map(math.isfinite, found.values())):
+                return found
+    except (TypeError, OverflowError):
+        pass
+    raise Wrong(400, f"{key}: expected numbers by name")
 
 
 def _seed(body: dict[str, Any]) -> int:

@@ -25,10 +25,11 @@ from cbpt.errors import CaseError, CbptError, InvalidInputError
 from cbpt.lab.inputs import case_and_readings
 from cbpt.lab.readings import Readings
 from cbpt.page.ahead import Ahead, Effects, Step, Turns
-from cbpt.page.document import Source, from_here, named, page_document
+from cbpt.page.document import Source, as_word, from_here, named, page_document
 from cbpt.page.drive import redrawn
 from cbpt.page.job import Cancelled, Job
 from cbpt.page.plain import to_json
+from cbpt.page.stated import stop_if_taken
 from cbpt.page.tables import csv_of
 from cbpt.page.uploads import Opened, Upload, read_case, shown_name, stop_if_few
 
@@ -59,6 +60,8 @@ class Session:
         self._next: Opened | None = None
         """Files on their way: they are shown once readings come of them, not before."""
         self._readings: Readings | None = None
+        self.opened = 0
+        """Counts the files that have been shown, so that no answer is taken for one to others."""
         self._models: Models | None = None
         self._ahead: Ahead | None = None
         self._job: Job | None = None
@@ -102,10 +105,12 @@ class Session:
         if name.lower().endswith(".toml"):
             name = shown_name(name, "case.toml")
             case, text = read_case(name, raw)
-            found = {"case": case, "case_name": name, "case_text": text, "case_words": name}
+            found = {"case": case, "case_name": name, "case_text": text}
+            found["case_words"] = as_word(name)
         else:
             name = shown_name(name, "table")
-            found = {"upload": Upload.of_bytes(name, raw), "data_words": name, "flags": ()}
+            found = {"upload": Upload.of_bytes(name, raw), "flags": ()}
+            found["data_words"] = as_word(name)
         with self._lock:
             return self._open(replace(self._latest, **found), more)
 
@@ -145,6 +150,7 @@ class Session:
                 self._job.cancel()
             self._let_go(self._shown, files)
             self._shown, self._next, self._readings = files, None, readings
+            self.opened += 1
             self._no_more_ahead()
             self._models = self._document = self._text = self._job = None
         return found
@@ -180,7 +186,8 @@ class Session:
             shown.case_text,
             shlex.join([*words, "--out", "report.html"]),
         )
-        return page_document(
+        opened = {"opened": self.opened}
+        return opened | page_document(
             shown.case,
             self._readings,
             source,
@@ -249,7 +256,9 @@ class Session:
 
         with self._matrix:
             document = self._document
-            if document is not None and document["reasons"].get("isolability") == _ASK_FOR_IT:
+            if document is None:
+                raise NotNow(_NO_DIAGNOSIS)
+            if document["reasons"].get("isolability") == _ASK_FOR_IT:
                 try:
                     found, why = campaign_isolability(models.diagnosis, step)
                     step("", 1.0)
@@ -262,7 +271,6 @@ class Session:
                         del document["reasons"]["isolability"]
                     if document is self._document:
                         self._text = to_json(document)
-            assert document is not None
             why = document["reasons"].get("isolability")
             return {"isolability": document["isolability"], "why": why}
 
@@ -369,21 +377,17 @@ class Session:
         return models
 
     def check_own(self, entry: Mapping[str, Any]) -> dict[str, Any]:
-        """Whether an own effect can be read and fitted, else what is wrong and at which character;
-        notes are what may be a slip all the same."""
+        """Whether an own effect can be read and fitted, else what is wrong, in which field and at
+        which character; notes are what may be a slip all the same."""
+        from cbpt.page.own_check import refusal
+
         try:
             effect = own_effect_of(entry)
         except (CaseError, InvalidInputError) as error:
-            text = str(error).removeprefix("effect[0].")
-            at = _CHARACTER.search(text)
-            return {
-                "ok": False,
-                "message": at[2] if at else text,
-                "column": int(at[1]) if at else None,
-                "notes": [],
-            }
+            return {"ok": False, **refusal(error), "notes": []}
         why, notes = self._why_not(effect), doubtful_names(effect)
-        return {"ok": why is None, "message": why or "", "column": None, "notes": notes}
+        said = {"message": why or "", "column": None, "field": None}
+        return {"ok": why is None, **said, "notes": notes}
 
     def _why_not(self, effect: OwnEffect) -> str | None:
         """What keeps an own effect from being fitted to the readings, where there are some."""
@@ -441,22 +445,18 @@ class Session:
         raise NotNow(f"nothing is exported as {what!r}: json, csv, case or command")
 
     def _command(self, effects: Sequence[str]) -> str:
-        """The command line that gives the same."""
-        words = [self._shown.case_words, self._shown.data_words, *self._shown.flags]
+        """The command line that gives the same: of a model, with the case file as exported, since
+        a fit anew may end elsewhere."""
+        case, *others = self._shown.case_words, self._shown.data_words, *self._shown.flags
         if not effects:
-            return shlex.join(["cbpt", "report", *words, "--out", "report.html"])
-        own = {effect.id for effect in self._diagnosed().own}
-        if own & set(effects):
-            # A formula is known to the exported case alone.
-            words[0] = f"{self._stem()}_case.toml"
-        return shlex.join(["cbpt", "fit", *words, "--with", *effects, "--out", "case_with.toml"])
+            return shlex.join(["cbpt", "report", case, *others, "--out", "report.html"])
+        return shlex.join(["cbpt", "compare", f"{self._stem()}_case.toml", *others])
 
     def _stem(self) -> str:
         assert self._shown.upload is not None
         return re.sub(r"[^\w.-]+", "_", Path(self._shown.upload.name).stem) or "cbpt"
 
 
-_CHARACTER = re.compile(r"character (\d+): (.*)", re.DOTALL)
 _OWN_KEYS = {"id", "port", "expression", "adds_to", "parameters"}
 _PARAMETER_KEYS = ("unit", "start", "min", "max")
 
@@ -466,6 +466,7 @@ def own_effect_of(entry: Mapping[str, Any]) -> OwnEffect:
     for key in ("id", "port", "expression"):
         if not isinstance(entry.get(key), str):
             raise InvalidInputError(f"{key}: expected text")
+    stop_if_taken(entry["id"])
     parameters = entry.get("parameters") or []
     if not isinstance(parameters, list) or not all(isinstance(p, dict) for p in parameters):
         raise InvalidInputError("parameters: expected a list")

@@ -5,14 +5,26 @@ export function isLive() {
   return document.documentElement.dataset.mode !== "report";
 }
 
+/** Which of its files the page shows. */
+let shown = 0;
+
+/** Other files are shown. @param {number} opened their number */
+export function showsFiles(opened) {
+  shown = opened;
+}
+
+/** Routes that are about no files, or about others than those shown. */
+const FREE = /^(document|job|upload|columns|forget)\b/;
+
 /**
- * Where a route is, with the key of the workbench that has sent this page: the next one may listen
- * at the same address.
+ * Where a route is, with the key of the workbench that has sent this page and the number of its
+ * files: another may listen at the same address, and have other files.
  * @param {string} route
  */
 function at(route) {
   const sent = document.getElementById("document-address")?.getAttribute("href")?.split("?")[1];
-  return `api/${route}${route.includes("?") ? "&" : "?"}${sent}`;
+  const files = FREE.test(route) ? "" : `&opened=${shown}`;
+  return `api/${route}${route.includes("?") ? "&" : "?"}${sent}${files}`;
 }
 
 /** @param {Response} answer */
@@ -35,20 +47,33 @@ async function reached(asked) {
   }
 }
 
+/**
+ * An answer about the files shown when it was asked for, and still.
+ * @param {string} route @param {RequestInit} [how]
+ */
+async function asked(route, how) {
+  const of = shown;
+  const answer = await reached(fetch(at(route), how));
+  const found = await read(answer);
+  const files = Number(answer.headers.get("x-cbpt-opened"));
+  if (!FREE.test(route) && (files !== of || shown !== of)) {
+    throw new Error("Other files have been opened meanwhile.");
+  }
+  return found;
+}
+
 /** @param {string} route */
-export async function get(route) {
-  return read(await reached(fetch(at(route))));
+export function get(route) {
+  return asked(route);
 }
 
 /** @param {string} route @param {unknown} content */
-export async function post(route, content) {
-  return read(
-    await reached(fetch(at(route), {
-      method: "POST",
-      headers: { "content-type": "application/json" },
-      body: JSON.stringify(content),
-    })),
-  );
+export function post(route, content) {
+  return asked(route, {
+    method: "POST",
+    headers: { "content-type": "application/json" },
+    body: JSON.stringify(content),
+  });
 }
 
 /** A file by its name and bytes. @param {File} file @param {boolean} more whether another follows */

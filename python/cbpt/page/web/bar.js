@@ -1,6 +1,6 @@
 /** The bar that stays in sight: a switch for each likely effect, and what is left of the error. */
 
-import { byId, el, fill, svg } from "./dom.js";
+import { byId, el, fill, setUsable, svg, usable } from "./dom.js";
 import { onTheme, theme } from "./figure.js";
 import { canSwitch, isOn, ROUGH, setUpModels, show, toggle } from "./models.js";
 import { documentShown, modelOf, modelShown, on, size, state } from "./store.js";
@@ -37,8 +37,8 @@ function draw() {
         type: "button",
         class: "text small",
         id: "as-stated",
-        onclick: () => show([]),
-        disabled: state.model === "stated",
+        onclick: (e) => usable(e.currentTarget) && show([]),
+        "aria-disabled": String(state.model === "stated"),
       },
       "as stated",
     ),
@@ -50,7 +50,7 @@ function draw() {
 function follow() {
   const all = byId("model-bar").querySelector("#as-stated");
   if (!all || offered().join() !== there.join()) return draw();
-  all.toggleAttribute("disabled", state.model === "stated");
+  setUsable(all, state.model !== "stated");
   markSwitches(byId("model-bar"));
   byId("gauge").replaceWith(gauge());
 }

@@ -117,6 +117,20 @@ function signOf(control) {
   return `${control.tagName} ${name || control.textContent}`;
 }
 
+/**
+ * Whether a button may be used: said, not by `disabled`, which would take the focus from it. What it
+ * does has to ask `usable` first.
+ * @param {Element} button @param {boolean} may
+ */
+export function setUsable(button, may) {
+  button.setAttribute("aria-disabled", String(!may));
+}
+
+/** @param {Element} button */
+export function usable(button) {
+  return button.getAttribute("aria-disabled") !== "true";
+}
+
 /** Told to a screen reader, and shown for a moment. @param {string} text */
 export function announce(text) {
   byId("status").textContent = text;

@@ -5,6 +5,7 @@
  */
 
 /** @import { Theme } from "./figure.js" */
+/** @import { PageDocument } from "./types.d.ts" */
 import { isLive, post } from "./api.js";
 import { afterPause, bodyOf, el, fill, svg, table, trouble } from "./dom.js";
 import { pairDrawing, sectionDrawing } from "./drawing.js";
@@ -21,8 +22,8 @@ let load = {};
 /** @type {Record<string, number>} */
 let design = {};
 let pairShown = 0;
-/** Files whose drive is shown. @type {string | null} */
-let of = null;
+/** Files whose drive is shown. @type {number | undefined} */
+let of;
 /** @type {Figure} */
 let figure;
 /** @type {HTMLElement} */
@@ -60,12 +61,10 @@ export function setUpDrive() {
   });
   plot.append(el("div", { class: "under" }, el("span"), figure.save));
   on(["document"], () => {
-    const { data, case: stated, drive } = documentShown();
-    if (of === data.sha256 + stated.sha256) return;
-    of = data.sha256 + stated.sha256;
-    shown = drive;
-    load = {};
-    design = {};
+    const { opened, drive } = documentShown();
+    if (shown && of === opened) return;
+    of = opened;
+    asStated(drive);
     drawSliders();
     draw();
   });
@@ -79,13 +78,26 @@ function draw() {
   drawFacts();
 }
 
+let asked = 0;
+
+/** @param {PageDocument["drive"]} drive */
+function asStated(drive) {
+  asked++;
+  shown = drive;
+  load = {};
+  design = {};
+}
+
 const ask = afterPause(40, async () => {
+  const mine = ++asked;
   try {
-    shown = await post("drive", { load, design });
+    const found = await post("drive", { load, design });
+    if (mine !== asked) return;
+    shown = found;
     trouble(null);
     draw();
   } catch (error) {
-    trouble(error instanceof Error ? error.message : String(error));
+    if (mine === asked) trouble(error instanceof Error ? error.message : String(error));
   }
 });
 
@@ -145,8 +157,7 @@ function drawSliders() {
     ),
     el("button", {
       type: "button",
-      onclick:
-        () => ((load = {}), (design = {}), (shown = documentShown().drive), drawSliders(), draw()),
+      onclick: () => (asStated(documentShown().drive), drawSliders(), draw()),
     }, "As in the case"),
   );
 }

@@ -5,10 +5,11 @@ import { isLive } from "./api.js";
 import { announce, bodyOf, el, fill } from "./dom.js";
 import { saveFile } from "./figure.js";
 import { caseWith } from "./casefile.js";
-import { documentShown, hasBalls, modelShown, on } from "./store.js";
+import { text } from "./numbers.js";
+import { documentShown, hasBalls, modelShown, on, scale, state } from "./store.js";
 
 export function setUpExport() {
-  on(["document", "model"], draw);
+  on(["document", "model", "unit"], draw);
 }
 
 function draw() {
@@ -110,19 +111,35 @@ function noCase(m) {
  * @returns {[string, string, string][]}
  */
 function commands(saved) {
-  const { command } = documentShown();
-  const { effects } = modelShown();
+  const whole = documentShown(), m = modelShown();
+  const report = whole.command.replace(/ --out \S+$/, "");
   /** @type {[string, string, string][]} */
-  const found = [["This page", command, "command"]];
-  if (effects.length && effects.every((e) => /^\w+$/.test(e))) {
-    const known = documentShown().library.map((e) => e.effect);
-    const own = effects.some((e) => !known.includes(e));
-    const fit = command.replace(/^cbpt report/, "cbpt fit").replace(/ --out \S+$/, "");
+  const found = [["This page", whole.command, "command"]];
+  if (m.key === "stated" || caseWith(whole, m) === null) return found;
+  const compare = report.replace(/^cbpt report ('[^']*'|\S+)/, `cbpt compare ${saved}`)
+    .replace(/ --with( [^\s-]\S*)+/, "").replace(/ --seed \d+/, "");
+  const zero = m.zero_arcsec
+    ? `; the page takes the zero that fits best (${
+      text(m.zero_arcsec * scale(), 3)
+    } ${state.unit}), which compare tells beside its error`
+    : "";
+  found.push([
+    `The model shown, from the case file saved above${zero}`,
+    compare,
+    "command-of-model",
+  ]);
+  if (m.effects.length && m.effects.every((e) => /^\w+$/.test(e))) {
+    const known = whole.library.map((e) => e.effect);
+    const own = m.effects.some((e) => !known.includes(e));
     // A case that knows the own effect.
-    const inputs = own ? fit.replace(/^cbpt fit ('[^']*'|\S+)/, `cbpt fit ${saved}`) : fit;
-    const words = `${inputs} --with ${effects.join(" ")} --out case_with.toml`;
-    const what = own ? "The model shown, with the case file saved above" : "The model shown";
-    found.push([what, words, "command-of-model"]);
+    const inputs = own ? report.replace(/^cbpt report ('[^']*'|\S+)/, `cbpt fit ${saved}`) : report;
+    found.push([
+      "The same effects fitted anew, by noise and starts of their own: it may end elsewhere",
+      `${inputs.replace(/^cbpt report/, "cbpt fit")} --with ${
+        m.effects.join(" ")
+      } --out case_with.toml`,
+      "command-of-fit",
+    ]);
   }
   return found;
 }

@@ -3,6 +3,7 @@
  * can be stopped. The readings stand beside the drive as stated meanwhile.
  */
 
+/** @import { Child } from "./types.d.ts" */
 import { get, isLive, post } from "./api.js";
 import { announce, byId, el, fill, trouble } from "./dom.js";
 import { on, setDocument, state } from "./store.js";
@@ -40,10 +41,27 @@ async function look() {
   }
 }
 
+/**
+ * Other content for the place of the job, with one button: who has pressed the one before is on it.
+ * @param {...Child} children
+ */
+function replace(...children) {
+  const place = byId("job");
+  const pressed = place.contains(document.activeElement);
+  fill(place, ...children);
+  if (pressed) place.querySelector("button")?.focus({ preventScroll: true });
+}
+
+/** Nothing more to do here: who is on its button goes on with the answer. */
+function hide() {
+  const place = byId("job");
+  if (place.contains(document.activeElement)) byId("answer").focus({ preventScroll: true });
+  place.hidden = true;
+}
+
 /** A button where nothing is under way. */
 function offer() {
-  fill(
-    byId("job"),
+  replace(
     el(
       "button",
       { type: "button", class: "main", id: "diagnose", onclick: () => begin().catch(told) },
@@ -66,7 +84,7 @@ async function begin() {
 async function follow() {
   if (following) return;
   following = true;
-  const of = state.document?.data.sha256;
+  const of = state.document?.opened;
   try {
     let job = await get("job");
     for (; job.state === "running"; job = await get("job")) {
@@ -75,9 +93,9 @@ async function follow() {
     }
     following = false;
     // Other files may have taken the place of those that were diagnosed.
-    if (state.document?.data.sha256 !== of) return look();
+    if (state.document?.opened !== of) return look();
     if (job.state === "done") {
-      byId("job").hidden = true;
+      hide();
       setDocument(await get("document"));
       announce("The diagnosis is done.");
       return;
@@ -94,8 +112,7 @@ function show(job) {
   const place = byId("job");
   place.hidden = false;
   if (!place.querySelector("progress")) {
-    fill(
-      place,
+    replace(
       el("span", { id: "job-stage", "aria-live": "polite" }),
       el("progress", { max: 1, "aria-label": "Diagnosis" }),
       el(

@@ -14,8 +14,21 @@ let heard = "";
 /** The server prepares what may be switched next, so it is told of models that it need not fit. */
 export function setUpModels() {
   if (!isLive()) return;
+  on(["document"], forget);
   on(["document"], () => heard = "");
   on(["model"], afterPause(PAUSE_MS, tellServer));
+}
+
+/** @type {number | undefined} */
+let files;
+
+/** Of other files nothing is on its way any more. */
+function forget() {
+  const { opened } = documentShown();
+  if (files === opened) return;
+  files = opened;
+  latest++;
+  wanted = null;
 }
 
 function tellServer() {
@@ -52,10 +65,12 @@ function isRefitted(effect) {
 export const ROUGH = "rough fit: the search was not ended";
 
 let latest = 0;
+/** The effects asked for last, while their model is on its way. @type {string[] | null} */
+let wanted = null;
 
-/** One effect on or off. @param {string} effect */
+/** One effect on or off, of the model asked for last. @param {string} effect */
 export function toggle(effect) {
-  const now = modelShown().effects;
+  const now = wanted ?? modelShown().effects;
   if (isRefitted(effect) && !now.length) {
     setModel(isOn(effect) ? "stated" : "refitted");
     announce(told());
@@ -74,6 +89,7 @@ export async function show(effects, asked) {
   const key = keyOf(effects);
   trouble(null);
   const there = modelOf(key) !== undefined;
+  wanted = null;
   if (!there) {
     if (!isLive()) {
       const alone = asked && effects.includes(asked) ? asked : "stated";
@@ -86,18 +102,22 @@ export async function show(effects, asked) {
     }
     try {
       heard = key;
+      wanted = effects;
       const formulas = definitions;
       const found = await post("model", { effects });
       // An own effect has been given another formula meanwhile.
       if (formulas !== definitions) return show(effects);
       take(found);
     } catch (error) {
+      if (mine !== latest) return;
+      wanted = null;
       trouble(error instanceof Error ? error.message : String(error));
       tell("model");
       return;
     }
     // Another switch was used meanwhile; what has come is kept.
     if (mine !== latest) return tell("models");
+    wanted = null;
   }
   if (there) setModel(key);
   else setModel(key, "models");

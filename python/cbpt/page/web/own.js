@@ -6,7 +6,7 @@
 
 /** @import { OwnEffect, OwnParameter } from "./types.d.ts" */
 import { isLive, post } from "./api.js";
-import { afterPause, announce, bodyOf, byId, el, fill } from "./dom.js";
+import { afterPause, announce, bodyOf, byId, el, fill, setUsable, usable } from "./dom.js";
 import { redefined, show, take, told } from "./models.js";
 import { text } from "./numbers.js";
 import { parameters as sizesOf } from "./candidates.js";
@@ -21,15 +21,23 @@ const BLANK = {
 
 /** @type {OwnEffect} */
 let effect = structuredClone(BLANK);
+/**
+ * Every parameter that there has been with these files, the draft's among them: an expression that
+ * is put back has its numbers again.
+ * @type {Map<string, OwnParameter>}
+ */
+let seen = new Map();
 /** @type {string | null} */
 let of = null;
 
 export function setUpOwn() {
   on(["document"], () => {
     const whole = documentShown();
-    if (of === whole.data.sha256 + whole.case.sha256 + !!whole.answer) return;
-    of = whole.data.sha256 + whole.case.sha256 + !!whole.answer;
+    const now = `${whole.opened} ${!!whole.answer}`;
+    if (of === now) return;
+    of = now;
     effect = structuredClone(whole.own.draft ?? BLANK);
+    seen = new Map(effect.parameters.map((p) => [p.name, p]));
     draw();
   });
   on(["model"], drawFound);
@@ -101,6 +109,7 @@ function draw() {
     rows: 3,
     maxlength: 1000,
     "aria-describedby": "own-mistake",
+    "data-field": "expression",
     oninput: (e) => {
       effect.expression = e.target.value;
       if (matchParameters()) drawParameters();
@@ -136,6 +145,8 @@ function draw() {
               id: "own-id",
               value: effect.id,
               spellcheck: "false",
+              "aria-describedby": "own-mistake",
+              "data-field": "id",
               oninput: (e) => ((effect.id = e.target.value), changed()),
             }),
           ),
@@ -208,11 +219,24 @@ function matchParameters() {
     n,
   ) => !known.has(n) && !/^[eE]\d*$/.test(n));
   if (names.join() === effect.parameters.map((p) => p.name).join()) return false;
-  const before = new Map(effect.parameters.map((p) => [p.name, p]));
-  effect.parameters = names.map((name) =>
-    before.get(name) ?? { name, unit: "", start: 1, min: null, max: null }
-  );
+  effect.parameters = names.map((name) => {
+    const p = seen.get(name) ?? { name, unit: "", start: 1, min: null, max: null };
+    seen.set(name, p);
+    return p;
+  });
   return true;
+}
+
+/**
+ * What is typed of a number, null where nothing is; what is no number stays as it was typed, so that
+ * it is refused and not left out.
+ * @param {string} typed
+ */
+function numberOf(typed) {
+  const plain = typed.replace(/^\u2212/, "-");
+  if (plain === "") return null;
+  const read = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i.test(plain) ? Number(plain) : NaN;
+  return Number.isFinite(read) ? read : typed;
 }
 
 function drawParameters() {
@@ -222,12 +246,12 @@ function drawParameters() {
       value: p[part] ?? "",
       inputmode: part === "unit" ? "text" : "decimal",
       "aria-label": `${part} of ${p.name}`,
-      "data-parameter": `${p.name}.${part}`,
+      "aria-describedby": "own-mistake",
+      "data-field": `parameters.${p.name}.${part}`,
       oninput: (e) => {
-        const written = e.target.value.trim();
-        if (part === "unit") p.unit = written;
-        else if (part === "start") p.start = Number(written);
-        else p[part] = written === "" ? null : Number(written);
+        const typed = e.target.value.trim();
+        if (part === "unit") p.unit = typed;
+        else p[part] = numberOf(typed);
         changed();
       },
     });
@@ -235,7 +259,12 @@ function drawParameters() {
     list,
     effect.parameters.length > 0 && el(
       "div",
-      { class: "scroll" },
+      {
+        class: "scroll",
+        tabindex: "0",
+        role: "region",
+        "aria-label": "Parameters of the expression",
+      },
       el(
         "table",
         {},
@@ -271,14 +300,30 @@ function drawParameters() {
 }
 
 let asked = 0;
+/** Whether the check has found that it can be fitted, and whether it is being fitted. */
+let fits = false, fitting = false;
 
 /** What was said of another text no longer stands beside this one. */
 function changed() {
   asked++;
-  fit.disabled = true;
+  fits = false;
+  setFit();
   mistake.classList.remove("fine");
   mistake.textContent = "";
+  mark(null);
   check();
+}
+
+/**
+ * Mark the field that a mistake is in; `parameters.a` is all that is typed of `a`.
+ * @param {string | null} field
+ */
+function mark(field) {
+  for (const input of byId("own").querySelectorAll("[data-field]")) {
+    const meant = field && `${input.getAttribute("data-field")}.`.startsWith(`${field}.`);
+    if (meant) input.setAttribute("aria-invalid", "true");
+    else input.removeAttribute("aria-invalid");
+  }
 }
 
 const check = afterPause(120, async () => {
@@ -286,11 +331,13 @@ const check = afterPause(120, async () => {
   try {
     const answer = await post("own/check", effect);
     if (mine !== asked) return;
-    fit.disabled = !answer.ok;
+    fits = answer.ok;
+    setFit();
     mistake.classList.toggle("fine", answer.ok);
     mistake.textContent = answer.ok
       ? ["✓ can be fitted", ...answer.notes].join("\n")
       : pointed(answer);
+    mark(answer.field);
   } catch (error) {
     if (mine === asked) {
       mistake.textContent = error instanceof Error ? error.message : String(error);
@@ -307,8 +354,14 @@ function pointed(answer) {
   return `${effect.expression.split("\n")[line]}\n${" ".repeat(column)}^ ${answer.message}`;
 }
 
+function setFit() {
+  setUsable(fit, fits && !fitting);
+}
+
 async function fitted() {
-  fit.disabled = true;
+  if (!usable(fit)) return;
+  fitting = true;
+  setFit();
   fill(found, el("span", { class: "quiet" }, "fitting …"));
   const { id } = effect;
   try {
@@ -323,7 +376,8 @@ async function fitted() {
     mistake.classList.remove("fine");
     mistake.textContent = error instanceof Error ? error.message : String(error);
   } finally {
-    fit.disabled = false;
+    fitting = false;
+    setFit();
   }
 }
 

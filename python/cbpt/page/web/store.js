@@ -7,6 +7,7 @@
 
 /** @import { Model, PageDocument } from "./types.d.ts" */
 /** @import { AngleUnit } from "./numbers.js" */
+import { showsFiles } from "./api.js";
 import { ANGLE_UNITS, text } from "./numbers.js";
 
 /** @typedef {"document" | "models" | "model" | "selection" | "filter" | "unit"} Topic */
@@ -64,8 +65,9 @@ export function hasBalls() {
 /** @param {PageDocument} next */
 export function setDocument(next) {
   const last = state.document;
-  const same = last?.data.sha256 === next.data.sha256 && last.case.sha256 === next.case.sha256;
-  if (last && same) keepModels(last, next);
+  const same = last !== null && last.opened === next.opened;
+  showsFiles(next.opened ?? 0);
+  if (same) keepModels(last, next);
   state.document = next;
   if (!same) {
     state.selected = new Set();

@@ -26,6 +26,7 @@ export interface Model {
   rmse_arcsec: Maybe<number>;
   held_out_rmse_arcsec: Maybe<number>;
   chi2_per_dof: Maybe<number>;
+  zero_arcsec: Maybe<number>;
   probability: Maybe<number>;
   tell_tale: string;
   signature_arcsec: Maybe<Column>;
@@ -116,12 +117,13 @@ export interface Readings {
   [column: string]: unknown;
 }
 
+/** Where what was typed is no number it stands as it was typed, and the check says so. */
 export interface OwnParameter {
   name: string;
   unit: string;
-  start: number;
-  min?: Maybe<number>;
-  max?: Maybe<number>;
+  start: Maybe<number | string>;
+  min?: Maybe<number | string>;
+  max?: Maybe<number | string>;
 }
 
 export interface OwnEffect {
@@ -133,6 +135,8 @@ export interface OwnEffect {
 }
 
 export interface PageDocument {
+  /** Which of the files that a workbench has shown; a report has no such number. */
+  opened?: number;
   schema: string;
   product: { name: string; version: string };
   case: { name: string; text: string; sha256: string; kind: string };
