@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,10 +14,12 @@ import pytest
 import cbpt
 from cbpt import InvalidInputError, Limits, NextRuns, commands, read_plan
 from cbpt.lab.candidates import READINGS, candidates, limits_of
+from cbpt.lab.card import measure_next
 from cbpt.lab.next_run import LIMIT, Prospect, next_run, open_hypotheses, prospect, ranked
 from cbpt.lab.noise import Noise, Rows
 from cbpt.lab.plan import Plan, table_text
 from common.comparisons import strictly
+from common.hidden import diagnosed
 from common.next_runs import race, short_campaign, view_of
 
 TOP = Path(__file__).parents[1]
@@ -121,6 +125,56 @@ def test_twins_are_told_and_no_run_is_suggested() -> None:
     readings = cbpt.simulate(CASE, short_campaign(), effects=loss, seed=1)
     found = ranked(cbpt.diagnose(loose, readings))
     assert not found.ranked and found.why_none
+
+
+def test_where_nothing_has_a_name_all_say_where_to_measure_more() -> None:
+    d = diagnosed("dev10")
+    advice = d.to_dict()["unknown"]["measure_next"]
+    assert "depends on the torque and the input angle" in advice
+    # The groove is damaged at 130 deg, and all torques and angles show some of it.
+    assert "largest near torque 8 N m, input angle 130 deg" in advice
+    assert "only within" not in advice
+    assert "vary the torque and the input angle one at a time" in advice
+    assert ranked(d).why_none == advice
+    assert advice in " ".join(d.report().split())
+
+
+@pytest.mark.parametrize(
+    ("columns", "size", "said"),
+    [
+        (("torque_Nm", "direction"), [0, 0, 5, 9, 0, 0], "direction of loading and is largest near "
+         "torque 3 N m, torque rising; more than twice the noise only within torque 2 to 3 N m, "
+         "torque rising. Measure more there, and vary the torque and the direction of loading one "
+         "at a time, all else held."),
+        (("torque_Nm",), [1, 0, 0, 0, 0, 0], "near torque 0 N m; nowhere is it twice the noise, so "
+         "repeat readings first. Measure more there, and vary the torque alone, all else held."),
+        (("time_s",), [9, 0, 0, 0, 0, 9], "near time 0 s. Measure more there, and vary time alone, "
+         "all else held (time: hold a load and wait)."),
+        (("run",), [0, 0, 0, 9, 9, 9], "depends on the run. Repeat a run as it was, to see whether "
+         "the same comes back."),
+        (("preload_step",), [0, 0, 0, 9, 9, 9], "depends on the preload step. Vary the preload "
+         "step alone, all else held."),
+    ],
+)  # fmt: skip
+def test_the_advice_names_places_where_there_are_any(
+    columns: tuple[str, ...], size: list[float], said: str
+) -> None:
+    noise = SimpleNamespace(scale=2.0)
+    pattern = SimpleNamespace(columns=columns, fitted_arcsec=np.array(size, float), noise=noise)
+    readings = SimpleNamespace(
+        torque_Nm=np.array([0.0, 1, 2, 3, 2, 1]),
+        time_s=np.arange(6.0),
+        run_index=np.repeat([0, 1], 3),
+        preload_step=np.repeat(["a", "b"], 3),
+        direction=lambda: np.array([0, 1, 1, 1, -1, -1]),
+    )
+    campaign = SimpleNamespace(u_arcsec=np.ones(6))
+    d: Any = SimpleNamespace(
+        verdict=SimpleNamespace(pattern=pattern),
+        competition=SimpleNamespace(campaign=campaign),
+        readings=readings,
+    )
+    assert measure_next(d).endswith(said)
 
 
 def test_suggested_runs_decide_sooner_than_random_ones() -> None:

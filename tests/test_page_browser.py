@@ -19,7 +19,14 @@ import xlsxwriter
 import cbpt
 from cbpt.page.document import Source, page_document
 from cbpt.page.report import report
-from common.browser import chromium, number, open_campaign, watched, workbench
+from common.browser import (
+    chromium,
+    number,
+    open_campaign,
+    undiagnosed,
+    watched,
+    workbench,
+)
 from common.hidden import FOLDER, case_of
 
 READY, DRAWN = "html[data-ready]", "html[data-drawn]"
@@ -209,6 +216,15 @@ def test_the_drive_follows_its_sliders(dev04: Any) -> None:
     assert dev04.locator("#drawing svg circle").count() > 40
 
 
+def numbers_of_own(page: Any) -> dict[str, str]:
+    """What stands in the fields of the own effect's parameters."""
+    found: dict[str, str] = page.evaluate(
+        """Object.fromEntries([...document.querySelectorAll('.own-parameters [data-field]')]
+             .map(e => [e.dataset.field, e.value]))"""
+    )
+    return found
+
+
 def test_an_own_effect_is_checked_as_typed_fitted_and_shown(live: Any) -> None:
     upload(live, "dev10")
     assert "no effect of the library" in live.text_content("#sentence")
@@ -223,8 +239,12 @@ def test_an_own_effect_is_checked_as_typed_fitted_and_shown(live: Any) -> None:
     assert live.is_disabled("#save-case")
     assert "no case file of it: a pattern" in live.text_content("#export")
     live.click("#model-bar >> text=as stated")
-    draft = live.input_value("#own-expression")
+    advice = live.text_content("#next .card")
+    assert advice.startswith("Where to measure moreWhat is missing has no name")
+    assert "near torque 8 N m, input angle 130 deg" in advice
+    draft, drafted = live.input_value("#own-expression"), numbers_of_own(live)
     assert "input_angle_rad" in draft
+    assert len(drafted) == 16
     live.fill("#own-expression", "a * torqe_Nm * (")
     live.wait_for_function("() => document.querySelector('#own-mistake').textContent.includes('^')")
     assert live.is_disabled("#own-fit")
@@ -272,14 +292,23 @@ def test_an_own_effect_is_checked_as_typed_fitted_and_shown(live: Any) -> None:
     assert len(asked) == 1
     assert live.is_hidden("#trouble")
     live.unroute("**/api/own/fit?*")
-    for name, start, low, high in (
-        ("a1", 1e-5, -1e-3, 1e-3),
-        ("t1", 2.8, 0, 8),
-        ("c1", 2.27, 1.2, 3.3),
-        ("k1", 2.7, 0.5, 500),
+    # Other expressions meanwhile have cost the draft none of its numbers.
+    assert numbers_of_own(live) == drafted
+    for field, wrong, said in (
+        ("parameters.a1.min", "-1,5", 'least of a1 = "-1,5": '),
+        ("parameters.a1.start", "", "start of a1: missing"),
+        ("id", "stated", 'id = "stated": '),
     ):
-        for part, value in (("start", start), ("min", low), ("max", high)):
-            live.fill(f'[data-parameter="{name}.{part}"]', str(value))
+        right = live.input_value(f'[data-field="{field}"]')
+        live.fill(f'[data-field="{field}"]', wrong)
+        live.wait_for_selector(f'[data-field="{field}"][aria-invalid=true]')
+        assert live.locator("#own [aria-invalid]").count() == 1
+        assert said in live.text_content("#own-mistake")
+        assert live.is_disabled("#own-fit")
+        live.fill(f'[data-field="{field}"]', right)
+        live.wait_for_selector("#own-mistake.fine")
+        assert live.locator("#own [aria-invalid]").count() == 0
+    assert numbers_of_own(live) == drafted
     live.wait_for_selector("#own-fit[aria-disabled=false]")
     before = number(live, "#rmse")
     live.click("#own-fit")
@@ -506,17 +535,6 @@ def test_a_sketch_is_printed_and_is_the_same_afterwards(browser: Any, on_disk: s
 
 
 # --- what is drawn ------------------------------------------------------------------------
-
-
-def undiagnosed(case: Path, table: Path, folder: Path) -> str:
-    """A report of readings beside the model as stated alone: quick to make."""
-    path = folder / "report.html"
-    name, text = case.name, case.read_text(encoding="utf-8")
-    readings = cbpt.read_readings(table, need_preload=False)
-    source = Source(name, table.name, text, "cbpt report")
-    found = page_document(cbpt.Case.from_toml(text), readings, source)
-    path.write_text(report(found), encoding="utf-8")
-    return path.as_uri()
 
 
 @pytest.mark.parametrize("width", [1280, 390])

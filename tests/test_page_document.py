@@ -158,6 +158,8 @@ def test_an_unknown_answer_brings_its_draft_and_the_pattern_as_a_model() -> None
     stated = found["models"][0]
     assert unknown["rmse_arcsec"] < 0.3 * stated["rmse_arcsec"]
     assert document("dev04")["own"]["draft"] is None
+    # What to measure next, in the words of the answer.
+    assert found["reasons"]["next_run"] == found["answer"]["unknown"]["measure_next"]
 
 
 def test_what_does_not_explain_the_readings_is_not_the_answer() -> None:

@@ -100,6 +100,7 @@ def test_an_own_effect_is_checked_as_it_is_typed_fitted_and_exported(
         "ok": True,
         "message": "",
         "column": None,
+        "field": None,
         "notes": [],
     }
     # The page makes a parameter of every name that it does not know.
@@ -134,6 +135,51 @@ def test_an_own_effect_is_checked_as_it_is_typed_fitted_and_exported(
     assert {e.id for e in case.effects} >= {"mine", "friction_hysteresis"}
     command = client.get("/api/export/command", params={"effects": "mine"}).text
     assert command.startswith("cbpt compare dev04_case.toml ")
+
+
+@pytest.mark.parametrize(
+    ("change", "field", "said"),
+    [
+        ({"start": None}, "parameters.a.start", "start of a: missing; expected a finite number"),
+        ({"min": "-1,5"}, "parameters.a.min", "least of a = \"-1,5\": expected a finite number, "
+         "written with a decimal point"),
+        ({"max": "1e999"}, "parameters.a.max", "most of a = \"1e999\": expected a finite number"),
+        ({"start": "0x1F"}, "parameters.a.start", "start of a = \"0x1F\": expected"),
+        ({"min": 1, "max": -1}, "parameters.a", "a: min, start and max must be in this order"),
+    ],
+)  # fmt: skip
+def test_a_number_of_an_own_effect_that_is_none_is_told_with_its_place(
+    diagnosed: tuple[Session, TestClient], change: dict[str, Any], field: str, said: str
+) -> None:
+    _, client = diagnosed
+    effect = {
+        "id": "mine",
+        "port": "series",
+        "expression": "a * torque_Nm",
+        "parameters": [{"name": "a", "unit": "", "start": 1e-6, "min": None, "max": None} | change],
+    }
+    told = client.post("/api/own/check", json=effect).json()
+    assert (told["ok"], told["field"]) == (False, field)
+    assert told["message"].startswith(said)
+    refused = client.post("/api/own/fit", json=effect)
+    assert refused.status_code == 400
+
+
+@pytest.mark.parametrize("name", ["stated", "refitted", "unknown", "friction_hysteresis", "1st"])
+def test_a_name_that_cannot_be_had_is_told_by_the_check(
+    diagnosed: tuple[Session, TestClient], name: str
+) -> None:
+    _, client = diagnosed
+    effect = {
+        "id": name,
+        "port": "series",
+        "expression": "a * torque_Nm",
+        "parameters": [{"name": "a", "start": 1e-6}],
+    }
+    told = client.post("/api/own/check", json=effect).json()
+    assert (told["ok"], told["field"]) == (False, "id")
+    assert name in told["message"]
+    assert client.post("/api/own/fit", json=effect).status_code == 400
 
 
 def test_what_is_exported_is_what_is_shown(diagnosed: tuple[Session, TestClient]) -> None:

@@ -3,17 +3,26 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import re
 import socket
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 from starlette.testclient import TestClient
 
 from cbpt.errors import InvalidInputError
+from cbpt.page.job import Job
 from cbpt.page.report import WEB
-from cbpt.page.session import Session
+from cbpt.page.server import _mark
+from cbpt.page.session import CLOSING_S, Session
 from cbpt.page.workbench import _listening
 from common.page_server import client_of
+
+PATIENCE_S = 60.0
 
 
 def test_answers_do_not_wait_for_the_browser_to_acknowledge_their_head() -> None:
@@ -59,6 +68,38 @@ def _key(client: TestClient) -> str:
     found = re.search(r"api/document\?page=(\w+)", client.get("/").text)
     assert found
     return found[1]
+
+
+def test_the_end_waits_a_second_for_work_under_way_however_often_it_is_told() -> None:
+    session, go_on = Session(), threading.Event()
+
+    def work(step: Callable[[str, float], None]) -> None:
+        go_on.wait()
+
+    session._job = Job(work).start()
+    begun = time.monotonic()
+    session.stop()
+    session.close()
+    session.close()
+    assert CLOSING_S <= time.monotonic() - begun < 1.5 * CLOSING_S
+    go_on.set()
+    assert session.join(PATIENCE_S)
+
+
+def test_another_version_of_the_library_has_another_name_in_the_browser(tmp_path: Path) -> None:
+    path = tmp_path / "plotly.min.js"
+    contents = [
+        b"/* v1 */" + bytes(5000),
+        b"/* v2 */" + bytes(5000),
+        b"/* v1 */" + bytes(5001),
+        b"x",
+    ]
+    marks = set()
+    for content in contents:
+        path.write_bytes(content)
+        os.utime(path, (0, 0))
+        marks.add(_mark(path))
+    assert len(marks) == len(contents)
 
 
 def test_the_first_plot_asks_for_all_its_modules_at_once() -> None:

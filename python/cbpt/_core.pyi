@@ -654,11 +654,17 @@ class Predictor:
     numbers, ``time_s`` in order within a run, ``torque_Nm`` either sign, ``preload_N`` above 0 (``None`` for a
     torsion spring without one), ``input_angle_rad``, and ``temperature_K`` (or
     degrees Celsius, only differences count) where it was read. Meshing points and solutions are kept from call to call, so
-    a fit pays for changes only; an answer does not depend on earlier calls beyond the tolerance of the equations. Calls from
+    a fit pays for changes only; an answer does not depend on earlier calls beyond the tolerance of the equations, and not
+    at all after ``cold``. Calls from
     several threads wait for each other. Raises ``InvalidInputError``, which names column, row and rule.
     """
     def __new__(cls, /, drive: Drive, effects: SupportsGetItem[int, str | OwnEffect], run: NDArray[int64], time_s: NDArray[float64], torque_Nm: NDArray[float64], preload_N: NDArray[float64] | None, input_angle_rad: NDArray[float64], temperature_K: NDArray[float64] | None = None, cycle: NDArray[float64] | None = None) -> Predictor: ...
     def __repr__(self, /) -> str: ...
+    def cold(self, /) -> None:
+        """
+        Forgets the solutions of earlier calls, from which the next one would start: what follows is to the last bit what a
+        new predictor would say. Meshing points are kept.
+        """
     def contributions(self, /, values: NDArray[float64]) -> list[tuple[str, NDArray[float64]]]:
         """
         Named parts of the angle at ``values`` (p,): ``model`` without effects, then what each effect adds as they are

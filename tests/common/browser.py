@@ -56,8 +56,13 @@ def _playwright() -> Iterator[Any]:
 
 
 @contextmanager
-def watched(browser: Any, width: int = 1280, **options: Any) -> Iterator[Any]:
-    """A page of its own; at its end nothing may have gone wrong or asked elsewhere."""
+def watched(
+    browser: Any, width: int = 1280, blocked: str = "//nothing", **options: Any
+) -> Iterator[Any]:
+    """A page of its own; at its end nothing may have gone wrong or asked elsewhere.
+
+    blocked: part of the addresses that the test itself keeps from the page.
+    """
     wrong: list[str] = []
     context = browser.new_context(
         viewport={"width": width, "height": 900}, accept_downloads=True, **options
@@ -83,7 +88,7 @@ def watched(browser: Any, width: int = 1280, **options: Any) -> Iterator[Any]:
     page.on("dialog", asked)
 
     def heard(message: Any) -> None:
-        if message.type in ("error", "warning"):
+        if message.type in ("error", "warning") and blocked not in message.location["url"]:
             wrong.append(f"console: {message.text}")
 
     page.on("console", heard)
@@ -107,6 +112,21 @@ def workbench(*files: Path) -> Iterator[str]:
         finally:
             process.send_signal(signal.SIGINT)
             assert process.wait(30) == 0
+
+
+def undiagnosed(case: Path, table: Path, folder: Path) -> str:
+    """A report of readings beside the model as stated alone: quick to make."""
+    import cbpt
+    from cbpt.page.document import Source, page_document
+    from cbpt.page.report import report
+
+    path = folder / "report.html"
+    name, text = case.name, case.read_text(encoding="utf-8")
+    readings = cbpt.read_readings(table, need_preload=False)
+    source = Source(name, table.name, text, "cbpt report")
+    found = page_document(cbpt.Case.from_toml(text), readings, source)
+    path.write_text(report(found), encoding="utf-8")
+    return path.as_uri()
 
 
 def open_campaign(page: Any, folder: Path, name: str) -> None:

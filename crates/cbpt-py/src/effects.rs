@@ -225,7 +225,8 @@ impl Prediction {
 /// numbers, ``time_s`` in order within a run, ``torque_Nm`` either sign, ``preload_N`` above 0 (``None`` for a
 /// torsion spring without one), ``input_angle_rad``, and ``temperature_K`` (or
 /// degrees Celsius, only differences count) where it was read. Meshing points and solutions are kept from call to call, so
-/// a fit pays for changes only; an answer does not depend on earlier calls beyond the tolerance of the equations. Calls from
+/// a fit pays for changes only; an answer does not depend on earlier calls beyond the tolerance of the equations, and not
+/// at all after ``cold``. Calls from
 /// several threads wait for each other. Raises ``InvalidInputError``, which names column, row and rule.
 #[pyclass(frozen, module = "cbpt._core")]
 pub struct Predictor {
@@ -331,6 +332,12 @@ impl Predictor {
     /// have their starts.
     fn neutral<'py>(&self, py: Python<'py>) -> Column<'py, f64> {
         Column::new(py, self.look(py, predict::Predictor::neutral))
+    }
+
+    /// Forgets the solutions of earlier calls, from which the next one would start: what follows is to the last bit what a
+    /// new predictor would say. Meshing points are kept.
+    fn cold(&self, py: Python<'_>) {
+        py.detach(|| self.predictor.lock().unwrap_or_else(PoisonError::into_inner).cold());
     }
 
     /// Predicts all rows at ``values`` (p,), and the exact derivatives by the parameters whose indices are ``wanted``.

@@ -250,6 +250,10 @@ class Assembled:
         number, dot, stem = name.partition(".")
         return self.places[instance + int(number), stem] if dot else self.places[instance, name]
 
+    def cold(self) -> None:
+        """What is asked next does not depend, to the last bit, on what was asked before."""
+        self._predictor.cold()
+
     def at(self, values: Floats, wanted: Sequence[int] = ()) -> Point:
         """Prediction and the slopes of the wanted parameters."""
         return _point(values, self._predictor.predict(values, list(wanted)))

@@ -1,5 +1,9 @@
-"""A misfit that nothing in the library explains: what it depends on, ready to be written as an
-own effect."""
+"""A misfit that nothing in the library explains.
+
+card           what it depends on, ready to be written as an own effect
+measure_next   what to measure next, in words
+column         a column of the table, or one made from it, as numbers
+"""
 
 from __future__ import annotations
 
@@ -12,7 +16,9 @@ from numpy.typing import NDArray
 
 from cbpt.lab.draft import draft
 from cbpt.lab.levels import levels_of
+from cbpt.lab.sentence import columns_in_words
 from cbpt.lab.structure import rate_of, run_time
+from cbpt.lab.where import label_of
 
 if TYPE_CHECKING:
     from cbpt.lab.answer import Diagnosis
@@ -22,6 +28,8 @@ Mask = NDArray[np.bool_]
 _MOST_LEVELS = 12
 _STRETCHES = 6
 _MOST_LINES = 16
+# Their values are labels, or a rate: where they lie tells people nothing.
+_NO_PLACE = ("run", "preload_step", "torque_rate")
 
 
 def card(d: Diagnosis) -> dict[str, Any]:
@@ -29,9 +37,7 @@ def card(d: Diagnosis) -> dict[str, Any]:
     pattern = d.verdict.pattern
     assert pattern is not None
     f = pattern.fitted_arcsec
-    noise = pattern.noise.scale * float(np.median(d.competition.campaign.u_arcsec))
     columns = list(pattern.columns)
-    strong = np.abs(f) > 2 * noise
     found = draft(d)
     return {
         "depends_on": columns,
@@ -41,14 +47,58 @@ def card(d: Diagnosis) -> dict[str, Any]:
         "effect_toml": found.effect.to_toml() if found else None,
         "expression_held_out_rmse_arcsec": found.held_out_rmse_arcsec if found else None,
         "rms_arcsec": float(np.sqrt(np.mean(f**2))),
-        "noise_arcsec": noise,
-        "strong_where": {
-            name: [float(v[strong].min()), float(v[strong].max())]
-            for name, v in ((name, column(d, name)) for name in columns)
-            if strong.any()
-        },
+        "noise_arcsec": _noise_arcsec(d),
+        "strong_where": {name: list(ends) for name, ends in _strong_where(d).items()},
+        "measure_next": measure_next(d),
         "shape": list(_shape(d, columns, f))[:_MOST_LINES],
     }
+
+
+def measure_next(d: Diagnosis) -> str:
+    """Advice, as nothing without a name predicts what a further run would read."""
+    pattern = d.verdict.pattern
+    assert pattern is not None
+    columns, f = list(pattern.columns), np.abs(pattern.fitted_arcsec)
+    placed = {c: column(d, c) for c in columns if c not in _NO_PLACE}
+    most = int(np.argmax(f))
+    spot = label_of({c: (float(v[most]), float(v[most])) for c, v in placed.items()}, None)
+    strong = _strong_where(d)
+    part = {c: strong[c] for c, v in placed.items() if strong and strong[c] != _ends(v)}
+    said = (
+        "What is missing has no name and so predicts no further run. In these readings it depends "
+        f"on {columns_in_words(columns)}"
+    )
+    said += f" and is largest near {spot}" if spot else ""
+    if part:
+        said += f"; more than twice the noise only within {label_of(part, None)}"
+    if not strong:
+        said += "; nowhere is it twice the noise, so repeat readings first"
+    free = [c for c in columns if c != "run"]
+    if not free:
+        return f"{said}. Repeat a run as it was, to see whether the same comes back."
+    where = "Measure more there, and vary" if spot else "Vary"
+    alone = "one at a time" if len(free) > 1 else "alone"
+    wait = " (time: hold a load and wait)" if {"time_s", "run_time_s"} & set(free) else ""
+    return f"{said}. {where} {columns_in_words(free)} {alone}, all else held{wait}."
+
+
+def _noise_arcsec(d: Diagnosis) -> float:
+    """Noise of a reading beside the pattern."""
+    pattern = d.verdict.pattern
+    assert pattern is not None
+    return pattern.noise.scale * float(np.median(d.competition.campaign.u_arcsec))
+
+
+def _strong_where(d: Diagnosis) -> dict[str, tuple[float, float]]:
+    """Lowest and highest value of each column where the pattern is more than twice the noise."""
+    pattern = d.verdict.pattern
+    assert pattern is not None
+    strong = np.abs(pattern.fitted_arcsec) > 2 * _noise_arcsec(d)
+    return {c: _ends(column(d, c)[strong]) for c in pattern.columns if strong.any()}
+
+
+def _ends(values: Floats) -> tuple[float, float]:
+    return float(values.min()), float(values.max())
 
 
 def column(d: Diagnosis, name: str) -> Floats:

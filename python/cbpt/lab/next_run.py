@@ -28,6 +28,7 @@ from threadpoolctl import threadpool_limits
 from cbpt._core import Case, Drive
 from cbpt.lab.assembled import Campaign
 from cbpt.lab.candidates import Limits, candidates, described, limits_of
+from cbpt.lab.card import measure_next
 from cbpt.lab.fit import Fit, Fitter
 from cbpt.lab.library import PRIORS
 from cbpt.lab.noise import Noise, Rows
@@ -263,14 +264,10 @@ def next_runs(
 
 def ranked(d: Diagnosis, limits: Limits | None = None, most: int = CANDIDATES) -> NextRuns:
     """Rank the runs that could decide what a diagnosis leaves open."""
+    if d.verdict.kind == "unknown":
+        return NextRuns(d, {}, (), measure_next(d))
     if d.competition.campaign.drive.kind != "ball_drive":
         why = "How far a torsion spring may be loaded is not known, so no run is suggested for one."
-        return NextRuns(d, {}, (), why)
-    if d.verdict.kind == "unknown":
-        why = (
-            "What is missing has no name and so predicts no further run; repeat runs where it is "
-            "strongest (see cbpt diagnose), or write it as an effect of your own."
-        )
         return NextRuns(d, {}, (), why)
     fits = open_hypotheses(d)
     if len(fits) < 2:

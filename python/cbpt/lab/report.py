@@ -59,6 +59,9 @@ def lines(d: Diagnosis) -> Iterator[str]:
         yield "What the misfit looks like:"
         for line in card["shape"]:
             yield from _wrapped(line)
+        if not run:
+            yield ""
+            yield from wrap(card["measure_next"], _WIDTH)
         if card["expression"]:
             yield ""
             yield (

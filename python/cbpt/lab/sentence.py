@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -139,11 +139,16 @@ def _noise(d: Diagnosis, word: str) -> str:
 
 def _unknown(d: Diagnosis, sure: str) -> str:
     columns = d.verdict.pattern.columns if d.verdict.pattern else ()
-    on = listed([_COLUMNS.get(c, c) for c in columns])
+    on = columns_in_words(columns)
     return (
         f"Something real is missing that no effect of the library explains ({sure}): the misfit "
         f"depends on {on}." + _beside(d)
     )
+
+
+def columns_in_words(columns: Sequence[str]) -> str:
+    """What a misfit depends on: the torque and the input angle."""
+    return listed([_COLUMNS.get(c, c) for c in columns])
 
 
 def _beside(d: Diagnosis) -> str:

@@ -62,7 +62,7 @@ _PRODUCTS = (
     ("preload_N", "input_angle_deg"),
     ("regime", "preload_N"),
 )
-_UNITS = {"Nm": "N m", "N": "N", "deg": "deg", "s": "s"}
+_UNITS = {"Nm": "N m", "N": "N", "deg": "deg", "s": "s", "degC": "degC"}
 _DIRECTIONS = {1: "rising", 0: "held", -1: "falling"}
 
 
@@ -138,8 +138,9 @@ def _range_text(column: str, low: float, high: float) -> str:
     if column == "direction":
         first, last = _DIRECTIONS[int(low)], _DIRECTIONS[int(high)]
         return f"torque {first}" if first == last else f"torque {first} or {last}"
-    whole = column in ("run", "preload_step")
-    name, _, unit = (column, "", "") if whole else column.rpartition("_")
+    name, _, unit = column.rpartition("_")
+    if unit not in _UNITS:
+        name, unit = column, ""
     near = abs(high - low) <= 0.005 * max(abs(low), abs(high))
     value = f"{(low + high) / 2 if low != high else low:.4g}"
     # For people an arc ends inside the turn.

@@ -10,8 +10,10 @@ fit of a set does not depend on what was fitted before (see `bench`).
 
 from __future__ import annotations
 
+import sys
 import threading
 import time
+import traceback
 from collections import OrderedDict
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
@@ -207,6 +209,10 @@ class Ahead:
         except Later:
             return True
         except CbptError:
+            text = None
+        except Exception:
+            # A mistake of ours: told once, where the server was started, and not made again.
+            traceback.print_exc(file=sys.stderr)
             text = None
         with self._lock:
             if version == self._version:

@@ -469,6 +469,8 @@ def own_section(answer: Mapping[str, Any] | None) -> dict[str, Any]:
 
 def _why_no_run(answer: Mapping[str, Any]) -> str:
     verdict = answer["verdict"]
+    if verdict["kind"] == "unknown":
+        return str(answer["unknown"]["measure_next"])
     if verdict["rivals"] or verdict["kind"] == "ambiguous":
         return "no run like those so far would decide between the rivals"
     return "the answer leaves no rivals that a further run would have to decide between"

@@ -33,7 +33,7 @@ from cbpt.lab.sentence import DISPLAY, name_of, shown
 from cbpt.page.bench import Bench
 from cbpt.page.curves import Curves
 from cbpt.page.plain import array, numbers
-from cbpt.page.stated import REFITTED, STATED, UNKNOWN, key_of, rows_of, with_zeros
+from cbpt.page.stated import STATED, UNKNOWN, key_of, rows_of, stop_if_taken, with_zeros
 
 Floats = NDArray[np.float64]
 
@@ -140,11 +140,12 @@ class Models:
         return with_zeros(self._whole, angle)[0]
 
     def _model(self, bench: Bench) -> Assembled:
-        """The model of a bench at every row of the table."""
+        """The model of a bench at every row of the table, whatever it was asked before."""
         if id(bench) not in self._assembled:
             c = bench.fitter.campaign
             whole = replace(self._whole, own=c.own, candidates=c.candidates, effects=c.effects)
             self._assembled[id(bench)] = Assembled(whole, bench.fitter.effects)
+        self._assembled[id(bench)].cold()
         return self._assembled[id(bench)]
 
     def regimes(self) -> list[str]:
@@ -211,8 +212,7 @@ class Models:
 
         Raises `InvalidInputError` where it cannot be fitted or has the id of another effect.
         """
-        if effect.id in (STATED, REFITTED, UNKNOWN):
-            raise InvalidInputError(f"{effect.id}: the page calls a model so; take another name")
+        stop_if_taken(effect.id)
         own = (*(e for e in self._own[0] if e.id != effect.id), effect)
         with self._lock, threadpool_limits(1, user_api="blas"):
             bench = self._bench.with_own(self.diagnosis, own)

@@ -1,11 +1,14 @@
 """Whether an effect of the user's own can be fitted, told as it is typed.
 
+refusal   what is wrong with an entry that cannot be read: in words, and in which field of the page
 why_not   what keeps an effect from being fitted to these readings, before anything is fitted
 """
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -15,9 +18,33 @@ from cbpt.lab.assembled import Assembled, Campaign
 from cbpt.lab.own import COLUMNS, variant_of
 from cbpt.lab.readings import Readings
 
+_FIELD = re.compile(r"parameters\.(\w+)(?:\.(start|min|max|unit))?(?= =|:)|(id|expression)(?= =|:)")
+_HEADS = {"start": "start", "min": "least", "max": "most", "unit": "unit"}
+_CHARACTER = re.compile(r"character (\d+): (.*)", re.DOTALL)
+_WITH_COMMA = re.compile(r'= "[^"]*,[^"]*": expected a finite number$')
+
 _NOT_FINITE = "effect_not_finite"
 # As many tell it, and a check keeps up with who types.
 _MOST = 1200
+
+
+def refusal(error: Exception) -> dict[str, Any]:
+    """`message`; `field`, as the page names it, or None (`parameters.a`: all that is typed of `a`);
+    `column`: the character of the expression, or None."""
+    text = str(error).removeprefix("effect[0].")
+    at, field = _CHARACTER.search(text), _FIELD.match(text)
+    message = at[2] if at else text
+    if not at and field and field[1]:
+        # In the words that stand over the fields.
+        of = f"{_HEADS[field[2]]} of {field[1]}" if field[2] else field[1]
+        message = of + text[field.end() :]
+        if _WITH_COMMA.search(text):
+            message += ", written with a decimal point"
+    return {
+        "message": message,
+        "column": int(at[1]) if at else None,
+        "field": field[0] if field else None,
+    }
 
 
 def why_not(effect: OwnEffect, case: Case | Drive, readings: Readings) -> str | None:

@@ -16,7 +16,7 @@
     GET  /api/isolability       {isolability, why}: worked out when first asked for
     POST /api/model             {effects} -> {model, curves, ladder}
     POST /api/shown             {effects}: a model that the page had is looked at
-    POST /api/own/check         an own effect -> {ok, message, column, notes}
+    POST /api/own/check         an own effect -> {ok, message, column, field, notes}
     POST /api/own/fit           an own effect, {effects} beside it -> {model, curves, ladder}
     POST /api/drive             {load, design} -> the section `drive`
     GET  /api/export/WHAT       json, csv, case, command; ?effects=a,b
@@ -34,7 +34,9 @@ import traceback
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from importlib.resources import files
+from pathlib import Path
 from typing import Any
+from zlib import crc32
 
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
@@ -144,7 +146,7 @@ class _Current:
 def _static(page: str) -> list[Route]:
     """The page's own files, by name: no path of a request ever touches the disk. page: the key by
     which it is known which workbench has sent it."""
-    plotly = f"plotly.min.js?{plotly_path().stat().st_mtime_ns:x}"
+    plotly = f"plotly.min.js?{_mark(plotly_path())}"
     found = []
     for path in sorted(files("cbpt.page").joinpath("web").iterdir(), key=lambda p: p.name):
         kind = _KINDS.get(path.name[path.name.rfind(".") :])
@@ -156,6 +158,19 @@ def _static(page: str) -> list[Route]:
             content = content.replace("?page=", f"?page={page}") if address == "/" else content
             found.append(Route(address, _file(content.encode(), kind)))
     return [*found, Route("/plotly.min.js", _plotly)]
+
+
+def _mark(path: Path) -> str:
+    """Tells one version of the library from another by what is in the file: its size, beginning,
+    where the version stands, and end. Its time does not, as reproducible installs give all versions
+    the same, nor does the package's version where the file was exchanged; to read all of it would
+    delay the start."""
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        ends = file.read(1024)
+        file.seek(max(size - 1024, 0))
+        ends += file.read()
+    return f"{size:x}-{crc32(ends):08x}"
 
 
 def _file(content: bytes, kind: str) -> Callable[[Request], Awaitable[Response]]:

@@ -13,6 +13,7 @@ import json
 import re
 import shlex
 import threading
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -28,6 +29,7 @@ from cbpt.page.document import Source, as_word, from_here, named, page_document
 from cbpt.page.drive import redrawn
 from cbpt.page.job import Cancelled, Job
 from cbpt.page.plain import to_json
+from cbpt.page.stated import stop_if_taken
 from cbpt.page.tables import csv_of
 from cbpt.page.uploads import Opened, Upload, read_case, shown_name, stop_if_few
 
@@ -35,6 +37,8 @@ if TYPE_CHECKING:
     from cbpt.page.models import Models
 
 MOST_EFFECTS = 8
+CLOSING_S = 1.0
+"""How long the end may wait for what is under way, all together."""
 _NOTHING = "there are no readings yet: open a case file and a table of readings first"
 _ASK_FOR_IT = "what this campaign could see is worked out once nothing else is asked for"
 _ENDING = "the workbench is ending"
@@ -62,6 +66,7 @@ class Session:
         self._ahead: Ahead | None = None
         self._job: Job | None = None
         self._seed = 0
+        self._stopped_s = 0.0
         self._document: dict[str, Any] | None = None
         self._text: str | None = None
 
@@ -293,17 +298,20 @@ class Session:
 
     def stop(self) -> None:
         """Whatever is under way ends at its next step."""
+        if not self._turns.ended:
+            self._stopped_s = time.monotonic()
         self._turns.end()
         if self._job is not None:
             self._job.cancel()
 
     def close(self) -> None:
-        """At the end: nothing goes on, and no file of ours is left."""
+        """At the end: no file of ours is left, and what goes on has had `CLOSING_S` since `stop`,
+        however often this is called. What takes longer ends with the process: its thread is a
+        daemon."""
         self.stop()
-        if self._job is not None:
-            self._job.join(5.0)
-        if self._ahead is not None:
-            self._ahead.join(5.0)
+        for work in (self._job, self._ahead):
+            if work is not None:
+                work.join(max(self._stopped_s + CLOSING_S - time.monotonic(), 0.0))
         for files in (self._next, self._shown):
             self._let_go(files)
 
@@ -337,7 +345,12 @@ class Session:
         """What a first switch may ask for: from the answer, or from the drive as stated."""
 
         def made(effects: Effects, step: Step) -> str:
-            return to_json(models.choice(effects, step))
+            def between() -> None:
+                step()
+                if self._turns.ended:
+                    raise NotNow(_ENDING)
+
+            return to_json(models.choice(effects, between))
 
         entries = document["models"]
         known = {frozenset(entry["effects"]) for entry in entries}
@@ -364,21 +377,17 @@ class Session:
         return models
 
     def check_own(self, entry: Mapping[str, Any]) -> dict[str, Any]:
-        """Whether an own effect can be read and fitted, else what is wrong and at which character;
-        notes are what may be a slip all the same."""
+        """Whether an own effect can be read and fitted, else what is wrong, in which field and at
+        which character; notes are what may be a slip all the same."""
+        from cbpt.page.own_check import refusal
+
         try:
             effect = own_effect_of(entry)
         except (CaseError, InvalidInputError) as error:
-            text = str(error).removeprefix("effect[0].")
-            at = _CHARACTER.search(text)
-            return {
-                "ok": False,
-                "message": at[2] if at else text,
-                "column": int(at[1]) if at else None,
-                "notes": [],
-            }
+            return {"ok": False, **refusal(error), "notes": []}
         why, notes = self._why_not(effect), doubtful_names(effect)
-        return {"ok": why is None, "message": why or "", "column": None, "notes": notes}
+        said = {"message": why or "", "column": None, "field": None}
+        return {"ok": why is None, **said, "notes": notes}
 
     def _why_not(self, effect: OwnEffect) -> str | None:
         """What keeps an own effect from being fitted to the readings, where there are some."""
@@ -448,7 +457,6 @@ class Session:
         return re.sub(r"[^\w.-]+", "_", Path(self._shown.upload.name).stem) or "cbpt"
 
 
-_CHARACTER = re.compile(r"character (\d+): (.*)", re.DOTALL)
 _OWN_KEYS = {"id", "port", "expression", "adds_to", "parameters"}
 _PARAMETER_KEYS = ("unit", "start", "min", "max")
 
@@ -458,6 +466,7 @@ def own_effect_of(entry: Mapping[str, Any]) -> OwnEffect:
     for key in ("id", "port", "expression"):
         if not isinstance(entry.get(key), str):
             raise InvalidInputError(f"{key}: expected text")
+    stop_if_taken(entry["id"])
     parameters = entry.get("parameters") or []
     if not isinstance(parameters, list) or not all(isinstance(p, dict) for p in parameters):
         raise InvalidInputError("parameters: expected a list")

@@ -1,9 +1,10 @@
 """The model as stated, and what every model of a table has: all that the page needs to begin.
 
-stated      the case as it is, but for the best zero: its entry of the document
-rows_of     what every entry has: the model and the residual row by row, and the error
-with_zeros  a model with the zeros that fit best
-key_of      the key of the model with some effects
+stated         the case as it is, but for the best zero: its entry of the document
+rows_of        what every entry has: the model and the residual row by row, and the error
+with_zeros     a model with the zeros that fit best
+key_of         the key of the model with some effects
+stop_if_taken  refuses an own effect that is called as a model is
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive
+from cbpt.errors import InvalidInputError
 from cbpt.lab.assembled import Assembled, Campaign
 from cbpt.lab.own import campaign_of
 from cbpt.lab.readings import Readings
@@ -29,6 +31,12 @@ STATED, REFITTED, UNKNOWN = "stated", "refitted", "unknown"
 def key_of(effects: Sequence[str]) -> str:
     """The key of the model with some effects."""
     return "+".join(sorted(effects)) or REFITTED
+
+
+def stop_if_taken(id: str) -> None:
+    """Raises `InvalidInputError` for the id of an own effect that is the key of a model."""
+    if id in (STATED, REFITTED, UNKNOWN):
+        raise InvalidInputError(f'id = "{id}": the page calls a model so; take another name')
 
 
 def rows_of(

@@ -13,10 +13,11 @@ import sys
 import threading
 import webbrowser
 from importlib.util import find_spec
+from math import ceil
 from types import FrameType
 
 from cbpt.errors import CbptError, InvalidInputError
-from cbpt.page.session import Session
+from cbpt.page.session import CLOSING_S, Session
 
 PORT = 8327
 """Taken where it is free: browsers keep the plotting library of an address, read and compiled."""
@@ -73,7 +74,8 @@ def serve(session: Session, host: str, port: int | None, open_browser: bool) -> 
         server_header=False,
         date_header=False,
         ws="none",
-        timeout_graceful_shutdown=3,
+        # Requests and work under way share what time there is.
+        timeout_graceful_shutdown=ceil(CLOSING_S),
     )
     try:
         Server(config).run(sockets=[listening])

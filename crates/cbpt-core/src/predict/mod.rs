@@ -10,7 +10,7 @@
 //! - [`loads`]: single loads instead of a table;
 //! - here: [`Predictor`], which keeps meshing points and solutions from call to call, so that a fit pays for changes only.
 //!
-//! An answer does not depend on earlier calls beyond the tolerance of the equations.
+//! An answer does not depend on earlier calls beyond the tolerance of the equations, and after [`Predictor::cold`] not at all.
 
 mod chain;
 mod check;
@@ -209,6 +209,12 @@ impl Predictor {
     /// Values at which every effect of the library vanishes; own effects have theirs.
     pub fn neutral(&self) -> Vec<f64> {
         self.slots.iter().map(|slot| slot.parameter.neutral()).collect()
+    }
+
+    /// Forgets the solutions of earlier calls: what follows is to the last bit what a new predictor would say. Meshing points
+    /// and shapes of gaps stay; they are the same whatever was asked.
+    pub fn cold(&mut self) {
+        self.states.fill(RowState::default());
     }
 
     /// Predicts all rows, and the derivatives by the `wanted` parameters.

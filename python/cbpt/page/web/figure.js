@@ -6,10 +6,10 @@
  */
 
 /** @import { Points } from "./points.js" */
-import { announce, el } from "./dom.js";
+import { announce, el, trouble } from "./dom.js";
 import { plotlyReady } from "./plotly.js";
 import { asTraces, layOver } from "./points.js";
-import { sketch } from "./sketch.js";
+import { leftMargin, MOST_PLAIN_POWER, sketch } from "./sketch.js";
 
 /** @typedef {{ dark: boolean, ink: string, quiet: string, line: string, faint: string, card: string,
  *   accent: string, warn: string, levels: (n: number) => string[], diverging: [number, string][],
@@ -18,6 +18,9 @@ import { sketch } from "./sketch.js";
 
 /** Points that one plot draws at most. */
 export const MOST_POINTS = 4000;
+
+/** Numbers of axes: plain, beyond that as powers of ten, never with an ending such as k. */
+const NUMBERS = { exponentformat: "power", minexponent: MOST_PLAIN_POWER };
 
 /** What A4 leaves between the margins, and the frame of a card, px. */
 const PAPER_WIDTH = 640;
@@ -114,6 +117,8 @@ export class Figure {
     place.append(this.area);
     this.drawn = false;
     this.asWideAsPaper = false;
+    /** @type {SVGElement | null} what stands for the plot until Plotly is there */
+    this.sketch = null;
     /** @type {Points[] | undefined} */
     this.points = undefined;
     /** @type {(() => void) | undefined} when Plotly has given the area its events */
@@ -137,13 +142,13 @@ export class Figure {
     waiting.delete(this);
     if (!this.area.isConnected) return;
     if (!globalThis.Plotly) {
-      if (this.options.first) this.sketched();
+      if (this.options.first) this.drawSketch();
       return later(this);
     }
+    if (!this.drawn) this.empty();
     const built = this.build(theme());
     if (!built) return;
     const { data, layout } = this.dressed(built, theme());
-    if (!this.drawn) this.area.replaceChildren();
     // The browser lays the sheet of paper out only after this; Plotly keeps the width of before
     // where it is not told another.
     if (onPaper) layout.width = PAPER_WIDTH;
@@ -182,20 +187,43 @@ export class Figure {
     tools?.setAttribute("aria-label", `Tools of the plot: ${this.label}`);
   }
 
-  /** Whether anything stands in its place: the plot, or its sketch. */
-  stands() {
-    return this.area.hasChildNodes();
-  }
-
-  sketched() {
+  drawSketch() {
     const built = this.build(theme());
     const drawing = built && sketch(
       { ...this.dressed(built, theme()), points: built.points },
       onPaper ? PAPER_WIDTH : this.area.clientWidth,
       theme(),
     );
+    this.sketch?.remove();
+    this.sketch = drawing;
+    if (!drawing) return;
     this.area.style.minHeight = `${this.height()}px`;
-    this.area.replaceChildren(...(drawing ? [drawing] : []));
+    this.area.prepend(drawing);
+    widths.observe(this.area);
+  }
+
+  /** Before Plotly draws here. */
+  empty() {
+    if (this.area.contains(document.activeElement)) this.save.focus({ preventScroll: true });
+    this.area.replaceChildren();
+    this.area.setAttribute("role", "img");
+    this.sketch = null;
+    widths.unobserve(this.area);
+  }
+
+  /** Say that Plotly is not there, and let it be asked for again. @param {string} why */
+  lack(why) {
+    if (this.drawn || this.area.querySelector(".unplotted")) return;
+    // What is inside a picture cannot be reached.
+    this.area.setAttribute("role", "group");
+    this.area.append(
+      el(
+        "p",
+        { class: "unplotted small quiet" },
+        why,
+        el("button", { type: "button", class: "no-print", onclick: plan }, "Try again"),
+      ),
+    );
   }
 
   /**
@@ -208,6 +236,7 @@ export class Figure {
       zerolinecolor: t.line,
       linecolor: t.line,
       tickcolor: t.line,
+      ...NUMBERS,
       ticks: "outside",
       ticklen: 4,
       title: { standoff: 6 },
@@ -220,6 +249,7 @@ export class Figure {
       plot_bgcolor: "rgba(0,0,0,0)",
       font: { family: 'system-ui, "DejaVu Sans", sans-serif', size: 12, color: t.ink },
       hoverlabel: { bgcolor: t.card, bordercolor: t.line, font: { color: t.ink, size: 12 } },
+      separators: ".", // no commas in thousands
       showlegend: false,
       hovermode: "closest",
       dragmode: false,
@@ -237,12 +267,24 @@ export class Figure {
         };
       }
     }
-    return { data, layout: whole };
+    if (this.options.first) {
+      whole.margin = { ...whole.margin, l: Math.max(whole.margin.l, leftMargin(whole)) };
+    }
+    return {
+      data: data.map((d) => d.colorbar ? { ...d, colorbar: { ...NUMBERS, ...d.colorbar } } : d),
+      layout: whole,
+    };
   }
 
   async saveSvg() {
     const built = this.build(LIGHT);
     if (!built) return;
+    try {
+      await plotlyReady();
+    } catch (error) {
+      return trouble(error instanceof Error ? error.message : String(error));
+    }
+    if (waiting.size) plan();
     const { data, layout } = this.dressed(built, LIGHT);
     const traces = [...data, ...asTraces(built.points ?? [])];
     const url = await Plotly.toImage({
@@ -275,7 +317,22 @@ function repaint(draw) {
   for (const figure of figures) draw(figure);
 }
 
-night.addEventListener("change", () => repaint((f) => f.stands() && f.draw()));
+/** Plots that are sketches still. */
+function sketchAgain() {
+  for (const figure of figures) if (figure.sketch) figure.drawSketch();
+}
+
+/** Plotly follows the width itself. */
+const widths = new ResizeObserver((seen) => {
+  for (const { target } of seen) {
+    const figure = figures.find((f) => f.area === target);
+    if (onPaper || !figure?.sketch || !target.clientWidth) continue;
+    if (Number(figure.sketch.getAttribute("width")) !== target.clientWidth) figure.drawSketch();
+  }
+});
+
+night.addEventListener("change", () => repaint((f) => f.drawn && f.draw()));
+night.addEventListener("change", sketchAgain);
 /** What is folded away on the screen. @type {HTMLDetailsElement[]} */
 let folded = [];
 addEventListener("beforeprint", () => {
@@ -287,9 +344,11 @@ addEventListener("beforeprint", () => {
 addEventListener("afterprint", () => {
   onPaper = false;
   // At once and all: one that waits to be seen is as wide as paper and holds the page open.
-  repaint((f) => f.stands() && f.drawNow());
+  repaint((f) => f.drawn && f.drawNow());
   for (const part of folded) part.open = false;
 });
+
+addEventListener("afterprint", sketchAgain);
 
 /** For the screen to show what is there, before the page is busy again. */
 const REST_MS = 50;
@@ -300,12 +359,24 @@ let planned = false;
 /** @param {Figure} figure */
 function later(figure) {
   waiting.add(figure);
+  plan();
+}
+
+/** What waits is drawn once Plotly is there; where it is not to be had, each plot says so. */
+function plan() {
   document.documentElement.removeAttribute("data-drawn");
   if (planned) return;
   planned = true;
   // What is in sight is on the screen before the rest is drawn.
-  painted().then(plotlyReady)
-    .then(() => setTimeout(drawNext, REST_MS), () => {}); // told where it is waited for
+  painted().then(plotlyReady).then(
+    () => setTimeout(drawNext, REST_MS),
+    (error) => {
+      planned = false;
+      for (const figure of waiting) figure.lack(error.message);
+      announce(error.message);
+      document.documentElement.dataset.drawn = "true";
+    },
+  );
 }
 
 /** One figure at a time, so that the page answers in between. */

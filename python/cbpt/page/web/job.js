@@ -89,12 +89,6 @@ async function follow() {
     let job = await get("job");
     for (; job.state === "running"; job = await get("job")) {
       show(job);
-      // The answer is there before all that the page tells of the campaign.
-      if (job.answered && open()) {
-        setDocument(await get("document"));
-        announce("The answer is there.");
-        show(job);
-      }
       await new Promise((done) => setTimeout(done, PAUSE_MS));
     }
     following = false;

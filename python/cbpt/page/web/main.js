@@ -7,6 +7,7 @@
  *   dom, numbers, api, store     elements, texts of numbers, the server, what is shown now
  *   figure, points, sketch       how plots are drawn and saved; one that stands before its library
  *   plotly                       the library
+ *   drop                         files dropped on the page, however early
  *   readings                     the first plot
  *   sections                     all that is not needed for it:
  *     models, bar                which effects are on; their switches and the error left
@@ -15,8 +16,9 @@
  */
 
 /** @import { PageDocument } from "./types.d.ts" */
-import { get } from "./api.js";
+import { get, isLive } from "./api.js";
 import { trouble } from "./dom.js";
+import { listenToDrops } from "./drop.js";
 import { painted } from "./figure.js";
 import { plotlyAhead, plotlyReady } from "./plotly.js";
 import { setUpReadings } from "./readings.js";
@@ -34,6 +36,7 @@ addEventListener(
 
 async function start() {
   const inside = document.getElementById("document");
+  if (isLive()) listenToDrops();
   const asked = inside ? JSON.parse(inside.textContent ?? "null") : get("document");
   setUpReadings();
   /** @type {PageDocument | null} */
@@ -47,7 +50,7 @@ async function start() {
   plotlyAhead();
   const { setUpSections } = await import("./sections.js");
   setUpSections();
-  await plotlyReady();
+  await plotlyReady().catch(() => {}); // each plot that waits for it says so
 }
 
 start().catch((error) => trouble(error.message));

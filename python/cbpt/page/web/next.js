@@ -108,9 +108,10 @@ async function ask() {
 function drawRun() {
   const whole = documentShown();
   const r = whole.next_run;
+  const nameless = !r && whole.answer?.unknown;
   fill(
     run,
-    el("h3", {}, "The run that decides"),
+    el("h3", {}, nameless ? "Where to measure more" : "The run that decides"),
     r
       ? [
         el(

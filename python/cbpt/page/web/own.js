@@ -21,6 +21,12 @@ const BLANK = {
 
 /** @type {OwnEffect} */
 let effect = structuredClone(BLANK);
+/**
+ * Every parameter that there has been with these files, the draft's among them: an expression that
+ * is put back has its numbers again.
+ * @type {Map<string, OwnParameter>}
+ */
+let seen = new Map();
 /** @type {string | null} */
 let of = null;
 
@@ -31,6 +37,7 @@ export function setUpOwn() {
     if (of === now) return;
     of = now;
     effect = structuredClone(whole.own.draft ?? BLANK);
+    seen = new Map(effect.parameters.map((p) => [p.name, p]));
     draw();
   });
   on(["model"], drawFound);
@@ -102,6 +109,7 @@ function draw() {
     rows: 3,
     maxlength: 1000,
     "aria-describedby": "own-mistake",
+    "data-field": "expression",
     oninput: (e) => {
       effect.expression = e.target.value;
       if (matchParameters()) drawParameters();
@@ -137,6 +145,8 @@ function draw() {
               id: "own-id",
               value: effect.id,
               spellcheck: "false",
+              "aria-describedby": "own-mistake",
+              "data-field": "id",
               oninput: (e) => ((effect.id = e.target.value), changed()),
             }),
           ),
@@ -209,11 +219,24 @@ function matchParameters() {
     n,
   ) => !known.has(n) && !/^[eE]\d*$/.test(n));
   if (names.join() === effect.parameters.map((p) => p.name).join()) return false;
-  const before = new Map(effect.parameters.map((p) => [p.name, p]));
-  effect.parameters = names.map((name) =>
-    before.get(name) ?? { name, unit: "", start: 1, min: null, max: null }
-  );
+  effect.parameters = names.map((name) => {
+    const p = seen.get(name) ?? { name, unit: "", start: 1, min: null, max: null };
+    seen.set(name, p);
+    return p;
+  });
   return true;
+}
+
+/**
+ * What is typed of a number, null where nothing is; what is no number stays as it was typed, so that
+ * it is refused and not left out.
+ * @param {string} typed
+ */
+function numberOf(typed) {
+  const plain = typed.replace(/^\u2212/, "-");
+  if (plain === "") return null;
+  const read = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i.test(plain) ? Number(plain) : NaN;
+  return Number.isFinite(read) ? read : typed;
 }
 
 function drawParameters() {
@@ -223,12 +246,12 @@ function drawParameters() {
       value: p[part] ?? "",
       inputmode: part === "unit" ? "text" : "decimal",
       "aria-label": `${part} of ${p.name}`,
-      "data-parameter": `${p.name}.${part}`,
+      "aria-describedby": "own-mistake",
+      "data-field": `parameters.${p.name}.${part}`,
       oninput: (e) => {
-        const written = e.target.value.trim();
-        if (part === "unit") p.unit = written;
-        else if (part === "start") p.start = Number(written);
-        else p[part] = written === "" ? null : Number(written);
+        const typed = e.target.value.trim();
+        if (part === "unit") p.unit = typed;
+        else p[part] = numberOf(typed);
         changed();
       },
     });
@@ -287,7 +310,20 @@ function changed() {
   setFit();
   mistake.classList.remove("fine");
   mistake.textContent = "";
+  mark(null);
   check();
+}
+
+/**
+ * Mark the field that a mistake is in; `parameters.a` is all that is typed of `a`.
+ * @param {string | null} field
+ */
+function mark(field) {
+  for (const input of byId("own").querySelectorAll("[data-field]")) {
+    const meant = field && `${input.getAttribute("data-field")}.`.startsWith(`${field}.`);
+    if (meant) input.setAttribute("aria-invalid", "true");
+    else input.removeAttribute("aria-invalid");
+  }
 }
 
 const check = afterPause(120, async () => {
@@ -301,6 +337,7 @@ const check = afterPause(120, async () => {
     mistake.textContent = answer.ok
       ? ["✓ can be fitted", ...answer.notes].join("\n")
       : pointed(answer);
+    mark(answer.field);
   } catch (error) {
     if (mine === asked) {
       mistake.textContent = error instanceof Error ? error.message : String(error);

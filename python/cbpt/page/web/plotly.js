@@ -17,9 +17,12 @@ export function plotlyAhead() {
   document.head.append(link);
 }
 
-/** Resolved when `Plotly` is there. */
+/** Resolved when `Plotly` is there; after a failure the next call asks for it again. */
 export function plotlyReady() {
-  loading ??= load();
+  loading ??= load().catch((error) => {
+    loading = undefined;
+    throw error;
+  });
   return loading;
 }
 
@@ -33,14 +36,18 @@ async function load() {
     for (let i = 0; i < text.length; i++) bytes[i] = text.charCodeAt(i);
     const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
     script.textContent = await new Response(stream).text();
-    packed.remove();
     document.head.append(script);
-    return;
+  } else {
+    script.src = SOURCE;
+    await new Promise((done) => {
+      script.onload = script.onerror = done;
+      document.head.append(script);
+    });
   }
-  script.src = SOURCE;
-  await new Promise((done, failed) => {
-    script.onload = () => done(undefined);
-    script.onerror = () => failed(new Error("The plotting library did not load."));
-    document.head.append(script);
-  });
+  // What blocks scripts may also leave an empty one.
+  if (!globalThis.Plotly) {
+    script.remove();
+    throw new Error("The plotting library did not load.");
+  }
+  packed?.remove();
 }

@@ -106,7 +106,7 @@ export function paths(g, across, up) {
   const dot = g.sign === "dot" || g.sign === "small";
   return svg(
     "g",
-    { stroke: g.colour, opacity: g.opacity ?? 1 },
+    { class: "signs", stroke: g.colour, opacity: g.opacity ?? 1 },
     bars !== "" && svg("path", { d: bars, "stroke-width": 1, opacity: 0.45 }),
     svg("path", {
       d,

@@ -63,6 +63,8 @@ export function setUpReadings() {
   figure.onFirst = () => {
     performance.mark("cbpt-plot-alive");
     document.documentElement.dataset.ready = "true";
+    // A sketch knows nothing of boxes; the place is kept, so that nothing moves.
+    byId("box-hint").style.visibility = "";
     listenToBoxes();
   };
   on(["document", "model", "unit", "selection"], drawSelection);
@@ -76,7 +78,7 @@ export function setUpReadings() {
         el("span", { id: "thinned" }),
         el(
           "span",
-          { class: "no-print" },
+          { class: "no-print", id: "box-hint", style: "visibility: hidden" },
           " Drag a box to select readings; double-click to let go. ",
         ),
         el("span", { id: "mean-over" }),

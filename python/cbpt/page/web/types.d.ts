@@ -117,12 +117,13 @@ export interface Readings {
   [column: string]: unknown;
 }
 
+/** Where what was typed is no number it stands as it was typed, and the check says so. */
 export interface OwnParameter {
   name: string;
   unit: string;
-  start: number;
-  min?: Maybe<number>;
-  max?: Maybe<number>;
+  start: Maybe<number | string>;
+  min?: Maybe<number | string>;
+  max?: Maybe<number | string>;
 }
 
 export interface OwnEffect {

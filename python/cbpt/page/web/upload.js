@@ -2,6 +2,7 @@
 
 import { get, isLive, post, upload } from "./api.js";
 import { announce, byId, el, fill, table } from "./dom.js";
+import { onDrop } from "./drop.js";
 import { setDocument } from "./store.js";
 
 export function setUpUpload() {
@@ -9,8 +10,7 @@ export function setUpUpload() {
   byId("open-files").addEventListener("click", openUpload);
   // Files that were refused or left in doubt must not be read with the next ones.
   box().addEventListener("close", () => post("forget", {}).catch(() => {}));
-  addEventListener("dragover", (event) => {
-    event.preventDefault();
+  addEventListener("dragover", () => {
     document.body.classList.add("over");
     openUpload();
   });
@@ -18,10 +18,9 @@ export function setUpUpload() {
     "dragleave",
     (event) => !event.relatedTarget && document.body.classList.remove("over"),
   );
-  addEventListener("drop", (event) => {
-    event.preventDefault();
+  onDrop((files) => {
     document.body.classList.remove("over");
-    take([...(event.dataTransfer?.files ?? [])]);
+    take(files);
   });
 }
 
