@@ -15,6 +15,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import socket
 import sys
 import tempfile
 import time
@@ -77,12 +78,12 @@ def opened(browser: Any) -> Iterator[Any]:
     page.close()
 
 
-def started(browser: Any, *files: Path) -> tuple[float, float, float]:
+def started(browser: Any, *files: Path, port: int | None = None) -> tuple[float, float, float]:
     """From the command to the first plot, of it the browser's part, and from the command until
     the plot is alive (it answers to the pointer), s."""
     with opened(browser) as page:
         begin = time.time()
-        with workbench(*files) as address:
+        with workbench(*files, port=port) as address:
             return _started(page, address, begin)
 
 
@@ -98,9 +99,10 @@ def _started(page: Any, address: str, begin: float) -> tuple[float, float, float
     return (origin + first) / 1e3 - begin, first / 1e3, (origin + alive) / 1e3 - begin
 
 
-def starts(browser: Any, rounds: int, *files: Path) -> tuple[float, ...]:
+def starts(browser: Any, rounds: int, *files: Path, port: int | None = None) -> tuple[float, ...]:
     """Medians of `started`."""
-    return tuple(np.median([started(browser, *files) for _ in range(rounds)], axis=0))
+    found = [started(browser, *files, port=port) for _ in range(rounds)]
+    return tuple(np.median(found, axis=0))
 
 
 def small(browser: Any, rounds: int) -> dict[str, float]:
@@ -121,11 +123,14 @@ def small(browser: Any, rounds: int) -> dict[str, float]:
 
 
 def again(rounds: int, folder: Path) -> dict[str, float]:
-    """dev04 in a browser that has opened a workbench before."""
+    """dev04 in a browser that has opened a workbench before, at the same port."""
     files = FOLDER / "dev04.toml", FOLDER / "dev04.csv"
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
     with kept_chromium(folder / "browser") as browser:
-        starts(browser, 2, *files)
-        first, _, alive = starts(browser, rounds, *files)
+        starts(browser, 2, *files, port=port)
+        first, _, alive = starts(browser, rounds, *files, port=port)
     return {
         "command_to_first_plot_s, a browser that knows it": first,
         "command_to_a_plot_that_is_alive_s, a browser that knows it": alive,

@@ -98,10 +98,11 @@ def watched(
 
 
 @contextmanager
-def workbench(*files: Path) -> Iterator[str]:
+def workbench(*files: Path, port: int | None = None) -> Iterator[str]:
     """A workbench in a process of its own; its address."""
+    flags = ["--no-browser", *([] if port is None else ["--port", str(port)])]
     process = subprocess.Popen(
-        [sys.executable, "-m", "cbpt.commands", "workbench", "--no-browser", *map(str, files)],
+        [sys.executable, "-m", "cbpt.commands", "workbench", *flags, *map(str, files)],
         stdout=subprocess.PIPE,
         text=True,
     )
