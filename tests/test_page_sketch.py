@@ -113,7 +113,7 @@ def test_a_sketch_follows_colours_width_and_paper(browser: Any, tmp_path: Path) 
             f"old => !({look})().colours.some(c => old.includes(c))", arg=light["colours"]
         )
         page.set_viewport_size({"width": 700, "height": 900})
-        page.wait_for_function(f"({look})().wide === ({look})().room")
+        page.wait_for_function(f"() => ({look})().wide === ({look})().room")
         narrow = page.evaluate(look)
         assert narrow["wide"] < 700
         page.evaluate("dispatchEvent(new Event('beforeprint'))")
