@@ -447,6 +447,27 @@ def test_ctrl_c_ends_with_one_line(desk: Desk) -> None:
         assert (running.returncode, told) == (130, b"cbpt: interrupted\n")
 
 
+def test_ctrl_c_that_does_not_wake_who_waits(desk: Desk) -> None:
+    """As one that comes just before the wait begins: here another thread takes the signal."""
+    top = desk(SLOW.replace("60000", "60000000"))
+    script = (
+        "import signal, sys, threading\n"
+        "threading.Thread(target=threading.Event().wait, daemon=True).start()\n"
+        "signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})\n"
+        "from cbpt.commands import main\n"
+        "sys.exit(main(['sweep', 'plan.toml', '--out', 't.csv']))\n"
+    )
+    with subprocess.Popen([sys.executable, "-c", script], stderr=subprocess.PIPE) as running:
+        try:
+            while not (top / "t.csv.sweep").exists():
+                assert running.poll() is None
+            running.send_signal(signal.SIGINT)
+            told = running.communicate(timeout=60)[1]
+        finally:
+            running.kill()
+    assert (running.returncode, told) == (130, b"cbpt: interrupted\n")
+
+
 # --- plans in TOML ------------------------------------------------------------------------
 
 

@@ -25,6 +25,9 @@ except KeyboardInterrupt:  # numpy takes a while to load
 
 __all__ = ["main"]
 
+# How often Ctrl-C is looked for.
+POLL_S = 0.05
+
 # As in the Rust command line, whose help lists them.
 SUCCESS, CANNOT_WRITE, BAD_INPUT, NO_SOLUTION, INTERRUPTED = 0, 1, 2, 3, 130
 
@@ -54,7 +57,9 @@ def _beside(argv: list[str]) -> int:
     worker = threading.Thread(target=lambda: codes.append(run_command_line(argv)), daemon=True)
     try:
         worker.start()
-        worker.join()
+        # A signal just before a wait begins, or one to another thread, does not end the wait.
+        while worker.is_alive():
+            worker.join(POLL_S)
     except KeyboardInterrupt:
         os._exit(_interrupted())
     return codes[-1]
