@@ -6,8 +6,9 @@ Start is that of `cbpt workbench CASE DATA` (medians): until the first plot is o
 until it answers to the pointer, in a new browser and in one that has opened a workbench before,
 which keeps the plotting library compiled. A switch is from the click to the next picture with
 curves, residual and error changed: of a model that the page has (the best of some rounds), of one
-that the server has prepared while nothing was asked for, and of one that it has to fit, as the
-switch follows at once on another (medians). `--json FILE` writes the same as JSON.
+that the server has prepared while nothing was asked for, of one that follows at once on it, which
+is prepared too where the answer has been looked at for a while, and of a third at once, which has
+to be fitted (medians). `--json FILE` writes the same as JSON.
 """
 
 from __future__ import annotations
@@ -31,8 +32,12 @@ from common.browser import chromium, kept_chromium, workbench
 from common.hidden import FOLDER, table_of
 
 READINGS = 20_000
-# After this the server has prepared what is one switch away, of 20,000 readings too.
-QUIET_MS = 6000
+# After this the server has prepared what is one switch away, and after this what is two (not of a
+# long table).
+NEAR_MS, FAR_MS = 8_000, 25_000
+NEAR_OF_MANY_MS, FAR_OF_MANY_MS = 12_000, 12_000
+# Candidates of both tables that neither diagnosis has fitted beside the answer.
+OTHERS = ["run_in", "creep", "rough_contact", "groove_pitch_error", "bearing_play"]
 # From a click to the picture after it: the second frame begins when the first is on the screen.
 SWITCH = """async effect => {
   const find = () => document.querySelector(`#missing [data-effect="${effect}"]`);
@@ -111,9 +116,7 @@ def small(browser: Any, rounds: int) -> dict[str, float]:
     first, of_page, alive = starts(browser, rounds, *files)
     with workbench(*files) as address, opened(browser) as page:
         page.goto(address)
-        switches = diagnosed(
-            page, rounds, ["creep", "run_in", "rough_contact", "plate_tilt", "drift"]
-        )
+        switches = diagnosed(page, rounds, NEAR_MS, FAR_MS)
     return {
         "command_to_first_plot_s": first,
         "of_it_in_the_browser_s": of_page,
@@ -137,7 +140,7 @@ def again(rounds: int, folder: Path) -> dict[str, float]:
     }
 
 
-def diagnosed(page: Any, rounds: int, others: list[str]) -> dict[str, float]:
+def diagnosed(page: Any, rounds: int, near_ms: int, far_ms: int) -> dict[str, float]:
     """Switches once the answer is there, seen from where the curves are."""
     page.wait_for_selector("#sentence")
     page.wait_for_selector("#matrix .main-svg")
@@ -152,20 +155,21 @@ def diagnosed(page: Any, rounds: int, others: list[str]) -> dict[str, float]:
     answer = "friction_hysteresis"
     known = [switch(answer) for _ in range(2 * rounds)]
     switch(answer)
-    others = [e for e in others if page.locator(f'#missing [data-effect="{e}"]').count()]
-    prepared, fitted = [], []
-    for first, second in zip(others, (*others[1:], others[0]), strict=True):
-        page.wait_for_timeout(QUIET_MS)
-        # The answer with one more, prepared; then at once with two more, which nobody has fitted
-        # in either order.
-        prepared.append(switch(first))
-        fitted.append(switch(second))
-        switch(second)
-        switch(first)
+    page.wait_for_timeout(far_ms)
+    found = []
+    for k in range(len(OTHERS)):
+        # The answer with one more, with two, with three: no set twice.
+        three = [OTHERS[(k + n) % len(OTHERS)] for n in range(3)]
+        page.wait_for_timeout(near_ms)
+        found.append([switch(effect) for effect in three])
+        for effect in reversed(three):
+            switch(effect)
+    prepared, at_once, fitted = np.median(found, axis=0)
     return {
         "switch_of_a_model_that_the_page_has_s": min(known),
-        "switch_of_a_model_that_is_prepared,_median_s": float(np.median(prepared)),
-        "switch_at_once_after_another_(a_fit),_median_s": float(np.median(fitted)),
+        "switch_of_a_model_that_is_prepared,_median_s": prepared,
+        "switch_at_once_after_it,_median_s": at_once,
+        "a_third_at_once_(a_fit),_median_s": fitted,
     }
 
 
@@ -197,7 +201,7 @@ def large(browser: Any, rounds: int, folder: Path) -> dict[str, float]:
         begin = time.perf_counter()
         page.wait_for_selector("#matrix .main-svg")
         answered = time.perf_counter() - begin
-        switches = diagnosed(page, rounds, ["creep", "run_in", "rough_contact"])
+        switches = diagnosed(page, rounds, NEAR_OF_MANY_MS, FAR_OF_MANY_MS)
     return {
         "command_to_first_plot, 20,000 readings": whole,
         "of_it_in_the_browser, 20,000 readings": of_page,

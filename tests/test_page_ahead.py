@@ -57,6 +57,14 @@ def prepares(
     return Ahead(turns or Turns(), work, sets, lambda: offered, most_effects=3, pause_s=0.0)
 
 
+@pytest.fixture(scope="module", autouse=True)
+def _near_alone() -> Iterator[None]:
+    """What is two switches away has tests of its own, and takes half a minute in a session."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(module, "MOST_FAR", 0)
+        yield
+
+
 # --- turns and neighbourhoods ---------------------------------------------------------------
 
 
@@ -74,6 +82,85 @@ def test_what_is_one_switch_away_is_prepared_the_likeliest_first() -> None:
     ahead.around(["c", "b", "a"])
     assert ahead.join(PATIENCE_S)
     assert work.made[4:] == [("a", "c"), ("a", "b")]
+
+
+def test_what_is_two_switches_away_comes_after_it_the_likeliest_first(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(module, "MOST_FAR", 4)
+    work = Work()
+    # The page has one of the sets that one switch leads to; what follows on it is prepared too.
+    ahead = prepares(work, offered=("a", "b", "c", "d"), known=[(), ("a",), ("a", "b")])
+    ahead.around(["a"])
+    assert ahead.join(PATIENCE_S)
+    assert work.made == [
+        *[("a", "c"), ("a", "d")],
+        *[("a", "b", "c"), ("a", "b", "d"), ("a", "c", "b"), ("b",)],
+    ]
+    # Of what is there nothing is made again.
+    ahead.around(["a", "c"])
+    assert ahead.join(PATIENCE_S)
+    assert work.made[6:8] == [("a", "c", "d"), ("c",)]
+
+
+def test_near_goes_before_the_rest_and_the_rest_before_far(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(module, "MOST_FAR", 1)
+    work, turns = Work(), Turns()
+    ahead = prepares(work, turns, offered=("a", "b"), known=[()])
+    with turns.rest():
+        ahead.around([])
+        assert turns.last()
+        assert work.made == [("a",), ("b",)]
+        # Somebody looks at another model meanwhile: what is near it is not far any more.
+        ahead.around(["b"])
+        assert turns.last()
+        assert work.made[2:] == [("b", "a")]
+    ahead.around([])
+    assert ahead.join(PATIENCE_S)
+    assert work.made[3:] == [("a", "b")]
+
+
+def test_far_stops_where_the_rest_begins_and_is_taken_up_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(module, "MOST_FAR", 1)
+    work, turns = Work(), Turns()
+    work.waits_at = ("a", "b")
+    ahead = prepares(work, turns, offered=("a", "b"), known=[(), ("a",), ("b",)])
+    ahead.around([])
+    assert work.begun.wait(PATIENCE_S)
+    assert turns.last()
+    with turns.rest():
+        work.go_on.set()
+        assert turns.last()
+        assert work.made == []
+    assert ahead.join(PATIENCE_S)
+    assert work.made == [("a", "b")]
+
+
+def test_far_is_left_where_a_model_takes_long(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "MOST_FAR", 9)
+    monkeypatch.setattr(module, "MOST_FAR_S", -1.0)
+    ahead = prepares(Work(), known=[()])
+    for shown, near in (([], ["a", "b", "c"]), (["a"], ["ab", "ac"])):
+        ahead.around(shown)
+        assert ahead.join(PATIENCE_S)
+        assert ["".join(effects) for effects in ahead.ready[-len(near) :]] == near
+    assert len(ahead.ready) == 5
+
+
+def test_far_gives_room_to_near(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "MOST_FAR", 9)
+    monkeypatch.setattr(module, "MOST", 4)
+    ahead = prepares(Work(), offered=("a", "b", "c"), known=[()])
+    ahead.around([])
+    assert ahead.join(PATIENCE_S)
+    assert ahead.ready == [("a",), ("b",), ("c",), ("a", "b")]
+    ahead.around(["c"])
+    assert ahead.join(PATIENCE_S)
+    assert {("c", "a"), ("c", "b")} <= set(ahead.ready)
 
 
 def test_a_prepared_model_is_made_once_and_so_is_one_that_was_asked_for() -> None:

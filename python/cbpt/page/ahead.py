@@ -4,8 +4,9 @@
     Ahead    prepared models, as the text that is sent, and who prepares them
 
 Prepared are the sets one switch away from the model shown: with one effect more, the likeliest
-first, then with one less. A prepared model is the one that would be fitted when asked, since the
-fit of a set does not depend on what was fitted before (see `bench`).
+first, then with one less; after them, while nothing else is to be done at all, those two switches
+away, for who is quicker than what follows on the first. A prepared model is the one that would be
+fitted when asked, since the fit of a set does not depend on what was fitted before (see `bench`).
 """
 
 from __future__ import annotations
@@ -14,9 +15,10 @@ import sys
 import threading
 import time
 import traceback
-from collections import OrderedDict
+from collections import OrderedDict, deque
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
+from statistics import mean
 
 from cbpt.errors import CbptError
 
@@ -27,8 +29,13 @@ Step = Callable[[], None]
 
 PAUSE_S = 0.5
 """After a request the browser draws, on the same cores."""
-MOST = 64
-MOST_BYTES = 32 << 20
+MOST = 256
+MOST_BYTES = 64 << 20
+MOST_FAR = 128
+"""Sets two switches away, of which there are as many as candidates squared."""
+MOST_FAR_S = 0.2
+"""They are prepared where a model takes no longer on the average: minutes of work in the background
+would slow down every switch that comes meanwhile, and a long table takes them."""
 
 
 class Later(Exception):
@@ -36,11 +43,12 @@ class Later(Exception):
 
 
 class Turns:
-    """Who goes first. Three ranks: what is asked for, what is prepared, and the rest."""
+    """Who goes first. Four ranks: what is asked for, what is prepared, the rest, and what may be
+    asked for later (`spare`)."""
 
     def __init__(self) -> None:
         self._gate = threading.Condition()
-        self._asked = self._preparing = 0
+        self._asked = self._preparing = self._resting = 0
         self._last_s = -PAUSE_S
         self.ended = False
 
@@ -62,20 +70,39 @@ class Turns:
                 self._last_s = time.monotonic()
                 self._gate.notify_all()
 
+    @property
+    def resting(self) -> bool:
+        """Whether something of the rest is under way."""
+        return self._resting > 0
+
+    @contextmanager
+    def rest(self) -> Iterator[None]:
+        """What is worked out in here, step by step (`last`), goes before what is spare."""
+        with self._gate:
+            self._resting += 1
+        try:
+            yield
+        finally:
+            with self._gate:
+                self._resting -= 1
+                self._gate.notify_all()
+
     def prepare(self, more: int) -> None:
         """One more (1) or one less (-1) that prepares something."""
         with self._gate:
             self._preparing += more
             self._gate.notify_all()
 
-    def pause(self, pause_s: float) -> bool:
-        """Wait until nobody has asked for some time; False at the end of all."""
+    def pause(self, pause_s: float, spare: Callable[[], bool] = lambda: False) -> bool:
+        """Wait until nobody has asked for some time; False at the end of all. spare: whether what
+        is to be done then is of the last rank."""
         with self._gate:
             while not self.ended:
                 left = self._last_s + pause_s - time.monotonic()
-                if not self._asked and left <= 0:
+                held = self._asked or (self._resting and spare())
+                if not held and left <= 0:
                     return True
-                self._gate.wait(None if self._asked else left)
+                self._gate.wait(None if held else left)
         return False
 
     def last(self) -> bool:
@@ -113,8 +140,14 @@ class Ahead:
         self._texts: OrderedDict[Effects, str] = OrderedDict()
         self._about: frozenset[Effects] = frozenset()
         """All that the neighbourhood holds: what is prepared for it does not push it out."""
+        self._near: frozenset[Effects] = frozenset()
+        """What of it is one switch away; the rest is two."""
         self._wanted: list[Effects] = []
+        self._preparing = False
+        """Whether the first that is wanted is near, so that the rest waits for it."""
         self._cannot: set[Effects] = set()
+        self._spent_s = deque([0.0], maxlen=64)
+        """What the latest models took."""
         self._version = 0
         self._ended = False
         self._thread: threading.Thread | None = None
@@ -134,25 +167,38 @@ class Ahead:
         return text
 
     def around(self, *models: Sequence[str]) -> None:
-        """Prepare what is one switch away from these models, in place of what was wanted so far."""
+        """Prepare what is near these models, in place of what was wanted so far."""
         offered = self._offered()
-        near = [step for model in models for step in _one_switch(tuple(sorted(model)), offered)]
+        steps = [step for model in models for step in _one_switch(model, offered)]
+        ranked = [
+            (first + second, effects)
+            for first, step in enumerate(steps)
+            for second, effects in enumerate(_one_switch(step, offered))
+        ]
+        ranked.sort(key=lambda found: found[0])  # the likeliest by the places of both switches
+        near = dict.fromkeys(filter(self._is_needed, steps))
+        far = dict.fromkeys(e for _, e in ranked if e not in near and self._is_needed(e))
+        about = [*near, *list(far)[:MOST_FAR]]
         with self._lock:
-            self._about = frozenset(near)
-            self._wanted = [
-                effects
-                for effects in dict.fromkeys(near)
-                if len(effects) <= self._most_effects
-                and frozenset(effects) not in self._known
-                and effects not in self._texts
-                and effects not in self._cannot
-            ]
+            self._near, self._about = frozenset(near), frozenset(about)
             if self._ended or self._turns.ended:
-                self._wanted = []
-            elif self._wanted and self._thread is None:
-                self._turns.prepare(1)
+                return self._want([])
+            there = self._texts.keys() | self._cannot
+            self._want([effects for effects in about if effects not in there])
+            if self._wanted and self._thread is None:
                 self._thread = threading.Thread(target=self._run, name="cbpt-ahead", daemon=True)
                 self._thread.start()
+
+    def _is_needed(self, effects: Effects) -> bool:
+        return len(effects) <= self._most_effects and frozenset(effects) not in self._known
+
+    def _want(self, wanted: list[Effects]) -> None:
+        """Behind the lock."""
+        self._wanted = wanted
+        preparing = wanted[:1] != [] and wanted[0] in self._near
+        if preparing != self._preparing:
+            self._preparing = preparing
+            self._turns.prepare(1 if preparing else -1)
 
     def forget(self) -> None:
         """What was prepared holds no longer, and nothing is wanted."""
@@ -160,7 +206,7 @@ class Ahead:
             self._version += 1
             self._texts.clear()
             self._cannot.clear()
-            self._wanted = []
+            self._want([])
 
     def end(self) -> None:
         """Nothing is prepared any more."""
@@ -182,30 +228,37 @@ class Ahead:
 
     def _run(self) -> None:
         try:
-            while self._turns.pause(self._pause_s) and self._one():
+            # What is wanted may change during the pause, and the lock is not for there.
+            while self._turns.pause(self._pause_s, lambda: not self._preparing) and self._one():
                 pass
         finally:
             with self._lock:
                 if self._thread is threading.current_thread():
                     self._thread = None
-            self._turns.prepare(-1)
+                    self._want([])
 
     def _one(self) -> bool:
         """Prepare the next; False where there is none."""
         with self._lock:
+            if not self._preparing and mean(self._spent_s) > MOST_FAR_S:
+                self._want([])
             if not self._wanted:
                 # Whoever wants more from now on begins a thread anew.
                 self._thread = None
                 return False
-            effects, version = self._wanted[0], self._version
+            effects, version, spare = self._wanted[0], self._version, not self._preparing
 
         def step() -> None:
             # Without the lock: the worst that can happen is one step too many.
-            if self._turns.asked or self._turns.ended or effects not in self._wanted[:1]:
+            turns = self._turns
+            waited_for = turns.asked or (spare and turns.resting)
+            if waited_for or turns.ended or effects not in self._wanted[:1]:
                 raise Later
 
+        begun_s = time.monotonic()
         try:
             text = self._made(effects, step)
+            self._spent_s.append(time.monotonic() - begun_s)
         except Later:
             return True
         except CbptError:
@@ -216,17 +269,19 @@ class Ahead:
             text = None
         with self._lock:
             if version == self._version:
-                self._wanted = [w for w in self._wanted if w != effects]
+                wanted = [w for w in self._wanted if w != effects]
                 if text is None:
                     self._cannot.add(effects)
                 elif not self._keep(effects, text, asked=False):
-                    self._wanted = []
+                    wanted = []
+                self._want(wanted)
         return True
 
     def _keep(self, effects: Effects, text: str, asked: bool) -> bool:
         """Whether there is room for one more; the oldest goes first, for what is prepared only
-        from outside the neighbourhood."""
-        others = [e for e in self._texts if e != effects and (asked or e not in self._about)]
+        from farther away."""
+        stays = frozenset() if asked else self._near if effects in self._near else self._about
+        others = [e for e in self._texts if e != effects and e not in stays]
         kept = OrderedDict(self._texts)
         kept[effects] = text
         kept.move_to_end(effects)
@@ -238,10 +293,11 @@ class Ahead:
         return True
 
 
-def _one_switch(effects: Effects, offered: Sequence[str]) -> Iterator[Effects]:
+def _one_switch(effects: Sequence[str], offered: Sequence[str]) -> Iterator[Effects]:
     """As the page asks for them: the effects shown, sorted, and behind them the one switched on."""
+    shown = tuple(sorted(effects))
     for more in offered:
-        if more not in effects:
-            yield (*effects, more)
-    for less in effects:
-        yield tuple(e for e in effects if e != less)
+        if more not in shown:
+            yield (*shown, more)
+    for less in shown:
+        yield tuple(e for e in shown if e != less)

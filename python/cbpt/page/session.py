@@ -254,7 +254,7 @@ class Session:
             if models is not self._models:
                 raise NotNow("other files have been opened meanwhile")
 
-        with self._matrix:
+        with self._matrix, self._turns.rest():
             document = self._document
             if document is None:
                 raise NotNow(_NO_DIAGNOSIS)

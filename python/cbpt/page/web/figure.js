@@ -16,7 +16,7 @@ import { leftMargin, MOST_PLAIN_POWER, sketch } from "./sketch.js";
  *   single: [number, string][] }} Theme */
 /** @typedef {{ data: any[], layout: any, points?: Points[] }} Built points: drawn over the traces */
 
-/** Points that one plot draws at most. */
+/** Points that one line has at most. */
 export const MOST_POINTS = 4000;
 
 /** Numbers of axes: plain, beyond that as powers of ten, never with an ending such as k. */
@@ -354,7 +354,8 @@ addEventListener("afterprint", sketchAgain);
 const REST_MS = 50;
 /** @type {Set<Figure>} */
 const waiting = new Set();
-let planned = false;
+/** Which plan holds: a later one takes the place of those before. */
+let latest = 0;
 
 /** @param {Figure} figure */
 function later(figure) {
@@ -365,13 +366,12 @@ function later(figure) {
 /** What waits is drawn once Plotly is there; where it is not to be had, each plot says so. */
 function plan() {
   document.documentElement.removeAttribute("data-drawn");
-  if (planned) return;
-  planned = true;
+  const mine = ++latest;
   // What is in sight is on the screen before the rest is drawn.
   painted().then(plotlyReady).then(
-    () => setTimeout(drawNext, REST_MS),
+    () => setTimeout(drawNext, REST_MS, mine),
     (error) => {
-      planned = false;
+      if (mine !== latest) return;
       for (const figure of waiting) figure.lack(error.message);
       announce(error.message);
       document.documentElement.dataset.drawn = "true";
@@ -379,15 +379,23 @@ function plan() {
   );
 }
 
-/** One figure at a time, so that the page answers in between. */
-function drawNext() {
+/** One figure at a time, so that the page answers in between. @param {number} mine */
+function drawNext(mine) {
+  if (mine !== latest) return;
   const [next] = waiting;
   next?.drawNow();
-  if (waiting.size) setTimeout(drawNext, 0);
-  else {
-    planned = false;
-    markDrawn();
-  }
+  if (waiting.size) setTimeout(drawNext, 0, mine);
+  else markDrawn();
+}
+
+/** Draw nothing out of sight until `resume`: what is on its way is drawn first. */
+export function pause() {
+  latest++;
+}
+
+/** What waits is drawn as soon as there is time. */
+export function resume() {
+  if (waiting.size) plan();
 }
 
 /** Told to whoever looks on (tests, scripts): nothing is left to draw. */

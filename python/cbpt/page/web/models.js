@@ -5,6 +5,7 @@
 /** @import { Model, Rung } from "./types.d.ts" */
 import { isLive, post } from "./api.js";
 import { afterPause, announce, trouble } from "./dom.js";
+import { pause, resume } from "./figure.js";
 import { documentShown, modelOf, modelShown, on, setModel, size, state, tell } from "./store.js";
 
 const PAUSE_MS = 250;
@@ -103,6 +104,7 @@ export async function show(effects, asked) {
     try {
       heard = key;
       wanted = effects;
+      pause();
       const formulas = definitions;
       const found = await post("model", { effects });
       // An own effect has been given another formula meanwhile.
@@ -111,6 +113,7 @@ export async function show(effects, asked) {
     } catch (error) {
       if (mine !== latest) return;
       wanted = null;
+      resume();
       trouble(error instanceof Error ? error.message : String(error));
       tell("model");
       return;
@@ -121,6 +124,7 @@ export async function show(effects, asked) {
   }
   if (there) setModel(key);
   else setModel(key, "models");
+  resume();
   announce(told());
 }
 

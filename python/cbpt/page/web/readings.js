@@ -35,6 +35,8 @@ export const BRANCHES = {
 // More settings than this share colours of a ramp without keys of their own.
 const MOST_KEYS = 12;
 const ROWS_SHOWN = 200;
+// Readings drawn, each in both plots; a browser takes as long for the marks as for all else.
+const MOST_MARKED = 1200;
 
 /** @type {Figure} */
 let figure;
@@ -251,7 +253,7 @@ function build(t) {
   const s = scale();
   const groups = grouped();
   const all = groups.reduce((sum, g) => sum + g.rows.length, 0);
-  const share = Math.min(1, MOST_POINTS / 2 / Math.max(all, 1));
+  const share = Math.min(1, MOST_MARKED / Math.max(all, 1));
   /** @type {Points[]} */
   const points = [];
   const before = modelOf("stated");
