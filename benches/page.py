@@ -38,16 +38,16 @@ NEAR_MS, FAR_MS = 8_000, 25_000
 NEAR_OF_MANY_MS, FAR_OF_MANY_MS = 12_000, 12_000
 # Candidates of both tables that neither diagnosis has fitted beside the answer.
 OTHERS = ["run_in", "creep", "rough_contact", "groove_pitch_error", "bearing_play"]
-# From a click to the picture after it: the second frame begins when the first is on the screen.
+# From a click to the picture after it: the frame that has the change, and the beginning of the
+# next, when that one is on its way to the screen.
 SWITCH = """async effect => {
   const find = () => document.querySelector(`#missing [data-effect="${effect}"]`);
   const before = find().getAttribute("aria-checked");
+  const frame = () => new Promise(done => requestAnimationFrame(done));
   const start = performance.now();
   find().click();
-  while (find().getAttribute("aria-checked") === before) {
-    await new Promise(done => requestAnimationFrame(done));
-  }
-  await new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)));
+  do await frame(); while (find().getAttribute("aria-checked") === before);
+  await frame();
   return performance.now() - start;
 }"""
 

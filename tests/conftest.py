@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import signal
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
+from cbpt.page import ahead
 from common.page_server import client, diagnosed, session  # noqa: F401  (fixtures)
 from common.tables import Write
 
@@ -14,6 +16,15 @@ from common.tables import Write
 # tests of Ctrl-C would wait for commands that never hear of it.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _near_alone() -> Iterator[None]:
+    """Of models prepared ahead only those one switch away: the others take half a minute of each
+    session, behind whatever test comes next. They have tests of their own in test_page_ahead."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(ahead, "MOST_FAR", 0)
+        yield
 
 
 @pytest.fixture

@@ -57,14 +57,6 @@ def prepares(
     return Ahead(turns or Turns(), work, sets, lambda: offered, most_effects=3, pause_s=0.0)
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _near_alone() -> Iterator[None]:
-    """What is two switches away has tests of its own, and takes half a minute in a session."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(module, "MOST_FAR", 0)
-        yield
-
-
 # --- turns and neighbourhoods ---------------------------------------------------------------
 
 
@@ -101,6 +93,7 @@ def test_what_is_two_switches_away_comes_after_it_the_likeliest_first(
     ahead.around(["a", "c"])
     assert ahead.join(PATIENCE_S)
     assert work.made[6:8] == [("a", "c", "d"), ("c",)]
+    assert ("c", "a") not in work.made  # on and off again: the page has what it shows
 
 
 def test_near_goes_before_the_rest_and_the_rest_before_far(
@@ -142,7 +135,7 @@ def test_far_stops_where_the_rest_begins_and_is_taken_up_again(
 
 def test_far_is_left_where_a_model_takes_long(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "MOST_FAR", 9)
-    monkeypatch.setattr(module, "MOST_FAR_S", -1.0)
+    monkeypatch.setattr(module, "MOST_FAR_S", -1.0)  # no work is as little
     ahead = prepares(Work(), known=[()])
     for shown, near in (([], ["a", "b", "c"]), (["a"], ["ab", "ac"])):
         ahead.around(shown)

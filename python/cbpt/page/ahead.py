@@ -177,7 +177,12 @@ class Ahead:
         ]
         ranked.sort(key=lambda found: found[0])  # the likeliest by the places of both switches
         near = dict.fromkeys(filter(self._is_needed, steps))
-        far = dict.fromkeys(e for _, e in ranked if e not in near and self._is_needed(e))
+        shown = {frozenset(model) for model in models}  # on and off again leads back
+        far = dict.fromkeys(
+            effects
+            for _, effects in ranked
+            if effects not in near and frozenset(effects) not in shown and self._is_needed(effects)
+        )
         about = [*near, *list(far)[:MOST_FAR]]
         with self._lock:
             self._near, self._about = frozenset(near), frozenset(about)
@@ -221,7 +226,8 @@ class Ahead:
 
     def join(self, seconds: float) -> bool:
         """Wait until all that is wanted is prepared; False where it is not by then."""
-        thread = self._thread
+        with self._lock:  # by then it has been started
+            thread = self._thread
         if thread is not None:
             thread.join(seconds)
         return self._thread is None
@@ -258,7 +264,6 @@ class Ahead:
         begun_s = time.monotonic()
         try:
             text = self._made(effects, step)
-            self._spent_s.append(time.monotonic() - begun_s)
         except Later:
             return True
         except CbptError:
@@ -267,6 +272,7 @@ class Ahead:
             # A mistake of ours: told once, where the server was started, and not made again.
             traceback.print_exc(file=sys.stderr)
             text = None
+        self._spent_s.append(time.monotonic() - begun_s)
         with self._lock:
             if version == self._version:
                 wanted = [w for w in self._wanted if w != effects]

@@ -212,7 +212,8 @@ class Session:
                 return self._job.to_dict()
 
             def work(step: Callable[[str, float], None]) -> None:
-                self._diagnose(case, readings, seed, step)
+                with self._turns.rest():
+                    self._diagnose(case, readings, seed, step)
 
             self._job, self._seed = Job(work).start(), seed
             return self._job.to_dict()

@@ -16,6 +16,8 @@ from importlib.util import find_spec
 from math import ceil
 from types import FrameType
 
+from threadpoolctl import threadpool_limits
+
 from cbpt.errors import CbptError, InvalidInputError
 from cbpt.page.session import CLOSING_S, Session
 
@@ -78,7 +80,10 @@ def serve(session: Session, host: str, port: int | None, open_browser: bool) -> 
         timeout_graceful_shutdown=ceil(CLOSING_S),
     )
     try:
-        Server(config).run(sockets=[listening])
+        # A limit holds for the whole process: entered and left by several threads of work it would
+        # be lifted in between, and the last bits of a model hang on it.
+        with threadpool_limits(1, user_api="blas"):
+            Server(config).run(sockets=[listening])
     except KeyboardInterrupt:  # raised again once everything is shut down
         pass
     finally:

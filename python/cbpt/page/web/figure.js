@@ -133,9 +133,13 @@ export class Figure {
 
   /** Draw, or draw again: at once where it is in sight, else as soon as there is time. */
   draw() {
-    const { top, bottom } = this.area.getBoundingClientRect();
-    if (bottom > 0 && top < innerHeight) this.drawNow();
+    if (this.isInSight()) this.drawNow();
     else later(this);
+  }
+
+  isInSight() {
+    const { top, bottom } = this.area.getBoundingClientRect();
+    return bottom > 0 && top < innerHeight;
   }
 
   drawNow() {
@@ -382,20 +386,24 @@ function plan() {
 /** One figure at a time, so that the page answers in between. @param {number} mine */
 function drawNext(mine) {
   if (mine !== latest) return;
-  const [next] = waiting;
+  const next = [...waiting].find((figure) => !paused || figure.isInSight());
   next?.drawNow();
-  if (waiting.size) setTimeout(drawNext, 0, mine);
+  if (waiting.size) setTimeout(drawNext, next ? 0 : REST_MS, mine);
   else markDrawn();
 }
 
+let paused = false;
+
 /** Draw nothing out of sight until `resume`: what is on its way is drawn first. */
 export function pause() {
-  latest++;
+  paused = true;
 }
 
 /** What waits is drawn as soon as there is time. */
 export function resume() {
+  paused = false;
   if (waiting.size) plan();
+  else markDrawn();
 }
 
 /** Told to whoever looks on (tests, scripts): nothing is left to draw. */

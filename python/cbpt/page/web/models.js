@@ -30,6 +30,7 @@ function forget() {
   files = opened;
   latest++;
   wanted = null;
+  resume();
 }
 
 function tellServer() {
@@ -122,9 +123,9 @@ export async function show(effects, asked) {
     if (mine !== latest) return tell("models");
     wanted = null;
   }
+  resume();
   if (there) setModel(key);
   else setModel(key, "models");
-  resume();
   announce(told());
 }
 

@@ -35,7 +35,8 @@ export const BRANCHES = {
 // More settings than this share colours of a ramp without keys of their own.
 const MOST_KEYS = 12;
 const ROWS_SHOWN = 200;
-// Readings drawn, each in both plots; a browser takes as long for the marks as for all else.
+// Readings drawn, each in both plots, but for a few of each group at least; a browser takes as long
+// for the marks as for all else.
 const MOST_MARKED = 1200;
 
 /** @type {Figure} */
