@@ -70,6 +70,11 @@ SHOWN_LATER = """async effects => {
 }"""
 
 
+FRAMES = """async many => {
+  for (let n = 0; n < many; n++) await new Promise(requestAnimationFrame);
+}"""
+
+
 def answered(page: Any) -> None:
     page.wait_for_selector("#sentence")
     page.wait_for_selector("#job", state="hidden")
@@ -126,3 +131,39 @@ def test_switches_used_faster_than_they_are_fitted_all_count(browser: Any) -> No
         )
         modelled = "async () => (await import('/store.js')).modelShown().effects.toSorted()"
         assert page.evaluate(modelled) == wanted
+
+
+def test_plots_wait_for_a_switch_but_not_where_they_are_looked_at(browser: Any) -> None:
+    files = FOLDER / "dev04.toml", FOLDER / "dev04.csv"
+    # Not watched: the held request fails, which the console tells.
+    with workbench(*files) as address, browser.new_context() as context:
+        context.set_default_timeout(PATIENCE_MS)
+        page = context.new_page()
+        page.set_viewport_size({"width": 1280, "height": 700})
+        page.goto(address)
+        answered(page)
+        page.wait_for_selector("html[data-drawn]")
+        page.evaluate("document.querySelector('#readings').scrollIntoView()")
+        held: list[Any] = []
+        page.route(re.compile("api/model"), lambda route: held.append(route))
+        # A model that the page has is shown, and at once one that it has to ask for.
+        with page.expect_request(re.compile("api/model")):
+            page.evaluate(
+                """async () => {
+                  const { show } = await import('/models.js');
+                  document.querySelector('#where .area').dataset.old = 'true';
+                  show(['drift']);
+                  show(['creep', 'drift', 'plate_tilt']);
+                  Plotly.react = new Proxy(Plotly.react, { apply(react, self, given) {
+                    delete given[0].dataset.old;
+                    return Reflect.apply(react, self, given);
+                  } });
+                }"""
+            )
+        page.evaluate(FRAMES, 30)
+        assert page.locator("#where .area[data-old]").count() == 1
+        page.evaluate("document.querySelector('#where .area').scrollIntoView()")
+        page.wait_for_selector("#where .area:not([data-old])")
+        assert page.locator("html[data-drawn]").count() == 0
+        held[0].abort()
+        page.wait_for_selector("html[data-drawn]")
