@@ -10,6 +10,7 @@ import { documentShown, modelOf, modelShown, on, scale, setModel, size, state } 
 
 /** Room for the names of the rungs, px. */
 const LEFT = 148;
+const HEIGHT = 330, TOP = 26, BOTTOM = 44, LINE = 16;
 
 /** @type {Figure} */
 let figure;
@@ -27,7 +28,7 @@ export function setUpLadder() {
     el("div", { class: "grid two" }, el("div", { class: "card" }, plot), rows),
   );
   figure = new Figure(plot, "ladder", "Error in sample and held out for each effect added", build, {
-    height: 330,
+    height: HEIGHT,
   });
   plot.append(
     el(
@@ -38,6 +39,7 @@ export function setUpLadder() {
     ),
   );
   on(["document", "model", "models", "unit"], () => {
+    figure.options.height = heightFor(rungs());
     figure.draw();
     drawRows();
     fill(note, `● in sample  ◇ held out. ${floorSays()}`);
@@ -110,7 +112,7 @@ function mark(after, words, colour, dash) {
 /** @param {Rung} r */
 function nameOf(r) {
   const name = r.label.replaceAll("_", " ") +
-    (modelOf(r.key)?.converged === false ? " (rough fit)" : "");
+    (modelOf(r.key)?.converged === false ? " (rough\u00a0fit)" : "");
   return r.added && r.key !== "refitted" && r.key !== "unknown" ? `+ ${name}` : name;
 }
 
@@ -179,7 +181,7 @@ function build(t) {
       },
     ],
     layout: {
-      margin: { l: LEFT, r: 16, t: 26, b: 44 },
+      margin: { l: LEFT, r: 16, t: TOP, b: BOTTOM },
       xaxis: {
         title: `error, rms (${state.unit})`,
         type: "log",
@@ -191,7 +193,7 @@ function build(t) {
       },
       yaxis: {
         tickvals: at,
-        ticktext: names.map((n, k) => wrapped(list[k].shown ? `<b>${n}</b>` : n)),
+        ticktext: names.map((n, k) => list[k].shown ? `<b>${wrapped(n)}</b>` : wrapped(n)),
         range: [list.length - 0.5, -0.5],
         showgrid: false,
         zeroline: false,
@@ -245,6 +247,12 @@ function nice(ends, most) {
     if (found.length <= most) break;
   }
   return found;
+}
+
+/** So that names of several lines do not run into each other, px. @param {Rung[]} list */
+function heightFor(list) {
+  const lines = list.map((r) => wrapped(nameOf(r)).split("<br>").length);
+  return Math.max(HEIGHT, TOP + BOTTOM + list.length * (LINE * Math.max(...lines) + 4));
 }
 
 /** Plotly breaks no lines itself. @param {string} name */
