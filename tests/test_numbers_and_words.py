@@ -6,6 +6,7 @@ display; a case from the answer; what may have been overlooked.
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -125,6 +126,10 @@ def test_a_noise_floor_is_claimed_only_of_a_model_that_holds_all() -> None:
     after = diagnosed("dev04").to_dict()["after"]
     assert after["noise_floor_arcsec"] > 0
     assert after["noise_floor_of"] == "scatter about the answer"
+
+
+def test_no_number_is_minus_nothing() -> None:
+    assert re.findall(r"-0(?![.\d])", words(diagnosed("dev10"))) == []
 
 
 # --- the ladder of errors -----------------------------------------------------------------

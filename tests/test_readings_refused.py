@@ -22,6 +22,19 @@ from common.tables import GOOD, HEAD, PLAIN, TABLE, Write, refused, same
 
 
 @pytest.mark.parametrize(
+    ("row", "remedy"),
+    [
+        ("1,2,3,600\n", "complete the row or remove it"),
+        ("1,2,3,600,9,0.3,7\n", "put a cell that holds the separator in double quotes"),
+    ],
+)
+def test_a_row_of_too_few_or_too_many_cells_is_mended_differently(
+    write: Write, row: str, remedy: str
+) -> None:
+    assert remedy in str(refused(write(HEAD + GOOD + row)))
+
+
+@pytest.mark.parametrize(
     ("text", "line", "column", "value", "expected"),
     [
         (HEAD + GOOD + "1,2,abc,600,9,0.3\n", 4, "torque_Nm", "'abc'", "a number"),

@@ -147,7 +147,7 @@ def _parts(values: Floats) -> Iterator[tuple[str, Mask]]:
         for number, level in enumerate(found.value):
             yield f"{level:g}", found.index == number
         return
-    edges = np.unique(np.quantile(values, np.linspace(0, 1, _STRETCHES + 1)))
+    edges = np.unique(np.quantile(values, np.linspace(0, 1, _STRETCHES + 1))) + 0.0  # no -0
     for number, (low, high) in enumerate(pairwise(edges)):
         above = values > low if number else values >= low
         yield f"{low:.3g} to {high:.3g}", above & (values <= high)

@@ -329,6 +329,8 @@ def _load_text(
     for count, where in ragged.items():
         expected = f"{width}, one for each header"
         remedy = "put a cell that holds the separator in double quotes"
+        if count < width:
+            remedy = "complete the row or remove it"
         mistakes.append(Mistake(tuple(where), "", f"{count} cells", expected, remedy))
     if not blocks:
         blocks = [[Column(np.empty(0), {}) for _ in range(width)]]
