@@ -5,10 +5,12 @@ from __future__ import annotations
 import signal
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from cbpt.page import ahead
+from common.browser import chromium
 from common.page_server import client, diagnosed, session  # noqa: F401  (fixtures)
 from common.tables import Write
 
@@ -25,6 +27,12 @@ def _near_alone() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(ahead, "MOST_FAR", 0)
         yield
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with chromium() as found:
+        yield found
 
 
 @pytest.fixture

@@ -26,7 +26,7 @@ import pytest
 
 import cbpt
 from cbpt import commands, verbs
-from common.command_line import CASE, COMMAND, DATA, at_desk, compare, run
+from common.command_line import CASE, COMMAND, DATA, at_desk, compare, interrupted, run
 
 TOP = Path(__file__).parents[1]
 DRAWS = pytest.mark.skipif(
@@ -40,23 +40,11 @@ def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return at_desk(tmp_path, monkeypatch)
 
 
-def interrupted(*arguments: str | Path) -> tuple[int, str]:
-    """Exit code and standard error of the installed command, met by Ctrl-C while it works."""
-    command = [str(COMMAND), *map(str, arguments)]
-    with subprocess.Popen(
-        command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
-    ) as running:
-        # It holds processor time when it works, whatever the machine does beside it.
-        ticks = 1.5 * os.sysconf("SC_CLK_TCK")
-        stat = Path(f"/proc/{running.pid}/stat")
-        try:
-            while sum(map(int, stat.read_text().rsplit(")", 1)[1].split()[11:13])) < ticks:
-                assert running.poll() is None, "it ended before"
-            running.send_signal(signal.SIGINT)
-            told = running.communicate(timeout=60)[1]
-        finally:
-            running.kill()
-    return running.returncode, told
+def at_work(pid: int) -> bool:
+    """Whether a process has had processor time enough, whatever the machine does beside it."""
+    stat = Path(f"/proc/{pid}/stat").read_text()
+    ticks = sum(map(int, stat.rsplit(")", 1)[1].split()[11:13]))
+    return ticks >= 1.5 * os.sysconf("SC_CLK_TCK")
 
 
 def code_of(arguments: list[str]) -> Any:
@@ -207,7 +195,6 @@ def test_ctrl_c_while_modules_load_is_one_line(tmp_path: Path) -> None:
 
 
 def test_signals_are_as_they_were() -> None:
-    import signal
 
     before = signal.getsignal(signal.SIGINT)
     assert commands.main(["check", "case.toml"]) == 0
@@ -504,4 +491,4 @@ def test_no_verb_writes_over_what_it_reads(
 def test_ctrl_c_ends_with_one_line(line: str, desk: Path) -> None:
     (desk / "toleranced.toml").write_text((TOP / "examples/toleranced.toml").read_text())
     (desk / "bounds.toml").write_text((TOP / "examples/bounds.toml").read_text())
-    assert interrupted(*line.split()) == (130, "cbpt: interrupted\n")
+    assert interrupted([str(COMMAND), *line.split()], at_work) == (130, "cbpt: interrupted\n")

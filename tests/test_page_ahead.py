@@ -22,7 +22,7 @@ from cbpt.page.models import Models
 from cbpt.page.plain import to_json
 from cbpt.page.session import Session
 from common.hidden import diagnosed
-from common.page_server import CASE, DATA, client_of, opened
+from common.page_server import CASE, DATA, client_of, opened, own_effect
 
 PATIENCE_S = 60.0
 OFFERED = ("a", "b", "c")
@@ -405,17 +405,10 @@ def test_a_model_that_the_page_had_moves_the_neighbourhood_too(session: Session)
 
 
 def test_an_own_effect_leaves_nothing_prepared_that_was_so_without_it(session: Session) -> None:
-    entry = {
-        "id": "mine",
-        "port": "series",
-        "expression": "a * torque_Nm^2",
-        "parameters": [{"name": "a", "start": 1e-7}],
-    }
     with_it = ("friction_hysteresis", "mine")
     errors = []
     for power in ("2", "3"):
-        entry["expression"] = f"a * torque_Nm^{power}"
-        session.fit_own(entry)
+        session.fit_own(own_effect({"start": 1e-7}, expression=f"a * torque_Nm^{power}"))
         session.shown(["friction_hysteresis"])
         assert with_it in prepared(session).ready
         errors.append(json.loads(session.model(with_it))["model"]["rmse_arcsec"])

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import pytest
 import xlsxwriter
 from starlette.testclient import TestClient
 
-from common.browser import PATIENCE_MS, chromium, open_campaign, watched, workbench
+from common.browser import PATIENCE_MS, open_campaign, watched, workbench
 from common.hidden import FOLDER
 from common.page_server import CASE, opened, upload
 
@@ -51,12 +49,6 @@ def test_another_sheet_is_another_campaign(client: TestClient, tmp_path: Path) -
 
 
 # --- the page -----------------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with chromium() as found:
-        yield found
 
 
 HELD = """async () => {

@@ -23,7 +23,7 @@ from starlette.testclient import TestClient
 from cbpt.errors import CaseError
 from cbpt.page import uploads
 from cbpt.page.session import Session
-from common.page_server import CASE, HEAD, ROWS, opened, upload
+from common.page_server import CASE, HEAD, ROWS, opened, own_effect, upload
 
 # --- hostile files and names ----------------------------------------------------------------
 
@@ -267,13 +267,7 @@ def test_an_own_effect_out_of_form_is_refused(
     diagnosed: tuple[Session, TestClient], change: dict[str, Any]
 ) -> None:
     _, client = diagnosed
-    effect = {
-        "id": "evil",
-        "port": "series",
-        "expression": "a * torque_Nm",
-        "parameters": [{"name": "a", "start": 1e-6}],
-    }
-    body = json.dumps(effect | change)
+    body = json.dumps(own_effect({}, **change))
     headers = {"content-type": "application/json"}
     assert client.post("/api/own/fit", content=body, headers=headers).status_code == 400
 

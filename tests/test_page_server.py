@@ -28,7 +28,7 @@ from cbpt.errors import ReadingsError
 from cbpt.page import campaign
 from cbpt.page.document import from_here
 from cbpt.page.session import Session
-from common.page_server import CASE, DATA, HEAD, ROWS, client_of, opened, upload
+from common.page_server import CASE, DATA, HEAD, ROWS, client_of, opened, own_effect, upload
 
 # --- the story ------------------------------------------------------------------------------
 
@@ -152,12 +152,7 @@ def test_a_number_of_an_own_effect_that_is_none_is_told_with_its_place(
     diagnosed: tuple[Session, TestClient], change: dict[str, Any], field: str, said: str
 ) -> None:
     _, client = diagnosed
-    effect = {
-        "id": "mine",
-        "port": "series",
-        "expression": "a * torque_Nm",
-        "parameters": [{"name": "a", "unit": "", "start": 1e-6, "min": None, "max": None} | change],
-    }
+    effect = own_effect({"unit": "", "min": None, "max": None} | change)
     told = client.post("/api/own/check", json=effect).json()
     assert (told["ok"], told["field"]) == (False, field)
     assert told["message"].startswith(said)

@@ -13,18 +13,11 @@ from typing import Any
 
 import pytest
 
-from common.browser import chromium, undiagnosed, watched, workbench
+from common.browser import DRAWN, READY, undiagnosed, watched, workbench
 from common.hidden import FOLDER
 
-READY, DRAWN = "html[data-ready]", "html[data-drawn]"
 LIBRARY = "**/plotly.min.js*"
 SKETCH = "#readings-plot .area > svg:not(.main-svg)"
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with chromium() as found:
-        yield found
 
 
 @pytest.fixture(scope="module")

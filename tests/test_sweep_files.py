@@ -19,6 +19,7 @@ import cbpt
 from cbpt import PlanError, SweepPlan, sweep
 from cbpt.commands import main
 from cbpt.sweep_files import open_output
+from common.command_line import interrupted
 
 Desk = Callable[..., Path]
 GRID = """\
@@ -431,20 +432,16 @@ def test_one_drive_that_cannot_be_built_is_told_before(
     assert set(found.finding) == {""}
 
 
+def once(path: Path) -> Callable[[int], bool]:
+    """Whether a command works, as may be seen of a file."""
+    return lambda _: path.exists()
+
+
 def test_ctrl_c_ends_with_one_line(desk: Desk) -> None:
     top = desk(SLOW.replace("60000", "60000000"))
     for out, begun in (("t.csv", "t.csv.sweep"), ("t.parquet", ".t.parquet.sweep/plan.json")):
-        with subprocess.Popen(
-            command(out), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
-        ) as running:
-            try:
-                while not (top / begun).exists():
-                    assert running.poll() is None
-                running.send_signal(signal.SIGINT)
-                told = running.communicate(timeout=60)[1]
-            finally:
-                running.kill()
-        assert (running.returncode, told) == (130, b"cbpt: interrupted\n")
+        found = interrupted(command(out), once(top / begun))
+        assert found == (130, "cbpt: interrupted\n")
 
 
 def test_ctrl_c_that_does_not_wake_who_waits(desk: Desk) -> None:
@@ -457,15 +454,8 @@ def test_ctrl_c_that_does_not_wake_who_waits(desk: Desk) -> None:
         "from cbpt.commands import main\n"
         "sys.exit(main(['sweep', 'plan.toml', '--out', 't.csv']))\n"
     )
-    with subprocess.Popen([sys.executable, "-c", script], stderr=subprocess.PIPE) as running:
-        try:
-            while not (top / "t.csv.sweep").exists():
-                assert running.poll() is None
-            running.send_signal(signal.SIGINT)
-            told = running.communicate(timeout=60)[1]
-        finally:
-            running.kill()
-    assert (running.returncode, told) == (130, b"cbpt: interrupted\n")
+    found = interrupted([sys.executable, "-c", script], once(top / "t.csv.sweep"))
+    assert found == (130, "cbpt: interrupted\n")
 
 
 # --- plans in TOML ------------------------------------------------------------------------

@@ -19,6 +19,8 @@ from urllib.parse import urlsplit
 CHROMIUM = next(
     filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
 )
+READY, DRAWN = "html[data-ready]", "html[data-drawn]"
+"""The first plot is alive; nothing is left to draw."""
 PATIENCE_MS = 90_000
 """How long a condition may take on a machine that does other things as well."""
 # The sandbox of Chromium is not to be had as root, as in most CI machines.
@@ -147,3 +149,12 @@ def open_campaign(page: Any, folder: Path, name: str) -> None:
 def number(page: Any, selector: str) -> float:
     """The number that an element shows."""
     return float(str(page.text_content(selector)).replace("\N{MINUS SIGN}", "-"))
+
+
+def saved(page: Any, button: str, folder: Path) -> Path:
+    """What a button saves."""
+    with page.expect_download() as waiting:
+        page.click(button)
+    path = folder / str(waiting.value.suggested_filename)
+    waiting.value.save_as(path)
+    return path

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sysconfig
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +31,22 @@ def run(*arguments: str | Path, **options: Any) -> subprocess.CompletedProcess[s
     command = [str(COMMAND), *map(str, arguments)]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **options}
     return subprocess.run(command, text=True, encoding="utf-8", check=False, **pipes)
+
+
+def interrupted(command: Sequence[str], works: Callable[[int], bool]) -> tuple[int, str]:
+    """Exit code and standard error of a command that is met by Ctrl-C once it works, as may be
+    seen of its process."""
+    with subprocess.Popen(
+        command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+    ) as running:
+        try:
+            while not works(running.pid):
+                assert running.poll() is None, "it ended before"
+            running.send_signal(signal.SIGINT)
+            told = running.communicate(timeout=60)[1]
+        finally:
+            running.kill()
+    return running.returncode, told
 
 
 def compare(*arguments: str | Path) -> int:

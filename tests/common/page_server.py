@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import pytest
@@ -23,6 +23,12 @@ def client_of(session: Session, inside: bool = True, **more: Any) -> TestClient:
     headers = {"x-cbpt-token": TOKEN} if inside else {}
     app = application(session, TOKEN, PORT, **more)
     return TestClient(app, base_url=HERE, headers=headers)
+
+
+def own_effect(number: Mapping[str, Any], **changes: Any) -> dict[str, Any]:
+    """An effect of the user's own as the page sends it, with one number `a`."""
+    effect = {"id": "mine", "port": "series", "expression": "a * torque_Nm"}
+    return {**effect, "parameters": [{"name": "a", "start": 1e-6, **number}], **changes}
 
 
 @pytest.fixture

@@ -15,7 +15,7 @@ import sys
 import threading
 import time
 import traceback
-from collections import OrderedDict, deque
+from collections import Counter, OrderedDict, deque
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from statistics import mean
@@ -48,49 +48,46 @@ class Turns:
 
     def __init__(self) -> None:
         self._gate = threading.Condition()
-        self._asked = self._preparing = self._resting = 0
+        self._under_way: Counter[str] = Counter()
         self._last_s = -PAUSE_S
         self.ended = False
 
     @property
     def asked(self) -> bool:
         """Whether somebody waits now."""
-        return self._asked > 0
+        return self._under_way["asked"] > 0
 
     @contextmanager
     def first(self) -> Iterator[None]:
         """What is asked for in here goes before all else."""
-        with self._gate:
-            self._asked += 1
+        self._count("asked", 1)
         try:
             yield
         finally:
-            with self._gate:
-                self._asked -= 1
-                self._last_s = time.monotonic()
-                self._gate.notify_all()
+            self._last_s = time.monotonic()
+            self._count("asked", -1)
 
     @property
     def resting(self) -> bool:
         """Whether something of the rest is under way."""
-        return self._resting > 0
+        return self._under_way["rest"] > 0
 
     @contextmanager
     def rest(self) -> Iterator[None]:
         """What is worked out in here, step by step (`last`), goes before what is spare."""
-        with self._gate:
-            self._resting += 1
+        self._count("rest", 1)
         try:
             yield
         finally:
-            with self._gate:
-                self._resting -= 1
-                self._gate.notify_all()
+            self._count("rest", -1)
 
     def prepare(self, more: int) -> None:
         """One more (1) or one less (-1) that prepares something."""
+        self._count("prepared", more)
+
+    def _count(self, rank: str, more: int) -> None:
         with self._gate:
-            self._preparing += more
+            self._under_way[rank] += more
             self._gate.notify_all()
 
     def pause(self, pause_s: float, spare: Callable[[], bool] = lambda: False) -> bool:
@@ -99,7 +96,7 @@ class Turns:
         with self._gate:
             while not self.ended:
                 left = self._last_s + pause_s - time.monotonic()
-                held = self._asked or (self._resting and spare())
+                held = self.asked or (self.resting and spare())
                 if not held and left <= 0:
                     return True
                 self._gate.wait(None if held else left)
@@ -108,7 +105,9 @@ class Turns:
     def last(self) -> bool:
         """Wait until nothing is asked for and nothing prepared; False at the end of all."""
         with self._gate:
-            self._gate.wait_for(lambda: self.ended or not (self._asked or self._preparing))
+            self._gate.wait_for(
+                lambda: self.ended or not (self.asked or self._under_way["prepared"])
+            )
         return not self.ended
 
     def end(self) -> None:
