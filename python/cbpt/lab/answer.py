@@ -36,7 +36,7 @@ from cbpt.lab.versions import versions
 
 Floats = NDArray[np.float64]
 SCHEMA = "cbpt.diagnosis/1"
-_FAR_BELOW = 0.8
+FAR_BELOW = 0.8
 LOOSE = (
     "Held out, numbers are refitted to the other readings and an effect may depart a little from "
     "its form; far below in sample it says that the form does not hold."
@@ -59,7 +59,7 @@ class Rung:
     @property
     def loose(self) -> bool:
         """Whether the error held out is far below the one in sample."""
-        return self.of_effects and self.held_out_rmse_arcsec < _FAR_BELOW * self.rmse_arcsec
+        return self.of_effects and self.held_out_rmse_arcsec < FAR_BELOW * self.rmse_arcsec
 
 
 @dataclass(frozen=True, eq=False)

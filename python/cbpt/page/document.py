@@ -41,7 +41,8 @@ order of the readings; null is "not there", and `reasons` says why.
                     effect there is; why_not: these readings cannot show it
     ladder          {rungs [{added, label, key, effects, in_sample_arcsec, held_out_arcsec,
                     chi2_per_dof}], stop (index of the answer's rung; of an unknown answer, of the
-                    best of the library), stop_says, held_out_by}
+                    best of the library), stop_says, held_out_by, loose {below: share of the error
+                    in sample, says: what a smaller one held out means}}
     where           {regions [{label, region {column: [low, high]}, regime, readings,
                     share_of_misfit, bias_arcsec, excess_arcsec, p_value}], of: key of the model}
     curves          [{label, level, preload_N, branch, torque_Nm, angle_arcsec {key: [..]}}]
@@ -351,6 +352,8 @@ class Found:
         d = self.diagnosis
         if d is None:
             return None
+        from cbpt.lab.answer import FAR_BELOW, LOOSE
+
         models = {entry["key"]: entry for entry in entries}
         final = d.final_rung
         rungs: list[dict[str, Any]] = []
@@ -394,6 +397,7 @@ class Found:
             "stop": stop,
             "stop_says": _stop_says(d, stop) if stop + 1 < len(rungs) else None,
             "held_out_by": d.held_out_by,
+            "loose": {"below": FAR_BELOW, "says": LOOSE},
         }
 
     def where(self) -> dict[str, Any] | None:

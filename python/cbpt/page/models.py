@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from cbpt._core import Case, Drive, OwnEffect, effect_specs
+from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError
 from cbpt.lab.answer import Diagnosis, log_total
 from cbpt.lab.assembled import Assembled
@@ -29,7 +29,7 @@ from cbpt.lab.library import PRIORS
 from cbpt.lab.own import campaign_of
 from cbpt.lab.parameters import parameters_of
 from cbpt.lab.readings import Readings
-from cbpt.lab.sentence import DISPLAY, name_of, shown
+from cbpt.lab.sentence import DISPLAY, name_of, shown, tell_tale
 from cbpt.page.bench import Bench
 from cbpt.page.curves import Curves
 from cbpt.page.plain import array, numbers
@@ -39,7 +39,6 @@ Floats = NDArray[np.float64]
 
 ROUGH = "the search was not ended: a rough fit"
 """Of a fit whose numbers are not told to an uncertainty."""
-_TELL_TALES = {spec.id: spec.tell_tale for spec in effect_specs()}
 
 
 class Models:
@@ -99,7 +98,7 @@ class Models:
         held = held_out_residual(bench.fitter, look, self.diagnosis.fold)
         names = tuple(effects)
         known = key != STATED and bench is self._bench and names in c.log_odds
-        own = bench.fitter.campaign.own
+        own, kind = bench.fitter.campaign.own, c.campaign.drive.kind
         return entry | {
             "rmse_arcsec": rmse_of(bench.fitter.campaign, look)
             if self.used.all()
@@ -112,7 +111,7 @@ class Models:
             "numbers": list(_numbers(fit)),
             "probability": float(np.exp(c.log_odds[names] - log_total(c))) if known else None,
             "tell_tale": " ".join(
-                str(own[e].expression) if e in own else _TELL_TALES.get(e, "") for e in effects
+                str(own[e].expression) if e in own else tell_tale(e, kind) for e in effects
             ),
             "signature_arcsec": numbers(model - self._stated) if key != STATED else None,
             "converged": fit.converged,

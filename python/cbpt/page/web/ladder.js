@@ -270,13 +270,14 @@ function wrapped(name) {
   return [...lines, line].join("<br>");
 }
 
-/** What an error held out far below the one in sample means. */
-const LOOSE =
-  "Held out, numbers are refitted to the other readings and an effect may depart a little from its form; far below in sample it says that the form does not hold.";
-
-/** @param {Rung} r */
-function loose(r) {
-  return r.effects.length > 0 && (r.held_out_arcsec ?? Infinity) < 0.8 * r.in_sample_arcsec;
+/** What an error held out far below the one in sample means, where there is one. @param {Rung[]} list */
+function looseSays(list) {
+  const loose = documentShown().ladder?.loose;
+  const found = loose &&
+    list.some((r) =>
+      r.effects.length > 0 && (r.held_out_arcsec ?? Infinity) < loose.below * r.in_sample_arcsec
+    );
+  return found ? ` ${loose.says}` : "";
 }
 
 function drawRows() {
@@ -326,7 +327,7 @@ function drawRows() {
       whole.ladder
         ? `Errors in ${state.unit}; held out by ${whole.ladder.held_out_by}.${
           stopOf() === null ? "" : ` Dashed: ${whole.ladder.stop_says}.`
-        }${list.some(loose) ? ` ${LOOSE}` : ""}`
+        }${looseSays(list)}`
         : whole.reasons.ladder,
     ),
   );

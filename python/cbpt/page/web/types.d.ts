@@ -165,7 +165,13 @@ export interface PageDocument {
     equation: string;
     why_not: Maybe<string>;
   }[];
-  ladder: Maybe<{ rungs: Rung[]; stop: number; stop_says: Maybe<string>; held_out_by: string }>;
+  ladder: Maybe<{
+    rungs: Rung[];
+    stop: number;
+    stop_says: Maybe<string>;
+    held_out_by: string;
+    loose: { below: number; says: string };
+  }>;
   where: Maybe<{ regions: Region[]; of: string }>;
   curves: Curve[];
   curves_mean_over: string[];
