@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 import cbpt
-from cbpt.lab.assembled import Assembled, Campaign
+from cbpt.lab.model.forward import Assembled, Campaign
 
 DATA = Path(__file__).parents[1] / "tests" / "data" / "hidden_effect"
 ROUNDS = 15

@@ -36,12 +36,12 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 import numpy as np
 
 import cbpt
-from cbpt.lab import reach
-from cbpt.lab.answer import Diagnosis
-from cbpt.lab.diagnose import diagnose
-from cbpt.lab.fit import Fit
-from cbpt.lab.holdout import held_out_residual, rms
-from cbpt.lab.library import Variant
+from cbpt.lab.diagnosis.diagnose import diagnose
+from cbpt.lab.diagnosis.diagnosis import Diagnosis
+from cbpt.lab.inference.cross_validation import held_out_residual, rms
+from cbpt.lab.inference.fit import Fit
+from cbpt.lab.model import spring_priors as reach
+from cbpt.lab.model.priors import Variant
 from reference.rig_effects import OUTSIDE
 from reference.rig_noise import NOISE_KINDS
 from reference.rig_oracle import ask
@@ -114,7 +114,7 @@ def rig_folder() -> Path:
 def answer_folder() -> Path:
     """Answers of this product to campaigns of this rig."""
     package = Path(cbpt.__file__).parent
-    product = [*(package / "lab").glob("*.py"), *package.glob("_core*.so")]
+    product = [*(package / "lab").rglob("*.py"), *package.glob("_core*.so")]
     return KEPT / f"answers-{fingerprint(product)}-{rig_folder().name[-12:]}"
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from cbpt.page import ahead
+from cbpt.page.workbench import ahead
 from common.browser import chromium
 from common.page_server import client, diagnosed, session  # noqa: F401  (fixtures)
 from common.tables import Write

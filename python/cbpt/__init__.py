@@ -60,51 +60,51 @@ if TYPE_CHECKING:
     from cbpt import effects as effects
     from cbpt.design.optimise import Optimum, optimise
     from cbpt.design.tolerance import Tolerance, tolerance
-    from cbpt.lab.answer import Diagnosis
-    from cbpt.lab.campaign_design import Design, shortest_plan
-    from cbpt.lab.candidates import Limits
-    from cbpt.lab.compare import Comparison, compare
-    from cbpt.lab.diagnose import diagnose
-    from cbpt.lab.divided import DividedDiagnosis, diagnose_by
-    from cbpt.lab.fitting import Fitted, fit
-    from cbpt.lab.isolability import Isolability, isolability
-    from cbpt.lab.next_run import NextRuns, next_runs
-    from cbpt.lab.plan import Plan, read_plan
-    from cbpt.lab.readings import Readings, read_readings
-    from cbpt.lab.simulate import simulate
+    from cbpt.lab.diagnosis.by_level import DividedDiagnosis, diagnose_by
+    from cbpt.lab.diagnosis.compare import Comparison, compare
+    from cbpt.lab.diagnosis.diagnose import diagnose
+    from cbpt.lab.diagnosis.diagnosis import Diagnosis
+    from cbpt.lab.diagnosis.fitted import Fitted, fit
+    from cbpt.lab.experiment.candidates import Limits
+    from cbpt.lab.experiment.expected_gain import NextRuns, next_runs
+    from cbpt.lab.experiment.isolability import Isolability, isolability
+    from cbpt.lab.experiment.plan import Plan, read_plan
+    from cbpt.lab.experiment.shortest_plan import Design, shortest_plan
+    from cbpt.lab.experiment.simulate import simulate
+    from cbpt.lab.readings.reader import Readings, read_readings
     from cbpt.results import Angles, solve_many
-    from cbpt.sweep_result import Sweep
-    from cbpt.sweeps import sweep
+    from cbpt.sweeps.result import Sweep
+    from cbpt.sweeps.run import sweep
 
 # Loaded when first asked for, so that `import cbpt` stays light.
 _LAZY = {
     "Angles": "cbpt.results",
-    "Comparison": "cbpt.lab.compare",
-    "Design": "cbpt.lab.campaign_design",
-    "Diagnosis": "cbpt.lab.answer",
-    "DividedDiagnosis": "cbpt.lab.divided",
-    "Fitted": "cbpt.lab.fitting",
-    "Isolability": "cbpt.lab.isolability",
-    "Limits": "cbpt.lab.candidates",
-    "NextRuns": "cbpt.lab.next_run",
+    "Comparison": "cbpt.lab.diagnosis.compare",
+    "Design": "cbpt.lab.experiment.shortest_plan",
+    "Diagnosis": "cbpt.lab.diagnosis.diagnosis",
+    "DividedDiagnosis": "cbpt.lab.diagnosis.by_level",
+    "Fitted": "cbpt.lab.diagnosis.fitted",
+    "Isolability": "cbpt.lab.experiment.isolability",
+    "Limits": "cbpt.lab.experiment.candidates",
+    "NextRuns": "cbpt.lab.experiment.expected_gain",
     "Optimum": "cbpt.design.optimise",
-    "Plan": "cbpt.lab.plan",
-    "Readings": "cbpt.lab.readings",
-    "Sweep": "cbpt.sweep_result",
+    "Plan": "cbpt.lab.experiment.plan",
+    "Readings": "cbpt.lab.readings.reader",
+    "Sweep": "cbpt.sweeps.result",
     "Tolerance": "cbpt.design.tolerance",
-    "compare": "cbpt.lab.compare",
-    "diagnose": "cbpt.lab.diagnose",
-    "diagnose_by": "cbpt.lab.divided",
-    "fit": "cbpt.lab.fitting",
-    "isolability": "cbpt.lab.isolability",
-    "next_runs": "cbpt.lab.next_run",
+    "compare": "cbpt.lab.diagnosis.compare",
+    "diagnose": "cbpt.lab.diagnosis.diagnose",
+    "diagnose_by": "cbpt.lab.diagnosis.by_level",
+    "fit": "cbpt.lab.diagnosis.fitted",
+    "isolability": "cbpt.lab.experiment.isolability",
+    "next_runs": "cbpt.lab.experiment.expected_gain",
     "optimise": "cbpt.design.optimise",
-    "read_plan": "cbpt.lab.plan",
-    "read_readings": "cbpt.lab.readings",
-    "shortest_plan": "cbpt.lab.campaign_design",
-    "simulate": "cbpt.lab.simulate",
+    "read_plan": "cbpt.lab.experiment.plan",
+    "read_readings": "cbpt.lab.readings.reader",
+    "shortest_plan": "cbpt.lab.experiment.shortest_plan",
+    "simulate": "cbpt.lab.experiment.simulate",
     "solve_many": "cbpt.results",
-    "sweep": "cbpt.sweeps",
+    "sweep": "cbpt.sweeps.run",
     "tolerance": "cbpt.design.tolerance",
 }
 

@@ -104,7 +104,7 @@ def workbench(*files: Path, port: int | None = None) -> Iterator[str]:
     """A workbench in a process of its own; its address."""
     flags = ["--no-browser", *([] if port is None else ["--port", str(port)])]
     process = subprocess.Popen(
-        [sys.executable, "-m", "cbpt.commands", "workbench", *flags, *map(str, files)],
+        [sys.executable, "-m", "cbpt.cli.main", "workbench", *flags, *map(str, files)],
         stdout=subprocess.PIPE,
         text=True,
     )
@@ -120,7 +120,7 @@ def workbench(*files: Path, port: int | None = None) -> Iterator[str]:
 def undiagnosed(case: Path, table: Path, folder: Path) -> str:
     """A report of readings beside the model as stated alone: quick to make."""
     import cbpt
-    from cbpt.page.document import Source, page_document
+    from cbpt.page.document.document import Source, page_document
     from cbpt.page.report import report
 
     path = folder / "report.html"

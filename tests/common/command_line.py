@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 import cbpt
-from cbpt import commands
+from cbpt.cli import main as commands
 from common.hidden import FOLDER
 
 COMMAND = Path(sysconfig.get_path("scripts")) / "cbpt"

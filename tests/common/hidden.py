@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.answer import Diagnosis
-from cbpt.lab.diagnose import diagnose
-from cbpt.lab.verdict import Verdict
+from cbpt.lab.diagnosis.diagnose import diagnose
+from cbpt.lab.diagnosis.diagnosis import Diagnosis
+from cbpt.lab.selection.decision import Verdict
 
 FOLDER = Path(__file__).parents[1] / "data" / "hidden_effect"
 TRUTH: dict[str, dict[str, Any]] = json.loads((FOLDER / "truth.json").read_text(encoding="utf-8"))

@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 
 import cbpt
-from cbpt.lab.candidates import candidates, limits_of
-from cbpt.lab.next_run import _DECIDED, LIMIT, Prospect, open_hypotheses, prospect
-from cbpt.lab.plan import Plan, PlannedRun, sequence
-from cbpt.lab.verdict import TWINS
+from cbpt.lab.experiment.candidates import candidates, limits_of
+from cbpt.lab.experiment.expected_gain import _DECIDED, LIMIT, Prospect, open_hypotheses, prospect
+from cbpt.lab.experiment.plan import Plan, PlannedRun, sequence
+from cbpt.lab.selection.decision import TWINS
 
 HIDDEN: list[tuple[str, dict[str, float]]] = [
     ("eccentric_bearing", {"reference_deflection_um": 0.15}),

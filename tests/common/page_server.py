@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from starlette.testclient import TestClient
 
-from cbpt.page.server import application
-from cbpt.page.session import Session
+from cbpt.page.workbench.server import application
+from cbpt.page.workbench.session import Session
 from common.hidden import FOLDER
 
 TOKEN, PORT = "right-token", 8123

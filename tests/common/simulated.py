@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt import read_readings
-from cbpt.lab.assembled import Assembled, Campaign
-from cbpt.lab.fit import Fitter, Hypothesis
-from cbpt.lab.library import PRIORS, VARIANTS, Variant
-from cbpt.lab.noise import Noise, Rows
+from cbpt.lab.covariance.noise import Noise, Rows
+from cbpt.lab.inference.fit import Fitter, Hypothesis
+from cbpt.lab.model.forward import Assembled, Campaign
+from cbpt.lab.model.priors import PRIORS, VARIANTS, Variant
 from common.comparisons import columns_of, drive_of
 
 Floats = NDArray[np.float64]

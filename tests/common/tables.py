@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cbpt.errors import ReadingsError
-from cbpt.lab.readings import Readings, read_readings
+from cbpt.lab.readings.reader import Readings, read_readings
 
 DATA = Path(__file__).parents[1] / "data"
 CAMPAIGNS = sorted((DATA / "hidden_effect").glob("dev*.csv"))

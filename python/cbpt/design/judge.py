@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive, design_numbers, judge_designs
 from cbpt.errors import InvalidInputError
-from cbpt.lab.inputs import case_of
+from cbpt.lab.readings.inputs import case_of
 
 Floats = NDArray[np.float64]
 

@@ -224,7 +224,7 @@ class Tolerance:
 
     def plot(self, path: str | PathLike[str], angle_unit: str = "arcsec") -> None:
         """Draw the histogram to a file (SVG, PNG or PDF by its ending). Needs matplotlib."""
-        from cbpt.page.tolerance_figure import draw_tolerance
+        from cbpt.figures.tolerance import draw_tolerance
 
         draw_tolerance(self, path, angle_unit)
 

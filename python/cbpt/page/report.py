@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from cbpt.errors import PlotError
-from cbpt.page.plain import to_json
+from cbpt.page.document.plain import to_json
 
 WEB = Path(__file__).with_name("web")
 """The page's own files."""

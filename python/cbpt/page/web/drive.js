@@ -13,7 +13,7 @@ import { Figure, onTheme, saveDrawing, theme } from "./figure.js";
 import { fixed, plain, text } from "./numbers.js";
 import { decimals, documentShown, hasBalls, inUnit, on, scale, state } from "./store.js";
 
-/** @typedef {any} Section what `python/cbpt/page/drive.py` makes */
+/** @typedef {any} Section what `python/cbpt/page/document/drive.py` makes */
 
 /** @type {Section | null} */
 let shown = null;

@@ -1,4 +1,4 @@
-/** The page's document, as `python/cbpt/page/document.py` makes it, and what else modules share. */
+/** The page's document, as `python/cbpt/page/document/document.py` makes it, and what else modules share. */
 
 export type Maybe<T> = T | null;
 /** What an element may hold. */

@@ -1,0 +1,302 @@
+"""The lab's verbs about campaigns to come.
+
+simulate      readings that a plan would give
+isolability   what a plan could see and tell apart
+next_run      the runs that would decide what readings leave open
+plan          the shortest campaign that tells effects apart
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
+
+from cbpt.cli.lab import NO_SOLUTION, SUCCESS, Parser, add_plot, check_plot, columns_of, inputs
+
+if TYPE_CHECKING:
+    from cbpt.lab.experiment.candidates import Limits
+
+PLAN = ("PLAN", "runs to come (TOML), or a table of loads (CSV)")
+
+
+def simulate(argv: list[str]) -> int:
+    """cbpt simulate CASE PLAN"""
+    from cbpt.lab.experiment.plan import read_plan, table_text
+    from cbpt.lab.experiment.simulate import simulate as simulated
+
+    parser = inputs(
+        "cbpt simulate",
+        "Readings that a campaign would give: the model with the effects of the case, and noise.",
+        epilog=noises(),
+        table=PLAN,
+    )
+    parser.add_argument(
+        "--with",
+        metavar=("EFFECT", "NAME=VALUE"),
+        nargs="+",
+        action="append",
+        default=[],
+        dest="effects",
+        help="an effect of the library with its numbers, as in a case file: "
+        "eccentric_bearing reference_deflection_um=2; repeatable",
+    )
+    add_instrument(parser)
+    parser.add_argument("--seed", type=int, default=0, help="the same seed, the same readings")
+    parser.add_argument("--out", metavar="FILE", type=Path, help="write FILE.csv, not the terminal")
+    options = parser.parse_args(argv)
+    columns = columns_of(parser, options)
+    if options.out and options.out.suffix.lower() != ".csv":
+        parser.error(f"--out {options.out}: the name must end in .csv")
+    effects = [(words[0], _numbers(parser, words[1:])) for words in options.effects]
+    from cbpt.lab.readings.inputs import case_of
+
+    case = case_of(options.case)
+    readings = simulated(
+        case,
+        read_plan(options.data, case, columns=columns or None),
+        effects=effects,
+        noise=options.noise,
+        seed=options.seed,
+        u_elastic_angle_arcsec=options.u_arcsec,
+    )
+    text = table_text(readings)
+    if options.out:
+        options.out.write_text(text, encoding="utf-8")
+        print(f"Wrote {options.out}: {len(readings)} readings in {readings.run_index[-1] + 1} runs")
+    else:
+        print(text, end="")
+    return SUCCESS
+
+
+def isolability(argv: list[str]) -> int:
+    """cbpt isolability CASE PLAN"""
+    from cbpt.lab.experiment.isolability import isolability as isolable
+    from cbpt.lab.experiment.plan import read_plan
+    from cbpt.lab.readings.inputs import case_of
+
+    parser = inputs(
+        "cbpt isolability",
+        "Before any reading: which effects a campaign could see, from which size, and which it "
+        "could tell apart.",
+        epilog=noises(),
+        table=PLAN,
+    )
+    parser.add_argument(
+        "--effects", metavar="EFFECT", nargs="+", help="ids of the library, see cbpt effects; all"
+    )
+    add_instrument(parser)
+    add_json(parser)
+    add_plot(parser)
+    options = parser.parse_args(argv)
+    columns = columns_of(parser, options)
+    check_plot(options)
+    case = case_of(options.case)
+    found = isolable(
+        case,
+        read_plan(options.data, case, columns=columns or None),
+        effects=options.effects,
+        noise=options.noise,
+        u_elastic_angle_arcsec=options.u_arcsec,
+    )
+    told(found, options.json)
+    if options.plot:
+        found.plot(options.plot)
+    return SUCCESS
+
+
+def next_run(argv: list[str]) -> int:
+    """cbpt next-run CASE DATA"""
+    from cbpt.lab.diagnosis.diagnose import diagnose
+    from cbpt.lab.experiment.candidates import limits_of
+    from cbpt.lab.experiment.expected_gain import CANDIDATES, ranked
+
+    parser = inputs(
+        "cbpt next-run",
+        "Diagnose the readings, then rank the runs that could decide what they leave open, by the "
+        "log odds that each is expected to bring under the posterior.",
+    )
+    parser.add_argument(
+        "--candidates",
+        metavar="N",
+        type=int,
+        default=CANDIDATES,
+        help=f"how many runs to choose among ({CANDIDATES})",
+    )
+    add_limits(parser, "a fourth beyond what the readings have")
+    add_json(parser)
+    parser.add_argument("--out", metavar="PLAN", type=Path, help="write the best run to PLAN.toml")
+    parser.add_argument("--seed", type=int, default=0, help="of the diagnosis")
+    options = parser.parse_args(argv)
+    columns = columns_of(parser, options)
+    check_plan_name(parser, options.out)
+    answer = diagnose(options.case, options.data, columns=columns or None, seed=options.seed)
+    seen = answer.readings
+    limits = limited(options, limits_of(seen)) if seen.preload_N is not None else None
+    found = ranked(answer, limits, options.candidates)
+    plan = found.plan()
+    if options.out and plan:
+        options.out.write_text(plan.to_toml(), encoding="utf-8")
+    told(found, options.json)
+    return SUCCESS
+
+
+def plan(argv: list[str]) -> int:
+    """cbpt plan CASE --separate EFFECT EFFECT"""
+    from cbpt.lab.experiment.candidates import Limits
+    from cbpt.lab.experiment.shortest_plan import MAX_RUNS, limits_of_case, shortest_plan
+    from cbpt.lab.readings.inputs import case_of
+
+    parser = Parser(
+        prog="cbpt plan",
+        description="The shortest campaign that tells effects apart, and each from nothing, 19 "
+        "times of 20; or that none can.",
+    )
+    parser.add_argument("case", metavar="CASE", type=Path, help="case file (TOML)")
+    parser.add_argument(
+        "--separate",
+        metavar="EFFECT",
+        nargs="+",
+        required=True,
+        help="ids of the library, see cbpt effects",
+    )
+    parser.add_argument(
+        "--size",
+        metavar=("EFFECT", "NAME=VALUE"),
+        nargs="+",
+        action="append",
+        default=[],
+        help="size at which an effect is to be told, named as in a case file: eccentric_bearing "
+        "reference_deflection_um=0.2; repeatable; the middle of the plausible range",
+    )
+    add_limits(parser, "around the [load] of the case")
+    parser.add_argument(
+        "--u-arcsec",
+        metavar="U",
+        type=float,
+        required=True,
+        help="standard uncertainty of a reading",
+    )
+    parser.add_argument(
+        "--max-runs", metavar="N", type=int, default=MAX_RUNS, help=f"at most so many ({MAX_RUNS})"
+    )
+    parser.add_argument("--out", metavar="PLAN", type=Path, help="write it to PLAN.toml")
+    options = parser.parse_args(argv)
+    check_plan_name(parser, options.out)
+    case = case_of(options.case)
+    if options.torque_Nm is not None and options.preload_N is not None:
+        limits = Limits(options.torque_Nm, tuple(options.preload_N))
+    else:
+        limits = limited(options, limits_of_case(case))
+    found = shortest_plan(
+        case,
+        options.separate,
+        u_elastic_angle_arcsec=options.u_arcsec,
+        limits=limits,
+        sizes={words[0]: _numbers(parser, words[1:]) for words in options.size},
+        max_runs=options.max_runs,
+    )
+    print(found.report())
+    if options.out and found.plan:
+        options.out.write_text(found.plan.to_toml(), encoding="utf-8")
+        print(f"Wrote {options.out}; check it with cbpt isolability {options.case} {options.out}")
+    return SUCCESS if found.plan else NO_SOLUTION
+
+
+# --- what the verbs share -----------------------------------------------------------------
+
+
+class _Answer(Protocol):
+    def to_json(self) -> str: ...
+    def report(self) -> str: ...
+
+
+def told(answer: _Answer, json: str | None) -> None:
+    """Print the text, or the JSON document in its place; or write that beside it."""
+    if json == "-":
+        print(answer.to_json())
+    else:
+        if json:
+            Path(json).write_text(answer.to_json() + "\n", encoding="utf-8")
+        print(answer.report())
+    sys.stdout.flush()
+
+
+def noises() -> str:
+    """What --noise takes."""
+    from cbpt.lab.experiment.simulate import NOISES
+
+    kinds = "; ".join(f"{kind}={size:g} ({told})" for kind, (_, size, told) in NOISES.items())
+    return f"Kinds of noise, with the size each has where none is stated: {kinds}."
+
+
+def add_instrument(parser: argparse.ArgumentParser) -> None:
+    """Flags of what an instrument adds."""
+    parser.add_argument(
+        "--noise",
+        metavar="KIND",
+        nargs="+",
+        default=["white"],
+        help="white (default), none, or any of those below, KIND=SIZE for another size",
+    )
+    parser.add_argument(
+        "--u-arcsec",
+        metavar="U",
+        type=float,
+        help="standard uncertainty of a reading, in place of what the plan says",
+    )
+
+
+def add_limits(parser: argparse.ArgumentParser, usual: str) -> None:
+    """Flags of what the rig can do."""
+    parser.add_argument(
+        "--torque-Nm", metavar="MAX", type=float, help=f"largest torque of the rig; {usual}"
+    )
+    parser.add_argument(
+        "--preload-N",
+        metavar=("LOW", "HIGH"),
+        type=float,
+        nargs=2,
+        help=f"lowest and highest preload; {usual}",
+    )
+
+
+def limited(options: argparse.Namespace, limits: Limits) -> Limits:
+    """Limits with what the flags say of them."""
+    if options.torque_Nm is not None:
+        limits = replace(limits, torque_Nm=options.torque_Nm)
+    if options.preload_N is not None:
+        limits = replace(limits, preload_N=tuple(options.preload_N))
+    return limits
+
+
+def check_plan_name(parser: argparse.ArgumentParser, path: Path | None) -> None:
+    """Refuse a name that is not that of a plan, before any work is done."""
+    if path and path.suffix.lower() != ".toml":
+        parser.error(f"--out {path}: the name of a plan ends in .toml")
+
+
+def add_json(parser: argparse.ArgumentParser) -> None:
+    """The flag for the JSON document."""
+    parser.add_argument(
+        "--json",
+        metavar="OUT",
+        nargs="?",
+        const="-",
+        help="write the whole answer to OUT.json; without a name, print it in place of the text",
+    )
+
+
+def _numbers(parser: argparse.ArgumentParser, words: list[str]) -> dict[str, float]:
+    numbers = {}
+    for word in words:
+        name, equals, value = word.partition("=")
+        try:
+            numbers[name] = float(value)
+        except ValueError:
+            equals = ""
+        if not equals:
+            parser.error(f"{word}: expected NAME=VALUE, as in reference_deflection_um=2")
+    return numbers

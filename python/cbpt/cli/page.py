@@ -1,0 +1,134 @@
+"""The page's verbs on the command line.
+
+report      the answer as one file to look at, send and print
+workbench   the same live, served on this machine
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from cbpt.cli.lab import SUCCESS, columns_of, inputs, only_of
+
+
+def report(argv: list[str]) -> int:
+    """cbpt report CASE DATA --out report.html"""
+    parser = inputs(
+        "cbpt report",
+        "Diagnose readings and write the answer as one page that opens without a network: the "
+        "misfit, where it stands out, what could be missing, what to measure next, the drive.",
+    )
+    parser.add_argument(
+        "--out",
+        metavar="FILE",
+        type=Path,
+        required=True,
+        help="FILE.html, or FILE.json for the page's document alone",
+    )
+    parser.add_argument(
+        "--with",
+        metavar="EFFECT",
+        nargs="+",
+        action="extend",
+        default=[],
+        dest="effects",
+        help="own effects of the case that are to compete instead of being taken as given",
+    )
+    parser.add_argument(
+        "--seed", type=int, default=0, help="of the simulated chances; the same seed, the same page"
+    )
+    options = parser.parse_args(argv)
+    columns = columns_of(parser, options)
+    if options.out.suffix.lower() not in (".html", ".json"):
+        parser.error(f"--out {options.out}: the name must end in .html or .json")
+    from cbpt.lab.diagnosis.diagnose import diagnose
+    from cbpt.lab.readings.inputs import case_and_readings
+    from cbpt.page.document.campaign import campaign_isolability
+    from cbpt.page.document.document import Source, named, page_document
+    from cbpt.page.document.plain import to_json
+
+    case, readings = case_and_readings(
+        options.case, options.data, columns or None, options.sheet, only_of(parser, options)
+    )
+    readings = named(readings, str(options.data), options.data.name)
+    diagnosis = diagnose(case, readings, effects=options.effects, seed=options.seed)
+    isolability, why = campaign_isolability(diagnosis)
+    source = Source.of_files(
+        str(options.case), str(options.data), _text(options.case), *_flags(options)
+    )
+    document = page_document(
+        case,
+        readings,
+        source,
+        diagnosis,
+        isolability=isolability,
+        reasons={"isolability": why} if why else None,
+    )
+    if options.out.suffix.lower() == ".json":
+        text = to_json(document) + "\n"
+    else:
+        from cbpt.page.report import report as page
+
+        text = page(document)
+    options.out.write_text(text, encoding="utf-8")
+    print(diagnosis.sentence)
+    print(f"Wrote {options.out}.")
+    sys.stdout.flush()
+    return SUCCESS
+
+
+def workbench(argv: list[str]) -> int:
+    """cbpt workbench [CASE DATA]"""
+    parser = inputs(
+        "cbpt workbench",
+        "The page live, in the browser: open a case and readings, see the misfit, switch effects "
+        "on, write your own. It is served on this machine alone; Ctrl-C ends it.",
+        needed=False,
+    )
+    parser.add_argument(
+        "--port", type=int, help="port to listen on; else 8327, or any that is free (0: any)"
+    )
+    parser.add_argument(
+        "--host",
+        default="127.0.0.1",
+        help="address to listen on; anything but 127.0.0.1 lets others in the network reach it",
+    )
+    parser.add_argument(
+        "--no-browser", action="store_true", help="print the address and open no browser"
+    )
+    options = parser.parse_args(argv)
+    if options.port is not None and not 0 <= options.port < 65536:
+        parser.error(f"--port {options.port}: expected 0 to 65535")
+    if (options.case is None) != (options.data is None):
+        parser.error("give both CASE and DATA, or open them in the browser")
+    from cbpt.page.workbench.serve import serve
+    from cbpt.page.workbench.session import Session
+
+    if options.case is None:
+        session = Session()
+    else:
+        columns, only = columns_of(parser, options), only_of(parser, options)
+        session = Session.of_files(
+            options.case, options.data, columns, options.sheet, only, _flags(options)
+        )
+    serve(session, options.host, options.port, not options.no_browser)
+    return SUCCESS
+
+
+def _text(path: Path) -> str:
+    return path.read_text(encoding="utf-8")
+
+
+def _flags(options: argparse.Namespace) -> list[str]:
+    """What was given beside CASE, DATA and --out, to be said again."""
+    found = []
+    for flag, values in (("--column", options.column), ("--only", options.only)):
+        found += [word for value in values for word in (flag, value)]
+    if options.sheet is not None:
+        found += ["--sheet", options.sheet]
+    if getattr(options, "effects", []):
+        found += ["--with", *options.effects]
+    seed = getattr(options, "seed", 0)
+    return found + (["--seed", str(seed)] if seed else [])

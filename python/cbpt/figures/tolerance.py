@@ -1,0 +1,58 @@
+"""The elastic angle of drives within their tolerances: a histogram, and what each number adds."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from cbpt.design.judge import shown
+from cbpt.errors import PlotError
+from cbpt.figures.comparison import check_picture_name
+from cbpt.results import ANGLE_UNITS
+
+if TYPE_CHECKING:
+    from cbpt.design.tolerance import Tolerance
+
+
+def draw_tolerance(t: Tolerance, path: str | os.PathLike[str], angle_unit: str = "arcsec") -> None:
+    """Draw `t` to `path` (SVG, PNG or PDF by its ending)."""
+    check_picture_name(path)
+    try:
+        import matplotlib as mpl
+        from matplotlib.figure import Figure
+    except ImportError as error:
+        raise PlotError('drawing needs matplotlib: pip install "cbpt[plot]"') from error
+
+    one = ANGLE_UNITS[angle_unit]
+    good = t.angles_arcsec[np.isfinite(t.angles_arcsec)] * one
+    figure = Figure(figsize=(8.5, 3.6), layout="constrained")
+    axes, shares = figure.subplots(1, 2, width_ratios=[3, 2])
+    axes.hist(good, bins="auto", color="0.75", density=True)
+    low, median, high = (q * one for q, _ in t.quantiles_arcsec.values())
+    axes.axvspan(low, high, color="C0", alpha=0.12, label="95 % of the drives")
+    axes.axvline(median, color="C0", label="median")
+    if t.nominal_arcsec is not None:
+        axes.axvline(t.nominal_arcsec * one, color="C3", ls="--", label="nominal")
+    axes.set_xlabel(f"elastic angle [{angle_unit}]")
+    axes.set_ylabel(f"density [1/{angle_unit}]")
+    failed = t.samples - len(good)
+    title = f"{t.samples} drives" + (f", {failed} without solution" if failed else "")
+    axes.set_title(title, fontsize=9)
+    axes.legend(fontsize=8, frameon=False)
+    numbers = sorted(t.numbers, key=lambda n: n.share or 0.0)
+    places = np.arange(len(numbers))
+    for shift, label, colour, values in (
+        (0.2, "by the sensitivities", "C0", [n.share for n in numbers]),
+        (-0.2, "drawn", "0.65", [n.share_drawn for n in numbers]),
+    ):
+        percent = [100 * (value or 0.0) for value in values]
+        shares.barh(places + shift, percent, height=0.4, label=label, color=colour)
+    shares.set_yticks(places, [shown(n.number, 0.0)[0] for n in numbers], fontsize=7)
+    shares.set_xlabel("share of the variance [%]")
+    shares.legend(fontsize=8, frameon=False)
+    for each in (axes, shares):
+        each.spines[["top", "right"]].set_visible(False)
+    with mpl.rc_context({"svg.hashsalt": "cbpt", "svg.fonttype": "none"}):
+        figure.savefig(path, metadata={"Date": None} if str(path).endswith("svg") else None)

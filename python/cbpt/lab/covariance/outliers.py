@@ -1,0 +1,92 @@
+"""Readings that are looser than the rest: outliers and heavy tails, told before any cause is
+named.
+
+    looseness   factor on each reading's standard deviation, or None where all are alike
+
+Each reading is predicted from all others by a smooth field that can follow every effect of the
+library and every pattern of the table (a Gaussian process; leave-one-out in closed form, Rasmussen
+and Williams 2006, eq. 5.12). What is far from its prediction gets the weight that Student's t with
+4 degrees of freedom gives it. A cause that is real moves its neighbours too, so it is not mistaken
+for a loose reading.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cbpt.lab.covariance.noise import Whitener
+
+Floats = NDArray[np.float64]
+
+_DEGREES = 4.0
+_FAR = 4.2
+_KURTOSIS = 1.2
+_AMPLITUDES = (0.0, 1.0, 4.0, 16.0, 64.0)
+
+
+def looseness(
+    y: Floats, certain: Floats, fields: Sequence[Floats], whitener: Whitener
+) -> Floats | None:
+    """y: misfit of the readings, (n,); certain: columns that are surely free; fields: groups of
+    patterns.
+
+    y and all columns in arcsec; the whitener says what scatter is stated.
+    """
+    n = len(y)
+    y = y * whitener.inverse
+    base = _kernel([certain * whitener.inverse[:, None]]) * 1e6
+    smooth = _kernel([f * whitener.inverse[:, None] for f in fields])
+    loose = np.ones(n)
+    z = y
+    for turn in range(4):
+        if turn < 2:
+            amplitude = max(_AMPLITUDES, key=lambda a: _likelihood(y, base + a * smooth, loose))
+        z = _left_out(y, base + amplitude * smooth, loose)
+        new = np.sqrt(np.maximum((_DEGREES + z**2) / (_DEGREES + 1), 1.0))
+        if np.abs(new - loose).max() < 0.05 * new.max():
+            break
+        loose = new
+        if turn == 0 and _alike(z):
+            return None
+    return None if _alike(z) else loose
+
+
+def _alike(z: Floats) -> bool:
+    """Whether no reading is far and the tails are those of a normal distribution."""
+    kurtosis = float(np.mean(z**4) / np.mean(z**2) ** 2 - 3)
+    return bool(np.abs(z).max() < _FAR and kurtosis < max(_KURTOSIS, 5 * np.sqrt(24 / len(z))))
+
+
+def _kernel(groups: Sequence[Floats]) -> Floats:
+    """Groups of columns, each group as strong as any other."""
+    total = np.zeros((len(groups[0]), len(groups[0])))
+    for g in groups:
+        k = g @ g.T
+        size = float(np.trace(k)) / len(k)
+        if size > 0:
+            total = total + k / size
+    return np.asarray(total) / max(len(groups), 1)
+
+
+def _likelihood(y: Floats, covariance: Floats, loose: Floats) -> float:
+    """Of y up to a constant, the scale of the covariance being free."""
+    try:
+        factor = np.linalg.cholesky(covariance + np.diag(loose**2))
+    except np.linalg.LinAlgError:
+        return -np.inf
+    half = np.linalg.solve(factor, y)
+    size = 0.5 * len(y) * np.log(float(half @ half))
+    return -float(size + np.log(np.diag(factor)).sum())
+
+
+def _left_out(y: Floats, covariance: Floats, loose: Floats) -> Floats:
+    """Each reading less its prediction from the others, in robust standard deviations."""
+    precision = np.linalg.inv(covariance + np.diag(loose**2))
+    own = np.diag(precision)
+    error = (precision @ y) / own
+    # Standardised as if none were loose, so that the next weights start afresh.
+    out = error / np.sqrt(np.maximum(1 / own - loose**2 + 1, 1.0))
+    return np.asarray(out / (1.4826 * np.median(np.abs(out))))

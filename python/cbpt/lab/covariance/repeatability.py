@@ -1,0 +1,145 @@
+"""The uncertainty of a reading from repeats: readings taken again under the same conditions.
+
+    Repeats   the pooled standard deviation, and how well it is known
+    pooled    from the residuals of a model, right or wrong
+
+Same conditions are the same levels of torque, preload (or its step) and input angle, reached in the
+same direction; the first leg of a run stands apart, as loading for the first time is another thing.
+With y the residual of reading i, in condition c(i) and run r(i),
+
+    y_i = a_c(i) + b_r(i) + e_i,   u^2 = sum e_i^2 / (n - conditions - free zeros of runs)
+
+(a two-way analysis of variance), so that neither what the model gets wrong at a condition nor the
+zero of a run counts as scatter. Residuals, not angles, because a torque held not quite alike moves
+both reading and model.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cbpt.lab.covariance.within_run import Scatter
+from cbpt.lab.readings.reader import Readings
+from cbpt.lab.readings.set_points import levels_of
+
+__all__ = ["Repeats", "pooled"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+_FEWEST_DOF = 5
+# Conditions times runs: a table of counts that fits into memory with ease.
+_MOST_CELLS = 4_000_000
+
+
+@dataclass(frozen=True)
+class Repeats:
+    """What readings taken again say of their uncertainty."""
+
+    u_arcsec: float
+    """Standard deviation of one reading (with a stated uncertainty: of the median one)."""
+    ratio: float | None
+    """To the stated uncertainty; None where there is none."""
+    dof: float
+    """Degrees of freedom of that standard deviation."""
+    conditions: int
+    """How many conditions were taken more than once."""
+    readings: int
+    """How many readings were taken under them."""
+    steady: bool
+    """False where repeats differ by far more than readings scatter inside their runs: then
+    something changes between them, and they say nothing of the uncertainty."""
+
+    def __str__(self) -> str:
+        return (
+            f"{self.readings} readings repeated under {self.conditions} conditions, "
+            f"{self.dof:.0f} degrees of freedom"
+        )
+
+
+def pooled(
+    readings: Readings, residual_arcsec: Floats, scatter: Scatter | None = None
+) -> Repeats | None:
+    """Residuals finite, shape (n,). None where too little was repeated.
+
+    scatter: that inside the runs, to tell whether something changed between repeats.
+    """
+    u = readings.u_elastic_angle_arcsec
+    y = residual_arcsec if u is None else residual_arcsec / u
+    condition = _conditions(readings)
+    again = np.bincount(condition)[condition] > 1
+    if not again.any():
+        return None
+    condition = np.unique(condition[again], return_inverse=True)[1]
+    run = np.unique(readings.run_index[again], return_inverse=True)[1]
+    y, conditions, runs = y[again], int(condition.max()) + 1, int(run.max()) + 1
+    if conditions * runs > _MOST_CELLS:
+        return None
+    # Runs' zeros as they look once each condition's mean is taken off.
+    counts = np.zeros((conditions, runs))
+    np.add.at(counts, (condition, run), 1.0)
+    size = counts.sum(axis=1)
+    off = y - (np.bincount(condition, y) / size)[condition]
+    gram = np.diag(counts.sum(axis=0)) - counts.T @ (counts / size[:, None])
+    free = int(np.linalg.matrix_rank(gram, tol=1e-9 * len(y), hermitian=True))
+    dof = len(y) - conditions - free
+    if dof < _FEWEST_DOF:
+        return None
+    push = np.bincount(run, off, runs)
+    zeros = np.linalg.lstsq(gram, push, rcond=1e-9)[0]
+    left = max(float(off @ off - push @ zeros), 0.0)
+    sd = float(np.sqrt(left / dof))
+    # Shown digits that agree are no proof of an exact instrument.
+    if not sd > 1e-9 * float(np.abs(y).max()):
+        return None
+    typical = 1.0 if u is None else float(np.median(u))
+    return Repeats(
+        u_arcsec=sd * typical,
+        ratio=None if u is None else sd,
+        dof=float(dof),
+        conditions=conditions,
+        readings=len(y),
+        steady=_steady(sd * typical, dof, scatter),
+    )
+
+
+def _steady(u_arcsec: float, dof: int, scatter: Scatter | None) -> bool:
+    """Whether repeats scatter as readings do inside their runs, as far as that is known."""
+    if scatter is None or not scatter.u_arcsec or u_arcsec < 1.5 * scatter.u_arcsec:
+        return True
+    from scipy.special import fdtrc
+
+    return float(fdtrc(dof, scatter.dof, (u_arcsec / scatter.u_arcsec) ** 2)) > 0.001
+
+
+def _conditions(readings: Readings) -> Ints:
+    """Which readings share their conditions, counted from 0, shape (n,)."""
+    columns = [
+        levels_of(readings.torque_Nm).index,
+        levels_of(readings.input_angle_deg).index,
+        readings.direction(),
+        _first_leg(readings),
+    ]
+    if readings.preload_step is not None:
+        columns.append(np.unique(readings.preload_step, return_inverse=True)[1])
+    if readings.preload_N is not None:
+        columns.append(levels_of(readings.preload_N).index)
+    keys = np.column_stack(columns)
+    return np.unique(keys, axis=0, return_inverse=True)[1].reshape(-1).astype(np.int64)
+
+
+def _first_leg(readings: Readings) -> Ints:
+    """1 until the torque of a run turns for the first time, shape (n,)."""
+    first = np.zeros(len(readings), dtype=np.int64)
+    direction = readings.direction()
+    order = np.argsort(readings.run_index, kind="stable")
+    starts = np.flatnonzero(np.diff(readings.run_index[order], prepend=-1))
+    for rows in np.split(order, starts[1:]):
+        ways = direction[rows]
+        moving = ways[ways != 0]
+        turned = ways == -moving[0] if len(moving) else np.zeros(len(rows), dtype=bool)
+        first[rows] = np.cumsum(turned) == 0
+    return first

@@ -1,0 +1,197 @@
+"""The scatter of readings, estimated from themselves, to be held against what is stated.
+
+    Scatter       standard deviation and correlation inside the runs, and how well they are known
+    estimate      from the residuals of a model, right or wrong
+    display_step  the step of a display
+
+A model that is wrong is so smoothly: along a few readings of one run that follow each other in one
+direction of the torque a parabola takes its error away, and what is left is scatter. A stretch may
+hold a kink: what counts is the median over those that vary no more than chance lets them.
+Readings that come in steps coarser than they scatter round alike or far apart, and what rounding
+leaves inside a few of them may be far less than the step's own uncertainty: then the scatter is
+taken to be no less than that, and hardly known.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cbpt.lab.readings.reader import Readings
+from cbpt.lab.readings.set_points import levels_of
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+_LONGEST = 10
+_FEWEST_DOF = 6
+_STRETCHES = 400
+_CORRELATIONS = (0.0, 0.2, 0.4, 0.6, 0.8)
+# A stretch whose variance is further above the typical one than this, in standard deviations, holds
+# more than scatter.
+_KINKED = 2.6
+# What a correlation has to gain in log-likelihood.
+_PRICE = 3.0
+# A median of variances is known as well as a mean of this share of the degrees of freedom.
+_EFFICIENCY = 0.6
+# Degrees of freedom behind a scatter that a coarse display hides.
+_HIDDEN_DOF = 3.0
+# A display is coarse from so many standard deviations a step.
+_COARSE = 1.5
+# Rounding leaves more than this part of a step; what follows a curve closer is no display's.
+_FINEST = 12.0
+
+
+@dataclass(frozen=True)
+class Scatter:
+    """How readings scatter inside their runs."""
+
+    u_arcsec: float
+    """Standard deviation of the typical reading (with a stated uncertainty: of the median one)."""
+    ratio: float | None
+    """To the stated uncertainty; None where there is none."""
+    dof: float
+    """How well it is known, as degrees of freedom."""
+    correlation: float
+    """Of a reading with the next of its run, 0 where none is seen."""
+    step_arcsec: float = 0.0
+    """Step of the display where it hides the scatter, else 0."""
+
+    @property
+    def off(self) -> bool:
+        """Whether the stated uncertainty cannot be right."""
+        if self.ratio is None:
+            return False
+        if self.correlation > 0:
+            # What is correlated is poorly known; only a large difference counts.
+            return not 0.4 < self.ratio < 2.5
+        from scipy.special import chdtrc
+
+        above = float(chdtrc(self.dof, self.dof * self.ratio**2))
+        return min(above, 1 - above) < 0.005 and not 0.87 < self.ratio < 1.15
+
+
+def estimate(readings: Readings, residual_arcsec: Floats) -> Scatter | None:
+    """Residuals finite, shape (n,). None where too few readings follow each other."""
+    u = readings.u_elastic_angle_arcsec
+    weighted = residual_arcsec if u is None else residual_arcsec / u
+    stretches = _stretches(readings)
+    if len(stretches) > _STRETCHES:
+        chosen = np.linspace(0, len(stretches) - 1, _STRETCHES).round().astype(int)
+        stretches = [stretches[i] for i in chosen]
+    groups = _by_length(stretches)
+    dof = sum(rows.shape[0] * _free(rows.shape[1]) for rows in groups)
+    if dof < _FEWEST_DOF:
+        return None
+    smooth = _smooth(groups, weighted)
+    gains = [_rated(smooth, weighted, c)[0] - _PRICE * (c > 0) for c in _CORRELATIONS]
+    correlation = _CORRELATIONS[int(np.argmax(gains))]
+    scale = float(np.sqrt(_typical(_rated(smooth, weighted, correlation)[1], smooth)))
+    # What is correlated is fewer independent readings, and the parabola takes more of it away.
+    known = dof * _EFFICIENCY * ((1 - correlation) / (1 + correlation)) ** 2
+    typical = 1.0 if u is None else float(np.median(u))
+    step = display_step(readings.elastic_angle_arcsec)
+    if _COARSE * scale * typical < step < _FINEST * scale * typical:
+        scale = max(scale, step / 12**0.5 / typical)
+        known, correlation = min(known, _HIDDEN_DOF), 0.0
+    else:
+        step = 0.0
+    return Scatter(scale * typical, None if u is None else scale, known, correlation, step)
+
+
+def display_step(values: Floats) -> float:
+    """The step that all values are whole multiples of, 0 where there is none to be seen."""
+    found = np.unique(np.round(values, 9))
+    # A step that hardly any two readings share is that of the digits in the table.
+    if len(found) < 3 or len(found) > 0.7 * len(values):
+        return 0.0
+    # Digits of the table may round the multiples once more, so the step is refined on them.
+    step = float(np.diff(found).min())
+    step = float(np.ptp(found)) / max(round(float(np.ptp(found)) / step), 1)
+    off = (found - found[0]) / step
+    return step if np.abs(off - np.round(off)).max() < 0.05 else 0.0
+
+
+def _stretches(readings: Readings) -> list[Ints]:
+    """Rows that follow each other in one run, direction and sign of the torque."""
+    order = np.argsort(readings.run_index, kind="stable")
+    run = readings.run_index[order]
+    torque = levels_of(readings.torque_Nm).held[order]
+    same = np.diff(run) == 0
+    way = np.sign(np.r_[0.0, np.where(same, np.diff(torque), 0.0)])
+    first = np.r_[True, ~same]
+    leads = np.flatnonzero(first[:-1] & ~first[1:])
+    way[leads] = way[leads + 1]
+    side = np.sign(torque)
+    # A reading without torque ends the side it comes from.
+    side = np.where((side == 0) & ~first, np.r_[0.0, side[:-1]], side)
+    turned = (np.diff(way) != 0) | ((np.diff(side) != 0) & (side[:-1] != 0))
+    parts = np.split(order, np.flatnonzero(~same | turned) + 1)
+    return [piece for part in parts for piece in np.array_split(part, -(-len(part) // _LONGEST))]
+
+
+def _free(length: int) -> int:
+    """Degrees of freedom that a stretch has beside its line or parabola."""
+    return max(length - (3 if length >= 5 else 2), 0)
+
+
+def _by_length(stretches: list[Ints]) -> list[Ints]:
+    """Stretches of one length as rows of one array; those too short left out."""
+    found: dict[int, list[Ints]] = {}
+    for rows in stretches:
+        if _free(len(rows)):
+            found.setdefault(len(rows), []).append(rows)
+    return [np.array(found[length]) for length in sorted(found)]
+
+
+def _smooth(groups: list[Ints], values: Floats) -> list[Ints]:
+    """Stretches without those that hold more than scatter."""
+    _, variances = _rated(groups, values, 0.0)
+    for _ in range(6):
+        typical = _typical(variances, groups)
+        kept = []
+        for rows, v in zip(groups, variances, strict=True):
+            part = 2 / (9 * _free(rows.shape[1]))
+            kept.append(v <= typical * (1 - part + _KINKED * part**0.5) ** 3)
+        if all(k.all() for k in kept):
+            break
+        groups = [rows[k] for rows, k in zip(groups, kept, strict=True)]
+        variances = [v[k] for v, k in zip(variances, kept, strict=True)]
+    return groups
+
+
+def _rated(groups: list[Ints], values: Floats, correlation: float) -> tuple[float, list[Floats]]:
+    """Restricted log-likelihood, each stretch with its own variance; those variances."""
+    total, variances = 0.0, []
+    for rows in groups:
+        length, free = rows.shape[1], _free(rows.shape[1])
+        trend = np.vander(np.linspace(-1, 1, length), length - free)
+        trend, y = _whitened(trend, correlation), _whitened(values[rows].T, correlation)
+        q, r = np.linalg.qr(trend)
+        left = np.sum((y - q @ (q.T @ y)) ** 2, axis=0)
+        # Stretches without any scatter have no likelihood; rounding is the least there can be.
+        left = np.maximum(left, max(1e-12 * float(left.sum()), 1e-300))
+        volume = np.log(np.abs(np.diag(r))).sum() + 0.5 * (length - 1) * np.log1p(-(correlation**2))
+        total -= float(0.5 * free * np.log(left).sum() + len(rows) * volume)
+        variances.append(left / free)
+    return total, variances
+
+
+def _whitened(columns: Floats, correlation: float) -> Floats:
+    rest = (columns[1:] - correlation * columns[:-1]) / np.sqrt(1 - correlation**2)
+    return np.concatenate([columns[:1], rest])
+
+
+def _typical(variances: list[Floats], groups: list[Ints]) -> float:
+    """Median of the variances by their degrees of freedom, as an estimate of their mean."""
+    free = np.concatenate([np.full(len(g), float(_free(g.shape[1]))) for g in groups])
+    values = np.concatenate(variances)
+    if len(values) < 6:
+        return float(np.average(values, weights=free))
+    # Wilson and Hilferty: the median of chi-squared is (1 - 2/(9 d))^3 of its mean.
+    values = values / (1 - 2 / (9 * free)) ** 3
+    order = np.argsort(values)
+    half = np.searchsorted(np.cumsum(free[order]), free.sum() / 2)
+    return float(values[order][half])

@@ -1,0 +1,169 @@
+"""One diagnosis for each level of a column, and how the numbers change from level to level.
+
+diagnose_by       a case, its readings and a column -> DividedDiagnosis
+DividedDiagnosis  the answers side by side
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from threadpoolctl import threadpool_limits
+
+from cbpt._core import Case, Drive, text_table
+from cbpt.errors import InvalidInputError, ReadingsError
+from cbpt.lab.diagnosis.diagnose import diagnosed
+from cbpt.lab.diagnosis.diagnosis import Diagnosis
+from cbpt.lab.diagnosis.sentence import shown
+from cbpt.lab.inference.estimates import parameters_of
+from cbpt.lab.inference.fit import Fit
+from cbpt.lab.readings.inputs import case_and_readings
+from cbpt.lab.selection.fit_effects import best_fit
+from cbpt.lab.wording.versions import versions
+
+__all__ = ["DividedDiagnosis", "diagnose_by"]
+
+SCHEMA = "cbpt.diagnosis_by/1"
+_MOST_LEVELS = 40
+
+
+@dataclass(frozen=True, eq=False)
+class DividedDiagnosis:
+    """Answers by the level of a column, in the order of the table."""
+
+    by: str
+    answers: dict[str, Diagnosis]
+    effects: tuple[str, ...]
+    """All effects that the answer of any level names: fitted at every level, to be compared."""
+    fits: dict[str, Fit] = field(repr=False)
+    failed: dict[str, str]
+    """Levels that could not be judged, and why."""
+
+    def parameters(self) -> dict[str, dict[str, dict[str, Any]]]:
+        """By number (`effect.name`) and level: value, SI, and its standard uncertainty."""
+        found: dict[str, dict[str, dict[str, Any]]] = {}
+        for level, fit in self.fits.items():
+            for number in (u for u in fit.unknowns if "." not in u.name):
+                entry = {"value": fit.value(number), "u": fit.u(number)}
+                found.setdefault(number.name, {})[level] = entry
+            for effect in self.effects:
+                for name, p in parameters_of(fit, effect).items():
+                    entry = {"value": p["value"], "u": p["u"], "why_no_u": p["why_no_u"]}
+                    found.setdefault(f"{effect}.{name}", {})[level] = entry
+        return found
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain values, the same that `to_json` writes."""
+        levels = {
+            level: {
+                "verdict": d.to_dict()["verdict"],
+                "before_rmse_arcsec": d.ladder[0].rmse_arcsec,
+                "after_rmse_arcsec": d.final_rung.rmse_arcsec,
+            }
+            for level, d in self.answers.items()
+        }
+        return {
+            "schema": SCHEMA,
+            "versions": versions(),
+            "by": self.by,
+            "levels": levels,
+            "effects_fitted_at_every_level": list(self.effects),
+            "rmse_arcsec": {level: fit.rmse_arcsec for level, fit in self.fits.items()},
+            "parameters": self.parameters(),
+            "failed": self.failed,
+        }
+
+    def to_json(self) -> str:
+        """One JSON document."""
+        return json.dumps(self.to_dict(), indent=2, allow_nan=False, default=float)
+
+    def report(self) -> str:
+        """As text."""
+        return "\n".join(self._lines())
+
+    def _lines(self) -> Iterator[str]:
+        for level, d in self.answers.items():
+            yield f"{self.by} {level} ({len(d.readings)} readings): {d.sentence}"
+        yield from (f"{self.by} {level}: not judged. {why}" for level, why in self.failed.items())
+        if not self.fits:
+            return
+        yield ""
+        added = ", ".join(self.effects) or "no effect"
+        yield f"Numbers at each {self.by}, all with the same model ({added}):"
+        rows = []
+        for number, by_level in self.parameters().items():
+            effect, _, name = number.partition(".")
+            label, cells = number, []
+            for level in self.fits:
+                p = by_level.get(level)
+                text = shown(effect, name or effect, p["value"], p["u"]) if p else ""
+                head, _, value = text.partition(" ")
+                label = f"{effect} {head}" if name and head else label
+                cells.append(value)
+            rows.append([label, *cells])
+        rmse = [f"{fit.rmse_arcsec:.3g}" for fit in self.fits.values()]
+        yield text_table([self.by, *self.fits], json.dumps([*rows, ["rmse_arcsec", *rmse]]))
+
+    def __repr__(self) -> str:
+        return self.report()
+
+
+def diagnose_by(
+    case: Case | Drive | str | os.PathLike[str] | Mapping[str, object],
+    data: str | os.PathLike[str] | Mapping[str, ArrayLike],
+    by: str,
+    *,
+    columns: Mapping[str, str] | None = None,
+    sheet: str | None = None,
+    only: Mapping[str, object] | None = None,
+    seed: int = 0,
+) -> DividedDiagnosis:
+    """Diagnose the readings of each level of a column by themselves.
+
+    by: a column of the table, `preload_step` or any other; the others as in `diagnose`. Raises
+    `CaseError` and `ReadingsError` for what cannot be read; a level with too little to judge is
+    told in `failed`.
+    """
+    case, readings = case_and_readings(case, data, columns, sheet, only, by)
+    labels = readings.labels[by]
+    levels = list(dict.fromkeys(labels.tolist()))
+    if len(levels) > _MOST_LEVELS:
+        raise InvalidInputError(
+            f"by = {by!r}: {len(levels)} levels, {_MOST_LEVELS} at most; name a column of settings"
+        )
+    answers: dict[str, Diagnosis] = {}
+    failed: dict[str, str] = {}
+    with threadpool_limits(1, user_api="blas"):
+        for level in levels:
+            try:
+                answers[level] = diagnosed(case, readings.select(labels == level), seed)
+            except ReadingsError as error:
+                failed[level] = str(error)
+        named = [e for d in answers.values() for e in _named(d)]
+        effects = tuple(sorted(dict.fromkeys(named)))
+        fits = {level: _fitted(d, effects) for level, d in answers.items()}
+    found = {level: fit for level, fit in fits.items() if fit is not None}
+    return DividedDiagnosis(by, answers, effects, found, failed)
+
+
+def _named(d: Diagnosis) -> tuple[str, ...]:
+    """Effects of an answer that can be fitted: zeros of runs and numbers of the drive cannot."""
+    numbers = d.competition.campaign.priors
+    return tuple(e for e in d.verdict.names if e != "run_offset" and e not in numbers)
+
+
+def _fitted(d: Diagnosis, effects: tuple[str, ...]) -> Fit | None:
+    fits = d.competition.fits
+    if effects in fits:
+        return fits[effects]
+    try:
+        found = best_fit(d.competition.fitter, effects)
+    except (InvalidInputError, ReadingsError):
+        return None
+    return found if np.isfinite(found.rmse_arcsec) else None

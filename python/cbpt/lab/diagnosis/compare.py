@@ -1,0 +1,518 @@
+"""Model against measurement: how far off, and where.
+
+    compare         a case and its readings -> Comparison, with further effects fitted where asked
+    Comparison      residuals row by row, the misfit as a whole, by group and where it stands out
+    Misfit          bias, RMSE, largest error, chi-squared of some of the rows
+    Group           the misfit of one preload, torque range, direction, input angle or run
+
+A residual is reading minus zero minus model. `zero = "common"` in the case takes the zero of the
+readings as it is; the zero that would fit best is told beside it. `"per_run"` gives every run its
+own, fitted as a weighted mean, at the cost of a degree of freedom each.
+
+The misfit is judged twice: against the stated uncertainty, and against the scatter that the
+readings show themselves (`scatter`), so that an uncertainty that is misstated is told from a model
+that is off. Where it fails is asked of all regions of the table at once (`where`).
+
+Nothing is dropped: rows at which the model has no solution are counted and named, with the reason.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cbpt._core import Case, Drive, OwnEffect
+from cbpt.errors import ReadingsError
+from cbpt.lab.covariance.noise import Noise, Rows, Whitener
+from cbpt.lab.covariance.repeatability import Repeats, pooled
+from cbpt.lab.covariance.within_run import Scatter, estimate
+from cbpt.lab.readings.inputs import case_and_readings
+from cbpt.lab.readings.reader import Readings
+from cbpt.lab.readings.set_points import levels_of
+from cbpt.lab.readings.unit_check import slips
+from cbpt.lab.wording.versions import versions
+from cbpt.results import ANGLE_UNITS, Angles, solve_many
+
+if TYPE_CHECKING:
+    from cbpt.lab.selection.fit_effects import Number, Prediction
+    from cbpt.lab.selection.scan import Region
+
+__all__ = ["Comparison", "Group", "Misfit", "compare"]
+
+SCHEMA = "cbpt.compare/1"
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+# As many values of a quantity as this are told one by one, more are told in ranges.
+_MOST_LEVELS = 12
+_MOST_TORQUES = 7
+_RANGES = 6
+# Regions are searched in as many readings as this, evenly spaced where there are more.
+_SEARCHED = 2000
+
+
+@dataclass(frozen=True)
+class Misfit:
+    """How far readings are from the model over some rows. Angles in arcsec."""
+
+    readings: int
+    """Rows with a solution of the model."""
+    bias_arcsec: float
+    """Mean residual."""
+    excess_arcsec: float
+    """Mean residual counted in the direction of the torque: above 0 the drive is softer than the
+    model, below 0 stiffer. Rows without torque do not count."""
+    rmse_arcsec: float
+    """Root mean square of the residual."""
+    largest_error_arcsec: float
+    """The residual that is largest in size, with its sign."""
+    largest_error_line: int
+    """Its line in the file, or its row in data."""
+    chi2_per_dof: float | None
+    """Sum of squared residuals over their stated variances, per degree of freedom; near 1 where
+    the model explains the readings to within their uncertainty. None without a stated one."""
+
+
+@dataclass(frozen=True)
+class Group:
+    """The misfit of the rows that share a value, or a range, of one column."""
+
+    column: str
+    """`preload_N`, `torque_Nm`, `direction`, `input_angle_deg` or `run`."""
+    label: str
+    """The value or range, as text."""
+    low: float | None
+    """Lower end, both ends included; None where the column has no numbers."""
+    high: float | None
+    """Upper end."""
+    share_of_misfit: float
+    """Its part of the sum of squared residuals of all rows, 0 to 1."""
+    misfit: Misfit
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Readings against the model, row by row and in groups. Arrays have shape (n,)."""
+
+    readings: Readings
+    model: Angles | Prediction
+    """The model at every row; NaN and a status where it has no solution."""
+    residual_arcsec: Floats
+    """Reading minus zero minus model; NaN where the model has no solution."""
+    zero: str
+    """`common` or `per_run`."""
+    zero_arcsec: dict[str, float]
+    """The zero taken off each run, empty for `common`."""
+    best_common_zero_arcsec: float
+    """The one zero for all rows that would leave the smallest misfit."""
+    rmse_with_best_zero_arcsec: float
+    """The RMSE it would leave."""
+    p_value: float | None
+    """Chance of a chi-squared this large if the model were complete and the stated uncertainty
+    right; None without a stated uncertainty."""
+    overall: Misfit | None
+    """All rows with a solution; None where there is none."""
+    groups: tuple[Group, ...]
+    """By preload, torque, direction, input angle and run, as far as they vary."""
+    findings: tuple[str, ...]
+    """What is to be known about the design of the drive itself."""
+    scatter: Scatter | None
+    """What the readings themselves say of their scatter; None where too few follow each other."""
+    p_value_of_scatter: float | None
+    """Chance of a misfit this large if the model were complete, judged by that scatter."""
+    repeats: Repeats | None
+    """What readings taken again say of the uncertainty; None where too few were."""
+    p_value_of_repeats: float | None
+    """The same chance, judged by the repeats; None where they are not steady."""
+    where: tuple[Region, ...]
+    """Where the misfit stands out, the most telling first."""
+    hints: tuple[str, ...]
+    """Slips that the misfit looks like: a wrong unit, a wrong sign."""
+    numbers: tuple[Number, ...]
+    """Parameters of the effects that the model has beside the drive."""
+    before: Comparison | None
+    """The same without the effects that were to be fitted; None where none were."""
+
+    @property
+    def u_from(self) -> str | None:
+        """What the uncertainty of a reading is known from: `stated`, else `repeats`, else
+        `scatter` inside the runs; None where nothing tells it."""
+        if self.readings.u_elastic_angle_arcsec is not None:
+            return "stated"
+        if self.repeats is not None and self.repeats.steady:
+            return "repeats"
+        return None if self.scatter is None else "scatter"
+
+    @property
+    def without_solution(self) -> dict[str, list[int]]:
+        """Lines of the table (of data: rows) at which the model has no solution, by status."""
+        lines = self.readings.line
+        failed = ~self.model.has_solution
+        names = np.unique(self.model.status[failed])
+        return {str(n): lines[failed & (self.model.status == n)].tolist() for n in names}
+
+    def worst(self) -> Group | None:
+        """The group with the largest part of the misfit for its number of rows."""
+        apart = [g for g in self.groups if g.column != "run" and g.misfit.readings < self._solved]
+        return max(apart, key=lambda g: g.misfit.rmse_arcsec, default=None)
+
+    @property
+    def _solved(self) -> int:
+        return self.overall.readings if self.overall else 0
+
+    def report(self, angle_unit: str = "arcsec") -> str:
+        """The comparison as text, angles in `angle_unit` (arcsec, arcmin, deg, urad, mrad, rad)."""
+        if angle_unit not in ANGLE_UNITS:
+            raise ValueError(
+                f"angle_unit = {angle_unit!r}: expected one of {', '.join(ANGLE_UNITS)}"
+            )
+        from cbpt.lab.diagnosis.comparison_text import lines
+
+        return "\n".join(lines(self, angle_unit))
+
+    def to_dict(self) -> dict[str, Any]:
+        """The comparison as plain values, the same that `to_json` writes."""
+        return {
+            "schema": SCHEMA,
+            "versions": versions(),
+            "data_sha256": self.readings.sha256,
+            "source": self.readings.source,
+            "readings": len(self.readings),
+            "zero": self.zero,
+            "zero_arcsec": self.zero_arcsec,
+            "best_common_zero_arcsec": _finite(self.best_common_zero_arcsec),
+            "rmse_with_best_zero_arcsec": _finite(self.rmse_with_best_zero_arcsec),
+            "overall": asdict(self.overall) if self.overall else None,
+            "p_value": self.p_value,
+            "scatter": asdict(self.scatter) if self.scatter else None,
+            "p_value_of_scatter": self.p_value_of_scatter,
+            "repeats": asdict(self.repeats) if self.repeats else None,
+            "p_value_of_repeats": self.p_value_of_repeats,
+            "u_from": self.u_from,
+            "where": [region.to_dict() for region in self.where],
+            "hints": list(self.hints),
+            "effects": _of_effects(self.numbers),
+            "before": self.before.to_dict() if self.before else None,
+            "groups": [asdict(group) for group in self.groups],
+            "without_solution": self.without_solution,
+            "findings": list(self.findings),
+            "notes": list(self.readings.notes),
+        }
+
+    def to_json(self) -> str:
+        """One JSON document."""
+        return json.dumps(self.to_dict(), indent=2, allow_nan=False)
+
+    def rows(self) -> tuple[list[str], list[list[Any]]]:
+        """Column names and rows: each reading beside the model, for a table or a CSV file."""
+        r, u = self.readings, self.readings.u_elastic_angle_arcsec
+        columns: dict[str, Any] = {
+            "line": r.line,
+            "run": r.run,
+            "time_s": r.time_s,
+            "torque_Nm": r.torque_Nm,
+            "preload_N": r.preload_N,
+            "input_angle_deg": r.input_angle_deg,
+            "direction": r.direction(),
+            "elastic_angle_arcsec": r.elastic_angle_arcsec,
+            "u_elastic_angle_arcsec": u,
+            "model_elastic_angle_arcsec": self.model.elastic_angle_arcsec,
+            "residual_arcsec": self.residual_arcsec,
+            "status": self.model.status,
+        }
+        kept = {name: values.tolist() for name, values in columns.items() if values is not None}
+        empty = [[None if v != v else v for v in values] for values in kept.values()]
+        return list(kept), [list(row) for row in zip(*empty, strict=True)]
+
+    def plot(self, path: str | os.PathLike[str], angle_unit: str = "arcsec") -> None:
+        """Draw readings, model and residual to an SVG, PNG or PDF file.
+
+        Needs matplotlib: `pip install "cbpt[plot]"`.
+        """
+        # Only the page loads plotting, and only when a picture is asked for.
+        from cbpt.figures.comparison import draw_comparison
+
+        draw_comparison(self, path, angle_unit)
+
+    def __repr__(self) -> str:
+        return self.report()
+
+
+def compare(
+    case: Case | Drive | str | os.PathLike[str] | Mapping[str, Any],
+    data: Readings | str | os.PathLike[str] | Mapping[str, ArrayLike],
+    *,
+    effects: Sequence[str | OwnEffect] = (),
+    columns: Mapping[str, str] | None = None,
+    sheet: str | None = None,
+    only: Mapping[str, Any] | None = None,
+    progress: Callable[[int, int], object] | None = None,
+) -> Comparison:
+    """Solve the model at every reading and say how far off it is, and where.
+
+    case: a case file, a `Case` or a dict of one (its `[measurement]` counts, and its `[load]` fills
+        in a preload or an input angle that the table does not have), or a bare `Drive`. The effects
+        of the case are part of the model.
+    data: a table of readings (file, mapping of columns, data frame) or `Readings`.
+    effects: ids of effects, and own effects, to fit on top; the comparison without them is then
+        `before`. The numbers of the drive and the calibrations move along within their stated
+        uncertainties.
+    columns, sheet: what headers of the table mean and which sheet it is, as in `read_readings`.
+    only: which readings to take, {"design": "conic", "preload_step": 3}.
+    progress: called now and then with the number of rows solved and that of all.
+
+    Raises `CaseError` and `ReadingsError` for what cannot be read; Ctrl-C stops it.
+    """
+    case, data = case_and_readings(case, data, columns, sheet, only)
+    drive = case if isinstance(case, Drive) else case.drive
+    zero = case.zero if isinstance(case, Case) else "common"
+    if data.preload_N is None and drive.kind == "ball_drive":
+        raise ReadingsError.of_table(data.source, "preload_N", "a preload for every reading")
+    ball_drive = drive.kind == "ball_drive"
+    findings = tuple(map(repr, drive.findings())) if ball_drive else ()
+    plain = _compared(data, *_model(case, drive, data, progress), zero, findings)
+    if not effects:
+        return plain
+    from cbpt.lab.selection.fit_effects import fitted
+
+    model = fitted(case, data, effects)
+    return replace(_compared(data, model, model.regime, zero, findings), before=plain)
+
+
+def _model(
+    case: Case | Drive,
+    drive: Drive,
+    readings: Readings,
+    progress: Callable[[int, int], object] | None,
+) -> tuple[Angles | Prediction, NDArray[np.str_]]:
+    """The case at every reading, and the regime of its meshing points there."""
+    from cbpt.lab.selection.fit_effects import predicted
+
+    if isinstance(case, Case) and case.effects:
+        model = predicted(case, readings)
+        return model, model.regime
+    preload = 0.0 if readings.preload_N is None else readings.preload_N
+    loads = readings.torque_Nm, preload, readings.input_angle_deg
+    angles = solve_many(drive, *loads, progress=progress)
+    if len(readings) > _SEARCHED:
+        return angles, np.full(len(readings), "")
+    return angles, predicted(case, readings).regime
+
+
+def _compared(
+    readings: Readings,
+    model: Angles | Prediction,
+    regime: NDArray[np.str_],
+    zero: str,
+    findings: tuple[str, ...],
+) -> Comparison:
+    solved = model.has_solution
+    raw = readings.elastic_angle_arcsec - model.elastic_angle_arcsec
+    u = readings.u_elastic_angle_arcsec
+    weight = np.ones(len(readings)) if u is None else u**-2.0
+    residual, zeros = raw.copy(), {}
+    if zero == "per_run":
+        for index in np.unique(readings.run_index):
+            rows = (readings.run_index == index) & solved
+            if rows.any():
+                offset = float(np.average(raw[rows], weights=weight[rows]))
+                residual[rows] -= offset
+                zeros[str(readings.run[rows][0])] = offset
+    best = float(np.average(residual[solved], weights=weight[solved])) if solved.any() else np.nan
+    left = residual[solved] - best
+    fitted = len(zeros) + getattr(model, "fitted", 0)
+    scatter, repeats = None, None
+    if solved.any():
+        part = readings.select(solved)
+        scatter = estimate(part, residual[solved])
+        repeats = pooled(part, residual[solved], scatter)
+    return Comparison(
+        readings=readings,
+        model=model,
+        residual_arcsec=residual,
+        zero=zero,
+        zero_arcsec=zeros,
+        best_common_zero_arcsec=best,
+        rmse_with_best_zero_arcsec=float(np.sqrt(np.mean(left**2))) if left.size else np.nan,
+        p_value=_p_value(readings, residual, solved, fitted),
+        overall=_misfit(readings, residual, solved, fitted),
+        groups=tuple(_groups(readings, residual, solved)),
+        findings=findings,
+        scatter=scatter,
+        p_value_of_scatter=_p_value_of(scatter, readings, residual, solved, fitted),
+        repeats=repeats,
+        p_value_of_repeats=_p_value_of(
+            repeats if repeats and repeats.steady else None, readings, residual, solved, fitted
+        ),
+        where=_where(readings, residual, solved, regime, zero, scatter, repeats),
+        hints=slips(
+            (residual + model.elastic_angle_arcsec)[solved], model.elastic_angle_arcsec[solved]
+        ),
+        numbers=getattr(model, "numbers", ()),
+        before=None,
+    )
+
+
+def _where(
+    readings: Readings,
+    residual: Floats,
+    solved: Mask,
+    regime: NDArray[np.str_],
+    zero: str,
+    scatter: Scatter | None,
+    repeats: Repeats | None,
+) -> tuple[Region, ...]:
+    """Regions, judged by the larger of stated uncertainty and scatter; by repeats where none is
+    stated."""
+    stated = readings.u_elastic_angle_arcsec
+    repeats = repeats if repeats and repeats.steady else None
+    if not solved.any() or (stated is None and scatter is None and repeats is None):
+        return ()
+    from cbpt.lab.selection.scan import find_regions
+
+    rows = np.flatnonzero(solved)
+    if len(rows) > _SEARCHED:
+        rows = rows[np.linspace(0, len(rows) - 1, _SEARCHED).round().astype(int)]
+    part, order = readings.select(rows), Rows.of(readings.run_index[rows])
+    noise = Noise()
+    if stated is None:
+        known = repeats or scatter
+        assert known is not None
+        u = np.full(len(rows), known.u_arcsec)
+    else:
+        u = stated[rows]
+        if (
+            scatter is not None
+            and scatter.ratio is not None
+            and (scatter.off or scatter.correlation)
+        ):
+            noise = Noise(scale=max(scatter.ratio, 1.0))
+    if scatter is not None and len(rows) == np.count_nonzero(solved):
+        noise = replace(noise, correlation=scatter.correlation)
+    whitener = Whitener.of(noise, u, order)
+    zeros = np.zeros((len(rows), 0))
+    if zero == "per_run":
+        zeros = whitener((order.run_index[:, None] == np.arange(order.runs)).astype(np.float64))
+    found = find_regions(
+        part, residual[rows], whitener, zeros, regime[rows], np.random.default_rng(0)
+    )
+    if len(rows) == len(readings):
+        return found
+    finite = np.where(solved, residual, 0.0)
+    return tuple(region.within(readings, finite, regime, solved) for region in found)
+
+
+def _of_effects(numbers: Sequence[Number]) -> list[dict[str, Any]]:
+    """Effects with their parameters, and the numbers of the drive that moved along."""
+    effects: dict[str, dict[str, Any]] = {}
+    for n in numbers:
+        one = effects.setdefault(n.effect, {"effect": n.effect, "added": n.added, "parameters": {}})
+        one["parameters"][n.name] = {"value": n.value, "u": n.u}
+    return list(effects.values())
+
+
+def _misfit(readings: Readings, residual: Floats, rows: Mask, fitted: int = 0) -> Misfit | None:
+    r = residual[rows]
+    if not r.size:
+        return None
+    u = readings.u_elastic_angle_arcsec
+    sign = np.sign(readings.torque_Nm[rows])
+    largest = int(np.argmax(np.abs(r)))
+    chi2 = None
+    if u is not None and r.size > fitted:
+        chi2 = float(np.sum((r / u[rows]) ** 2) / (r.size - fitted))
+    return Misfit(
+        readings=int(r.size),
+        bias_arcsec=float(r.mean()),
+        excess_arcsec=float((r * sign).sum() / max(np.count_nonzero(sign), 1)),
+        rmse_arcsec=float(np.sqrt(np.mean(r**2))),
+        largest_error_arcsec=float(r[largest]),
+        largest_error_line=int(readings.line[rows][largest]),
+        chi2_per_dof=chi2,
+    )
+
+
+def _p_value(readings: Readings, residual: Floats, rows: Mask, fitted: int) -> float | None:
+    u = readings.u_elastic_angle_arcsec
+    dof = np.count_nonzero(rows) - fitted
+    if u is None or dof <= 0:
+        return None
+    from scipy.special import chdtrc
+
+    return float(chdtrc(dof, np.sum((residual[rows] / u[rows]) ** 2)))
+
+
+def _p_value_of(
+    known: Scatter | Repeats | None, readings: Readings, residual: Floats, rows: Mask, fitted: int
+) -> float | None:
+    """Judged by an uncertainty that was estimated, and is known to so many degrees of freedom."""
+    dof = np.count_nonzero(rows) - fitted
+    if known is None or dof <= 0 or not known.u_arcsec:
+        return None
+    from scipy.special import fdtrc
+
+    u = readings.u_elastic_angle_arcsec
+    sd = known.u_arcsec if u is None or known.ratio is None else u[rows] * known.ratio
+    return float(fdtrc(dof, known.dof, np.sum((residual[rows] / sd) ** 2) / dof))
+
+
+def _groups(readings: Readings, residual: Floats, solved: Mask) -> Iterator[Group]:
+    total = float(np.sum(residual[solved] ** 2))
+    for column, label, low, high, rows in _divisions(readings):
+        misfit = _misfit(readings, residual, rows & solved)
+        if misfit is not None:
+            share = float(np.sum(residual[rows & solved] ** 2)) / total if total else 0.0
+            yield Group(column, label, low, high, share, misfit)
+
+
+Division = tuple[str, str, float | None, float | None, Mask]
+
+
+def _divisions(readings: Readings) -> Iterator[Division]:
+    if readings.preload_N is not None:
+        yield from _of_numbers("preload_N", readings.preload_N, _MOST_LEVELS)
+    if readings.preload_step is not None:
+        for step in np.unique(readings.preload_step):
+            rows = readings.preload_step == step
+            if not rows.all():
+                yield "preload_step", str(step), None, None, rows
+    yield from _of_numbers("torque_Nm", readings.torque_Nm, _MOST_TORQUES)
+    direction = readings.direction()
+    for value, label in ((1, "rising"), (-1, "falling"), (0, "held")):
+        if np.any(direction == value) and np.any(direction != value):
+            yield "direction", label, float(value), float(value), direction == value
+    yield from _of_numbers("input_angle_deg", readings.input_angle_deg, _MOST_LEVELS)
+    for index in np.unique(readings.run_index):
+        rows = readings.run_index == index
+        if not rows.all():
+            yield "run", str(readings.run[rows][0]), None, None, rows
+
+
+def _of_numbers(column: str, values: Floats, most: int) -> Iterator[Division]:
+    levels = levels_of(values)
+    if len(levels) < 2:
+        return
+    index = levels.index
+    single = len(levels) <= most
+    if not single:
+        edges = np.linspace(levels.value[0], levels.value[-1], _RANGES + 1)
+        part = np.clip(np.searchsorted(edges, levels.value, side="right") - 1, 0, _RANGES - 1)
+        index = part[index]
+    for i in np.unique(index).tolist():
+        rows = index == i
+        # Adding 0 turns -0 into 0.
+        low, high = (float(end) + 0.0 for end in (values[rows].min(), values[rows].max()))
+        label = f"{low:g} to {high:g}"
+        if single:
+            label = f"{low:g}" if low == high else f"{levels.value[i]:.4g}"
+        yield column, label, low, high, rows
+
+
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None

@@ -1,0 +1,229 @@
+"""A comparison in words and tables, for a terminal."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from cbpt._core import text_table
+from cbpt.results import ANGLE_UNITS
+
+if TYPE_CHECKING:
+    from cbpt.lab.diagnosis.compare import Comparison, Misfit
+
+
+def lines(c: Comparison, angle_unit: str) -> Iterator[str]:
+    """The report, line by line."""
+    factor = ANGLE_UNITS[angle_unit]
+    yield f"{len(c.readings)} readings of {c.readings.source} against the model"
+    for status, lines in c.without_solution.items():
+        shown = ", ".join(map(str, lines[:8])) + (", ..." if len(lines) > 8 else "")
+        yield (
+            f"No solution of the model at {len(lines)} readings ({status}): "
+            f"{c.readings.place}s {shown}"
+        )
+    yield from c.findings
+    if c.overall is None:
+        yield "Nothing to compare: the model has no solution at any reading."
+        return
+    if c.before is not None:
+        yield from _added(c, c.before, angle_unit)
+    yield _verdict(c, angle_unit)
+    yield from _scatter(c, angle_unit)
+    yield from _repeats(c, angle_unit)
+    for hint in c.hints:
+        yield f"A likely slip: {hint}."
+    misfit = c.overall
+    yield ""
+    headers = ["", "readings", "share of\nmisfit", "bias", "excess", "rmse", "largest", "chi2/dof"]
+    headers[3:7] = [f"{name}\n{angle_unit}" for name in headers[3:7]]
+    rows = [_row("all", 1.0, misfit, factor)]
+    for column in dict.fromkeys(group.column for group in c.groups if group.column != "run"):
+        rows += [
+            _row(f"{column} {group.label}", group.share_of_misfit, group.misfit, factor)
+            for group in c.groups
+            if group.column == column
+        ]
+    yield text_table(headers, json.dumps(rows))
+    yield ""
+    yield from _where(c, angle_unit)
+    yield (
+        f"largest error {misfit.largest_error_arcsec * factor:.4g} {angle_unit} on "
+        f"{c.readings.place} {misfit.largest_error_line}; excess: residual in the direction of the "
+        "torque, above 0 the drive is softer than the model"
+    )
+    if c.zero == "common":
+        yield (
+            f"zero: as in the readings; a common zero of "
+            f"{c.best_common_zero_arcsec * factor:.4g} {angle_unit} would leave an RMSE of "
+            f"{c.rmse_with_best_zero_arcsec * factor:.4g} {angle_unit}"
+        )
+    else:
+        yield f"zero: one for each of {len(c.zero_arcsec)} runs, fitted and taken off"
+    for note in c.readings.notes:
+        yield f"note: {note}"
+
+
+def _row(label: str, share: float, misfit: Misfit, factor: float) -> list[Any]:
+    angles = (
+        misfit.bias_arcsec,
+        misfit.excess_arcsec,
+        misfit.rmse_arcsec,
+        misfit.largest_error_arcsec,
+    )
+    chi2 = None if misfit.chi2_per_dof is None else float(f"{misfit.chi2_per_dof:.3g}")
+    rounded = [float(f"{angle * factor:.4g}") for angle in angles]
+    return [label, misfit.readings, f"{share:.0%}", *rounded, chi2]
+
+
+def _verdict(c: Comparison, angle_unit: str) -> str:
+    """How well the model does, in one sentence, and where it is worst in another."""
+    assert c.overall is not None
+    factor = ANGLE_UNITS[angle_unit]
+    rmse = f"{c.overall.rmse_arcsec * factor:.3g} {angle_unit}"
+    u = c.readings.u_elastic_angle_arcsec
+    lost = len(c.readings) - c.overall.readings
+    if u is None:
+        text = f"RMSE {rmse}; no uncertainty is stated, so whether that is small cannot be told."
+    elif c.p_value is None or c.overall.chi2_per_dof is None:
+        return f"RMSE {rmse}; the fitted zeros leave nothing to judge by: take more readings a run."
+    else:
+        stated = f"{float(np.median(u)) * factor:.3g} {angle_unit}"
+        chi2 = f"chi2 per degree of freedom {c.overall.chi2_per_dof:.3g}"
+        numbers = f"RMSE {rmse}, stated uncertainty {stated}, {chi2}."
+        if lost:
+            text = (
+                f"The model cannot carry {lost} of {len(c.readings)} readings that the rig did: "
+                f"check the units of torque and preload.\nAt the others: {numbers}"
+            )
+        elif c.p_value >= 0.01:
+            if c.p_value > 1 - 1e-6:
+                return (
+                    f"The readings scatter far less than their stated uncertainty: {numbers}\nThe "
+                    "model lies within it, but so would a wrong one: check the uncertainty."
+                )
+            return f"The model agrees with the readings: {numbers}"
+        else:
+            text = f"The model is off: {numbers}"
+    worst = c.worst()
+    if worst is None or (lost and c.p_value is not None and c.p_value >= 0.01):
+        return text
+    # With torques of both signs the mean hides what the direction of the torque shows.
+    m = worst.misfit
+    side = "beyond" if m.excess_arcsec > 0 else "short of"
+    return (
+        f"{text}\nIt is worst at {worst.column} {worst.label}: "
+        f"RMSE {m.rmse_arcsec * factor:.3g} {angle_unit}, "
+        f"the readings lie {abs(m.excess_arcsec) * factor:.3g} {angle_unit} {side} the model in "
+        f"the direction of the torque ({worst.share_of_misfit:.0%} of the misfit, "
+        f"{m.readings} of {c.overall.readings} readings)."
+    )
+
+
+def _added(c: Comparison, before: Comparison, angle_unit: str) -> Iterator[str]:
+    """What the fitted effects change, and their numbers."""
+    factor = ANGLE_UNITS[angle_unit]
+    names = list(dict.fromkeys(n.effect for n in c.numbers if n.added))
+    if before.overall is None or c.overall is None:
+        return
+    then, now = (m.rmse_arcsec * factor for m in (before.overall, c.overall))
+    text = (
+        f"With {' and '.join(names)} fitted the RMSE goes from {then:.3g} to {now:.3g} {angle_unit}"
+    )
+    if before.overall.chi2_per_dof is not None and c.overall.chi2_per_dof is not None:
+        text += (
+            f", chi2 per degree of freedom from {before.overall.chi2_per_dof:.3g} to "
+            f"{c.overall.chi2_per_dof:.3g}"
+        )
+    yield f"{text}."
+    rows = [
+        [n.effect, n.name if n.name != n.effect else "", _rounded(n.value), _rounded(n.u)]
+        for n in c.numbers
+    ]
+    yield text_table(["effect", "parameter", "value", "u"], json.dumps(rows))
+
+
+def _rounded(value: float | None) -> str:
+    return "" if value is None else f"{value:.4g}"
+
+
+def _scatter(c: Comparison, angle_unit: str) -> Iterator[str]:
+    """The misfit against what the readings themselves say of their scatter."""
+    scatter, p = c.scatter, c.p_value_of_scatter
+    if scatter is None or p is None or c.overall is None:
+        return
+    found = f"{scatter.u_arcsec * ANGLE_UNITS[angle_unit]:.3g} {angle_unit}"
+    along = (
+        f" (correlation {scatter.correlation:g} from one to the next)"
+        if scatter.correlation
+        else ""
+    )
+    judged = "agrees with the readings" if p >= 0.01 else "is off"
+    found += along
+    if scatter.step_arcsec:
+        step = f"{scatter.step_arcsec * ANGLE_UNITS[angle_unit]:.3g} {angle_unit}"
+        text = (
+            f"The readings come in steps of {step}, which hide how they scatter: by about {found}, "
+            "hardly known"
+        )
+        if p < 0.01:
+            text += "; even so the model is off"
+        elif scatter.ratio is None:
+            text += "; by that the model agrees with the readings"
+        yield f"{text}."
+    elif scatter.ratio is None:
+        yield f"Inside their runs the readings scatter by {found}; by that the model {judged}."
+    elif scatter.off:
+        which = "small" if scatter.ratio > 1 else "large"
+        yield (
+            f"The stated uncertainty looks too {which}: inside their runs the readings scatter by "
+            f"{found}, {scatter.ratio:.2g} times as much. By that the model {judged}."
+        )
+    else:
+        yield f"Inside their runs the readings scatter by {found}, in keeping with what is stated."
+
+
+def _repeats(c: Comparison, angle_unit: str) -> Iterator[str]:
+    """The misfit against what readings taken again say of their uncertainty."""
+    found, p = c.repeats, c.p_value_of_repeats
+    if found is None:
+        return
+    u = f"{found.u_arcsec * ANGLE_UNITS[angle_unit]:.3g} {angle_unit}"
+    if not found.steady:
+        yield (
+            f"Repeats differ by {u} ({found}), far more than readings scatter inside their runs: "
+            "something changes between them."
+        )
+    elif p is not None and found.ratio is None:
+        judged = "agrees with the readings" if p >= 0.01 else "is off"
+        yield f"The uncertainty was estimated from repeats: {u} ({found})."
+        yield f"By that the model {judged}."
+    elif p is not None:
+        yield f"Repeats agree to {u} ({found})."
+
+
+def _where(c: Comparison, angle_unit: str) -> Iterator[str]:
+    """The regions in which the misfit stands out."""
+    factor = ANGLE_UNITS[angle_unit]
+    if not c.where:
+        if c.p_value is not None and c.p_value < 0.01:
+            yield "where: no region stands out, the misfit is alike everywhere or too small to tell"
+        return
+    yield "where the misfit stands out from the rest (p_value: the chance that noise alone does):"
+    headers = ["region", "readings", "share of\nmisfit", "bias", "excess", "p_value"]
+    headers[3:5] = [f"{name}\n{angle_unit}" for name in headers[3:5]]
+    rows = [
+        [
+            region.label,
+            region.readings,
+            f"{region.share_of_misfit:.0%}",
+            float(f"{region.bias_arcsec * factor:.4g}"),
+            float(f"{region.excess_arcsec * factor:.4g}"),
+            float(f"{region.p_value:.2g}"),
+        ]
+        for region in c.where
+    ]
+    yield text_table(headers, json.dumps(rows))

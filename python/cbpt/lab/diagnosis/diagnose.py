@@ -1,0 +1,391 @@
+"""Which effect is missing: the whole way from readings to an answer.
+
+    diagnose    a case and its readings -> Diagnosis
+
+Steps: readings at which the model has no solution are set aside and told; everything competes
+(`competition`); the odds become words (`verdict`); the answer is dressed with where the model
+fails, how the error falls in sample and on what was held back, and what the readings could have
+shown (`answer`).
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from threadpoolctl import threadpool_limits
+
+from cbpt._core import Case, Drive, OwnEffect
+from cbpt.errors import InvalidInputError, ReadingsError
+from cbpt.lab.covariance.repeatability import pooled
+from cbpt.lab.covariance.within_run import estimate
+from cbpt.lab.diagnosis.diagnosis import Diagnosis, Rung
+from cbpt.lab.diagnosis.sentence import solutions
+from cbpt.lab.inference.cross_validation import folds, held_out_residual, held_out_with_pattern, rms
+from cbpt.lab.inference.fit import Fit, Fitter
+from cbpt.lab.inference.residuals import chi2_of, rmse_of, u_judging, without_zeros
+from cbpt.lab.model.forward import Assembled, Campaign
+from cbpt.lab.model.own_terms import campaign_of, chosen
+from cbpt.lab.model.priors import PRIORS
+from cbpt.lab.readings.inputs import case_and_readings
+from cbpt.lab.readings.reader import Readings
+from cbpt.lab.readings.unit_check import slips
+from cbpt.lab.selection.decision import Verdict, judge
+from cbpt.lab.selection.model_comparison import Competition, Names, Progress, compete
+from cbpt.lab.selection.patterns import Pattern
+from cbpt.results import solve_many
+
+__all__ = ["diagnose"]
+
+Floats = NDArray[np.float64]
+
+FEWEST = 6
+MOST = 1200
+# N cm, N mm, kN m, kgf, lbf in, lbf: what loads are at times written in.
+_LOAD_FACTORS = (0.01, 100.0, 1e-3, 1e3, 9.80665, 1 / 9.80665, 0.1129848, 4.448222)
+
+
+def diagnose(
+    case: Case | Drive | str | os.PathLike[str] | Mapping[str, object],
+    data: Readings | str | os.PathLike[str] | Mapping[str, ArrayLike],
+    *,
+    effects: Sequence[str | OwnEffect] = (),
+    columns: Mapping[str, str] | None = None,
+    sheet: str | None = None,
+    only: Mapping[str, object] | None = None,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Diagnosis:
+    """Say which effect the readings demand, or that none is needed, or that they cannot tell.
+
+    case, data, columns, sheet, only: as in `compare`. effects: own effects that compete beside the
+    library, made with `cbpt.effects` or ids of the case's own, which are then not taken as given.
+    seed: of the simulated chances; the same seed gives the same answer. progress: called now and
+    then with what is next and the share of the work that is done; what it raises ends the work, as
+    Ctrl-C does.
+
+    Raises `CaseError` and `ReadingsError` for what cannot be read or is too little to judge,
+    `InvalidInputError` for an own effect that cannot be fitted.
+    """
+    case, readings = case_and_readings(case, data, columns, sheet, only)
+    # Thousands of products of small matrices: threads would cost more than they give.
+    with threadpool_limits(1, user_api="blas"):
+        return diagnosed(case, readings, seed, _own(case, effects), progress)
+
+
+def _own(case: Case | Drive, effects: Sequence[str | OwnEffect]) -> list[OwnEffect]:
+    ids, own = chosen(case, effects)
+    for other in set(ids) - {effect.id for effect in own}:
+        raise InvalidInputError(
+            f"effect {other!r}: no own effect of the case has this id; the library competes anyway"
+        )
+    return own
+
+
+def diagnosed(
+    case: Case | Drive,
+    readings: Readings,
+    seed: int,
+    own: Sequence[OwnEffect] = (),
+    progress: Progress | None = None,
+) -> Diagnosis:
+    """The same of what was read already."""
+    campaign, notes = prepared(campaign_of(case, readings, own))
+    rng = np.random.default_rng(seed)
+    competition = compete(campaign, rng, progress)
+    verdict = judge(competition)
+    fold, held_by = folds(campaign)
+    fits = competition.fits
+    notes += _told(campaign, competition, fits[verdict.names])
+    nominal = competition.fitter.at_nominal(fits[verdict.names])
+    return Diagnosis(
+        case=case,
+        readings=campaign.readings,
+        competition=competition,
+        verdict=verdict,
+        before=nominal,
+        after=fits[verdict.names],
+        ladder=tuple(_ladder(competition, verdict, nominal, fold)),
+        reached=1 + len(path(verdict.names, fits)),
+        held_out_by=held_by,
+        fold=fold,
+        notes=tuple(notes),
+        seed=seed,
+    )
+
+
+def _told(campaign: Campaign, competition: Competition, fit: Fit) -> Iterator[str]:
+    """What a reader should know of the fit behind the answer."""
+    zero = float(np.abs(fit.zeros_arcsec).max()) if campaign.zeros.shape[1] == 1 else 0.0
+    if zero > 5 * float(np.median(campaign.u_arcsec)):
+        yield f"a common zero of {fit.zeros_arcsec[0]:.3g} arcsec was taken off the readings"
+    if competition.looser is not None:
+        lines = campaign.readings.line[competition.looser > 2.0].tolist()
+        if 0 < len(lines) <= 0.05 * len(campaign):
+            yield f"{len(lines)} readings lie far off and count less: lines {lines[:8]}"[
+                :-1
+            ].replace("[", "")
+    yield from solutions(fit)
+    for u in fit.unknowns:
+        value = fit.value(u)
+        at_end = value <= u.lower * (1 + 1e-6) or value >= u.upper * (1 - 1e-6)
+        if at_end and u.name.partition(".")[0] in PRIORS:
+            yield (
+                f"{u.name} stands at the end of what is plausible ({value:.3g}): is this the case "
+                "file of this drive?"
+            )
+
+
+def _ladder(
+    competition: Competition, verdict: Verdict, nominal: Fit, fold: NDArray[np.int64]
+) -> Iterator[Rung]:
+    """From the drive as stated to the answer, and one step further."""
+    fitter, fits, names = competition.fitter, competition.fits, verdict.names
+    # One noise judges every rung: a fit without the effect may take the effect for noise.
+    pattern = verdict.pattern
+    noise = fits[names].noise if pattern is None else pattern.noise
+
+    def seen(added: str, fit: Fit) -> Rung:
+        return rung(fitter, added, fitter.look(fit, noise), fold)
+
+    yield seen("", nominal)
+    yield seen("numbers refitted", fits[()])
+    for reached, added in path(names, fits):
+        yield seen(added, fits[reached])
+    further = _one_more(competition, names)
+    if further:
+        added = next(iter(set(further) - set(names)))
+        yield seen(added, fits[further])
+    if pattern is not None:
+        yield _rung_of_pattern(pattern, fold)
+
+
+def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
+    """Readings that can be judged, and what was set aside. Raises `ReadingsError` where too few
+    are left.
+    """
+    notes = list(campaign.readings.notes)
+    steps = campaign.readings.preload_step
+    if steps is not None and len(np.unique(steps)) > 1:
+        notes.append(
+            f"{len(np.unique(steps))} steps of the preload are taken as one reducer with one set "
+            "of numbers; --by preload_step (diagnose_by) judges each by itself"
+        )
+    n = len(campaign)
+    if n > MOST:
+        campaign = campaign.select(_sample(campaign))
+        notes.append(f"{len(campaign)} of {n} readings, evenly spread, were used for the diagnosis")
+    model = _as_given(campaign)
+    solved = np.isfinite(model)
+    if not solved.all():
+        lines = campaign.readings.line[~solved]
+        shown = ", ".join(map(str, lines[:8].tolist())) + (", ..." if len(lines) > 8 else "")
+        notes.append(
+            f"{len(lines)} readings were set aside because the model has no solution there (the "
+            "preload does not hold the torque, see cbpt compare): lines " + shown
+        )
+        if solved.any():
+            campaign, model = campaign.select(solved), model[solved]
+    _stop_if_too_little(campaign, len(solved), int(np.count_nonzero(solved)))
+    _stop_if_a_slip(campaign, model)
+    _stop_if_it_does_not_follow(campaign, model)
+    campaign, told = _believed(campaign, model)
+    notes += told
+    campaign = _repeated(campaign, model)
+    known = campaign.u_stated or campaign.u_repeated
+    if campaign.drive.kind == "torsion_spring" and not known:
+        campaign = _of_the_scatter(campaign, model)
+    if campaign.step_arcsec:
+        notes.append(
+            f"the angle comes in steps of {campaign.step_arcsec:g} arcsec, coarse against its "
+            "uncertainty; readings at one load round alike, so averaging them counts for little"
+        )
+        stated = campaign.readings.u_elastic_angle_arcsec
+        if stated is not None and (campaign.u_reading_arcsec > stated).any():
+            notes.append(
+                "the stated uncertainty is below that of rounding (step / sqrt(12) = "
+                f"{campaign.step_arcsec / 12**0.5:.3g} arcsec), which was added to it"
+            )
+    if not campaign.u_stated and not campaign.u_repeated:
+        notes.append(
+            "no uncertainty is stated and no repeats tell it: it was estimated from the scatter, "
+            "so no misfit as small as that can be seen"
+        )
+    return campaign, notes
+
+
+def _sample(campaign: Campaign) -> NDArray[np.bool_]:
+    """Whole runs, evenly spread, as many as fit; of long runs, every so many readings."""
+    rows = campaign.rows
+    sizes = np.bincount(rows.run_index, minlength=rows.runs)
+    wanted = max(1, min(rows.runs, int(MOST / sizes.mean())), min(rows.runs, 12))
+    chosen = np.unique(np.linspace(0, rows.runs - 1, wanted).round().astype(int))
+    keep = np.isin(rows.run_index, chosen)
+    stride = int(np.ceil(np.count_nonzero(keep) / MOST))
+    place = np.empty(len(campaign), dtype=np.int64)
+    place[rows.order] = np.arange(len(campaign)) - np.repeat(rows.starts, sizes)
+    return np.asarray(keep & (place % stride == 0))
+
+
+def _stop_if_too_little(campaign: Campaign, n: int, solved: int) -> None:
+    source, r = campaign.readings.source, campaign.readings
+    if solved < FEWEST or 2 * solved < n:
+        if n > solved:
+            raise ReadingsError.of_column(
+                source,
+                "torque",
+                f"torques that the preload does not hold at {n - solved} of {n} readings",
+                f"a solution of the model at half of them and at {FEWEST} at least",
+                "check the units of torque and preload, and the drive",
+            )
+        raise ReadingsError.of_column(
+            source,
+            "elastic_angle",
+            f"{n} readings",
+            f"at least {FEWEST}",
+            "with so few anything fits; measure more torques and preloads",
+        )
+    for column, values, why in (
+        ("torque", r.torque_Nm, "at one torque no effect shows itself"),
+        ("elastic_angle", r.elastic_angle_arcsec, "an angle that does not move tells nothing"),
+    ):
+        if np.ptp(values) <= 1e-9 * max(float(np.abs(values).max()), 1e-300):
+            raise ReadingsError.of_column(
+                source, column, f"{values[0]:g} at every reading", "a column that varies", why
+            )
+
+
+def _stop_if_a_slip(campaign: Campaign, model: Floats) -> None:
+    """A wrong unit or sign would be diagnosed as an effect."""
+    zero = float(np.median(campaign.y_arcsec - model))
+    found = slips(campaign.y_arcsec - zero, model) or slips(campaign.y_arcsec, model)
+    if found:
+        raise ReadingsError.of_column(
+            campaign.readings.source,
+            "elastic_angle",
+            "; ".join(found),
+            "readings of about the model's size and sign",
+            "name the unit in the header, or turn the sign of the torque or of the angle",
+        )
+
+
+def _stop_if_it_does_not_follow(campaign: Campaign, model: Floats) -> None:
+    """Loads in a wrong unit, or angles that have nothing to do with the torque."""
+    r, rows = campaign.readings, campaign.rows
+
+    def within_runs(values: Floats) -> Floats:
+        mean = np.bincount(rows.run_index, values) / np.bincount(rows.run_index)
+        return np.asarray(values - mean[rows.run_index])
+
+    y, x = within_runs(campaign.y_arcsec), within_runs(model)
+    size = float(y @ y)
+    if len(campaign) < 12 or not size or not float(x @ x):
+        return
+    preloads = 0.0 if r.preload_N is None else r.preload_N
+    off = float(np.sum((y - x) ** 2))
+    for factor in _LOAD_FACTORS if off > 0.1 * size else ():
+        for torque, preload in ((factor, 1.0), (1.0, factor))[: 1 + (r.preload_N is not None)]:
+            angle = solve_many(
+                campaign.drive, torque * r.torque_Nm, preload * preloads, r.input_angle_deg
+            ).elastic_angle_arcsec
+            if np.isfinite(angle).all() and np.sum((y - within_runs(angle)) ** 2) < 0.01 * off:
+                name = "torque" if torque != 1 else "preload"
+                raise ReadingsError.of_column(
+                    r.source,
+                    name,
+                    f"loads that fit the angles once multiplied by {factor:g}",
+                    f"the {name} in the unit of its header",
+                    "check the unit",
+                )
+    if float(x @ y) ** 2 < 0.3 * size * float(x @ x):
+        raise ReadingsError.of_column(
+            r.source,
+            "elastic_angle",
+            "angles that do not follow the torque",
+            "readings of which the model explains at least a part",
+            "check which column is the angle, and the case file",
+        )
+
+
+def _believed(campaign: Campaign, model: Floats) -> tuple[Campaign, list[str]]:
+    """The stated uncertainty, unless the readings scatter by far more inside their runs."""
+    if not campaign.u_stated or campaign.step_arcsec:
+        return campaign, []
+    u = campaign.u_arcsec
+    if float(u.max()) > 1.5 * float(u.min()):
+        return campaign, []
+    found = estimate(campaign.readings, campaign.y_arcsec - model)
+    if found is None or found.ratio is None or found.dof < 30 or found.ratio < 5:
+        return campaign, []
+    told = (
+        f"the readings scatter by {found.u_arcsec:.3g} arcsec inside their runs, {found.ratio:.3g} "
+        "times what is stated; the scatter was used in its place: check the unit of the uncertainty"
+    )
+    scaled = replace(campaign, u_arcsec=campaign.u_arcsec * found.ratio, u_believed=found.ratio)
+    return scaled, [told]
+
+
+def _repeated(campaign: Campaign, model: Floats) -> Campaign:
+    """What repeats say of the uncertainty; where none is stated it is theirs."""
+    residual = campaign.y_arcsec - model
+    found = pooled(campaign.readings, residual, estimate(campaign.readings, residual))
+    campaign = replace(campaign, repeats=found)
+    if found is None or not campaign.u_repeated:
+        return campaign
+    return replace(campaign, u_arcsec=np.full(len(campaign), found.u_arcsec))
+
+
+def _of_the_scatter(campaign: Campaign, model: Floats) -> Campaign:
+    """An uncertainty to start from, of the right size: angles of reducers span many decades."""
+    found = estimate(campaign.readings, campaign.y_arcsec - model)
+    if found is None or not found.u_arcsec:
+        return campaign
+    return replace(campaign, u_arcsec=np.full(len(campaign), found.u_arcsec))
+
+
+def _as_given(campaign: Campaign) -> Floats:
+    """The case at every reading, arcsec; NaN where there is no solution."""
+    model = Assembled(campaign, [effect for effect, _ in campaign.effects])
+    return model.at(model.neutral).angle_arcsec
+
+
+def rung(fitter: Fitter, added: str, fit: Fit, fold: NDArray[np.int64]) -> Rung:
+    """One step of the ladder."""
+    held = held_out_residual(fitter, fit, fold)
+    named = bool(fit.hypothesis.effects)
+    return Rung(added, rmse_of(fitter.campaign, fit), rms(held), chi2_of(fitter, fit), named)
+
+
+def _rung_of_pattern(pattern: Pattern, fold: NDArray[np.int64]) -> Rung:
+    """The error with a pattern that has no name, in place of the last addition."""
+    c = pattern.problem.fitter.campaign
+    residual = pattern.problem.residual(pattern.amplitude, pattern.noise)
+    residual = without_zeros(c, residual, pattern.noise)
+    held = held_out_with_pattern(pattern, fold)
+    chi2 = float(np.mean((residual / u_judging(c, pattern.noise)) ** 2))
+    added = f"any function of {' and '.join(pattern.columns)}"
+    return Rung(added, rms(residual), rms(held), chi2)
+
+
+def path(names: Names, fits: Mapping[Names, Fit]) -> list[tuple[Names, str]]:
+    """The sets on the way to `names`, one effect at a time, the one that helps most first."""
+    found: list[tuple[Names, str]] = []
+    have: Names = ()
+    while have != names:
+        options = [tuple(sorted((*have, n))) for n in names if n not in have]
+        known = [o for o in options if o in fits]
+        if not known:
+            return [*found, (names, " + ".join(n for n in names if n not in have))]
+        best = max(known, key=lambda o: fits[o].log_evidence)
+        found.append((best, next(iter(set(best) - set(have)))))
+        have = best
+    return found
+
+
+def _one_more(competition: Competition, names: Names) -> Names | None:
+    """The best set with one more effect: the step at which the ladder stalls."""
+    more = [n for n in competition.fits if set(names) < set(n) and len(n) == len(names) + 1]
+    return max(more, key=lambda n: competition.log_odds[n], default=None)

@@ -1,0 +1,193 @@
+"""Add effects to a case: fit them to readings, and get the case with them in it.
+
+fit         a case, its readings and effects -> Fitted
+Fitted      values with uncertainties, the error before and after, the new case
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from numpy.typing import ArrayLike
+from threadpoolctl import threadpool_limits
+
+from cbpt._core import Case, Drive, OwnEffect, text_table
+from cbpt.errors import InvalidInputError
+from cbpt.lab.diagnosis.diagnose import prepared, rung
+from cbpt.lab.diagnosis.diagnosis import Rung
+from cbpt.lab.diagnosis.sentence import moved_numbers, shown, solutions
+from cbpt.lab.inference.cross_validation import folds
+from cbpt.lab.inference.estimates import parameters_of
+from cbpt.lab.inference.fit import Fit, Fitter
+from cbpt.lab.inference.prediction import AtLoad, angle_at, load_of_choice
+from cbpt.lab.inference.results import Results, results_of
+from cbpt.lab.model.own_terms import campaign_of, chosen
+from cbpt.lab.model.priors import PRIORS
+from cbpt.lab.readings.inputs import case_and_readings
+from cbpt.lab.readings.reader import Readings
+from cbpt.lab.selection.fit_effects import best_fit
+
+__all__ = ["Fitted", "fit"]
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """Effects fitted to readings."""
+
+    case_or_why: Case | InvalidInputError = field(repr=False)
+    """`case`, or why there is none."""
+    readings: Readings
+    effects: tuple[str, ...]
+    before: Rung
+    """The case as given."""
+    after: Rung
+    """With the effects, and the numbers refitted within their stated uncertainties."""
+    result: Fit = field(repr=False)
+    priors: dict[str, float] = field(repr=False)
+    """Standard uncertainty of each number of drive and rig, by effect id."""
+    fitter: Fitter = field(repr=False)
+    held_out_by: str
+    notes: tuple[str, ...]
+
+    @property
+    def case(self) -> Case:
+        """The case with the effects in it, and the numbers of the drive as they were refitted.
+
+        Raises `InvalidInputError` where an effect is a function of Python, which no case holds.
+        """
+        if isinstance(self.case_or_why, InvalidInputError):
+            raise self.case_or_why
+        return self.case_or_why
+
+    def parameters(self) -> dict[str, dict[str, dict[str, Any]]]:
+        """By effect and parameter: value, standard uncertainty (or why there is none), unit."""
+        return {e: parameters_of(self.result, e) for e in self.effects}
+
+    def predict(
+        self,
+        torque_Nm: ArrayLike,
+        preload_N: ArrayLike | None = None,
+        input_angle_deg: ArrayLike = 0.0,
+    ) -> AtLoad:
+        """The elastic angle under loads of choice with its uncertainty, as in `Diagnosis`."""
+        return angle_at(self.fitter, self.result, torque_Nm, preload_N, input_angle_deg)
+
+    def results(
+        self,
+        torque_Nm: ArrayLike | None = None,
+        preload_N: ArrayLike | None = None,
+        input_angle_deg: ArrayLike | None = None,
+    ) -> Results:
+        """Every number of the fit with its uncertainty and what it rests on, as in `Diagnosis`."""
+        load = load_of_choice(self.case, torque_Nm, preload_N, input_angle_deg)
+        errors = (
+            ("rmse as given", self.before.rmse_arcsec),
+            ("rmse fitted", self.after.rmse_arcsec),
+            ("rmse fitted, held out", self.after.held_out_rmse_arcsec),
+        )
+        return results_of(self.fitter, self.result, errors, self.predict(*load) if load else None)
+
+    def report(self) -> str:
+        """As text."""
+        return "\n".join(self._lines())
+
+    def _lines(self) -> Iterator[str]:
+        import json
+
+        yield f"{len(self.readings)} readings of {self.readings.source}"
+        yield from (f"Note: {note}" for note in self.notes)
+        for effect, found in self.parameters().items():
+            values = ", ".join(
+                shown(effect, n, p["value"], p["u"], p["unit"]) for n, p in found.items()
+            )
+            yield f"{effect}: {values}"
+        moved = moved_numbers(self.result, self.priors)
+        if moved:
+            yield f"Numbers of drive and rig that moved, now in the case: {moved}."
+        rows = [
+            [name, f"{r.rmse_arcsec:.3f}", f"{r.held_out_rmse_arcsec:.3f}", f"{r.chi2_per_dof:.2f}"]
+            for name, r in (("as given", self.before), ("fitted", self.after))
+        ]
+        yield f"Error, in sample and held out by {self.held_out_by}:"
+        yield text_table(["", "rmse_arcsec", "held_out_arcsec", "chi2/dof"], json.dumps(rows))
+
+    def __repr__(self) -> str:
+        return self.report()
+
+
+def fit(
+    case: Case | Drive | str | os.PathLike[str] | Mapping[str, Any],
+    data: Readings | str | os.PathLike[str] | Mapping[str, ArrayLike],
+    effects: str | OwnEffect | Sequence[str | OwnEffect],
+    *,
+    columns: Mapping[str, str] | None = None,
+    sheet: str | None = None,
+    only: Mapping[str, Any] | None = None,
+) -> Fitted:
+    """Fit effects of the library, and own effects, to readings, the numbers of the drive within
+    their stated uncertainties.
+
+    An own effect is one of `cbpt.effects`, or the id of an own effect of the case, which is then
+    taken out of the case and fitted anew. Of an effect that has several forms (see `cbpt effects`)
+    the most probable one is taken. Raises `InvalidInputError` for an effect that is not in the
+    library or cannot be seen in this table, `CaseError` and `ReadingsError` for what cannot be
+    read.
+    """
+    case, readings = case_and_readings(case, data, columns, sheet, only)
+    ids, own = chosen(case, effects)
+    if not ids:
+        raise InvalidInputError("effects: name at least one effect to fit, see cbpt effects")
+    if isinstance(case, Drive):
+        case = Case.from_toml(case.to_toml())
+    with threadpool_limits(1, user_api="blas"):
+        campaign, notes = prepared(campaign_of(case, readings, own))
+        fitter = Fitter(campaign)
+        names = tuple(dict.fromkeys(e.partition(":")[0] for e in ids))
+        found = best_fit(fitter, ids)
+        fold, held_by = folds(campaign)
+        nominal = fitter.at_nominal(found)
+        return Fitted(
+            case_or_why=_case_or_why(case, fitter, found),
+            readings=campaign.readings,
+            effects=names,
+            before=rung(fitter, "", nominal, fold),
+            after=rung(fitter, " + ".join(names), found, fold),
+            result=found,
+            priors=campaign.priors,
+            fitter=fitter,
+            held_out_by=held_by,
+            notes=(*notes, *solutions(found)),
+        )
+
+
+def _case_or_why(case: Case, fitter: Fitter, found: Fit) -> Case | InvalidInputError:
+    try:
+        return case_with(case, fitter, found)
+    except InvalidInputError as error:
+        return error
+
+
+def case_with(case: Case, fitter: Fitter, found: Fit) -> Case:
+    """The case with fitted effects, and with the numbers of the drive as refitted."""
+    entries: dict[tuple[str, str], dict[str, float]] = {}
+    for u in found.unknowns:
+        effect, _, name = u.name.partition(".")
+        if effect in PRIORS and not name:
+            # Known by its effect: its one number.
+            name = next(v.sizes[0] for v in fitter.variants if v.effect == effect)
+        ball, dot, stem = name.partition(".")
+        if dot:
+            entries[effect, ball] = {"ball": float(ball), stem: found.value(u)}
+        else:
+            entries.setdefault((effect, ""), {})[name] = found.value(u)
+    for variant in found.hypothesis.variants:
+        if not variant.spread:
+            entries[variant.effect, ""] |= dict(variant.fixed)
+    # What the case has beside stays as it is.
+    campaign, fitted = fitter.campaign, {effect for effect, _ in entries}
+    kept = [(e, numbers) for e, numbers in campaign.effects if e not in fitted]
+    listed = [*kept, *((effect, numbers) for (effect, _), numbers in entries.items())]
+    return case.with_effects([(campaign.own.get(e, e), numbers) for e, numbers in listed])

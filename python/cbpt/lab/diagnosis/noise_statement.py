@@ -1,0 +1,142 @@
+"""What the answer says of the uncertainty of a reading, and what that rests on.
+
+noise_of    the part `noise` of the document
+estimated   standard uncertainty of a reading, as the answer has it
+noise_floor the scatter about the answer, where it holds all that is at work, else why there is none
+floor_of    the same, else the error that noise alone leaves by what is stated or repeats tell
+statement   one sentence: stated, from repeats, or from the scatter about the answer
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from cbpt.lab.inference.residuals import scatter_of
+
+if TYPE_CHECKING:
+    from cbpt.lab.diagnosis.diagnosis import Diagnosis
+
+
+def noise_of(d: Diagnosis) -> dict[str, Any]:
+    """Stated and estimated uncertainty (root mean square over the readings), and its structure."""
+    c = d.competition.campaign
+    noise = d.noise
+    return {
+        "u_stated_arcsec": _stated(d),
+        "u_estimated_arcsec": estimated(d),
+        "u_from": u_from(d),
+        "u_dof": scatter_of(d.competition.fitter, d.after)[1],
+        "u_says": statement(d),
+        "repeats": asdict(c.repeats) if c.repeats else None,
+        "model": list(d.verdict.noise),
+        "run_offset_arcsec": noise.offset_arcsec,
+        "correlation": noise.correlation,
+    }
+
+
+def u_from(d: Diagnosis) -> str:
+    """`stated`, `repeats`, or `scatter`: about the answer, or, where what is stated cannot be
+    meant, inside the runs."""
+    c = d.competition.campaign
+    if c.u_stated:
+        return "stated" if c.u_believed == 1 else "scatter"
+    return "repeats" if c.u_repeated else "scatter"
+
+
+def _stated(d: Diagnosis) -> float | None:
+    """Root mean square over the readings of what the table states, arcsec."""
+    u = d.readings.u_elastic_angle_arcsec
+    return None if u is None else float(np.sqrt(np.mean(u**2)))
+
+
+def estimated(d: Diagnosis) -> float:
+    """What a reading is known to under the noise of the answer, arcsec; what is stated counts as
+    some degrees of freedom beside those of the scatter."""
+    c = d.competition.campaign
+    if c.step_arcsec and d.verdict.pattern is None:
+        # A coarse display has the noise that it has; what is judged by is more.
+        return scatter_of(d.competition.fitter, d.after)[0]
+    return float(d.noise.scale * np.sqrt(np.mean(c.u_reading_arcsec**2)))
+
+
+def noise_floor(d: Diagnosis) -> tuple[float | None, str]:
+    """The error that noise alone leaves, by the scatter about the answer, and what that is; None
+    with the reason where something is at work that the answer does not hold.
+
+    Zeros of runs are no part of it, as they are none of the errors that are held against it.
+    """
+    from cbpt.lab.selection.decision import UNKNOWN
+
+    if d.verdict.pattern is None and not any(UNKNOWN in group for group in d.verdict.rivals):
+        return estimated(d), "scatter about the answer"
+    return None, "cannot be told: no model holds all that is at work"
+
+
+def floor_of(d: Diagnosis) -> tuple[float | None, str]:
+    """The error that noise alone leaves, and what it was taken from; None where nothing tells it.
+
+    Without a noise floor of the answer, what is stated or what repeats tell.
+    """
+    floor, of = noise_floor(d)
+    if floor is not None:
+        return floor, of
+    c = d.competition.campaign
+    u = float(np.sqrt(np.mean(c.u_reading_arcsec**2)))
+    if c.u_stated:
+        return u, "stated uncertainty" if c.u_believed == 1 else "scatter inside runs"
+    if c.u_repeated:
+        return u, "repeats"
+    return None, f"{of}, no uncertainty is stated, no repeats tell it"
+
+
+def statement(d: Diagnosis) -> str:
+    """What the uncertainty of a reading is and what it rests on."""
+    c, stated = d.competition.campaign, _stated(d)
+    about, used = _about(d), estimated(d)
+    if stated is not None and c.u_believed != 1:
+        text = (
+            f"The table states an uncertainty of {stated:.3g} arcsec, but inside their runs the "
+            f"readings scatter by {stated * c.u_believed:.3g} arcsec, which was used in its place; "
+            f"{about}"
+        )
+    elif stated is not None:
+        text = f"The uncertainty of a reading is stated, {stated:.3g} arcsec; {about}"
+    elif c.u_repeated:
+        assert c.repeats is not None
+        text = (
+            f"The uncertainty of a reading was estimated from repeats, {c.repeats.u_arcsec:.3g} "
+            f"arcsec ({c.repeats}); {about}"
+        )
+    else:
+        text = f"No uncertainty is stated. That of a reading was estimated: {about}"
+    if c.repeats and c.u_stated and c.repeats.steady:
+        text += f", repeats {c.repeats.u_arcsec:.3g} arcsec ({c.repeats})"
+    scatter = scatter_of(d.competition.fitter, d.after)[0]
+    if d.verdict.pattern is None and abs(used / max(scatter, 1e-300) - 1) > 0.02:
+        between = stated is not None and min(stated, scatter) < used < max(stated, scatter)
+        text += (
+            f". Weighed together they make {used:.3g} arcsec"
+            if between
+            else f". With loose readings and departures from form set apart it is {used:.3g} arcsec"
+        )
+    if c.repeats and not c.repeats.steady:
+        text += (
+            f". Repeats differ by {c.repeats.u_arcsec:.3g} arcsec ({c.repeats}), far more than "
+            "readings scatter inside their runs: something changes between them"
+        )
+    return f"{text}."
+
+
+def _about(d: Diagnosis) -> str:
+    """The scatter about the answer, with its own degrees of freedom."""
+    scatter, dof = scatter_of(d.competition.fitter, d.after)
+    if d.verdict.pattern is not None:
+        return f"the scatter that no model follows is {estimated(d):.3g} arcsec"
+    zeros = ", each run with a zero of its own" if d.noise.offset_arcsec else ""
+    return (
+        f"the scatter about the answer gives {scatter:.3g} arcsec ({dof:.0f} degrees of freedom"
+        f"{zeros})"
+    )

@@ -1,0 +1,168 @@
+"""The answer in words and tables, for a terminal."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from textwrap import wrap
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from cbpt._core import text_table
+from cbpt.lab.diagnosis.alternatives import unseen
+from cbpt.lab.diagnosis.noise_statement import noise_floor
+from cbpt.lab.diagnosis.sentence import listed, moved_numbers, shown
+from cbpt.lab.selection.decision import ODDS_LIMIT
+
+if TYPE_CHECKING:
+    from cbpt.lab.diagnosis.diagnosis import Diagnosis
+
+
+_WIDTH = 100
+
+
+def lines(d: Diagnosis) -> Iterator[str]:
+    """The report, line by line."""
+    document = d.to_dict()
+    yield f"{len(d.readings)} readings of {d.readings.source}"
+    yield from (f"Note: {note}" for note in d.notes)
+    yield ""
+    yield from wrap(d.sentence, _WIDTH)
+    moved = moved_numbers(d.after, d.competition.campaign.priors)
+    if moved:
+        yield from wrap(f"Numbers of drive and rig that moved: {moved}.", _WIDTH)
+    for number in document["moved"]:
+        if number["could_be"]:
+            other = listed(number["could_be"], "or")
+            yield from wrap(f"What moved {number['number']} could as well be {other}.", _WIDTH)
+    if not d.verdict.effects and not d.verdict.rivals and d.verdict.pattern is None:
+        yield from _unseen(d)
+    yield from wrap(document["noise"]["u_says"], _WIDTH)
+    joint = sum(r.number not in d.verdict.effects for r in d.verdict.rests_on) > 1
+    together = ", the other numbers moving together with it within theirs" if joint else ""
+    for r in d.verdict.rests_on:
+        own = r.number in d.verdict.effects
+        if d.verdict.names and abs(r.needed_shift_sigma) > 2 and not own:
+            yield (
+                f"This rests on {r.number}, stated to {_percent(r.number, r.prior)}: it would have "
+                "to be off by "
+                f"{abs(r.needed_shift_sigma):.0f} standard uncertainties to explain the same"
+                f"{together}."
+            )
+    run = document["next_run"]
+    if run:
+        yield from wrap(_next_run(run), _WIDTH)
+    card = document["unknown"]
+    if card:
+        yield ""
+        yield "What the misfit looks like:"
+        for line in card["shape"]:
+            yield from _wrapped(line)
+        if not run:
+            yield ""
+            yield from wrap(card["measure_next"], _WIDTH)
+        if card["expression"]:
+            yield ""
+            yield (
+                "A first draft of the missing term, to be added to the case and fitted (held-out "
+                f"error with it {card['expression_held_out_rmse_arcsec']:.3f} arcsec):"
+            )
+            yield from card["effect_toml"].splitlines()
+    yield ""
+    floor, of = noise_floor(d)
+    noise = f"the noise floor {of}" if floor is None else f"noise {floor:.3f} arcsec"
+    yield f"Error, in sample and held out by {d.held_out_by} ({noise}):"
+    rows = [
+        [
+            r.added or "as stated",
+            f"{r.rmse_arcsec:.3f}",
+            f"{r.held_out_rmse_arcsec:.3f}",
+            f"{r.chi2_per_dof:.2f}",
+        ]
+        for r in d.ladder
+    ]
+    yield _table(["added", "rmse_arcsec", "held_out_arcsec", "chi2/dof"], rows)
+    if d.ladder_says:
+        yield from wrap(d.ladder_says, _WIDTH)
+    ranking = document["ranking"][:6]
+    if ranking:
+        yield ""
+        yield "Single effects, the most probable first (probability: that it is at work and alone):"
+        yield _table(
+            ["effect", "probability", "held_out_arcsec", "p_value", "looks most like"],
+            [
+                [
+                    row["effect"],
+                    f"{row['probability']:.3f}",
+                    f"{row['held_out_rmse_arcsec']:.3f}",
+                    f"{row['p_value']:.3f}",
+                    f"{row['rival']} ({row['rival_correlation']:.2f})" if row["rival"] else "",
+                ]
+                for row in ranking
+            ],
+        )
+        for row in ranking:
+            yield from _wrapped(f"{row['effect']}: {_sizes(row['effect'], row['parameters'])}")
+    where = document["where"]
+    if where:
+        yield ""
+        yield "Where the drive as stated fails:"
+        for region in where[:4]:
+            yield f"  {_region(region)}"
+
+
+def _unseen(d: Diagnosis) -> Iterator[str]:
+    """What could be there all the same."""
+    found = unseen(d)
+    if found:
+        yield from wrap(f"This campaign could not have seen {listed(found, 'or')}.", _WIDTH)
+
+
+def _sizes(effect: str, parameters: dict[str, Any]) -> str:
+    return ", ".join(shown(effect, n, p["value"], p["u"], p["unit"]) for n, p in parameters.items())
+
+
+def _wrapped(text: str) -> list[str]:
+    return wrap(text, _WIDTH, initial_indent="  ", subsequent_indent="    ")
+
+
+def _next_run(run: dict[str, Any]) -> str:
+    if run["gain"] < np.log(ODDS_LIMIT):
+        return (
+            "No single run like those so far would decide between them; knowledge from outside "
+            "the readings can."
+        )
+    return (
+        f"A run that would tell {', '.join(run['separates'])} apart: "
+        f"preload {run['preload_N']:g} N, input angle {run['input_angle_deg']:g} deg, "
+        f"torque to +-{run['torque_Nm']:g} N m ({run['direction']})."
+    )
+
+
+def _region(region: dict[str, object]) -> str:
+    ranges = region["region"]
+    assert isinstance(ranges, dict)
+    parts = [
+        f"{name} {low:g}" if low == high else f"{name} {low:g} to {high:g}"
+        for name, (low, high) in ranges.items()
+    ]
+    if region["regime"]:
+        parts.append(str(region["regime"]))
+    return (
+        f"{', '.join(parts)}: {100 * float(str(region['share_of_misfit'])):.0f} % of the misfit, "
+        f"bias {float(str(region['bias_arcsec'])):+.2f} arcsec "
+        f"(p {float(str(region['p_value'])):.3f})"
+    )
+
+
+def _percent(number: str, prior: float) -> str:
+    return (
+        f"{prior * 57.29577951308232:.2g} deg"
+        if number == "contact_angle"
+        else f"{100 * prior:.2g} %"
+    )
+
+
+def _table(headers: list[str], rows: list[list[str]]) -> str:
+    return text_table(headers, json.dumps(rows))

@@ -1,0 +1,178 @@
+"""A misfit that nothing in the library explains.
+
+card           what it depends on, ready to be written as an own effect
+measure_next   what to measure next, in words
+column         a column of the table, or one made from it, as numbers
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cbpt.lab.diagnosis.sentence import columns_in_words
+from cbpt.lab.diagnosis.sparse_term import draft
+from cbpt.lab.readings.set_points import levels_of
+from cbpt.lab.selection.lack_of_fit import rate_of, run_time
+from cbpt.lab.selection.scan import label_of
+
+if TYPE_CHECKING:
+    from cbpt.lab.diagnosis.diagnosis import Diagnosis
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+_MOST_LEVELS = 12
+_STRETCHES = 6
+_MOST_LINES = 16
+# Their values are labels, or a rate: where they lie tells people nothing.
+_NO_PLACE = ("run", "preload_step", "torque_rate")
+
+
+def card(d: Diagnosis) -> dict[str, Any]:
+    """Columns it depends on, where it is strongest, harmonic of the input angle, shape in words."""
+    pattern = d.verdict.pattern
+    assert pattern is not None
+    f = pattern.fitted_arcsec
+    columns = list(pattern.columns)
+    found = draft(d)
+    return {
+        "depends_on": columns,
+        "regime": _regime(d, f),
+        "harmonic": _harmonic(d, f) if "input_angle_deg" in columns else None,
+        "expression": found.effect.expression if found else None,
+        "effect_toml": found.effect.to_toml() if found else None,
+        "expression_held_out_rmse_arcsec": found.held_out_rmse_arcsec if found else None,
+        "rms_arcsec": float(np.sqrt(np.mean(f**2))),
+        "noise_arcsec": _noise_arcsec(d),
+        "strong_where": {name: list(ends) for name, ends in _strong_where(d).items()},
+        "measure_next": measure_next(d),
+        "shape": list(_shape(d, columns, f))[:_MOST_LINES],
+    }
+
+
+def measure_next(d: Diagnosis) -> str:
+    """Advice, as nothing without a name predicts what a further run would read."""
+    pattern = d.verdict.pattern
+    assert pattern is not None
+    columns, f = list(pattern.columns), np.abs(pattern.fitted_arcsec)
+    placed = {c: column(d, c) for c in columns if c not in _NO_PLACE}
+    most = int(np.argmax(f))
+    spot = label_of({c: (float(v[most]), float(v[most])) for c, v in placed.items()}, None)
+    strong = _strong_where(d)
+    part = {c: strong[c] for c, v in placed.items() if strong and strong[c] != _ends(v)}
+    said = (
+        "What is missing has no name and so predicts no further run. In these readings it depends "
+        f"on {columns_in_words(columns)}"
+    )
+    said += f" and is largest near {spot}" if spot else ""
+    if part:
+        said += f"; more than twice the noise only within {label_of(part, None)}"
+    if not strong:
+        said += "; nowhere is it twice the noise, so repeat readings first"
+    free = [c for c in columns if c != "run"]
+    if not free:
+        return f"{said}. Repeat a run as it was, to see whether the same comes back."
+    where = "Measure more there, and vary" if spot else "Vary"
+    alone = "one at a time" if len(free) > 1 else "alone"
+    wait = " (time: hold a load and wait)" if {"time_s", "run_time_s"} & set(free) else ""
+    return f"{said}. {where} {columns_in_words(free)} {alone}, all else held{wait}."
+
+
+def _noise_arcsec(d: Diagnosis) -> float:
+    """Noise of a reading beside the pattern."""
+    pattern = d.verdict.pattern
+    assert pattern is not None
+    return pattern.noise.scale * float(np.median(d.competition.campaign.u_arcsec))
+
+
+def _strong_where(d: Diagnosis) -> dict[str, tuple[float, float]]:
+    """Lowest and highest value of each column where the pattern is more than twice the noise."""
+    pattern = d.verdict.pattern
+    assert pattern is not None
+    strong = np.abs(pattern.fitted_arcsec) > 2 * _noise_arcsec(d)
+    return {c: _ends(column(d, c)[strong]) for c in pattern.columns if strong.any()}
+
+
+def _ends(values: Floats) -> tuple[float, float]:
+    return float(values.min()), float(values.max())
+
+
+def column(d: Diagnosis, name: str) -> Floats:
+    """A column of the table, or one made from it, as numbers."""
+    readings = d.readings
+    if name == "run_time_s":
+        return run_time(readings)
+    if name == "torque_rate":
+        return np.abs(rate_of(readings))
+    if name == "direction":
+        return readings.direction().astype(np.float64)
+    if name == "preload_step" and d.readings.preload_step is not None:
+        return np.unique(d.readings.preload_step, return_inverse=True)[1].astype(np.float64)
+    if name == "run":
+        return readings.run_index.astype(np.float64)
+    return np.asarray(getattr(readings, name), dtype=np.float64)
+
+
+def _shape(d: Diagnosis, columns: list[str], f: Floats) -> Iterator[str]:
+    """Lines such as `input_angle_deg 130: -5.9 at -8, ... +10.6 at 8 torque_Nm`, in arcsec."""
+    along, across = columns[0], columns[1:]
+    for label, rows in _cells(d, across):
+        parts = [
+            f"{float(f[rows & part].mean()):+.2f} at {text}"
+            for text, part in _parts(column(d, along))
+            if (rows & part).any()
+        ]
+        yield f"{label}{', '.join(parts)} {along}"
+
+
+def _cells(d: Diagnosis, columns: list[str]) -> Iterator[tuple[str, Mask]]:
+    """Every combination of levels or stretches of some columns."""
+    if not columns:
+        yield "", np.ones(len(d.readings), dtype=bool)
+        return
+    for text, part in _parts(column(d, columns[0])):
+        for label, rows in _cells(d, columns[1:]):
+            if (part & rows).any():
+                yield f"{columns[0]} {text}: {label}", part & rows
+
+
+def _parts(values: Floats) -> Iterator[tuple[str, Mask]]:
+    """The levels of a column, or stretches of it where there are many."""
+    found = levels_of(values)
+    if len(found) <= _MOST_LEVELS:
+        for number, level in enumerate(found.value):
+            yield f"{level:g}", found.index == number
+        return
+    edges = np.unique(np.quantile(values, np.linspace(0, 1, _STRETCHES + 1))) + 0.0  # no -0
+    for number, (low, high) in enumerate(pairwise(edges)):
+        above = values > low if number else values >= low
+        yield f"{low:.3g} to {high:.3g}", above & (values <= high)
+
+
+def _regime(d: Diagnosis, f: Floats) -> str | None:
+    """The contact regime that holds nearly all of it, if one does."""
+    model = d.competition.fitter.model
+    regime = model.regimes(d.after.point.values)
+    total = float(np.sum(f**2))
+    for name in np.unique(regime):
+        part = regime == name
+        if part.sum() < 0.9 * len(f) and float(np.sum(f[part] ** 2)) > 0.9 * total:
+            return str(name)
+    return None
+
+
+def _harmonic(d: Diagnosis, f: Floats) -> int | None:
+    """The harmonic of the input angle that carries most of it, where the angles can tell."""
+    angle = np.deg2rad(d.readings.input_angle_deg)
+    distinct = len(np.unique(np.round(np.mod(angle, 2 * np.pi), 6)))
+    # The sign of the torque is not the angle's doing.
+    g = f * np.where(d.readings.torque_Nm < 0, -1.0, 1.0)
+    power = [
+        float(np.sum(g * np.cos(h * angle)) ** 2 + np.sum(g * np.sin(h * angle)) ** 2)
+        for h in range(1, (distinct - 1) // 2 + 1)
+    ]
+    return int(np.argmax(power)) + 1 if len(power) > 1 else None

@@ -1,0 +1,125 @@
+"""What a campaign could see, in words and tables, for a terminal."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from textwrap import wrap
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from cbpt._core import text_table
+from cbpt.lab.diagnosis.sentence import listed, shown
+from cbpt.lab.experiment.effect_changes import Form
+from cbpt.lab.model.priors import PRIORS
+
+if TYPE_CHECKING:
+    from cbpt.lab.experiment.isolability import Isolability, Pair
+
+_WIDTH = 100
+
+
+def lines(i: Isolability) -> Iterator[str]:
+    """The report, line by line."""
+    rows = i.plan.rows
+    u = rows.u_elastic_angle_arcsec
+    assert u is not None
+    yield (
+        f"{len(rows)} readings in {int(rows.run_index.max()) + 1} runs of {rows.source}, "
+        f"u {float(np.median(u)):g} arcsec"
+    )
+    yield from (f"Note: {note}" for note in rows.notes)
+    yield ""
+    if i.seen:
+        yield (
+            "Smallest size that a diagnosis would tell, numbers of drive and rig within their "
+            "uncertainty:"
+        )
+        table = []
+        for s in i.seen:
+            rival, r = i.looks_most_like(s.effect)
+            numbers = (s.smallest["even"], s.smallest["sure"], float(s.form.sizes[-1]))
+            name, values = sized(s.form, numbers)
+            most = f"{rival} ({r:.3f})" if rival and r is not None else ""
+            table.append([s.label, name, *values, most])
+        headers = ["effect", "number", "half the time", "19 of 20", "plausible to"]
+        yield text_table([*headers, "looks most like"], json.dumps(table))
+    for effect, why in i.unseen.items():
+        yield f"{effect}: {why}"
+    for kind in (_twins, _not_here, _above):
+        told = list(kind(i))
+        if told:
+            yield ""
+            yield from told
+    apart = sum(p.verdict == "apart" for p in i.pairs)
+    if i.pairs:
+        yield ""
+        yield f"{apart} of {len(i.pairs)} pairs are told apart as soon as they are seen."
+
+
+def sized(form: Form, sizes: Sequence[float | None]) -> tuple[str, list[str]]:
+    """The parameter that is the size of a form, with its unit, and its value at each size."""
+    effect, variant = form.variant.effect, form.variant
+    name = "spread_m" if variant.spread else variant.sizes[0]
+    label, values = name, []
+    for size in sizes:
+        if size is None:
+            values.append("never")
+            continue
+        several = len(variant.sizes) > 1 and not variant.spread
+        # Of components of one amplitude the direction is but an example.
+        value = size if several else form.values(size)[name]
+        label, _, text = shown(effect, name, value, None).partition(" ")
+        values.append(text)
+    for part in ("_sine", "_cosine"):
+        label = label.replace(part, "")
+    return label.replace("cosine", "amplitude"), values
+
+
+def _twins(i: Isolability) -> Iterator[str]:
+    pairs = [p for p in i.pairs if p.verdict == "twins"]
+    if pairs:
+        yield "Twins, which no reading of this rig tells apart:"
+    for p in pairs:
+        decided = [f"{k} = {i.priors[e]:.3g}" for e, k in PRIORS.items() if k in p.decided_by]
+        by = f"; what is known from outside decides ({', '.join(decided)})" if decided else ""
+        yield from _wrapped(f"{p.effects[0]} and {p.effects[1]}{by}")
+
+
+def _not_here(i: Isolability) -> Iterator[str]:
+    pairs = [p for p in i.pairs if p.verdict == "not_here"]
+    if pairs:
+        yield "Not told apart by this plan, however large within the plausible ranges:"
+    for p in pairs:
+        yield from _wrapped(_sides(i, p))
+
+
+def _above(i: Isolability) -> Iterator[str]:
+    pairs = [p for p in i.pairs if p.verdict == "above"]
+    if not pairs:
+        return
+    yield "Told apart only when larger than the smallest size seen:"
+    table = [
+        [
+            *(_from(i, e, size) for e, size in zip(p.effects, p.above, strict=True)),
+            f"{p.correlation:.4f}",
+        ]
+        for p in sorted(pairs, key=lambda p: -p.correlation)
+    ]
+    yield text_table(["one", "other", "correlation"], json.dumps(table))
+
+
+def _sides(i: Isolability, p: Pair) -> str:
+    """From which size each is told from the other."""
+    parts = [_from(i, e, size) for e, size in zip(p.effects, p.above, strict=True)]
+    return f"{listed(parts)}; correlation {p.correlation:.4f}"
+
+
+def _from(i: Isolability, effect: str, size: float | None) -> str:
+    name, (value,) = sized(i.effect(effect).form, [size])
+    return f"{effect} never" if size is None else f"{effect} from {name} {value}"
+
+
+def _wrapped(text: str) -> list[str]:
+    return wrap(text, _WIDTH, initial_indent="  ", subsequent_indent="    ")

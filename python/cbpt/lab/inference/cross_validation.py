@@ -1,0 +1,80 @@
+"""How well a fit predicts readings it has not seen.
+
+Whole preload levels are held back in turn; where there are fewer than three, whole runs; else
+stretches of the table. The numbers are refitted to the others, linearised about the fit, and what
+is held back is predicted. A zero of its own that noise gives each run cannot be predicted and is
+taken off.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cbpt.lab.covariance.noise import Margin, Noise, Whitener
+from cbpt.lab.inference.fit import Fit, Fitter
+from cbpt.lab.model.forward import Campaign
+from cbpt.lab.readings.set_points import levels_of
+from cbpt.lab.selection.patterns import Pattern
+
+Floats = NDArray[np.float64]
+_MOST_FOLDS = 12
+
+
+def folds(campaign: Campaign) -> tuple[NDArray[np.int64], str]:
+    """The fold of each reading, and by what they are divided."""
+    preload = campaign.readings.preload_N
+    if preload is not None:
+        level = levels_of(preload)
+        if len(level) >= 3:
+            return level.index % _MOST_FOLDS, "preload level"
+    step = campaign.readings.preload_step
+    if step is not None:
+        names, index = np.unique(step, return_inverse=True)
+        if len(names) >= 3:
+            return index.astype(np.int64) % _MOST_FOLDS, "preload step"
+    if campaign.rows.runs >= 3:
+        return campaign.rows.run_index % _MOST_FOLDS, "run"
+    n = len(campaign)
+    return np.arange(n) * min(4, n) // max(n, 1), "stretch of the table"
+
+
+def held_out_residual(fitter: Fitter, fit: Fit, fold: NDArray[np.int64]) -> Floats:
+    """Readings less what the other folds predict of them, arcsec, shape (n,)."""
+    return _held_out(fitter.campaign, *fitter.linear(fit), fit.noise, fold)
+
+
+def held_out_with_pattern(pattern: Pattern, fold: NDArray[np.int64]) -> Floats:
+    """The same for a pattern without a name."""
+    p = pattern.problem
+    precision = p.prior(pattern.amplitude)
+    return _held_out(p.fitter.campaign, p.y, p.columns, precision, pattern.noise, fold)
+
+
+def _held_out(
+    c: Campaign, y: Floats, x: Floats, precision: Floats, noise: Noise, fold: NDArray[np.int64]
+) -> Floats:
+    out = np.full(len(y), np.nan)
+    numbers = np.unique(fold)
+    for number in numbers:
+        held = fold == number
+        # One fold alone has nothing to be predicted from; then nothing is held out.
+        kept = ~held if len(numbers) > 1 else held
+        looser = noise.looser
+        part = noise if looser is None else replace(noise, looser=looser[kept])
+        whitener = Whitener.of(part, c.u_arcsec[kept], c.rows.select(kept))
+        # The hair of precision is for zeros of runs that are held back: their columns are empty.
+        margin = Margin.of(whitener(y[kept]), whitener(x[kept]), precision + 1e-12)
+        out[held] = y[held] - x[held] @ margin.mode
+    if noise.offset_arcsec or c.zeros.shape[1] > 1:
+        mean = np.bincount(c.rows.run_index, out) / np.bincount(c.rows.run_index)
+        out = out - mean[c.rows.run_index]
+    return out
+
+
+def rms(values: Floats, looser: Floats | None = None) -> float:
+    """Root mean square; loose readings count less, as they do in the fits."""
+    weight = np.ones(len(values)) if looser is None else looser**-2.0
+    return float(np.sqrt(np.sum(weight * values**2) / np.sum(weight)))

@@ -1,0 +1,94 @@
+"""The numbers of a fit as people and documents have them.
+
+parameters_of  the parameters of one effect: value, uncertainty or why there is none, unit
+parameter      one of them
+unit_of        the unit at the end of a name
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from cbpt.lab.inference.fit import Fit, Unknown
+from cbpt.lab.model.priors import LOT
+
+
+def parameters_of(fit: Fit, effect: str) -> dict[str, dict[str, Any]]:
+    """Values of an effect's parameters, SI, with standard uncertainties, or why there is none.
+
+    All that a case needs to have the effect: what its form fixes (a harmonic) comes last.
+    """
+    own = [u for u in fit.unknowns if u.name.startswith(effect + ".")]
+    if effect == LOT and own:
+        # One number for many balls: how far their diameters differ.
+        sizes = np.array([fit.value(u) for u in own])
+        spread = {"value": float(sizes.std()), "u": None, "unit": "m", "at_bound": False}
+        return {"spread_m": spread | {"why_no_u": f"of {len(own)} balls, each fitted"}}
+    units = dict(unit for v in fit.hypothesis.variants if v.effect == effect for unit in v.units)
+    found = {u.name.partition(".")[2]: parameter(fit, u) for u in own}
+    for variant in fit.hypothesis.variants:
+        for name, value in variant.fixed if variant.effect == effect else ():
+            found[name] = {
+                "value": value,
+                "u": None,
+                "unit": unit_of(name),
+                "at_bound": False,
+                "why_no_u": "one of a few forms, the likeliest of which was taken",
+            }
+    # The names of an own effect's parameters do not tell their units.
+    return {name: p | {"unit": units.get(name, p["unit"])} for name, p in found.items()}
+
+
+def parameter(fit: Fit, u: Unknown) -> dict[str, Any]:
+    """One number, SI, with its standard uncertainty or why there is none."""
+    value, sd = fit.value(u), fit.u(u)
+    at_bound = (
+        bool(value <= u.lower * (1 + 1e-9) or value >= u.upper * (1 - 1e-9))
+        if u.upper > u.lower
+        else False
+    )
+    why = None
+    if at_bound:
+        why = "the best value lies at the end of the allowed range"
+    elif not np.isfinite(sd) or (np.isfinite(u.upper) and sd > (u.upper - u.lower)):
+        why = "the readings do not determine it"
+    elif _elsewhere(fit, u):
+        why = "another value or form of it fits about as well, see the notes"
+    return {
+        "value": value,
+        "u": None if why else sd,
+        "unit": unit_of(u.name.partition(".")[2]),
+        "at_bound": at_bound,
+        "why_no_u": why,
+    }
+
+
+def _elsewhere(fit: Fit, u: Unknown) -> bool:
+    """Whether another solution has other sizes of the same effect, or has it in another form."""
+    if u.size_of < 0:
+        return False
+    sizes = [own for own in fit.unknowns if own.size_of == u.size_of]
+    form = fit.hypothesis.variants[u.size_of]
+    for other in fit.others:
+        if form not in other.hypothesis.variants:
+            return True
+        there = {o.name: o for o in other.unknowns}
+        for own in sizes:
+            same = there[own.name]
+            off = abs(other.value(same) - fit.value(own))
+            if off > np.hypot(fit.u(own), other.u(same)):
+                return True
+    return False
+
+
+_WRITTEN = {unit: unit for unit in ("m", "um", "rad", "urad", "deg", "arcsec", "s", "h", "N", "K")}
+_WRITTEN |= {"Nm": "(N m)", "rad2": "rad^2", "arcsec2": "arcsec^2"}
+
+
+def unit_of(name: str) -> str:
+    """The unit at the end of a parameter's name; empty for pure numbers."""
+    head, per, below = name.partition("_per_")
+    above = _WRITTEN.get(head.rpartition("_")[2], "") if "_" in head else ""
+    return f"{above or 1}/{_WRITTEN.get(below, below)}" if per else above.strip("()")

@@ -1,0 +1,108 @@
+"""Other solutions: the same effects at another phase, sign or size, or in another form.
+
+solved      a fit as the best of all solutions of its effects, with those as good in `others`
+apart       whether two fits are two solutions, not one that was reached twice
+
+Of a tilt, a pitch error or an offset the linear problem knows one phase; the readings may allow
+several, each a peak of the likelihood with a small uncertainty of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cbpt.lab.inference.fit import Fit, Fitter, Hypothesis
+from cbpt.lab.model.priors import Variant
+
+Floats = NDArray[np.float64]
+
+AS_GOOD = float(np.log(20.0))
+"""Log odds within which a solution is not excluded."""
+_PHASES = 8
+_SIZES = (0.4, 1.0, 2.5)
+"""Amplitudes to start from, of that which was found."""
+_STARTS = 6
+# In log odds, under the noise of the fit that is given: what is further off is not polished.
+_POLISHED_WITHIN = 8.0
+_MOST = 8
+# In standard uncertainties.
+_APART = 3.0
+
+
+def solved(fitter: Fitter, fit: Fit, forms: Sequence[Variant] = ()) -> Fit:
+    """The best solution of the effects of a fit, over phases and forms, and the others as good.
+
+    forms: those to choose from; all of the library where empty.
+    """
+    rough: list[Fit] = []
+    for variant in fit.hypothesis.variants:
+        if variant.directed and fit.hypothesis.effects.count(variant.effect) == 1:
+            rough += _rough(fitter, fit, variant, forms or fitter.variants)
+    if not rough:
+        return replace(fit, solved=True)
+    rough.sort(key=lambda f: -f.log_evidence)
+    top = rough[0].log_evidence
+    near = _distinct([f for f in rough if f.log_evidence > top - _POLISHED_WITHIN])[:_MOST]
+    fine = (fitter.fit(f.hypothesis, f.point.values, fit.noise) for f in near)
+    found = [fit, *(f for f in fine if f is not None and np.isfinite(f.log_evidence))]
+    found.sort(key=lambda f: -f.log_evidence)
+    best, *others = _distinct(found)
+    as_good = [f for f in others if f.log_evidence > best.log_evidence - AS_GOOD]
+    return replace(best, others=tuple(as_good), solved=True)
+
+
+def _rough(fitter: Fitter, fit: Fit, variant: Variant, forms: Sequence[Variant]) -> Iterator[Fit]:
+    """Under the noise of the fit, from the best starts of every form of one of its effects."""
+    at = [fitter.place(variant.effect, size) for size in variant.sizes]
+    amplitude = max(float(np.linalg.norm(fit.point.values[at])), variant.low)
+    for form in forms:
+        if form.effect != variant.effect or not form.directed:
+            continue
+        hypothesis = Hypothesis(tuple(form if v is variant else v for v in fit.hypothesis.variants))
+        starts = list(_starts(fitter, fit, hypothesis, form, amplitude))
+        misfit = [fitter.misfit(hypothesis, s, fit.noise) for s in starts]
+        for i in np.argsort(misfit)[:_STARTS].tolist():
+            got = fitter.fit(hypothesis, starts[i], fit.noise, free_noise=False)
+            if got is not None and np.isfinite(got.log_evidence):
+                yield got
+
+
+def _starts(
+    fitter: Fitter, fit: Fit, hypothesis: Hypothesis, form: Variant, amplitude: float
+) -> Iterator[Floats]:
+    """The values of the fit, but for the effect: that at all phases and some sizes."""
+    kept = [u.index for u in fit.unknowns if u.name.partition(".")[0] != form.effect]
+    base = fitter.start(hypothesis, {})
+    base[kept] = fit.point.values[kept]
+    at = [fitter.place(form.effect, size) for size in form.sizes]
+    for phase in 2 * np.pi * np.arange(_PHASES) / _PHASES:
+        for size in _SIZES:
+            values = base.copy()
+            values[at] = size * amplitude * np.array([np.cos(phase), np.sin(phase)])
+            yield values
+
+
+def apart(one: Fit, other: Fit) -> bool:
+    """Whether forms differ, or a size by more than its uncertainty lets it."""
+    labels = [{v.label for v in f.hypothesis.variants} for f in (one, other)]
+    if labels[0] != labels[1]:
+        return True
+    values = {u.name: (other.value(u), other.u(u)) for u in other.unknowns if u.size_of >= 0}
+    return any(
+        abs(one.value(u) - values[u.name][0]) > _APART * np.hypot(one.u(u), values[u.name][1])
+        for u in one.unknowns
+        if u.size_of >= 0
+    )
+
+
+def _distinct(fits: list[Fit]) -> list[Fit]:
+    """Those that are apart from all before them."""
+    found: list[Fit] = []
+    for fit in fits:
+        if all(apart(fit, f) for f in found):
+            found.append(fit)
+    return found

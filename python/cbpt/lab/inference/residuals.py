@@ -1,0 +1,73 @@
+"""What a fit leaves of the readings: one convention for every error that an answer states.
+
+    left_by       residuals of a fit, the zero of each run taken off where the noise has such zeros
+    without_zeros the same of any residuals
+    rmse_of       their root mean square
+    chi2_of       their chi-squared per degree of freedom
+    free_of       degrees of freedom that they have
+    scatter_of    standard deviation of a reading about a fit, from the readings alone
+
+As in what is held out (`holdout`): a zero of a run is no error of the model.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cbpt.lab.covariance.noise import Noise
+from cbpt.lab.inference.fit import Fit, Fitter
+from cbpt.lab.model.forward import Campaign
+
+Floats = NDArray[np.float64]
+
+
+def left_by(campaign: Campaign, fit: Fit) -> Floats:
+    """Arcsec, shape (n,)."""
+    return without_zeros(campaign, fit.residual_arcsec, fit.noise)
+
+
+def without_zeros(campaign: Campaign, residual_arcsec: Floats, noise: Noise) -> Floats:
+    """Arcsec, shape (n,)."""
+    if not noise.offset_arcsec:
+        return residual_arcsec
+    index, weight = campaign.rows.run_index, campaign.u_arcsec**-2.0
+    if noise.looser is not None:
+        weight = weight / noise.looser**2
+    zero = np.bincount(index, weight * residual_arcsec) / np.bincount(index, weight)
+    return np.asarray(residual_arcsec - zero[index])
+
+
+def rmse_of(campaign: Campaign, fit: Fit) -> float:
+    """Arcsec."""
+    return float(np.sqrt(np.mean(left_by(campaign, fit) ** 2)))
+
+
+def chi2_of(fitter: Fitter, fit: Fit) -> float:
+    """Against what one reading is known to, or, where nothing tells that, the noise of the fit."""
+    u = u_judging(fitter.campaign, fit.noise)
+    return float(np.sum((left_by(fitter.campaign, fit) / u) ** 2) / max(free_of(fitter, fit), 1))
+
+
+def u_judging(campaign: Campaign, noise: Noise) -> Floats:
+    """Standard uncertainty of each reading that chi-squared is held against, arcsec."""
+    known = campaign.u_stated or campaign.u_repeated
+    return np.asarray(campaign.u_reading_arcsec * (1.0 if known else noise.scale))
+
+
+def free_of(fitter: Fitter, fit: Fit) -> int:
+    """Readings less what was fitted to them: numbers without a prior, and zeros."""
+    c = fitter.campaign
+    zeros = c.rows.runs if fit.noise.offset_arcsec else c.zeros.shape[1]
+    return max(len(c) - zeros - sum(bool(np.isinf(u.sd)) for u in fit.unknowns), 0)
+
+
+def scatter_of(fitter: Fitter, fit: Fit) -> tuple[float, float]:
+    """Arcsec (root mean square over the readings; loose ones count less), and the degrees of
+    freedom behind it; what is correlated is fewer independent readings.
+    """
+    c, noise = fitter.campaign, fit.noise
+    u, free, rho = c.u_reading_arcsec, free_of(fitter, fit), noise.correlation
+    off = left_by(c, fit) / (u if noise.looser is None else u * noise.looser)
+    sd = np.sqrt(np.sum(off**2) / max(free, 1)) * np.sqrt(np.mean(u**2))
+    return float(sd), free * (1 - rho) / (1 + rho)

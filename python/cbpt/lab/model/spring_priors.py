@@ -1,0 +1,111 @@
+"""The library that suits a reducer.
+
+library_of  forms of effects with what is plausible for them
+
+The sizes of `library` are those of ball drives. A torsion spring may turn by seconds of arc or by
+degrees, so its sizes are shares of what the table reaches: the largest torque, the angle that the
+spring as stated turns under it, the length of the longest run.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator
+
+import numpy as np
+
+from cbpt.lab.model.forward import Campaign
+from cbpt.lab.model.priors import CREEP, VARIANTS, Shape, Variant
+from cbpt.results import solve_many
+
+
+def library_of(campaign: Campaign) -> tuple[Variant, ...]:
+    """Every form of every effect that its reducer can have."""
+    if campaign.drive.kind == "ball_drive":
+        return VARIANTS
+    return tuple(_of_spring(campaign))
+
+
+def _of_spring(campaign: Campaign) -> Iterator[Variant]:
+    readings = campaign.readings
+    torque = float(np.abs(readings.torque_Nm).max()) or 1.0
+    turned = solve_many(campaign.drive, [-torque, torque]).elastic_angle_rad
+    angle = float(np.abs(turned).max())
+    numbers = ("contact_stiffness", "torque_scale", "sensor_gain")
+    yield from (v for v in VARIANTS if v.effect in numbers)
+
+    def of(effect: str, sizes: tuple[str, ...], unit: float, low: float, high: float) -> Variant:
+        return Variant(effect, sizes, low * unit, high * unit, scaled=True)
+
+    def ranged(name: str, unit: float, low: float, high: float, grid: tuple[float, ...]) -> Shape:
+        return Shape(name, low * unit, high * unit, tuple(g * unit for g in grid), log=True)
+
+    engagement = ranged("engagement_angle_rad", angle, 1e-3, 1.0, (0.01, 0.04, 0.15, 0.5))
+    growth = ranged("load_growth_per_Nm", 1 / torque, 0.3, 30.0, (1.0, 6.0))
+    for size, unit, needs in (
+        ("friction_torque_Nm", torque, ""),
+        ("friction_radius_m", torque / _mean_preload(campaign), "preload_N"),
+    ):
+        friction = of("friction_hysteresis", (size,), unit, 1e-3, 0.7)
+        name = "with the preload" if needs else "constant"
+        yield _with(friction, (engagement,), name, needs)
+        yield _with(friction, (engagement, growth), f"{name}, growing with the load", needs)
+    transition = ranged("transition_torque_Nm", torque, 1e-3, 0.5, (0.01, 0.05, 0.2))
+    yield _with(of("backlash", ("play_rad",), angle, 1e-3, 3.0), (transition,))
+    # A curve 1/angle per angle is an error as large as the angle itself, at the largest torque.
+    nonlinear = of(
+        "sensor_nonlinearity", ("quadratic_per_rad", "cubic_per_rad2"), 1 / angle, 1e-3, 0.5
+    )
+    yield _signed(nonlinear, ratios=(1.0, 1 / angle))
+    yield of("run_in", ("permanent_set_rad",), angle, 1e-3, 1.0)
+    yield of("run_in", ("permanent_set_of_run_rad",), angle, 1e-3, 1.0)
+    if readings.time_s is not None:
+        length = float(np.ptp(readings.time_s)) or 1.0
+        run = max(_longest_run(campaign), 1e-3 * length)
+        time = ranged("time_constant_s", run, 1e-3, 10.0, (0.01, 0.05, 0.2, 1.0))
+        compliance = angle / torque
+        for size, name in CREEP:
+            yield _with(of("creep", (size,), compliance, 1e-4, 1.0), (time,), name)
+        yield _signed(of("drift", ("rate_rad_per_s",), angle / length, 1e-3, 1.0), name="time")
+    if readings.temperature_degC is not None:
+        span = float(np.ptp(readings.temperature_degC)) or 1.0
+        drift = of("drift", ("rate_rad_per_K",), angle / span, 1e-3, 1.0)
+        yield _signed(drift, name="temperature")
+    spring = tomllib.loads(campaign.drive.to_toml())["torsion_spring"]
+    if "torque_Nm" in spring:
+        # In series with one stiffness it is that stiffness.
+        yield of("output_torsion", ("compliance_rad_per_Nm",), angle / torque, 1e-3, 1.0)
+    radius = spring.get("reference_radius_m")
+    if radius is not None:
+        at_100_N = angle * radius * (100 * radius / torque) ** 0.9
+        exponent = Shape("exponent", 0.6, 1.0, (2 / 3, 0.9))
+        yield _with(
+            of("eccentric_bearing", ("reference_deflection_m",), at_100_N, 1e-3, 1.0), (exponent,)
+        )
+        offset = ("offset_sine_m", "offset_cosine_m")
+        yield _signed(of("eccentricity_error", offset, angle * radius, 1e-3, 1.0))
+
+
+def _with(v: Variant, shapes: tuple[Shape, ...], name: str = "", needs: str = "") -> Variant:
+    return Variant(
+        v.effect, v.sizes, v.low, v.high, shapes=shapes, name=name, needs=needs, scaled=True
+    )
+
+
+def _signed(v: Variant, name: str = "", ratios: tuple[float, ...] = ()) -> Variant:
+    return Variant(v.effect, v.sizes, v.low, v.high, True, name=name, ratios=ratios, scaled=True)
+
+
+def _mean_preload(campaign: Campaign) -> float:
+    preload = campaign.readings.preload_N
+    return 1.0 if preload is None else float(preload.mean())
+
+
+def _longest_run(campaign: Campaign) -> float:
+    """Time from the first to the last reading of a run, s."""
+    time, rows = campaign.readings.time_s, campaign.rows
+    assert time is not None
+    first, last = np.full(rows.runs, np.inf), np.full(rows.runs, -np.inf)
+    np.minimum.at(first, rows.run_index, time)
+    np.maximum.at(last, rows.run_index, time)
+    return float((last - first).max())

@@ -1,0 +1,12 @@
+"""Tables of readings.
+
+readings     the table itself: columns in the units of their names
+reader       a table from any source
+headers      the quantity and unit that the name of a column states
+text         tables written as text
+in_memory    tables handed over as objects
+files        tables in files of other programs
+set_points   the values that a rig was set to
+unit_check   signs that a unit is another than the one stated
+inputs       a case and its readings
+"""

@@ -1,0 +1,514 @@
+"""A measurement: readings of the elastic angle under torque and preload.
+
+    read_readings   a file, a mapping of columns or a data frame -> Readings (in `measurement`)
+
+What a header means is told in `units`, how a file becomes columns in `table` and `formats`; here is
+what a table of readings has to hold. Two rules: a unit is never guessed, and no row silently
+disappears.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import math
+import os
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cbpt.errors import Mistake, ReadingsError
+from cbpt.lab.readings.files import read_file
+from cbpt.lab.readings.headers import (
+    CONTRACT,
+    Header,
+    Quantity,
+    Unit,
+    find_unit,
+    plain,
+    read_header,
+    unit_at_end,
+)
+from cbpt.lab.readings.in_memory import read_columns
+from cbpt.lab.readings.readings import Readings
+from cbpt.lab.readings.text import Column, Loaded, Table
+
+__all__ = ["Readings", "read_readings"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+def read_readings(
+    source: str | os.PathLike[str] | Mapping[str, ArrayLike] | Any,
+    *,
+    lever_arm_mm: float | None = None,
+    columns: Mapping[str, str] | None = None,
+    sheet: str | None = None,
+    need_preload: bool = True,
+    fill: Mapping[str, float] | None = None,
+    only: Mapping[str, Any] | None = None,
+    by: str | None = None,
+) -> Readings:
+    """Read a table of readings.
+
+    source: the path of a text table (CSV), a workbook (xlsx, xls, ods), a MATLAB, TDMS or Parquet
+        file; or a mapping of column to values, a data frame (pandas, polars, pyarrow, ...), a
+        structured array or a data set of xarray, each column of shape (n,).
+    lever_arm_mm: radius at which the sensor reads; needed where the table has
+        `sensor_displacement_um` in place of the elastic angle, which is then atan(dh / h).
+    columns: what a header means, {"Moment": "torque_Nm"}; the unit may be any that is known
+        ("elastic_angle_deg"), and "extra" sets a column aside.
+    sheet: which sheet of a workbook, struct of a MATLAB file or group of a TDMS file; else the
+        first that has readings.
+    need_preload: whether a table without a preload is an error.
+    fill: what to take for every reading where the table has no such column: `preload_N`,
+        `input_angle_deg`. A note tells where it was taken. A plan has no angles yet and fills
+        `elastic_angle_arcsec` with NaN.
+    only: which readings to take, {"design": "conic", "preload_step": 3}: those whose cells in all
+        of these columns say so, as text or as a number.
+    by: a column whose cells are kept as `labels`, to divide the readings by.
+
+    Torque and elastic angle (or sensor displacement) are needed, in the units of
+    `cbpt.lab.readings.headers`. A run that is out of time order is sorted, which a note tells.
+
+    Raises ReadingsError with every mistake found, each with its line, column, value and what was
+    expected; TypeError if `source` is nothing that holds a table.
+    """
+    if lever_arm_mm is not None and not (math.isfinite(lever_arm_mm) and lever_arm_mm > 0):
+        mistake = Mistake((), "lever_arm_mm", f"{lever_arm_mm!r}", "a length above 0")
+        raise ReadingsError(_name(source), [mistake])
+    columns = columns or {}
+    if isinstance(source, str | os.PathLike):
+        table = read_file(source, sheet, columns)
+    else:
+        table = read_columns(source)
+    reader = _Reader(table, columns, lever_arm_mm, need_preload, fill or {})
+    reader.kept = tuple(dict.fromkeys([*(only or {}), *([by] if by else [])]))
+    return _only(reader.read(), only or {})
+
+
+def _only(readings: Readings, only: Mapping[str, Any]) -> Readings:
+    """The readings whose labels are as asked."""
+    rows = np.ones(len(readings), dtype=bool)
+    for column, wanted in only.items():
+        labels = readings.labels[column]
+        same = np.array([_same(label, str(wanted)) for label in labels.tolist()], dtype=bool)
+        if not (rows & same).any():
+            found = ", ".join(dict.fromkeys(labels[rows].tolist()))
+            raise ReadingsError.of_column(
+                readings.source, column, f"only {found}", f"readings of {column} = {wanted}"
+            )
+        rows &= same
+    if rows.all():
+        return readings
+    told = ", ".join(f"{column} = {wanted}" for column, wanted in only.items())
+    note = f"{np.count_nonzero(rows)} of {len(rows)} readings, those of {told}"
+    return dataclasses.replace(readings.select(rows), notes=(*readings.notes, note))
+
+
+def _same(label: str, wanted: str) -> bool:
+    """Whether two cells say the same, as text or as numbers."""
+    try:
+        return label == wanted or float(label) == float(wanted)
+    except ValueError:
+        return False
+
+
+def _name(source: object) -> str:
+    return os.fsdecode(source) if isinstance(source, str | os.PathLike) else "<data>"
+
+
+_QUANTITY = {quantity.key: quantity for quantity in CONTRACT}
+_UNIT = {q.key: unit for q in CONTRACT if (unit := find_unit(q.unit, q.kind or None))}
+_COLUMNS = {quantity.column: quantity.key for quantity in CONTRACT}
+_POSITIVE = {"preload", "u_elastic_angle", "u_sensor_displacement"}
+_SENSOR = {"sensor_displacement": "elastic_angle", "u_sensor_displacement": "u_elastic_angle"}
+_WITHOUT = {
+    "run": "all rows are taken as one run, what differs from run to run cannot be told",
+    "time": "rows are taken in file order, drift and creep cannot be told",
+    "preload": "what acts on the preload cannot be told",
+    "input_angle": "the input is taken at 0 deg, what turns with it cannot be told",
+    "temperature": "thermal effects cannot be told",
+    "u_elastic_angle": "the uncertainty of a reading has to be estimated",
+}
+_LARGEST_ANGLE_ARCSEC = 3600.0  # an elastic angle of a degree: a broken drive or a wrong unit
+_ARCSEC_PER_RAD = 648000.0 / math.pi
+_WHOLE = re.compile(r"[+-]?[0-9]{1,18}(?:[.,]0*)?")
+
+
+@dataclass(frozen=True, slots=True)
+class _Use:
+    """What one column is used for: the quantity it holds and, once stated, the unit it is in."""
+
+    index: int
+    header: str
+    quantity: Quantity
+    unit: Unit | None
+
+
+class _Reader:
+    """One table on its way to Readings; gathers mistakes and notes as it goes."""
+
+    def __init__(
+        self,
+        table: Table,
+        columns: Mapping[str, str],
+        lever_arm_mm: float | None,
+        need_preload: bool,
+        fill: Mapping[str, float],
+    ) -> None:
+        self.table = table
+        self.columns = columns
+        self.lever_arm_mm = lever_arm_mm
+        self.need_preload = need_preload and "preload_N" not in fill
+        self.fill = {_COLUMNS[name]: value for name, value in fill.items()}
+        self.mistakes: list[Mistake] = []
+        self.notes = list(table.notes)
+        self.kept: tuple[str, ...] = ()
+
+    def read(self) -> Readings:
+        uses = self.assign()
+        run, step = uses.get("run"), uses.get("preload_step")
+        kept = self.columns_kept(uses)
+        as_text = {use.index for use in (run, step) if use} | set(kept.values())
+        loaded = self.table.load(as_text)
+        self.mistakes += loaded.mistakes
+        if not len(loaded.lines) and not loaded.mistakes:
+            self.wrong("", "no rows under the headers", "a row for each reading")
+        for use in uses.values():
+            self.check(use, loaded)
+        self.stop_if_wrong()  # what follows needs whole columns
+        values = {key: self.in_own_unit(use, loaded) for key, use in uses.items()}
+        labels = self.labels(loaded.columns[run.index]) if run else np.ones(len(loaded.lines), int)
+        extra = self.extra(uses, loaded, set(kept.values()))
+        readings = self.build(values, labels, extra, loaded.lines)
+        readings = dataclasses.replace(
+            readings,
+            preload_step=self.labels(loaded.columns[step.index]) if step else None,
+            labels={name: np.array(loaded.columns[i].text) for name, i in kept.items()},
+        )
+        readings = self.in_time(readings, has_runs=run is not None)
+        self.stop_if_wrong()
+        if run and readings.run_index.max() == 0:
+            self.notes.append("one run: what differs from run to run cannot be told")
+        return dataclasses.replace(readings, notes=(*self.notes, *_remarks(readings)))
+
+    def wrong(
+        self,
+        column: str,
+        value: str,
+        expected: str,
+        remedy: str = "",
+        lines: Sequence[int] | None = None,
+    ) -> None:
+        """Take down a mistake: on `lines`, else in the line of headers if there is one."""
+        if lines is None:
+            lines = (self.table.line,) if self.table.line else ()
+        self.mistakes.append(Mistake(tuple(lines), column, value, expected, remedy))
+
+    def stop_if_wrong(self) -> None:
+        if self.mistakes:
+            raise ReadingsError(self.table.source, self.mistakes, self.table.place)
+
+    # --- which column is what -------------------------------------------------------------
+
+    def assign(self) -> dict[str, _Use]:
+        """The column of each quantity."""
+        headers = self.table.headers
+        units = self.table.units or ("",) * len(headers)
+        for name in self.columns.keys() - set(headers):
+            known = ", ".join(map(repr, headers))
+            self.wrong(name, f"{name!r} in `columns`", f"one of the headers {known}")
+        uses: dict[str, _Use] = {}
+        asked: set[str] = set()  # quantities that a header may mean but does not state
+        hints: dict[str, str] = {}  # headers that mean none, and why not if they come close
+        told: list[str] = []
+        for index, (name, below) in enumerate(zip(headers, units, strict=True)):
+            said = self.understand(name, below)
+            if said.expected:
+                asked |= {quantity.key for quantity in said.candidates}
+                found = f"{name!r} over {below!r}" if below else repr(name)
+                self.wrong(name, found, said.expected, said.remedy)
+            if said.quantity is None:
+                hints[name] = said.hint
+            elif said.quantity.key in uses:
+                key = said.quantity.key
+                found = f"{uses[key].header!r} and {name!r}"
+                remedy = f"set one aside with columns={{{name!r}: 'extra'}}"
+                self.wrong(name, found, f"one column of {key}", remedy)
+            else:
+                uses[said.quantity.key] = _Use(index, name, said.quantity, said.unit)
+                if said.unit and name != said.quantity.column:
+                    told.append(f"{name!r} as {said.quantity.key} in {said.unit.symbol}")
+        for sensor, angle in _SENSOR.items():
+            if sensor in uses and angle in uses:
+                spare = uses.pop(sensor)
+                self.notes.append(f"{spare.header!r} is kept as extra: {angle} is given as well")
+        self.require(uses, asked, hints)
+        self.notes += [f"read {', '.join(told)}"] if told else []
+        self.notes += [f"{name!r} is kept as extra: {hint}" for name, hint in hints.items() if hint]
+        return uses
+
+    def columns_kept(self, uses: dict[str, _Use]) -> dict[str, int]:
+        """Where the columns stand whose cells are wanted as text, by header or by quantity."""
+        headers = self.table.headers
+        places = {use.quantity.column: use.index for use in uses.values()}
+        places |= {header: index for index, header in enumerate(headers)}
+        for name in self.kept:
+            if name not in places:
+                known = ", ".join(map(repr, headers))
+                self.wrong(name, "no such column", f"one of the headers {known}")
+        return {name: places[name] for name in self.kept if name in places}
+
+    def understand(self, name: str, below: str) -> Header:
+        """What a header means: as `columns` state it, else as it reads."""
+        stated = self.columns.get(name)
+        if stated is None:
+            return read_header(name, below)
+        if stated == "extra":
+            return Header()
+        said = read_header(stated)
+        if said.quantity and said.expected:  # no unit: that of the header itself, if it has one
+            said = read_header(stated, below or unit_at_end(name))
+        if said.expected:
+            column = said.candidates[0].column
+            return dataclasses.replace(said, remedy=f"as in columns={{{name!r}: {column!r}}}")
+        if said.quantity:
+            return said
+        known = ", ".join(quantity.column for quantity in CONTRACT)
+        return Header(expected=f'one of {known} (in any unit) or "extra", not {stated!r}')
+
+    def require(self, uses: dict[str, _Use], asked: set[str], hints: dict[str, str]) -> None:
+        """Mistakes for the quantities that have to be there, notes for the others."""
+        given = uses.keys() | asked
+        sensor = uses.get("sensor_displacement") or uses.get("u_sensor_displacement")
+        if sensor and self.lever_arm_mm is None:
+            expected = "lever_arm_mm under [measurement] of the case: the radius of the sensor"
+            remedy = f"or set the column aside with columns={{{sensor.header!r}: 'extra'}}"
+            self.wrong(sensor.header, "no lever arm", expected, remedy)
+        given |= {_SENSOR[key] for key in given & _SENSOR.keys()}
+        for key in ["torque", "elastic_angle"] + ["preload"] * self.need_preload:
+            if key not in given | self.fill.keys():
+                self.missing(_QUANTITY[key], hints)
+        for key, lost in _WITHOUT.items():
+            if key in given:
+                continue
+            column = _QUANTITY[key].column
+            if key in self.fill:
+                lost = f"{self.fill[key]:g} is taken for every reading"
+            self.notes.append(f"no {column} column: {lost}")
+
+    def missing(self, quantity: Quantity, hints: dict[str, str]) -> None:
+        """A mistake that names the free headers which may have been meant."""
+        own = set(quantity.key.split("_"))
+        typos = difflib.get_close_matches(quantity.column, hints, n=3, cutoff=0.6)
+        shared = [
+            name
+            for name in hints
+            if own & set(plain(name).split())
+            or any(plain(name).startswith(f"{letter} ") for letter in quantity.letters)
+        ]
+        near = list(dict.fromkeys(typos + shared))
+        header = near[0] if near else "your header"
+        unit = find_unit(unit_at_end(header), quantity.kind)
+        fits = unit is not None and unit.kind == quantity.kind
+        column = f"{quantity.key}_{unit_at_end(header)}" if fits else quantity.column
+        remedy = f"name a column so or pass columns={{{header!r}: {column!r}}} in the unit it has"
+        if near:
+            told = [f"{name!r}" + f" ({hints[name]})" * bool(hints[name]) for name in near]
+            remedy += f"; nearest: {', '.join(told)}"
+        if len(self.table.headers) == 1:
+            remedy += "; columns are separated by commas, semicolons or tabs"
+        found = ", ".join(map(repr, self.table.headers))
+        self.wrong(
+            quantity.column, f"only the headers {found}", f"a column {quantity.column}", remedy
+        )
+
+    # --- what its cells hold --------------------------------------------------------------
+
+    def check(self, use: _Use, loaded: Loaded) -> None:
+        """Mistakes for the cells of a column that cannot be used."""
+        column, key = loaded.columns[use.index], use.quantity.key
+        wrong: dict[str, list[int]] = {}
+        if column.clock and use.quantity.kind not in ("", "time"):
+            wrong["a number, not a date or a duration"] = list(range(len(column.numbers)))
+        for row, cell in column.odd.items():
+            if key in {"run", "preload_step"}:
+                if cell == "" or cell.casefold() == "nan":
+                    wrong.setdefault(f"the label of a {key.replace('_', ' ')}", []).append(row)
+            elif _is_boundless(cell):
+                wrong.setdefault("a finite number", []).append(row)
+            else:
+                wrong.setdefault(self.table.number, []).append(row)
+        if key in _POSITIVE:
+            rows = np.flatnonzero(column.numbers <= 0).tolist()
+            wrong |= {"a number above 0": rows} if rows else {}
+        remedy = "correct the cell or remove the row"
+        if key not in {"torque", "elastic_angle", "preload", "sensor_displacement"}:
+            remedy += f", or set the column aside with columns={{{use.header!r}: 'extra'}}"
+        for expected, rows in wrong.items():
+            first = column.odd.get(rows[0], f"{column.numbers[rows[0]]:g}")
+            found = repr(first) if first else "an empty cell"
+            self.wrong(use.header, found, expected, remedy, loaded.lines[rows].tolist())
+
+    @staticmethod
+    def in_own_unit(use: _Use, loaded: Loaded) -> Floats:
+        """The numbers of a column in its standard unit."""
+        column = loaded.columns[use.index]
+        unit = _UNIT["time"] if column.clock else use.unit
+        return unit.convert(column.numbers, _UNIT[use.quantity.key]) if unit else column.numbers
+
+    @staticmethod
+    def labels(column: Column) -> NDArray[Any]:
+        """Labels of runs: whole numbers where all of them are (01 is 1), else text."""
+        whole = {
+            text: int(re.split("[.,]", text)[0])
+            for text in dict.fromkeys(column.text)
+            if _WHOLE.fullmatch(text)
+        }
+        if all(text in whole for text in column.text):
+            return np.array([whole[text] for text in column.text], dtype=np.int64)
+        return np.array([str(whole.get(text, text)) for text in column.text], dtype=np.str_)
+
+    def extra(self, uses: dict[str, _Use], loaded: Loaded, kept: set[int]) -> dict[str, Floats]:
+        """The columns without a use: numbers are kept, for anything else there is a note."""
+        used = {use.index for use in uses.values()}
+        found: dict[str, Floats] = {}
+        for index, column in enumerate(loaded.columns):
+            name = self.table.headers[index] or f"column {index + 1}"
+            filled = {row: cell for row, cell in column.odd.items() if cell}
+            if index in used or (not filled and len(column.odd) == len(column.numbers)):
+                continue
+            text = next((row for row, cell in filled.items() if not _is_boundless(cell)), None)
+            if text is not None and index in kept:
+                continue
+            if column.clock:
+                hint = f"if it is the time of the readings, columns={{{name!r}: 'time_s'}}"
+                self.notes.append(f"ignored column {name!r}: dates or durations; {hint}")
+                continue
+            if text is not None:
+                where = f"{self.table.place} {loaded.lines[text]}"
+                self.notes.append(f"ignored column {name!r}: {where} has {filled[text]!r}")
+                continue
+            for row, cell in filled.items():  # nan and inf
+                column.numbers[row] = float(cell)
+            found[name] = column.numbers
+        return found
+
+    # --- the readings ---------------------------------------------------------------------
+
+    def build(
+        self, values: dict[str, Floats], run: NDArray[Any], extra: dict[str, Floats], line: Ints
+    ) -> Readings:
+        if self.lever_arm_mm is not None:
+            arm_um = 1e3 * self.lever_arm_mm
+            if "sensor_displacement" in values:
+                self.notes.append(
+                    "the elastic angle is atan(displacement / lever arm), with the lever arm of "
+                    f"{self.lever_arm_mm:g} mm"
+                )
+                slope = values["sensor_displacement"] / arm_um
+                values["elastic_angle"] = np.arctan(slope) * _ARCSEC_PER_RAD
+            if "u_sensor_displacement" in values:
+                # d alpha / d dh = cos(alpha)^2 / h
+                cosine = np.cos(values["elastic_angle"] / _ARCSEC_PER_RAD)
+                slope = values["u_sensor_displacement"] / arm_um
+                values["u_elastic_angle"] = slope * cosine**2 * _ARCSEC_PER_RAD
+        self.stop_if_absurd(values, line)
+        everywhere = {key: np.full(len(line), value) for key, value in self.fill.items()}
+        values = {"input_angle": np.zeros(len(line))} | everywhere | values
+        return Readings(
+            torque_Nm=values["torque"],
+            preload_N=values.get("preload"),
+            input_angle_deg=values["input_angle"],
+            elastic_angle_arcsec=values["elastic_angle"],
+            u_elastic_angle_arcsec=values.get("u_elastic_angle"),
+            run=run,
+            time_s=values.get("time"),
+            cycle=values.get("cycle"),
+            temperature_degC=values.get("temperature"),
+            line=line,
+            source=self.table.source,
+            sha256=self.table.sha256,
+            extra=extra,
+            place=self.table.place,
+        )
+
+    def stop_if_absurd(self, values: dict[str, Floats], line: Ints) -> None:
+        """Angles beyond half a turn and uncertainties of nothing are slips of a unit or a digit."""
+        half_a_turn = np.pi * _ARCSEC_PER_RAD
+        for key, least in (("elastic_angle", 0.0), ("u_elastic_angle", 1e-9)):
+            found = np.abs(values.get(key, np.ones(0)))
+            rows = np.flatnonzero((found > half_a_turn) | (found < least))
+            if len(rows):
+                expected = f"an angle below half a turn{', above 1e-9 arcsec' if least else ''}"
+                value = f"{found[rows[0]]:g} arcsec"
+                remedy = "check the unit of the column"
+                column = _QUANTITY[key].column
+                self.wrong(column, value, expected, remedy, lines=line[rows].tolist())
+        self.stop_if_wrong()
+
+    def in_time(self, readings: Readings, has_runs: bool) -> Readings:
+        """The readings with each run in order of time, every run on the rows that it has."""
+        time, index = readings.time_s, readings.run_index
+        if time is None:
+            return readings
+        rows = np.argsort(index, kind="stable")  # run after run, each in file order
+        by_time = np.lexsort((time, index))  # the same, each in order of time
+        line, t, run = readings.line[by_time], time[by_time], index[by_time]
+        for k in np.flatnonzero((t[1:] == t[:-1]) & (run[1:] == run[:-1])).tolist():
+            twice = f"{t[k]:g} s twice in run {readings.run[by_time[k]]}"
+            lines = sorted(line[k : k + 2].tolist())
+            self.wrong("time_s", twice, "readings of a run at different times", lines=lines)
+        moved = readings.line[rows[rows != by_time]]
+        if len(moved) and not has_runs:
+            # A clock that starts anew for each loop looks just so: sorting would mix the loops.
+            late = rows[1:][np.diff(time[rows]) < 0][0]
+            remedy = "add a run column, or sort the rows by time if they are one run"
+            back = f"{time[late]:g} s after {time[late - 1]:g} s"
+            expected = "time that rises from row to row"
+            self.wrong("time_s", back, expected, remedy, [int(readings.line[late])])
+        if not len(moved) or self.mistakes:
+            return readings
+        runs = ", ".join(map(str, dict.fromkeys(readings.run[rows[rows != by_time]].tolist())))
+        where = f"{len(moved)} rows from {self.table.place} {moved.min()} on"
+        self.notes.append(f"sorted by time within run {runs}: {where} were out of order")
+        order = np.empty_like(rows)
+        order[rows] = by_time
+        return readings.select(order)
+
+
+def _is_boundless(cell: str) -> bool:
+    """Whether an odd cell is a number after all, but nan, inf or too large for a float."""
+    try:
+        return not math.isfinite(float(cell))
+    except ValueError:
+        return False
+
+
+def _remarks(readings: Readings) -> list[str]:
+    """What a person would want to look at again; nothing is changed for it."""
+    notes = []
+    torque, preload = readings.torque_Nm, readings.preload_N
+    if not torque.any():
+        notes.append("the torque is 0 in every row")
+    elif len(torque) > 1 and torque.min() == torque.max():
+        notes.append(f"the torque is {torque[0]:g} N m in every row")
+    largest = np.abs(readings.elastic_angle_arcsec).max()
+    if largest > _LARGEST_ANGLE_ARCSEC:
+        notes.append(f"the largest elastic angle is {largest / 3600:.3g} deg: check its unit")
+    if preload is not None and preload.min() == preload.max():
+        notes.append("one preload level: what depends on the preload cannot be told")
+    angles = len(np.unique(np.round(np.mod(readings.input_angle_deg, 360.0), 3)))
+    if angles in (2, 3):
+        what = ("phase, harmonic and plate", "harmonic and plate")[angles - 2]
+        notes.append(
+            f"{('two', 'three')[angles - 2]} input angles only: of what goes with the input angle, "
+            f"{what} cannot be told"
+        )
+    return notes

@@ -1,0 +1,195 @@
+"""What a model has beside the drive: effects of the case, and effects fitted to the readings.
+
+Number      one parameter with its value and, where it was fitted, its uncertainty
+Prediction  what drive and effects say at every reading
+predicted   a case with the effects it has
+fitted      a case with further effects of the library, fitted to the readings
+best_fit    the most probable form and values of some effects
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
+
+from cbpt._core import Case, Drive, OwnEffect
+from cbpt.errors import InvalidInputError, ReadingsError
+from cbpt.lab.covariance.noise import Noise
+from cbpt.lab.inference.fit import Fit, Fitter, Hypothesis
+from cbpt.lab.inference.modes import solved
+from cbpt.lab.model.forward import Assembled
+from cbpt.lab.model.own_terms import campaign_of, chosen
+from cbpt.lab.model.priors import Variant
+from cbpt.lab.readings.reader import Readings
+from cbpt.lab.selection.linear_screen import Screen, Signatures
+from cbpt.lab.selection.model_comparison import places, start_values
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Number:
+    """A parameter of an effect, or a number of the drive or the rig, in the unit of its name."""
+
+    effect: str
+    """Id of the effect."""
+    name: str
+    value: float
+    u: float | None = None
+    """Standard uncertainty; None where it was not fitted."""
+    added: bool = True
+    """Of an effect that was asked for; else a number that moves within its stated uncertainty."""
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """A model at n readings. Arrays have shape (n,)."""
+
+    elastic_angle_arcsec: Floats
+    """NaN where there is no solution."""
+    status: NDArray[np.str_]
+    """As in `Angles`."""
+    regime: NDArray[np.str_]
+    """One of `where.REGIMES`, empty where there is no solution."""
+    numbers: tuple[Number, ...] = field(default=())
+    fitted: int = 0
+    """How many numbers were fitted freely, zeros not counted."""
+
+    @property
+    def has_solution(self) -> NDArray[np.bool_]:
+        """Where the numbers are there."""
+        return np.isfinite(self.elastic_angle_arcsec)
+
+
+def predicted(case: Case | Drive, readings: Readings) -> Prediction:
+    """The case as it is, with the effects it has."""
+    effects = case.effects if isinstance(case, Case) else []
+    model = Assembled(campaign_of(case, readings, ()), [effect.id for effect in effects])
+    values = model.neutral.copy()
+    numbers = []
+    for instance, effect in enumerate(effects):
+        for name, value in effect.values:
+            values[model.index(instance, name)] = value
+            numbers.append(Number(effect.id, name, value))
+    return _prediction(model, values, tuple(numbers), 0)
+
+
+def _prediction(
+    model: Assembled, values: Floats, numbers: tuple[Number, ...], fitted: int
+) -> Prediction:
+    angle, status = model.states(values)
+    return Prediction(angle, status, model.regimes(values), numbers, fitted)
+
+
+# --- effects to be fitted -----------------------------------------------------------------
+
+
+def fitted(
+    case: Case | Drive, readings: Readings, effects: Sequence[str | OwnEffect]
+) -> Prediction:
+    """The case with `effects` (ids of the library, own effects) fitted, and its numbers within
+    their priors.
+
+    Each effect takes the form that the readings favour. Readings at which the drive has no solution
+    do not count in the fit. Raises `InvalidInputError` for an effect that is not known, and
+    `ReadingsError` where the table lacks what it needs.
+    """
+    ids, own = chosen(case, effects)
+    campaign = campaign_of(case, readings, own)
+    solved = np.isfinite(Assembled(campaign, []).at(np.zeros(0)).angle_arcsec)
+    if np.count_nonzero(solved) < 3:
+        raise ReadingsError.of_table(
+            readings.source,
+            "elastic_angle",
+            "readings at which the model has a solution, to fit to",
+        )
+    fitter = Fitter(campaign if solved.all() else campaign.select(solved))
+    with threadpool_limits(1, user_api="blas"):
+        best = best_fit(fitter, ids)
+    full = Assembled(campaign, fitter.effects)
+    free = sum(unknown.sd == np.inf for unknown in best.unknowns)
+    return _prediction(full, best.point.values, tuple(_numbers(best)), free)
+
+
+def best_fit(fitter: Fitter, effects: Sequence[str]) -> Fit:
+    """The most probable fit of some effects over all their forms, from promising starts.
+
+    Raises `InvalidInputError` for an effect that is not known or that the readings do not depend
+    on, `ReadingsError` where the table lacks a column that it needs.
+    """
+    forms = [_forms(effect, fitter) for effect in dict.fromkeys(effects)]
+    null = fitter.fit(Hypothesis())
+    best: Fit | None = None
+    for variants in product(*forms):
+        if null is None:
+            break
+        for start in _starts(fitter, null, variants):
+            got = fitter.fit(Hypothesis(variants), start, Noise(looser=null.noise.looser))
+            if got is not None and (best is None or got.log_evidence > best.log_evidence):
+                best = got
+    if best is None:
+        raise InvalidInputError(
+            f"{' + '.join(effects)}: it cannot be fitted; these readings do not depend on it"
+        )
+    return solved(fitter, best, [v for variants in forms for v in variants])
+
+
+def _forms(effect: str, fitter: Fitter) -> list[Variant]:
+    """Forms of an effect that the table can show; `drift:time` stands for one of them."""
+    if effect == "run_offset":
+        raise InvalidInputError(
+            "run_offset: a zero for each run is no effect to be added; set "
+            'zero = "per_run" under [measurement]'
+        )
+    readings = fitter.campaign.readings
+    lots = (v for v in fitter.variants if v.spread)
+    everything = (*fitter.library, *fitter.campaign.candidates, *lots)
+    variants = [v for v in everything if effect in (v.effect, v.label)]
+    if not variants:
+        known = list(dict.fromkeys(v.effect for v in everything))
+        near = [k for k in known if effect in k] or difflib.get_close_matches(effect, known, 1)
+        hint = f"Is {near[0]} meant? " if effect and near else ""
+        raise InvalidInputError(
+            f"no effect {effect!r} can be fitted. {hint}These can: {', '.join(known)}"
+        )
+    possible = [v for v in variants if not v.needs or getattr(readings, v.needs) is not None]
+    if not possible:
+        need = variants[0].needs
+        raise ReadingsError.of_table(readings.source, need, f"what {effect} depends on")
+    return possible
+
+
+def _starts(fitter: Fitter, null: Fit, variants: Sequence[Variant]) -> Iterator[Floats]:
+    """What the linear problem finds at the shapes that suit it best."""
+    library = Signatures(fitter.campaign, variants)
+    signatures = library.about(null, places(fitter)) + library.far(null, places(fitter))
+    screen = Screen(null, signatures)
+    members = [
+        [m for m, s in enumerate(signatures) if s.variant is v and screen.usable(m)]
+        for v in variants
+    ]
+    gains = (screen.gain(choice) for choice in product(*members))
+    for gain in sorted(gains, key=lambda g: -g.log_odds)[:2]:
+        yield start_values(fitter, signatures, gain.members, gain.sizes)
+
+
+def _numbers(fit: Fit) -> Iterator[Number]:
+    """Those of the added effects first."""
+    added = {variant.effect for variant in fit.hypothesis.variants}
+    numbers = [
+        Number(variant.effect, name, value)
+        for variant in fit.hypothesis.variants
+        for name, value in variant.fixed
+    ]
+    for unknown in fit.unknowns:
+        effect, _, name = unknown.name.partition(".")
+        numbers.append(
+            Number(effect, name or effect, fit.value(unknown), fit.u(unknown), effect in added)
+        )
+    yield from sorted(numbers, key=lambda number: not number.added)

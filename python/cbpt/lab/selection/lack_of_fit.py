@@ -1,0 +1,200 @@
+"""What a misfit depends on, asked without naming a cause.
+
+    Component   a family of patterns: any function of torque, of torque at each angle, ...
+    components  all families that a table can show
+    Structure   how much of a residual each of them explains
+
+Each family is a set of overlapping hats (or levels, or powers) and their products, so it holds any
+not too rough function of its columns. What a family explains is a sum of squares over its rank;
+`patterns` weighs it against everything that has a name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import reduce
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cbpt.lab.covariance.noise import Margin
+from cbpt.lab.readings.reader import Readings
+from cbpt.lab.readings.set_points import levels_of
+
+Floats = NDArray[np.float64]
+_MOST_COLUMNS = 160
+_MOST_LEVELS = 40
+
+
+@dataclass(frozen=True, eq=False)
+class Component:
+    """Patterns of shape (n, m) over the columns named."""
+
+    columns: tuple[str, ...]
+    patterns: Floats = field(repr=False)
+
+
+def hats(values: Floats, knots: int) -> Floats:
+    """Piecewise-linear functions that add up to 1, on knots among the values."""
+    levels = np.unique(values)
+    if len(levels) > knots:
+        levels = np.unique(np.quantile(levels, np.linspace(0, 1, knots)))
+    if len(levels) < 2:
+        return np.ones((len(values), 1))
+    return np.column_stack([np.interp(values, levels, row) for row in np.eye(len(levels))])
+
+
+def levels(values: NDArray[np.generic]) -> Floats:
+    """One column for each distinct value."""
+    _, index = np.unique(values, return_inverse=True)
+    return np.eye(int(index.max()) + 1)[index]
+
+
+def smooth(values: Floats) -> Floats:
+    """Powers up to the third, on the largest value."""
+    x = values / max(float(np.abs(values).max()), 1e-300)
+    return np.column_stack([np.ones(len(x)), x, x**2, x**3])
+
+
+def turn(angle_deg: Floats) -> Floats:
+    """Distinct angles, or the first eight harmonics where there are many."""
+    wrapped = np.round(np.mod(angle_deg, 360.0), 6)
+    if len(np.unique(wrapped)) <= 24:
+        return levels(wrapped)
+    phase = np.deg2rad(wrapped)[:, None] * np.arange(1, 9)
+    return np.column_stack([np.ones(len(phase)), np.cos(phase), np.sin(phase)])
+
+
+def bases(readings: Readings) -> dict[str, Floats]:
+    """Patterns of single columns, of those that vary."""
+    r = readings
+    torque = levels_of(r.torque_Nm).held
+    alone = levels(torque) if len(np.unique(torque)) <= _MOST_LEVELS else hats(torque, 12)
+    found = {"torque_Nm": alone, "torque_smooth": smooth(torque)}
+    if r.preload_N is not None:
+        preload = levels_of(r.preload_N).held
+        few = len(np.unique(preload)) <= 6
+        found["preload_N"] = levels(preload) if few else hats(preload, 6)
+    if r.preload_step is not None:
+        found["preload_step"] = levels(r.preload_step)
+    found["input_angle_deg"] = turn(r.input_angle_deg)
+    found["direction"] = levels(r.direction())
+    if r.time_s is not None:
+        found["time_s"] = hats(r.time_s, 8)
+        since = run_time(readings)
+        found["run_time_s"] = hats(since, 5)
+        rate = np.abs(rate_of(readings))
+        found["torque_rate"] = hats(rate, 8)
+    if r.temperature_degC is not None:
+        found["temperature_degC"] = hats(r.temperature_degC, 4)
+    if r.cycle is not None:
+        found["cycle"] = levels(np.asarray(r.cycle))
+    found["run"] = levels(r.run_index)
+    return {name: b for name, b in found.items() if b.shape[1] > 1}
+
+
+def run_time(readings: Readings) -> Floats:
+    """Time since each run's first reading, s."""
+    assert readings.time_s is not None
+    first = np.full(int(readings.run_index.max()) + 1, np.inf)
+    np.minimum.at(first, readings.run_index, readings.time_s)
+    return np.asarray(readings.time_s - first[readings.run_index])
+
+
+def rate_of(readings: Readings) -> Floats:
+    """Torque per time that led to each reading of a run, N m/s; 0 at the first."""
+    assert readings.time_s is not None
+    step = np.diff(readings.torque_Nm, prepend=readings.torque_Nm[:1])
+    gap = np.diff(readings.time_s, prepend=readings.time_s[:1])
+    same = np.diff(readings.run_index, prepend=-1) == 0
+    return np.where(same & (gap > 0), step / np.where(gap > 0, gap, 1.0), 0.0)
+
+
+_SINGLES = (
+    "torque_Nm",
+    "preload_N",
+    "preload_step",
+    "input_angle_deg",
+    "direction",
+    "time_s",
+    "run_time_s",
+    "temperature_degC",
+    "cycle",
+    "run",
+)
+_WITH_TORQUE = (
+    "preload_N",
+    "preload_step",
+    "input_angle_deg",
+    "direction",
+    "time_s",
+    "run_time_s",
+    "torque_rate",
+    "temperature_degC",
+    "cycle",
+    "run",
+)
+
+
+def components(readings: Readings) -> tuple[Component, ...]:
+    """All families that the table can show."""
+    return tuple(_components(bases(readings), len(readings)))
+
+
+def _components(found: dict[str, Floats], n: int) -> Iterator[Component]:
+    for name in _SINGLES:
+        if name in found:
+            yield Component((name,), found[name])
+    for name in _WITH_TORQUE:
+        if name in found and "torque_smooth" in found:
+            yield Component(("torque_Nm", name), product([found["torque_smooth"], found[name]]))
+    if {"torque_smooth", "direction", "preload_N"} <= found.keys():
+        loads = product([found["torque_Nm"], found["preload_N"]])
+        # Every load by itself: what is left beyond the scatter of its repeats is no noise.
+        if loads.shape[1] < 0.6 * n:
+            yield Component(("torque_Nm", "preload_N"), loads)
+        three = [found[name] for name in ("torque_smooth", "direction", "preload_N")]
+        yield Component(("torque_Nm", "direction", "preload_N"), product(three))
+
+
+def product(bases: Sequence[Floats]) -> Floats:
+    """Every pattern of one times every one of the others, but for those that no row has."""
+    out = reduce(lambda a, b: (a[:, :, None] * b[:, None, :]).reshape(len(a), -1), bases)
+    return out[:, np.abs(out).max(axis=0) > 0.2]
+
+
+class Structure:
+    """Families seen through one fit: its noise and the refit of its unknowns."""
+
+    def __init__(self, families: Sequence[Component], whitener: object, margin: Margin) -> None:
+        self.families = [f for f in families if f.patterns.shape[1] <= _MOST_COLUMNS]
+        length = np.maximum(np.linalg.norm(margin.x, axis=0), 1e-300)
+        axes, size, _ = np.linalg.svd(margin.x / length, full_matrices=False)
+        self._free = axes[:, size > 1e-9 * max(float(size.max(initial=0.0)), 1e-300)]
+        self.axes: list[Floats] = []
+        for family in self.families:
+            seen = self.projected(whitener(family.patterns))  # type: ignore[operator]
+            self.axes.append(_axes(seen))
+        self.ranks = np.array([a.shape[1] for a in self.axes])
+
+    def projected(self, columns: Floats) -> Floats:
+        """What is left of whitened columns once every unknown is refitted, whatever its prior."""
+        return np.asarray(columns - self._free @ (self._free.T @ columns))
+
+    def scores(self, residuals: Floats) -> Floats:
+        """Sums of squares explained, shape (families, columns of residuals), of unit variance."""
+        return np.array([np.sum((a.T @ residuals) ** 2, axis=0) for a in self.axes])
+
+    def log_odds(self, scores: Floats) -> Floats:
+        """Bayes factor of an amplitude fitted against none, shape as scores."""
+        m = np.maximum(self.ranks, 1)[:, None]
+        ratio = np.maximum(scores / m, 1.0)
+        return np.asarray(0.5 * m * (ratio - 1 - np.log(ratio)) * (self.ranks[:, None] > 0))
+
+
+def _axes(seen: Floats) -> Floats:
+    """Orthonormal axes of what columns span; a pattern that the refit takes away is no pattern."""
+    size, vectors = np.linalg.eigh(seen.T @ seen)
+    strong = size > max(1e-3 * float(size.sum()) / max(len(size), 1), 1e-300)
+    return np.asarray(seen @ (vectors[:, strong] / np.sqrt(size[strong])))

@@ -1,0 +1,4 @@
+"""Names, numbers and units as text.
+
+versions   what an answer was made with
+"""

@@ -1,0 +1,1 @@
+"""The document that the page shows, part by part; `document` puts it together."""

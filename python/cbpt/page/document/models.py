@@ -1,0 +1,279 @@
+"""Models of one table as the page shows them: what was fitted, and any further choice of effects.
+
+    Models     the fits of a diagnosis, each an entry of the document; further ones start from them
+
+All rows of the table are predicted, those too that a diagnosis of a long table did not look at.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
+
+from cbpt._core import Case, Drive, OwnEffect
+from cbpt.errors import InvalidInputError
+from cbpt.lab.diagnosis.diagnosis import Diagnosis, log_total
+from cbpt.lab.diagnosis.fitted import case_with
+from cbpt.lab.diagnosis.sentence import DISPLAY, name_of, shown, tell_tale
+from cbpt.lab.inference.cross_validation import held_out_residual, rms
+from cbpt.lab.inference.estimates import parameters_of
+from cbpt.lab.inference.fit import Fit
+from cbpt.lab.inference.residuals import chi2_of, rmse_of
+from cbpt.lab.model.forward import Assembled
+from cbpt.lab.model.own_terms import campaign_of
+from cbpt.lab.model.priors import PRIORS
+from cbpt.lab.readings.reader import Readings
+from cbpt.lab.selection.model_comparison import Names
+from cbpt.page.document.bench import Bench
+from cbpt.page.document.curves import Curves
+from cbpt.page.document.plain import array, numbers
+from cbpt.page.document.stated import STATED, UNKNOWN, key_of, rows_of, stop_if_taken, with_zeros
+
+Floats = NDArray[np.float64]
+
+ROUGH = "the search was not ended: a rough fit"
+"""Of a fit whose numbers are not told to an uncertainty."""
+
+
+class Models:
+    """The models of a diagnosis on all rows of its table. One caller at a time; others wait."""
+
+    def __init__(self, diagnosis: Diagnosis, readings: Readings) -> None:
+        self.diagnosis = diagnosis
+        self.readings = readings
+        c = diagnosis.competition.campaign
+        self.used = np.isin(readings.line, c.readings.line)
+        """Rows that were judged, shape (n,)."""
+        whole = c if self.used.all() else campaign_of(diagnosis.case, readings, ())
+        self._whole = whole
+        self._bench = Bench.of_diagnosis(diagnosis)
+        self._own: tuple[tuple[OwnEffect, ...], Bench | None] = ((), None)
+        self._assembled: dict[int, Assembled] = {}
+        self._lock = threading.Lock()
+        nominal = self._bench.fitter.look(diagnosis.before, self._bench.noise)
+        self._stated = self.predicted(self._bench, nominal)
+        self._curves = Curves(readings)
+
+    # --- entries of the document ---
+
+    def entries(self) -> Iterator[dict[str, Any]]:
+        """What the diagnosis fitted: as stated, refitted, then sets, the most probable first."""
+        d, c = self.diagnosis, self.diagnosis.competition
+        yield self._entry(STATED, "stated", "the drive as stated", (), self._bench, d.before)
+        for names in sorted(c.fits, key=lambda n: (len(n) > 0, -c.log_odds[n])):
+            yield self._of_set(names, self._bench, self._bench.fit(names))
+        for number in self.numbers_named:
+            yield self._of_set((number,), self._bench, self._bench.fit([number]))
+        if d.verdict.pattern is not None:
+            yield self._of_pattern()
+
+    @property
+    def numbers_named(self) -> list[str]:
+        """Numbers of drive and rig that the answer names without a fit of their own, as it weighs
+        how far they move within what is stated; their fits leave them free."""
+        d = self.diagnosis
+        named = [*d.verdict.effects, *(effect for group in d.verdict.rivals for effect in group)]
+        known = {v.effect for v in self._bench.fitter.variants}
+        fits = d.competition.fits
+        return [n for n in named if n in PRIORS and n in known and (n,) not in fits]
+
+    def _of_set(self, names: Names, bench: Bench, fit: Fit) -> dict[str, Any]:
+        label = " + ".join(name_of(self.diagnosis, n) for n in names) or "numbers refitted"
+        return self._entry(key_of(names), self._role(names, bench), label, names, bench, fit)
+
+    def _entry(
+        self, key: str, role: str, label: str, effects: Sequence[str], bench: Bench, fit: Fit
+    ) -> dict[str, Any]:
+        c = self.diagnosis.competition
+        # One noise judges all, as in the ladder; the numbers of a fit stay its own.
+        look = bench.fitter.look(fit, bench.noise)
+        model = self.predicted(bench, look)
+        entry = rows_of(key, role, label, effects, self._whole.y_arcsec, model)
+        held = held_out_residual(bench.fitter, look, self.diagnosis.fold)
+        names = tuple(effects)
+        known = key != STATED and bench is self._bench and names in c.log_odds
+        own, kind = bench.fitter.campaign.own, c.campaign.drive.kind
+        return entry | {
+            "rmse_arcsec": rmse_of(bench.fitter.campaign, look)
+            if self.used.all()
+            else entry["rmse_arcsec"],
+            # The folds are refitted by one linear step, which means nothing far from the best.
+            "held_out_rmse_arcsec": rms(held) if fit.converged else None,
+            "chi2_per_dof": chi2_of(bench.fitter, look),
+            "zero_arcsec": float(look.zeros_arcsec[0]) if len(look.zeros_arcsec) == 1 else None,
+            "parameters": list(_parameters(fit, effects)),
+            "numbers": list(_numbers(fit)),
+            "probability": float(np.exp(c.log_odds[names] - log_total(c))) if known else None,
+            "tell_tale": " ".join(
+                str(own[e].expression) if e in own else tell_tale(e, kind) for e in effects
+            ),
+            "signature_arcsec": numbers(model - self._stated) if key != STATED else None,
+            "converged": fit.converged,
+            **(self._case(bench, fit) if key != STATED else {}),
+        }
+
+    def _case(self, bench: Bench, fit: Fit) -> dict[str, str | None]:
+        """The case with effects and refitted numbers in it, as `cbpt fit` writes it, or why not."""
+        case = self.diagnosis.case
+        if isinstance(case, Drive):
+            case = Case.from_toml(case.to_toml())
+        try:
+            text = case_with(case, bench.fitter, fit).to_toml()
+        except InvalidInputError as error:  # an effect that is a function of Python
+            return {"case_text": None, "why_no_case": str(error)}
+        return {"case_text": text, "why_no_case": None}
+
+    def predicted(self, bench: Bench, fit: Fit) -> Floats:
+        """A fit at every row of the table, with its zeros, shape (n,)."""
+        if self.used.all():
+            return self._whole.y_arcsec - fit.residual_arcsec
+        angle = self._model(bench).at(fit.point.values).angle_arcsec
+        if len(fit.zeros_arcsec) == 1 and self._whole.zeros.shape[1] == 1:
+            return np.asarray(angle + fit.zeros_arcsec[0])
+        return with_zeros(self._whole, angle)[0]
+
+    def _model(self, bench: Bench) -> Assembled:
+        """The model of a bench at every row of the table, whatever it was asked before."""
+        if id(bench) not in self._assembled:
+            c = bench.fitter.campaign
+            whole = replace(self._whole, own=c.own, candidates=c.candidates, effects=c.effects)
+            self._assembled[id(bench)] = Assembled(whole, bench.fitter.effects)
+        self._assembled[id(bench)].cold()
+        return self._assembled[id(bench)]
+
+    def regimes(self) -> list[str]:
+        """Contact regime of each row, of the drive as stated."""
+        fitter = self._bench.fitter
+        model = fitter.model if self.used.all() else self._model(self._bench)
+        return list(model.regimes(model.neutral).tolist())
+
+    def _role(self, names: Names, bench: Bench) -> str:
+        v = self.diagnosis.verdict
+        if not names:
+            return "refitted"
+        if set(names) & {v.effect for v in bench.fitter.campaign.candidates}:
+            return "own"
+        if names == v.names and v.kind != "unknown":
+            return "answer"
+        rivals = {effect for group in v.rivals for effect in group}
+        return "rival" if len(names) == 1 and names[0] in rivals else "candidate"
+
+    def _of_pattern(self) -> dict[str, Any]:
+        """What is left without a name, followed as closely as it can be; no model of it."""
+        d = self.diagnosis
+        pattern = d.verdict.pattern
+        assert pattern is not None
+        model = np.full(len(self.readings), np.nan)
+        residual = pattern.problem.residual(pattern.amplitude, pattern.noise)
+        model[self.used] = d.competition.campaign.y_arcsec - residual
+        label = f"any function of {' and '.join(pattern.columns)}"
+        entry = rows_of(UNKNOWN, "unknown", label, (), self._whole.y_arcsec, model)
+        return entry | {
+            "held_out_rmse_arcsec": d.ladder[-1].held_out_rmse_arcsec,
+            "chi2_per_dof": d.ladder[-1].chi2_per_dof,
+            "probability": d.verdict.probability if d.verdict.kind == "unknown" else None,
+            "signature_arcsec": numbers(model - self._stated),
+            "why_no_case": "a pattern without a name is no effect that a case file could hold",
+        }
+
+    # --- further choices ---
+
+    def choice(
+        self, effects: Sequence[str], step: Callable[[], None] = lambda: None
+    ) -> dict[str, Any]:
+        """The model with these effects, fitted now where nobody has: `model`, its lines in the
+        order of `curves`, and the ladder that leads to it in the order given.
+
+        step: called between two fits; what it raises ends the work.
+
+        Raises `InvalidInputError` for an effect that is not known or cannot be seen in this table.
+        """
+        wanted = list(dict.fromkeys(effects))
+        with self._lock, threadpool_limits(1, user_api="blas"):
+            bench = self._bench_for(wanted)
+            ladder = []
+            for n in range(len(wanted) + 1):
+                step()
+                ladder.append(self._rung(bench, wanted[:n]))
+            step()
+            entry = self._of_set(tuple(sorted(wanted)), bench, bench.fit(wanted))
+            curves = self._curves.of(array(entry["model_arcsec"]))
+            return {"model": entry, "curves": curves, "ladder": ladder}
+
+    def add_own(self, effect: OwnEffect) -> None:
+        """An effect of the user's own, in place of an earlier one of its id.
+
+        Raises `InvalidInputError` where it cannot be fitted or has the id of another effect.
+        """
+        stop_if_taken(effect.id)
+        own = (*(e for e in self._own[0] if e.id != effect.id), effect)
+        with self._lock, threadpool_limits(1, user_api="blas"):
+            bench = self._bench.with_own(self.diagnosis, own)
+            self._assembled.clear()
+            self._own = own, bench
+
+    @property
+    def own(self) -> tuple[OwnEffect, ...]:
+        """The user's own effects so far."""
+        return self._own[0]
+
+    def _bench_for(self, effects: list[str]) -> Bench:
+        own, bench = self._own
+        return bench if bench and {e.id for e in own} & set(effects) else self._bench
+
+    def _rung(self, bench: Bench, effects: Sequence[str]) -> dict[str, Any]:
+        """One step of the ladder."""
+        look = bench.fitter.look(bench.fit(effects), bench.noise)
+        held = held_out_residual(bench.fitter, look, self.diagnosis.fold)
+        return {
+            "added": effects[-1] if effects else "",
+            "label": effects[-1] if effects else "numbers refitted",
+            "key": key_of(effects),
+            "effects": list(effects),
+            "in_sample_arcsec": rmse_of(bench.fitter.campaign, look),
+            "held_out_arcsec": rms(held) if look.converged else None,
+            "chi2_per_dof": chi2_of(bench.fitter, look),
+        }
+
+
+def _parameters(fit: Fit, effects: Sequence[str]) -> Iterator[dict[str, Any]]:
+    """In the unit that people read, with the SI value beside it; without an uncertainty where the
+    search was not ended, as the value is then none of its best."""
+    rough = {} if fit.converged else {"u": None, "why_no_u": ROUGH}
+    for effect in effects:
+        for name, found in parameters_of(fit, effect).items():
+            p = found | rough
+            label, size = DISPLAY.get((effect, name), (name, 1.0))
+            yield {
+                "effect": effect,
+                "name": label,
+                "value": p["value"] / size,
+                "u": None if p["u"] is None else p["u"] / size,
+                "unit": p["unit"] if size == 1.0 else "",
+                "value_SI": p["value"],
+                "name_SI": name,
+                "at_bound": p["at_bound"],
+                "why_no_u": p.get("why_no_u"),
+                "text": shown(effect, name, p["value"], p["u"], p["unit"]),
+            }
+
+
+def _numbers(fit: Fit) -> Iterator[dict[str, Any]]:
+    """Numbers of drive and rig, which move within their stated uncertainties."""
+    for u in fit.unknowns:
+        if u.name in PRIORS and np.isfinite(u.sd):
+            value = fit.value(u)
+            yield {
+                "number": u.name,
+                "stated": u.mean,
+                "prior": u.sd,
+                "value": value,
+                "u": fit.u(u) if fit.converged else None,
+                "shift_sigma": (value - u.mean) / u.sd,
+            }

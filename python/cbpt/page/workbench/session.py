@@ -1,0 +1,487 @@
+"""What one workbench holds: a case, its readings, the diagnosis under way or done, further fits.
+
+    Session     everything the page may ask for, without a word of HTTP
+
+One at a time: whoever changes the session waits for its lock; a long diagnosis runs beside it and
+is dropped where its readings have been replaced meanwhile. While nobody asks for anything, models
+that are likely to be asked for next are prepared (see `ahead`).
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from cbpt._core import Case, Drive, OwnEffect
+from cbpt.effects import doubtful_names, expression
+from cbpt.errors import CaseError, CbptError, InvalidInputError
+from cbpt.lab.readings.inputs import case_and_readings
+from cbpt.lab.readings.reader import Readings
+from cbpt.page.document.document import Source, as_word, from_here, named, page_document
+from cbpt.page.document.drive import redrawn
+from cbpt.page.document.plain import to_json
+from cbpt.page.document.stated import stop_if_taken
+from cbpt.page.document.tables import csv_of
+from cbpt.page.workbench.ahead import Ahead, Effects, Step, Turns
+from cbpt.page.workbench.job import Cancelled, Job
+from cbpt.page.workbench.uploads import Opened, Upload, read_case, shown_name, stop_if_few
+
+if TYPE_CHECKING:
+    from cbpt.page.document.models import Models
+
+MOST_EFFECTS = 8
+CLOSING_S = 1.0
+"""How long the end may wait for what is under way, all together."""
+_NOTHING = "there are no readings yet: open a case file and a table of readings first"
+_ASK_FOR_IT = "what this campaign could see is worked out once nothing else is asked for"
+_ENDING = "the workbench is ending"
+_NO_DIAGNOSIS = "the readings have to be diagnosed first"
+
+
+class NotNow(CbptError):
+    """Something that cannot be done in the state that the session is in."""
+
+
+class Session:
+    """See the module's head."""
+
+    def __init__(self) -> None:
+        self._lock = threading.RLock()
+        self._matrix = threading.Lock()
+        self._turns = Turns()
+        self._shown = Opened()
+        self._next: Opened | None = None
+        """Files on their way: they are shown once readings come of them, not before."""
+        self._readings: Readings | None = None
+        self.opened = 0
+        """Counts the files that have been shown, so that no answer is taken for one to others."""
+        self._models: Models | None = None
+        self._ahead: Ahead | None = None
+        self._job: Job | None = None
+        self._seed = 0
+        self._stopped_s = 0.0
+        self._document: dict[str, Any] | None = None
+        self._text: str | None = None
+
+    # --- files ---
+
+    @classmethod
+    def of_files(
+        cls,
+        case: Path,
+        data: Path,
+        columns: Mapping[str, str] | None = None,
+        sheet: str | None = None,
+        only: Mapping[str, str] | None = None,
+        flags: Sequence[str] = (),
+    ) -> Session:
+        """With files from disk. Raises `CaseError` and `ReadingsError`."""
+        session = cls()
+        read, readings = case_and_readings(case, data, dict(columns or {}) or None, sheet, only)
+        stop_if_few(data.name, readings)
+        session._readings = named(readings, str(data), data.name)
+        session._shown = Opened(
+            read,
+            case.name,
+            case.read_text(encoding="utf-8-sig"),
+            from_here(str(case)),
+            Upload(data.name, str(data), dict(columns or {}), sheet, dict(only or {}) or None),
+            from_here(str(data)),
+            tuple(flags),
+        )
+        return session
+
+    def take(self, name: str, raw: bytes, more: bool = False) -> dict[str, Any]:
+        """A file that was handed over: a case where it is TOML, else a table. more: others follow,
+        with which it is read. Raises `CaseError`, and `ReadingsError` for what is too large."""
+        found: dict[str, Any]
+        if name.lower().endswith(".toml"):
+            name = shown_name(name, "case.toml")
+            case, text = read_case(name, raw)
+            found = {"case": case, "case_name": name, "case_text": text}
+            found["case_words"] = as_word(name)
+        else:
+            name = shown_name(name, "table")
+            found = {"upload": Upload.of_bytes(name, raw), "flags": ()}
+            found["data_words"] = as_word(name)
+        with self._lock:
+            return self._open(replace(self._latest, **found), more)
+
+    def map_columns(self, columns: Mapping[str, str], sheet: str | None) -> dict[str, Any]:
+        """What the columns of the table mean, as the user says."""
+        with self._lock:
+            latest = self._latest
+            if latest.upload is None:
+                raise NotNow("there is no table yet whose columns could be told")
+            flags = []
+            for header, meaning in columns.items():
+                flags += ["--column", f"{header}={meaning}"]
+            if sheet is not None:
+                flags += ["--sheet", sheet]
+            upload = replace(latest.upload, columns=dict(columns), sheet=sheet)
+            return self._open(replace(latest, upload=upload, flags=tuple(flags)))
+
+    def forget(self) -> dict[str, Any]:
+        """Files that were refused or are in doubt are wanted no more; what is shown stays."""
+        with self._lock:
+            if self._readings is not None:
+                self._let_go(self._next, self._shown)
+                self._next = None
+            return {}
+
+    @property
+    def _latest(self) -> Opened:
+        return self._next or self._shown
+
+    def _open(self, files: Opened, more: bool = False) -> dict[str, Any]:
+        """Show files where readings come of them; else they wait, and what is shown stays."""
+        readings, found = (None, {"ready": False}) if more else files.read()
+        last, self._next = self._next, files
+        self._let_go(last, files, self._shown)
+        if readings is not None:
+            if self._job is not None:
+                self._job.cancel()
+            self._let_go(self._shown, files)
+            self._shown, self._next, self._readings = files, None, readings
+            self.opened += 1
+            self._no_more_ahead()
+            self._models = self._document = self._text = self._job = None
+        return found
+
+    @staticmethod
+    def _let_go(files: Opened | None, *kept: Opened) -> None:
+        """Remove a table that none of the others has."""
+        upload = None if files is None else files.upload
+        if upload and all(k.upload is None or k.upload.path != upload.path for k in kept):
+            upload.close()
+
+    # --- the document ---
+
+    def document(self) -> str | None:
+        """The page's document as JSON; None while there is nothing to show."""
+        with self._turns.first(), self._lock:
+            if self._text is None and self._readings is not None:
+                self._document = self._made(None, None, None)
+                self._text = to_json(self._document)
+            return self._text
+
+    def _made(
+        self, models: Models | None, isolability: Mapping[str, Any] | None, why: str | None
+    ) -> dict[str, Any]:
+        shown = self._shown
+        assert shown.case is not None
+        assert shown.upload is not None
+        assert self._readings is not None
+        words = ["cbpt", "report", shown.case_words, shown.data_words, *shown.flags]
+        source = Source(
+            shown.case_name,
+            shown.upload.name,
+            shown.case_text,
+            shlex.join([*words, "--out", "report.html"]),
+        )
+        opened = {"opened": self.opened}
+        return opened | page_document(
+            shown.case,
+            self._readings,
+            source,
+            None if models is None else models.diagnosis,
+            models=models,
+            isolability=isolability,
+            reasons={"isolability": why} if why else None,
+        )
+
+    # --- the diagnosis ---
+
+    def start(self, seed: int = 0) -> dict[str, Any]:
+        """Begin a diagnosis, or join the same one that is under way. Raises `NotNow` where another
+        one is, or where there is nothing to diagnose."""
+        with self._lock:
+            case, readings = self._shown.case, self._readings
+            if case is None or readings is None:
+                raise NotNow(_NOTHING)
+            if self._job is not None and self._job.wanted:
+                if seed != self._seed:
+                    raise NotNow("a diagnosis is under way; wait for it or cancel it")
+                return self._job.to_dict()
+
+            def work(step: Callable[[str, float], None]) -> None:
+                with self._turns.rest():
+                    self._diagnose(case, readings, seed, step)
+
+            self._job, self._seed = Job(work).start(), seed
+            return self._job.to_dict()
+
+    def _diagnose(
+        self,
+        case: Case | Drive,
+        readings: Readings,
+        seed: int,
+        step: Callable[[str, float], None],
+    ) -> None:
+        from cbpt.lab.diagnosis.diagnose import diagnose
+        from cbpt.page.document.models import Models
+
+        diagnosis = diagnose(
+            case, readings, seed=seed, progress=lambda what, share: step(what, 0.9 * share)
+        )
+        step("the answer", 0.9)
+        models = Models(diagnosis, readings)
+        document = self._made(models, None, _ASK_FOR_IT)
+        text = to_json(document)
+        with self._lock:
+            if readings is not self._readings:
+                raise Cancelled
+            self._no_more_ahead()
+            self._models, self._document, self._text = models, document, text
+            self._ahead = self._prepares(models, document)
+
+    def isolability(self) -> dict[str, Any]:
+        """What this campaign could see and tell apart, worked out when first asked for: some
+        seconds, which the answer does not wait for."""
+        from cbpt.page.document.campaign import campaign_isolability
+
+        models = self._diagnosed()
+
+        def step(what: str, share: float) -> None:
+            if not self._turns.last():
+                raise NotNow(_ENDING)
+            if models is not self._models:
+                raise NotNow("other files have been opened meanwhile")
+
+        with self._matrix, self._turns.rest():
+            document = self._document
+            if document is None:
+                raise NotNow(_NO_DIAGNOSIS)
+            if document["reasons"].get("isolability") == _ASK_FOR_IT:
+                try:
+                    found, why = campaign_isolability(models.diagnosis, step)
+                    step("", 1.0)
+                except NotNow as error:  # nobody waits for it any more
+                    return {"isolability": None, "why": str(error)}
+                with self._lock:
+                    document["isolability"] = found
+                    document["reasons"]["isolability"] = why
+                    if why is None:
+                        del document["reasons"]["isolability"]
+                    if document is self._document:
+                        self._text = to_json(document)
+            why = document["reasons"].get("isolability")
+            return {"isolability": document["isolability"], "why": why}
+
+    def job(self) -> dict[str, Any]:
+        """How far the diagnosis is."""
+        job = self._job
+        if job is None:
+            return {"state": "idle", "stage": "", "share": 0.0, "seconds": 0.0, "error": ""}
+        return job.to_dict()
+
+    def cancel(self) -> dict[str, Any]:
+        """No longer wanted."""
+        if self._job is not None:
+            self._job.cancel()
+        return self.job()
+
+    def begin(self) -> None:
+        """Where files were given: what the page asks for first. It asks for the diagnosis once its
+        first plot stands, which would wait for it otherwise."""
+        self.document()
+
+    def join(self, seconds: float) -> bool:
+        """Wait for the diagnosis; False where it has not ended by then."""
+        return self._job is None or self._job.join(seconds)
+
+    def stop(self) -> None:
+        """Whatever is under way ends at its next step."""
+        if not self._turns.ended:
+            self._stopped_s = time.monotonic()
+        self._turns.end()
+        if self._job is not None:
+            self._job.cancel()
+
+    def close(self) -> None:
+        """At the end: no file of ours is left, and what goes on has had `CLOSING_S` since `stop`,
+        however often this is called. What takes longer ends with the process: its thread is a
+        daemon."""
+        self.stop()
+        for work in (self._job, self._ahead):
+            if work is not None:
+                work.join(max(self._stopped_s + CLOSING_S - time.monotonic(), 0.0))
+        for files in (self._next, self._shown):
+            self._let_go(files)
+
+    # --- further models ---
+
+    def model(self, effects: Sequence[str]) -> str:
+        """The model with some effects, as JSON; what is one switch away from it is prepared next.
+        Raises `InvalidInputError`, `NotNow`."""
+        ahead = self._ahead_of(effects)
+        with self._turns.first():
+            text = ahead.model(effects)
+        ahead.around(effects)
+        return text
+
+    def shown(self, effects: Sequence[str]) -> dict[str, Any]:
+        """A model is looked at that nobody had to ask for: what may follow it is prepared."""
+        with self._turns.first():
+            self._ahead_of(effects).around(effects)
+        return {}
+
+    def _ahead_of(self, effects: Sequence[str]) -> Ahead:
+        if len(effects) > MOST_EFFECTS:
+            raise InvalidInputError(f"{len(effects)} effects, expected at most {MOST_EFFECTS}")
+        ahead = self._ahead
+        if ahead is None:
+            self._diagnosed()
+            raise NotNow(_NO_DIAGNOSIS)
+        return ahead
+
+    def _prepares(self, models: Models, document: Mapping[str, Any]) -> Ahead:
+        """What a first switch may ask for: from the answer, or from the drive as stated."""
+
+        def made(effects: Effects, step: Step) -> str:
+            def between() -> None:
+                step()
+                if self._turns.ended:
+                    raise NotNow(_ENDING)
+
+            return to_json(models.choice(effects, between))
+
+        entries = document["models"]
+        known = {frozenset(entry["effects"]) for entry in entries}
+        likeliest = [candidate["effect"] for candidate in document["candidates"]]
+        ahead = Ahead(
+            self._turns,
+            made,
+            known,
+            lambda: [*(effect.id for effect in models.own), *likeliest],
+            MOST_EFFECTS,
+        )
+        ahead.around(*(e["effects"] for e in entries if e["key"] == document["answer_key"]), ())
+        return ahead
+
+    def _no_more_ahead(self) -> None:
+        if self._ahead is not None:
+            self._ahead.end()
+            self._ahead = None
+
+    def _diagnosed(self) -> Models:
+        models = self._models
+        if models is None:
+            raise NotNow(_NOTHING if self._readings is None else _NO_DIAGNOSIS)
+        return models
+
+    def check_own(self, entry: Mapping[str, Any]) -> dict[str, Any]:
+        """Whether an own effect can be read and fitted, else what is wrong, in which field and at
+        which character; notes are what may be a slip all the same."""
+        from cbpt.page.workbench.own_check import refusal
+
+        try:
+            effect = own_effect_of(entry)
+        except (CaseError, InvalidInputError) as error:
+            return {"ok": False, **refusal(error), "notes": []}
+        why, notes = self._why_not(effect), doubtful_names(effect)
+        said = {"message": why or "", "column": None, "field": None}
+        return {"ok": why is None, **said, "notes": notes}
+
+    def _why_not(self, effect: OwnEffect) -> str | None:
+        """What keeps an own effect from being fitted to the readings, where there are some."""
+        from cbpt.page.workbench.own_check import why_not
+
+        case, readings, models = self._shown.case, self._readings, self._models
+        if case is None or readings is None:
+            return None
+        return why_not(effect, case, readings if models is None else models.diagnosis.readings)
+
+    def fit_own(self, entry: Mapping[str, Any], effects: Sequence[str] = ()) -> str:
+        """An own effect fitted, alone or with others."""
+        effect = own_effect_of(entry)
+        models = self._diagnosed()
+        if why := self._why_not(effect):
+            raise InvalidInputError(why)
+        with self._turns.first():
+            models.add_own(effect)
+            self._ahead_of(effects).forget()
+        return self.model([*(e for e in effects if e != effect.id), effect.id])
+
+    # --- the drive ---
+
+    def drive(self, load: Mapping[str, float], design: Mapping[str, float]) -> dict[str, Any]:
+        """The drive at another load, with other numbers."""
+        case, readings = self._shown.case, self._readings
+        if case is None or readings is None:
+            raise NotNow(_NOTHING)
+        with self._turns.first():
+            return redrawn(case, readings, load, design)
+
+    # --- to take away ---
+
+    def exported(self, what: str, effects: Sequence[str]) -> tuple[str, str, str]:
+        """Text, type and file name of `json`, `csv`, `case` or `command`, of the model with some
+        effects where there is one."""
+        text = self.document()
+        if text is None or self._document is None:
+            raise NotNow(_NOTHING)
+        stem = self._stem()
+        if what == "json":
+            return text, "application/json", f"{stem}_page.json"
+        if what == "command":
+            return self._command(effects) + "\n", "text/plain", f"{stem}_command.txt"
+        entry = self._document["models"][0]
+        if effects:
+            entry = json.loads(self.model(effects))["model"]
+        if what == "csv":
+            return csv_of(self._document, entry), "text/csv", f"{stem}_readings.csv"
+        if what == "case":
+            if entry["why_no_case"]:
+                raise NotNow(f"there is no case file of this model: {entry['why_no_case']}")
+            case = entry["case_text"] or self._shown.case_text
+            return case, "application/toml", f"{stem}_case.toml"
+        raise NotNow(f"nothing is exported as {what!r}: json, csv, case or command")
+
+    def _command(self, effects: Sequence[str]) -> str:
+        """The command line that gives the same: of a model, with the case file as exported, since
+        a fit anew may end elsewhere."""
+        case, *others = self._shown.case_words, self._shown.data_words, *self._shown.flags
+        if not effects:
+            return shlex.join(["cbpt", "report", case, *others, "--out", "report.html"])
+        return shlex.join(["cbpt", "compare", f"{self._stem()}_case.toml", *others])
+
+    def _stem(self) -> str:
+        assert self._shown.upload is not None
+        return re.sub(r"[^\w.-]+", "_", Path(self._shown.upload.name).stem) or "cbpt"
+
+
+_OWN_KEYS = {"id", "port", "expression", "adds_to", "parameters"}
+_PARAMETER_KEYS = ("unit", "start", "min", "max")
+
+
+def own_effect_of(entry: Mapping[str, Any]) -> OwnEffect:
+    """An own effect from what the page sends: as in a case file, the parameters as a list."""
+    for key in ("id", "port", "expression"):
+        if not isinstance(entry.get(key), str):
+            raise InvalidInputError(f"{key}: expected text")
+    stop_if_taken(entry["id"])
+    parameters = entry.get("parameters") or []
+    if not isinstance(parameters, list) or not all(isinstance(p, dict) for p in parameters):
+        raise InvalidInputError("parameters: expected a list")
+    named = {
+        str(p.get("name", "")): {k: p[k] for k in _PARAMETER_KEYS if p.get(k) is not None}
+        for p in parameters
+    }
+    if len(named) < len(parameters):
+        raise InvalidInputError("parameters: two have the same name")
+    adds_to = entry.get("adds_to")
+    return expression(
+        entry["id"],
+        entry["port"],
+        entry["expression"],
+        named,
+        adds_to=adds_to if isinstance(adds_to, str) else None,
+    )

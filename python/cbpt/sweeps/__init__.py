@@ -1,0 +1,1 @@
+"""Sweeps over any parameter: here or on an executor (run), their files and labelled results."""

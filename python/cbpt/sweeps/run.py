@@ -1,0 +1,277 @@
+"""Sweeps over any parameter of drive, load or effects: here on all cores, or on any executor.
+
+A plan (`SweepPlan`) is data and each of its rows a function of the plan and the row's number, so a
+chunk of rows is solved wherever there is room and written in its turn; values do not depend on who
+solved it.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+import warnings
+from collections import deque
+from collections.abc import Callable, Generator, Mapping
+from concurrent.futures import Executor, Future
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cbpt._core import Case, Drive, SweepPlan, SweepTally, is_sweep_plan
+from cbpt.errors import CaseError, PlanError
+from cbpt.sweeps.files import Output, open_output
+from cbpt.sweeps.result import Rows, Sweep
+
+__all__ = ["Sweep", "SweepPlan", "open_output", "sweep", "to_output"]
+
+Report = Callable[[int, int], object]
+Span = tuple[int, int]
+Chunks = Generator[tuple[Span, Any], None, None]
+
+MOST_ROWS_IN_MEMORY = 50_000_000
+"""More rows than these, some 3 GB, go to a file."""
+
+
+def sweep(
+    drive: Drive | Case | SweepPlan | str | os.PathLike[str],
+    axes: Mapping[str, Any] | None = None,
+    *,
+    design: str = "grid",
+    rows: int | None = None,
+    seed: int = 0,
+    executor: Executor | None = None,
+    in_flight: int | None = None,
+    chunk_rows: int | None = None,
+    progress: Report | bool | None = None,
+    out: str | os.PathLike[str] | None = None,
+    fresh: bool = False,
+) -> Sweep:
+    """Solve a drive, or a case with its effects, over any of its parameters.
+
+    `axes` maps keys of the case with their sections (`load.torque_Nm`,
+    `deceleration.ball_radius_mm`, `effect.eccentric_bearing.reference_deflection_um`) to values:
+    of a grid all values, or one for all; of a design that is drawn (`random`, `latin_hypercube`,
+    with `rows` and `seed`) a tuple `(low, high)` or `(low, high, "log")`, or a list of which one is
+    drawn; of a `table` one value for each row. The case may be the name of its file; in place of
+    case and axes there may be a `SweepPlan` or the file of one.
+
+    A row without solution is NaN with its status; the `finding` of one says why its drive cannot be
+    built, solved or not (of one drive for all rows a warning does). With `out`, a `.csv` or
+    `.parquet` file, rows go there in chunks of at least `chunk_rows`; a sweep that was stopped goes
+    on where it was, and a file of another plan is refused unless `fresh`.
+
+    `executor`, any of `concurrent.futures`, solves the chunks, `in_flight` of them at a time (two
+    for each worker that it tells of, else 32), each on one thread. `progress` is called with the
+    rows done and those of all, or is True for a line on standard error; what it raises stops the
+    sweep, as does Ctrl-C.
+
+    Raises `PlanError` for axes or an output that cannot be, `CaseError` for the case of a file.
+    """
+    plan, scalars = _plan(drive, axes, design, rows, seed)
+    for remark in plan.remarks:
+        warnings.warn(remark, stacklevel=2)
+    if out is not None:
+        path = Path(out)
+        with closing(open_output(plan, path, fresh)) as output:
+            if output.unchecked:
+                warnings.warn(f"{path}: {output.unchecked}", stacklevel=2)
+            to_output(
+                plan,
+                output,
+                executor=executor,
+                in_flight=in_flight,
+                chunk_rows=chunk_rows,
+                progress=progress,
+            )
+        return Sweep(plan, path, scalars, lambda: Rows.read(plan, path))
+    if plan.rows > MOST_ROWS_IN_MEMORY:
+        most = f"more than {MOST_ROWS_IN_MEMORY} go to a file: give out="
+        raise PlanError(f"the sweep has {plan.rows} rows; {most}")
+    chunks = _solved(plan, 0, "rows", executor, in_flight, chunk_rows, progress)
+    with closing(chunks):
+        whole = Rows.joined(Rows.of(plan, chunk) for _, chunk in chunks)
+    return Sweep(plan, None, scalars, lambda: whole)
+
+
+def to_output(
+    plan: SweepPlan,
+    output: Output,
+    *,
+    executor: Executor | None = None,
+    in_flight: int | None = None,
+    chunk_rows: int | None = None,
+    progress: Report | bool | None = None,
+    tally: SweepTally | None = None,
+) -> None:
+    """Solve what is left of a plan and write it, and count how it ended; the rest as in `sweep`.
+
+    Lines of CSV have no statuses to be counted.
+    """
+    chunks = _solved(plan, output.done, output.form, executor, in_flight, chunk_rows, progress)
+    with closing(chunks):
+        for (start, stop), chunk in chunks:
+            if output.form == "csv":
+                output.append(chunk, stop - start)
+                continue
+            rows = Rows.of(plan, chunk)
+            output.append(rows, stop - start)
+            if tally is not None:
+                tally.add(start, rows.status, rows.finding)
+    output.finish()
+
+
+def _solved(
+    plan: SweepPlan,
+    done: int,
+    form: str,
+    executor: Executor | None,
+    in_flight: int | None,
+    chunk_rows: int | None,
+    progress: Report | bool | None,
+) -> Chunks:
+    """The chunks that are not done yet, in their order."""
+    report: Report | None = _Line(done) if progress is True else progress or None
+    spans = plan.chunks(done, chunk_rows)
+    if executor is None:
+        chunks = _here(plan, spans, form, report)
+    else:
+        chunks = _there(plan, spans, form, executor, in_flight or _most_in_flight(executor))
+    with closing(chunks):
+        for span, chunk in chunks:
+            yield span, chunk
+            if report is not None:
+                report(span[1], plan.rows)
+
+
+def _plan(
+    drive: Drive | Case | SweepPlan | str | os.PathLike[str],
+    axes: Mapping[str, Any] | None,
+    design: str,
+    rows: int | None,
+    seed: int,
+) -> tuple[SweepPlan, frozenset[str]]:
+    """The plan, and which of its axes were given as one value."""
+    if isinstance(drive, str | os.PathLike):
+        path = Path(drive)
+        # A file without axes that is no plan is told what a plan lacks, unless it is a case.
+        if is_sweep_plan(path) or (axes is None and not _is_case(path)):
+            drive = SweepPlan.from_file(path)
+        else:
+            drive = Case.from_file(path)
+    if isinstance(drive, SweepPlan):
+        if axes is not None or rows is not None:
+            raise PlanError("a plan has its own axes and rows: leave them out")
+        return drive, frozenset()
+    if not axes:
+        raise PlanError('no axis: say what is varied, for example {"load.torque_Nm": [1, 2, 5]}')
+    case = Case.from_toml(drive.to_toml()) if isinstance(drive, Drive) else drive
+    drawn = design in ("random", "latin_hypercube")
+    given = [(name, _values(name, values, drawn)) for name, values in axes.items()]
+    if rows is not None and rows < 1:
+        raise PlanError(f"rows = {rows}: expected 1 or more")
+    if not 0 <= seed < 2**64:
+        raise PlanError(f"seed = {seed}: expected a whole number from 0 to 2**64 - 1")
+    scalars = frozenset(name for name, values in axes.items() if np.ndim(values) == 0)
+    return SweepPlan(case, given, design, rows, seed), scalars
+
+
+def _is_case(path: Path) -> bool:
+    try:
+        Case.from_file(path)
+    except CaseError:
+        return False
+    return True
+
+
+def _values(name: str, values: Any, drawn: bool) -> Any:
+    """The values of an axis as the core takes them."""
+    if drawn and isinstance(values, tuple):
+        low, high, *scale = values
+        if scale not in ([], ["log"], ["linear"]):
+            raise PlanError(f'{name}: a range is (low, high) or (low, high, "log")')
+        return float(low), float(high), scale == ["log"]
+    array = np.atleast_1d(values)
+    if array.ndim > 1:
+        raise PlanError(f"{name}: found {array.ndim} dimensions, expected one list of values")
+    if array.dtype.kind in "UT" or (
+        array.dtype.kind == "O" and all(isinstance(value, str) for value in array)
+    ):
+        return [str(value) for value in array]
+    if array.dtype.kind not in "iuf" or np.ma.isMaskedArray(values):
+        raise PlanError(f"{name}: found {array.dtype} values, expected numbers or words")
+    return np.ascontiguousarray(array, dtype=np.float64)
+
+
+def _here(plan: SweepPlan, spans: list[Span], form: str, report: Report | None) -> Chunks:
+    for start, stop in spans:
+        told = None if report is None else _counted(report, start, plan.rows)
+        solve = plan.csv if form == "csv" else plan.solve
+        yield (start, stop), solve(start, stop, None, told)
+
+
+def _counted(report: Report, start: int, total: int) -> Callable[[int], object]:
+    return lambda done: report(start + done, total)
+
+
+def _there(plan: SweepPlan, spans: list[Span], form: str, executor: Executor, most: int) -> Chunks:
+    """Chunks in their order, at most so many on their way."""
+    waiting = deque(spans)
+    under_way: deque[tuple[Span, Future[Any]]] = deque()
+    try:
+        while waiting or under_way:
+            while waiting and len(under_way) < most:
+                span = waiting.popleft()
+                part = plan.part(*span) if plan.design == "table" else plan
+                under_way.append((span, executor.submit(solve_chunk, part, *span, form)))
+            span, future = under_way.popleft()
+            yield span, future.result()
+    finally:
+        for _, future in under_way:
+            future.cancel()
+
+
+def solve_chunk(plan: SweepPlan, start: int, stop: int, form: str) -> Any:
+    """The work of one worker, on one thread of its own."""
+    return plan.csv(start, stop, 1) if form == "csv" else plan.solve(start, stop, 1)
+
+
+def _most_in_flight(executor: Executor) -> int:
+    for name in ("_max_workers", "num_workers"):  # of Python's own executors, of mpi4py's
+        workers = getattr(executor, name, None)
+        if isinstance(workers, int) and workers > 0:
+            return 2 * workers
+    return 32
+
+
+class _Line:
+    """Rows, rate and time left on standard error, a few times a second."""
+
+    def __init__(self, done: int) -> None:
+        self.first, self.began, self.shown = done, time.monotonic(), 0.0
+
+    def __call__(self, done: int, total: int) -> None:
+        now = time.monotonic()
+        if sys.stderr is None or (now - self.shown < 0.2 and done < total):
+            return
+        self.shown = now
+        rate = (done - self.first) / max(now - self.began, 1e-9)
+        left = (total - done) / rate if rate > 0 else float("inf")
+        text = f"\r{done}/{total} rows, {_rate(rate)} a second, {_clock(left)} left "
+        print(text, end="\n" if done >= total else "", file=sys.stderr, flush=True)
+
+
+def _rate(per_second: float) -> str:
+    """Three digits say all that a rate means."""
+    rounded = float(f"{per_second:.3g}")
+    return f"{rounded:,.0f}" if rounded >= 100 else f"{rounded:g}"
+
+
+def _clock(seconds: float) -> str:
+    if seconds > 1e8:
+        return "?"
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"

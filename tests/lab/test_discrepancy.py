@@ -1,0 +1,84 @@
+"""Effects that do not keep their form exactly: what the evidence makes of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cbpt.lab.inference.fit import Fit, Fitter, Hypothesis
+from cbpt.lab.model.discrepancy import FORM_ODDS, form_columns, modulations
+from cbpt.lab.model.forward import Campaign
+from cbpt.lab.selection.fit_effects import best_fit
+from common.simulated import plan, truth, variant_of
+
+BEARING = {
+    ("eccentric_bearing", "reference_deflection_m"): 4e-6,
+    ("eccentric_bearing", "exponent"): 0.8,
+}
+
+
+def campaign_with(departure: float, seed: int = 1) -> Campaign:
+    """A bearing whose share varies with the torque by this much, peak to mean, and white noise."""
+    campaign = plan("dev03")
+    added = truth(campaign, BEARING) - truth(
+        campaign, {("eccentric_bearing", "reference_deflection_m"): 0}
+    )
+    share = np.abs(campaign.readings.torque_Nm)
+    wave = departure * np.sin(2 * np.pi * share / share.max())
+    noise = campaign.u_arcsec * np.random.default_rng([41, seed]).standard_normal(len(campaign))
+    return replace(campaign, y_arcsec=truth(campaign, BEARING) + wave * added + noise)
+
+
+def fitted(campaign: Campaign) -> Fit:
+    return best_fit(Fitter(campaign, [variant_of("eccentric_bearing")]), ["eccentric_bearing"])
+
+
+@given(seed=st.integers(0, 2**31), scale=st.floats(1e-3, 1e3))
+def test_columns_leave_the_mean_and_have_the_size_of_the_effect(seed: int, scale: float) -> None:
+    rng = np.random.default_rng(seed)
+    contribution, functions = scale * rng.standard_normal(50), rng.standard_normal((50, 4))
+    columns = form_columns(contribution, functions)
+    assert columns.shape == (50, 4)
+    assert contribution @ columns == pytest.approx(np.zeros(4), abs=1e-9 * scale**2)
+    size = np.linalg.norm(contribution)
+    assert np.linalg.norm(columns, axis=0) == pytest.approx(np.full(4, size))
+
+
+def test_no_effect_has_no_form() -> None:
+    functions = modulations(plan("dev03").readings)
+    assert form_columns(np.zeros(len(functions)), functions).shape[1] == 0
+    # A function that is the same wherever the effect acts tells nothing.
+    only = np.where(np.arange(len(functions)) < 2, 1.0, 0.0)
+    assert form_columns(only, np.ones((len(functions), 1))).shape[1] == 0
+
+
+def test_odds_of_departures_are_odds() -> None:
+    assert FORM_ODDS[0][0] == 0
+    assert sum(share for _, share in FORM_ODDS) == pytest.approx(1)
+
+
+def test_an_exact_form_is_taken_for_exact() -> None:
+    found = fitted(campaign_with(0.0))
+    assert found.form_sd == 0
+    # No more is paid for the doubt than the share of those who hold the form for exact.
+    assert np.log(FORM_ODDS[0][1]) <= found.log_forms < 0.1
+
+
+def test_a_departure_is_no_noise() -> None:
+    """Without it the noise would have to be taken for larger than it is."""
+    found = fitted(campaign_with(0.06))
+    assert found.form_sd > 0
+    exact = replace(found, form_sd=0.0)
+    assert (
+        Fitter(campaign_with(0.06), []).look(exact, found.noise).log_marginal
+        < found.log_marginal - 5
+    )
+
+
+def test_the_drive_alone_has_no_form() -> None:
+    found = Fitter(plan("dev03"), []).fit(Hypothesis())
+    assert found is not None and found.form_sd == 0 and found.log_forms == 0

@@ -1,0 +1,349 @@
+"""Fits to readings whose truth is known: values, uncertainties, evidence, bounds.
+
+Groups: values come back; uncertainties cover; evidence; bounds; starts; what was asked before.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cbpt.lab.covariance.noise import Noise
+from cbpt.lab.inference.fit import Fit, Fitter, Hypothesis
+from cbpt.lab.model.forward import Assembled
+from cbpt.lab.model.priors import ARCSEC, PRIORS, VARIANTS
+from cbpt.lab.selection.fit_effects import best_fit
+from common.drives import examples
+from common.simulated import (
+    NUMBERS,
+    Floats,
+    Values,
+    drawn_numbers,
+    hypothesis_of,
+    plan,
+    readings_of,
+    truth,
+    variant_of,
+)
+
+EXACT = dict.fromkeys(PRIORS, 0.0)
+"""A drive and a rig whose numbers are exactly as stated."""
+
+
+def fits(
+    values: Values, effect: str, name: str = "", seed: int = 1, start: Floats | None = None
+) -> tuple[Fitter, Fit]:
+    """Readings with one effect, fitted with the form that made them."""
+    campaign = readings_of(plan("dev03"), values, np.random.default_rng([17, seed]))
+    fitter = Fitter(campaign, [variant_of(effect, name)])
+    found = fitter.fit(hypothesis_of(effect, name), start)
+    assert found is not None
+    return fitter, found
+
+
+def of(found: Fit, name: str) -> tuple[float, float]:
+    """Value and standard uncertainty of an unknown by `effect.parameter`."""
+    unknown = next(u for u in found.unknowns if u.name == name)
+    return found.value(unknown), found.u(unknown)
+
+
+# --- values come back ---------------------------------------------------------------------
+
+PLANTED: list[tuple[str, str, dict[str, float]]] = [
+    ("contact_stiffness", "", {"stiffness_scale": 1.15}),
+    ("torque_scale", "", {"torque_gain": 1.08}),
+    ("preload_scale", "", {"preload_gain": 0.92}),
+    ("contact_angle", "", {"contact_angle_shift_rad": -0.05}),
+    ("sensor_gain", "", {"sensor_gain": 0.8}),
+    ("sensor_nonlinearity", "", {"quadratic_per_rad": 40.0, "cubic_per_rad2": 1e5}),
+    ("drift", "time", {"rate_rad_per_s": 2e-9}),
+    ("drift", "temperature", {"rate_rad_per_K": 5e-7}),
+    ("eccentric_bearing", "", {"reference_deflection_m": 1e-6, "exponent": 0.75}),
+    ("bearing_play", "", {"clearance_m": 4e-7}),
+    ("output_torsion", "", {"compliance_rad_per_Nm": 1e-6}),
+    (
+        "friction_hysteresis",
+        "",
+        {"friction_radius_m": 6e-4, "engagement_angle_rad": 5 * ARCSEC},
+    ),
+    ("preload_loss", "", {"lost_share": 0.15}),
+    ("preload_loss", "force", {"lost_force_N": 60.0}),
+    ("preload_loss", "share and force", {"lost_share": 0.1, "lost_force_N": 60.0}),
+    ("preload_spring", "", {"spring_rate_N_per_m": 3e8}),
+    ("thermal_preload", "", {"rate_N_per_K": -12.0}),
+    ("eccentricity_error", "fixed", {"offset_sine_m": 2e-7, "offset_cosine_m": -3e-7}),
+    ("groove_pitch_error", "fixed groove, harmonic 4", {"cosine_m": 6e-7, "sine_m": -5e-7}),
+    ("plate_tilt", "in the housing", {"housing_tilt_cosine_rad": 8e-5, "housing_tilt_sine_rad": 0}),
+    ("rough_contact", "", {"exponent": 1.7}),
+    ("run_in", "permanent_set", {"permanent_set_rad": 3 * ARCSEC}),
+    ("wear", "", {"lost_share_per_s": 5e-5}),
+    ("creep", "", {"compliance_rad_per_Nm": 6e-7, "time_constant_s": 12.0}),
+    (
+        "creep",
+        "superposed",
+        {"superposed_compliance_rad_per_Nm": 6e-7, "time_constant_s": 12.0},
+    ),
+]
+
+
+@pytest.mark.parametrize(
+    ("effect", "name", "values"), PLANTED, ids=[f"{e}-{n}" for e, n, _ in PLANTED]
+)
+def test_planted_values_come_back(effect: str, name: str, values: dict[str, float]) -> None:
+    variant = variant_of(effect, name)
+    made = {(effect, p): v for p, v in (*variant.fixed, *values.items())}
+    campaign = readings_of(plan("dev03"), made, np.random.default_rng([17, 1]))
+    found = best_fit(Fitter(campaign, [variant]), [variant.label])
+    assert found.hypothesis.effects == (effect,)
+    for parameter, true in values.items():
+        value, u = of(found, f"{effect}.{parameter}")
+        assert abs(value - true) <= 4 * u
+    # The readings tell the size: an uncertainty as large as the world would prove nothing.
+    neutral = [found_neutral(effect, p) for p in variant.sizes]
+    off = np.hypot.reduce([values[p] - n for p, n in zip(variant.sizes, neutral, strict=True)])
+    assert of(found, f"{effect}.{variant.sizes[0]}")[1] < 0.5 * off
+
+
+def found_neutral(effect: str, parameter: str) -> float:
+    return Fitter(plan("dev03"), [v for v in VARIANTS if v.effect == effect]).neutral(
+        effect, parameter
+    )
+
+
+def test_numbers_of_the_drive_move_where_they_are_off() -> None:
+    """Known to 10 % and 2 %; the readings know the stiffness better."""
+    made = {("contact_stiffness", "stiffness_scale"): 1.12}
+    campaign = readings_of(plan("dev03"), made, np.random.default_rng([17, 2]))
+    found = Fitter(campaign, []).fit(Hypothesis())
+    assert found is not None and found.converged
+    value, u = of(found, "contact_stiffness")
+    assert abs(value - 1.12) < 4 * u < 0.2
+    # What only the calibrations know, the readings leave where it is stated.
+    gain, u_gain = of(found, "sensor_gain")
+    assert abs(gain - 1) < 3 * 0.005 and u_gain == pytest.approx(0.005, rel=0.05)
+
+
+def test_zeros_are_free() -> None:
+    campaign = readings_of(plan("dev03"), {("run_in", "settled_rad"): 0.0}, None)
+    shifted = replace(campaign, y_arcsec=campaign.y_arcsec + 7.25)
+    found = Fitter(shifted, []).fit(Hypothesis(), free_noise=False)
+    assert found is not None
+    assert found.zeros_arcsec == pytest.approx([7.25], abs=1e-6)
+    assert found.rmse_arcsec < 1e-6
+
+
+# --- uncertainties cover ------------------------------------------------------------------
+
+
+def test_uncertainties_cover() -> None:
+    """Drives and rigs whose numbers are off as they are stated to be, 40 of them."""
+    true, z = 4e-7, []
+    for seed in range(40):
+        rng = np.random.default_rng([29, seed])
+        made = {("output_torsion", "compliance_rad_per_Nm"): true}
+        campaign = plan("dev03")
+        campaign = readings_of(campaign, made | drawn_numbers(campaign, rng), rng)
+        fitter = Fitter(campaign, [variant_of("output_torsion")])
+        found = fitter.fit(hypothesis_of("output_torsion"))
+        assert found is not None
+        value, u = of(found, "output_torsion.compliance_rad_per_Nm")
+        z.append((value - true) / u)
+    assert 34 <= np.count_nonzero(np.abs(z) < 1.96) <= 40
+    assert 0.75 < np.std(z) < 1.3
+    assert abs(np.mean(z)) < 0.5
+
+
+# --- evidence -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("sigmas", [4.0, 8.0, 20.0])
+def test_laplace_evidence_is_the_integral_over_the_prior(sigmas: float) -> None:
+    """A linear effect of one number, equally likely in the logarithm; the zero is flat in both."""
+    base = replace(plan("dev03"), priors=EXACT)
+    variant = variant_of("output_torsion")
+    plain = truth(base, {("output_torsion", "compliance_rad_per_Nm"): 0.0})
+    unit = truth(base, {("output_torsion", "compliance_rad_per_Nm"): 1e-6}) - plain
+    unit -= unit.mean()
+    # Readings so loose that a standard uncertainty is half of the smallest plausible size or more.
+    own = variant.low if sigmas < 20 else 0.5 * variant.low
+    loose = own / 1e-6 * float(np.linalg.norm(unit))
+    base = replace(base, u_arcsec=np.full(len(base), loose))
+    made = {("output_torsion", "compliance_rad_per_Nm"): sigmas * own}
+    # Without noise the estimate is just what was planted.
+    campaign = readings_of(base, made, None)
+    fitter = Fitter(campaign, [variant])
+    null = fitter.fit(Hypothesis(), free_noise=False)
+    found = fitter.fit(hypothesis_of("output_torsion"), free_noise=False)
+    assert null is not None and found is not None
+    value, u = of(found, "output_torsion.compliance_rad_per_Nm")
+    assert value == pytest.approx(sigmas * own, rel=1e-3) and u == pytest.approx(own, rel=1e-6)
+
+    log_size = np.linspace(np.log(variant.low), np.log(variant.high), 200_001)
+    y = campaign.y_arcsec - plain
+    y = y - y.mean()
+    size = np.exp(log_size) / 1e-6
+    gain = (2 * size * float(unit @ y) - size**2 * float(unit @ unit)) / loose**2
+    likelihood = np.exp(0.5 * (gain - gain.max()))
+    integral = float(np.trapezoid(likelihood, log_size)) / np.log(variant.high / variant.low)
+    exact = np.log(integral) + 0.5 * gain.max()
+    assert found.log_evidence - null.log_evidence == pytest.approx(exact, abs=0.15)
+
+
+def test_evidence_prefers_the_effect_that_made_the_readings() -> None:
+    made = {("friction_hysteresis", "friction_radius_m"): 5e-4}
+    made[("friction_hysteresis", "engagement_angle_rad")] = 5 * ARCSEC
+    campaign = readings_of(plan("dev03"), made, np.random.default_rng([17, 3]))
+    fitter = Fitter(campaign, VARIANTS)
+    values = {n: best_fit(fitter, [n]) for n in ("friction_hysteresis", "preload_loss", "drift")}
+    null = fitter.fit(Hypothesis())
+    assert null is not None
+    gains = {n: f.log_evidence - null.log_evidence for n, f in values.items()}
+    assert max(gains, key=lambda n: gains[n]) == "friction_hysteresis"
+    assert gains["friction_hysteresis"] > 20 + max(gains["preload_loss"], gains["drift"])
+
+
+def test_an_effect_that_is_not_there_loses_evidence() -> None:
+    campaign = readings_of(plan("dev03"), {("output_torsion", "compliance_rad_per_Nm"): 0.0}, None)
+    fitter = Fitter(campaign, [variant_of("output_torsion")])
+    null = fitter.fit(Hypothesis(), free_noise=False)
+    found = fitter.fit(hypothesis_of("output_torsion"), free_noise=False)
+    assert null is not None and found is not None
+    assert -8 < found.log_evidence - null.log_evidence < 0
+
+
+# --- bounds -------------------------------------------------------------------------------
+
+ONE_SIDED = ["output_torsion", "eccentric_bearing", "bearing_play", "preload_loss", "creep"]
+"""Sizes that are never negative."""
+
+
+@pytest.mark.parametrize("effect", ONE_SIDED)
+def test_a_size_is_never_negative(effect: str) -> None:
+    """The opposite of the effect in the readings leaves none of it."""
+    values = next(v for e, _, v in PLANTED if e == effect)
+    base = replace(plan("dev03"), priors=EXACT)
+    made = truth(base, {(effect, p): v for p, v in values.items()})
+    plain = truth(base, {(effect, next(iter(values))): 0.0})
+    fitter = Fitter(replace(base, y_arcsec=2 * plain - made), [variant_of(effect)])
+    start = fitter.start(hypothesis_of(effect), {f"{effect}.{p}": v for p, v in values.items()})
+    found = fitter.fit(hypothesis_of(effect), start)
+    assert found is not None
+    assert of(found, f"{effect}.{next(iter(values))}")[0] == 0.0
+    assert np.isfinite(found.log_evidence)
+
+
+@given(
+    st.sampled_from([v for v in VARIANTS if v.effect != "plate_tilt"]),
+    st.sampled_from([-3.0, -0.3, 0.3, 3.0]),
+    st.integers(0, 10**6),
+)
+@examples(12)
+def test_values_stay_within_their_bounds(variant: object, strength: float, seed: int) -> None:
+    """Whatever the readings ask for."""
+    chosen = next(v for v in VARIANTS if v is variant)
+    rng = np.random.default_rng(seed)
+    base = plan("dev03")
+    plain = truth(base, {("output_torsion", "compliance_rad_per_Nm"): 0.0})
+    wild = rng.standard_normal(3) * strength
+    loads = base.readings.torque_Nm / 8
+    angle = np.deg2rad(base.readings.input_angle_deg)
+    y = plain * (1 + 0.2 * wild[0]) + wild[1] * loads**3 + wild[2] * np.sin(angle) * loads
+    fitter = Fitter(replace(base, y_arcsec=y), [chosen])
+    found = fitter.fit(Hypothesis((chosen,)))
+    if found is None:
+        return
+    for unknown in found.unknowns:
+        assert unknown.lower - 1e-12 <= found.value(unknown) <= unknown.upper * (1 + 1e-12)
+    assert np.isfinite(found.point.angle_arcsec).all()
+
+
+# --- starts -------------------------------------------------------------------------------
+
+STARTS = [
+    ("output_torsion", [{"compliance_rad_per_Nm": c} for c in (0.0, 1e-7, 3e-5)]),
+    (
+        "eccentric_bearing",
+        [
+            {"reference_deflection_m": 1e-7, "exponent": 0.95},
+            {"reference_deflection_m": 8e-6, "exponent": 0.62},
+        ],
+    ),
+    (
+        "friction_hysteresis",
+        [
+            {"friction_radius_m": 5e-5, "engagement_angle_rad": 20 * ARCSEC},
+            {"friction_radius_m": 2e-3, "engagement_angle_rad": 2 * ARCSEC},
+        ],
+    ),
+    ("preload_loss", [{"lost_share": s} for s in (0.0, 0.2)]),
+    ("rough_contact", [{"exponent": e} for e in (1.35, 2.3)]),
+]
+
+
+@pytest.mark.parametrize(("effect", "starts"), STARTS, ids=[e for e, _ in STARTS])
+def test_a_bad_start_ends_at_the_same_values(effect: str, starts: list[dict[str, float]]) -> None:
+    values = next(v for e, _, v in PLANTED if e == effect)
+    campaign = readings_of(
+        plan("dev03"),
+        {(effect, p): v for p, v in values.items()},
+        np.random.default_rng([17, 4]),
+    )
+    fitter = Fitter(campaign, [variant_of(effect)])
+    hypothesis = hypothesis_of(effect)
+
+    def reached(given_values: dict[str, float]) -> Fit:
+        start = fitter.start(hypothesis, {f"{effect}.{p}": v for p, v in given_values.items()})
+        found = fitter.fit(hypothesis, start, Noise(), free_noise=False)
+        assert found is not None
+        return found
+
+    best = reached(values)
+    for given_values in starts:
+        other = reached(given_values)
+        assert other.converged
+        for unknown in best.unknowns:
+            near = 0.3 * best.u(unknown)
+            assert other.value(unknown) == pytest.approx(best.value(unknown), abs=near)
+
+
+def test_the_numbers_are_those_of_the_library() -> None:
+    """The names that this file plants numbers by."""
+    assert set(NUMBERS) == set(PRIORS)
+    assert {e for e, _, _ in PLANTED} >= {v.effect for v in VARIANTS} - {"ball_diameter_lot"}
+
+
+def test_contact_angles_stay_angles() -> None:
+    """Fits used to end in an error where the shift reached 45 degrees."""
+    fitter = Fitter(plan("dev03"), [variant_of("contact_angle")])
+    place = fitter.place("contact_angle", "contact_angle_shift_rad")
+    low, high = fitter.model.lower[place], fitter.model.upper[place]
+    for shift in (low, high):
+        values = fitter.model.neutral.copy()
+        values[place] = shift
+        fitter.model.at(values)
+    assert low < -0.1 and high > 0.1
+
+
+# --- what was asked before ------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["dev01", "dev04"])
+def test_a_cold_model_says_to_the_last_bit_what_a_new_one_would(name: str) -> None:
+    campaign = plan(name)
+    effects = ["contact_stiffness", "plate_tilt", "friction_hysteresis"]
+    model = Assembled(campaign, effects)
+    values, other = model.neutral.copy(), model.neutral.copy()
+    values[model.index(1, "tilt_cosine_rad")] = 3e-5
+    other[model.index(0, "stiffness_scale")] = 1.3
+    other[model.index(2, "friction_radius_m")] = 6e-4
+    wanted = [model.index(0, "stiffness_scale"), model.index(1, "tilt_sine_rad")]
+    first = Assembled(campaign, effects).at(values, wanted)
+    model.at(other)
+    model.cold()
+    again = model.at(values, wanted)
+    np.testing.assert_array_equal(again.angle_arcsec, first.angle_arcsec)
+    np.testing.assert_array_equal(again.slopes, first.slopes)

@@ -1,0 +1,225 @@
+"""The run that decides: what is open, what runs bring, and that suggested runs beat random ones."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import cbpt
+from cbpt import InvalidInputError, Limits, NextRuns, read_plan
+from cbpt.cli import main as commands
+from cbpt.lab.covariance.noise import Noise, Rows
+from cbpt.lab.diagnosis.unexplained import measure_next
+from cbpt.lab.experiment.candidates import READINGS, candidates, limits_of
+from cbpt.lab.experiment.expected_gain import (
+    LIMIT,
+    Prospect,
+    next_run,
+    open_hypotheses,
+    prospect,
+    ranked,
+)
+from cbpt.lab.experiment.plan import Plan, table_text
+from common.comparisons import strictly
+from common.hidden import diagnosed
+from common.next_runs import race, short_campaign, view_of
+
+TOP = Path(__file__).parents[2]
+CASE = TOP / "examples" / "campaign.toml"
+BEARING = [("eccentric_bearing", {"reference_deflection_um": 0.3})]
+
+
+@cache
+def suggested() -> NextRuns:
+    readings = cbpt.simulate(CASE, short_campaign(), effects=BEARING, seed=0)
+    return ranked(cbpt.diagnose(CASE, readings))
+
+
+# --- candidates ---------------------------------------------------------------------------
+
+
+def test_candidates_stay_within_the_limits_and_are_held() -> None:
+    drive = cbpt.Drive.from_file(CASE)
+    limits = Limits(10.0, (400.0, 1200.0), (0.0, 30.0))
+    runs = candidates(drive, limits)
+    assert {len(run) for run in runs} == {READINGS} and len(set(runs)) == len(runs)
+    for run in runs:
+        assert max(map(abs, run.torque_Nm)) <= 10.0
+        assert run.preload_N is not None and 400 <= run.preload_N <= 1200
+    rows = Plan.of_runs(runs).rows
+    assert rows.preload_N is not None
+    solved = cbpt.solve_many(drive, rows.torque_Nm, rows.preload_N, rows.input_angle_deg)
+    assert np.isfinite(solved.elastic_angle_arcsec).all()
+    assert len(candidates(drive, limits, 7)) == 7
+    assert limits_of(suggested().diagnosis.readings).preload_N == (400.0, 1125.0)
+
+
+@pytest.mark.parametrize(
+    ("torque_Nm", "preload_N"), [(0, (1, 2)), (1, (2, 1)), (1, (0, 1)), (np.nan, (1, 2))]
+)
+def test_limits_that_cannot_be_are_told(torque_Nm: float, preload_N: tuple[float, float]) -> None:
+    with pytest.raises(InvalidInputError, match=r"torque_Nm|preload_N"):
+        Limits(torque_Nm, preload_N)
+
+
+# --- gains --------------------------------------------------------------------------------
+
+
+def view(root: float) -> Prospect:
+    """Two hypotheses that differ by 1 arcsec at every other reading of one run."""
+    n = 40
+    step = np.asarray(np.arange(n) % 2.0, dtype=np.float64)
+    roots = np.full((n, 1), root) * step[:, None]
+    return Prospect(
+        ("one", "other"),
+        np.array([0.5, 0.5]),
+        Rows.of(np.zeros(n, dtype=np.int64)),
+        (np.zeros(n), step),
+        (roots, roots),
+        Noise(),
+        0.5,
+    )
+
+
+def test_the_gain_is_half_the_squared_distance_in_standard_uncertainties() -> None:
+    every = np.ones(40, dtype=bool)
+    (gain,) = view(0.0).gains(every).values()
+    # The zero of the run takes the mean of the step: 40 readings of +-1/2 arcsec, u 1/2 arcsec.
+    assert gain == pytest.approx(0.5 * 40 * 0.25 / 0.25, rel=1e-3)
+    (vague,) = view(3.0).gains(every).values()
+    assert vague < 0.1 * gain
+
+
+# --- what is suggested --------------------------------------------------------------------
+
+
+def test_the_open_hypotheses_are_the_rivals_and_runs_are_ranked_by_what_they_bring() -> None:
+    found = suggested()
+    d = found.diagnosis
+    assert set(found.open) == set(d.verdict.rivals[0])
+    assert sum(found.open.values()) == pytest.approx(1)
+    gains = [min(5.0, g) for g in (max(s.pairs.values()) for s in found.ranked)]
+    assert gains[0] > 1 and gains[0] >= gains[-1]
+    assert next_run(d) == found.ranked[0].to_dict()
+    assert d.to_dict()["next_run"]["gain"] == max(found.ranked[0].pairs.values())
+
+
+def test_what_the_suggested_run_brings_is_what_a_diagnosis_with_it_finds() -> None:
+    """Repeated until it should decide, the true effect gains over the rival."""
+    found = suggested()
+    assert found.best is not None
+    again = read_plan(short_campaign()).runs
+    best = replace(found.best.run, u_elastic_angle_arcsec=0.3)
+    more = Plan.of_runs([*again, *[best] * 6])
+    after = cbpt.diagnose(CASE, cbpt.simulate(CASE, more, effects=BEARING, seed=0))
+
+    def lead(d: cbpt.Diagnosis) -> float:
+        odds = d.competition.log_odds
+        return odds[("eccentric_bearing",)] - odds[("output_torsion",)]
+
+    assert lead(after) > lead(found.diagnosis) + 0.5
+
+
+def test_twins_are_told_and_no_run_is_suggested() -> None:
+    loss = [("preload_loss", {"lost_share": 0.2})]
+    stated = CASE.read_text(encoding="utf-8") + "\n[uncertainty]\npreload_gain_rel = 0.3\n"
+    loose = cbpt.Case.from_toml(stated)
+    readings = cbpt.simulate(CASE, short_campaign(), effects=loss, seed=1)
+    found = ranked(cbpt.diagnose(loose, readings))
+    assert not found.ranked and found.why_none
+
+
+def test_where_nothing_has_a_name_all_say_where_to_measure_more() -> None:
+    d = diagnosed("dev10")
+    advice = d.to_dict()["unknown"]["measure_next"]
+    assert "depends on the torque and the input angle" in advice
+    # The groove is damaged at 130 deg, and all torques and angles show some of it.
+    assert "largest near torque 8 N m, input angle 130 deg" in advice
+    assert "only within" not in advice
+    assert "vary the torque and the input angle one at a time" in advice
+    assert ranked(d).why_none == advice
+    assert advice in " ".join(d.report().split())
+
+
+@pytest.mark.parametrize(
+    ("columns", "size", "said"),
+    [
+        (("torque_Nm", "direction"), [0, 0, 5, 9, 0, 0], "direction of loading and is largest near "
+         "torque 3 N m, torque rising; more than twice the noise only within torque 2 to 3 N m, "
+         "torque rising. Measure more there, and vary the torque and the direction of loading one "
+         "at a time, all else held."),
+        (("torque_Nm",), [1, 0, 0, 0, 0, 0], "near torque 0 N m; nowhere is it twice the noise, so "
+         "repeat readings first. Measure more there, and vary the torque alone, all else held."),
+        (("time_s",), [9, 0, 0, 0, 0, 9], "near time 0 s. Measure more there, and vary time alone, "
+         "all else held (time: hold a load and wait)."),
+        (("run",), [0, 0, 0, 9, 9, 9], "depends on the run. Repeat a run as it was, to see whether "
+         "the same comes back."),
+        (("preload_step",), [0, 0, 0, 9, 9, 9], "depends on the preload step. Vary the preload "
+         "step alone, all else held."),
+    ],
+)  # fmt: skip
+def test_the_advice_names_places_where_there_are_any(
+    columns: tuple[str, ...], size: list[float], said: str
+) -> None:
+    noise = SimpleNamespace(scale=2.0)
+    pattern = SimpleNamespace(columns=columns, fitted_arcsec=np.array(size, float), noise=noise)
+    readings = SimpleNamespace(
+        torque_Nm=np.array([0.0, 1, 2, 3, 2, 1]),
+        time_s=np.arange(6.0),
+        run_index=np.repeat([0, 1], 3),
+        preload_step=np.repeat(["a", "b"], 3),
+        direction=lambda: np.array([0, 1, 1, 1, -1, -1]),
+    )
+    campaign = SimpleNamespace(u_arcsec=np.ones(6))
+    d: Any = SimpleNamespace(
+        verdict=SimpleNamespace(pattern=pattern),
+        competition=SimpleNamespace(campaign=campaign),
+        readings=readings,
+    )
+    assert measure_next(d).endswith(said)
+
+
+def test_suggested_runs_decide_sooner_than_random_ones() -> None:
+    """The short form of benches/next_run.py."""
+    seen = view_of(CASE, *BEARING[0], seed=0)
+    assert seen is not None
+    found = race(seen, np.random.default_rng(0), 4)
+    assert found is not None and found.suggested is not None
+    drawn = [15 if n is None else n for n in found.random]
+    assert found.suggested <= 0.8 * np.mean(drawn)
+
+
+# --- the document and the verb ------------------------------------------------------------
+
+
+def test_the_verb_writes_the_run_as_a_plan(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table, out = tmp_path / "data.csv", tmp_path / "next.toml"
+    readings = cbpt.simulate(CASE, short_campaign(), effects=BEARING, seed=0)
+    table.write_text(table_text(readings))
+    given = ["next-run", str(CASE), str(table)]
+    limits = ["--torque-Nm", "8", "--preload-N", "600", "900", "--candidates", "30"]
+    assert commands.main([*given, *limits, "--json", "--out", str(out)]) == 0
+    document = strictly(capsys.readouterr().out)
+    assert document["schema"] == "cbpt.next_run/1" and 0 < len(document["runs"]) <= 30
+    (run,) = read_plan(out).runs
+    assert run.preload_N == document["runs"][0]["preload_N"]
+    assert 600 <= document["runs"][0]["preload_N"] <= 900
+    assert commands.main([*given, "--candidates", "0"]) == 2
+    assert commands.main([*given, "--preload-N", "9", "3"]) == 2
+
+
+def test_the_report_names_what_is_open() -> None:
+    report = suggested().report()
+    assert "Open: " in report and f"{LIMIT:.1f} decide" in report
+    assert set(open_hypotheses(suggested().diagnosis)) == set(suggested().open)
+    d = suggested().diagnosis
+    runs = candidates(d.competition.campaign.drive, limits_of(d.readings), 3)
+    assert prospect(d, open_hypotheses(d), runs) is not None

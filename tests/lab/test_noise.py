@@ -1,0 +1,341 @@
+"""What scatters: whitening and margins against dense matrices, and noise found in noise.
+
+Groups: order of rows; whitening; margins; the noise that suits some readings.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
+from scipy.optimize import minimize
+
+from cbpt.lab.covariance.noise import (
+    FIXED_DOF,
+    LEAST_SCALE,
+    PRICE,
+    STATED_DOF,
+    Margin,
+    Noise,
+    Rows,
+    Whitener,
+    fit_noise,
+    log_likelihood,
+    log_scale_prior,
+)
+from common.drives import examples
+from common.simulated import Floats, dense, sample
+
+# --- order of rows ------------------------------------------------------------------------
+
+RUNS = arrays.arrays(np.int64, st.integers(1, 24), elements=st.integers(0, 4))
+
+
+@given(RUNS)
+@examples(60)
+def test_before_is_the_last_reading_of_the_same_run(runs: np.ndarray) -> None:
+    rows = Rows.of(runs)
+    for i, run in enumerate(runs):
+        earlier = np.flatnonzero(runs[:i] == run)
+        assert rows.before[i] == (earlier[-1] if len(earlier) else -1)
+    assert rows.runs == len(np.unique(runs))
+
+
+@given(RUNS, st.integers(0, 99))
+@examples(30)
+def test_sums_are_run_by_run(runs: np.ndarray, seed: int) -> None:
+    rows = Rows.of(runs)
+    columns = np.random.default_rng(seed).standard_normal((len(runs), 3))
+    expected = [columns[runs == run].sum(axis=0) for run in np.unique(runs)]
+    np.testing.assert_allclose(rows.sums(columns), expected, atol=1e-12)
+
+
+def test_selected_rows_follow_each_other_across_what_is_gone() -> None:
+    rows = Rows.of(np.array([7, 3, 7, 7, 3])).select(np.array([True, True, False, True, True]))
+    assert rows.before.tolist() == [-1, -1, 0, 1]
+
+
+# --- whitening ----------------------------------------------------------------------------
+
+
+@st.composite
+def noises(draw: st.DrawFn) -> tuple[Noise, Floats, Rows]:
+    runs = draw(RUNS)
+    rng = np.random.default_rng(draw(st.integers(0, 10**6)))
+    looser = np.exp(rng.uniform(0, 2, len(runs))) if draw(st.booleans()) else None
+    noise = Noise(
+        scale=draw(st.floats(0.1, 10)),
+        correlation=draw(st.sampled_from([0.0, -0.5, 0.2, 0.6, 0.95])),
+        offset_arcsec=draw(st.sampled_from([0.0, 0.01, 1.0, 30.0])),
+        looser=looser,
+    )
+    return noise, rng.uniform(0.1, 3.0, len(runs)), Rows.of(runs)
+
+
+@given(noises())
+@examples(60)
+def test_whitener_is_a_root_of_the_inverse_covariance(drawn: tuple[Noise, Floats, Rows]) -> None:
+    noise, u, rows = drawn
+    covariance = dense(noise, u, rows)
+    whitener = Whitener.of(noise, u, rows)
+    w = whitener(np.eye(len(u)))
+    rounding = 1e-14 * float(np.linalg.cond(covariance))
+    np.testing.assert_allclose(w @ covariance @ w.T, np.eye(len(u)), atol=1e-9 + rounding)
+    sign, log_det = np.linalg.slogdet(covariance)
+    assert sign == 1
+    assert whitener.log_det == pytest.approx(log_det, abs=1e-9 * (1 + abs(log_det)) + rounding)
+
+
+@given(noises(), st.integers(0, 99))
+@examples(30)
+def test_whitener_takes_vectors_and_columns_alike(
+    drawn: tuple[Noise, Floats, Rows], seed: int
+) -> None:
+    noise, u, rows = drawn
+    whitener = Whitener.of(noise, u, rows)
+    columns = np.random.default_rng(seed).standard_normal((len(u), 4))
+    given_columns = columns.copy()
+    whole = whitener(columns)
+    for j in range(4):
+        np.testing.assert_allclose(whole[:, j], whitener(columns[:, j]), atol=1e-12)
+    np.testing.assert_array_equal(columns, given_columns)
+
+
+def test_likelihood_is_that_of_the_dense_normal() -> None:
+    rng = np.random.default_rng(5)
+    rows = Rows.of(np.arange(40) % 3)
+    u = rng.uniform(0.2, 0.5, 40)
+    noise = Noise(1.3, 0.5, 0.4)
+    y = sample(noise, u, rows, rng)
+    c = dense(noise, u, rows)
+    exact = -0.5 * (y @ np.linalg.solve(c, y) + np.linalg.slogdet(c)[1])
+    whitener = Whitener.of(noise, u, rows)
+    white = whitener(y)
+    assert log_likelihood(float(white @ white), whitener, 0.0) == pytest.approx(exact, abs=1e-9)
+
+
+# --- margins ------------------------------------------------------------------------------
+
+
+def problem(n: int, p: int, seed: int) -> tuple[Floats, Floats, Floats]:
+    rng = np.random.default_rng(seed)
+    x = rng.standard_normal((n, p)) * np.exp(rng.uniform(-2, 2, p))
+    return 3 * rng.standard_normal(n), x, np.exp(rng.uniform(-4, 4, p))
+
+
+@given(st.integers(6, 20), st.integers(1, 5), st.integers(0, 10**6))
+@examples(60)
+def test_margin_is_the_dense_marginal_likelihood(n: int, p: int, seed: int) -> None:
+    y, x, precision = problem(n, p, seed)
+    margin = Margin.of(y, x, precision)
+    c = np.eye(n) + x @ np.diag(1 / precision) @ x.T
+    assert margin.chi2 == pytest.approx(y @ np.linalg.solve(c, y), rel=1e-7)
+    assert margin.log_volume == pytest.approx(-0.5 * np.linalg.slogdet(c)[1], abs=1e-7)
+    mode = np.diag(1 / precision) @ x.T @ np.linalg.solve(c, y)
+    np.testing.assert_allclose(margin.mode, mode, rtol=1e-6, atol=1e-9)
+
+
+@given(st.integers(8, 20), st.integers(1, 4), st.integers(0, 10**6))
+@examples(30)
+def test_flat_unknowns_are_least_squares(n: int, p: int, seed: int) -> None:
+    y, x, _ = problem(n, p, seed)
+    margin = Margin.of(y, x, np.zeros(p))
+    expected, left, *_ = np.linalg.lstsq(x, y, rcond=None)
+    np.testing.assert_allclose(margin.mode, expected, rtol=1e-5, atol=1e-8)
+    assert margin.chi2 == pytest.approx(float(left[0]), rel=1e-6)
+    assert margin.log_volume == pytest.approx(-0.5 * np.linalg.slogdet(x.T @ x)[1], abs=1e-6)
+
+
+@given(st.integers(8, 20), st.integers(1, 4), st.integers(0, 10**6))
+@examples(30)
+def test_left_gives_the_scalar_products_of_whoever_refits(n: int, p: int, seed: int) -> None:
+    y, x, precision = problem(n, p, seed)
+    columns = np.random.default_rng(seed + 1).standard_normal((n, 3))
+    c = np.eye(n) + x @ np.diag(1 / precision) @ x.T
+    left = Margin.of(y, x, precision).left(columns)
+    np.testing.assert_allclose(
+        columns.T @ left, columns.T @ np.linalg.solve(c, columns), rtol=1e-6, atol=1e-8
+    )
+    np.testing.assert_allclose(y @ left, y @ np.linalg.solve(c, columns), rtol=1e-6, atol=1e-7)
+
+
+def test_a_column_that_nothing_shows_does_no_harm() -> None:
+    y, x, precision = problem(12, 2, 3)
+    blind = np.column_stack([x, np.zeros(12)])
+    margin = Margin.of(y, blind, np.r_[precision, 0.0])
+    assert margin.chi2 == pytest.approx(Margin.of(y, x, precision).chi2, rel=1e-9)
+    assert np.isfinite(margin.mode).all()
+
+
+# --- the noise that suits some readings ---------------------------------------------------
+
+# As in the development sets: 12 runs of 33 readings, and one zero.
+TWELVE = Rows.of(np.repeat(np.arange(12), 33))
+U = np.full(396, 0.3)
+ONE, FLAT = np.ones((396, 1)), np.zeros(1)
+
+
+def found(y: Floats, start: Noise | None = None, structures: bool = True) -> Noise:
+    return fit_noise(y, ONE, FLAT, U, TWELVE, start or Noise(), structures=structures)[0]
+
+
+def many(noise: Noise, seeds: int = 8) -> list[Noise]:
+    return [found(sample(noise, U, TWELVE, np.random.default_rng([7, s]))) for s in range(seeds)]
+
+
+@pytest.mark.parametrize("scale", [0.5, 1.0, 1.3, 3.0])
+def test_the_scale_is_found(scale: float) -> None:
+    got = np.array([n.scale for n in many(Noise(scale))])
+    # A sample of 396 tells its spread to 3.6 %; the stated one counts as eight readings.
+    assert np.abs(got / scale - 1).max() < 0.12
+    assert got.mean() == pytest.approx(scale, rel=0.04)
+
+
+@pytest.mark.parametrize("rho", [0.3, 0.6, 0.85])
+def test_correlation_is_found(rho: float) -> None:
+    got = many(Noise(1.0, rho))
+    correlations = np.array([n.correlation for n in got])
+    # A sample of 396 tells it to 4.8 % of sqrt(1 - rho^2), of which four at most.
+    assert np.abs(correlations - rho).max() < 0.2 * np.sqrt(1 - rho**2)
+    assert correlations.mean() == pytest.approx(rho, abs=0.05)
+    assert np.mean([n.scale for n in got]) == pytest.approx(1.0, rel=0.1)
+
+
+@pytest.mark.parametrize("offset", [0.3, 0.8, 4.0])
+def test_zeros_of_the_runs_are_found(offset: float) -> None:
+    got = many(Noise(1.0, 0.0, offset))
+    offsets = np.array([n.offset_arcsec for n in got])
+    # Twelve runs tell their spread to 21 %.
+    assert (np.abs(np.log(offsets / offset)) < 0.7).all()
+    assert offsets.mean() == pytest.approx(offset, rel=0.2)
+    assert [n.correlation for n in got].count(0.0) >= 7
+    assert np.mean([n.scale for n in got]) == pytest.approx(1.0, rel=0.05)
+
+
+def test_correlation_and_zeros_are_found_together() -> None:
+    got = many(Noise(1.0, 0.6, 1.5))
+    assert all(n.correlation and n.offset_arcsec for n in got)
+    assert np.mean([n.correlation for n in got]) == pytest.approx(0.6, abs=0.08)
+    assert np.mean([n.offset_arcsec for n in got]) == pytest.approx(1.5, rel=0.25)
+
+
+def most_likely(y: Floats) -> float:
+    """Largest log likelihood of scale, correlation and zeros, by a search of its own; dense."""
+
+    def negative(p: Floats) -> float:
+        noise = Noise(float(np.exp(p[0])), float(np.tanh(p[1])), float(np.exp(p[2])))
+        c = dense(noise, U[:99], ROWS_3)
+        factor = np.linalg.cholesky(c)
+        both = np.linalg.solve(factor, np.column_stack([y, ONE[:99]]))
+        size = float(both[:, 1] @ both[:, 1])
+        chi2 = float(both[:, 0] @ both[:, 0]) - float(both[:, 0] @ both[:, 1]) ** 2 / size
+        value = -0.5 * chi2 - float(np.log(np.diag(factor)).sum()) - 0.5 * np.log(size)
+        return -float(value + log_scale_prior(noise.scale, STATED_DOF))
+
+    starts = [(0.0, 0.5, -3.0), (0.0, 0.5, 0.0)]
+    return -min(float(minimize(negative, s, method="Nelder-Mead").fun) for s in starts)
+
+
+ROWS_3 = Rows.of(np.repeat(np.arange(3), 33))
+
+
+@pytest.mark.parametrize(
+    "noise",
+    [
+        Noise(1.0, 0.6),
+        Noise(1.0, 0.0, 1.5),
+        Noise(1.0, 0.5, 1.0),
+    ],
+)
+def test_no_other_noise_is_much_likelier(noise: Noise) -> None:
+    """The search on a coarse grid comes near the top of the likelihood."""
+    y = sample(noise, U[:99], ROWS_3, np.random.default_rng(11))
+    got, value = fit_noise(y, ONE[:99], FLAT, U[:99], ROWS_3, Noise())
+    top = most_likely(y)
+    assert top - 2 * PRICE - 0.5 < value <= top - PRICE * got.numbers + 0.01
+
+
+def test_white_stays_white() -> None:
+    got = many(Noise(), seeds=60)
+    assert sum(n.numbers == 0 for n in got) >= 57
+
+
+def test_loose_readings_are_taken_as_given() -> None:
+    looser = np.ones(396)
+    looser[::20] = 8.0
+    y = sample(Noise(1.2, looser=looser), U, TWELVE, np.random.default_rng(1))
+    told, untold = found(y, Noise(looser=looser)), found(y)
+    assert told.looser is looser
+    assert told.scale == pytest.approx(1.2, rel=0.1)
+    assert untold.scale > 1.7
+
+
+def test_without_structures_only_the_scale_is_free() -> None:
+    y = sample(Noise(1.0, 0.8, 2.0), U, TWELVE, np.random.default_rng(2))
+    assert found(y, structures=False).numbers == 0
+
+
+def test_a_single_reading_a_run_has_no_structure() -> None:
+    rows = Rows.of(np.arange(30))
+    y = 0.3 * np.random.default_rng(3).standard_normal(30)
+    noise, _ = fit_noise(y, np.ones((30, 1)), FLAT, U[:30], rows, Noise())
+    assert noise.numbers == 0
+
+
+@pytest.mark.parametrize("noise", [Noise(1.4), Noise(0.8, 0.6), Noise(1.2, 0.0, 0.9)])
+def test_the_value_is_the_dense_likelihood_less_its_price(noise: Noise) -> None:
+    rng = np.random.default_rng(4)
+    y = sample(noise, U, TWELVE, rng) + 2.0
+    x = np.column_stack([ONE, np.sin(np.arange(396.0))])
+    precision = np.array([0.0, 0.5])
+    got, value = fit_noise(y, x, precision, U, TWELVE, Noise())
+    inverse = np.linalg.inv(dense(got, U, TWELVE))
+    a = x.T @ inverse @ x + np.diag(precision)
+    chi2 = y @ inverse @ y - (x.T @ inverse @ y) @ np.linalg.solve(a, x.T @ inverse @ y)
+    exact = -0.5 * (chi2 - np.linalg.slogdet(inverse)[1])
+    exact += -0.5 * np.linalg.slogdet(a)[1] + 0.5 * np.log(precision[1])
+    exact += log_scale_prior(got.scale, STATED_DOF) - PRICE * got.numbers
+    assert value == pytest.approx(exact, abs=0.02)
+
+
+def test_the_scale_is_the_most_probable_one() -> None:
+    """Of the marginal likelihood times its prior, dense and on a grid."""
+    y = sample(Noise(1.7), U, TWELVE, np.random.default_rng(6))
+    centred = y - y.mean()
+    chi2 = float(centred @ centred) / 0.3**2
+
+    def log_posterior(scale: float) -> float:
+        return (
+            -0.5 * chi2 / float(scale) ** 2
+            - 395 * float(np.log(scale))
+            + log_scale_prior(scale, STATED_DOF)
+        )
+
+    grid = np.linspace(1.2, 2.2, 2001)
+    best = grid[np.argmax([log_posterior(s) for s in grid])]
+    assert found(y, structures=False).scale == pytest.approx(best, rel=1e-3)
+
+
+def test_a_scale_far_below_what_is_stated_is_not_believed() -> None:
+    y = sample(Noise(0.05), U, TWELVE, np.random.default_rng(8))
+    assert found(y).scale == LEAST_SCALE
+
+
+def test_nothing_stated_leaves_the_scale_to_the_readings() -> None:
+    y = sample(Noise(50.0), U, TWELVE, np.random.default_rng(7))
+    noise, _ = fit_noise(y, ONE, FLAT, U, TWELVE, Noise(), stated_dof=1e-3)
+    assert noise.scale == pytest.approx(float(np.std(y, ddof=1)) / 0.3, rel=1e-4)
+    assert log_scale_prior(1.0, STATED_DOF) == 0.0
+    assert log_scale_prior(0.5, STATED_DOF) < 0 and log_scale_prior(2.0, STATED_DOF) < 0
+
+
+def test_a_fixed_scale_is_not_made_smaller_by_correlation() -> None:
+    """Readings that scatter less than stated used to come out as strongly correlated."""
+    rows, u = Rows.of(np.repeat(np.arange(4), 25)), np.full(100, 0.3)
+    y = 0.25 * u * np.random.default_rng(3).standard_normal(100)
+    none = np.zeros((100, 0)), np.zeros(0)
+    fixed, _ = fit_noise(y, *none, u, rows, Noise(), FIXED_DOF)
+    assert fixed.correlation == 0 and fixed.offset_arcsec == 0
+    assert fixed.scale == pytest.approx(1, abs=1e-3)

@@ -1,0 +1,225 @@
+"""Numbers and words of an answer do not contradict each other.
+
+Groups: the uncertainty of a reading; zeros of runs; the ladder of errors; the scatter of a coarse
+display; a case from the answer; what may have been overlooked.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cbpt import Case, compare, simulate
+from cbpt.lab.diagnosis.alternatives import smallest
+from cbpt.lab.diagnosis.diagnose import diagnose
+from cbpt.lab.diagnosis.diagnosis import Diagnosis, Rung
+from common.hidden import ANGLE, U, case_of, diagnosed, table_of
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+# --- the uncertainty of a reading ---------------------------------------------------------
+
+
+def with_u(u_arcsec: float | None, step_arcsec: float = 0.0) -> Diagnosis:
+    """The complete model of `dev01`, whose readings scatter by 0.31 arcsec, with another
+    uncertainty stated, on a display of some step.
+    """
+    table = dict(table_of("dev01"))
+    if u_arcsec is None:
+        del table[U]
+    else:
+        table[U] = np.full(len(table[U]), u_arcsec)
+    if step_arcsec:
+        table[ANGLE] = np.round(table[ANGLE] / step_arcsec) * step_arcsec
+    return diagnose(Case.from_toml(case_of("dev01")), table)
+
+
+def words(d: Diagnosis) -> str:
+    return " ".join(d.report().split())
+
+
+def test_without_a_stated_uncertainty_chi2_is_held_against_the_estimate() -> None:
+    document = with_u(None).to_dict()
+    for part in (document["before"], document["after"], *document["ladder"]):
+        assert part["chi2_per_dof"] == pytest.approx(1.0, abs=0.02)
+    noise = document["noise"]
+    assert noise["u_stated_arcsec"] is None and noise["u_from"] == "scatter"
+    assert noise["u_says"].startswith("No uncertainty is stated.")
+
+
+def test_an_uncertainty_that_cannot_be_meant_is_not_what_was_used() -> None:
+    noise = with_u(0.003).to_dict()["noise"]
+    assert noise["u_stated_arcsec"] == pytest.approx(0.003) and noise["u_from"] == "scatter"
+    assert "states an uncertainty of 0.003 arcsec, but" in noise["u_says"]
+    assert "used in its place" in noise["u_says"]
+
+
+def test_the_scatter_has_no_more_degrees_of_freedom_than_readings_less_what_was_fitted() -> None:
+    noise = diagnosed("dev11").to_dict()["noise"]
+    assert noise["u_dof"] <= 9 - 1
+    assert "(8 degrees of freedom)" in noise["u_says"]
+    # What is stated counts as well, which is told apart.
+    assert f"Weighed together they make {noise['u_estimated_arcsec']:.3g} arcsec" in noise["u_says"]
+
+
+@cache
+def coarse() -> Diagnosis:
+    return with_u(0.43, 1.0)
+
+
+def test_a_coarse_display_has_the_uncertainty_that_is_stated() -> None:
+    d = coarse()
+    document = d.to_dict()
+    noise, after = document["noise"], document["after"]
+    assert noise["u_stated_arcsec"] == pytest.approx(0.43)
+    assert noise["u_estimated_arcsec"] == pytest.approx(after["rmse_arcsec"], rel=0.02)
+    assert noise["u_dof"] < len(d.readings)
+    assert after["chi2_per_dof"] == pytest.approx((after["rmse_arcsec"] / 0.43) ** 2, rel=0.02)
+    assert after["noise_floor_arcsec"] == noise["u_estimated_arcsec"] == d.noise_floor_arcsec
+    assert f"(noise {d.noise_floor_arcsec:.3f} arcsec)" in words(d)
+    assert "was added to it" not in words(d)
+
+
+def test_rounding_is_added_to_an_uncertainty_that_cannot_include_it() -> None:
+    d = with_u(0.1, 1.0)
+    document = d.to_dict()
+    assert document["noise"]["u_stated_arcsec"] == pytest.approx(0.1)
+    assert "step / sqrt(12) = 0.289 arcsec), which was added to it" in words(d)
+    u = np.hypot(0.1, 1 / np.sqrt(12))
+    after = document["after"]
+    assert after["chi2_per_dof"] == pytest.approx((after["rmse_arcsec"] / u) ** 2, rel=0.02)
+
+
+# --- zeros of runs ------------------------------------------------------------------------
+
+
+def test_zeros_of_runs_are_no_error_anywhere() -> None:
+    """Every run of `dev02` has a zero of its own, of 0.8 arcsec; readings scatter by 0.3."""
+    d = diagnosed("dev02")
+    document = d.to_dict()
+    assert document["noise"]["run_offset_arcsec"] > 0.5
+    for part in (document["before"], document["after"], *document["ladder"]):
+        assert part["rmse_arcsec"] == pytest.approx(part["held_out_rmse_arcsec"], rel=0.1)
+        assert part["chi2_per_dof"] == pytest.approx(1.0, abs=0.15)
+    assert d.noise_floor_arcsec == pytest.approx(document["after"]["rmse_arcsec"], rel=0.05)
+    for residual in (d.residual_before_arcsec, d.residual_after_arcsec):
+        assert np.sqrt(np.mean(residual**2)) == pytest.approx(d.noise_floor_arcsec, rel=0.05)
+    assert "each run with a zero of its own" in document["noise"]["u_says"]
+
+
+def test_a_noise_floor_is_claimed_only_of_a_model_that_holds_all() -> None:
+    d = diagnosed("dev10")
+    document = d.to_dict()
+    assert document["verdict"]["kind"] == "unknown" and d.noise_floor_arcsec is None
+    for part in ("before", "after"):
+        assert document[part]["noise_floor_arcsec"] is None
+        assert document[part]["noise_floor_of"] == (
+            "cannot be told: no model holds all that is at work"
+        )
+    assert "the noise floor cannot be told: no model holds all that is at work)" in words(d)
+    assert "(noise" not in words(d)
+    after = diagnosed("dev04").to_dict()["after"]
+    assert after["noise_floor_arcsec"] > 0
+    assert after["noise_floor_of"] == "scatter about the answer"
+
+
+def test_no_number_is_minus_nothing() -> None:
+    assert re.findall(r"-0(?![.\d])", words(diagnosed("dev10"))) == []
+
+
+# --- the ladder of errors -----------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("name", "loose"), [("dev04", set()), ("dev10", {"rough_contact"})])
+def test_an_error_held_out_far_below_in_sample_is_explained_once(
+    name: str, loose: set[str]
+) -> None:
+    d = diagnosed(name)
+    low = {r.added for r in d.ladder if r.held_out_rmse_arcsec < 0.8 * r.rmse_arcsec}
+    assert low == loose
+    says = "far below in sample it says that the form does not hold"
+    assert words(d).count(says) == bool(loose)
+    told = d.to_dict()["ladder_says"]
+    assert says in told if loose else told is None
+
+
+def test_only_an_effect_has_a_form_that_may_not_hold() -> None:
+    assert Rung("creep", 1.0, 0.79, 1.0, of_effects=True).loose
+    assert not Rung("creep", 1.0, 0.81, 1.0, of_effects=True).loose
+    assert not Rung("numbers refitted", 1.0, 0.5, 1.0).loose
+    assert not Rung("creep", 1.0, float("nan"), 1.0, of_effects=True).loose
+
+
+# --- the scatter of a coarse display ------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_what_rounding_hides_is_not_held_against_a_true_model(seed: int) -> None:
+    case, plan = EXAMPLES / "campaign.toml", EXAMPLES / "plan.toml"
+    readings = simulate(case, plan, noise="quantised=3.3", seed=seed, u_elastic_angle_arcsec=0.3)
+    c = compare(case, readings)
+    assert c.scatter is not None and c.scatter.step_arcsec == pytest.approx(0.99)
+    assert c.scatter.u_arcsec >= 0.99 / np.sqrt(12) and not c.scatter.off
+    assert "is off" not in c.report() and "hide how they scatter" in c.report()
+
+
+def test_a_wrong_model_is_off_in_spite_of_the_steps() -> None:
+    case, plan = EXAMPLES / "campaign.toml", EXAMPLES / "plan.toml"
+    readings = simulate(case, plan, noise="quantised=3.3", u_elastic_angle_arcsec=0.3)
+    bent = replace(readings, elastic_angle_arcsec=readings.elastic_angle_arcsec * 4.0)
+    assert "even so the model is off" in compare(case, bent).report()
+
+
+# --- a case from the answer ---------------------------------------------------------------
+
+
+def test_the_answer_has_all_that_a_case_needs() -> None:
+    """Put back into a case, an effect does what was found."""
+    effect = ("groove_pitch_error", {"sine_um": 2.0, "harmonic": 4})
+    case, plan = EXAMPLES / "campaign.toml", EXAMPLES / "plan.toml"
+    readings = simulate(case, plan, effects=[effect], u_elastic_angle_arcsec=0.1)
+    d = diagnose(case, readings)
+    document = d.to_dict()
+    assert document["verdict"]["effects"] == [effect[0]]
+    found = document["parameters"][effect[0]]
+    assert found["harmonic"]["value"] == 4 and found["harmonic"]["u"] is None
+    assert document["ranking"][0]["parameters"].keys() == found.keys()
+    assert "harmonic 4" in d.sentence
+
+
+# --- what may have been overlooked --------------------------------------------------------
+
+
+def test_nothing_is_missing_says_what_could_not_have_been_seen() -> None:
+    d = diagnosed("dev01")
+    unseen_ones = [one for one in smallest(d) if one.share > 0.5]
+    assert unseen_ones
+    for one in unseen_ones:
+        assert one.says in words(d)
+    lot = next(e for e in d.to_dict()["detectable"] if e["effect"] == "ball_diameter_lot")
+    assert list(lot["smallest"]) == ["spread_m"] and 1e-8 < lot["smallest"]["spread_m"] < 1e-5
+    pitch = next(e for e in d.to_dict()["detectable"] if e["effect"] == "groove_pitch_error")
+    assert "harmonic" in pitch["smallest"]
+
+
+def test_a_number_that_moved_says_what_else_that_could_be() -> None:
+    case, plan = EXAMPLES / "campaign.toml", EXAMPLES / "plan.toml"
+    softer = [("contact_stiffness", {"stiffness_scale": 0.86})]
+    d = diagnose(case, simulate(case, plan, effects=softer, u_elastic_angle_arcsec=0.1))
+    document = d.to_dict()
+    assert document["verdict"]["kind"] == "complete"
+    number = next(m for m in document["moved"] if m["number"] == "contact_stiffness")
+    assert number["by_sigma"] == pytest.approx(-1.4, abs=0.2)
+    assert "sensor_gain" in number["could_be"]
+    assert "What moved contact_stiffness could as well be " in words(d)
+
+
+@pytest.mark.parametrize("name", ["dev03", "dev11", "dev12"])
+def test_no_answer_is_its_own_alternative(name: str) -> None:
+    verdict = diagnosed(name).to_dict()["verdict"]
+    assert not {r["number"] for r in verdict["rests_on"]} & set(verdict["effects"])

@@ -1,0 +1,209 @@
+"""The uncertainty of a reading from repeats.
+
+Groups: identities of the estimate; how often it is right; what is not counted as a repeat; what
+comparison and diagnosis say of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import cbpt
+from cbpt.lab.covariance.repeatability import Repeats, pooled
+from cbpt.lab.covariance.within_run import estimate
+from cbpt.lab.readings.reader import Readings, read_readings
+from cbpt.results import solve_many
+
+Floats = NDArray[np.float64]
+LOOP = np.r_[np.linspace(0, 4, 9), np.linspace(3.5, -4, 16), np.linspace(-3.5, 0, 8)]
+
+
+@cache
+def campaign(runs: int = 3, preloads: tuple[float, ...] = (400.0,)) -> Readings:
+    """A loop of the torque in every run, each preload in `runs` of them; no uncertainty stated."""
+    n = len(preloads) * runs
+    torque, preload = np.tile(LOOP, n), np.repeat(np.tile(preloads, runs), len(LOOP))
+    drive = cbpt.Drive.from_toml(cbpt.example_case())
+    return read_readings(
+        {
+            "run": np.repeat(np.arange(n), len(LOOP)),
+            "torque_Nm": torque,
+            "preload_N": preload,
+            "elastic_angle_arcsec": solve_many(drive, torque, preload).elastic_angle_arcsec,
+        }
+    )
+
+
+def noisy(readings: Readings, u: float, seed: int = 0) -> Readings:
+    noise = u * np.random.default_rng(seed).standard_normal(len(readings))
+    return replace(readings, elastic_angle_arcsec=readings.elastic_angle_arcsec + noise)
+
+
+def found(readings: Readings, residual: Floats) -> Repeats:
+    repeats = pooled(readings, residual)
+    assert repeats is not None
+    return repeats
+
+
+# --- identities ---------------------------------------------------------------------------
+
+
+def test_two_readings_of_a_condition_are_their_difference() -> None:
+    """Two runs and one preload: u^2 is half the variance of the differences."""
+    readings = campaign(2)
+    e = np.random.default_rng(1).normal(0, 0.3, len(readings))
+    repeats = found(readings, e)
+    difference = e[: len(LOOP)] - e[len(LOOP) :]
+    assert repeats.u_arcsec == pytest.approx(difference.std(ddof=1) / np.sqrt(2), rel=1e-12)
+    assert repeats.dof == len(LOOP) - 1
+    assert (repeats.conditions, repeats.readings) == (len(LOOP), 2 * len(LOOP))
+
+
+def test_neither_what_a_condition_misses_nor_a_zero_counts() -> None:
+    readings = campaign(3, (300.0, 500.0))
+    rng = np.random.default_rng(2)
+    e = rng.normal(0, 0.3, len(readings))
+    zero = rng.normal(0, 5, readings.run_index.max() + 1)[readings.run_index]
+    misfit = np.sin(readings.torque_Nm) + 0.01 * np.asarray(readings.preload_N)
+    moved = found(readings, e + zero + misfit)
+    assert moved.u_arcsec == pytest.approx(found(readings, e).u_arcsec, rel=1e-9)
+    # Every condition in three runs, the zeros of three runs a preload less the one that they share.
+    assert moved.dof == len(readings) - 2 * len(LOOP) - 2 * 2
+
+
+def test_a_stated_uncertainty_is_weighed() -> None:
+    readings = campaign(2)
+    e = np.random.default_rng(3).normal(0, 0.3, len(readings))
+    stated = replace(readings, u_elastic_angle_arcsec=np.full(len(readings), 0.1))
+    plain, weighed = found(readings, e), found(stated, e)
+    assert plain.ratio is None and weighed.ratio is not None
+    assert weighed.u_arcsec == pytest.approx(plain.u_arcsec, rel=1e-12)
+    assert weighed.ratio == pytest.approx(plain.u_arcsec / 0.1, rel=1e-12)
+
+
+# --- how often it is right ----------------------------------------------------------------
+
+
+def test_the_variance_is_unbiased_and_known_as_well_as_told() -> None:
+    readings = campaign(3)
+    rng = np.random.default_rng(4)
+    all_found = [found(readings, rng.normal(0, 0.25, len(readings))) for _ in range(300)]
+    variance = np.array([each.u_arcsec**2 for each in all_found]) / 0.25**2
+    dof = all_found[0].dof
+    assert abs(variance.mean() - 1) < 4 * np.sqrt(2 / dof / len(variance))
+    # The spread of a chi-squared with as many degrees of freedom, to a fifth.
+    assert variance.std() == pytest.approx(np.sqrt(2 / dof), rel=0.2)
+
+
+def test_steady_repeats_are_taken_for_steady() -> None:
+    readings = campaign(4)
+    rng = np.random.default_rng(5)
+    for _ in range(60):
+        e = rng.normal(0, 0.3, len(readings))
+        repeats = pooled(readings, e, estimate(readings, e))
+        assert repeats is not None and repeats.steady
+
+
+def test_repeats_between_which_something_changes_are_told() -> None:
+    """A loop that opens from run to run: smooth inside a run, so no scatter of the readings."""
+    readings = campaign(4)
+    e = np.random.default_rng(6).normal(0, 0.05, len(readings))
+    e += (1.0 + readings.run_index) * np.asarray(readings.torque_Nm) / 4
+    repeats = pooled(readings, e, estimate(readings, e))
+    assert repeats is not None and not repeats.steady
+
+
+# --- what is no repeat --------------------------------------------------------------------
+
+
+def test_one_run_with_one_loop_has_no_repeats() -> None:
+    readings = campaign(1)
+    assert pooled(readings, np.zeros(len(readings))) is None
+
+
+def test_the_two_legs_of_a_loop_are_different_conditions() -> None:
+    """Rising and falling differ by 6 arcsec, which is friction and no uncertainty."""
+    readings = campaign(3)
+    e = np.random.default_rng(7).normal(0, 0.1, len(readings))
+    assert found(readings, e + 3.0 * readings.direction()).u_arcsec < 0.15
+
+
+def test_loading_for_the_first_time_stands_apart() -> None:
+    """0 to 4 N m comes again at the end of a second loop in the run, which is another thing."""
+    torque = np.r_[LOOP, LOOP[1:], LOOP[1:]]
+    table = {"torque_Nm": torque, "preload_N": 0 * torque + 400.0, "alpha_arcsec": torque}
+    readings = read_readings(table)
+    e = np.random.default_rng(8).normal(0, 0.1, len(readings))
+    e[: np.argmax(torque) + 1] += 5.0
+    assert found(readings, e).u_arcsec < 0.15
+
+
+def test_readings_that_agree_in_every_digit_say_nothing() -> None:
+    readings = campaign(3)
+    assert pooled(readings, readings.torque_Nm) is None
+
+
+def test_a_torque_that_is_held_with_jitter_is_one_level() -> None:
+    rng = np.random.default_rng(9)
+    readings = campaign(3)
+    jitter = replace(readings, torque_Nm=readings.torque_Nm + rng.normal(0, 0.003, len(readings)))
+    assert found(jitter, rng.normal(0, 0.3, len(readings))).conditions > 20
+
+
+# --- what is said of it -------------------------------------------------------------------
+
+
+@cache
+def case() -> cbpt.Case:
+    return cbpt.Case.from_toml(cbpt.example_case())
+
+
+def test_the_comparison_judges_by_repeats() -> None:
+    c = cbpt.compare(case(), noisy(campaign(), 0.2))
+    assert c.u_from == "repeats" and c.repeats is not None
+    assert c.p_value_of_repeats is not None and c.p_value_of_repeats > 0.01
+    document = c.to_dict()
+    assert document["u_from"] == "repeats"
+    assert document["repeats"]["u_arcsec"] == pytest.approx(0.2, rel=0.3)
+    assert "The uncertainty was estimated from repeats: 0." in c.report()
+    assert "By that the model agrees with the readings." in c.report()
+    bent = noisy(campaign(), 0.2)
+    bent = replace(bent, elastic_angle_arcsec=bent.elastic_angle_arcsec * 1.1)
+    assert "By that the model is off." in cbpt.compare(case(), bent).report()
+
+
+def test_the_comparison_says_what_it_judges_by() -> None:
+    readings = noisy(campaign(1), 0.2)
+    assert cbpt.compare(case(), readings).u_from == "scatter"
+    stated = replace(readings, u_elastic_angle_arcsec=np.full(len(readings), 0.2))
+    assert cbpt.compare(case(), stated).u_from == "stated"
+    assert (
+        "Repeats agree to"
+        in cbpt.compare(
+            case(), replace(noisy(campaign(), 0.2), u_elastic_angle_arcsec=np.full(99, 0.2))
+        ).report()
+    )
+
+
+def noise_of(readings: Readings) -> Any:
+    answer = cbpt.diagnose(case(), readings)
+    noise = answer.to_dict()["noise"]
+    assert noise["u_says"].split("(")[0] in " ".join(answer.report().split())
+    return noise
+
+
+def test_the_diagnosis_says_what_it_judges_by() -> None:
+    noise = noise_of(noisy(campaign(), 0.2))
+    assert (noise["u_from"], noise["u_stated_arcsec"]) == ("repeats", None)
+    assert noise["u_estimated_arcsec"] == pytest.approx(0.2, rel=0.25)
+    assert noise["repeats"]["dof"] == 3 * len(LOOP) - len(LOOP) - 2
+    assert "estimated from repeats" in noise["u_says"] and noise["u_dof"] > 60
+    noise = noise_of(noisy(campaign(1), 0.2))
+    assert (noise["u_from"], noise["repeats"]) == ("scatter", None)
+    assert "was estimated: the scatter about the answer" in noise["u_says"]

@@ -1,0 +1,596 @@
+"""The page's document and the drive's drawing, without a browser.
+
+Groups: what the document holds; models on every row; further combinations; own effects; the drive;
+the verb.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+from copy import copy
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import cbpt
+from cbpt.cli.main import main
+from cbpt.effects import expression
+from cbpt.errors import InvalidInputError
+from cbpt.lab.diagnosis.noise_statement import floor_of
+from cbpt.lab.readings.inputs import case_and_readings
+from cbpt.page.document.document import SCHEMA, Source, from_here, page_document
+from cbpt.page.document.drive import drive_section, redrawn
+from cbpt.page.document.models import Models
+from cbpt.page.document.plain import to_json
+from cbpt.page.workbench.session import Session
+from common.hidden import FOLDER, case_of, diagnosed, table_of
+
+SOURCE = Source("case.toml", "data.csv", "", "cbpt report case.toml data.csv")
+
+
+@cache
+def models(name: str) -> Models:
+    d = diagnosed(name)
+    return Models(d, d.readings)
+
+
+@cache
+def document(name: str) -> dict[str, Any]:
+    d = diagnosed(name)
+    return page_document(d.case, d.readings, SOURCE, d, models=models(name))
+
+
+@cache
+def stated_document() -> dict[str, Any]:
+    return page_document(*case_and_readings(FOLDER / "dev04.toml", FOLDER / "dev04.csv"), SOURCE)
+
+
+def array(values: list[float | None]) -> Any:
+    return np.array([np.nan if v is None else v for v in values])
+
+
+# --- what the document holds ----------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["dev04", "dev10"])
+def test_it_is_json_and_every_column_is_as_long_as_the_table(name: str) -> None:
+    found = json.loads(to_json(document(name)))
+    assert found["schema"] == SCHEMA
+    n = found["data"]["rows"]
+    for column, values in found["readings"].items():
+        assert values is None or len(values) == n, column
+    for model in found["models"]:
+        assert len(model["model_arcsec"]) == len(model["residual_arcsec"]) == n, model["key"]
+        assert model["signature_arcsec"] is None or len(model["signature_arcsec"]) == n
+    keys = {model["key"] for model in found["models"]}
+    assert found["answer_key"] in (keys if name == "dev04" else {None})
+    assert {candidate["key"] for candidate in found["candidates"]} <= keys
+    assert {rung["key"] for rung in found["ladder"]["rungs"]} <= keys
+    for line in found["curves"]:
+        assert set(line["angle_arcsec"]) == keys
+        assert all(len(angle) == len(line["torque_Nm"]) for angle in line["angle_arcsec"].values())
+
+
+@pytest.mark.parametrize("name", ["dev04", "dev08", "dev10"])
+def test_its_numbers_are_those_of_the_answer(name: str) -> None:
+    found = document(name)
+    answer, ladder = found["answer"], found["ladder"]
+    assert answer == diagnosed(name).to_dict()
+    by_key = {model["key"]: model for model in found["models"]}
+    before = by_key["stated"]
+    assert before["rmse_arcsec"] == pytest.approx(answer["before"]["rmse_arcsec"], rel=1e-9)
+    if found["answer_key"]:
+        after = by_key[found["answer_key"]]
+        assert after["rmse_arcsec"] == pytest.approx(answer["after"]["rmse_arcsec"], rel=1e-9)
+    for rung in ladder["rungs"]:
+        model = by_key[rung["key"]]
+        assert model["rmse_arcsec"] == pytest.approx(rung["in_sample_arcsec"], rel=1e-6)
+        assert model["held_out_rmse_arcsec"] == pytest.approx(rung["held_out_arcsec"], rel=1e-6)
+    # A card's numbers are those of the ranking.
+    cards = [c for c in found["candidates"] if c["probability"] is not None]
+    for row, candidate in zip(answer["ranking"], cards, strict=True):
+        model = by_key[candidate["key"]]
+        assert model["probability"] == row["probability"]
+        if not diagnosed(name).competition.fits[candidate["effect"],].converged:
+            continue  # searched further than the diagnosis had to
+        assert model["held_out_rmse_arcsec"] == row["held_out_rmse_arcsec"], row["effect"]
+        assert {p["name_SI"]: (p["value_SI"], p["u"] is None) for p in model["parameters"]} == {
+            name: (p["value"], p["u"] is None) for name, p in row["parameters"].items()
+        }
+    stop = ladder["rungs"][ladder["stop"]]
+    assert stop["in_sample_arcsec"] == pytest.approx(answer["after"]["rmse_arcsec"])
+
+
+def test_a_noise_floor_is_of_what_is_noise() -> None:
+    found = document("dev04")["noise"]
+    assert found["noise_floor_arcsec"] == pytest.approx(found["u_estimated_arcsec"])
+    assert found["noise_floor_of"] == "scatter about the answer"
+    # Nothing named holds all that is at work in dev10: what is left is no noise.
+    found = document("dev10")["noise"]
+    assert found["u_estimated_arcsec"] > 0.5
+    assert found["noise_floor_arcsec"] == pytest.approx(0.3)
+    assert found["noise_floor_of"] == "stated uncertainty"
+    d = diagnosed("dev10")
+    c = d.competition
+    fitter = copy(c.fitter)
+    fitter.campaign = replace(c.campaign, u_stated=False)
+    floor, of = floor_of(replace(d, competition=replace(c, fitter=fitter)))
+    assert floor is None
+    assert "cannot be told" in of
+
+
+def test_a_ladder_says_why_it_stops() -> None:
+    ladder = document("dev10")["ladder"]
+    assert "without a name" in ladder["stop_says"]
+    ladder = document("dev04")["ladder"]
+    last, more = ladder["rungs"][ladder["stop"] :]
+    assert more["held_out_arcsec"] < last["held_out_arcsec"]
+    assert "nothing" not in ladder["stop_says"]
+
+
+def test_a_residual_is_reading_less_model_and_a_signature_what_a_model_adds() -> None:
+    found = document("dev04")
+    measured = array(found["readings"]["measured_arcsec"])
+    stated = next(m for m in found["models"] if m["key"] == "stated")
+    for model in found["models"]:
+        residual = measured - array(model["model_arcsec"])
+        np.testing.assert_allclose(residual, array(model["residual_arcsec"]), atol=2e-6)
+        rmse = np.sqrt(np.mean(residual**2))
+        assert model["rmse_arcsec"] == pytest.approx(rmse, rel=1e-4)
+        if model["signature_arcsec"] is not None:
+            added = array(model["model_arcsec"]) - array(stated["model_arcsec"])
+            np.testing.assert_allclose(added, array(model["signature_arcsec"]), atol=2e-6)
+
+
+def test_an_unknown_answer_brings_its_draft_and_the_pattern_as_a_model() -> None:
+    found = document("dev10")
+    draft = found["own"]["draft"]
+    told = tomllib.loads(found["answer"]["unknown"]["effect_toml"])["effect"][0]
+    assert draft["expression"] == told["expression"]
+    assert {p["name"] for p in draft["parameters"]} == set(told["parameters"])
+    unknown = next(m for m in found["models"] if m["role"] == "unknown")
+    stated = found["models"][0]
+    assert unknown["rmse_arcsec"] < 0.3 * stated["rmse_arcsec"]
+    assert document("dev04")["own"]["draft"] is None
+    # What to measure next, in the words of the answer.
+    assert found["reasons"]["next_run"] == found["answer"]["unknown"]["measure_next"]
+
+
+def test_what_does_not_explain_the_readings_is_not_the_answer() -> None:
+    found = document("dev10")
+    assert found["answer"]["verdict"]["effects"] == []
+    assert found["answer_key"] is None
+    assert "explains" in found["reasons"]["answer_key"]
+    assert not any(c["in_answer"] for c in found["candidates"])
+    assert "answer" not in {m["role"] for m in found["models"]}
+    assert "answer_key" not in document("dev04")["reasons"]
+
+
+def test_before_a_diagnosis_there_are_the_readings_beside_the_drive_as_stated() -> None:
+    found = stated_document()
+    assert found["answer"] is None
+    assert found["reasons"]["answer"]
+    (stated,) = found["models"]
+    known = document("dev04")["models"][0]
+    # The same zero up to the noise that judges it.
+    assert stated["rmse_arcsec"] == pytest.approx(known["rmse_arcsec"], rel=1e-3)
+    assert found["candidates"] == []
+    assert [e["effect"] for e in found["library"]] == [
+        e["effect"] for e in document("dev04")["library"]
+    ]
+
+
+def test_lines_run_through_the_model_at_the_torques_of_the_table() -> None:
+    found = document("dev04")
+    readings, line = found["readings"], found["curves"][0]
+    torque, level = np.array(readings["torque_Nm"]), np.array(readings["level"])
+    way = np.array(readings["branch"])
+    model = array(found["models"][0]["model_arcsec"])
+    rows = (level == line["level"]) & (way == line["branch"])
+    for x, y in zip(line["torque_Nm"], line["angle_arcsec"]["stated"], strict=True):
+        assert y == pytest.approx(model[rows & (torque == x)].mean(), abs=1e-5)
+
+
+def test_what_a_line_is_the_mean_over_is_told() -> None:
+    # Three input angles at each torque of dev10, and its effect depends on them.
+    assert document("dev10")["curves_mean_over"] == ["input angle", "run"]
+    columns = table_of("dev10")
+    first = columns["run"] == columns["run"][0]
+    one = {name: values[first] for name, values in columns.items()}
+    case, readings = case_and_readings(FOLDER / "dev10.toml", one)
+    assert page_document(case, readings, SOURCE)["curves_mean_over"] == []
+
+
+# --- models on every row --------------------------------------------------------------------
+
+
+def long_table(runs: int = 40) -> dict[str, Any]:
+    """Runs of the drive as stated with noise; the last reading is more than the preload holds."""
+    rng = np.random.default_rng(3)
+    torque = np.tile(np.r_[np.linspace(-8, 8, 20), np.linspace(8, -8, 20)], runs)
+    run = np.repeat(np.arange(runs) + 1, 40)
+    preload = np.repeat(np.array([600.0, 800.0, 1000.0, 700.0])[np.arange(runs) % 4], 40)
+    case = cbpt.Case.from_toml(case_of("dev04"))
+    angle = cbpt.solve_many(case.drive, torque, preload).elastic_angle_arcsec
+    angle = angle + rng.normal(0, 0.3, len(torque))
+    preload[-1] = 30.0
+    return {
+        "run": run,
+        "torque_Nm": torque,
+        "preload_N": preload,
+        "elastic_angle_arcsec": angle,
+        "u_elastic_angle_arcsec": np.full(len(torque), 0.3),
+    }
+
+
+def test_all_rows_of_a_long_table_are_predicted_though_not_all_were_judged() -> None:
+    case, readings = case_and_readings(FOLDER / "dev04.toml", long_table())
+    d = cbpt.diagnose(case, readings)
+    found = page_document(case, readings, SOURCE, d)
+    used = np.array(found["readings"]["used"])
+    assert len(d.readings) < len(readings) == len(used)
+    assert not used[-1]
+    by_key = {m["key"]: m for m in found["models"]}
+    stated = array(by_key["stated"]["model_arcsec"])
+    # There is no solution at the last reading, and a null says so.
+    assert by_key["stated"]["model_arcsec"][-1] is None
+    assert found["readings"]["regime"][-1] is None
+    assert np.isfinite(stated[:-1]).all()
+    judged = d.model_before_arcsec
+    np.testing.assert_allclose(stated[used], judged, atol=2e-3)
+    refitted = by_key[found["answer_key"]]
+    assert refitted["rmse_arcsec"] == pytest.approx(0.3, rel=0.1)
+    to_json(found)
+
+
+# --- further combinations -------------------------------------------------------------------
+
+
+def test_a_combination_that_nobody_fitted_is_fitted_from_what_is_there() -> None:
+    found = models("dev04").choice(["friction_hysteresis", "output_torsion"])
+    alone = models("dev04").choice(["friction_hysteresis"])["model"]
+    model = found["model"]
+    assert model["key"] == "friction_hysteresis+output_torsion"
+    # One more effect never fits worse.
+    assert model["rmse_arcsec"] <= alone["rmse_arcsec"] * 1.001
+    labels = [rung["added"] for rung in found["ladder"]]
+    assert labels == ["", "friction_hysteresis", "output_torsion"]
+    errors = [rung["in_sample_arcsec"] for rung in found["ladder"]]
+    assert errors[1] < 0.3 * errors[0]
+    assert len(found["curves"]) == len(document("dev04")["curves"])
+    case = cbpt.Case.from_toml(model["case_text"])
+    assert {e.id for e in case.effects} >= {"friction_hysteresis", "output_torsion"}
+
+
+def test_the_case_of_a_model_predicts_what_the_model_says() -> None:
+    model = models("dev04").choice(["friction_hysteresis"])["model"]
+    case = cbpt.Case.from_toml(model["case_text"])
+    compared = cbpt.compare(case, diagnosed("dev04").readings)
+    rest = compared.residual_arcsec - array(model["residual_arcsec"])
+    # But for the zero, which no case holds.
+    np.testing.assert_allclose(rest, rest.mean(), atol=1e-5)
+
+
+@pytest.mark.parametrize("name", ["dev08", "dev11", "dev12"])
+def test_the_case_of_an_answer_that_moves_numbers_has_them_moved(name: str) -> None:
+    found = document(name)
+    answer = next(m for m in found["models"] if m["key"] == found["answer_key"])
+    assert answer["effects"] == []
+    case = cbpt.Case.from_toml(answer["case_text"])
+    compared = cbpt.compare(case, diagnosed(name).readings)
+    rest = compared.residual_arcsec - array(answer["residual_arcsec"])
+    np.testing.assert_allclose(rest, rest.mean(), atol=1e-5)
+
+
+def test_a_model_has_a_case_or_a_reason_why_not() -> None:
+    stated, *others = document("dev10")["models"]
+    assert (stated["case_text"], stated["why_no_case"]) == (None, None)
+    for model in others:
+        assert (model["case_text"] is None) == (model["why_no_case"] is not None), model["key"]
+    (unknown,) = (m for m in others if m["case_text"] is None)
+    assert unknown["key"] == "unknown"
+
+
+def test_every_effect_of_the_library_can_be_switched_on_and_none_makes_the_fit_worse() -> None:
+    bench = models("dev04")
+    alone = bench.choice(["friction_hysteresis"])["model"]["rmse_arcsec"]
+    for entry in document("dev04")["library"]:
+        if entry["why_not"] is None and entry["effect"] != "friction_hysteresis":
+            try:
+                model = bench.choice(["friction_hysteresis", entry["effect"]])["model"]
+            except InvalidInputError as error:
+                assert "do not depend" in str(error)
+                continue
+            assert model["rmse_arcsec"] < 1.02 * alone, entry["effect"]
+
+
+@pytest.mark.parametrize("name", ["dev04", "dev10"])
+def test_a_search_that_the_diagnosis_left_is_ended_or_called_rough(name: str) -> None:
+    left = {n for n, fit in diagnosed(name).competition.fits.items() if not fit.converged}
+    assert left
+    found = document(name)
+    bench = models(name)._bench
+    rough = set()
+    for model in found["models"]:
+        effects = tuple(model["effects"])
+        if effects in left and model["key"] != "stated":
+            before = diagnosed(name).competition.fits[effects]
+            misfits = [
+                bench.fitter.misfit(fit.hypothesis, fit.point.values, bench.noise)
+                for fit in (before, bench.fit(effects))
+            ]
+            assert misfits[1] < misfits[0], model["key"]
+        if not model["converged"]:
+            rough.add(model["key"])
+            assert model["held_out_rmse_arcsec"] is None
+            assert all(number["u"] is None for number in model["numbers"])
+            for p in model["parameters"]:
+                assert p["u"] is None
+                assert "+-" not in p["text"]
+    assert len(rough) < len(left)
+
+
+def test_numbers_that_the_answer_names_have_a_card_with_their_values() -> None:
+    found = document("dev08")
+    (rivals,) = found["answer"]["verdict"]["rivals"]
+    assert sorted(rivals) == ["contact_stiffness", "sensor_gain"]
+    cards = {c["effect"]: c for c in found["candidates"] if c["is_rival"]}
+    assert set(cards) == set(rivals)
+    by_key = {m["key"]: m for m in found["models"]}
+    for effect in rivals:
+        model = by_key[cards[effect]["key"]]
+        assert model["role"] == "rival"
+        assert model["rmse_arcsec"] < 0.35 * found["models"][0]["rmse_arcsec"]
+        (number,) = model["parameters"]
+        assert number["u"] > 0
+        # The sensor reads 4 % high in truth.
+        if effect == "sensor_gain":
+            assert abs(number["value"] - 1.04) < number["u"]
+
+
+def test_a_number_that_is_the_answer_is_one_thing_in_sentence_card_and_ladder() -> None:
+    found = document("dev12")
+    verdict = found["answer"]["verdict"]
+    assert verdict["effects"] == ["contact_stiffness"]
+    (card,) = (c for c in found["candidates"] if c["effect"] == "contact_stiffness")
+    assert card["in_answer"]
+    assert card["key"] == found["answer_key"] == "refitted"
+    assert card["moved"] in verdict["sentence"]
+    refitted = next(m for m in found["models"] if m["key"] == "refitted")
+    (number,) = (n for n in refitted["numbers"] if n["number"] == "contact_stiffness")
+    assert f"{100 * (number['value'] - number['stated']):+.1f} %" in card["moved"]
+    ladder = found["ladder"]
+    assert ladder["rungs"][ladder["stop"]]["label"] == "numbers refitted (contact stiffness)"
+    assert [r["key"] for r in ladder["rungs"]].count("contact_stiffness") == 0
+    assert ladder["stop_says"] is None
+    # Rivals are left free each, and nothing else is renamed.
+    assert document("dev08")["ladder"]["rungs"][1]["label"] == "numbers refitted"
+
+
+def test_what_cannot_be_switched_on_is_told() -> None:
+    with pytest.raises(InvalidInputError, match="no_such_effect"):
+        models("dev04").choice(["no_such_effect"])
+
+
+# --- own effects ----------------------------------------------------------------------------
+
+
+def test_an_own_effect_is_fitted_like_the_others_and_goes_with_them() -> None:
+    draft = document("dev10")["own"]["draft"]
+    parameters = {p["name"]: {k: p[k] for k in p if k != "name"} for p in draft["parameters"]}
+    bench = models("dev10")
+    bench.add_own(expression("mine", draft["port"], draft["expression"], parameters))
+    model = bench.choice(["mine"])["model"]
+    assert model["role"] == "own"
+    assert model["rmse_arcsec"] < 0.5 * document("dev10")["models"][0]["rmse_arcsec"]
+    assert model["held_out_rmse_arcsec"] < 0.5
+    assert {p["name"] for p in model["parameters"]} == set(parameters)
+    assert 'id = "mine"' in model["case_text"]
+    both = bench.choice(["output_torsion", "mine"])["model"]
+    assert both["rmse_arcsec"] <= model["rmse_arcsec"] * 1.001
+    with pytest.raises(InvalidInputError, match="another name"):
+        bench.add_own(expression("stated", "series", "a * torque_Nm", {"a": 1e-6}))
+    with pytest.raises(InvalidInputError, match="vanish"):
+        bench.add_own(expression("never0", "series", "cos(a) + 2", {"a": 1.0}))
+
+
+# --- the drive ------------------------------------------------------------------------------
+
+DRIVES = {
+    "ring grooves": ("ring_groove", "hypocycloid"),
+    "cross-slide": ("cross_slide", "hypocycloid"),
+    "epicycloid drives": ("ring_groove", "epicycloid"),
+}
+
+
+def drive_of(kind: str, output: str) -> cbpt.Drive:
+    case = tomllib.loads(cbpt.example_case())
+    case["equal_speed"]["kind"] = kind
+    case["deceleration"]["output_plate"] = output
+    return cbpt.Drive.from_dict(case)
+
+
+def section_of(drive: cbpt.Drive, **load: float) -> dict[str, Any]:
+    _, readings = case_and_readings(drive, table_of("dev04"))
+    return redrawn(drive, readings, {"torque_Nm": 5, "preload_N": 600, **load})
+
+
+@pytest.mark.parametrize(("kind", "output"), DRIVES.values(), ids=DRIVES)
+@pytest.mark.parametrize("angle", [0.0, 77.0])
+def test_the_arrows_balance_the_torque_about_the_output(
+    kind: str, output: str, angle: float
+) -> None:
+    drive = drive_of(kind, output)
+    found = section_of(drive, input_angle_deg=angle)
+    solution = drive.solve(5, 600, angle)
+    assert found["solution"]["elastic_angle_arcsec"] == solution.elastic_angle_arcsec
+    for pair, solved in zip(
+        found["drawing"]["pairs"], (solution.deceleration, solution.equal_speed), strict=True
+    ):
+        assert solved is not None
+        centres = {c["label"]: c["x"] for c in pair["centres"]}
+        about = {"hypocycloid": "O3", "epicycloid": "O1"}.get(pair["plates"]["output"])
+        x0 = centres[about] if about else 0.0
+        moment = sum(
+            1e-3 * ((a["x"] - x0) * a["dy"] - a["y"] * a["dx"]) / pair["arrow_mm_per_N"]
+            for a in pair["arrows"]
+        )
+        # The torque turns the output clockwise, and the balls hold it.
+        assert moment == pytest.approx(solved.torque_Nm, rel=2e-3)
+        if pair["pair"] == "deceleration":
+            along = sum(a["dx"] for a in pair["arrows"]) / pair["arrow_mm_per_N"]
+            assert abs(along) == pytest.approx(abs(solved.in_plane_force_along_N), rel=1e-2)
+
+
+@pytest.mark.parametrize(("kind", "output"), DRIVES.values(), ids=DRIVES)
+def test_tracks_pass_through_all_balls_and_meshing_points_lie_on_walls(
+    kind: str, output: str
+) -> None:
+    pair = section_of(drive_of(kind, output), input_angle_deg=33.0)["drawing"]["pairs"][0]
+    lines = {
+        (plate, part): np.concatenate(
+            [
+                _dense(line)
+                for line in pair["lines"]
+                if line["plate"] == plate and line["kind"] == part
+            ]
+        )
+        for plate in ("epicycloid", "hypocycloid")
+        for part in ("track", "wall")
+    }
+    for ball in pair["balls"]:
+        for plate in ("epicycloid", "hypocycloid"):
+            off = np.abs(lines[plate, "track"] - (ball["x"] + 1j * ball["y"])).min()
+            assert off < 0.04, (plate, ball["number"])
+    other = {"hypocycloid": "epicycloid", "epicycloid": "hypocycloid"}[output]
+    for point in pair["points"]:
+        plate = output if point["plate"] == "output" else other
+        off = np.abs(lines[plate, "wall"] - (point["x"] + 1j * point["y"])).min()
+        assert off < 0.04
+
+
+def _dense(line: dict[str, Any]) -> Any:
+    z = np.array(line["x"]) + 1j * np.array(line["y"])
+    steps = np.linspace(0, 1, 40, endpoint=False)
+    return (z[:-1, None] + np.diff(z)[:, None] * steps).ravel()
+
+
+def test_the_drive_follows_load_and_design() -> None:
+    drive = drive_of("ring_groove", "hypocycloid")
+    _, readings = case_and_readings(drive, table_of("dev04"))
+    other = redrawn(drive, readings, {"torque_Nm": 3.0}, {"deceleration.ball_count": 24})
+    case = tomllib.loads(drive.to_toml())
+    case["deceleration"]["ball_count"] = 24
+    expected = cbpt.Drive.from_dict(case).solve(
+        3.0, other["load"]["preload_N"], other["load"]["input_angle_deg"]
+    )
+    assert other["solution"]["elastic_angle_arcsec"] == expected.elastic_angle_arcsec
+    assert len(other["drawing"]["pairs"][0]["balls"]) == 24
+    curve = other["angle_curve"]
+    middle = len(curve["torque_Nm"]) // 2
+    assert curve["elastic_angle_arcsec"][middle] == pytest.approx(0.0, abs=1e-4)
+
+
+def test_a_load_that_slips_has_its_geometry_its_reason_and_no_force() -> None:
+    found = section_of(drive_of("ring_groove", "hypocycloid"), preload_N=50.0)
+    assert found["solution"]["status"] == "beyond_hold"
+    hold = found["solution"]["hold_preload_N"]
+    assert hold > 50
+    # What is told has no more digits than are read, and would still hold.
+    told = re.search(r"more than ([\d.]+) N", found["solution"]["message"])
+    assert told
+    assert hold <= float(told[1]) < hold * 1.0001
+    assert len(told[1]) < 8
+    finding = next(f for f in found["findings"] if "more than" in f["message"])
+    assert told[0] in finding["message"]
+    # Over the whole turn no less.
+    assert found["thresholds"]["drive"]["hold_N"] >= hold
+    for pair in found["drawing"]["pairs"]:
+        assert pair["arrows"] == []
+        assert all(point["force_N"] is None for point in pair["points"])
+    to_json(found)
+
+
+@pytest.mark.parametrize(
+    ("load", "design"),
+    [
+        ({"speed": 1.0}, {}),
+        ({}, {"deceleration.output_plate": 1.0}),
+        ({}, {"deceleration.ball_count": 20.5}),
+        ({}, {"deceleration.ball_radius_mm": -1.0}),
+    ],
+)
+def test_loads_and_designs_that_cannot_be_are_refused(
+    load: dict[str, float], design: dict[str, float]
+) -> None:
+    drive = drive_of("ring_groove", "hypocycloid")
+    _, readings = case_and_readings(drive, table_of("dev04"))
+    with pytest.raises((InvalidInputError, cbpt.CaseError)):
+        redrawn(drive, readings, load, design)
+
+
+def test_a_torsion_spring_has_a_page_that_says_why_nothing_is_drawn() -> None:
+    case, readings = case_and_readings("examples/reducer.toml", "examples/reducer.csv")
+    found = page_document(case, readings, SOURCE)
+    assert found["drive"]["drawing"] is None
+    assert "torsion spring" in found["drive"]["why_no_drawing"]
+    assert found["drive"]["thresholds"] is None
+    assert all(v is not None for v in found["drive"]["angle_curve"]["elastic_angle_arcsec"])
+    assert drive_section(case, readings)["sliders"]["design"] == []
+    to_json(found)
+    # It has no preload and no contacts that an effect could show by.
+    tell_tales = {effect["effect"]: effect["tell_tale"] for effect in found["library"]}
+    assert "a loop" in tell_tales["friction_hysteresis"]
+    assert [e for e, says in tell_tales.items() if "preload" in says or "contact" in says] == []
+
+
+# --- the verb -------------------------------------------------------------------------------
+
+
+def test_report_writes_the_document_and_the_command_that_makes_it(tmp_path: Path) -> None:
+    out = tmp_path / "page.json"
+    case, data = str(FOLDER / "dev11.toml"), str(FOLDER / "dev11.csv")
+    assert main(["report", case, data, "--seed", "3", "--out", str(out)]) == 0
+    found = json.loads(out.read_text(encoding="utf-8"))
+    words = f"cbpt report {from_here(case)} {from_here(data)} --seed 3 --out report.html"
+    assert found["command"] == words
+    assert found["answer"]["source"] == found["isolability"]["source"] == "dev11.csv"
+    assert found["answer"]["seed"] == 3
+    assert found["isolability"]["schema"] == "cbpt.isolability/1"
+
+
+@pytest.mark.parametrize("inside", [True, False])
+def test_a_page_does_not_tell_where_the_files_lie(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, inside: bool
+) -> None:
+    # Where it is run, or elsewhere: what lies above is told in neither case.
+    folder = tmp_path / "of a person" / "data"
+    folder.mkdir(parents=True)
+    for name in ("dev11.toml", "dev11.csv"):
+        (folder / name).write_bytes((FOLDER / name).read_bytes())
+    where = folder.parent if inside else tmp_path / "elsewhere"
+    where.mkdir(exist_ok=True)
+    monkeypatch.chdir(where)
+    files = [folder / "dev11.toml", folder / "dev11.csv"]
+    session = Session.of_files(files[0], files[1])
+    text = session.document()
+    assert text is not None
+    assert main(["report", *map(str, files), "--out", "page.html"]) == 0
+    for page in (text, (where / "page.html").read_text(encoding="utf-8")):
+        assert str(tmp_path) not in page
+        assert "of a person" not in page
+    prefix = "data/" if inside else ""
+    words = f"cbpt report {prefix}dev11.toml {prefix}dev11.csv --out report.html"
+    assert json.loads(text)["command"] == words
+
+
+def test_report_refuses_another_ending(capsys: pytest.CaptureFixture[str]) -> None:
+    case, data = str(FOLDER / "dev11.toml"), str(FOLDER / "dev11.csv")
+    assert main(["report", case, data, "--out", "page.pdf"]) == 2
+    assert ".html or .json" in capsys.readouterr().err

@@ -1,0 +1,115 @@
+"""How the workbench listens, and what it sends first."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import re
+import socket
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from starlette.testclient import TestClient
+
+from cbpt.errors import InvalidInputError
+from cbpt.page.report import WEB
+from cbpt.page.workbench.job import Job
+from cbpt.page.workbench.serve import _listening
+from cbpt.page.workbench.server import _mark
+from cbpt.page.workbench.session import CLOSING_S, Session
+from common.page_server import client_of
+
+PATIENCE_S = 60.0
+
+
+def test_answers_do_not_wait_for_the_browser_to_acknowledge_their_head() -> None:
+    async def answered() -> int:
+        found: asyncio.Future[int] = asyncio.get_running_loop().create_future()
+
+        async def answer(_: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+            asked = writer.get_extra_info("socket")
+            found.set_result(asked.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY))
+            writer.close()
+
+        listening = _listening("127.0.0.1", 0)
+        async with await asyncio.start_server(answer, sock=listening):
+            _, writer = await asyncio.open_connection(*listening.getsockname())
+            nodelay = await found
+            writer.close()
+        return nodelay
+
+    assert asyncio.run(answered()) != 0
+
+
+def test_the_same_address_where_it_is_free_else_another() -> None:
+    with _listening("127.0.0.1", None) as first, _listening("127.0.0.1", None) as second:
+        assert first.getsockname() != second.getsockname()
+    with pytest.raises(InvalidInputError, match="--port"), _listening("127.0.0.1", 0) as taken:
+        _listening("127.0.0.1", taken.getsockname()[1])
+
+
+def test_a_page_of_an_earlier_workbench_at_the_same_address_is_told_to_reload(
+    session: Session,
+) -> None:
+    """What it shows is of other readings than the answers would be."""
+    first, second = client_of(session), client_of(session)
+    key = _key(first)
+    assert key != _key(second)
+    assert first.get("/api/job", params={"page": key}).status_code == 200
+    refused = second.get("/api/job", params={"page": key})
+    assert refused.status_code == 409
+    assert "reload" in refused.json()["error"]
+
+
+def _key(client: TestClient) -> str:
+    found = re.search(r"api/document\?page=(\w+)", client.get("/").text)
+    assert found
+    return found[1]
+
+
+def test_the_end_waits_a_second_for_work_under_way_however_often_it_is_told() -> None:
+    session, go_on = Session(), threading.Event()
+
+    def work(step: Callable[[str, float], None]) -> None:
+        go_on.wait()
+
+    session._job = Job(work).start()
+    begun = time.monotonic()
+    session.stop()
+    session.close()
+    session.close()
+    assert CLOSING_S <= time.monotonic() - begun < 1.5 * CLOSING_S
+    go_on.set()
+    assert session.join(PATIENCE_S)
+
+
+def test_another_version_of_the_library_has_another_name_in_the_browser(tmp_path: Path) -> None:
+    path = tmp_path / "plotly.min.js"
+    contents = [
+        b"/* v1 */" + bytes(5000),
+        b"/* v2 */" + bytes(5000),
+        b"/* v1 */" + bytes(5001),
+        b"x",
+    ]
+    marks = set()
+    for content in contents:
+        path.write_bytes(content)
+        os.utime(path, (0, 0))
+        marks.add(_mark(path))
+    assert len(marks) == len(contents)
+
+
+def test_the_first_plot_asks_for_all_its_modules_at_once() -> None:
+    page = (WEB / "index.html").read_text(encoding="utf-8")
+    preloaded = set(re.findall(r'rel="modulepreload" href="([\w.-]+)"', page))
+    needed: set[str] = set()
+    ways = ["main.js"]
+    while ways:
+        text = (WEB / ways.pop()).read_text(encoding="utf-8")
+        new = set(re.findall(r'from "\./([\w.-]+\.js)"', text)) - needed
+        needed |= new
+        ways += sorted(new)
+    assert preloaded == needed
