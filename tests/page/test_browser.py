@@ -411,12 +411,13 @@ def test_the_focus_goes_to_the_button_that_takes_the_place(
 ) -> None:
     job = {"state": "running", "stage": "screen", "share": 0.1, "answered": False, "error": ""}
     focused = "id => document.activeElement.id === id"
+    # The page takes only what is said of the files that it shows.
+    of_shown = {"x-cbpt-opened": str(document["opened"])}
 
     def pressed(state: str) -> Any:
         def through(route: Any) -> None:
             job["state"] = state
-            # The page takes only what is said of the files that it shows.
-            route.fulfill(json={}, headers={"x-cbpt-opened": str(document["opened"])})
+            route.fulfill(json={}, headers=of_shown)
 
         return through
 
@@ -424,7 +425,7 @@ def test_the_focus_goes_to_the_button_that_takes_the_place(
     with browser.new_context() as context:
         context.set_default_timeout(PATIENCE_MS)
         page = context.new_page()
-        page.route("**/api/job?*", lambda route: route.fulfill(json=job))
+        page.route("**/api/job?*", lambda route: route.fulfill(json=job, headers=of_shown))
         page.route("**/api/cancel?*", pressed("cancelled"))
         page.route("**/api/diagnose?*", pressed("running"))
         page.route(
