@@ -38,7 +38,7 @@ from cbpt.lab.model.priors import LOT, VARIANTS, Variant
 from cbpt.lab.readings.inputs import case_of
 from cbpt.lab.selection.decision import TWINS
 from cbpt.lab.selection.fit_effects import predicted
-from cbpt.lab.selection.model_comparison import prior
+from cbpt.lab.selection.setting import prior
 
 __all__ = ["Apart", "Design", "shortest_plan"]
 
