@@ -79,7 +79,7 @@ bench: build $(VENV)/benched $(VENV)/tested  ## speed beside fsolve, NumPy, numb
 	$(PYTHON) benches/page.py
 
 trial: build  ## the diagnosis scored on campaigns with a hidden effect, at full length (an hour or two): docs/trial.md
-	$(PYTHON) benches/trial.py --sets 60 --null-sets 400 --seed 5 --quiet --page docs/trial.md --json out/trial.json
+	$(PYTHON) benches/trial --sets 60 --null-sets 400 --seed 5 --quiet --page docs/trial.md --json out/trial.json
 
 screenshots: build $(VENV)/tested  ## the pictures of docs/page.md, taken of the page
 	$(PYTHON) docs/page/screenshots.py

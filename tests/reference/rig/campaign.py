@@ -14,7 +14,7 @@ import numpy as np
 
 from reference.contact import Floats
 from reference.forward import RingGroove
-from reference.rig import ARCSEC, CaseDict, Effect, Rows, drive_of, held_Nm
+from reference.rig.bench import ARCSEC, CaseDict, Effect, Rows, drive_of, held_Nm
 
 PRIORS: dict[str, float] = {
     "contact_stiffness_rel": 0.10,

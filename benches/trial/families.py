@@ -10,11 +10,11 @@ import numpy as np
 
 from reference.forward import Drive
 from reference.rig import ARCSEC, Rows, drive_of, simulate
-from reference.rig_campaign import PRIORS, Campaign, Plan, draw_case, draw_plan, rows_of
-from reference.rig_effects import LIBRARY, OUTSIDE, Hidden, Kind, draw_hidden, hidden
-from reference.rig_mesh import NotHeldError
-from reference.rig_noise import NOISE_KINDS, Noise, NoiseKind, draw_noise
-from reference.rig_strength import (
+from reference.rig.campaign import PRIORS, Campaign, Plan, draw_case, draw_plan, rows_of
+from reference.rig.effects import LIBRARY, OUTSIDE, Hidden, Kind, draw_hidden, hidden
+from reference.rig.mesh import NotHeldError
+from reference.rig.noise import NOISE_KINDS, Noise, NoiseKind, draw_noise
+from trial.strength import (
     PARAMETERS,
     NoSuchCampaignError,
     Yardstick,

@@ -8,7 +8,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from reference.contact import Floats
-from reference.rig import Rows
+from reference.rig.bench import Rows
 
 NoiseKind = Literal[
     "white", "correlated", "run_offset", "heavy_tailed", "outliers", "misstated", "quantised"

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from reference.contact import Floats
 from reference.rig import ARCSEC, drive_of
-from reference.rig_campaign import PRIORS, Campaign
-from reference.rig_effects import LIBRARY, Hidden, Kind, draw_hidden
-from reference.rig_mesh import NotHeldError
-from reference.rig_noise import Noise
-from reference.rig_strength import PARAMETERS, NoSuchCampaignError, Yardstick, parameter_effect
+from reference.rig.campaign import PRIORS, Campaign
+from reference.rig.effects import LIBRARY, Hidden, Kind, draw_hidden
+from reference.rig.mesh import NotHeldError
+from reference.rig.noise import Noise
+from trial.strength import PARAMETERS, NoSuchCampaignError, Yardstick, parameter_effect
 
 
 def yardstick_of(campaign: Campaign) -> Yardstick:
@@ -35,8 +35,18 @@ def zeros_of_runs(yardstick: Yardstick) -> list[Floats]:
     return [yardstick.whiten(ARCSEC * (yardstick.rows.run == r)) for r in runs]
 
 
-def signatures(yardstick: Yardstick, kind: Kind, draws: int) -> list[Floats]:
-    """Whitened changes by an effect in the library's form, at a strength near 8."""
+def refitted(yardstick: Yardstick, start: Hidden) -> Floats:
+    """Whitened change by an effect at a strength near 8, refitted at every size that is tried."""
+    return yardstick.left(yardstick.sized(start, 8.0, tolerance=0.6))
+
+
+def signatures(
+    yardstick: Yardstick,
+    kind: Kind,
+    draws: int,
+    change: Callable[[Yardstick, Hidden], Floats] = refitted,
+) -> list[Floats]:
+    """Whitened changes by an effect in the library's form, as `change` has them of each draw."""
     if kind.id == "run_offset":
         return zeros_of_runs(yardstick)
     found = []
@@ -44,12 +54,18 @@ def signatures(yardstick: Yardstick, kind: Kind, draws: int) -> list[Floats]:
     for _ in range(draws):
         start = draw_hidden(kind, "library", rng)
         try:
-            found.append(yardstick.left(yardstick.sized(start, 8.0, tolerance=0.6)))
+            found.append(change(yardstick, start))
         except (NoSuchCampaignError, NotHeldError, ArithmeticError):
             continue
         if len(start.values) == 1:
             break
     return found
+
+
+def span(columns: Floats) -> Floats:
+    """Orthonormal basis of what some columns reach."""
+    basis, scale, _ = np.linalg.svd(columns, full_matrices=False)
+    return np.asarray(basis[:, scale > 1e-6 * scale[0]])
 
 
 def rival_correlations(
@@ -73,9 +89,7 @@ def rival_correlations(
         if not columns:
             continue
         if name == "run_offset" or "phase_rad" in kind.draw(np.random.default_rng(0)):
-            basis, scale, _ = np.linalg.svd(np.column_stack(columns), full_matrices=False)
-            kept = basis[:, scale > 1e-6 * scale[0]]
-            out[name] = float(np.linalg.norm(kept.T @ true))
+            out[name] = float(np.linalg.norm(span(np.column_stack(columns)).T @ true))
         else:
             out[name] = float(max(abs(c @ true) / np.linalg.norm(c) for c in columns))
     return dict(sorted(out.items(), key=lambda item: -item[1]))

@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 
 from reference.contact import Floats
-from reference.rig import ARCSEC, Bench
-from reference.rig_kinds import Register, Values
+from reference.rig.bench import ARCSEC, Bench
+from reference.rig.kinds import Register, Values
 
 OUTSIDE = Register("outside")
 
@@ -26,7 +26,19 @@ def _rate(b: Bench) -> Floats:
     return np.asarray(np.where(b.rows.run_time_s == 0, 0.0, step / gap))
 
 
-def _groove_damage(b: Bench, v: Values, form: str) -> None:
+@OUTSIDE.effect(
+    "series",
+    "slope_rad_per_Nm",
+    "rad/(N m)",
+    (0.0, 1e-3),
+    needs="angles",
+    draw=lambda rng: {
+        "centre_rad": float(rng.uniform(0, 2 * np.pi)),
+        "width_rad": float(rng.uniform(0.3, 0.8)),
+        "threshold_Nm": float(rng.uniform(1.0, 3.0)),
+    },
+)
+def groove_damage(b: Bench, v: Values, form: str) -> None:
     """Above a torque, near one input angle, a further angle that grows with the torque.
 
     a (|T| - T1) sgn(T) exp(-(theta - theta_1)^2 / (2 w^2)), theta wrapped to half a turn.
@@ -38,7 +50,15 @@ def _groove_damage(b: Bench, v: Values, form: str) -> None:
     b.series += v["slope_rad_per_Nm"] * np.sign(b.torque_Nm) * over * near
 
 
-def _sticking_backlash(b: Bench, v: Values, form: str) -> None:
+@OUTSIDE.effect(
+    "series",
+    "gap_rad",
+    "rad",
+    (0.0, 60 * ARCSEC),
+    needs="reversal",
+    draw=lambda rng: {"stick_share": float(rng.uniform(0.35, 0.7))},
+)
+def sticking_backlash(b: Bench, v: Values, form: str) -> None:
     """A coupling that lies on one flank until a torque the other way overcomes its stick."""
     side, now, share = np.zeros(len(b.rows)), 0.0, v["stick_share"] * _largest(b)
     for i, torque in enumerate(b.torque_Nm):
@@ -50,7 +70,15 @@ def _sticking_backlash(b: Bench, v: Values, form: str) -> None:
     b.series += v["gap_rad"] / 2 * side
 
 
-def _rate_resonance(b: Bench, v: Values, form: str) -> None:
+@OUTSIDE.effect(
+    "series",
+    "slope_rad_per_Nm",
+    "rad/(N m)",
+    (0.0, 1e-4),
+    needs="rates",
+    draw=lambda rng: {"quantile": float(rng.uniform(0.4, 0.8))},
+)
+def rate_resonance(b: Bench, v: Values, form: str) -> None:
     """An angle with the torque, large where the rate of loading meets a resonance of the rig."""
     rate = _rate(b)
     centre = v["quantile"] * float(rate.max())
@@ -58,7 +86,14 @@ def _rate_resonance(b: Bench, v: Values, form: str) -> None:
     b.series += v["slope_rad_per_Nm"] * b.torque_Nm * x**2 / np.sqrt((1 - x**2) ** 2 + 0.02)
 
 
-def _sudden_give(b: Bench, v: Values, form: str) -> None:
+@OUTSIDE.effect(
+    "series",
+    "give_rad",
+    "rad",
+    (0.0, 60 * ARCSEC),
+    draw=lambda rng: {"moment_share": float(rng.uniform(0.25, 0.75))},
+)
+def sudden_give(b: Bench, v: Values, form: str) -> None:
     """From one moment on the output gives more, as the square of the torque: something cracked."""
     t = b.rows.time_s - b.rows.time_s[0]
     after = t > v["moment_share"] * t.max()
@@ -66,123 +101,62 @@ def _sudden_give(b: Bench, v: Values, form: str) -> None:
     b.series += v["give_rad"] * after * share * np.abs(share)
 
 
-def _one_preload_square(b: Bench, v: Values, form: str) -> None:
+@OUTSIDE.effect(
+    "series",
+    "give_rad",
+    "rad",
+    (0.0, 60 * ARCSEC),
+    needs="preloads",
+    draw=lambda rng: {"level": float(rng.integers(0, 4))},
+)
+def one_preload_square(b: Bench, v: Values, form: str) -> None:
     """T^2 of one sign at one level of preload only: a seat that opens there."""
     levels = np.unique(b.rows.preload_N)
     here = b.rows.preload_N == levels[int(v["level"]) % len(levels)]
     b.series += v["give_rad"] * here * (b.torque_Nm / _largest(b)) ** 2
 
 
-def _one_sided_seat(b: Bench, v: Values, form: str) -> None:
+@OUTSIDE.effect(
+    "series",
+    "give_rad",
+    "rad",
+    (0.0, 60 * ARCSEC),
+    needs="reversal",
+    draw=lambda rng: {"from_share": float(rng.uniform(0.2, 0.6))},
+)
+def one_sided_seat(b: Bench, v: Values, form: str) -> None:
     """A seat that gives for one sign of torque alone, once it passes a share of the largest."""
     over = np.maximum(-b.torque_Nm / _largest(b) - v["from_share"], 0.0)
     b.series -= v["give_rad"] * over / (1 - v["from_share"])
 
 
-def _encoder_ripple(b: Bench, v: Values, form: str) -> None:
+@OUTSIDE.effect(
+    "reading",
+    "amplitude_rad",
+    "rad",
+    (0.0, 10 * ARCSEC),
+    draw=lambda rng: {"pitch_rad": float(rng.uniform(8, 20) * ARCSEC)},
+)
+def encoder_ripple(b: Bench, v: Values, form: str) -> None:
     """An interpolation error of the angle sensor, a sine of its own reading."""
     b.reading.append(
         lambda a: np.asarray(a + v["amplitude_rad"] * np.sin(2 * np.pi * a / v["pitch_rad"]))
     )
 
 
-def _meshing_order(b: Bench, v: Values, form: str) -> None:
+@OUTSIDE.effect(
+    "series",
+    "amplitude_rad",
+    "rad",
+    (0.0, 60 * ARCSEC),
+    needs="angles",
+    draw=lambda rng: {
+        "order": float(rng.integers(2, 5)),
+        "phase_rad": float(rng.uniform(0, 2 * np.pi)),
+    },
+)
+def meshing_order(b: Bench, v: Values, form: str) -> None:
     """A high order of the input angle that grows with the torque, whatever its sign."""
     share = np.abs(b.torque_Nm) / _largest(b)
     wave = np.sin(v["order"] * b.rows.input_angle_rad + v["phase_rad"])
     b.series += v["amplitude_rad"] * share**1.5 * wave
-
-
-OUTSIDE.add(
-    "groove_damage",
-    "series",
-    "slope_rad_per_Nm",
-    "rad/(N m)",
-    0.0,
-    1e-3,
-    _groove_damage,
-    lambda rng: {
-        "centre_rad": float(rng.uniform(0, 2 * np.pi)),
-        "width_rad": float(rng.uniform(0.3, 0.8)),
-        "threshold_Nm": float(rng.uniform(1.0, 3.0)),
-    },
-    needs="angles",
-)
-OUTSIDE.add(
-    "sticking_backlash",
-    "series",
-    "gap_rad",
-    "rad",
-    0.0,
-    60 * ARCSEC,
-    _sticking_backlash,
-    lambda rng: {"stick_share": float(rng.uniform(0.35, 0.7))},
-    needs="reversal",
-)
-OUTSIDE.add(
-    "rate_resonance",
-    "series",
-    "slope_rad_per_Nm",
-    "rad/(N m)",
-    0.0,
-    1e-4,
-    _rate_resonance,
-    lambda rng: {"quantile": float(rng.uniform(0.4, 0.8))},
-    needs="rates",
-)
-OUTSIDE.add(
-    "sudden_give",
-    "series",
-    "give_rad",
-    "rad",
-    0.0,
-    60 * ARCSEC,
-    _sudden_give,
-    lambda rng: {"moment_share": float(rng.uniform(0.25, 0.75))},
-)
-OUTSIDE.add(
-    "one_preload_square",
-    "series",
-    "give_rad",
-    "rad",
-    0.0,
-    60 * ARCSEC,
-    _one_preload_square,
-    lambda rng: {"level": float(rng.integers(0, 4))},
-    needs="preloads",
-)
-OUTSIDE.add(
-    "one_sided_seat",
-    "series",
-    "give_rad",
-    "rad",
-    0.0,
-    60 * ARCSEC,
-    _one_sided_seat,
-    lambda rng: {"from_share": float(rng.uniform(0.2, 0.6))},
-    needs="reversal",
-)
-OUTSIDE.add(
-    "encoder_ripple",
-    "reading",
-    "amplitude_rad",
-    "rad",
-    0.0,
-    10 * ARCSEC,
-    _encoder_ripple,
-    lambda rng: {"pitch_rad": float(rng.uniform(8, 20) * ARCSEC)},
-)
-OUTSIDE.add(
-    "meshing_order",
-    "series",
-    "amplitude_rad",
-    "rad",
-    0.0,
-    60 * ARCSEC,
-    _meshing_order,
-    lambda rng: {
-        "order": float(rng.integers(2, 5)),
-        "phase_rad": float(rng.uniform(0, 2 * np.pi)),
-    },
-    needs="angles",
-)

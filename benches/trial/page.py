@@ -13,19 +13,18 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from reference.trial_score import Measure, measures, reliability
-
-Outcome = Mapping[str, Any]
+from trial.grades import Outcome
+from trial.score import Measure, measures, reliability
 
 _INTRO = """# The trial
 
 Campaigns with a hidden effect, made by an implementation that shares nothing with the product,
 diagnosed blind and scored. `make trial` runs it at full length (60 sets of each strength and
 family, 400 of each noise without an effect) and writes this page; `tests/lab/test_trial.py` is a
-short form. The rig is in `tests/reference`; its effects vary in form from the library's. *d* is how
-far a hidden effect stands out of the noise once the numbers of the drive are refitted, in standard
-deviations. The oracle knows the true forms and the noise. Plain AIC and BIC choose among the same
-fits. Labels are sealed: who answers sees a case file and a table.
+short form. The rig is in `tests/reference/rig`; its effects vary in form from the library's. *d* is
+how far a hidden effect stands out of the noise once the numbers of the drive are refitted, in
+standard deviations. The oracle knows the true forms and the noise. Plain AIC and BIC choose among
+the same fits. Labels are sealed: who answers sees a case file and a table.
 """
 
 

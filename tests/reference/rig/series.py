@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from reference.contact import Floats
-from reference.rig import ARCSEC, Bench, Rows
-from reference.rig_kinds import Register, Values, any_seed
-from reference.rig_mesh import Law
+from reference.rig.bench import ARCSEC, Bench, Rows
+from reference.rig.kinds import Register, Values, any_seed
+from reference.rig.mesh import Law
 
 SERIES = Register()
 
@@ -19,27 +19,33 @@ SERIES = Register()
 # --- what calibrations and the contacts' numbers do -------------------------------------------
 
 
-def _contact_stiffness(b: Bench, v: Values, form: str) -> None:
+@SERIES.effect("contact", "scale", "", (0.3, 3.0), neutral=1.0)
+def contact_stiffness(b: Bench, v: Values, form: str) -> None:
     b.stiffness_scale *= v["scale"]
 
 
-def _contact_angle(b: Bench, v: Values, form: str) -> None:
+@SERIES.effect("contact", "shift_rad", "rad", (0.0, 0.17), signed=True)
+def contact_angle(b: Bench, v: Values, form: str) -> None:
     b.contact_angle_rad += v["shift_rad"]
 
 
-def _torque_scale(b: Bench, v: Values, form: str) -> None:
+@SERIES.effect("instrument", "gain", "", (0.7, 1.4), neutral=1.0)
+def torque_scale(b: Bench, v: Values, form: str) -> None:
     b.torque_Nm *= v["gain"]
 
 
-def _preload_scale(b: Bench, v: Values, form: str) -> None:
+@SERIES.effect("instrument", "gain", "", (0.7, 1.4), neutral=1.0)
+def preload_scale(b: Bench, v: Values, form: str) -> None:
     b.preload_N *= v["gain"]
 
 
-def _sensor_gain(b: Bench, v: Values, form: str) -> None:
+@SERIES.effect("reading", "gain", "", (0.7, 1.4), neutral=1.0)
+def sensor_gain(b: Bench, v: Values, form: str) -> None:
     b.reading.append(lambda a: v["gain"] * a)
 
 
-def _rough_contact(b: Bench, v: Values, form: str) -> None:
+@SERIES.effect("contact", "excess", "n - 1.5", (0.0, 1.0), forms=("library", "asperities"))
+def rough_contact(b: Bench, v: Values, form: str) -> None:
     """N = k d0^1.5 (delta/d0)^n; variant: a soft layer of asperities on a Hertz contact."""
     if form == "library":
         b.law = Law(exponent=1.5 + v["excess"])
@@ -47,27 +53,18 @@ def _rough_contact(b: Bench, v: Values, form: str) -> None:
         b.law = Law(layer_m=v["excess"] * 0.4e-6)
 
 
-SERIES.add("contact_stiffness", "contact", "scale", "", 0.3, 3.0, _contact_stiffness, neutral=1.0)
-SERIES.add("contact_angle", "contact", "shift_rad", "rad", 0.0, 0.17, _contact_angle, signed=True)
-SERIES.add("torque_scale", "instrument", "gain", "", 0.7, 1.4, _torque_scale, neutral=1.0)
-SERIES.add("preload_scale", "instrument", "gain", "", 0.7, 1.4, _preload_scale, neutral=1.0)
-SERIES.add("sensor_gain", "reading", "gain", "", 0.7, 1.4, _sensor_gain, neutral=1.0)
-SERIES.add(
-    "rough_contact",
-    "contact",
-    "excess",
-    "n - 1.5",
-    0.0,
-    1.0,
-    _rough_contact,
-    forms=("library", "asperities"),
-)
-
-
 # --- the instrument ---------------------------------------------------------------------------
 
 
-def _sensor_nonlinearity(b: Bench, v: Values, form: str) -> None:
+@SERIES.effect(
+    "reading",
+    "error_rad",
+    "rad at 60 arcsec",
+    (0.0, 20 * ARCSEC),
+    forms=("library", "saturating"),
+    draw=lambda rng: {"cubic_share": float(rng.choice([0.0, 1.0, 0.5]))},
+)
+def sensor_nonlinearity(b: Bench, v: Values, form: str) -> None:
     """c2 a^2 + c3 a^3, both as the error at 60 arcsec; variant: a sensor that saturates."""
     full = 60 * ARCSEC
     size, cubic = v["error_rad"], v["cubic_share"]
@@ -81,14 +78,23 @@ def _sensor_nonlinearity(b: Bench, v: Values, form: str) -> None:
     b.reading.append(reads)
 
 
-def _run_offset(b: Bench, v: Values, form: str) -> None:
+@SERIES.effect("reading", "spread_rad", "rad", (0.0, 10 * ARCSEC), draw=any_seed)
+def run_offset(b: Bench, v: Values, form: str) -> None:
     """A zero for each run, normal with the given spread."""
     runs, back = np.unique(b.rows.run, return_inverse=True)
     zeros = v["spread_rad"] * np.random.default_rng(int(v["seed"])).standard_normal(len(runs))
     b.reading.append(lambda a: a + zeros[back])
 
 
-def _drift(b: Bench, v: Values, form: str) -> None:
+@SERIES.effect(
+    "reading",
+    "total_rad",
+    "rad",
+    (0.0, 20 * ARCSEC),
+    forms=("library", "temperature", "warm_up"),
+    signed=True,
+)
+def drift(b: Bench, v: Values, form: str) -> None:
     """c t; or c (T - T0); or slowing down as a warm-up does. Size: what it has reached at last."""
     t = b.rows.time_s - b.rows.time_s[0]
     warm = b.rows.temperature_degC - b.rows.temperature_degC[0]
@@ -100,35 +106,18 @@ def _drift(b: Bench, v: Values, form: str) -> None:
     b.reading.append(lambda a: a + v["total_rad"] * way)
 
 
-SERIES.add(
-    "sensor_nonlinearity",
-    "reading",
-    "error_rad",
-    "rad at 60 arcsec",
-    0.0,
-    20 * ARCSEC,
-    _sensor_nonlinearity,
-    lambda rng: {"cubic_share": float(rng.choice([0.0, 1.0, 0.5]))},
-    ("library", "saturating"),
-)
-SERIES.add("run_offset", "reading", "spread_rad", "rad", 0.0, 10 * ARCSEC, _run_offset, any_seed)
-SERIES.add(
-    "drift",
-    "reading",
-    "total_rad",
-    "rad",
-    0.0,
-    20 * ARCSEC,
-    _drift,
-    forms=("library", "temperature", "warm_up"),
-    signed=True,
-)
-
-
 # --- in series behind the meshing points ------------------------------------------------------
 
 
-def _eccentric_bearing(b: Bench, v: Values, form: str) -> None:
+@SERIES.effect(
+    "series",
+    "u_ref_m",
+    "m at 100 N",
+    (0.02e-6, 20e-6),
+    forms=("library", "mixed"),
+    draw=lambda rng: {"exponent": float(rng.choice([0.9, 2 / 3]))},
+)
+def eccentric_bearing(b: Bench, v: Values, form: str) -> None:
     """F = T/(Zo e), u = u_ref (F/100 N)^q, angle sgn(T) u/(Zo e); variant: balls and rollers."""
     force = np.abs(b.torque_Nm) / b.arm_m / 100
     q = v["exponent"]
@@ -137,7 +126,10 @@ def _eccentric_bearing(b: Bench, v: Values, form: str) -> None:
     b.series += np.sign(b.torque_Nm) * v["u_ref_m"] * way / b.arm_m
 
 
-def _bearing_play(b: Bench, v: Values, form: str) -> None:
+@SERIES.effect(
+    "series", "clearance_m", "m", (0.0, 20e-6), forms=("library", "gradual"), needs="reversal"
+)
+def bearing_play(b: Bench, v: Values, form: str) -> None:
     """+-(c/2)/(Zo e) with the sign of T; variant: taken up over a small torque."""
     side = np.sign(b.torque_Nm)
     if form == "gradual":
@@ -145,14 +137,26 @@ def _bearing_play(b: Bench, v: Values, form: str) -> None:
     b.series += side * v["clearance_m"] / 2 / b.arm_m
 
 
-def _output_torsion(b: Bench, v: Values, form: str) -> None:
+@SERIES.effect(
+    "series", "compliance_rad_per_Nm", "rad/(N m)", (1e-7, 1e-4), forms=("library", "stiffening")
+)
+def output_torsion(b: Bench, v: Values, form: str) -> None:
     """T c; variant: a shaft joint that gives less as it is loaded."""
     share = np.abs(b.torque_Nm) / np.abs(b.torque_Nm).max()
     less = 1 - 0.12 * share if form == "stiffening" else 1.0
     b.series += v["compliance_rad_per_Nm"] * b.torque_Nm * less
 
 
-def _eccentricity_error(b: Bench, v: Values, form: str) -> None:
+@SERIES.effect(
+    "series",
+    "offset_m",
+    "m",
+    (0.02e-6, 20e-6),
+    forms=("library", "planet", "second_harmonic"),
+    needs="angles",
+    draw=lambda rng: {"phase_rad": float(rng.uniform(0, 2 * np.pi))},
+)
+def eccentricity_error(b: Bench, v: Values, form: str) -> None:
     """(de/(Zo e)) sin(theta + phase); of the planet: theta Z1/Z3; variant: 15 % second harmonic."""
     theta, z2 = b.rows.input_angle_rad, b.drive.deceleration.ball_count
     way = theta * (z2 - 1) / (z2 + 1) if form == "planet" else theta
@@ -172,7 +176,15 @@ def _first_loading(rows: Rows, per_run: bool) -> Floats:
     return np.asarray(so_far / np.abs(rows.torque_Nm).max())
 
 
-def _run_in(b: Bench, v: Values, form: str) -> None:
+@SERIES.effect(
+    "series",
+    "set_rad",
+    "rad",
+    (0.0, 30 * ARCSEC),
+    forms=("library", "per_run", "cycles"),
+    needs="cycles",
+)
+def run_in(b: Bench, v: Values, form: str) -> None:
     """Permanent set, growing with the largest torque so far; of each run; or by the cycle."""
     if form == "cycles":
         done = b.rows.cycle - 1.0
@@ -181,7 +193,15 @@ def _run_in(b: Bench, v: Values, form: str) -> None:
         b.series += v["set_rad"] * _first_loading(b.rows, form == "per_run")
 
 
-def _creep(b: Bench, v: Values, form: str) -> None:
+@SERIES.effect(
+    "series",
+    "rate_rad_per_Nm",
+    "rad/(N m)",
+    (1e-9, 1e-5),
+    forms=("library", "stretched", "two_exponentials", "superposed"),
+    draw=lambda rng: {"tau_s": float(10 ** rng.uniform(0.5, 2.2))},
+)
+def creep(b: Bench, v: Values, form: str) -> None:
     """c T ln(1 + t/tau) since the run began; variants: a stretched exponential, two exponentials,
     or each step of torque creeping from its own time (superposition)."""
     t, tau = b.rows.run_time_s, v["tau_s"]
@@ -200,71 +220,3 @@ def _creep(b: Bench, v: Values, form: str) -> None:
         "two_exponentials": 1.5 * (1 - np.exp(-t / (2 * tau))) + 2 * (1 - np.exp(-t / (15 * tau))),
     }[form]
     b.series += v["rate_rad_per_Nm"] * b.torque_Nm * grown
-
-
-SERIES.add(
-    "eccentric_bearing",
-    "series",
-    "u_ref_m",
-    "m at 100 N",
-    0.02e-6,
-    20e-6,
-    _eccentric_bearing,
-    lambda rng: {"exponent": float(rng.choice([0.9, 2 / 3]))},
-    ("library", "mixed"),
-)
-SERIES.add(
-    "bearing_play",
-    "series",
-    "clearance_m",
-    "m",
-    0.0,
-    20e-6,
-    _bearing_play,
-    forms=("library", "gradual"),
-    needs="reversal",
-)
-SERIES.add(
-    "output_torsion",
-    "series",
-    "compliance_rad_per_Nm",
-    "rad/(N m)",
-    1e-7,
-    1e-4,
-    _output_torsion,
-    forms=("library", "stiffening"),
-)
-SERIES.add(
-    "eccentricity_error",
-    "series",
-    "offset_m",
-    "m",
-    0.02e-6,
-    20e-6,
-    _eccentricity_error,
-    lambda rng: {"phase_rad": float(rng.uniform(0, 2 * np.pi))},
-    ("library", "planet", "second_harmonic"),
-    needs="angles",
-)
-SERIES.add(
-    "run_in",
-    "series",
-    "set_rad",
-    "rad",
-    0.0,
-    30 * ARCSEC,
-    _run_in,
-    forms=("library", "per_run", "cycles"),
-    needs="cycles",
-)
-SERIES.add(
-    "creep",
-    "series",
-    "rate_rad_per_Nm",
-    "rad/(N m)",
-    1e-9,
-    1e-5,
-    _creep,
-    lambda rng: {"tau_s": float(10 ** rng.uniform(0.5, 2.2))},
-    ("library", "stretched", "two_exponentials", "superposed"),
-)

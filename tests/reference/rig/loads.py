@@ -10,10 +10,10 @@ from dataclasses import replace
 import numpy as np
 
 from reference.contact import Floats
-from reference.rig import ARCSEC, Bench, Friction
-from reference.rig_friction import DAHL, Dahl, Iwan
-from reference.rig_kinds import Register, Values, any_phase, any_seed
-from reference.rig_mesh import Mesh, Spring
+from reference.rig.bench import ARCSEC, Bench, Friction
+from reference.rig.friction import DAHL, Dahl, Iwan
+from reference.rig.kinds import Register, Values, any_phase, any_seed
+from reference.rig.mesh import Mesh, Spring
 
 LOADS = Register()
 
@@ -21,7 +21,16 @@ LOADS = Register()
 # --- load: friction and preload ---------------------------------------------------------------
 
 
-def _friction_hysteresis(b: Bench, v: Values, form: str) -> None:
+@LOADS.effect(
+    "load",
+    "mu_T_m",
+    "m",
+    (1e-6, 5e-3),
+    forms=("library", "blunt", "iwan", "rate", "own_angle"),
+    needs="reversal",
+    draw=lambda rng: {"length_rad": float(rng.uniform(2, 15) * ARCSEC)},
+)
+def friction_hysteresis(b: Bench, v: Values, form: str) -> None:
     """Friction on the total angle, limit mu_T N.
 
     Variants: a blunter Dahl; elements that slip one after the other; a limit that rises with the
@@ -40,7 +49,8 @@ def _friction_hysteresis(b: Bench, v: Values, form: str) -> None:
     b.friction_feels_series = form != "own_angle"
 
 
-def _preload_loss(b: Bench, v: Values, form: str) -> None:
+@LOADS.effect("load", "share", "", (0.0, 0.6), forms=("library", "degressive"))
+def preload_loss(b: Bench, v: Values, form: str) -> None:
     """N -> (1 - eta) N; variant: less of it is held back the more there is."""
     share = np.full(len(b.rows), v["share"])
     if form == "degressive":
@@ -48,12 +58,22 @@ def _preload_loss(b: Bench, v: Values, form: str) -> None:
     b.preload_N = b.preload_N * (1 - share)
 
 
-def _preload_spring(b: Bench, v: Values, form: str) -> None:
+@LOADS.effect("load", "rate_N_per_m", "N/m", (0.0, 2e9), forms=("library", "stiffening"))
+def preload_spring(b: Bench, v: Values, form: str) -> None:
     """N -> N - k_c (d - d0) of each pair's own approach; variant: stiffens with its way."""
     b.spring = Spring(v["rate_N_per_m"], 3e-6 if form == "stiffening" else float(np.inf))
 
 
-def _thermal_preload(b: Bench, v: Values, form: str) -> None:
+@LOADS.effect(
+    "load",
+    "rate_N_per_K",
+    "N/K",
+    (0.0, 100.0),
+    forms=("library", "late"),
+    signed=True,
+    needs="temperature",
+)
+def thermal_preload(b: Bench, v: Values, form: str) -> None:
     """N + c (T - T0), T0 the first reading's; variant: follows the thermometer ten minutes late."""
     warm = b.rows.temperature_degC - b.rows.temperature_degC[0]
     if form == "late":
@@ -65,7 +85,8 @@ def _thermal_preload(b: Bench, v: Values, form: str) -> None:
     b.preload_N = b.preload_N + v["rate_N_per_K"] * warm
 
 
-def _wear(b: Bench, v: Values, form: str) -> None:
+@LOADS.effect("load", "lost_share", "", (0.0, 0.5), forms=("library", "root", "work"))
+def wear(b: Bench, v: Values, form: str) -> None:
     """Preload lost with time, N (1 - w t); variants: with its root, or with torque worked off."""
     t = b.rows.time_s - b.rows.time_s[0]
     work = np.cumsum(np.abs(np.diff(b.rows.torque_Nm, prepend=0.0)))
@@ -77,53 +98,6 @@ def _wear(b: Bench, v: Values, form: str) -> None:
     b.preload_N = b.preload_N * (1 - v["lost_share"] * way)
 
 
-LOADS.add(
-    "friction_hysteresis",
-    "load",
-    "mu_T_m",
-    "m",
-    1e-6,
-    5e-3,
-    _friction_hysteresis,
-    lambda rng: {"length_rad": float(rng.uniform(2, 15) * ARCSEC)},
-    ("library", "blunt", "iwan", "rate", "own_angle"),
-    needs="reversal",
-)
-LOADS.add(
-    "preload_loss",
-    "load",
-    "share",
-    "",
-    0.0,
-    0.6,
-    _preload_loss,
-    forms=("library", "degressive"),
-)
-LOADS.add(
-    "preload_spring",
-    "load",
-    "rate_N_per_m",
-    "N/m",
-    0.0,
-    2e9,
-    _preload_spring,
-    forms=("library", "stiffening"),
-)
-LOADS.add(
-    "thermal_preload",
-    "load",
-    "rate_N_per_K",
-    "N/K",
-    0.0,
-    100.0,
-    _thermal_preload,
-    forms=("library", "late"),
-    signed=True,
-    needs="temperature",
-)
-LOADS.add("wear", "load", "lost_share", "", 0.0, 0.5, _wear, forms=("library", "root", "work"))
-
-
 # --- gaps at the balls ------------------------------------------------------------------------
 
 
@@ -131,7 +105,16 @@ def _nothing(mesh: Mesh) -> list[Floats]:
     return [np.zeros_like(mesh.ball_angle_rad) for _ in range(3)]
 
 
-def _groove_pitch_error(b: Bench, v: Values, form: str) -> None:
+@LOADS.effect(
+    "gap",
+    "amplitude_m",
+    "m",
+    (0.1e-6, 10e-6),
+    forms=("library", "two_harmonics", "planet"),
+    needs="angles",
+    draw=lambda rng: {**any_phase(rng), "harmonic": float(rng.integers(2, 8))},
+)
+def groove_pitch_error(b: Bench, v: Values, form: str) -> None:
     """p_i = A cos(h t_i + phase) at the ball's place t_i along the fixed groove.
 
     Against the fixed plate the ball circle turns by theta/Z2, so t_i = theta/Z2 + 2 pi i/Z2, or
@@ -156,7 +139,16 @@ def _groove_pitch_error(b: Bench, v: Values, form: str) -> None:
     b.gaps.append(gaps)
 
 
-def _ball_diameter_lot(b: Bench, v: Values, form: str) -> None:
+@LOADS.effect(
+    "gap",
+    "spread_m",
+    "m",
+    (0.05e-6, 3e-6),
+    forms=("library", "both_pairs"),
+    needs="angles",
+    draw=any_seed,
+)
+def ball_diameter_lot(b: Bench, v: Values, form: str) -> None:
     """g_i normal with the lot's spread, for the cycloid pair's balls; variant: of both pairs."""
 
     def gaps(bench: Bench, meshes: tuple[Mesh, Mesh]) -> tuple[list[Floats], list[Floats]]:
@@ -171,7 +163,10 @@ def _ball_diameter_lot(b: Bench, v: Values, form: str) -> None:
     b.gaps.append(gaps)
 
 
-def _plate_tilt(b: Bench, v: Values, form: str) -> None:
+@LOADS.effect(
+    "gap", "tilt_rad", "rad", (1e-6, 1e-3), forms=("library", "housing", "one_pair"), draw=any_phase
+)
+def plate_tilt(b: Bench, v: Values, form: str) -> None:
     """zeta_i = psi R cos(phi_i - phase), phi_i from the line of centres, R of the pair's circle.
 
     Variants: the tilt stands still in the housing; only the cycloid pair is tilted.
@@ -191,40 +186,3 @@ def _plate_tilt(b: Bench, v: Values, form: str) -> None:
         return out[0], out[1]
 
     b.gaps.append(gaps)
-
-
-LOADS.add(
-    "groove_pitch_error",
-    "gap",
-    "amplitude_m",
-    "m",
-    0.1e-6,
-    10e-6,
-    _groove_pitch_error,
-    lambda rng: {**any_phase(rng), "harmonic": float(rng.integers(2, 8))},
-    ("library", "two_harmonics", "planet"),
-    needs="angles",
-)
-LOADS.add(
-    "ball_diameter_lot",
-    "gap",
-    "spread_m",
-    "m",
-    0.05e-6,
-    3e-6,
-    _ball_diameter_lot,
-    any_seed,
-    ("library", "both_pairs"),
-    needs="angles",
-)
-LOADS.add(
-    "plate_tilt",
-    "gap",
-    "tilt_rad",
-    "rad",
-    1e-6,
-    1e-3,
-    _plate_tilt,
-    any_phase,
-    ("library", "housing", "one_pair"),
-)

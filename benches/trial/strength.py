@@ -17,9 +17,9 @@ from scipy.linalg import cholesky, solve_triangular
 from reference.contact import Floats
 from reference.forward import Drive
 from reference.rig import ARCSEC, Rows, simulate
-from reference.rig_effects import LIBRARY, Hidden
-from reference.rig_mesh import NotHeldError
-from reference.rig_noise import Noise
+from reference.rig.effects import LIBRARY, Hidden
+from reference.rig.mesh import NotHeldError
+from reference.rig.noise import Noise
 
 PARAMETERS = {
     "contact_stiffness_rel": "contact_stiffness",

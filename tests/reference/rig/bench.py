@@ -1,20 +1,10 @@
-"""A rig of its own: readings of a drive in which effects are hidden.
+"""The bench on which effects act, and what an instrument without noise would read of it.
 
-A second forward model of the whole drive, for all readings of a table at once, which makes the
-data that a diagnosis is tried on. It shares nothing with the product. Read it in this order:
-
-    rig_mesh.py      meshing points of all readings and their equilibrium
-    here             Rows (a table without its angle), Bench (what effects act on), simulate
-    rig_effects.py   every effect by its id: rig_series.py, rig_loads.py (with rig_friction.py),
-                     and rig_outside.py for those that no library holds; rig_kinds.py says what
-                     an effect is
-    rig_noise.py     what an instrument adds
-    rig_campaign.py  drives, test plans, campaigns with a sealed truth, on disk
-    rig_strength.py  what is left of an effect after a refit
-    rig_trial.py     families of campaigns at a stated strength
-    rig_rivals.py    which effects look alike in a campaign
-
-SI units and radians; columns of tables carry their unit.
+Rows        a table of readings without its angle
+drive_of    the drive that a case describes
+Bench       one simulation as the effects see it
+held_Nm     what the preload holds
+simulate    the angle of every row, friction included
 """
 
 from __future__ import annotations
@@ -27,7 +17,7 @@ import numpy as np
 
 from reference.contact import Floats, Material
 from reference.forward import CrossSlide, Deceleration, Drive, RingGroove
-from reference.rig_mesh import (
+from reference.rig.mesh import (
     HERTZ,
     NO_SPRING,
     Ints,

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from reference.rig import Bench
+from reference.rig.bench import Bench
 
 Values = dict[str, float]
 Act = Callable[[Bench, Values, str], None]
@@ -76,12 +77,18 @@ class Register(dict[str, Kind]):
         super().__init__()
         self.form = form
 
-    def add(self, *args: object, **rest: object) -> None:
-        """A further kind; the arguments are those of Kind."""
-        kind = Kind(*args, **rest)  # type: ignore[arg-type]
-        if len(kind.forms) == 1:
-            kind = replace(kind, forms=(self.form,))
-        self[kind.id] = kind
+    def effect(
+        self, port: str, size: str, unit: str, span: tuple[float, float], **rest: Any
+    ) -> Callable[[Act], Act]:
+        """Adds what a function does under its name; span: low and high, rest: as Kind has it."""
+
+        def add(act: Act) -> Act:
+            rest.setdefault("forms", (self.form,))
+            name = act.__name__
+            self[name] = Kind(name, port, size, unit, *span, act=act, **rest)
+            return act
+
+        return add
 
 
 def draw_hidden(kind: Kind, form: str, rng: np.random.Generator) -> Hidden:

@@ -7,10 +7,10 @@ effects that no library of causes knows.
 
 from __future__ import annotations
 
-from reference.rig_kinds import Hidden, Kind, draw_hidden
-from reference.rig_loads import LOADS
-from reference.rig_outside import OUTSIDE
-from reference.rig_series import SERIES
+from reference.rig.kinds import Hidden, Kind, draw_hidden
+from reference.rig.loads import LOADS
+from reference.rig.outside import OUTSIDE
+from reference.rig.series import SERIES
 
 __all__ = ["LIBRARY", "OUTSIDE", "Hidden", "Kind", "draw_hidden", "hidden"]
 

@@ -16,12 +16,12 @@ from scipy.linalg import solve_triangular
 
 from reference.contact import Floats
 from reference.rig import ARCSEC, drive_of, simulate
-from reference.rig_campaign import Campaign
-from reference.rig_effects import LIBRARY, Hidden, draw_hidden
-from reference.rig_kinds import Kind
-from reference.rig_mesh import NotHeldError
-from reference.rig_rivals import yardstick_of, zeros_of_runs
-from reference.rig_strength import PARAMETERS, Yardstick
+from reference.rig.campaign import Campaign
+from reference.rig.effects import LIBRARY, Hidden
+from reference.rig.kinds import Kind
+from reference.rig.mesh import NotHeldError
+from trial.rivals import signatures, span, yardstick_of
+from trial.strength import PARAMETERS, Yardstick
 
 LIMIT = 9.1
 """2 ln of the likelihood ratio that noise reaches in 5 % of campaigns, twenty effects tried."""
@@ -53,7 +53,8 @@ def ask(campaign: Campaign, draws: int = 2) -> Oracle:
     for name, kind in LIBRARY.items():
         if name == true.id or name in PARAMETERS.values():
             continue
-        columns = _signatures(yardstick, kind, draws)
+        tried = signatures(yardstick, kind, draws, _first_order)
+        columns = [c for c in tried if np.linalg.norm(c) > 0.1]
         if not columns:
             continue
         if name == "run_offset" or "phase_rad" in kind.draw(np.random.default_rng(0)):
@@ -84,46 +85,29 @@ def _one_sided(kind: Kind) -> bool:
     return not kind.signed and "phase_rad" not in kind.draw(np.random.default_rng(0))
 
 
-def _signatures(yardstick: Yardstick, kind: Kind, draws: int) -> list[Floats]:
-    """Whitened changes by an effect in the library's form, of a norm near 8 to first order.
-
-    A few simulations each, where `rig_rivals.signatures` refits at every size it tries.
-    """
-    if kind.id == "run_offset":
-        return zeros_of_runs(yardstick)
-    found = []
-    rng = np.random.default_rng(7)
-    for _ in range(draws):
-        effect = draw_hidden(kind, "library", rng)
-        try:
-            for _ in range(3):
-                column = yardstick.left(effect)
-                off = float(np.linalg.norm(column)) / 8.0
-                if 0.4 < off < 2.5:
-                    break
-                size = (effect.size - kind.neutral) / max(off, 1e-3)
-                effect = effect.sized(float(np.clip(kind.neutral + size, -kind.high, kind.high)))
-            found.append(column)
-        except (NotHeldError, ArithmeticError):
-            continue
-        if len(effect.values) == 1:
+def _first_order(yardstick: Yardstick, start: Hidden) -> Floats:
+    """Whitened change by an effect, of a norm near 8 to first order: a few simulations."""
+    kind = start.kind
+    for _ in range(3):
+        column = yardstick.left(start)
+        off = float(np.linalg.norm(column)) / 8.0
+        if 0.4 < off < 2.5:
             break
-    return [c for c in found if np.linalg.norm(c) > 0.1]
+        size = (start.size - kind.neutral) / max(off, 1e-3)
+        start = start.sized(float(np.clip(kind.neutral + size, -kind.high, kind.high)))
+    return column
 
 
 def _likeness(columns: Floats, own: Floats) -> float:
     """Correlation of the effect with the nearest combination of some columns."""
-    basis, scale, _ = np.linalg.svd(columns, full_matrices=False)
-    kept = basis[:, scale > 1e-6 * scale[0]]
-    return float(np.linalg.norm(kept.T @ own) / np.linalg.norm(own))
+    return float(np.linalg.norm(span(columns).T @ own) / np.linalg.norm(own))
 
 
 def _gain(columns: Floats, data: Floats, one_sided: bool) -> float:
     """2 ln of the likelihood ratio against nothing, the sizes free; one number more costs 2."""
-    basis, scale, _ = np.linalg.svd(columns, full_matrices=False)
-    kept = basis[:, scale > 1e-6 * scale[0]]
     if one_sided and columns.shape[1] == 1 and float(columns[:, 0] @ data) <= 0:
         return 0.0
+    kept = span(columns)
     return float(np.sum((kept.T @ data) ** 2)) - 2.0 * (int(kept.shape[1]) - 1)
 
 
