@@ -72,10 +72,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive, effect_specs, own_effect_variables
-from cbpt.lab.diagnosis.sentence import called, moved, tell_tale
+from cbpt.lab.diagnosis.sentence import moved
 from cbpt.lab.model.priors import PRIORS
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.set_points import settings
+from cbpt.lab.wording.names import called, tell_tale
 from cbpt.page.document.curves import BRANCHES, Curves
 from cbpt.page.document.plain import array, numbers
 from cbpt.page.document.stated import REFITTED, STATED, UNKNOWN, key_of, stated
