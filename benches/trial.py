@@ -4,9 +4,10 @@
                             [--json OUT] [--page PAGE.md]
 
 N is for each strength (single, outside) and each other family, M (else N) for each kind of noise
-of campaigns that hide nothing. `make trial` is the full length and writes docs/explanation/trial.md.
-Campaigns come from the rig in tests/reference, which shares nothing with the product; a diagnosis is given
-the case file and the table alone. Campaigns and answers are kept in out/trial, under what they
+of campaigns that hide nothing. `make trial` is the full length and writes the page of the trial
+(docs/explanation/trial.md). Campaigns come from the rig in tests/reference, which shares nothing
+with the product; a diagnosis is given the case file and the table alone. Campaigns and answers are
+kept in out/trial, under what they
 depend on (the rig's source, the product's), so a second run adds only what is new; --fresh starts
 over. --shuffle M answers M sets once more with the library in another order: an id is a label, its
 place must not matter.
