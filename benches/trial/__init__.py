@@ -9,6 +9,6 @@ What diagnoses them and counts:
     answers     campaigns and answers, kept in out/trial under what they depend on
     grades      how good one answer is, in one word
     score       every measure with its interval and whether it is reached
-    page        the score as docs/trial.md
+    page        the score as docs/explanation/trial.md
     run         which campaigns, the run over them, and the command
 """

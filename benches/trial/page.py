@@ -1,6 +1,6 @@
 """The score of a trial as a page of the documentation, with the reliability of its probabilities.
 
-write_page(PAGE, score, outcomes)   PAGE.md, and PAGE.svg beside it
+write_page(PAGE, score, outcomes)   the page
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def commit(top: Path) -> str:
 
 
 def write_page(page: Path, score: Mapping[str, Any], outcomes: Sequence[Outcome]) -> None:
-    """The page and its picture."""
+    """The page; `make docs` draws its picture from the table of probabilities."""
     top = Path(__file__).parents[2]
     seconds = [o["seconds"] for o in outcomes]
     page.parent.mkdir(parents=True, exist_ok=True)
@@ -65,16 +65,14 @@ def write_page(page: Path, score: Mapping[str, Any], outcomes: Sequence[Outcome]
         "",
         "## Probabilities",
         "",
-        f"![stated probability against share that was right]({page.with_suffix('.svg').name})",
+        "<!-- picture: trial.svg | Stated probability against the share that was right -->",
         "",
         _reliability(reliability(outcomes)),
         "",
+        "What falls short and why: [notes on the trial](trial-notes.md).",
+        "",
     ]
-    notes = page.with_name(f"{page.stem}-notes.md")
-    if notes.exists():
-        lines.append(notes.read_text(encoding="utf-8").rstrip() + "\n")
     page.write_text("\n".join(lines), encoding="utf-8")
-    _draw(page.with_suffix(".svg"), outcomes)
 
 
 def _value(x: float, unit: str) -> str:
@@ -105,32 +103,3 @@ def _reliability(rows: Iterable[Mapping[str, float]]) -> str:
             f"| {r['true']:.2f} | {r['true_low']:.2f} to {r['true_high']:.2f} |"
         )
     return "\n".join(lines)
-
-
-def _draw(path: Path, outcomes: Sequence[Outcome]) -> None:
-    import matplotlib as mpl
-
-    mpl.use("svg")
-    mpl.rcParams["svg.hashsalt"] = "cbpt"
-    import matplotlib.pyplot as plt
-
-    rows = reliability(outcomes)
-    stated = [r["stated"] for r in rows]
-    true = [r["true"] for r in rows]
-    # Where all or none were right the interval ends there but for rounding.
-    below = [max(r["true"] - r["true_low"], 0.0) for r in rows]
-    above = [max(r["true_high"] - r["true"], 0.0) for r in rows]
-    figure, (axes, counts) = plt.subplots(
-        2, 1, figsize=(5, 6), height_ratios=(3, 1), sharex=True, layout="constrained"
-    )
-    axes.plot([0, 1], [0, 1], color="0.7", linewidth=1, label="as stated")
-    axes.errorbar(stated, true, yerr=[below, above], fmt="o", capsize=3, label="trial, 95 %")
-    axes.set_ylabel("share that was right")
-    axes.set_ylim(0, 1)
-    axes.legend(loc="upper left", frameon=False)
-    counts.bar([(r["from"] + r["to"]) / 2 for r in rows], [r["sets"] for r in rows], width=0.09)
-    counts.set_ylabel("campaigns")
-    counts.set_xlabel("stated probability")
-    counts.set_xlim(0, 1)
-    figure.savefig(path, metadata={"Date": None})
-    plt.close(figure)

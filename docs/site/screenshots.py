@@ -1,7 +1,8 @@
-"""The pictures of docs/page.md and the README, taken of the page itself: `make screenshots`.
+"""Pictures of the page, taken in Chromium: `make screenshots`, and `make docs` for the gallery.
 
-Every state is reached as a user would, in Chromium, and written to docs/page/ with few colours, so
-that the files stay small.
+    python docs/site/screenshots.py FOLDER
+
+The script reaches every state as a user would. Pictures have few colours, so that files stay small.
 """
 
 from __future__ import annotations
@@ -16,12 +17,16 @@ sys.path.insert(0, str(TOP / "tests"))
 from common.browser import chromium, open_campaign, watched, workbench  # noqa: E402
 from common.hidden import FOLDER  # noqa: E402
 
-FOLDER_OF_PICTURES = Path(__file__).parent
 COLOURS = 96
 ON = "#missing [data-effect={}][aria-checked=true]"
 
 
-def main() -> None:
+def main(folder: Path) -> None:
+    folder.mkdir(parents=True, exist_ok=True)
+
+    def take(page: Any, name: str, first: str, last: str, most_px: int = 1600) -> None:
+        save(picture_of(page, first, last, most_px), folder / f"{name}.png")
+
     with chromium() as browser, workbench() as address:
         with watched(browser) as page:
             opened(page, address, "dev04")
@@ -54,10 +59,8 @@ def opened(page: Any, address: str, name: str) -> None:
     page.wait_for_selector("#matrix .main-svg")
 
 
-def take(page: Any, name: str, first: str, last: str, most_px: int = 1600) -> None:
-    """From the top of one element to the end of another, no taller than `most_px`."""
-    from PIL import Image
-
+def picture_of(page: Any, first: str, last: str, most_px: int) -> bytes:
+    """A picture from the top of one element to the end of another, no taller than `most_px`."""
     page.mouse.move(2, 2)
     page.wait_for_selector("html[data-drawn]")
     # What stays in sight while scrolling would lie over the picture.
@@ -70,7 +73,7 @@ def take(page: Any, name: str, first: str, last: str, most_px: int = 1600) -> No
     top = page.locator(first).first.bounding_box()["y"]
     end = page.locator(last).first.bounding_box()
     whole = top < 160
-    raw = page.screenshot(
+    raw: bytes = page.screenshot(
         full_page=True,
         clip={
             "x": 0 if whole else end["x"] - 12 if end["x"] > 12 else 0,
@@ -80,12 +83,17 @@ def take(page: Any, name: str, first: str, last: str, most_px: int = 1600) -> No
         },
     )
     page.set_viewport_size(size)
+    return raw
+
+
+def save(raw: bytes, path: Path) -> None:
+    """Write a picture with few colours."""
+    from PIL import Image
+
     picture = Image.open(io.BytesIO(raw)).convert("RGB")
-    path = FOLDER_OF_PICTURES / f"{name}.png"
     picture.quantize(COLOURS, dither=Image.Dither.NONE).save(path, optimize=True)
-    told = f"{picture.size[0]} x {picture.size[1]}, {path.stat().st_size // 1024} kB"
-    print(f"{path.relative_to(TOP)}: {told}")
+    print(f"{path}: {picture.size[0]} x {picture.size[1]}, {path.stat().st_size // 1024} kB")
 
 
 if __name__ == "__main__":
-    main()
+    main(Path(sys.argv[1]))
