@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -47,7 +46,7 @@ def lines(c: Comparison, angle_unit: str) -> Iterator[str]:
             for group in c.groups
             if group.column == column
         ]
-    yield text_table(headers, json.dumps(rows))
+    yield text_table(headers, rows)
     yield ""
     yield from _where(c, angle_unit)
     yield (
@@ -143,7 +142,7 @@ def _added(c: Comparison, before: Comparison, angle_unit: str) -> Iterator[str]:
         [n.effect, n.name if n.name != n.effect else "", _rounded(n.value), _rounded(n.u)]
         for n in c.numbers
     ]
-    yield text_table(["effect", "parameter", "value", "u"], json.dumps(rows))
+    yield text_table(["effect", "parameter", "value", "u"], rows)
 
 
 def _rounded(value: float | None) -> str:
@@ -215,7 +214,7 @@ def _where(c: Comparison, angle_unit: str) -> Iterator[str]:
     yield "where the misfit stands out from the rest (p_value: the chance that noise alone does):"
     headers = ["region", "readings", "share of\nmisfit", "bias", "excess", "p_value"]
     headers[3:5] = [f"{name}\n{angle_unit}" for name in headers[3:5]]
-    rows = [
+    rows: list[list[str | float]] = [
         [
             region.label,
             region.readings,
@@ -226,4 +225,4 @@ def _where(c: Comparison, angle_unit: str) -> Iterator[str]:
         ]
         for region in c.where
     ]
-    yield text_table(headers, json.dumps(rows))
+    yield text_table(headers, rows)
