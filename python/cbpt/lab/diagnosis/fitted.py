@@ -18,7 +18,7 @@ from cbpt._core import Case, Drive, OwnEffect, text_table
 from cbpt.errors import InvalidInputError
 from cbpt.lab.diagnosis.diagnose import prepared, rung
 from cbpt.lab.diagnosis.diagnosis import Rung
-from cbpt.lab.diagnosis.sentence import moved_numbers, shown, solutions
+from cbpt.lab.diagnosis.sentence import moved_numbers, solutions
 from cbpt.lab.inference.cross_validation import folds
 from cbpt.lab.inference.estimates import parameters_of
 from cbpt.lab.inference.fit import Fit, Fitter
@@ -29,6 +29,7 @@ from cbpt.lab.model.priors import PRIORS
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.selection.fit_effects import best_fit
+from cbpt.lab.wording.numbers import shown
 
 __all__ = ["Fitted", "fit"]
 

@@ -11,8 +11,9 @@ import numpy as np
 from cbpt._core import text_table
 from cbpt.lab.diagnosis.alternatives import unseen
 from cbpt.lab.diagnosis.noise_statement import noise_floor
-from cbpt.lab.diagnosis.sentence import listed, moved_numbers, shown
+from cbpt.lab.diagnosis.sentence import moved_numbers
 from cbpt.lab.selection.decision import ODDS_LIMIT
+from cbpt.lab.wording.numbers import listed, shown
 
 if TYPE_CHECKING:
     from cbpt.lab.diagnosis.diagnosis import Diagnosis

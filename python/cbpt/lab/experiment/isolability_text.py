@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cbpt._core import text_table
-from cbpt.lab.diagnosis.sentence import listed, shown
 from cbpt.lab.experiment.effect_changes import Form
 from cbpt.lab.model.priors import PRIORS
+from cbpt.lab.wording.numbers import in_words, listed
 
 if TYPE_CHECKING:
     from cbpt.lab.experiment.isolability import Isolability, Pair
@@ -69,7 +69,7 @@ def sized(form: Form, sizes: Sequence[float | None]) -> tuple[str, list[str]]:
         several = len(variant.sizes) > 1 and not variant.spread
         # Of components of one amplitude the direction is but an example.
         value = size if several else form.values(size)[name]
-        label, _, text = shown(effect, name, value, None).partition(" ")
+        label, text = in_words(effect, name, value, None)
         values.append(text)
     for part in ("_sine", "_cosine"):
         label = label.replace(part, "")

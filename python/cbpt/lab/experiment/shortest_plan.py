@@ -26,7 +26,6 @@ from threadpoolctl import threadpool_limits
 from cbpt._core import Case, Drive, effect_specs, text_table
 from cbpt.errors import InvalidInputError
 from cbpt.lab.covariance.noise import Noise
-from cbpt.lab.diagnosis.sentence import listed, shown
 from cbpt.lab.experiment.candidates import Limits, candidates, described
 from cbpt.lab.experiment.design_fit import Sight
 from cbpt.lab.experiment.detection import LIMIT, distance, weight
@@ -38,6 +37,7 @@ from cbpt.lab.readings.inputs import case_of
 from cbpt.lab.selection.decision import TWINS
 from cbpt.lab.selection.fit_effects import predicted
 from cbpt.lab.selection.model_comparison import prior
+from cbpt.lab.wording.numbers import listed, shown
 
 __all__ = ["Apart", "Design", "shortest_plan"]
 
