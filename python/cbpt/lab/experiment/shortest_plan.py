@@ -14,7 +14,6 @@ linear, is the check.
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -123,13 +122,13 @@ class Design:
             for run in self.plan.runs
         ]
         headers = ["preload_N", "torque_Nm", "torque goes", "input_angle_deg"]
-        yield text_table(headers, json.dumps(table))
+        yield text_table(headers, table)
         rows = [
             [a.effect, a.other or "nothing", f"{a.d:.1f}", f"{a.needed:.1f}"]
             for a in sorted(self.apart, key=lambda a: a.d / a.needed)
         ]
         yield "How far each is from the other, in standard uncertainties, the closest first:"
-        yield text_table(["effect", "from", "apart", "needed"], json.dumps(rows[:10]))
+        yield text_table(["effect", "from", "apart", "needed"], rows[:10])
         for now, best in zip(self.apart, self.at_best, strict=True):
             if not now.enough:
                 what = f"{now.effect} from {now.other or 'nothing'}"
