@@ -407,7 +407,7 @@ def _share_of_nothing(competition: Competition, besides: Iterable[str] = ()) -> 
 def calibrated(share: float) -> float:
     """Probability that an answer is right, from its share of all that was weighed.
 
-    Over the trial (`benches/trial.py`, reliability table) answers of share s were right about
+    Over the trial (`benches/trial`, reliability table) answers of share s were right about
     0.95 s of the time; fitted on seeds 2 and 3, the published table is of another.
     """
     return float(0.95 * share)
