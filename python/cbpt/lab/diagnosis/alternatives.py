@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cbpt.lab.diagnosis.sentence import DISPLAY, shown
 from cbpt.lab.model.priors import LOT, Variant
 from cbpt.lab.selection.decision import ODDS_LIMIT, TWINS
 from cbpt.lab.selection.linear_screen import Screen
+from cbpt.lab.wording.numbers import display, shown
 
 if TYPE_CHECKING:
     from cbpt.lab.diagnosis.diagnosis import Diagnosis
@@ -50,7 +50,7 @@ class Smallest:
         """In the unit that people read."""
         if not self.neutral:
             return f"{self.effect} below {shown(self.effect, self.name, self.value, None)}"
-        label, size = DISPLAY.get((self.effect, self.name), (self.name, 1.0))
+        label, size = display(self.effect, self.name)
         off = abs(self.value - self.neutral) / size
         which = "" if label == self.effect else f" with {label}"
         return f"{self.effect}{which} within {self.neutral / size:g} +- {off:.2g}"

@@ -20,11 +20,11 @@ from cbpt._core import Case, Drive, text_table
 from cbpt.errors import InvalidInputError, ReadingsError
 from cbpt.lab.diagnosis.diagnose import diagnosed
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
-from cbpt.lab.diagnosis.sentence import shown
 from cbpt.lab.inference.estimates import parameters_of
 from cbpt.lab.inference.fit import Fit
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.selection.fit_effects import best_fit
+from cbpt.lab.wording.numbers import in_words
 from cbpt.lab.wording.versions import versions
 
 __all__ = ["DividedDiagnosis", "diagnose_by"]
@@ -102,13 +102,15 @@ class DividedDiagnosis:
             label, cells = number, []
             for level in self.fits:
                 p = by_level.get(level)
-                text = shown(effect, name or effect, p["value"], p["u"]) if p else ""
-                head, _, value = text.partition(" ")
-                label = f"{effect} {head}" if name and head else label
+                if p is None:
+                    cells.append("")
+                    continue
+                head, value = in_words(effect, name or effect, p["value"], p["u"])
+                label = f"{effect} {head}" if name else label
                 cells.append(value)
             rows.append([label, *cells])
         rmse = [f"{fit.rmse_arcsec:.3g}" for fit in self.fits.values()]
-        yield text_table([self.by, *self.fits], json.dumps([*rows, ["rmse_arcsec", *rmse]]))
+        yield text_table([self.by, *self.fits], [*rows, ["rmse_arcsec", *rmse]])
 
     def __repr__(self) -> str:
         return self.report()

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from cbpt._core import text_table
+from cbpt.lab.wording.numbers import rounded, significant
 from cbpt.results import ANGLE_UNITS
 
 if TYPE_CHECKING:
@@ -47,19 +47,19 @@ def lines(c: Comparison, angle_unit: str) -> Iterator[str]:
             for group in c.groups
             if group.column == column
         ]
-    yield text_table(headers, json.dumps(rows))
+    yield text_table(headers, rows)
     yield ""
     yield from _where(c, angle_unit)
     yield (
-        f"largest error {misfit.largest_error_arcsec * factor:.4g} {angle_unit} on "
+        f"largest error {_angle(misfit.largest_error_arcsec, angle_unit, 4)} on "
         f"{c.readings.place} {misfit.largest_error_line}; excess: residual in the direction of the "
         "torque, above 0 the drive is softer than the model"
     )
     if c.zero == "common":
         yield (
             f"zero: as in the readings; a common zero of "
-            f"{c.best_common_zero_arcsec * factor:.4g} {angle_unit} would leave an RMSE of "
-            f"{c.rmse_with_best_zero_arcsec * factor:.4g} {angle_unit}"
+            f"{_angle(c.best_common_zero_arcsec, angle_unit, 4)} would leave an RMSE of "
+            f"{_angle(c.rmse_with_best_zero_arcsec, angle_unit, 4)}"
         )
     else:
         yield f"zero: one for each of {len(c.zero_arcsec)} runs, fitted and taken off"
@@ -74,16 +74,15 @@ def _row(label: str, share: float, misfit: Misfit, factor: float) -> list[Any]:
         misfit.rmse_arcsec,
         misfit.largest_error_arcsec,
     )
-    chi2 = None if misfit.chi2_per_dof is None else float(f"{misfit.chi2_per_dof:.3g}")
-    rounded = [float(f"{angle * factor:.4g}") for angle in angles]
-    return [label, misfit.readings, f"{share:.0%}", *rounded, chi2]
+    chi2 = None if misfit.chi2_per_dof is None else significant(misfit.chi2_per_dof, 3)
+    shown = [significant(angle * factor, 4) for angle in angles]
+    return [label, misfit.readings, f"{share:.0%}", *shown, chi2]
 
 
 def _verdict(c: Comparison, angle_unit: str) -> str:
     """How well the model does, in one sentence, and where it is worst in another."""
     assert c.overall is not None
-    factor = ANGLE_UNITS[angle_unit]
-    rmse = f"{c.overall.rmse_arcsec * factor:.3g} {angle_unit}"
+    rmse = _angle(c.overall.rmse_arcsec, angle_unit)
     u = c.readings.u_elastic_angle_arcsec
     lost = len(c.readings) - c.overall.readings
     if u is None:
@@ -91,7 +90,7 @@ def _verdict(c: Comparison, angle_unit: str) -> str:
     elif c.p_value is None or c.overall.chi2_per_dof is None:
         return f"RMSE {rmse}; the fitted zeros leave nothing to judge by: take more readings a run."
     else:
-        stated = f"{float(np.median(u)) * factor:.3g} {angle_unit}"
+        stated = _angle(float(np.median(u)), angle_unit)
         chi2 = f"chi2 per degree of freedom {c.overall.chi2_per_dof:.3g}"
         numbers = f"RMSE {rmse}, stated uncertainty {stated}, {chi2}."
         if lost:
@@ -116,8 +115,8 @@ def _verdict(c: Comparison, angle_unit: str) -> str:
     side = "beyond" if m.excess_arcsec > 0 else "short of"
     return (
         f"{text}\nIt is worst at {worst.column} {worst.label}: "
-        f"RMSE {m.rmse_arcsec * factor:.3g} {angle_unit}, "
-        f"the readings lie {abs(m.excess_arcsec) * factor:.3g} {angle_unit} {side} the model in "
+        f"RMSE {_angle(m.rmse_arcsec, angle_unit)}, "
+        f"the readings lie {_angle(abs(m.excess_arcsec), angle_unit)} {side} the model in "
         f"the direction of the torque ({worst.share_of_misfit:.0%} of the misfit, "
         f"{m.readings} of {c.overall.readings} readings)."
     )
@@ -140,14 +139,10 @@ def _added(c: Comparison, before: Comparison, angle_unit: str) -> Iterator[str]:
         )
     yield f"{text}."
     rows = [
-        [n.effect, n.name if n.name != n.effect else "", _rounded(n.value), _rounded(n.u)]
+        [n.effect, n.name if n.name != n.effect else "", rounded(n.value, 4), rounded(n.u, 4)]
         for n in c.numbers
     ]
-    yield text_table(["effect", "parameter", "value", "u"], json.dumps(rows))
-
-
-def _rounded(value: float | None) -> str:
-    return "" if value is None else f"{value:.4g}"
+    yield text_table(["effect", "parameter", "value", "u"], rows)
 
 
 def _scatter(c: Comparison, angle_unit: str) -> Iterator[str]:
@@ -155,7 +150,7 @@ def _scatter(c: Comparison, angle_unit: str) -> Iterator[str]:
     scatter, p = c.scatter, c.p_value_of_scatter
     if scatter is None or p is None or c.overall is None:
         return
-    found = f"{scatter.u_arcsec * ANGLE_UNITS[angle_unit]:.3g} {angle_unit}"
+    found = _angle(scatter.u_arcsec, angle_unit)
     along = (
         f" (correlation {scatter.correlation:g} from one to the next)"
         if scatter.correlation
@@ -164,7 +159,7 @@ def _scatter(c: Comparison, angle_unit: str) -> Iterator[str]:
     judged = "agrees with the readings" if p >= 0.01 else "is off"
     found += along
     if scatter.step_arcsec:
-        step = f"{scatter.step_arcsec * ANGLE_UNITS[angle_unit]:.3g} {angle_unit}"
+        step = _angle(scatter.step_arcsec, angle_unit)
         text = (
             f"The readings come in steps of {step}, which hide how they scatter: by about {found}, "
             "hardly known"
@@ -191,7 +186,7 @@ def _repeats(c: Comparison, angle_unit: str) -> Iterator[str]:
     found, p = c.repeats, c.p_value_of_repeats
     if found is None:
         return
-    u = f"{found.u_arcsec * ANGLE_UNITS[angle_unit]:.3g} {angle_unit}"
+    u = _angle(found.u_arcsec, angle_unit)
     if not found.steady:
         yield (
             f"Repeats differ by {u} ({found}), far more than readings scatter inside their runs: "
@@ -205,6 +200,11 @@ def _repeats(c: Comparison, angle_unit: str) -> Iterator[str]:
         yield f"Repeats agree to {u} ({found})."
 
 
+def _angle(arcsec: float, unit: str, digits: int = 3) -> str:
+    """An angle in a unit, with the unit."""
+    return f"{rounded(arcsec * ANGLE_UNITS[unit], digits)} {unit}"
+
+
 def _where(c: Comparison, angle_unit: str) -> Iterator[str]:
     """The regions in which the misfit stands out."""
     factor = ANGLE_UNITS[angle_unit]
@@ -215,15 +215,15 @@ def _where(c: Comparison, angle_unit: str) -> Iterator[str]:
     yield "where the misfit stands out from the rest (p_value: the chance that noise alone does):"
     headers = ["region", "readings", "share of\nmisfit", "bias", "excess", "p_value"]
     headers[3:5] = [f"{name}\n{angle_unit}" for name in headers[3:5]]
-    rows = [
+    rows: list[list[str | float]] = [
         [
             region.label,
             region.readings,
             f"{region.share_of_misfit:.0%}",
-            float(f"{region.bias_arcsec * factor:.4g}"),
-            float(f"{region.excess_arcsec * factor:.4g}"),
-            float(f"{region.p_value:.2g}"),
+            significant(region.bias_arcsec * factor, 4),
+            significant(region.excess_arcsec * factor, 4),
+            significant(region.p_value, 2),
         ]
         for region in c.where
     ]
-    yield text_table(headers, json.dumps(rows))
+    yield text_table(headers, rows)

@@ -18,7 +18,7 @@ from cbpt._core import Case, Drive, OwnEffect, text_table
 from cbpt.errors import InvalidInputError
 from cbpt.lab.diagnosis.diagnose import prepared, rung
 from cbpt.lab.diagnosis.diagnosis import Rung
-from cbpt.lab.diagnosis.sentence import moved_numbers, shown, solutions
+from cbpt.lab.diagnosis.sentence import moved_numbers, solutions
 from cbpt.lab.inference.cross_validation import folds
 from cbpt.lab.inference.estimates import parameters_of
 from cbpt.lab.inference.fit import Fit, Fitter
@@ -29,6 +29,7 @@ from cbpt.lab.model.priors import PRIORS
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.selection.fit_effects import best_fit
+from cbpt.lab.wording.numbers import shown
 
 __all__ = ["Fitted", "fit"]
 
@@ -95,8 +96,6 @@ class Fitted:
         return "\n".join(self._lines())
 
     def _lines(self) -> Iterator[str]:
-        import json
-
         yield f"{len(self.readings)} readings of {self.readings.source}"
         yield from (f"Note: {note}" for note in self.notes)
         for effect, found in self.parameters().items():
@@ -112,7 +111,7 @@ class Fitted:
             for name, r in (("as given", self.before), ("fitted", self.after))
         ]
         yield f"Error, in sample and held out by {self.held_out_by}:"
-        yield text_table(["", "rmse_arcsec", "held_out_arcsec", "chi2/dof"], json.dumps(rows))
+        yield text_table(["", "rmse_arcsec", "held_out_arcsec", "chi2/dof"], rows)
 
     def __repr__(self) -> str:
         return self.report()

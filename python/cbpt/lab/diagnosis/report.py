@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
@@ -12,8 +11,9 @@ import numpy as np
 from cbpt._core import text_table
 from cbpt.lab.diagnosis.alternatives import unseen
 from cbpt.lab.diagnosis.noise_statement import noise_floor
-from cbpt.lab.diagnosis.sentence import listed, moved_numbers, shown
+from cbpt.lab.diagnosis.sentence import moved_numbers
 from cbpt.lab.selection.decision import ODDS_LIMIT
+from cbpt.lab.wording.numbers import listed, shown
 
 if TYPE_CHECKING:
     from cbpt.lab.diagnosis.diagnosis import Diagnosis
@@ -165,4 +165,4 @@ def _percent(number: str, prior: float) -> str:
 
 
 def _table(headers: list[str], rows: list[list[str]]) -> str:
-    return text_table(headers, json.dumps(rows))
+    return text_table(headers, rows)

@@ -2,76 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cbpt._core import effect_specs
+from cbpt.lab.wording.names import called, columns_in_words
+from cbpt.lab.wording.numbers import listed, shown
 
 if TYPE_CHECKING:
     from cbpt.lab.diagnosis.diagnosis import Diagnosis
     from cbpt.lab.inference.fit import Fit
 
-NAMES = {
-    "unknown": "something that is not in the library",
-    "contact_stiffness": "a contact stiffness other than designed",
-    "contact_angle": "contact angles other than designed",
-    "torque_scale": "a wrong gain of the torque readings",
-    "preload_scale": "a wrong gain of the preload readings",
-    "sensor_gain": "a wrong gain of the angle sensor",
-    "sensor_nonlinearity": "a nonlinear angle sensor",
-    "run_offset": "a zero that differs from run to run",
-    "drift": "a drift of the instrument",
-    "eccentric_bearing": "compliance of the eccentric bearing",
-    "bearing_play": "play in the bearing",
-    "backlash": "backlash",
-    "output_torsion": "torsion of the output shaft",
-    "friction_hysteresis": "friction (a hysteresis loop that follows the preload)",
-    "preload_loss": "preload that does not reach the meshing points",
-    "preload_spring": "a stiff preload mechanism (the preload changes as the plates move)",
-    "thermal_preload": "preload that follows the temperature",
-    "eccentricity_error": "an eccentricity error (once per turn of the input)",
-    "groove_pitch_error": "a pitch error of the groove",
-    "ball_diameter_lot": "balls of unequal diameter",
-    "plate_tilt": "a tilt between the plates",
-    "rough_contact": "contacts softer than Hertz's (rough surfaces)",
-    "run_in": "a permanent set of the first loading",
-    "wear": "preload that is lost with time",
-    "creep": "creep under torque",
-}
-"""What each effect is called in a sentence."""
-
-_OF_SPRINGS = {
-    "contact_stiffness": "a torsional stiffness other than stated",
-    "eccentric_bearing": "a compliance that stiffens with the load",
-    "friction_hysteresis": "friction (a hysteresis loop)",
-}
-
-_TELL_TALES = {spec.id: spec.tell_tale for spec in effect_specs()}
-_TELL_TALES_OF_SPRINGS = {
-    "torque_scale": "moves the bends of the curve along the torque",
-    "sensor_gain": "scales every angle; the bends of the curve stay at their torques",
-    "eccentric_bearing": "grows with torque, less than in proportion",
-    "output_torsion": "linear in torque, no loop",
-    "friction_hysteresis": "a loop, wider under load where friction grows with it; the first "
-    "loading of a run reads stiffer",
-}
-"""Where the library's speaks of preload or contacts, which such a reducer does not have."""
-
-_COLUMNS = {
-    "torque_Nm": "the torque",
-    "preload_N": "the preload",
-    "preload_step": "the preload step",
-    "input_angle_deg": "the input angle",
-    "direction": "the direction of loading",
-    "time_s": "time",
-    "run_time_s": "the time since a run began",
-    "torque_rate": "the rate of loading",
-    "temperature_degC": "the temperature",
-    "cycle": "the cycle",
-    "run": "the run",
-}
 _NOISE = {
     "run_offset": "a zero of its own in every run",
     "correlated": "noise that is correlated from one reading to the next",
@@ -84,18 +26,6 @@ _NOISE = {
 def name_of(d: Diagnosis, effect: str) -> str:
     """What an effect is called, of the reducer that this is about."""
     return called(effect, d.competition.campaign.drive.kind)
-
-
-def called(effect: str, kind: str) -> str:
-    """What an effect is called, of a reducer of that kind."""
-    own = _OF_SPRINGS if kind == "torsion_spring" else {}
-    return own.get(effect, NAMES.get(effect, effect))
-
-
-def tell_tale(effect: str, kind: str) -> str:
-    """How an effect of the library shows in readings of a reducer of that kind."""
-    own = _TELL_TALES_OF_SPRINGS if kind == "torsion_spring" else {}
-    return own.get(effect, _TELL_TALES.get(effect, ""))
 
 
 def sentence(d: Diagnosis) -> str:
@@ -146,11 +76,6 @@ def _unknown(d: Diagnosis, sure: str) -> str:
     )
 
 
-def columns_in_words(columns: Sequence[str]) -> str:
-    """What a misfit depends on: the torque and the input angle."""
-    return listed([_COLUMNS.get(c, c) for c in columns])
-
-
 def _beside(d: Diagnosis) -> str:
     """What has a name beside a pattern that has none; of a reducer that is most of its loop."""
     named = d.verdict.names
@@ -189,17 +114,6 @@ def _ambiguous(d: Diagnosis, sure: str, fall: str) -> str:
         parts.append(f"one of {names} is needed, and these readings cannot say which")
     text = "; ".join(parts)
     return f"{text[:1].upper()}{text[1:]} ({sure}); {fall}."
-
-
-def listed(words: list[str], last: str = "and") -> str:
-    """a, b and c."""
-    return (
-        words[0]
-        if len(words) == 1
-        else f"{', '.join(words[:-1])} {last} {words[-1]}"
-        if words
-        else ""
-    )
 
 
 def moved(number: str, fit: Fit) -> str:
@@ -259,27 +173,3 @@ def _solution(fit: Fit, effect: str) -> str:
         if u.name == full
     ]
     return f"{variant.name + ', ' if variant.name else ''}{', '.join(values)}"
-
-
-def shown(effect: str, name: str, value: float, u: float | None, unit: str = "") -> str:
-    """A parameter as a case file would have it: `reference_deflection_um 0.209 +- 0.010`."""
-    if (effect, name) not in DISPLAY:
-        # Of an own effect, whose name does not carry the unit.
-        known = "" if u is None else f" +- {u:.2g}"
-        return f"{name} {value:.4g}{known} {unit}".rstrip()
-    label, size = DISPLAY[effect, name]
-    if u is None:
-        return f"{label} {value / size:.3g}"
-    spread = u / size
-    digits = 1 - int(np.floor(np.log10(spread))) if spread > 0 and np.isfinite(spread) else 3
-    if digits < 0:
-        digits = 0
-    return f"{label} {value / size:.{digits}f} +- {spread:.{digits}f}"
-
-
-DISPLAY = {
-    (spec.id, p.name): (p.display_name, p.display_size)
-    for spec in effect_specs()
-    for p in spec.parameters
-} | {("ball_diameter_lot", "spread_m"): ("spread_um", 1e-6)}
-"""Name with the unit that is usual, and that unit in SI, of each parameter."""

@@ -24,6 +24,7 @@ from cbpt.lab.covariance.noise import Margin, Whitener
 from cbpt.lab.model.priors import ARCSEC
 from cbpt.lab.readings.set_points import levels_of
 from cbpt.lab.selection.lack_of_fit import run_time
+from cbpt.lab.wording.numbers import significant
 
 if TYPE_CHECKING:
     from cbpt.lab.diagnosis.diagnosis import Diagnosis
@@ -172,7 +173,7 @@ def _loads(r: Readings) -> Iterator[Factor]:
         yield Factor("direction", "", direction)
         yield Factor("direction * abs(torque_Nm)", "/(N m)", direction * np.abs(t))
     for share in (0.2, 0.35, 0.5, 0.65, 0.8):
-        start = float(f"{share * most:.3g}")
+        start = significant(share * most, 3)
         shape = (("t", (start, 0.0, most, "N m")),)
         over = np.maximum(np.abs(t) - start, 0.0)
         yield Factor("sign(torque_Nm) * max(abs(torque_Nm) - {t}, 0)", "/(N m)", sign * over, shape)
@@ -201,9 +202,9 @@ def _wheres(r: Readings) -> Iterator[Factor]:
         yield Factor(f"cos(input_angle_rad - {distinct[0]:.4g})", "", np.cos(angle - distinct[0]))
     if 2 < len(distinct) <= _MOST_ANGLES:
         gap = float(np.diff(np.r_[distinct, distinct[0] + 2 * np.pi]).min())
-        sharp = float(f"{np.clip(4 / (1 - np.cos(gap)), 1.0, 200.0):.3g}")
+        sharp = significant(np.clip(4 / (1 - np.cos(gap)), 1.0, 200.0), 3)
         for centre in distinct:
-            c = float(f"{centre:.4g}")
+            c = significant(centre, 4)
             shapes = (("c", (c, c - gap / 2, c + gap / 2, "rad")), ("k", (sharp, 0.5, 500.0, "")))
             values = np.exp(sharp * (np.cos(angle - c) - 1))
             yield Factor("exp({k} * (cos(input_angle_rad - {c}) - 1))", "", values, shapes)
@@ -211,7 +212,7 @@ def _wheres(r: Readings) -> Iterator[Factor]:
         time = r.time_s - r.time_s[0]
         yield Factor("time_s", "/s", time)
         for moment in np.quantile(time, np.linspace(0.1, 0.9, 9)):
-            start = float(f"{moment:.4g}")
+            start = significant(moment, 4)
             shape = (("m", (start, 0.0, float(time.max()), "s")),)
             yield Factor("(1 + sign(time_s - {m})) / 2", "", (1 + np.sign(time - start)) / 2, shape)
         since = run_time(r)
@@ -235,7 +236,7 @@ def _bumps(name: str, unit: str, values: Floats) -> Iterator[Factor]:
         return
     for number, level in enumerate(levels):
         gap = float(np.abs(np.delete(levels, number) - level).min())
-        c, w = float(f"{level:.4g}"), float(f"{0.5 * gap:.3g}")
+        c, w = significant(level, 4), significant(0.5 * gap, 3)
         shapes = (("c", (c, c - gap / 2, c + gap / 2, unit)), ("w", (w, 0.2 * w, 10 * w, unit)))
         bump = np.exp(-(((values - c) / w) ** 2))
         yield Factor(f"exp(-(({name} - {{c}}) / {{w}})^2)", "", bump, shapes)
@@ -246,8 +247,8 @@ def _effect(id: str, terms: list[tuple[Factor, Factor]], sizes: Floats) -> OwnEf
     texts = []
     for number, ((load, where), size) in enumerate(zip(terms, sizes, strict=True), 1):
         name = f"a{number}"
-        most = float(f"{100 * abs(size):.1e}")
-        start = float(f"{size:.4e}")
+        most = significant(100 * abs(size), 2)
+        start = significant(size, 5)
         unit = f"rad{load.unit}{where.unit}"
         parameters[name] = {"unit": unit, "start": start, "min": -most, "max": most}
         factors = []
@@ -260,8 +261,8 @@ def _effect(id: str, terms: list[tuple[Factor, Factor]], sizes: Floats) -> OwnEf
                 parameters[names[shape]] = {
                     "unit": of,
                     "start": value,
-                    "min": float(f"{low:.6g}"),
-                    "max": float(f"{high:.6g}"),
+                    "min": significant(low, 6),
+                    "max": significant(high, 6),
                 }
             factors.append(factor.text.format(**names))
         texts.append(" * ".join([name, *factors]))

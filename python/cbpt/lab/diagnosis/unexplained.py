@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.diagnosis.sentence import columns_in_words
 from cbpt.lab.diagnosis.sparse_term import draft
 from cbpt.lab.readings.set_points import levels_of
 from cbpt.lab.selection.lack_of_fit import rate_of, run_time
 from cbpt.lab.selection.scan import label_of
+from cbpt.lab.wording.names import columns_in_words
 
 if TYPE_CHECKING:
     from cbpt.lab.diagnosis.diagnosis import Diagnosis

@@ -17,6 +17,7 @@ from cbpt._core import Drive
 from cbpt.errors import InvalidInputError
 from cbpt.lab.experiment.plan import PlannedRun, sequence
 from cbpt.lab.readings.reader import Readings
+from cbpt.lab.wording.numbers import significant
 
 Floats = NDArray[np.float64]
 
@@ -107,13 +108,13 @@ def _every(drive: Drive, limits: Limits) -> Iterator[PlannedRun]:
             min(limits.torque_Nm, share * limits.torque_Nm * preload / needed)
             for share in _SHARES
         )
-        for peak in dict.fromkeys(float(f"{p:.3g}") for p in peaks):
-            at = replace(plain, preload_N=float(f"{preload:.4g}"))
+        for peak in dict.fromkeys(significant(p, 3) for p in peaks):
+            at = replace(plain, preload_N=significant(preload, 4))
             yield from _runs(at, peak, limits)
 
 
 def _runs(at: PlannedRun, peak: float, limits: Limits) -> Iterator[PlannedRun]:
-    loop = tuple(float(f"{peak * share:.6g}") for share in _LOOP)
+    loop = tuple(significant(peak * share, 6) for share in _LOOP)
     for angle in limits.input_angle_deg:
         yield replace(at, torque_Nm=loop, input_angle_deg=(angle,))
     first = replace(at, input_angle_deg=limits.input_angle_deg[:1])

@@ -36,7 +36,8 @@ from cbpt.lab.model.priors import LOT, PRIORS, VARIANTS, Variant, lots
 from cbpt.lab.readings.inputs import case_of
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.selection.decision import CLASSES, TWINS
-from cbpt.lab.selection.model_comparison import Progress, prior
+from cbpt.lab.selection.model_comparison import Progress
+from cbpt.lab.selection.setting import prior
 from cbpt.lab.wording.versions import versions
 
 __all__ = ["Isolability", "Pair", "Seen", "isolability"]

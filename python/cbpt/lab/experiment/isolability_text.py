@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Sequence
 from textwrap import wrap
 from typing import TYPE_CHECKING
@@ -10,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cbpt._core import text_table
-from cbpt.lab.diagnosis.sentence import listed, shown
 from cbpt.lab.experiment.effect_changes import Form
 from cbpt.lab.model.priors import PRIORS
+from cbpt.lab.wording.numbers import in_words, listed
 
 if TYPE_CHECKING:
     from cbpt.lab.experiment.isolability import Isolability, Pair
@@ -44,7 +43,7 @@ def lines(i: Isolability) -> Iterator[str]:
             most = f"{rival} ({r:.3f})" if rival and r is not None else ""
             table.append([s.label, name, *values, most])
         headers = ["effect", "number", "half the time", "19 of 20", "plausible to"]
-        yield text_table([*headers, "looks most like"], json.dumps(table))
+        yield text_table([*headers, "looks most like"], table)
     for effect, why in i.unseen.items():
         yield f"{effect}: {why}"
     for kind in (_twins, _not_here, _above):
@@ -70,7 +69,7 @@ def sized(form: Form, sizes: Sequence[float | None]) -> tuple[str, list[str]]:
         several = len(variant.sizes) > 1 and not variant.spread
         # Of components of one amplitude the direction is but an example.
         value = size if several else form.values(size)[name]
-        label, _, text = shown(effect, name, value, None).partition(" ")
+        label, text = in_words(effect, name, value, None)
         values.append(text)
     for part in ("_sine", "_cosine"):
         label = label.replace(part, "")
@@ -107,7 +106,7 @@ def _above(i: Isolability) -> Iterator[str]:
         ]
         for p in sorted(pairs, key=lambda p: -p.correlation)
     ]
-    yield text_table(["one", "other", "correlation"], json.dumps(table))
+    yield text_table(["one", "other", "correlation"], table)
 
 
 def _sides(i: Isolability, p: Pair) -> str:

@@ -29,6 +29,7 @@ from cbpt._core import Case, Drive
 from cbpt.errors import PlanError
 from cbpt.lab.readings.headers import CONTRACT, find_unit, read_header, unit_at_end, units_of
 from cbpt.lab.readings.reader import Readings, read_readings
+from cbpt.lab.wording.numbers import significant
 
 __all__ = ["Plan", "PlannedRun", "read_plan", "sequence", "table_text"]
 
@@ -245,7 +246,7 @@ def sequence(shape: str, to: float, points: int, start: float | None = None) -> 
     else:
         way = np.linspace(first, to, points)
         way = np.r_[way, way[-2::-1]] if shape == "up_down" else way
-    return tuple(float(f"{v:.12g}") for v in way)
+    return tuple(significant(v, 12) for v in way)
 
 
 def table_text(readings: Readings) -> str:

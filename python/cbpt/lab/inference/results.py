@@ -24,12 +24,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt._core import text_table
-from cbpt.lab.diagnosis.sentence import DISPLAY
 from cbpt.lab.inference.budget import Budget, Combined
 from cbpt.lab.inference.estimates import parameter, parameters_of, unit_of
 from cbpt.lab.inference.fit import Fit, Fitter, Unknown
 from cbpt.lab.inference.prediction import AtLoad
 from cbpt.lab.model.priors import LOT, PRIORS
+from cbpt.lab.wording.numbers import display, name_of_size, rounded, with_uncertainty
 
 Floats = NDArray[np.float64]
 
@@ -73,27 +73,9 @@ class Result:
         if self.value is None:
             return "", "", ""
         if self.u is None or self.expanded is None:
-            return f"{self.value:.4g}", "", ""
-        place = _place(self.u)
-        return _to(self.value, place), _to(self.u, place), _to(self.expanded, place)
-
-
-def _place(u: float) -> int:
-    """Of the second digit of u, as a power of ten; 0.0996 rounds up to 0.10."""
-    first = int(np.floor(np.log10(u)))
-    if round(u / 10.0 ** (first - 1)) >= 100:
-        first += 1
-    return first - 1
-
-
-def _to(value: float, place: int) -> str:
-    """A number rounded to a power of ten."""
-    if place >= 0:
-        rounded = round(value / 10.0**place) * 10.0**place
-        return f"{rounded:.0f}" if place < 6 else f"{rounded:.3g}"
-    if place < -7:
-        return f"{value:.{max(int(np.floor(np.log10(abs(value) or 1))) - place, 0)}e}"
-    return f"{value:.{-place}f}"
+            return rounded(self.value, 4), "", ""
+        value, u, expanded = with_uncertainty(self.value, self.u, self.expanded)
+        return value, u, expanded
 
 
 @dataclass(frozen=True)
@@ -159,7 +141,7 @@ class Results:
         """As text, rounded: a table, then what each quantity rests on."""
         table = [[row.name, *row.rounded, row.unit, row.evaluation] for row in self.rows]
         headers = ["quantity", "value", "u", "U (95 %)", "unit", "type"]
-        lines = [text_table(headers, json.dumps(table))]
+        lines = [text_table(headers, table)]
         for row in self.rows:
             text = f"{row.name}: {_basis(row)}"
             lines += wrap(text, _WIDTH, initial_indent="  ", subsequent_indent="    ")
@@ -254,8 +236,8 @@ def _of_unknown(budget: Budget, unknown: Unknown) -> tuple[Result, Floats]:
     """A parameter of an effect, or a number of the drive or the rig."""
     effect, _, name = unknown.name.partition(".")
     if not name:
-        name = next(n for e, n in DISPLAY if e == effect)
-    label, size = DISPLAY.get((effect, name), (name, 1.0))
+        name = name_of_size(effect)
+    label, size = display(effect, name)
     kind = "number" if effect in PRIORS else "effect"
     row = Result(f"{effect}.{label}", kind, budget.fit.value(unknown) / size, unit_of(label))
     gradient = budget.gradient(unknown)
@@ -311,7 +293,7 @@ def _chosen(fit: Fit) -> Iterator[Result]:
     """What was chosen and not fitted, and what many numbers stand for."""
     for variant in fit.hypothesis.variants:
         for name, value in variant.fixed:
-            label, size = DISPLAY.get((variant.effect, name), (name, 1.0))
+            label, size = display(variant.effect, name)
             why = "chosen among the forms of the effect, not fitted"
             full = f"{variant.effect}.{label}"
             yield Result(full, "effect", value / size, unit_of(label), why_no_u=why)
@@ -326,8 +308,8 @@ def _exact(fitter: Fitter, fit: Fit) -> Iterator[Result]:
     free = {u.name.partition(".")[0] for u in fit.unknowns}
     for effect, key in PRIORS.items():
         if effect not in free and fitter.campaign.priors.get(effect) == 0:
-            name = next(n for e, n in DISPLAY if e == effect)
-            label, size = DISPLAY[effect, name]
+            name = name_of_size(effect)
+            label, size = display(effect, name)
             value = fitter.neutral(effect, name) / size
             why = f"stated as exact ({key} = 0)"
             yield Result(f"{effect}.{label}", "number", value, unit_of(label), why_no_u=why)
@@ -373,5 +355,5 @@ def _notes(load: AtLoad | None) -> Iterator[str]:
     if not load.inside.all():
         yield "Loads beyond those of the readings are extrapolated; u does not cover that."
     for name, angles in load.by_rival_arcsec.items():
-        listed = ", ".join(f"{angle:.4g}" for angle in angles)
-        yield f"With {name} in the answer's place: {listed} arcsec."
+        there = ", ".join(rounded(angle, 4) for angle in angles)
+        yield f"With {name} in the answer's place: {there} arcsec."

@@ -1,4 +1,6 @@
 """Names, numbers and units as text.
 
+names      effects and columns of readings in words
+numbers    numbers rounded for people, parameters in their usual units, words in a row
 versions   what an answer was made with
 """

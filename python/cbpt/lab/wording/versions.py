@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import platform
+from importlib.metadata import version
 
 import numpy as np
+
+
+def product_version() -> str:
+    """Of this package, as it is installed."""
+    return version("cbpt")
 
 
 def versions() -> dict[str, str]:
     """Of the package, of the libraries that its numbers come from, and of Python."""
     import scipy
 
-    from cbpt import __version__
-
     return {
-        "cbpt": __version__,
+        "cbpt": product_version(),
         "numpy": np.__version__,
         "scipy": scipy.__version__,
         "python": platform.python_version(),

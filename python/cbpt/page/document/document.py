@@ -72,10 +72,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive, effect_specs, own_effect_variables
-from cbpt.lab.diagnosis.sentence import called, moved, tell_tale
+from cbpt.lab.diagnosis.sentence import moved
 from cbpt.lab.model.priors import PRIORS
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.set_points import settings
+from cbpt.lab.wording.names import called, tell_tale
+from cbpt.lab.wording.versions import product_version
 from cbpt.page.document.curves import BRANCHES, Curves
 from cbpt.page.document.plain import array, numbers
 from cbpt.page.document.stated import REFITTED, STATED, UNKNOWN, key_of, stated
@@ -162,7 +164,6 @@ def page_document(
     models: of the diagnosis, where they are at hand. isolability: the document of the campaign.
     reasons: why something is not there, by key.
     """
-    from cbpt import __version__
     from cbpt.page.document.drive import drive_section
 
     told = dict(reasons or {})
@@ -192,7 +193,7 @@ def page_document(
     _, names = settings(readings)
     return {
         "schema": SCHEMA,
-        "product": {"name": "CBPT", "version": __version__},
+        "product": {"name": "CBPT", "version": product_version()},
         "case": {
             "name": source.case_name,
             "text": text,

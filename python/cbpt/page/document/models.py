@@ -20,7 +20,7 @@ from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError
 from cbpt.lab.diagnosis.diagnosis import Diagnosis, log_total
 from cbpt.lab.diagnosis.fitted import case_with
-from cbpt.lab.diagnosis.sentence import DISPLAY, name_of, shown, tell_tale
+from cbpt.lab.diagnosis.sentence import name_of
 from cbpt.lab.inference.cross_validation import held_out_residual, rms
 from cbpt.lab.inference.estimates import parameters_of
 from cbpt.lab.inference.fit import Fit
@@ -29,7 +29,9 @@ from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.own_terms import campaign_of
 from cbpt.lab.model.priors import PRIORS
 from cbpt.lab.readings.reader import Readings
-from cbpt.lab.selection.model_comparison import Names
+from cbpt.lab.selection.setting import Names
+from cbpt.lab.wording.names import tell_tale
+from cbpt.lab.wording.numbers import display, shown
 from cbpt.page.document.bench import Bench
 from cbpt.page.document.curves import Curves
 from cbpt.page.document.plain import array, numbers
@@ -249,7 +251,7 @@ def _parameters(fit: Fit, effects: Sequence[str]) -> Iterator[dict[str, Any]]:
     for effect in effects:
         for name, found in parameters_of(fit, effect).items():
             p = found | rough
-            label, size = DISPLAY.get((effect, name), (name, 1.0))
+            label, size = display(effect, name)
             yield {
                 "effect": effect,
                 "name": label,

@@ -1,0 +1,90 @@
+"""Effects, kinds of noise and columns of readings in words.
+
+called              what an effect is called, of a reducer of a kind
+tell_tale           how an effect shows in the readings
+columns_in_words    what something depends on
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from cbpt._core import effect_specs
+from cbpt.lab.wording.numbers import listed
+
+NAMES = {
+    "unknown": "something that is not in the library",
+    "contact_stiffness": "a contact stiffness other than designed",
+    "contact_angle": "contact angles other than designed",
+    "torque_scale": "a wrong gain of the torque readings",
+    "preload_scale": "a wrong gain of the preload readings",
+    "sensor_gain": "a wrong gain of the angle sensor",
+    "sensor_nonlinearity": "a nonlinear angle sensor",
+    "run_offset": "a zero that differs from run to run",
+    "drift": "a drift of the instrument",
+    "eccentric_bearing": "compliance of the eccentric bearing",
+    "bearing_play": "play in the bearing",
+    "backlash": "backlash",
+    "output_torsion": "torsion of the output shaft",
+    "friction_hysteresis": "friction (a hysteresis loop that follows the preload)",
+    "preload_loss": "preload that does not reach the meshing points",
+    "preload_spring": "a stiff preload mechanism (the preload changes as the plates move)",
+    "thermal_preload": "preload that follows the temperature",
+    "eccentricity_error": "an eccentricity error (once per turn of the input)",
+    "groove_pitch_error": "a pitch error of the groove",
+    "ball_diameter_lot": "balls of unequal diameter",
+    "plate_tilt": "a tilt between the plates",
+    "rough_contact": "contacts softer than Hertz's (rough surfaces)",
+    "run_in": "a permanent set of the first loading",
+    "wear": "preload that is lost with time",
+    "creep": "creep under torque",
+}
+"""What each effect is called in a sentence."""
+
+_OF_SPRINGS = {
+    "contact_stiffness": "a torsional stiffness other than stated",
+    "eccentric_bearing": "a compliance that stiffens with the load",
+    "friction_hysteresis": "friction (a hysteresis loop)",
+}
+
+_TELL_TALES = {spec.id: spec.tell_tale for spec in effect_specs()}
+_TELL_TALES_OF_SPRINGS = {
+    "torque_scale": "moves the bends of the curve along the torque",
+    "sensor_gain": "scales every angle; the bends of the curve stay at their torques",
+    "eccentric_bearing": "grows with torque, less than in proportion",
+    "output_torsion": "linear in torque, no loop",
+    "friction_hysteresis": "a loop, wider under load where friction grows with it; the first "
+    "loading of a run reads stiffer",
+}
+"""Where the library's speaks of preload or contacts, which such a reducer does not have."""
+
+_COLUMNS = {
+    "torque_Nm": "the torque",
+    "preload_N": "the preload",
+    "preload_step": "the preload step",
+    "input_angle_deg": "the input angle",
+    "direction": "the direction of loading",
+    "time_s": "time",
+    "run_time_s": "the time since a run began",
+    "torque_rate": "the rate of loading",
+    "temperature_degC": "the temperature",
+    "cycle": "the cycle",
+    "run": "the run",
+}
+
+
+def called(effect: str, kind: str) -> str:
+    """What an effect is called, of a reducer of that kind."""
+    own = _OF_SPRINGS if kind == "torsion_spring" else {}
+    return own.get(effect, NAMES.get(effect, effect))
+
+
+def tell_tale(effect: str, kind: str) -> str:
+    """How an effect of the library shows in readings of a reducer of that kind."""
+    own = _TELL_TALES_OF_SPRINGS if kind == "torsion_spring" else {}
+    return own.get(effect, _TELL_TALES.get(effect, ""))
+
+
+def columns_in_words(columns: Sequence[str]) -> str:
+    """What a misfit depends on: the torque and the input angle."""
+    return listed([_COLUMNS.get(c, c) for c in columns])
