@@ -69,7 +69,7 @@ def test_the_loop_is_seen_in_the_residual(dev04: Any) -> None:
     # Falling torque reads high, rising torque low: the loop that the model has not.
     bias = dev04.evaluate(
         """async () => {
-          const { state, modelShown } = await import('/store.js');
+          const { state, modelShown } = await import('/lib/store.js');
           const sums = { up: 0, down: 0, none: 0 };
           modelShown().residual_arcsec.forEach(
             (v, i) => sums[state.document.readings.branch[i]] += v);
@@ -309,7 +309,7 @@ def test_an_own_effect_is_checked_as_typed_fitted_and_shown(live: Any) -> None:
     live.click("#own-fit")
     live.wait_for_function(f"() => {on} === 1")
     held = live.evaluate(
-        """async () => (await import('/store.js')).state.document.models
+        """async () => (await import('/lib/store.js')).state.document.models
              .filter(m => m.effects.includes('my_effect')).map(m => m.key)"""
     )
     assert held == ["my_effect"]

@@ -52,13 +52,13 @@ def test_another_sheet_is_another_campaign(client: TestClient, tmp_path: Path) -
 
 
 HELD = """async () => {
-  const { state } = await import('/store.js');
+  const { state } = await import('/lib/store.js');
   return state.document.models.map(m => [m.key, m.residual_arcsec.length]);
 }"""
 
 
 SHOWN_LATER = """async effects => {
-  (await import('/models.js')).show(effects);
+  (await import('/lib/models.js')).show(effects);
 }"""
 
 
@@ -116,12 +116,12 @@ def test_switches_used_faster_than_they_are_fitted_all_count(browser: Any) -> No
         wanted = ["creep", "drift", "plate_tilt"]
         page.evaluate(
             """async effects => {
-              const { toggle } = await import('/models.js');
+              const { toggle } = await import('/lib/models.js');
               await Promise.all(effects.map(effect => toggle(effect)));
             }""",
             wanted,
         )
-        modelled = "async () => (await import('/store.js')).modelShown().effects.toSorted()"
+        modelled = "async () => (await import('/lib/store.js')).modelShown().effects.toSorted()"
         assert page.evaluate(modelled) == wanted
 
 
@@ -142,7 +142,7 @@ def test_plots_wait_for_a_switch_but_not_where_they_are_looked_at(browser: Any) 
         with page.expect_request(re.compile("api/model")):
             page.evaluate(
                 """async () => {
-                  const { show } = await import('/models.js');
+                  const { show } = await import('/lib/models.js');
                   document.querySelector('#where .area').dataset.old = 'true';
                   show(['drift']);
                   show(['creep', 'drift', 'plate_tilt']);

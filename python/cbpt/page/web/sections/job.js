@@ -3,10 +3,10 @@
  * can be stopped. The readings stand beside the drive as stated meanwhile.
  */
 
-/** @import { Child } from "./types.d.ts" */
-import { get, isLive, post, Superseded } from "./api.js";
-import { announce, byId, el, fill, trouble } from "./dom.js";
-import { on, setDocument, state } from "./store.js";
+/** @import { Child } from "../types.d.ts" */
+import { get, isLive, post, Superseded } from "../lib/api.js";
+import { announce, byId, el, fill, trouble } from "../lib/dom.js";
+import { on, setDocument, state } from "../lib/store.js";
 
 const PAUSE_MS = 150;
 

@@ -1,9 +1,9 @@
 /** Files: a case and a table dropped on the page, and what the columns mean where names leave doubt. */
 
-import { get, handOver, isLive, post, upload } from "./api.js";
-import { announce, byId, el, fill, table } from "./dom.js";
-import { onDrop } from "./drop.js";
-import { setDocument } from "./store.js";
+import { get, handOver, isLive, post, upload } from "../lib/api.js";
+import { announce, byId, el, fill, table } from "../lib/dom.js";
+import { onDrop } from "../lib/drop.js";
+import { setDocument } from "../lib/store.js";
 
 export function setUpUpload() {
   if (!isLive()) return;
