@@ -78,11 +78,12 @@ bench: build $(VENV)/benched $(VENV)/tested  ## speed beside fsolve, NumPy, numb
 	$(PYTHON) benches/diagnosis.py
 	$(PYTHON) benches/page.py
 
-trial: build  ## the diagnosis scored on campaigns with a hidden effect, at full length (an hour or two): docs/trial.md
-	$(PYTHON) benches/trial.py --sets 60 --null-sets 400 --seed 5 --quiet --page docs/trial.md --json out/trial.json
+trial: build  ## the diagnosis scored on campaigns with a hidden effect, at full length (an hour or two): docs/explanation/trial.md
+	$(PYTHON) benches/trial --sets 60 --null-sets 400 --seed 5 --quiet --page docs/explanation/trial.md --json out/trial.json
 
-screenshots: build $(VENV)/tested  ## the pictures of docs/page.md, taken of the page
-	$(PYTHON) docs/page/screenshots.py
+screenshots: build $(VENV)/tested  ## the picture of the page in the README, taken anew
+	$(PYTHON) docs/site/screenshots.py $(OUT)/screenshots
+	cp $(OUT)/screenshots/after.png docs/img/page.png
 
 instructions:  ## instructions of the hot loops against what is kept, by callgrind
 	python3 benches/instructions.py

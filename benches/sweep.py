@@ -7,7 +7,7 @@
   cluster of one worker; the difference is their overhead. Beside it a drive of its own for each
   case, which costs more to solve, and a size of an effect of its own, which does too.
 
-Shorter with `--cases 1e6`; the page docs/sweeps.md gives the figures of the full run.
+Shorter with `--cases 1e6`; the page docs/how-to/sweeps.md gives the figures of the full run.
 """
 
 from __future__ import annotations

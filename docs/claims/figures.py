@@ -1,10 +1,10 @@
 """Counterparts of the paper's figures, and the page that holds its claims against this model.
 
-    python docs/claims/figures.py [--out DIR]   draw the figures, write README.md beside this file
-    python docs/claims/figures.py --check       exit 1 if README.md is not what would be written
+    python docs/claims/figures.py               write docs/explanation/claims.md
+    python docs/claims/figures.py --check       exit 1 if that page is not what would be written
+    python docs/claims/figures.py --draw DIR    draw the figures into a folder (`make docs` does)
 
-The page is generated, so it cannot drift from the model. Drawing needs matplotlib, the page alone
-does not.
+The page is generated, so it cannot drift from the model. Only drawing needs matplotlib.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 HERE = Path(__file__).parent
-PAGE = HERE / "README.md"
+PAGE = HERE.parent / "explanation" / "claims.md"
 
 # Okabe and Ito's colours, which stay apart for colour-blind readers.
 BLUE, ORANGE, GREEN, PURPLE, GREY = "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8a8a8a"
@@ -452,22 +452,24 @@ def page() -> str:
     for key, (title, text, make) in FIGURES.items():
         parts.append(f"### Figure {key}: {title}\n\n{text}\n")
         if make is not None:
-            parts.append(f"![{title}](img/fig{key}.svg)\n")
+            parts.append(f"<!-- picture: claims/fig{key}.svg | {title} -->\n")
     return "\n".join(parts)
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description="Draw the figures and write the page of claims.")
-    parser.add_argument("--out", type=Path, default=HERE / "img", help="folder of the figures")
+    parser.add_argument("--draw", type=Path, metavar="DIR", help="only draw, into this folder")
     parser.add_argument("--check", action="store_true", help="only compare the page, write nothing")
     options = parser.parse_args()
+    if options.draw:
+        draw(options.draw)
+        return 0
     text = page()
     if options.check:
         if PAGE.exists() and PAGE.read_text(encoding="utf-8") == text:
             return 0
         print(f"{PAGE} is not up to date: run python {Path(__file__).name}", file=sys.stderr)
         return 1
-    draw(options.out)
     PAGE.write_text(text, encoding="utf-8")
     return 0
 

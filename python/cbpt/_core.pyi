@@ -1156,7 +1156,10 @@ def sweep_statuses() -> list[str]:
     Names of how a row can end, by their codes.
     """
 
-def text_table(columns: SupportsGetItem[int, str], rows_json: str) -> str:
+def text_table(columns: SupportsGetItem[int, str], rows: SupportsGetItem[int, SupportsGetItem[int, bool | SupportsIndex | SupportsFloat | str | None]]) -> str:
     """
-    A text table as the command line draws it: column names, and a JSON array of rows (text, numbers, null).
+    A text table as the command line draws it.
+
+    ``columns`` are the column names; each row has a cell for each column. Numbers are shown to six significant digits;
+    ``None`` and numbers that are not finite are shown as ``-``.
     """

@@ -93,7 +93,7 @@ def expression(
     port: `series` and `reading` add an angle (rad), `load` adds to `adds_to`, `torque_Nm` or
         `preload_N`.
     expression: numbers, parameters, `VARIABLES`, `pi`, + - * / ^ and the functions of
-        `docs/own-effects.md`.
+        `docs/how-to/own-effects.md`.
     parameters: by name; `min` and `max` are the plausible range, which is the prior of a fit.
 
     Raises `CaseError`, which names the character of the formula and the nearest right name.

@@ -17,9 +17,9 @@ import cbpt
 from cbpt import Drive, InvalidInputError, _core
 from common.rings import RINGS, CaseDict
 from reference.rig import ARCSEC, Rows, drive_of, simulate
-from reference.rig_campaign import Plan, rows_of
-from reference.rig_effects import LIBRARY, Hidden, hidden
-from reference.rig_kinds import Kind
+from reference.rig.campaign import Plan, rows_of
+from reference.rig.effects import LIBRARY, Hidden, hidden
+from reference.rig.kinds import Kind
 
 Floats = NDArray[np.float64]
 

@@ -22,7 +22,6 @@ import evidence
 import figures
 from claims import Claim, claims
 
-CLAIMS = Path(figures.__file__).parent
 HOLDS, FAILS = "holds", "does not hold"
 UP_TO_UNDERCUT = "holds where the grooves do not undercut (r0 above 2.33 mm with 20 balls)"
 ABOVE_14_DEG = "holds where β is above about 14 deg"
@@ -352,16 +351,12 @@ def test_verdict_follows_the_evidence() -> None:
 def test_page_is_up_to_date(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(sys, "argv", ["figures.py", "--check"])
     assert figures.main() == 0
-    stale = tmp_path / "README.md"
+    stale = tmp_path / "claims.md"
     stale.write_text(figures.page().replace("145.05", "145.06"), encoding="utf-8")
     monkeypatch.setattr(figures, "PAGE", stale)
     assert figures.main() == 1
 
 
-def test_page_has_every_figure() -> None:
-    linked = re.findall(r"\]\((img/fig\d+\.svg)\)", figures.page())
-    assert linked == [f"img/fig{n}.svg" for n in (7, *range(9, 19), 20)]
-    for link in linked:
-        drawing = (CLAIMS / link).read_bytes()
-        assert len(drawing) < 60_000
-        assert b"dc:date" not in drawing
+def test_page_has_a_place_for_every_figure() -> None:
+    places = re.findall(r"^<!-- picture: claims/(fig\d+)\.svg \| .+ -->$", figures.page(), re.M)
+    assert places == [f"fig{n}" for n in (7, *range(9, 19), 20)]

@@ -18,12 +18,13 @@ from common.rings import RINGS as CASE
 from reference.contact import Floats
 from reference.forward import CrossSlide, Drive, solve_drive
 from reference.rig import ARCSEC, Rows, drive_of, held_Nm, simulate
-from reference.rig_campaign import Campaign, Plan, draw_case, rows_of
-from reference.rig_effects import LIBRARY, OUTSIDE, Hidden, draw_hidden, hidden
-from reference.rig_mesh import NotHeldError
-from reference.rig_noise import NOISE_KINDS, Noise, draw_noise
-from reference.rig_rivals import rival_correlations, yardstick_of
-from reference.rig_trial import SINGLES, Family, make_trial
+from reference.rig.campaign import Campaign, Plan, draw_case, rows_of
+from reference.rig.effects import LIBRARY, OUTSIDE, Hidden, draw_hidden, hidden
+from reference.rig.mesh import NotHeldError
+from reference.rig.noise import NOISE_KINDS, Noise, draw_noise
+from trial import families
+from trial.families import SINGLES, Family, make_trial
+from trial.rivals import rival_correlations, yardstick_of
 
 PLAN = Plan(
     preloads_N=(420.0, 800.0),
@@ -70,8 +71,11 @@ def test_torque_beyond_what_is_held_is_refused() -> None:
         simulate(DRIVE, rows)
 
 
-def test_the_rig_never_meets_the_product() -> None:
-    for path in (Path(__file__).parents[1] / "reference").glob("rig*.py"):
+def test_neither_rig_nor_score_meets_the_product() -> None:
+    trial = set(Path(families.__file__).parent.glob("*.py"))
+    meets = {path for path in trial if path.stem in ("answers", "run")}
+    reference = (Path(__file__).parents[1] / "reference").rglob("*.py")
+    for path in [*reference, *(trial - meets)]:
         tree = ast.parse(path.read_text())
         names = {a.name for n in ast.walk(tree) if isinstance(n, ast.Import) for a in n.names}
         names |= {n.module or "" for n in ast.walk(tree) if isinstance(n, ast.ImportFrom)}

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from reference.rig import ARCSEC, Rows, drive_of, simulate
-from reference.rig_effects import hidden
+from reference.rig.effects import hidden
 
 FOLDER = Path(__file__).parents[2] / "examples" / "tutorial"
 U_ARCSEC = 0.3

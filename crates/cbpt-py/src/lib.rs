@@ -26,6 +26,7 @@ mod solution;
 mod sweep;
 
 use pyo3::prelude::*;
+use serde_json::Value;
 
 /// What `__reduce__` returns: a callable and its arguments.
 type Reduced<T> = PyResult<(Py<PyAny>, T)>;
@@ -65,10 +66,28 @@ fn run_command_line(py: Python<'_>, arguments: Vec<String>) -> u8 {
     py.detach(|| cbpt_cli::run(arguments.into_iter().map(Into::into)))
 }
 
-/// A text table as the command line draws it: column names, and a JSON array of rows (text, numbers, null).
+/// A cell of a text table; ``None`` is drawn as a dash.
+#[derive(FromPyObject)]
+enum Cell {
+    Flag(bool),
+    Whole(i64),
+    Real(f64),
+    Text(String),
+}
+
+/// A text table as the command line draws it.
+///
+/// ``columns`` are the column names; each row has a cell for each column. Numbers are shown to six significant digits;
+/// ``None`` and numbers that are not finite are shown as ``-``.
 #[pyfunction]
-fn text_table(columns: Vec<String>, rows_json: &str) -> PyResult<String> {
-    let rows = serde_json::from_str(rows_json)
-        .map_err(|error| pyo3::exceptions::PyValueError::new_err(format!("rows_json: {error}")))?;
-    Ok(cbpt_cli::report::Table { columns, rows }.text())
+fn text_table(columns: Vec<String>, rows: Vec<Vec<Option<Cell>>>) -> String {
+    let value = |cell: Option<Cell>| match cell {
+        None => Value::Null,
+        Some(Cell::Flag(flag)) => flag.into(),
+        Some(Cell::Whole(number)) => number.into(),
+        Some(Cell::Real(number)) => number.into(),
+        Some(Cell::Text(text)) => text.into(),
+    };
+    let rows = rows.into_iter().map(|row| row.into_iter().map(value).collect()).collect();
+    cbpt_cli::report::Table { columns, rows }.text()
 }

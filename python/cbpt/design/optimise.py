@@ -140,11 +140,11 @@ class Optimum:
                 *(f"  {sentence}" for sentence in self.violated),
                 *lines,
             ]
-        rows = []
+        rows: list[list[str | float]] = []
         for name, (was, now) in self.numbers.items():
             key, before = shown(name, was)
             rows.append([key, before, shown(name, now)[1]])
-        lines.append(text_table(["number", "before", "now"], json.dumps(rows)))
+        lines.append(text_table(["number", "before", "now"], rows))
         lines.append(self._of_period(angle))
         if self.found:
             at = ", ".join(self.binds) or "none; the smallest angle lies inside the bounds"

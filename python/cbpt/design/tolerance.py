@@ -212,7 +212,7 @@ class Tolerance:
                 ]
             )
         heads = ["number", "nominal", "scatters by", "share_%", "share_drawn_%"]
-        lines.append(text_table(heads, json.dumps(rows)))
+        lines.append(text_table(heads, rows))
         told = [(_ended(kind), count) for kind, count in self.status.items() if kind != "ok"]
         told += [(name.replace("_", " "), count) for name, count in self.lost.items()]
         for name, count in told:

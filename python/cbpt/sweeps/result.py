@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import csv
 import itertools
-import json
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -248,11 +248,10 @@ class Sweep:
             words = ["none", *sweep_findings()[1:]]
             data["finding"] = flags(self.rows.finding, words, "why the drive cannot be built")
         data["status"] = flags(self.rows.status, sweep_statuses(), "how the row ended")
-        record = json.loads(self.plan.record)
         attributes = {
             "Conventions": "CF-1.11",
             "title": "Sweep of the elastic angle of a reducer",
-            "source": f"CBPT {record['cbpt']}",
+            "source": f"CBPT {version('cbpt')}",
             "cbpt_sweep": self.plan.record,
         }
         return xarray.Dataset(data, coordinates, attributes)

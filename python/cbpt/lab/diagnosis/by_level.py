@@ -110,7 +110,7 @@ class DividedDiagnosis:
                 cells.append(value)
             rows.append([label, *cells])
         rmse = [f"{fit.rmse_arcsec:.3g}" for fit in self.fits.values()]
-        yield text_table([self.by, *self.fits], json.dumps([*rows, ["rmse_arcsec", *rmse]]))
+        yield text_table([self.by, *self.fits], [*rows, ["rmse_arcsec", *rmse]])
 
     def __repr__(self) -> str:
         return self.report()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from typing import Any
 
@@ -47,7 +46,7 @@ def lines(c: ComparisonData, angle_unit: str) -> Iterator[str]:
             for group in c.groups
             if group.column == column
         ]
-    yield text_table(headers, json.dumps(rows))
+    yield text_table(headers, rows)
     yield ""
     yield from _where(c, angle_unit)
     yield (
@@ -142,7 +141,7 @@ def _added(c: ComparisonData, before: ComparisonData, angle_unit: str) -> Iterat
         [n.effect, n.name if n.name != n.effect else "", rounded(n.value, 4), rounded(n.u, 4)]
         for n in c.numbers
     ]
-    yield text_table(["effect", "parameter", "value", "u"], json.dumps(rows))
+    yield text_table(["effect", "parameter", "value", "u"], rows)
 
 
 def _scatter(c: ComparisonData, angle_unit: str) -> Iterator[str]:
@@ -215,7 +214,7 @@ def _where(c: ComparisonData, angle_unit: str) -> Iterator[str]:
     yield "where the misfit stands out from the rest (p_value: the chance that noise alone does):"
     headers = ["region", "readings", "share of\nmisfit", "bias", "excess", "p_value"]
     headers[3:5] = [f"{name}\n{angle_unit}" for name in headers[3:5]]
-    rows = [
+    rows: list[list[str | float]] = [
         [
             region.label,
             region.readings,
@@ -226,4 +225,4 @@ def _where(c: ComparisonData, angle_unit: str) -> Iterator[str]:
         ]
         for region in c.where
     ]
-    yield text_table(headers, json.dumps(rows))
+    yield text_table(headers, rows)

@@ -35,8 +35,9 @@ from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.unit_check import slips
 from cbpt.lab.selection.decision import Verdict, judge
-from cbpt.lab.selection.model_comparison import Competition, Names, Progress, compete
+from cbpt.lab.selection.model_comparison import Competition, Progress, compete
 from cbpt.lab.selection.patterns import Pattern
+from cbpt.lab.selection.setting import Names
 from cbpt.results import solve_many
 
 __all__ = ["diagnose"]

@@ -96,8 +96,6 @@ class Fitted:
         return "\n".join(self._lines())
 
     def _lines(self) -> Iterator[str]:
-        import json
-
         yield f"{len(self.readings)} readings of {self.readings.source}"
         yield from (f"Note: {note}" for note in self.notes)
         for effect, found in self.parameters().items():
@@ -113,7 +111,7 @@ class Fitted:
             for name, r in (("as given", self.before), ("fitted", self.after))
         ]
         yield f"Error, in sample and held out by {self.held_out_by}:"
-        yield text_table(["", "rmse_arcsec", "held_out_arcsec", "chi2/dof"], json.dumps(rows))
+        yield text_table(["", "rmse_arcsec", "held_out_arcsec", "chi2/dof"], rows)
 
     def __repr__(self) -> str:
         return self.report()

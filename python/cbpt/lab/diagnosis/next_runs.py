@@ -118,7 +118,7 @@ class NextRuns:
             )
         yield f"Expected log odds of what is true against the others ({LIMIT:.1f} decide):"
         headers = ["preload_N", "torque_Nm", "torque goes", "input_angle_deg", "gain", "separates"]
-        yield text_table(headers, json.dumps(table))
+        yield text_table(headers, table)
         count = self.runs_like_it()
         if count is not None and count > 1:
             yield f"About {count} such runs would decide between the closest two."

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping
 from textwrap import wrap
 from typing import Any
@@ -162,4 +161,4 @@ def _percent(number: str, prior: float) -> str:
 
 
 def _table(headers: list[str], rows: list[list[str]]) -> str:
-    return text_table(headers, json.dumps(rows))
+    return text_table(headers, rows)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Sequence
 from textwrap import wrap
 
@@ -41,7 +40,7 @@ def lines(i: IsolabilityData) -> Iterator[str]:
             most = f"{rival} ({r:.3f})" if rival and r is not None else ""
             table.append([s.label, name, *values, most])
         headers = ["effect", "number", "half the time", "19 of 20", "plausible to"]
-        yield text_table([*headers, "looks most like"], json.dumps(table))
+        yield text_table([*headers, "looks most like"], table)
     for effect, why in i.unseen.items():
         yield f"{effect}: {why}"
     for kind in (_twins, _not_here, _above):
@@ -104,7 +103,7 @@ def _above(i: IsolabilityData) -> Iterator[str]:
         ]
         for p in sorted(pairs, key=lambda p: -p.correlation)
     ]
-    yield text_table(["one", "other", "correlation"], json.dumps(table))
+    yield text_table(["one", "other", "correlation"], table)
 
 
 def _sides(i: IsolabilityData, p: Pair) -> str:

@@ -14,7 +14,6 @@ linear, is the check.
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -38,7 +37,7 @@ from cbpt.lab.model.priors import LOT, VARIANTS, Variant
 from cbpt.lab.readings.inputs import case_of
 from cbpt.lab.selection.decision import TWINS
 from cbpt.lab.selection.fit_effects import predicted
-from cbpt.lab.selection.model_comparison import prior
+from cbpt.lab.selection.setting import prior
 from cbpt.lab.wording.numbers import listed, shown
 
 __all__ = ["Apart", "Design", "shortest_plan"]
@@ -124,13 +123,13 @@ class Design:
             for run in self.plan.runs
         ]
         headers = ["preload_N", "torque_Nm", "torque goes", "input_angle_deg"]
-        yield text_table(headers, json.dumps(table))
+        yield text_table(headers, table)
         rows = [
             [a.effect, a.other or "nothing", f"{a.d:.1f}", f"{a.needed:.1f}"]
             for a in sorted(self.apart, key=lambda a: a.d / a.needed)
         ]
         yield "How far each is from the other, in standard uncertainties, the closest first:"
-        yield text_table(["effect", "from", "apart", "needed"], json.dumps(rows[:10]))
+        yield text_table(["effect", "from", "apart", "needed"], rows[:10])
         for now, best in zip(self.apart, self.at_best, strict=True):
             if not now.enough:
                 what = f"{now.effect} from {now.other or 'nothing'}"

@@ -141,7 +141,7 @@ class Results:
         """As text, rounded: a table, then what each quantity rests on."""
         table = [[row.name, *row.rounded, row.unit, row.evaluation] for row in self.rows]
         headers = ["quantity", "value", "u", "U (95 %)", "unit", "type"]
-        lines = [text_table(headers, json.dumps(table))]
+        lines = [text_table(headers, table)]
         for row in self.rows:
             text = f"{row.name}: {_basis(row)}"
             lines += wrap(text, _WIDTH, initial_indent="  ", subsequent_indent="    ")

@@ -24,8 +24,9 @@ from cbpt.lab.inference.fit import Fit
 from cbpt.lab.model.discrepancy import FORM_ODDS
 from cbpt.lab.model.forward import DEFAULT_UNCERTAINTY
 from cbpt.lab.model.priors import PRIORS
-from cbpt.lab.selection.model_comparison import Competition, Names
+from cbpt.lab.selection.model_comparison import Competition
 from cbpt.lab.selection.patterns import Pattern
+from cbpt.lab.selection.setting import Names
 
 ODDS_LIMIT = 20.0
 """Posterior odds beyond which a rival is out."""
@@ -406,7 +407,7 @@ def _share_of_nothing(competition: Competition, besides: Iterable[str] = ()) -> 
 def calibrated(share: float) -> float:
     """Probability that an answer is right, from its share of all that was weighed.
 
-    Over the trial (`benches/trial.py`, reliability table) answers of share s were right about
+    Over the trial (`benches/trial`, reliability table) answers of share s were right about
     0.95 s of the time; fitted on seeds 2 and 3, the published table is of another.
     """
     return float(0.95 * share)

@@ -30,7 +30,7 @@ from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.own_terms import campaign_of
 from cbpt.lab.model.priors import PRIORS
 from cbpt.lab.readings.reader import Readings
-from cbpt.lab.selection.model_comparison import Names
+from cbpt.lab.selection.setting import Names
 from cbpt.lab.wording.names import tell_tale
 from cbpt.lab.wording.numbers import display, shown
 from cbpt.page.document.bench import Bench

@@ -1,0 +1,105 @@
+"""The score of a trial as a page of the documentation, with the reliability of its probabilities.
+
+write_page(PAGE, score, outcomes)   the page
+"""
+
+from __future__ import annotations
+
+import datetime
+import math
+import platform
+import subprocess
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from trial.grades import Outcome
+from trial.score import Measure, measures, reliability
+
+_INTRO = """# The trial
+
+Campaigns with a hidden effect, made by an implementation that shares nothing with the product,
+diagnosed blind and scored. `make trial` runs it at full length (60 sets of each strength and
+family, 400 of each noise without an effect) and writes this page; `tests/lab/test_trial.py` is a
+short form. The rig is in `tests/reference/rig`; its effects vary in form from the library's. *d* is
+how far a hidden effect stands out of the noise once the numbers of the drive are refitted, in
+standard deviations. The oracle knows the true forms and the noise. Plain AIC and BIC choose among
+the same fits. Labels are sealed: who answers sees a case file and a table.
+"""
+
+
+def commit(top: Path) -> str:
+    """The commit that is checked out, marked where the tree differs; `unknown` outside git."""
+    try:
+        told = subprocess.run(
+            ["git", "describe", "--always", "--dirty", "--abbrev=12"],
+            cwd=top,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+    except (OSError, subprocess.CalledProcessError):
+        return "unknown"
+    return told.stdout.strip()
+
+
+def write_page(page: Path, score: Mapping[str, Any], outcomes: Sequence[Outcome]) -> None:
+    """The page; `make docs` draws its picture from the table of probabilities."""
+    top = Path(__file__).parents[2]
+    seconds = [o["seconds"] for o in outcomes]
+    page.parent.mkdir(parents=True, exist_ok=True)
+    order = score["order_of_library"]
+    today = datetime.datetime.now(datetime.UTC).date().isoformat()
+    lines = [
+        _INTRO,
+        f"{today}, commit `{commit(top)}`, {len(outcomes)} campaigns, seed {score['seed']}, "
+        f"{platform.machine()}, {sum(seconds) / max(len(seconds), 1):.1f} s an answer on average, "
+        f"at most {max(seconds, default=0.0):.1f} s: {score['sets_each']} sets of each strength "
+        f"and family, {score['null_sets_each']} of each noise without an effect. "
+        f"With the library in another order {order['changed']} of {order['sets']} answers change.",
+        "",
+        _table(measures(outcomes)),
+        "",
+        "*reached* is `yes` or `no` where the whole interval (Wilson, 95 %) lies on one side, "
+        "else `open`.",
+        "",
+        "## Probabilities",
+        "",
+        "<!-- picture: trial.svg | Stated probability against the share that was right -->",
+        "",
+        _reliability(reliability(outcomes)),
+        "",
+        "What falls short and why: [notes on the trial](trial-notes.md).",
+        "",
+    ]
+    page.write_text("\n".join(lines), encoding="utf-8")
+
+
+def _value(x: float, unit: str) -> str:
+    if math.isnan(x):
+        return "-"
+    return f"{100 * x:.1f} %" if unit == "%" else f"{x:.3f}"
+
+
+def _table(found: Iterable[Measure]) -> str:
+    lines = ["| measure | where | value | 95 % interval | sets | to reach | reached |"]
+    lines.append("|---|---|---|---|---|---|---|")
+    for m in found:
+        if not m.sets:
+            continue
+        asked = [f">= {_value(m.least, m.unit)}"] if m.least is not None else []
+        asked += [f"<= {_value(m.most, m.unit)}"] if m.most is not None else []
+        interval = f"{_value(m.low, m.unit)} to {_value(m.high, m.unit)}"
+        cells = [m.name.strip(), m.where, _value(m.value, m.unit), interval, str(m.sets)]
+        lines.append("| " + " | ".join([*cells, ", ".join(asked), m.reached]) + " |")
+    return "\n".join(lines)
+
+
+def _reliability(rows: Iterable[Mapping[str, float]]) -> str:
+    lines = ["| stated | sets | mean stated | right | 95 % interval |", "|---|---|---|---|---|"]
+    for r in rows:
+        lines.append(
+            f"| {r['from']:.1f} to {r['to']:.1f} | {r['sets']:.0f} | {r['stated']:.2f} "
+            f"| {r['true']:.2f} | {r['true_low']:.2f} to {r['true_high']:.2f} |"
+        )
+    return "\n".join(lines)

@@ -1,0 +1,152 @@
+"""Which campaigns, the run over them, and the command.
+
+    python benches/trial [--sets N] [--null-sets M] [--seed S] [--workers 2] [--family F]
+                         [--json OUT] [--page PAGE.md]
+
+N is for each strength (single, outside) and each other family, M (else N) for each kind of noise
+of campaigns that hide nothing. A second run diagnoses only what is new; --fresh starts over.
+--shuffle M answers M sets once more with the library in another order: an id is a label, its place
+must not matter.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from math import gcd
+from pathlib import Path
+
+import numpy as np
+
+import cbpt
+from reference.rig.effects import OUTSIDE
+from reference.rig.noise import NOISE_KINDS
+from trial.answers import Task, answer_folder, outcome, rig_folder, shuffled
+from trial.families import FAMILIES, SINGLES, STRENGTHS, Family
+from trial.grades import Outcome, grade
+from trial.page import write_page
+from trial.score import document, measures, table
+
+OUTSIDE_STRENGTHS = 5
+
+
+# --- which campaigns --------------------------------------------------------------------------
+
+
+def indices(family: Family, sets: int, null_sets: int | None = None) -> list[int]:
+    """Indices of a family: every noise or strength `sets` times, effects in turn."""
+    if family == "null":
+        return list(range((sets if null_sets is None else null_sets) * len(NOISE_KINDS)))
+    if family == "single":
+        return list(_crossed(sets, len(STRENGTHS), len(SINGLES), 5))
+    if family == "outside":
+        return list(_crossed(sets, OUTSIDE_STRENGTHS, len(OUTSIDE), 3))
+    return list(range(sets))
+
+
+def _crossed(sets: int, strengths: int, effects: int, stride: int) -> Iterator[int]:
+    # Index = turn * effects + effect, the strength being turn % strengths; the stride has no
+    # divisor in common with the number of effects: a full round has every effect at each strength.
+    assert gcd(stride, effects) == 1
+    for number in range(sets):
+        for strength in range(strengths):
+            turn = strength + strengths * (number // effects)
+            yield turn * effects + (stride * number + 2 * strength) % effects
+
+
+def tasks(
+    families: Iterable[Family], sets: int, seed: int, null_sets: int | None = None
+) -> list[Task]:
+    """All campaigns, families interleaved so that an unfinished trial holds some of each."""
+    lists = [[(f, i, seed) for i in indices(f, sets, null_sets)] for f in families]
+    order = sorted(
+        (n / len(list_), k, n) for k, list_ in enumerate(lists) for n in range(len(list_))
+    )
+    return [lists[k][n] for _, k, n in order]
+
+
+# --- the run ----------------------------------------------------------------------------------
+
+
+def told(o: Outcome) -> str:
+    """One line on an answer that is not right."""
+    t, a = o["truth"], o.get("answer", {})
+    hidden = ", ".join(f"{h['id']} ({h['form']})" for h in t["hidden"]) or "nothing"
+    d = f" d {t['d']:g}" if t.get("d") else ""
+    said = o.get("error") or f"{a['kind']} {a['effects']} {a['rivals']} p {a['probability']:.2f}"
+    return f"{grade(o):9}{o['family']} {o['index']} {t['noise']['kind']}: {hidden}{d} -> {said}"
+
+
+def run(work: list[Task], workers: int, fresh: bool, quiet: bool) -> list[Outcome]:
+    """Every campaign diagnosed, told as they come."""
+    done: list[Outcome] = []
+    with ProcessPoolExecutor(workers) as pool:
+        for number, found in enumerate(pool.map(outcome, work, [fresh] * len(work)), 1):
+            if found is None:
+                continue
+            done.append(found)
+            if not quiet and grade(found) not in ("right", "contains"):
+                print(told(found), flush=True)
+            if number % 50 == 0:
+                print(f"{number} of {len(work)}", file=sys.stderr, flush=True)
+    return done
+
+
+def arguments() -> argparse.Namespace:
+    """What the command was given."""
+    head = "The trial: campaigns with a hidden effect, diagnosed and scored."
+    parser = argparse.ArgumentParser(prog="python benches/trial", description=head)
+    parser.add_argument("--sets", type=int, default=15, help="for each noise, strength or family")
+    parser.add_argument("--null-sets", type=int, help="for each kind of noise; else as --sets")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--family", choices=FAMILIES, action="append", help="several may be given")
+    parser.add_argument("--json", type=Path, help="where to write the score")
+    parser.add_argument("--page", type=Path, help="where to write the score as a page")
+    fresh = "diagnose again what was diagnosed before"
+    parser.add_argument("--fresh", action="store_true", help=fresh)
+    mixed = "sets answered with the library in another order"
+    parser.add_argument("--shuffle", type=int, default=10, help=mixed)
+    parser.add_argument("--quiet", action="store_true", help="the table alone")
+    return parser.parse_args()
+
+
+def reordered(work: Sequence[Task], sets: int, workers: int) -> dict[str, int]:
+    """How many of some sets are answered otherwise with the library in another order; told too."""
+    step = max(len(work) // max(sets, 1), 1)
+    with ProcessPoolExecutor(workers) as pool:
+        pairs = [p for p in pool.map(shuffled, work[::step][:sets]) if p]
+    changed = [p for p in pairs if p[0] != p[1]]
+    print(f"library in another order: {len(changed)} of {len(pairs)} answers change")
+    for first, second in changed:
+        print(f"  {first} -> {second}")
+    return {"sets": len(pairs), "changed": len(changed)}
+
+
+def main() -> int:
+    """The trial as asked for."""
+    asked = arguments()
+    work = tasks(asked.family or FAMILIES, asked.sets, asked.seed, asked.null_sets)
+    answer_folder()  # what the sources are now, whatever happens to them during the trial
+    outcomes = run(work, asked.workers, asked.fresh, asked.quiet)
+    print(table(measures(outcomes)))
+    seconds = [o["seconds"] for o in outcomes]
+    if seconds:
+        print(f"{len(outcomes)} sets, {np.mean(seconds):.1f} s each, at most {max(seconds):.1f} s")
+    score = document(outcomes) | {
+        "sets_each": asked.sets,
+        "null_sets_each": asked.sets if asked.null_sets is None else asked.null_sets,
+        "seed": asked.seed,
+        "version": cbpt.__version__,
+        "rig": rig_folder().name.split("-")[1],
+        "order_of_library": reordered(work, asked.shuffle, asked.workers),
+    }
+    if asked.json:
+        asked.json.parent.mkdir(parents=True, exist_ok=True)
+        asked.json.write_text(json.dumps(score, indent=1) + "\n", encoding="utf-8")
+    if asked.page:
+        write_page(asked.page, score, outcomes)
+    return 0
