@@ -18,7 +18,7 @@ from common.page_server import CASE, HEAD, ROWS
 
 ASKS = """
 async () => {
-  const { post } = await import('/api.js');
+  const { post } = await import('/lib/api.js');
   window.told = '';
   const say = words => () => window.told = words;
   post('drive', { load: {}, design: {} }).then(say('answered'), say('dropped'));
