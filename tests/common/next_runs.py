@@ -16,7 +16,7 @@ import cbpt
 from cbpt.lab.experiment.candidates import candidates, limits_of
 from cbpt.lab.experiment.expected_gain import _DECIDED, LIMIT, Prospect, open_hypotheses, prospect
 from cbpt.lab.experiment.plan import Plan, PlannedRun, sequence
-from cbpt.lab.selection.decision import TWINS
+from cbpt.lab.model.priors import TWINS
 
 HIDDEN: list[tuple[str, dict[str, float]]] = [
     ("eccentric_bearing", {"reference_deflection_um": 0.15}),

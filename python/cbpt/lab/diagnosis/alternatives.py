@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cbpt.lab.model.priors import LOT, Variant
-from cbpt.lab.selection.decision import ODDS_LIMIT, TWINS
+from cbpt.lab.model.priors import LOT, TWINS, Variant
+from cbpt.lab.selection.decision import ODDS_LIMIT
 from cbpt.lab.selection.linear_screen import Screen
 from cbpt.lab.wording.numbers import display, shown
 

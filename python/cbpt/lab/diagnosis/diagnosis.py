@@ -18,18 +18,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cbpt._core import Case, Drive
-from cbpt.lab.covariance.noise import Noise
+from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.diagnosis.alternatives import moved, smallest
 from cbpt.lab.diagnosis.noise_statement import noise_floor, noise_of
 from cbpt.lab.diagnosis.sentence import sentence
 from cbpt.lab.inference.estimates import parameters_of
-from cbpt.lab.inference.fit import Fit
+from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.prediction import AtLoad, angle_at, load_of_choice
 from cbpt.lab.inference.residuals import without_zeros
 from cbpt.lab.inference.results import Results, results_of
-from cbpt.lab.model.priors import PRIORS
+from cbpt.lab.model.priors import CLASSES, PRIORS
 from cbpt.lab.readings.reader import Readings
-from cbpt.lab.selection.decision import CLASSES, Verdict
+from cbpt.lab.selection.decision import Verdict
 from cbpt.lab.selection.linear_screen import Screen
 from cbpt.lab.selection.model_comparison import Competition
 from cbpt.lab.wording.versions import versions

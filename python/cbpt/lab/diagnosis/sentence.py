@@ -12,7 +12,7 @@ from cbpt.lab.wording.numbers import listed, shown
 
 if TYPE_CHECKING:
     from cbpt.lab.diagnosis.diagnosis import Diagnosis
-    from cbpt.lab.inference.fit import Fit
+    from cbpt.lab.inference.evidence import Fit
 
 _NOISE = {
     "run_offset": "a zero of its own in every run",

@@ -26,14 +26,15 @@ from numpy.typing import ArrayLike, NDArray
 from threadpoolctl import threadpool_limits
 
 from cbpt._core import Case, Drive
-from cbpt.lab.covariance.noise import Noise, Rows
+from cbpt.lab.covariance.linear_gaussian import Noise, Rows
 from cbpt.lab.diagnosis.unexplained import measure_next
 from cbpt.lab.experiment.candidates import Limits, candidates, described, limits_of
 from cbpt.lab.experiment.plan import Plan, PlannedRun
-from cbpt.lab.inference.fit import Fit, Fitter
-from cbpt.lab.model.forward import Campaign
-from cbpt.lab.model.priors import PRIORS
-from cbpt.lab.selection.decision import ODDS_LIMIT, TWINS
+from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.inference.fit import Fitter
+from cbpt.lab.model.dataset import Campaign
+from cbpt.lab.model.priors import PRIORS, TWINS
+from cbpt.lab.selection.decision import ODDS_LIMIT
 from cbpt.lab.wording.versions import versions
 
 if TYPE_CHECKING:

@@ -26,16 +26,15 @@ from threadpoolctl import threadpool_limits
 
 from cbpt._core import Case, Drive
 from cbpt.errors import InvalidInputError
-from cbpt.lab.covariance.noise import Noise
+from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.experiment.design_fit import Sight
 from cbpt.lab.experiment.detection import LIMIT, log_odds, weight
 from cbpt.lab.experiment.effect_changes import Form, forms_of, guises, possible
 from cbpt.lab.experiment.plan import Plan, read_plan
 from cbpt.lab.experiment.simulate import Instrument
-from cbpt.lab.model.priors import LOT, PRIORS, VARIANTS, Variant, lots
+from cbpt.lab.model.priors import CLASSES, LOT, PRIORS, TWINS, VARIANTS, Variant, lots
 from cbpt.lab.readings.inputs import case_of
 from cbpt.lab.readings.reader import Readings
-from cbpt.lab.selection.decision import CLASSES, TWINS
 from cbpt.lab.selection.model_comparison import Progress
 from cbpt.lab.selection.setting import prior
 from cbpt.lab.wording.versions import versions
