@@ -22,8 +22,9 @@ from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError, ReadingsError
 from cbpt.lab.covariance.repeatability import pooled
 from cbpt.lab.covariance.within_run import estimate
-from cbpt.lab.diagnosis.diagnosis import Diagnosis, Rung
-from cbpt.lab.diagnosis.sentence import solutions
+from cbpt.lab.diagnosis.diagnosis import Diagnosis
+from cbpt.lab.diagnosis.diagnosis_data import Rung
+from cbpt.lab.diagnosis.fit_text import solutions
 from cbpt.lab.inference.cross_validation import folds, held_out_residual, rms
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
@@ -131,7 +132,7 @@ def _told(campaign: Campaign, competition: Competition, fit: Fit) -> Iterator[st
             yield f"{len(lines)} readings lie far off and count less: lines {lines[:8]}"[
                 :-1
             ].replace("[", "")
-    yield from solutions(fit)
+    yield from map(str, solutions(fit))
     for u in fit.unknowns:
         value = fit.value(u)
         at_end = value <= u.lower * (1 + 1e-6) or value >= u.upper * (1 - 1e-6)

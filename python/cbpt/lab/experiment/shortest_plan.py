@@ -30,7 +30,8 @@ from cbpt.lab.experiment.candidates import Limits, candidates, described
 from cbpt.lab.experiment.design_fit import Sight
 from cbpt.lab.experiment.detection import LIMIT, distance, weight
 from cbpt.lab.experiment.effect_changes import Form, forms_of, guises, possible
-from cbpt.lab.experiment.isolability import CHANCES, Isolability, isolability, known, of_ball_drives
+from cbpt.lab.experiment.isolability import Isolability, isolability, known, of_ball_drives
+from cbpt.lab.experiment.isolability_data import CHANCES
 from cbpt.lab.experiment.plan import Plan, PlannedRun
 from cbpt.lab.model.priors import LOT, TWINS, VARIANTS, Variant
 from cbpt.lab.readings.inputs import case_of
@@ -311,7 +312,10 @@ class _Wanted:
         for effect, (variant, size) in truths.items():
             there, lacking = possible(sight.campaign, [variant])
             if not there:
-                raise InvalidInputError(f"effects: {lacking[0]}, which these runs do not have")
+                raise InvalidInputError(
+                    f"effects: {effect} needs a {lacking[effect]} that varies, which these runs do "
+                    "not have"
+                )
             found[effect] = forms_of(sight.campaign, there, np.array([size]))
         return found
 

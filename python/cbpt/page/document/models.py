@@ -18,8 +18,9 @@ from threadpoolctl import threadpool_limits
 
 from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError
-from cbpt.lab.diagnosis.diagnosis import Diagnosis, log_total
+from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.diagnosis.fitted import case_with
+from cbpt.lab.diagnosis.ranking import log_total
 from cbpt.lab.diagnosis.sentence import name_of
 from cbpt.lab.inference.cross_validation import held_out_residual, rms
 from cbpt.lab.inference.estimates import parameters_of
