@@ -319,8 +319,7 @@ WITHIN = {
     "page": ("document", "report", "workbench"),
 }
 # Imports that still point up, and circles that are still to be broken; nothing may be added.
-KNOWN_UPWARD = {
-}
+KNOWN_UPWARD: set[tuple[str, str]] = set()
 KNOWN_CIRCLES: list[set[str]] = []
 
 
