@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from cbpt._core import Case, Drive, text_table
 from cbpt.design.judge import Judged, at_load, bare_drive_note, effects_of, judge, shown, value_of
 from cbpt.errors import InvalidInputError, NoSolutionError
+from cbpt.figures.tolerance import draw_tolerance
 from cbpt.results import ANGLE_UNITS, ARCSEC_PER_RAD
 
 __all__ = ["Scatter", "Tolerance", "tolerance"]
@@ -65,6 +66,11 @@ class Scatter:
     """Of the variance, by the slopes."""
     share_drawn: float | None
     """Of the variance, by the squared correlation of the drawn numbers and angles."""
+
+    @property
+    def key(self) -> str:
+        """Its name as a case file has it, with the usual unit."""
+        return shown(self.number, 0.0)[0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -224,8 +230,6 @@ class Tolerance:
 
     def plot(self, path: str | PathLike[str], angle_unit: str = "arcsec") -> None:
         """Draw the histogram to a file (SVG, PNG or PDF by its ending). Needs matplotlib."""
-        from cbpt.figures.tolerance import draw_tolerance
-
         draw_tolerance(self, path, angle_unit)
 
 

@@ -22,8 +22,9 @@ from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError, ReadingsError
 from cbpt.lab.covariance.repeatability import pooled
 from cbpt.lab.covariance.within_run import estimate
-from cbpt.lab.diagnosis.diagnosis import Diagnosis, Rung
-from cbpt.lab.diagnosis.sentence import solutions
+from cbpt.lab.diagnosis.diagnosis import Diagnosis
+from cbpt.lab.diagnosis.diagnosis_data import Rung
+from cbpt.lab.diagnosis.fit_text import solutions
 from cbpt.lab.inference.cross_validation import folds, held_out_residual, held_out_with_pattern, rms
 from cbpt.lab.inference.fit import Fit, Fitter
 from cbpt.lab.inference.residuals import chi2_of, rmse_of, u_judging, without_zeros
@@ -34,8 +35,9 @@ from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.unit_check import slips
 from cbpt.lab.selection.decision import Verdict, judge
-from cbpt.lab.selection.model_comparison import Competition, Names, Progress, compete
+from cbpt.lab.selection.model_comparison import Competition, Progress, compete
 from cbpt.lab.selection.patterns import Pattern
+from cbpt.lab.selection.setting import Names
 from cbpt.results import solve_many
 
 __all__ = ["diagnose"]
@@ -128,7 +130,7 @@ def _told(campaign: Campaign, competition: Competition, fit: Fit) -> Iterator[st
             yield f"{len(lines)} readings lie far off and count less: lines {lines[:8]}"[
                 :-1
             ].replace("[", "")
-    yield from solutions(fit)
+    yield from map(str, solutions(fit))
     for u in fit.unknowns:
         value = fit.value(u)
         at_end = value <= u.lower * (1 + 1e-6) or value >= u.upper * (1 - 1e-6)

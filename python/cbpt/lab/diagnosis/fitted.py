@@ -17,8 +17,8 @@ from threadpoolctl import threadpool_limits
 from cbpt._core import Case, Drive, OwnEffect, text_table
 from cbpt.errors import InvalidInputError
 from cbpt.lab.diagnosis.diagnose import prepared, rung
-from cbpt.lab.diagnosis.diagnosis import Rung
-from cbpt.lab.diagnosis.sentence import moved_numbers, solutions
+from cbpt.lab.diagnosis.diagnosis_data import Rung
+from cbpt.lab.diagnosis.fit_text import moved_numbers, solutions
 from cbpt.lab.inference.cross_validation import folds
 from cbpt.lab.inference.estimates import parameters_of
 from cbpt.lab.inference.fit import Fit, Fitter
@@ -158,7 +158,7 @@ def fit(
             priors=campaign.priors,
             fitter=fitter,
             held_out_by=held_by,
-            notes=(*notes, *solutions(found)),
+            notes=(*notes, *map(str, solutions(found))),
         )
 
 

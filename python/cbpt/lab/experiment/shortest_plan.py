@@ -30,13 +30,14 @@ from cbpt.lab.experiment.candidates import Limits, candidates, described
 from cbpt.lab.experiment.design_fit import Sight
 from cbpt.lab.experiment.detection import LIMIT, distance, weight
 from cbpt.lab.experiment.effect_changes import Form, forms_of, guises, possible
-from cbpt.lab.experiment.isolability import CHANCES, Isolability, isolability, known, of_ball_drives
+from cbpt.lab.experiment.isolability import Isolability, isolability, known, of_ball_drives
+from cbpt.lab.experiment.isolability_data import CHANCES
 from cbpt.lab.experiment.plan import Plan, PlannedRun
 from cbpt.lab.model.priors import LOT, VARIANTS, Variant
 from cbpt.lab.readings.inputs import case_of
 from cbpt.lab.selection.decision import TWINS
 from cbpt.lab.selection.fit_effects import predicted
-from cbpt.lab.selection.model_comparison import prior
+from cbpt.lab.selection.setting import prior
 from cbpt.lab.wording.numbers import listed, shown
 
 __all__ = ["Apart", "Design", "shortest_plan"]
@@ -312,7 +313,10 @@ class _Wanted:
         for effect, (variant, size) in truths.items():
             there, lacking = possible(sight.campaign, [variant])
             if not there:
-                raise InvalidInputError(f"effects: {lacking[0]}, which these runs do not have")
+                raise InvalidInputError(
+                    f"effects: {effect} needs a {lacking[effect]} that varies, which these runs do "
+                    "not have"
+                )
             found[effect] = forms_of(sight.campaign, there, np.array([size]))
         return found
 
