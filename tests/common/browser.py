@@ -23,7 +23,7 @@ CHROMIUM = next(
 )
 READY, DRAWN = "html[data-ready]", "html[data-drawn]"
 """The first plot is alive; nothing is left to draw."""
-PATIENCE_MS = 1e3 * PATIENCE_S
+PATIENCE_MS = round(1e3 * PATIENCE_S)
 # The sandbox of Chromium is not to be had as root, as in most CI machines.
 _LAUNCH = {"executable_path": CHROMIUM, "args": ["--no-sandbox"]}
 

@@ -150,13 +150,40 @@ def shortest_plan(
     max_runs: int = MAX_RUNS,
     most: int | None = None,
 ) -> Design:
-    """The shortest plan found that tells effects apart, and each from nothing, 19 times of 20.
+    """Search for the shortest plan that tells effects apart.
 
-    limits: what the rig can do; around the load of the case where not given. sizes: parameters of
-    effects, named as in a case file, at which they are to be told; those not given are taken in the
-    (geometric) middle of their plausible range, at every shape. most: how many candidate runs.
+    The plan tells every two effects apart, and each effect from nothing, with a probability of
+    0.95. The search exchanges runs one by one, so it may miss a shorter plan.
 
-    Raises `InvalidInputError` for an effect or a size that cannot be, `CaseError` for the case.
+    Parameters
+    ----------
+    case : Case, Drive, path or dict
+        The drive, as in `compare`.
+    effects : sequence of str
+        Ids of the library.
+    u_elastic_angle_arcsec : float
+        Standard uncertainty of a reading (k = 1), arcsec.
+    limits : Limits, optional
+        What the rig can do. Without it, limits around the load of the case.
+    sizes : mapping of str to mapping, optional
+        Parameters of effects, named as in a case file, at which the effects are to be told apart.
+        Without it, the geometric middle of their plausible range, at every shape.
+    max_runs : int
+        The largest number of runs.
+    most : int, optional
+        The number of candidate runs.
+
+    Returns
+    -------
+    Design
+        The plan, and the pairs of effects that it does not tell apart.
+
+    Raises
+    ------
+    InvalidInputError
+        An effect or a size is not possible.
+    CaseError
+        The case cannot be read.
     """
     case = case_of(case)
     of_ball_drives(case)
