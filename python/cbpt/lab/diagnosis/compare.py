@@ -28,7 +28,7 @@ from numpy.typing import ArrayLike, NDArray
 from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import ReadingsError
 from cbpt.figures.comparison import Box, ComparisonPicture, draw_comparison
-from cbpt.lab.covariance.noise import Noise, Rows, Whitener
+from cbpt.lab.covariance.linear_gaussian import Noise, Rows, Whitener
 from cbpt.lab.covariance.repeatability import Repeats, pooled
 from cbpt.lab.covariance.within_run import Scatter, estimate
 from cbpt.lab.diagnosis.comparison_data import ComparisonData

@@ -21,7 +21,8 @@ from cbpt.lab.diagnosis.diagnosis_data import Rung
 from cbpt.lab.diagnosis.fit_text import moved_numbers, solutions
 from cbpt.lab.inference.cross_validation import folds
 from cbpt.lab.inference.estimates import parameters_of
-from cbpt.lab.inference.fit import Fit, Fitter
+from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.prediction import AtLoad, angle_at, load_of_choice
 from cbpt.lab.inference.results import Results, results_of
 from cbpt.lab.model.own_terms import campaign_of, chosen

@@ -25,7 +25,7 @@ from threadpoolctl import threadpool_limits
 
 from cbpt._core import Case, Drive, effect_specs, text_table
 from cbpt.errors import InvalidInputError
-from cbpt.lab.covariance.noise import Noise
+from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.experiment.candidates import Limits, candidates, described
 from cbpt.lab.experiment.design_fit import Sight
 from cbpt.lab.experiment.detection import LIMIT, distance, weight
@@ -33,9 +33,8 @@ from cbpt.lab.experiment.effect_changes import Form, forms_of, guises, possible
 from cbpt.lab.experiment.isolability import Isolability, isolability, known, of_ball_drives
 from cbpt.lab.experiment.isolability_data import CHANCES
 from cbpt.lab.experiment.plan import Plan, PlannedRun
-from cbpt.lab.model.priors import LOT, VARIANTS, Variant
+from cbpt.lab.model.priors import LOT, TWINS, VARIANTS, Variant
 from cbpt.lab.readings.inputs import case_of
-from cbpt.lab.selection.decision import TWINS
 from cbpt.lab.selection.fit_effects import predicted
 from cbpt.lab.selection.setting import prior
 from cbpt.lab.wording.numbers import listed, shown

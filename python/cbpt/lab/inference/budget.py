@@ -17,7 +17,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.inference.fit import Fit, Fitter, Unknown
+from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.inference.fit import Fitter
+from cbpt.lab.inference.hypothesis import Unknown
 from cbpt.lab.model.priors import PRIORS
 
 Floats = NDArray[np.float64]

@@ -26,7 +26,9 @@ from numpy.typing import NDArray
 from cbpt._core import text_table
 from cbpt.lab.inference.budget import Budget, Combined
 from cbpt.lab.inference.estimates import parameter, parameters_of, unit_of
-from cbpt.lab.inference.fit import Fit, Fitter, Unknown
+from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.inference.fit import Fitter
+from cbpt.lab.inference.hypothesis import Unknown
 from cbpt.lab.inference.prediction import AtLoad
 from cbpt.lab.model.priors import LOT, PRIORS
 from cbpt.lab.wording.numbers import display, name_of_size, rounded, with_uncertainty
