@@ -15,27 +15,44 @@ import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePath
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive, effect_specs, own_effect_variables
-from cbpt.lab.diagnosis.fit_text import moved
+from cbpt.lab.diagnosis.fit_text import moved_by
+from cbpt.lab.model.forward import REGIMES
 from cbpt.lab.model.priors import PRIORS
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.set_points import settings
 from cbpt.lab.wording.names import called, tell_tale
 from cbpt.lab.wording.versions import product_version
 from cbpt.page.document.curves import BRANCHES, Curves
-from cbpt.page.document.plain import array, numbers
+from cbpt.page.document.plain import array, finite_numbers, numbers
 from cbpt.page.document.stated import REFITTED, STATED, UNKNOWN, key_of, stated
+from cbpt.page.document.types import (
+    Candidate,
+    CaseFile,
+    Curve,
+    Data,
+    Ladder,
+    LibraryEffect,
+    MapColumn,
+    Model,
+    Own,
+    PageDocument,
+    ReadingColumns,
+    Rung,
+    Where,
+)
+from cbpt.results import ANGLE_UNITS
 
 if TYPE_CHECKING:
     from cbpt.lab.diagnosis.diagnosis import Diagnosis
     from cbpt.page.document.models import Models
 
-__all__ = ["SCHEMA", "Source", "from_here", "named", "page_document"]
+__all__ = ["SCHEMA", "Isolability", "Source", "from_here", "named", "page_document"]
 
 SCHEMA = "cbpt-page-1"
 Floats = NDArray[np.float64]
@@ -84,6 +101,13 @@ class Source:
         return cls(*names, case_text, shlex.join([*words, "--out", "report.html"]))
 
 
+class Isolability(NamedTuple):
+    """What the campaign could see: its document; or None, and why there is none."""
+
+    document: dict[str, Any] | None
+    why: str | None
+
+
 def from_here(path: str) -> str:
     """A file as a command line names it on a page that may be sent on: from where it is run, and
     without what lies above that."""
@@ -111,66 +135,38 @@ def page_document(
     diagnosis: Diagnosis | None = None,
     *,
     models: Models | None = None,
-    isolability: Mapping[str, Any] | None = None,
-    reasons: Mapping[str, str] | None = None,
+    isolability: Isolability | None = None,
 ) -> PageDocument:
     """The document; without a diagnosis the readings beside the drive as stated.
 
-    models: of the diagnosis, where they are at hand. isolability: the document of the campaign.
-    reasons: why something is not there, by key.
+    models: of the diagnosis, where they are at hand. isolability: what the campaign could see, or
+    why that is not known.
     """
     from cbpt.page.document.drive import drive_section
 
-    told = dict(reasons or {})
     if diagnosis is None:
         entry, _, regimes = stated(case, readings)
-        entries = [entry]
-        found = Found()
-        lacking = ("answer", "answer_key", "candidates", "ladder", "where", "noise")
-        told |= dict.fromkeys(lacking, _NOT_YET)
+        entries, found = [entry], Found()
     else:
         from cbpt.page.document.models import Models
 
         models = models or Models(diagnosis, readings)
         entries, regimes = list(models.entries()), models.regimes()
         found = Found(diagnosis, models)
-    if isolability is None:
-        told.setdefault("isolability", _NOT_YET)
     answer = found.answer
-    if answer is not None and found.key is None:
-        told["answer_key"] = "no effect of the library explains these readings"
-    if answer is None:
-        told.setdefault("next_run", _NOT_YET)
-    elif answer["next_run"] is None:
-        told.setdefault("next_run", _why_no_run(answer))
-    bare = case if isinstance(case, Drive) else case.drive
-    text = source.case_text or case.to_toml()
-    _, names = settings(readings)
     curves, mean_over = curves_of(readings, entries)
-    places = list(dict.fromkeys(name for name in regimes if name))
+    names = list(dict.fromkeys(name for name in regimes if name))
     return {
         "schema": SCHEMA,
         "product": {"name": "CBPT", "version": product_version()},
-        "case": {
-            "name": source.case_name,
-            "text": text,
-            "sha256": hashlib.sha256(text.encode()).hexdigest(),
-            "kind": bare.kind,
-        },
-        "data": {
-            "name": source.data_name,
-            "rows": len(readings),
-            "sha256": readings.sha256,
-            "notes": list(answer["notes"] if answer else readings.notes),
-            "settings": names,
-            "place": readings.place,
-        },
+        "case": _case_file(case, source),
+        "data": _data(readings, source, answer),
         "command": source.command,
         "answer": answer,
         "answer_key": found.key,
         "readings": columns_of_readings(readings, regimes, found),
-        "regimes": places,
-        "regimes_full": [name == REGIMES[0] for name in places],
+        "regimes": names,
+        "regimes_full": [name == REGIMES[0] for name in names],
         "columns": list(_mapped(readings)),
         "models": entries,
         "candidates": list(found.candidates()),
@@ -182,11 +178,48 @@ def page_document(
         "own": own_section(answer),
         "noise": found.noise(),
         "next_run": answer["next_run"] if answer else None,
-        "isolability": isolability,
+        "isolability": isolability.document if isolability else None,
         "drive": drive_section(case, readings),
         "units": UNITS,
-        "reasons": told,
+        "reasons": dict(_reasons(found, isolability)),
     }
+
+
+def _case_file(case: Case | Drive, source: Source) -> CaseFile:
+    text = source.case_text or case.to_toml()
+    return {
+        "name": source.case_name,
+        "text": text,
+        "sha256": hashlib.sha256(text.encode()).hexdigest(),
+        "kind": (case if isinstance(case, Drive) else case.drive).kind,
+    }
+
+
+def _data(readings: Readings, source: Source, answer: Mapping[str, Any] | None) -> Data:
+    return {
+        "name": source.data_name,
+        "rows": len(readings),
+        "sha256": readings.sha256,
+        "notes": list(answer["notes"] if answer else readings.notes),
+        "settings": settings(readings)[1],
+        "place": readings.place,
+    }
+
+
+def _reasons(found: Found, isolability: Isolability | None) -> Iterator[tuple[str, str]]:
+    """Why something is not there, by key."""
+    if found.answer is None:
+        for key in ("answer", "answer_key", "candidates", "ladder", "where", "noise", "next_run"):
+            yield key, _NOT_YET
+    else:
+        if found.key is None:
+            yield "answer_key", "no effect of the library explains these readings"
+        if found.answer["next_run"] is None:
+            yield "next_run", _why_no_run(found.answer)
+    if isolability is None:
+        yield "isolability", _NOT_YET
+    elif isolability.why is not None:
+        yield "isolability", isolability.why
 
 
 # --- readings -----------------------------------------------------------------------------
@@ -294,9 +327,13 @@ class Found:
                 "label": called(effect, kind),
                 "class": row["class"],
                 "key": REFITTED if effect in off else key_of([effect]),
-                **{name: row[name] for name in ranked},
+                "probability": row["probability"],
+                "p_value": row["p_value"],
+                "surviving_fraction": row["surviving_fraction"],
+                "rival": row["rival"],
+                "rival_correlation": row["rival_correlation"],
                 "in_answer": effect in off or (row["in_answer"] and self.key is not None),
-                "moved": moved(effect, self.diagnosis.after) if effect in off else None,
+                "moved": moved_by(effect, self.diagnosis.after) if effect in off else None,
                 "is_rival": effect in rivals,
                 "tell_tale": tell_tale(effect, kind),
                 "equation": spec.equation if spec else "",
@@ -339,9 +376,10 @@ class Found:
             }
             if have and not d.competition.fits[tuple(sorted(have))].converged:
                 # The model has been searched further than the diagnosis had to.
-                told["in_sample_arcsec"] = models[key]["rmse_arcsec"]
-                told["held_out_arcsec"] = models[key]["held_out_rmse_arcsec"]
-                told["chi2_per_dof"] = models[key]["chi2_per_dof"]
+                further = models[key]
+                told["in_sample_arcsec"] = further["rmse_arcsec"] or rung.rmse_arcsec
+                told["held_out_arcsec"] = further["held_out_rmse_arcsec"]
+                told["chi2_per_dof"] = further["chi2_per_dof"]
             rungs.append(told)
         stop = next(i for i, r in enumerate(d.ladder) if r is final)
         if self.numbers_off:

@@ -62,9 +62,7 @@ def drawing_of(drive: Drive, solution: Solution, input_angle_deg: float) -> Draw
     }
 
 
-def _deceleration(
-    case: Mapping[str, Any], theta: float, pair: PairSolution | None
-) -> DrawnPair:
+def _deceleration(case: Mapping[str, Any], theta: float, pair: PairSolution | None) -> DrawnPair:
     d = case["deceleration"]
     z2, k, r0 = d["ball_count"], d["short_amplitude_coefficient"], d["rolling_circle_radius_m"]
     e, radius, beta = k * r0, z2 * r0, d["contact_angle_rad"]
@@ -98,9 +96,7 @@ def _deceleration(
     }
 
 
-def _ring_groove(
-    case: Mapping[str, Any], theta: float, pair: PairSolution | None
-) -> DrawnPair:
+def _ring_groove(case: Mapping[str, Any], theta: float, pair: PairSolution | None) -> DrawnPair:
     d, r = case["deceleration"], case["equal_speed"]
     z2 = d["ball_count"]
     e = d["short_amplitude_coefficient"] * d["rolling_circle_radius_m"]
@@ -139,9 +135,7 @@ def _ring_angles(r: Mapping[str, Any]) -> tuple[float, float]:
     return outside, float(r.get("inside_contact_angle_rad", common))
 
 
-def _cross_slide(
-    case: Mapping[str, Any], theta: float, pair: PairSolution | None
-) -> DrawnPair:
+def _cross_slide(case: Mapping[str, Any], theta: float, pair: PairSolution | None) -> DrawnPair:
     d, s = case["deceleration"], case["equal_speed"]
     e = d["short_amplitude_coefficient"] * d["rolling_circle_radius_m"]
     angle = 2 * np.pi * np.arange(s["ball_count"]) / s["ball_count"]

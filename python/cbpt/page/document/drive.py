@@ -11,6 +11,7 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Iterator, Mapping
+from typing import cast
 
 import numpy as np
 
@@ -98,7 +99,7 @@ def redrawn(
     for key, value in (load or {}).items():
         if key not in given or not np.isfinite(value):
             raise InvalidInputError(f"load: {key} = {value} is none of {', '.join(given)}")
-    given = Load(**(given | dict(load or {})))
+    given = cast(Load, given | dict(load or {}))
     if design:
         drive = _changed(drive, design)
     return _section(drive, given, sliders)

@@ -189,9 +189,7 @@ class Models:
 
     # --- further choices ---
 
-    def choice(
-        self, effects: Sequence[str], step: Callable[[], None] = lambda: None
-    ) -> Choice:
+    def choice(self, effects: Sequence[str], step: Callable[[], None] = lambda: None) -> Choice:
         """The model with these effects, fitted now where nobody has: `model`, its lines in the
         order of `curves`, and the ladder that leads to it in the order given.
 

@@ -1,4 +1,4 @@
-"""The page's document, typed: `page_document` makes a `PageDocument`, and every part of it stands here.
+"""The page's document, typed: `page_document` makes a `PageDocument`; its parts stand here.
 
     PageDocument    all of it; the parts follow in its order
     Choice          what the workbench adds when a further set of effects is fitted
@@ -24,7 +24,7 @@ Ends = tuple[float, float]
 
 
 HasClass = TypedDict("HasClass", {"class": str})
-"""What an effect acts through, or that it is a number of the drive; the key is a word of Python's."""
+"""What an effect acts through, or that it is a number of the drive."""
 
 
 class Parameter(TypedDict):
@@ -117,7 +117,8 @@ class CaseFile(TypedDict):
     text: str
     """TOML."""
     sha256: str
-    kind: Literal["ball_drive", "torsion_spring"]
+    kind: str
+    """ball_drive or torsion_spring."""
 
 
 class Data(TypedDict):
@@ -128,7 +129,8 @@ class Data(TypedDict):
     sha256: str
     notes: list[str]
     settings: list[str]
-    place: Literal["line", "row"]
+    place: str
+    """line or row: what the readings are counted by."""
 
 
 class ReadingColumns(TypedDict):
@@ -471,7 +473,8 @@ class Drawing(TypedDict):
 class DriveSection(TypedDict):
     """The drive at one load."""
 
-    kind: Literal["ball_drive", "torsion_spring"]
+    kind: str
+    """ball_drive or torsion_spring."""
     load: Load
     design: dict[str, float]
     """By key of the design sliders."""

@@ -12,9 +12,12 @@ export type Column = (number | null)[];
 /** The way of the torque. */
 export type Branch = "up" | "down" | "none";
 
+/** What a model is to the answer. */
+export type Role = "stated" | "refitted" | "answer" | "rival" | "candidate" | "unknown" | "own";
+
 export type Ends = [number, number];
 
-/** What an effect acts through, or that it is a number of the drive; the key is a word of Python's. */
+/** What an effect acts through, or that it is a number of the drive. */
 export interface HasClass {
   class: string;
 }
@@ -60,7 +63,7 @@ export interface Rung {
 export interface Model {
   /** The effects joined by +; stated, refitted, unknown. */
   key: string;
-  role: "stated" | "refitted" | "answer" | "rival" | "candidate" | "unknown" | "own";
+  role: Role;
   label: string;
   effects: string[];
   model_arcsec: Column;
@@ -106,7 +109,8 @@ export interface CaseFile {
   /** TOML. */
   text: string;
   sha256: string;
-  kind: "ball_drive" | "torsion_spring";
+  /** ball_drive or torsion_spring. */
+  kind: string;
 }
 
 /** The table of readings. */
@@ -116,7 +120,8 @@ export interface Data {
   sha256: string;
   notes: string[];
   settings: string[];
-  place: "line" | "row";
+  /** line or row: what the readings are counted by. */
+  place: string;
 }
 
 /** The readings as columns. */
@@ -353,14 +358,8 @@ export interface DrawnBall {
   radius: number;
 }
 
-export interface MeshingPoint {
-  ball: number;
-  diagonal: string;
-  plate: string;
-  x: number;
-  y: number;
-  nx: number;
-  ny: number;
+/** What a meshing point carries; nothing is known without a solution. */
+export interface PointState {
   state: string | null;
   role: string | null;
   force_N: number | null;
@@ -368,6 +367,16 @@ export interface MeshingPoint {
   deformation_um: number | null;
   gap_um: number | null;
   peak_pressure_GPa: number | null;
+}
+
+export interface MeshingPoint extends PointState {
+  ball: number;
+  diagonal: string;
+  plate: string;
+  x: number;
+  y: number;
+  nx: number;
+  ny: number;
 }
 
 export interface Arrow {
@@ -411,7 +420,8 @@ export interface Plates {
   other: string;
 }
 
-export interface DrawnPair {
+/** The balls of a pair and what they carry. */
+export interface LoadedPair {
   pair: string;
   title: string;
   extent_mm: number;
@@ -423,6 +433,9 @@ export interface DrawnPair {
   angle_arcsec: number | null;
   carrying: number | null;
   peak_pressure_GPa: number | null;
+}
+
+export interface DrawnPair extends LoadedPair {
   plates: Plates;
   lines: DrawnLine[];
   circles: DrawnCircle[];
@@ -438,7 +451,8 @@ export interface Drawing {
 
 /** The drive at one load. */
 export interface DriveSection {
-  kind: "ball_drive" | "torsion_spring";
+  /** ball_drive or torsion_spring. */
+  kind: string;
   load: Load;
   /** By key of the design sliders. */
   design: Record<string, number>;

@@ -155,7 +155,7 @@ function card(c) {
       "p",
       { class: "small" },
       "off by ",
-      el("b", {}, c.moved.replace(/^\S+ /, "").replace("-", "−")),
+      el("b", {}, c.moved.replace("-", "−")),
     ),
     m && parameters(m),
     el("p", { class: "tell" }, c.tell_tale),
