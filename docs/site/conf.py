@@ -37,10 +37,9 @@ html_show_copyright = False
 highlight_language = "text"
 
 
-def plain_aliases(
-    app: Any, what: str, name: str, value: Any, options: Any, signature: str | None, returns: str | None
-) -> tuple[str | None, str | None]:
-    """A signature with aliases by their names alone."""
+def plain_aliases(*event: Any) -> tuple[str | None, str | None]:
+    """A signature with aliases by their names alone; Sphinx hands it over last, with the result."""
+    signature, returns = event[-2:]
 
     def plain(text: str | None) -> str | None:
         return text and re.sub(r"TypeAliasForwardRef\('(\w+)'\)", r"\1", text)
