@@ -35,7 +35,7 @@ ARGUMENTS = {
     "python/cbpt/lab/readings/reader.py read_readings": _PUBLIC,
     "python/cbpt/sweeps/run.py sweep": _PUBLIC,
     "python/cbpt/design/tolerance.py _told": _TO_MEND,
-    "python/cbpt/lab/covariance/noise.py fit_noise": _TO_MEND,
+    "python/cbpt/lab/covariance/fit_noise.py fit_noise": _TO_MEND,
     "python/cbpt/lab/diagnosis/compare.py _where": _TO_MEND,
     "python/cbpt/lab/inference/prediction.py angle_at": _TO_MEND,
     "python/cbpt/lab/selection/scan.py find_regions": _TO_MEND,
