@@ -20,8 +20,6 @@ _TO_MEND = "to be mended"
 
 FILES = {"python/cbpt/_core.pyi": "made by the build"}
 FUNCTIONS = {
-    "python/cbpt/cli/lab.py diagnose": _TO_MEND,
-    "python/cbpt/cli/page.py report": _TO_MEND,
     "python/cbpt/design/tolerance.py _told": _TO_MEND,
     "python/cbpt/lab/diagnosis/report.py lines": _TO_MEND,
     "python/cbpt/lab/inference/prediction.py angle_at": _TO_MEND,
