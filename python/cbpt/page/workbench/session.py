@@ -24,7 +24,14 @@ from cbpt.effects import doubtful_names, expression
 from cbpt.errors import CaseError, CbptError, InvalidInputError
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.reader import Readings
-from cbpt.page.document.document import Isolability, Source, as_word, from_here, named, page_document
+from cbpt.page.document.document import (
+    Isolability,
+    Source,
+    as_word,
+    from_here,
+    named,
+    page_document,
+)
 from cbpt.page.document.drive import redrawn
 from cbpt.page.document.plain import to_json
 from cbpt.page.document.stated import stop_if_taken
