@@ -10,11 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive
-from cbpt.lab.covariance.noise import Noise
+from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.experiment.plan import Plan
 from cbpt.lab.experiment.simulate import stop_without_solution
-from cbpt.lab.inference.fit import Fit, Fitter, Hypothesis
-from cbpt.lab.model.forward import Campaign
+from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.inference.fit import Fitter
+from cbpt.lab.inference.hypothesis import Hypothesis
+from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.selection.fit_effects import predicted
 
 Floats = NDArray[np.float64]
@@ -67,17 +69,14 @@ class Sight:
         places = [u.index for u in unknowns]
         last: Fit | None = None
         for j in np.flatnonzero(solved & (np.abs(moved[: len(unknowns)]) > _FAR).any(axis=0)):
-            self.numbers.campaign = replace(
-                self.campaign, y_arcsec=self.campaign.y_arcsec + changes[:, j]
-            )
-            self.numbers.bars.clear()
+            changed = self.numbers.with_angles(self.campaign.y_arcsec + changes[:, j])
             start = self.numbers.start(Hypothesis(), {})
             if last is None:
                 step = np.clip(moved[: len(unknowns), j], -3, 3) * [u.unit for u in unknowns]
                 start[places] += step
             else:
                 start[places] = last.point.values[places]
-            last = self.numbers.fit(Hypothesis(), start, noise=self.fit.noise, free_noise=False)
+            last = changed.fit(Hypothesis(), start, noise=self.fit.noise, free_noise=False)
             if last is None:
                 continue
             m = last.margin

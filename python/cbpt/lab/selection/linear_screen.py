@@ -18,8 +18,9 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.inference.fit import Fit
-from cbpt.lab.model.forward import Assembled, Campaign, Point
+from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.model.dataset import Campaign
+from cbpt.lab.model.forward import Assembled, Point
 from cbpt.lab.model.priors import LOT, Variant, log_density, log_size_prior
 
 Floats = NDArray[np.float64]
@@ -98,6 +99,8 @@ class Signatures:
         self, fit: Fit, names: dict[int, tuple[str, str]]
     ) -> tuple[Point, list[int], list[list[int]]]:
         """Slopes at the values of a fit, by which parameters, and where those of each entry are."""
+        # What was asked before changes no bit of the answer.
+        self.model.cold()
         values = self.model.neutral.copy()
         present = set(fit.hypothesis.effects) | self.numbers
         for i, (effect, name) in names.items():
