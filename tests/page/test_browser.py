@@ -212,14 +212,14 @@ def test_an_own_effect_is_checked_as_typed_fitted_and_shown(live: Any) -> None:
     assert "no effect of the library" in live.text_content("#sentence")
     # Nothing of the library is offered as the answer, and a pattern is in no case file.
     assert live.locator("#show-answer").count() == 0
-    assert "which does not explain it" in live.text_content("#answer .facts")
+    assert "does not explain the readings" in live.text_content("#answer .facts")
     assert "→" not in live.text_content("#answer .facts")
     assert "the answer stops here" not in live.text_content("#ladder")
     assert "depart a little from its form" in live.text_content("#ladder")
     live.click("#show-pattern")
     assert number(live, "#rmse") < 1
     assert live.is_disabled("#save-case")
-    assert "no case file of it: a pattern" in live.text_content("#export")
+    assert "no case file: a lack of fit" in live.text_content("#export")
     live.click("#model-bar >> text=as stated")
     advice = live.text_content("#next .card")
     assert advice.startswith("Where to measure moreWhat is missing has no name")
@@ -277,7 +277,7 @@ def test_an_own_effect_is_checked_as_typed_fitted_and_shown(live: Any) -> None:
     # Other expressions meanwhile have cost the draft none of its numbers.
     assert numbers_of_own(live) == drafted
     for field, wrong, said in (
-        ("parameters.a1.min", "-1,5", 'least of a1 = "-1,5": '),
+        ("parameters.a1.min", "-1,5", 'minimum of a1 = "-1,5": '),
         ("parameters.a1.start", "", "start of a1: missing"),
         ("id", "stated", 'id = "stated": '),
     ):
