@@ -1,6 +1,7 @@
 """The score of a trial as a page of the documentation, with the reliability of its probabilities.
 
 write_page(PAGE, score, outcomes)   the page
+section(outcomes, seed)             the table of what the answer has to reach, as Markdown
 """
 
 from __future__ import annotations
@@ -13,8 +14,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from trial.families import FAMILIES
 from trial.grades import Outcome
 from trial.score import Measure, measures, reliability
+from trial.targets import NAMES, targets
+from trial.wider import WIDER
 
 _INTRO = """# The trial
 
@@ -73,6 +77,15 @@ def write_page(page: Path, score: Mapping[str, Any], outcomes: Sequence[Outcome]
         "",
     ]
     page.write_text("\n".join(lines), encoding="utf-8")
+
+
+def section(outcomes: Sequence[Outcome], seed: int) -> str:
+    """What campaigns, then the table."""
+    families = {f: sum(o["family"] == f for o in outcomes) for f in (*FAMILIES, *WIDER)}
+    told = ", ".join(f"{n} {NAMES.get(f, f)}" for f, n in families.items() if n)
+    today = datetime.datetime.now(datetime.UTC).date().isoformat()
+    made = f"{today}, commit `{commit(Path(__file__).parents[2])}`, seed {seed}: {told}."
+    return f"{made}\n\n{_table(targets(outcomes))}\n"
 
 
 def _value(x: float, unit: str) -> str:
