@@ -20,7 +20,7 @@ import time
 from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -35,7 +35,7 @@ from trial.adapter import kept, read
 from trial.families import FAMILIES, Family, make_trial
 from trial.oracle import ask
 from trial.strength import NoSuchCampaignError
-from trial.wider import WIDER, Wider, make_wider
+from trial.wider import Wider, make_wider
 
 TOP = Path(__file__).parents[2]
 KEPT = TOP / "out" / "trial"
@@ -113,8 +113,9 @@ def campaign(task: Task) -> dict[str, Any] | None:
 
 def _made(task: Task) -> dict[str, Any]:
     family, index, seed = task
-    if family in WIDER:
-        made, asked = make_wider(family, index, seed)
+    asked: dict[str, Any] | None
+    if family not in FAMILIES:
+        made, asked = make_wider(cast(Wider, family), index, seed)
     else:
         made = make_trial(family, index, seed)
         asked = vars(ask(made)) if family in ("single", "pair") else None

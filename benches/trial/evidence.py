@@ -2,7 +2,7 @@
 
     Candidate    one form of an effect as whitened columns
     posterior    probability of every set of effects of at most three
-    inclusion    probability of every effect
+    inclusion    probability of every effect; likeliest: the most probable set
     spoken       what is certain and what is open, by the same rule as the answer
 
 Whitened readings z, with the numbers of the drive and the zeros integrated out, are standard normal
@@ -130,6 +130,11 @@ def inclusion(found: Posterior) -> dict[str, float]:
     """Probability that an effect is at work."""
     effects = sorted(set().union(*found))
     return {e: sum(p for s, p in found.items() if e in s) for e in effects}
+
+
+def likeliest(found: Posterior) -> list[str]:
+    """The most probable set."""
+    return sorted(max(found.items(), key=lambda item: item[1])[0])
 
 
 def spoken(found: Posterior) -> dict[str, Any]:

@@ -31,7 +31,7 @@ from reference.rig.springs import (
     turned_rad,
 )
 from trial.candidates import remaining
-from trial.evidence import Candidate, posterior, spoken
+from trial.evidence import Candidate, likeliest, posterior, spoken
 from trial.strength import ZERO_PRIOR_RAD, NoSuchCampaignError, draw_parameters
 
 SETS: tuple[tuple[str, ...], ...] = (
@@ -122,8 +122,8 @@ def _candidates(yard: SpringYard, hidden: Sequence[SpringEffect]) -> list[Candid
             for _ in range(3):
                 column = yard.columns([draw_spring_effect(name, form, rng)])
                 found.append(Candidate.of(name, form, column, one_sided=True))
-    for e, column in zip(hidden, yard.columns(hidden), strict=True):
-        found.append(Candidate.of(e.id, "true", [column], one_sided=True))
+    for e, own in zip(hidden, yard.columns(hidden), strict=True):
+        found.append(Candidate.of(e.id, "true", [own], one_sided=True))
     return [c for c in found if c]
 
 
@@ -167,6 +167,6 @@ def spring_set(
     }
     off = read - yard.angle_rad + (yard.angle_rad - turned_rad(stated, rows))
     found = posterior(yard.whiten(off), _candidates(yard, hidden))
-    said = {"answer": spoken(found), "best": sorted(max(found, key=lambda k: found[k]))}
+    said = {"answer": spoken(found), "best": likeliest(found)}
     made = SpringCampaign(case, rows, read, np.full(len(rows), u), truth)
     return made, said

@@ -18,6 +18,7 @@ import numpy as np
 
 from reference.rig.instrument import TOGETHER
 from trial import claims
+from trial.adapter import NOTHING_MISSING
 from trial.claims import Outcome
 from trial.families import FAMILIES
 from trial.grades import true_statement
@@ -227,7 +228,7 @@ def _false(o: Outcome) -> bool:
 
 
 def _says_nothing(o: Outcome) -> bool:
-    return o["answer"]["kind"] in claims.NOTHING_MISSING and not _certain(o)
+    return o["answer"]["kind"] in NOTHING_MISSING and not _certain(o)
 
 
 # --- probabilities ----------------------------------------------------------------------------

@@ -34,7 +34,7 @@ from reference.rig.instrument import (
 )
 from reference.rig.noise import NOISE_KINDS
 from trial.candidates import Signer, candidates, conditional
-from trial.evidence import posterior, spoken
+from trial.evidence import likeliest, posterior, spoken
 from trial.families import RIG_CLASS, SINGLES, Draw, Setting, drawn, rivals_of
 from trial.spring_sets import spring_set
 from trial.strength import NoSuchCampaignError, draw_parameters
@@ -193,7 +193,7 @@ def oracle(s: Setting, made: Campaign, hiddens: Sequence[Hidden]) -> dict[str, A
     off: Floats = made.angle_rad - s.yardstick.angle_rad + s.yardstick.slopes_rad @ shifts
     left_out = ("run_offset",) if s.noise.offset_rad > 0 else ()
     found = posterior(s.yardstick.whiten(off), candidates(signer, hiddens, left_out))
-    return {"answer": spoken(found), "best": sorted(max(found, key=lambda k: found[k]))}
+    return {"answer": spoken(found), "best": likeliest(found)}
 
 
 def nothing(draw: Draw, wanted: Wanted) -> Made:

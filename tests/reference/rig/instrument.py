@@ -133,7 +133,7 @@ def instrument(
     display = u_rad * float(rng.uniform(1.7, 2.0))
     size = u_rad * float(rng.uniform(2.0, 6.0))
     torque = size / max(compliance_rad_per_Nm, 1e-12)
-    parts: dict[str, dict[str, float]] = {
+    parts: dict[str, dict[str, Any]] = {
         TOGETHER: {"offset_rad": zeros, "correlation": correlation},
         "coarse_zeros": {"offset_rad": zeros, "display_rad": display},
         "coarse_correlated": {"correlation": correlation, "display_rad": display},

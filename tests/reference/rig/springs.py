@@ -21,7 +21,7 @@ from reference.contact import Floats
 from reference.rig.bench import ARCSEC, Friction, Rows
 from reference.rig.campaign import Campaign
 from reference.rig.friction import Dahl, Iwan
-from reference.rig.mesh import root_of
+from reference.rig.mesh import Ints, root_of
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,8 @@ def _less(e: SpringEffect, x: Floats) -> tuple[Floats, Floats]:
         over = -x - e.shape
     over = np.maximum(over, 0.0) / (1 - e.shape)
     sign = np.where(x < 0, -1.0, 1.0)
-    return e.size * sign * over, e.size * (over > 0) / (1 - e.shape)
+    slope = np.where(over > 0, e.size / (1 - e.shape), 0.0)
+    return e.size * sign * over, slope
 
 
 def _side(e: SpringEffect, x: Floats) -> tuple[Floats, Floats]:
@@ -190,7 +191,7 @@ def turned_rad(spring: Spring, rows: Rows, effects: Sequence[SpringEffect] = ())
 
         def balance(
             m: Floats,
-            now: Floats = now,
+            now: Ints = now,
             before: Floats = before,
             memory: object = memory,
         ) -> tuple[Floats, Floats]:
