@@ -242,10 +242,30 @@ def tolerance(
     preload_N: float | None = None,
     input_angle_deg: float | None = None,
 ) -> Tolerance:
-    """Draw drives within the tolerances of the case and solve each under its load.
+    """Draw drives within the tolerances of the case, and solve each one under its load.
 
-    The same seed, the same drives. Raises `InvalidInputError` where the case states no tolerance,
-    or a number cannot be, and `NoSolutionError` where no drawn drive has a solution.
+    Parameters
+    ----------
+    case : Case, Drive, path or dict
+        The drive with its `[tolerance]`.
+    samples : int
+        The number of drives.
+    seed : int
+        Seed of the random numbers. The same seed gives the same drives.
+    torque_Nm, preload_N, input_angle_deg : float, optional
+        The load. What is not given comes from `[load]` of the case.
+
+    Returns
+    -------
+    Tolerance
+        Mean, standard deviation and quantiles of the elastic angle, and the share of each number.
+
+    Raises
+    ------
+    InvalidInputError
+        The case states no tolerance, or a number is not possible.
+    NoSolutionError
+        No drive that was drawn has a solution.
     """
     if not 2 <= samples <= MOST_SAMPLES:
         raise InvalidInputError(f"samples = {samples}: expected 2 to {MOST_SAMPLES}")

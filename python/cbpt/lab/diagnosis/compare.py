@@ -26,9 +26,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cbpt._core import Case, Drive, OwnEffect
-from cbpt.errors import ReadingsError
+from cbpt.errors import ReadingsError, Say
 from cbpt.figures.comparison import Box, ComparisonPicture, draw_comparison
-from cbpt.lab.covariance.noise import Noise, Rows, Whitener
+from cbpt.lab.covariance.linear_gaussian import Noise, Rows, Whitener
 from cbpt.lab.covariance.repeatability import Repeats, pooled
 from cbpt.lab.covariance.within_run import Scatter, estimate
 from cbpt.lab.diagnosis.comparison_data import ComparisonData
@@ -62,13 +62,14 @@ class Comparison(ComparisonData):
     before: Comparison | None
     """The same without the effects that were to be fitted; None where none were."""
 
-    def report(self, angle_unit: str = "arcsec") -> str:
-        """The comparison as text, angles in `angle_unit` (arcsec, arcmin, deg, urad, mrad, rad)."""
+    def report(self, angle_unit: str = "arcsec", say: Say = str) -> str:
+        """The comparison as text, angles in `angle_unit` (arcsec, arcmin, deg, urad, mrad, rad);
+        `say` says the steps of notes, else they are Python."""
         if angle_unit not in ANGLE_UNITS:
             raise ValueError(
                 f"angle_unit = {angle_unit!r}: expected one of {', '.join(ANGLE_UNITS)}"
             )
-        return "\n".join(lines(self, angle_unit))
+        return "\n".join(lines(self, angle_unit, say))
 
     def to_dict(self) -> dict[str, Any]:
         """The comparison as plain values, the same that `to_json` writes."""
@@ -154,20 +155,38 @@ def compare(
     only: Mapping[str, Any] | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> Comparison:
-    """Solve the model at every reading and say how far off it is, and where.
+    """Solve the model at every reading, and say how far off it is and where.
 
-    case: a case file, a `Case` or a dict of one (its `[measurement]` counts, and its `[load]` fills
-        in a preload or an input angle that the table does not have), or a bare `Drive`. The effects
-        of the case are part of the model.
-    data: a table of readings (file, mapping of columns, data frame) or `Readings`.
-    effects: ids of effects, and own effects, to fit on top; the comparison without them is then
-        `before`. The numbers of the drive and the calibrations move along within their stated
-        uncertainties.
-    columns, sheet: what headers of the table mean and which sheet it is, as in `read_readings`.
-    only: which readings to take, {"design": "conic", "preload_step": 3}.
-    progress: called now and then with the number of rows solved and that of all.
+    Parameters
+    ----------
+    case : Case, Drive, path or dict
+        The drive: a `Case`, the path of a case file or a dict of one. `[measurement]` of the case
+        counts, and its `[load]` fills in a preload or an input angle that the table does not have.
+        A bare `Drive` has neither. The effects of the case are part of the model.
+    data : Readings, path, mapping or data frame
+        The table of readings, as `read_readings` takes it.
+    effects : sequence of str or OwnEffect
+        Effects to fit on top, by id or from `cbpt.effects`. The numbers of the drive and the
+        calibrations are fitted as well, within their stated uncertainties; the comparison without
+        the effects is then `Comparison.before`.
+    columns : mapping of str to str, optional
+        What headers of the table mean, as in `read_readings`.
+    sheet : str, optional
+        Sheet of a workbook, struct of a MATLAB file or group of a TDMS file.
+    only : mapping, optional
+        The readings to take, for example ``{"preload_step": 3}``.
+    progress : callable, optional
+        Called now and then as ``progress(rows_done, rows)``. What it raises ends the work.
 
-    Raises `CaseError` and `ReadingsError` for what cannot be read; Ctrl-C stops it.
+    Returns
+    -------
+    Comparison
+        Errors in arcsec, their regions, and the residual of each reading, shape (n,).
+
+    Raises
+    ------
+    CaseError, ReadingsError
+        The case or the table cannot be read.
     """
     case, data = case_and_readings(case, data, columns, sheet, only)
     drive = case if isinstance(case, Drive) else case.drive

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from cbpt.errors import Say
 from cbpt.figures.diagnosis import DiagnosisPicture, draw_diagnosis
 from cbpt.lab.diagnosis.alternatives import moved, smallest
 from cbpt.lab.diagnosis.deciding_runs import next_run
@@ -59,9 +60,24 @@ class Diagnosis(DiagnosisData):
         preload_N: ArrayLike | None = None,
         input_angle_deg: ArrayLike = 0.0,
     ) -> AtLoad:
-        """The elastic angle of the drive under loads of choice, with its standard uncertainty.
+        """Predict the elastic angle of the drive under loads of choice, with its uncertainty.
 
-        Of the drive itself: gains and zeros of the instruments are left out. Loads broadcast.
+        The drive itself is asked: gains and offsets of the instruments are left out.
+
+        Parameters
+        ----------
+        torque_Nm : array_like
+            Torque on the output, N m.
+        preload_N : array_like, optional
+            Axial preload, N. If it is not given, `[load]` of the case is taken.
+        input_angle_deg : array_like
+            Angle of the input crank, degrees. The three arrays broadcast to n loads.
+
+        Returns
+        -------
+        AtLoad
+            Elastic angles and standard uncertainties (k = 1) in arcsec, shape (n,); NaN where there
+            is none. `inside` says whether a load lies within the readings.
         """
         rivals = {}
         for group in self.verdict.rivals:
@@ -89,9 +105,23 @@ class Diagnosis(DiagnosisData):
         preload_N: ArrayLike | None = None,
         input_angle_deg: ArrayLike | None = None,
     ) -> Results:
-        """Every number of the answer with its uncertainty and what it rests on.
+        """List every number of the answer with its uncertainty and what it rests on.
 
-        With a torque, or one in `[load]` of the case, the elastic angle there is among them.
+        Parameters
+        ----------
+        torque_Nm : array_like, optional
+            Torques, N m, at which the elastic angle is added to the results. If it is not given,
+            `[load]` of the case is taken.
+        preload_N : array_like, optional
+            Axial preload there, N; else that of the case.
+        input_angle_deg : array_like, optional
+            Angle of the input crank there, degrees; else that of the case.
+
+        Returns
+        -------
+        Results
+            Rows with value, unit and standard uncertainty; `to_csv`, `to_markdown` and `report`
+            write them.
         """
         load = load_of_choice(self.case, torque_Nm, preload_N, input_angle_deg)
         final = self.final_rung
@@ -240,9 +270,9 @@ class Diagnosis(DiagnosisData):
         )
         draw_diagnosis(picture, path)
 
-    def report(self) -> str:
-        """The answer in words and tables."""
-        return "\n".join(lines(self, self._document))
+    def report(self, say: Say = str) -> str:
+        """The answer in words and tables; `say` says the steps of notes, else they are Python."""
+        return "\n".join(lines(self, self._document, say))
 
     def __repr__(self) -> str:
         return self.report()

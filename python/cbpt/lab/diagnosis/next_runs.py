@@ -136,10 +136,32 @@ def next_runs(
     most: int = CANDIDATES,
     seed: int = 0,
 ) -> NextRuns:
-    """Diagnose the readings and rank the runs that could decide what they leave open.
+    """Diagnose the readings, and rank the runs that could decide between the open explanations.
 
-    limits: what the rig can do; a fourth beyond what it did where not given. most: how many runs to
-    choose among. Raises as `diagnose` does.
+    Parameters
+    ----------
+    case : Case, Drive, path or dict
+        The drive, as in `compare`.
+    data : Readings, path, mapping or data frame
+        The table of readings, as `read_readings` takes it.
+    columns : mapping of str to str, optional
+        What headers of the table mean, as in `read_readings`.
+    limits : Limits, optional
+        What the rig can do. Without it, a quarter more than it did in these readings.
+    most : int
+        The number of candidate runs.
+    seed : int
+        Seed of the candidates and of the diagnosis. The same seed gives the same result.
+
+    Returns
+    -------
+    NextRuns
+        The runs, the one with the largest expected gain of log odds first.
+
+    Raises
+    ------
+    CaseError, ReadingsError, InvalidInputError
+        As in `diagnose`.
     """
     return ranked(diagnose(case, data, columns=columns, seed=seed), limits, most)
 

@@ -26,7 +26,7 @@ from threadpoolctl import threadpool_limits
 from cbpt._core import Case, Drive
 from cbpt.errors import InvalidInputError
 from cbpt.figures.isolability import draw_isolability
-from cbpt.lab.covariance.noise import Noise
+from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.experiment.design_fit import Sight
 from cbpt.lab.experiment.detection import LIMIT, weight
 from cbpt.lab.experiment.effect_changes import forms_of, possible
@@ -43,10 +43,9 @@ from cbpt.lab.experiment.separation import (
     twins_unseen,
 )
 from cbpt.lab.experiment.simulate import Instrument
-from cbpt.lab.model.priors import LOT, PRIORS, VARIANTS, Variant, lots
+from cbpt.lab.model.priors import CLASSES, LOT, PRIORS, VARIANTS, Variant, lots
 from cbpt.lab.readings.inputs import case_of
 from cbpt.lab.readings.reader import Readings
-from cbpt.lab.selection.decision import CLASSES
 from cbpt.lab.selection.model_comparison import Progress
 from cbpt.lab.wording.versions import versions
 
@@ -89,14 +88,36 @@ def isolability(
     u_elastic_angle_arcsec: float | None = None,
     progress: Progress | None = None,
 ) -> Isolability:
-    """What a campaign could see and tell apart, before any reading.
+    """Say which effects a campaign could detect and tell apart, before any reading.
 
-    effects: ids of the library; all where not given. noise: as in `simulate`; it counts through its
-    covariance, so tails, outliers and steps count as scatter of their standard deviation.
-    progress: as in `diagnose`.
+    Parameters
+    ----------
+    case : Case, Drive, path or dict
+        The drive, as in `compare`.
+    plan : Plan, Readings, path or mapping
+        The campaign, as `read_plan` takes it.
+    effects : sequence of str, optional
+        Ids of the library. Without it, all of them.
+    noise : Instrument, str or sequence of str
+        An `Instrument`, or kinds of noise with their sizes, for example ``"run_offset=2"``.
+        It counts through its covariance: tails, outliers and steps count as scatter of the same
+        standard deviation.
+    u_elastic_angle_arcsec : float, optional
+        Standard uncertainty of a reading (k = 1), where the plan has none.
+    progress : callable, optional
+        Called as ``progress(what_is_next, share_done)``. What it raises ends the work.
 
-    Raises `NoSolutionError` where the plan's preloads do not hold its torques, `PlanError`,
-    `ReadingsError`, `CaseError` and `InvalidInputError` for what cannot be read.
+    Returns
+    -------
+    Isolability
+        The smallest detectable size of each effect (SI), and what tells each pair apart.
+
+    Raises
+    ------
+    NoSolutionError
+        The preload of the plan does not hold the torque in some rows.
+    PlanError, ReadingsError, CaseError, InvalidInputError
+        Plan, case or an argument cannot be read.
     """
     case = case_of(case)
     of_ball_drives(case)

@@ -1,12 +1,12 @@
 /** 9. Export: the answer's JSON, the readings as CSV, the case file, plots, the command line. */
 
-/** @import { Model } from "./types.d.ts" */
-import { isLive } from "./api.js";
-import { announce, bodyOf, el, fill } from "./dom.js";
-import { saveFile } from "./figure.js";
-import { caseWith } from "./casefile.js";
-import { text } from "./numbers.js";
-import { documentShown, hasBalls, modelShown, on, scale, state } from "./store.js";
+/** @import { Model } from "../types.d.ts" */
+import { isLive } from "../lib/api.js";
+import { announce, bodyOf, el, fill } from "../lib/dom.js";
+import { saveFile } from "../lib/figure.js";
+import { caseWith } from "../lib/casefile.js";
+import { text } from "../lib/numbers.js";
+import { documentShown, hasBalls, modelShown, on, scale, state } from "../lib/store.js";
 
 export function setUpExport() {
   on(["document", "model", "unit"], draw);

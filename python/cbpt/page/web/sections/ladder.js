@@ -1,12 +1,20 @@
 /** 5. The ladder: the error in sample and held out with each effect added, noise floor, stop mark. */
 
-/** @import { Theme } from "./figure.js" */
-/** @import { Rung } from "./types.d.ts" */
-import { bodyOf, el, fill, table } from "./dom.js";
-import { Figure } from "./figure.js";
-import { plain, text } from "./numbers.js";
-import { safe } from "./readings.js";
-import { documentShown, modelOf, modelShown, on, scale, setModel, size, state } from "./store.js";
+/** @import { Theme } from "../lib/figure.js" */
+/** @import { Rung } from "../types.d.ts" */
+import { bodyOf, el, fill, table } from "../lib/dom.js";
+import { Figure, safe } from "../lib/figure.js";
+import { plain, text } from "../lib/numbers.js";
+import {
+  documentShown,
+  modelOf,
+  modelShown,
+  on,
+  scale,
+  setModel,
+  size,
+  state,
+} from "../lib/store.js";
 
 /** Room for the names of the rungs, px. */
 const LEFT = 148;

@@ -2,7 +2,7 @@
  * Which effects the model has: switches change it, a report looks it up, the workbench fits it.
  */
 
-/** @import { Model, Rung } from "./types.d.ts" */
+/** @import { Model, Rung } from "../types.d.ts" */
 import { isLive, post } from "./api.js";
 import { afterPause, announce, trouble } from "./dom.js";
 import { pause, resume } from "./figure.js";

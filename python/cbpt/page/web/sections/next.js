@@ -1,12 +1,11 @@
 /** 7. What to measure next, and what the campaign can tell apart. */
 
-/** @import { Theme } from "./figure.js" */
-import { get, isLive } from "./api.js";
-import { bodyOf, el, fill, table } from "./dom.js";
-import { Figure } from "./figure.js";
-import { fixed, nameOf, plain, text } from "./numbers.js";
-import { safe } from "./readings.js";
-import { documentShown, hasBalls, on, state } from "./store.js";
+/** @import { Theme } from "../lib/figure.js" */
+import { get, isLive } from "../lib/api.js";
+import { bodyOf, el, fill, table } from "../lib/dom.js";
+import { Figure, safe } from "../lib/figure.js";
+import { fixed, nameOf, plain, text } from "../lib/numbers.js";
+import { documentShown, hasBalls, on, state } from "../lib/store.js";
 
 const SIGNS =
   /** @type {Record<string, string>} */ ({ apart: "", above: "+", not_here: "×", twins: "=" });

@@ -468,3 +468,9 @@ export function saveDrawing(drawing, name) {
   copy.setAttribute("xmlns", "http://www.w3.org/2000/svg");
   saveFile(`${name}.svg`, new XMLSerializer().serializeToString(copy), "image/svg+xml");
 }
+
+/** Plotly reads a few tags in texts: a name from a file has none. @param {unknown} name */
+export function safe(name) {
+  return String(name).replaceAll("&", "&amp;").replaceAll("<", "&lt;").replaceAll(">", "&gt;")
+    .replaceAll("%{", "% {");
+}

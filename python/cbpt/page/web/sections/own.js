@@ -4,13 +4,13 @@
  * What is a parameter is seen from the expression: a name that is neither variable nor function.
  */
 
-/** @import { OwnEffect, OwnParameter } from "./types.d.ts" */
-import { isLive, post } from "./api.js";
-import { afterPause, announce, bodyOf, byId, el, fill, setUsable, usable } from "./dom.js";
-import { redefined, show, take, told } from "./models.js";
-import { text } from "./numbers.js";
+/** @import { OwnEffect, OwnParameter } from "../types.d.ts" */
+import { isLive, post } from "../lib/api.js";
+import { afterPause, announce, bodyOf, byId, el, fill, setUsable, usable } from "../lib/dom.js";
+import { redefined, show, take, told } from "../lib/models.js";
+import { text } from "../lib/numbers.js";
 import { parameters as sizesOf } from "./candidates.js";
-import { documentShown, hasBalls, modelShown, on, setModel } from "./store.js";
+import { documentShown, hasBalls, modelShown, on, setModel } from "../lib/store.js";
 
 const BLANK = {
   id: "my_effect",

@@ -5,12 +5,12 @@
  * one down. A box drawn in any plot selects readings in all of them.
  */
 
-/** @import { Theme } from "./figure.js" */
-/** @import { Points, Sign } from "./points.js" */
-/** @import { Branch } from "./types.d.ts" */
-import { bodyOf, byId, el, fill, svg, table } from "./dom.js";
-import { Figure, MOST_POINTS, onTheme, theme, thin } from "./figure.js";
-import { fixed, nameOf, plain } from "./numbers.js";
+/** @import { Theme } from "../lib/figure.js" */
+/** @import { Points, Sign } from "../lib/points.js" */
+/** @import { Branch } from "../types.d.ts" */
+import { bodyOf, byId, el, fill, svg, table } from "../lib/dom.js";
+import { Figure, MOST_POINTS, onTheme, safe, theme, thin } from "../lib/figure.js";
+import { fixed, nameOf, plain } from "../lib/numbers.js";
 import {
   decimals,
   documentShown,
@@ -24,7 +24,7 @@ import {
   state,
   tell,
   visible,
-} from "./store.js";
+} from "../lib/store.js";
 
 /** @type {Record<Branch, { sign: Sign, dash: string, name: string }>} */
 export const BRANCHES = {
@@ -520,10 +520,4 @@ function noiseOf() {
 function median(values) {
   const known = values.filter((v) => v !== null).sort((a, b) => a - b);
   return known.length ? known[known.length >> 1] : null;
-}
-
-/** Plotly reads a few tags in texts: a name from a file has none. @param {unknown} name */
-export function safe(name) {
-  return String(name).replaceAll("&", "&amp;").replaceAll("<", "&lt;").replaceAll(">", "&gt;")
-    .replaceAll("%{", "% {");
 }

@@ -3,7 +3,7 @@
  * name such as `<script>` is shown and never read as markup.
  */
 
-/** @import { Child } from "./types.d.ts" */
+/** @import { Child } from "../types.d.ts" */
 /** @typedef {Record<string, string | number | boolean | null | undefined | ((event: any) => void)>} Attributes */
 
 const SVG = "http://www.w3.org/2000/svg";
@@ -197,4 +197,11 @@ export function table(caption, heads, rows) {
       ),
     ),
   );
+}
+
+/** A bar of a share between 0 and 1. @param {number} share */
+export function bar(share) {
+  const inner = el("i");
+  inner.style.width = `${(100 * Math.max(0, Math.min(1, share))).toFixed(1)}%`;
+  return inner;
 }

@@ -1,11 +1,11 @@
 /** 3. Where it fails: the residual over two columns, the regions found, where contact is lost. */
 
-/** @import { Theme } from "./figure.js" */
-/** @import { Region } from "./types.d.ts" */
-import { bodyOf, el, fill } from "./dom.js";
-import { Figure } from "./figure.js";
-import { percent, plain, text } from "./numbers.js";
-import { BRANCHES, safe } from "./readings.js";
+/** @import { Theme } from "../lib/figure.js" */
+/** @import { Region } from "../types.d.ts" */
+import { bar, bodyOf, el, fill } from "../lib/dom.js";
+import { Figure, safe } from "../lib/figure.js";
+import { percent, plain, text } from "../lib/numbers.js";
+import { BRANCHES } from "./readings.js";
 import {
   documentShown,
   hasBalls,
@@ -16,7 +16,7 @@ import {
   size,
   state,
   visible,
-} from "./store.js";
+} from "../lib/store.js";
 
 const BINS = 16;
 // Up to this many different values stand for themselves.
@@ -403,11 +403,4 @@ function drawRegions() {
       )
       : el("p", { class: "quiet" }, whole.reasons.where ?? "No region stands out from the rest."),
   );
-}
-
-/** A bar of a share between 0 and 1. @param {number} share */
-export function bar(share) {
-  const inner = el("i");
-  inner.style.width = `${(100 * Math.max(0, Math.min(1, share))).toFixed(1)}%`;
-  return inner;
 }

@@ -1,19 +1,19 @@
 /** All of the page that the first plot does not wait for: its other sections, files, contents, units. */
 
-import { isLive } from "./api.js";
+import { isLive } from "../lib/api.js";
 import { setUpAnswer } from "./answer.js";
 import { setUpBar } from "./bar.js";
 import { setUpCandidates } from "./candidates.js";
-import { byId, el, fill } from "./dom.js";
+import { byId, el, fill } from "../lib/dom.js";
 import { setUpDrive } from "./drive.js";
 import { setUpExport } from "./export.js";
-import { markDrawn } from "./figure.js";
+import { markDrawn } from "../lib/figure.js";
 import { setUpJob } from "./job.js";
 import { setUpLadder } from "./ladder.js";
 import { setUpNext } from "./next.js";
-import { ANGLE_UNITS } from "./numbers.js";
+import { ANGLE_UNITS } from "../lib/numbers.js";
 import { setUpOwn } from "./own.js";
-import { state, tell, tellNewcomers } from "./store.js";
+import { state, tell, tellNewcomers } from "../lib/store.js";
 import { openUpload, setUpUpload } from "./upload.js";
 import { setUpWhere } from "./where.js";
 

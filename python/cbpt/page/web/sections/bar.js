@@ -1,9 +1,9 @@
 /** The bar that stays in sight: a switch for each likely effect, and what is left of the error. */
 
-import { byId, el, fill, setUsable, svg, usable } from "./dom.js";
-import { onTheme, theme } from "./figure.js";
-import { canSwitch, isOn, ROUGH, setUpModels, show, toggle } from "./models.js";
-import { documentShown, modelOf, modelShown, on, size, state } from "./store.js";
+import { byId, el, fill, setUsable, svg, usable } from "../lib/dom.js";
+import { onTheme, theme } from "../lib/figure.js";
+import { canSwitch, isOn, ROUGH, setUpModels, show, toggle } from "../lib/models.js";
+import { documentShown, modelOf, modelShown, on, size, state } from "../lib/store.js";
 
 /** As many as stand beside the gauge in one line. */
 function mostSwitches() {

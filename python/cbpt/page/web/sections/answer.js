@@ -1,11 +1,10 @@
 /** 1. The sentence of the answer, how sure it is, what it rests on, the error before and after. */
 
-/** @import { Child, PageDocument } from "./types.d.ts" */
-import { bodyOf, byId, el, fill, svg } from "./dom.js";
-import { nameOf, probability, readable, text } from "./numbers.js";
-import { show } from "./models.js";
-import { documentShown, modelOf, on, setModel, size, state } from "./store.js";
-import { bar } from "./where.js";
+/** @import { Child, PageDocument } from "../types.d.ts" */
+import { bar, bodyOf, byId, el, fill, svg } from "../lib/dom.js";
+import { nameOf, probability, readable, text } from "../lib/numbers.js";
+import { show } from "../lib/models.js";
+import { documentShown, modelOf, on, setModel, size, state } from "../lib/store.js";
 
 const KINDS = /** @type {Record<string, string>} */ ({
   effect: "an effect is missing",

@@ -3,10 +3,10 @@
  * can be stopped. The readings stand beside the drive as stated meanwhile.
  */
 
-/** @import { Child } from "./types.d.ts" */
-import { get, isLive, post } from "./api.js";
-import { announce, byId, el, fill, trouble } from "./dom.js";
-import { on, setDocument, state } from "./store.js";
+/** @import { Child } from "../types.d.ts" */
+import { get, isLive, post, Superseded } from "../lib/api.js";
+import { announce, byId, el, fill, trouble } from "../lib/dom.js";
+import { on, setDocument, state } from "../lib/store.js";
 
 const PAUSE_MS = 150;
 
@@ -16,6 +16,7 @@ export function setUpJob() {
 
 /** @param {unknown} error */
 function told(error) {
+  if (error instanceof Superseded) return;
   trouble(error instanceof Error ? error.message : String(error));
 }
 
@@ -24,11 +25,12 @@ function open() {
   return state.document !== null && state.document.answer === null;
 }
 
-let following = false;
+/** Counts the documents: only the latest is begun and followed. */
+let latest = 0;
 
 /** A new document: begin, or go on with what has begun. */
 async function look() {
-  if (following) return;
+  latest++;
   byId("job").hidden = !open();
   if (!open()) return;
   try {
@@ -82,29 +84,24 @@ async function begin() {
 
 /** Ask until it has ended. */
 async function follow() {
-  if (following) return;
-  following = true;
-  const of = state.document?.opened;
-  try {
-    let job = await get("job");
-    for (; job.state === "running"; job = await get("job")) {
-      show(job);
-      await new Promise((done) => setTimeout(done, PAUSE_MS));
-    }
-    following = false;
-    // Other files may have taken the place of those that were diagnosed.
-    if (state.document?.opened !== of) return look();
-    if (job.state === "done") {
-      hide();
-      setDocument(await get("document"));
-      announce("The diagnosis is done.");
-      return;
-    }
-    if (job.state === "failed") trouble(job.error);
-    offer();
-  } finally {
-    following = false;
+  const mine = latest;
+  let job = await get("job");
+  for (; job.state === "running"; job = await get("job")) {
+    if (mine !== latest) return;
+    show(job);
+    await new Promise((done) => setTimeout(done, PAUSE_MS));
   }
+  if (mine !== latest) return;
+  if (job.state === "done") {
+    const answered = await get("document");
+    if (mine !== latest) return;
+    hide();
+    setDocument(answered);
+    announce("The diagnosis is done.");
+    return;
+  }
+  if (job.state === "failed") trouble(job.error);
+  offer();
 }
 
 /** @param {any} job */

@@ -4,14 +4,14 @@
  * Lengths are mm as the document has them; the drawing's y points up, an SVG's down.
  */
 
-/** @import { Theme } from "./figure.js" */
-/** @import { PageDocument } from "./types.d.ts" */
-import { isLive, post } from "./api.js";
-import { afterPause, bodyOf, el, fill, svg, table, trouble } from "./dom.js";
-import { pairDrawing, sectionDrawing } from "./drawing.js";
-import { Figure, onTheme, saveDrawing, theme } from "./figure.js";
-import { fixed, plain, text } from "./numbers.js";
-import { decimals, documentShown, hasBalls, inUnit, on, scale, state } from "./store.js";
+/** @import { Theme } from "../lib/figure.js" */
+/** @import { PageDocument } from "../types.d.ts" */
+import { isLive, post } from "../lib/api.js";
+import { afterPause, bodyOf, el, fill, svg, table, trouble } from "../lib/dom.js";
+import { pairDrawing, sectionDrawing } from "../lib/drawing.js";
+import { Figure, onTheme, saveDrawing, theme } from "../lib/figure.js";
+import { fixed, plain, text } from "../lib/numbers.js";
+import { decimals, documentShown, hasBalls, inUnit, on, scale, state } from "../lib/store.js";
 
 /** @typedef {any} Section what `python/cbpt/page/document/drive.py` makes */
 

@@ -5,7 +5,7 @@
  * Topics: document (another one), models (one more), model (another shown), selection, filter, unit.
  */
 
-/** @import { Model, PageDocument } from "./types.d.ts" */
+/** @import { Model, PageDocument } from "../types.d.ts" */
 /** @import { AngleUnit } from "./numbers.js" */
 import { showsFiles } from "./api.js";
 import { ANGLE_UNITS, text } from "./numbers.js";

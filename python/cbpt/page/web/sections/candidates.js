@@ -5,14 +5,13 @@
  * along the column in which the signature shows most.
  */
 
-/** @import { Candidate, Column, Model, Parameter } from "./types.d.ts" */
-import { bodyOf, el, fill, svg } from "./dom.js";
-import { onTheme, saveDrawing, theme, thin } from "./figure.js";
+/** @import { Candidate, Column, Model, Parameter } from "../types.d.ts" */
+import { bar, bodyOf, el, fill, svg } from "../lib/dom.js";
+import { onTheme, saveDrawing, theme, thin } from "../lib/figure.js";
 import { markSwitches, switchOf } from "./bar.js";
-import { canSwitch, isOn, ROUGH } from "./models.js";
-import { fixed, nameOf, plain, probability, withU } from "./numbers.js";
-import { bar } from "./where.js";
-import { documentShown, modelOf, on, size, state } from "./store.js";
+import { canSwitch, isOn, ROUGH } from "../lib/models.js";
+import { fixed, nameOf, plain, probability, withU } from "../lib/numbers.js";
+import { documentShown, modelOf, on, size, state } from "../lib/store.js";
 
 const FIRST_CARDS = 6;
 const POINTS = 260;

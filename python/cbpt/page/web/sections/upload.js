@@ -1,9 +1,9 @@
 /** Files: a case and a table dropped on the page, and what the columns mean where names leave doubt. */
 
-import { get, isLive, post, upload } from "./api.js";
-import { announce, byId, el, fill, table } from "./dom.js";
-import { onDrop } from "./drop.js";
-import { setDocument } from "./store.js";
+import { get, handOver, isLive, post, upload } from "../lib/api.js";
+import { announce, byId, el, fill, table } from "../lib/dom.js";
+import { onDrop } from "../lib/drop.js";
+import { setDocument } from "../lib/store.js";
 
 export function setUpUpload() {
   if (!isLive()) return;
@@ -75,15 +75,17 @@ async function take(files) {
   openUpload();
   const place = byId("upload-found");
   fill(place, el("p", { class: "quiet" }, `Reading ${files.map((f) => f.name).join(", ")} …`));
+  // The case first: a table is read with what its drive needs.
+  const order = files.sort((a, b) =>
+    Number(b.name.endsWith(".toml")) - Number(a.name.endsWith(".toml"))
+  );
   try {
-    /** @type {any} */
-    let found = null;
-    // The case first: a table is read with what its drive needs.
-    const order = files.sort((a, b) =>
-      Number(b.name.endsWith(".toml")) - Number(a.name.endsWith(".toml"))
-    );
-    for (const file of order) found = await upload(file, file !== order.at(-1));
-    await told(found);
+    await handOver(async () => {
+      /** @type {any} */
+      let found = null;
+      for (const file of order) found = await upload(file, file !== order.at(-1));
+      await told(found);
+    });
   } catch (error) {
     fill(
       place,
@@ -116,7 +118,7 @@ async function told(found) {
 /** Ask the server to read the table so. @param {unknown} how {columns, sheet} */
 async function readSo(how) {
   try {
-    await told(await post("columns", how));
+    await handOver(async () => told(await post("columns", how)));
   } catch (error) {
     byId("upload-found").append(
       el(
