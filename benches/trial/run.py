@@ -6,7 +6,7 @@
 --short is for development, about ten minutes on two cores: some campaigns of each wider family, and
 the table of what the answer has to reach alone. In full, N is for each strength (single, outside)
 and each other family, M (else N) for each kind of noise of campaigns that hide nothing; of the
-wider families 4 N to 20 N. Campaigns and answers are kept as they come: a run that was killed goes
+wider families N to 5 N. Campaigns and answers are kept as they come: a run that was killed goes
 on where it was, and a second run diagnoses only what is new; --fresh starts over.
 --shuffle M answers M sets once more with the library in another order: an id is a label, its place
 must not matter.
@@ -53,16 +53,16 @@ SHORT: dict[Family | Wider, tuple[int, ...]] = {
     "spring": tuple(range(24)),
 }
 """Indices of each family in the short form."""
-FOR_EACH: dict[Wider, int] = {
-    "one": 6,
-    "two": 10,
-    "three": 3,
-    "slide": 5,
-    "coarse": 4,
-    "artefact": 5,
-    "small": 4,
-    "lawless": 3,
-    "spring": 6,
+FOR_EACH: dict[Family | Wider, int] = {
+    "one": 4,
+    "two": 5,
+    "three": 2,
+    "slide": 2,
+    "coarse": 2,
+    "artefact": 2,
+    "small": 2,
+    "lawless": 1,
+    "spring": 3,
 }
 """Campaigns of a wider family for each of `--sets`."""
 
@@ -213,5 +213,5 @@ def main() -> int:
         asked.json.parent.mkdir(parents=True, exist_ok=True)
         asked.json.write_text(json.dumps(score, indent=1) + "\n", encoding="utf-8")
     if asked.page:
-        write_page(asked.page, score, outcomes)
+        write_page(asked.page, score, outcomes, every)
     return 0

@@ -103,7 +103,7 @@ def _three(
     least, most = reach
     return [
         share(name, where, outcomes, event, least=least),
-        share("  the oracle", where, outcomes, by_oracle(event)),
+        share("  the oracle", where, [o for o in outcomes if o.get("oracle")], by_oracle(event)),
         _behind(name, where, outcomes, event, most),
     ]
 

@@ -42,7 +42,7 @@ from reference.rig.springs import (
 from trial import answers, claims
 from trial.adapter import READERS, Said, kept, read
 from trial.evidence import Candidate, inclusion, likeliest, posterior, spoken
-from trial.page import section
+from trial.page import BEFORE, section, write_page
 from trial.rivals import yardstick_of
 from trial.run import FOR_EACH, SHORT, indices, interleaved, run
 from trial.spring_sets import SpringYard, spring_set
@@ -438,8 +438,13 @@ def test_claims(outcome: dict[str, Any], wanted: tuple[bool, ...]) -> None:
 
 
 def test_an_artefact_may_be_told_as_the_rig() -> None:
-    physics = [{"effects": ("creep",)}, {"rivals": (("creep", "wear"),)}]
-    rig = [{"effects": ("drift",)}, {"rivals": (("creep", "drift"),)}, UNKNOWN, NONE]
+    physics: list[dict[str, Any]] = [{"effects": ("creep",)}, {"rivals": (("creep", "wear"),)}]
+    rig: list[dict[str, Any]] = [
+        {"effects": ("drift",)},
+        {"rivals": (("creep", "drift"),)},
+        UNKNOWN,
+        NONE,
+    ]
     assert all(claims.speaks_of_physics(said("artefact", [], a)) for a in physics)
     assert not any(claims.speaks_of_physics(said("artefact", [], a)) for a in rig)
     assert claims.spoken_of({"effects": ["a"], "rivals": [["b", "unknown"]], "perhaps": ["c"]}) == 3
@@ -520,3 +525,17 @@ def test_a_run_that_was_killed_goes_on_where_it_was(
     finally:
         for folder in (answers.rig_folder, answers.answer_folder):
             folder.cache_clear()
+
+
+def test_a_new_page_keeps_the_table_of_before(tmp_path: Path) -> None:
+    page = tmp_path / "trial.md"
+    page.write_text(f"# Old\n\n{BEFORE}\n\nkept\n\nWhat falls short and why: x\n")
+    order = {"changed": 0, "sets": 0}
+    score = {"seed": 5, "sets_each": 1, "null_sets_each": 1, "order_of_library": order}
+    every = [said("two", PAIR, BOTH)]
+    for _ in range(2):
+        write_page(page, score, [], every)
+        text = page.read_text()
+        assert text.count(BEFORE) == 1 and text.count("kept\n") == 1 and "Old" not in text
+        assert "## What the answer has to reach" in text and "| pair held |" in text
+        assert text.endswith("](trial-notes.md).\n")
