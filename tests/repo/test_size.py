@@ -20,8 +20,6 @@ _TO_MEND = "to be mended"
 
 FILES = {"python/cbpt/_core.pyi": "made by the build"}
 FUNCTIONS = {
-    "python/cbpt/cli/lab.py diagnose": _TO_MEND,
-    "python/cbpt/cli/page.py report": _TO_MEND,
     "python/cbpt/design/tolerance.py _told": _TO_MEND,
     "python/cbpt/lab/diagnosis/report.py lines": _TO_MEND,
     "python/cbpt/lab/inference/prediction.py angle_at": _TO_MEND,
@@ -37,7 +35,7 @@ ARGUMENTS = {
     "python/cbpt/lab/readings/reader.py read_readings": _PUBLIC,
     "python/cbpt/sweeps/run.py sweep": _PUBLIC,
     "python/cbpt/design/tolerance.py _told": _TO_MEND,
-    "python/cbpt/lab/covariance/noise.py fit_noise": _TO_MEND,
+    "python/cbpt/lab/covariance/fit_noise.py fit_noise": _TO_MEND,
     "python/cbpt/lab/diagnosis/compare.py _where": _TO_MEND,
     "python/cbpt/lab/inference/prediction.py angle_at": _TO_MEND,
     "python/cbpt/lab/selection/scan.py find_regions": _TO_MEND,
