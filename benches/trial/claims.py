@@ -38,7 +38,8 @@ def beside(outcome: Outcome) -> set[str]:
     """Names of the noise, neither asked for nor wrong."""
     truth = outcome["truth"]
     zeros = {"run_offset"} if truth["noise"]["run_offset_arcsec"] > 0 else set()
-    return zeros | set(truth.get("beside", ()))
+    instrument = RIG if outcome["family"] == "artefact" else set()
+    return zeros | instrument | set(truth.get("beside", ()))
 
 
 def unnamed(outcome: Outcome) -> bool:
@@ -122,6 +123,8 @@ def is_so(outcome: Outcome) -> bool:
         return bool(answer.get("undecided"))
     if answer.get("undecided"):
         return False
+    if outcome["family"] == "artefact":  # real and of the instrument, known to the library or not
+        return not speaks_of_physics(outcome)
     true = set().union(*wanted) if wanted else set()
     if false_certain(outcome) - {"unknown"}:
         return False
