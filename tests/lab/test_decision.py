@@ -296,22 +296,15 @@ def test_what_chance_does_is_no_effect() -> None:
 def test_an_effect_within_the_limit_of_none_is_not_named() -> None:
     """Unless chance hardly ever shows as much."""
     within, weak = LIMIT - 0.1, float(np.log(WEAK_ODDS))
-    assert (
-        judge(competition({(FRICTION,): within}, around=Around(null_maximum=LIMIT))).kind
-        == "complete"
-    )
-    assert (
-        judge(competition({(FRICTION,): LIMIT + 0.1}, around=Around(null_maximum=LIMIT))).kind
-        == "effect"
-    )
-    assert (
-        judge(competition({(FRICTION,): weak + 0.1}, around=Around(null_maximum=0.0))).kind
-        == "effect"
-    )
-    assert (
-        judge(competition({(FRICTION,): weak - 0.1}, around=Around(null_maximum=0.0))).kind
-        == "complete"
-    )
+
+    def kind(odds: float, most_in_noise: float) -> str:
+        around = Around(null_maximum=most_in_noise)
+        return judge(competition({(FRICTION,): odds}, around=around)).kind
+
+    assert kind(within, LIMIT) == "complete"
+    assert kind(LIMIT + 0.1, LIMIT) == "effect"
+    assert kind(weak + 0.1, 0.0) == "effect"
+    assert kind(weak - 0.1, 0.0) == "complete"
 
 
 def test_an_answer_tells_the_calibrations_it_rests_on() -> None:
