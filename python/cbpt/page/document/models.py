@@ -184,7 +184,7 @@ class Models:
             "chi2_per_dof": d.ladder[-1].chi2_per_dof,
             "probability": d.verdict.probability if d.verdict.kind == "unknown" else None,
             "signature_arcsec": numbers(model - self._stated),
-            "why_no_case": "a lack of fit without a name is not an effect that a case file can hold",
+            "why_no_case": "a lack of fit without a name is no effect that a case file can hold",
         }
 
     # --- further choices ---

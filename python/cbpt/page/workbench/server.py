@@ -133,7 +133,9 @@ class _Current:
         asked = QueryParams(scope["query_string"])
         words = None
         if asked.get("page", self.page) != self.page:
-            words = "this page belongs to a workbench that has ended; reload it to see the present one"
+            words = (
+                "this page belongs to a workbench that has ended; reload it to see the present one"
+            )
         elif asked.get("opened", str(self.session.opened)) != str(self.session.opened):
             words = "other files have been opened in another window; reload this one to see them"
         answer = JSONResponse({"error": words}, 409) if words else self.app

@@ -72,7 +72,9 @@ function found(whole) {
   const explained = whole.answer_key !== null;
   const moved = explained && before.rmse_arcsec !== after.rmse_arcsec;
   const best = (/** @type {number | null} */ v) =>
-    explained ? "" : `; the best library effect leaves ${size(v)} and does not explain the readings`;
+    explained
+      ? ""
+      : `; the best library effect leaves ${size(v)} and does not explain the readings`;
   const floor = whole.noise.noise_floor_arcsec;
   return el(
     "div",
@@ -210,9 +212,9 @@ function restsOn(numbers) {
         el(
           "li",
           {},
-          `${r.number.replaceAll("_", " ")}, stated with uncertainty ${text(r.prior, 2)}: an error of ${
-            text(Math.abs(r.needed_shift_sigma), 2)
-          } standard uncertainties in it${
+          `${r.number.replaceAll("_", " ")}, stated with uncertainty ${
+            text(r.prior, 2)
+          }: an error of ${text(Math.abs(r.needed_shift_sigma), 2)} standard uncertainties in it${
             numbers.length > 1 ? ", together with errors in the others listed here," : ""
           } explains the same residual.`,
         )

@@ -31,7 +31,12 @@ let sizes;
 export function setUpNext() {
   run = el("div", { class: "card" });
   const plot = el("div", { id: "matrix" });
-  matrix = el("div", { class: "card" }, el("h3", {}, "Which effects these runs can separate"), plot);
+  matrix = el(
+    "div",
+    { class: "card" },
+    el("h3", {}, "Which effects these runs can separate"),
+    plot,
+  );
   sizes = el("div", { class: "card", id: "sizes" });
   fill(
     bodyOf("next"),
