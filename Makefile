@@ -7,7 +7,7 @@ CRATES := $(OUT)/crates
 export CARGO_TARGET_DIR := $(CURDIR)/target
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help build demo test rust python package wheel bench trial instructions setup-browser screenshots format clean
+.PHONY: help build demo test rust python package wheel bench trial instructions setup-browser screenshots docs format clean
 help:  ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
 
@@ -84,6 +84,14 @@ trial: build  ## the diagnosis scored on campaigns with a hidden effect, at full
 screenshots: build $(VENV)/tested  ## the picture of the page in the README, taken anew
 	$(PYTHON) docs/site/screenshots.py $(OUT)/screenshots
 	cp $(OUT)/screenshots/after.png docs/img/page.png
+
+$(VENV)/documented: $(VENV)/installed
+	$(PYTHON) -m pip install -q --group docs
+	touch $@
+
+docs: build $(VENV)/documented $(VENV)/tested  ## the documentation as a site, without a network: out/docs/index.html
+	RUSTDOCFLAGS='-D warnings' cargo doc -p cbpt-core -p cbpt-cli --no-deps --quiet
+	$(PYTHON) docs/site/build_site.py --rust $(CARGO_TARGET_DIR)/doc
 
 instructions:  ## instructions of the hot loops against what is kept, by callgrind
 	python3 benches/instructions.py

@@ -65,8 +65,8 @@ if TYPE_CHECKING:
     from cbpt.lab.diagnosis.diagnose import diagnose
     from cbpt.lab.diagnosis.diagnosis import Diagnosis
     from cbpt.lab.diagnosis.fitted import Fitted, fit
+    from cbpt.lab.diagnosis.next_runs import NextRuns, next_runs
     from cbpt.lab.experiment.candidates import Limits
-    from cbpt.lab.experiment.expected_gain import NextRuns, next_runs
     from cbpt.lab.experiment.isolability import Isolability, isolability
     from cbpt.lab.experiment.plan import Plan, read_plan
     from cbpt.lab.experiment.shortest_plan import Design, shortest_plan
@@ -86,7 +86,7 @@ _LAZY = {
     "Fitted": "cbpt.lab.diagnosis.fitted",
     "Isolability": "cbpt.lab.experiment.isolability",
     "Limits": "cbpt.lab.experiment.candidates",
-    "NextRuns": "cbpt.lab.experiment.expected_gain",
+    "NextRuns": "cbpt.lab.diagnosis.next_runs",
     "Optimum": "cbpt.design.optimise",
     "Plan": "cbpt.lab.experiment.plan",
     "Readings": "cbpt.lab.readings.reader",
@@ -97,7 +97,7 @@ _LAZY = {
     "diagnose_by": "cbpt.lab.diagnosis.by_level",
     "fit": "cbpt.lab.diagnosis.fitted",
     "isolability": "cbpt.lab.experiment.isolability",
-    "next_runs": "cbpt.lab.experiment.expected_gain",
+    "next_runs": "cbpt.lab.diagnosis.next_runs",
     "optimise": "cbpt.design.optimise",
     "read_plan": "cbpt.lab.experiment.plan",
     "read_readings": "cbpt.lab.readings.reader",

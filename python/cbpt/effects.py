@@ -88,15 +88,39 @@ def expression(
     *,
     adds_to: str | None = None,
 ) -> OwnEffect:
-    """An own effect from a formula, as in a case file.
+    """Make an own effect from a formula, as in a case file.
 
-    port: `series` and `reading` add an angle (rad), `load` adds to `adds_to`, `torque_Nm` or
-        `preload_N`.
-    expression: numbers, parameters, `VARIABLES`, `pi`, + - * / ^ and the functions of
-        `docs/how-to/own-effects.md`.
-    parameters: by name; `min` and `max` are the plausible range, which is the prior of a fit.
+    Parameters
+    ----------
+    id : str
+        Name of the effect.
+    port : {"load", "series", "reading"}
+        Where it acts. `series` and `reading` add an angle (rad), `load` adds to `adds_to` (N m, N).
+    expression : str
+        The formula in SI units and radians: numbers, parameters, `VARIABLES`, `pi`, `+ - * / ^` and
+        functions. The page *Effects of your own* of the documentation lists them.
+    parameters : mapping, optional
+        By name: `start`, `unit`, `min` and `max`, of which only `start` is needed, or the start
+        alone. `min` and `max` are the plausible range, which is the prior of a fit.
+    adds_to : {"torque_Nm", "preload_N"}, optional
+        What an effect at the port `load` adds to; needed there and nowhere else.
 
-    Raises `CaseError`, which names the character of the formula and the nearest right name.
+    Returns
+    -------
+    OwnEffect
+        The effect; `compare`, `fit` and `diagnose` take it wherever they take ids.
+
+    Raises
+    ------
+    CaseError
+        The formula cannot be read. The message names the character and the nearest right name.
+
+    Examples
+    --------
+    >>> import cbpt
+    >>> shaft = cbpt.effects.expression("shaft", "series", "a * torque_Nm", {"a": 1e-6})
+    >>> shaft.id
+    'shaft'
     """
     entry: dict[str, Any] = {"id": id, "port": port, "expression": expression}
     if adds_to is not None:
@@ -113,12 +137,37 @@ def own_effect(
     *,
     adds_to: str | None = None,
 ) -> OwnEffect:
-    """An own effect from a function of columns and parameters, `function(rows, a=..., ...)`.
+    """Make an own effect from a Python function of columns and parameters.
 
-    `rows` maps the names of `VARIABLES` to arrays of shape (n,), run by run in the order of time;
-    `alpha_rad`, the elastic angle so far, is there at the `reading` port only. The function returns
-    one number a row, and is called a few times an evaluation with all rows: its slopes are
-    differences. What it raises is raised to the caller. It cannot be written to a case file.
+    A case file cannot hold such an effect.
+
+    Parameters
+    ----------
+    id : str
+        Name of the effect.
+    port : {"load", "series", "reading"}
+        Where it acts. `series` and `reading` add an angle (rad), `load` adds to `adds_to` (N m, N).
+    function : callable
+        Called as ``function(rows, a=..., ...)``. `rows` maps the names of `VARIABLES` to arrays of
+        shape (n,), run by run in the order of time; `alpha_rad`, the elastic angle so far, is there
+        at the port `reading` only. It returns n numbers, or one. Slopes are differences, so it is
+        called a few times for each evaluation. What it raises reaches the caller.
+    parameters : mapping, optional
+        As in `expression`.
+    adds_to : {"torque_Nm", "preload_N"}, optional
+        What an effect at the port `load` adds to; needed there and nowhere else.
+
+    Returns
+    -------
+    OwnEffect
+        The effect; `compare`, `fit` and `diagnose` take it wherever they take ids.
+
+    Raises
+    ------
+    CaseError
+        A name, a port or a parameter is not possible.
+    InvalidInputError
+        The function returns an array of another shape.
     """
     parameters = parameters or {}
     filled = {name: _filled(p) for name, p in parameters.items()}

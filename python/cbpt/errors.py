@@ -97,14 +97,46 @@ class ReadingsError(CbptError, ValueError):
 
     @classmethod
     def of_table(cls, path: str, column: str, expected: str) -> ReadingsError:
-        """A table that lacks a whole column."""
+        """Make the error of a table that lacks a whole column.
+
+        Parameters
+        ----------
+        path : str
+            The table.
+        column : str
+            The column that is missing.
+        expected : str
+            What was expected.
+
+        Returns
+        -------
+        ReadingsError
+            The error, with one mistake.
+        """
         return cls(path, [Mistake((), column, "no such column", expected)])
 
     @classmethod
     def of_column(
         cls, path: str, column: str, found: str, expected: str, remedy: str = ""
     ) -> ReadingsError:
-        """A column that is there but cannot be used as it is."""
+        """Make the error of a column that is there but cannot be used as it is.
+
+        Parameters
+        ----------
+        path : str
+            The table.
+        column : str
+            The column.
+        found, expected : str
+            What it holds, and what was expected.
+        remedy : str
+            What to do about it.
+
+        Returns
+        -------
+        ReadingsError
+            The error, with one mistake.
+        """
         return cls(path, [Mistake((), column, found, expected, remedy)])
 
     def __reduce__(

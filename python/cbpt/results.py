@@ -99,15 +99,40 @@ def solve_many(
 ) -> Angles:
     """Solve a drive, or a case with its effects, for arrays of loads on all cores.
 
-    The three arguments broadcast against each other as in numpy, so
-    `solve_many(drive, torque[:, None], preload)` is a grid. Raises `InvalidInputError` with the
-    index (in the grid) of a number that cannot be, and for complex or masked numbers; `ValueError`
-    where the shapes do not broadcast; Ctrl-C stops it. `progress` is called now and then with the
-    number of loads solved and that of all. A torsion spring needs no preload and has one part,
-    which stands in `alpha_deceleration_rad`.
+    Parameters
+    ----------
+    drive : Drive or Case
+        A `Case` brings its effects: each load is then a run of one reading, from rest, at time 0.
+    torque_Nm : array_like
+        Torque on the output, N m.
+    preload_N : array_like
+        Axial preload, N. A torsion spring needs none.
+    input_angle_deg : array_like
+        Angle of the input crank, degrees. The three arrays broadcast against each other as in
+        numpy.
+    progress : callable, optional
+        Called as ``progress(loads_done, loads)``. What it raises ends the work.
 
-    With effects each load is a run of one reading, from rest, at time 0 and the temperature of the
-    start; what needs time or a change of temperature adds nothing.
+    Returns
+    -------
+    Angles
+        Elastic angles and their parts in rad, residuals and statuses, in the broadcast shape. A
+        torsion spring has one part, `alpha_deceleration_rad`.
+
+    Raises
+    ------
+    InvalidInputError
+        A number is not possible (the message has its index), complex or masked.
+    ValueError
+        The shapes do not broadcast.
+
+    Examples
+    --------
+    >>> import cbpt
+    >>> drive = cbpt.Drive.from_toml(cbpt.example_case())
+    >>> angles = cbpt.solve_many(drive, [[1.0], [5.0]], [600, 900])
+    >>> angles.elastic_angle_arcsec.shape
+    (2, 2)
     """
     torque, preload, angle = np.broadcast_arrays(
         _real("torque_Nm", torque_Nm),

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 import cbpt
 from cbpt import Comparison, compare, solve_many
-from cbpt.lab.diagnosis.compare import Group
+from cbpt.lab.diagnosis.misfit import Group
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

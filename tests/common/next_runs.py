@@ -13,8 +13,9 @@ from pathlib import Path
 import numpy as np
 
 import cbpt
+from cbpt.lab.diagnosis.deciding_runs import DECIDED, open_hypotheses
 from cbpt.lab.experiment.candidates import candidates, limits_of
-from cbpt.lab.experiment.expected_gain import _DECIDED, LIMIT, Prospect, open_hypotheses, prospect
+from cbpt.lab.experiment.expected_gain import LIMIT, Prospect, prospect
 from cbpt.lab.experiment.plan import Plan, PlannedRun, sequence
 from cbpt.lab.selection.decision import TWINS
 
@@ -72,12 +73,14 @@ def view_of(case: Path, effect: str, values: dict[str, float], seed: int) -> Pro
     """
     readings = cbpt.simulate(case, short_campaign(), effects=[(effect, values)], seed=seed)
     d = cbpt.diagnose(case, readings, seed=seed)
-    fits = open_hypotheses(d) if d.verdict.rivals else {}
-    names = list(fits)
-    if len(fits) < 2 or any(b in TWINS.get(a, []) for a in names for b in names):
+    if not d.verdict.rivals:
+        return None
+    hypotheses = open_hypotheses(d)
+    names = list(hypotheses.fits)
+    if len(names) < 2 or any(b in TWINS.get(a, []) for a in names for b in names):
         return None
     runs = candidates(d.competition.campaign.drive, limits_of(readings))
-    view = prospect(d, fits, runs)
+    view = prospect(hypotheses, runs)
     assert view is not None
     return view
 
@@ -103,7 +106,7 @@ def _greedy(view: Prospect, solved: list[int]) -> Iterator[int]:
     while len(chosen) < len(solved):
         left = [r for r in solved if r not in chosen]
         worth = [
-            view.mean_gain(view.gains(np.isin(view.rows.run_index, [*chosen, r])), _DECIDED)
+            view.mean_gain(view.gains(np.isin(view.rows.run_index, [*chosen, r])), DECIDED)
             for r in left
         ]
         chosen.append(left[int(np.argmax(worth))])

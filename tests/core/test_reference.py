@@ -125,9 +125,10 @@ def stored(part: str, name: str) -> dict[str, Any]:
 
 
 def test_file_holds_every_case() -> None:
-    """No case added to the generator and not written, or the reverse."""
+    """No case added to the generator and not written, or the reverse; and as it writes them."""
     assert [case["id"] for case in REFERENCE["pairs"]] == list(make_golden.pair_jobs())
     assert [case["id"] for case in REFERENCE["drives"]] == list(make_golden.drive_jobs())
+    assert make_golden.as_text(REFERENCE) == make_golden.GOLDEN.read_text()
 
 
 def test_contacts_made_anew() -> None:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 import cbpt
 from cbpt import Readings, compare
-from cbpt.lab.diagnosis.compare import Group
+from cbpt.lab.diagnosis.misfit import Group
 from common.comparisons import (
     ARCSEC,
     CAMPAIGNS,

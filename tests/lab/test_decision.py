@@ -30,7 +30,8 @@ from cbpt.lab.selection.decision import (
     judge,
     weighed,
 )
-from cbpt.lab.selection.model_comparison import Competition, Names
+from cbpt.lab.selection.model_comparison import Competition
+from cbpt.lab.selection.setting import Names
 from common.drives import examples
 from common.simulated import Floats
 

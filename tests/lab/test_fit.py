@@ -12,9 +12,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import cbpt
 from cbpt.lab.covariance.noise import Noise
-from cbpt.lab.inference.fit import Fit, Fitter, Hypothesis
+from cbpt.lab.inference.fit import Fit, Fitter, Hypothesis, Race
 from cbpt.lab.model.forward import Assembled
+from cbpt.lab.model.own_terms import campaign_of
 from cbpt.lab.model.priors import ARCSEC, PRIORS, VARIANTS
 from cbpt.lab.selection.fit_effects import best_fit
 from common.drives import examples
@@ -347,3 +349,59 @@ def test_a_cold_model_says_to_the_last_bit_what_a_new_one_would(name: str) -> No
     again = model.at(values, wanted)
     np.testing.assert_array_equal(again.angle_arcsec, first.angle_arcsec)
     np.testing.assert_array_equal(again.slopes, first.slopes)
+
+
+def test_a_fit_does_not_depend_on_what_was_fitted_before() -> None:
+    """The log evidence of the preload spring was 168.0 alone and 119.6 after another effect."""
+    case = cbpt.Case.from_file("examples/campaign.toml")
+    campaign = campaign_of(case, cbpt.read_readings("examples/campaign.csv"), ())
+    noise = Noise()
+
+    def evidence(*effects: str) -> list[Fit]:
+        fitter = Fitter(campaign)
+        found = []
+        for effect in effects:
+            variant = next(v for v in fitter.variants if v.effect == effect)
+            found.append(fitter.fit(Hypothesis((variant,)), noise=noise))
+        return [fit for fit in found if fit is not None]
+
+    (alone,) = evidence("preload_spring")
+    after = evidence("eccentric_bearing", "plate_tilt", "preload_spring")[-1]
+    assert alone.log_evidence == after.log_evidence
+    np.testing.assert_array_equal(alone.point.values, after.point.values)
+    np.testing.assert_array_equal(alone.covariance, after.covariance)
+
+
+def test_a_bound_ends_a_search_that_cannot_come_below_it() -> None:
+    campaign = readings_of(
+        plan("dev03"),
+        {("eccentric_bearing", "reference_deflection_m"): 1e-6},
+        np.random.default_rng(2),
+    )
+    fitter = Fitter(campaign, [variant_of("preload_spring"), variant_of("eccentric_bearing")])
+    free = fitter.fit(hypothesis_of("preload_spring"))
+    bounded = fitter.fit(hypothesis_of("preload_spring"), bound=1.0)
+    assert free is not None and bounded is not None
+    assert free.converged and not bounded.converged
+    assert bounded.reached > 1.0
+    # A bound that is not met changes nothing.
+    loose = fitter.fit(hypothesis_of("preload_spring"), bound=2 * free.reached)
+    assert loose is not None and loose.log_evidence == free.log_evidence
+    # In a race the bound follows from the best fit so far.
+    race = Race(fitter, Noise())
+    start = fitter.start(hypothesis_of("preload_spring"), {})
+    first = race.fit(hypothesis_of("preload_spring"), start)
+    race.fit(hypothesis_of("eccentric_bearing"), start)
+    later = race.fit(hypothesis_of("preload_spring"), start)
+    assert first is not None and first.converged
+    assert later is not None and not later.converged
+
+
+def test_other_angles_share_the_model_and_change_the_fit() -> None:
+    campaign = plan("dev03")
+    fitter = Fitter(campaign, [])
+    other = fitter.with_angles(campaign.y_arcsec + 0.5)
+    first, second = (f.fit(Hypothesis(), free_noise=False) for f in (fitter, other))
+    assert first is not None and second is not None
+    assert second.zeros_arcsec[0] == pytest.approx(first.zeros_arcsec[0] + 0.5, abs=1e-9)
+    assert fitter.campaign is campaign and other.model is fitter.model

@@ -12,8 +12,9 @@ import pytest
 import cbpt
 from cbpt import InvalidInputError, isolability, read_plan, simulate
 from cbpt.cli import main as commands
-from cbpt.lab.experiment.isolability import Isolability, between, crossing
+from cbpt.lab.experiment.isolability import Isolability
 from cbpt.lab.experiment.plan import Plan, PlannedRun
+from cbpt.lab.experiment.separation import between, crossing
 from common.comparisons import strictly
 
 TOP = Path(__file__).parents[2]

@@ -28,7 +28,7 @@ from cbpt.lab.selection.lack_of_fit import (
     turn,
 )
 from cbpt.lab.selection.linear_screen import Signatures
-from cbpt.lab.selection.model_comparison import places
+from cbpt.lab.selection.starts import places
 from common.comparisons import columns_of, drive_of
 from common.drives import examples
 from common.simulated import Floats, dense, plan, readings_of, truth

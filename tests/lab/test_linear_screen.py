@@ -16,7 +16,7 @@ from cbpt.lab.inference.fit import Fit, Fitter, Hypothesis
 from cbpt.lab.model.forward import Assembled, Campaign
 from cbpt.lab.model.priors import ARCSEC, PRIORS, VARIANTS, Variant
 from cbpt.lab.selection.linear_screen import Screen, Signature, Signatures
-from cbpt.lab.selection.model_comparison import places
+from cbpt.lab.selection.starts import places
 from common.simulated import Floats, Values, drawn_numbers, hypothesis_of, plan, readings_of, truth
 
 NOTHING: Values = {("output_torsion", "compliance_rad_per_Nm"): 0.0}

@@ -15,16 +15,11 @@ import cbpt
 from cbpt import InvalidInputError, Limits, NextRuns, read_plan
 from cbpt.cli import main as commands
 from cbpt.lab.covariance.noise import Noise, Rows
+from cbpt.lab.diagnosis.deciding_runs import next_run, open_hypotheses
+from cbpt.lab.diagnosis.next_runs import ranked
 from cbpt.lab.diagnosis.unexplained import measure_next
 from cbpt.lab.experiment.candidates import READINGS, candidates, limits_of
-from cbpt.lab.experiment.expected_gain import (
-    LIMIT,
-    Prospect,
-    next_run,
-    open_hypotheses,
-    prospect,
-    ranked,
-)
+from cbpt.lab.experiment.expected_gain import LIMIT, Prospect, prospect
 from cbpt.lab.experiment.plan import Plan, table_text
 from common.comparisons import strictly
 from common.hidden import diagnosed
@@ -219,7 +214,7 @@ def test_the_verb_writes_the_run_as_a_plan(
 def test_the_report_names_what_is_open() -> None:
     report = suggested().report()
     assert "Open: " in report and f"{LIMIT:.1f} decide" in report
-    assert set(open_hypotheses(suggested().diagnosis)) == set(suggested().open)
+    assert set(open_hypotheses(suggested().diagnosis).fits) == set(suggested().open)
     d = suggested().diagnosis
     runs = candidates(d.competition.campaign.drive, limits_of(d.readings), 3)
-    assert prospect(d, open_hypotheses(d), runs) is not None
+    assert prospect(open_hypotheses(d), runs) is not None

@@ -17,7 +17,8 @@ import pytest
 from cbpt import Case, compare, simulate
 from cbpt.lab.diagnosis.alternatives import smallest
 from cbpt.lab.diagnosis.diagnose import diagnose
-from cbpt.lab.diagnosis.diagnosis import Diagnosis, Rung
+from cbpt.lab.diagnosis.diagnosis import Diagnosis
+from cbpt.lab.diagnosis.diagnosis_data import Rung
 from common.hidden import ANGLE, U, case_of, diagnosed, table_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -23,9 +23,10 @@ import cbpt
 from cbpt import Comparison, Readings, compare, read_readings
 from cbpt.cli.main import main
 from cbpt.errors import PlotError
-from cbpt.figures.diagnosis import draw_diagnosis
+from cbpt.figures.diagnosis import DiagnosisPicture, draw_diagnosis
 from cbpt.lab.covariance.noise import Noise, Rows, Whitener
 from cbpt.lab.covariance.within_run import estimate
+from cbpt.lab.readings.points import points_of
 from cbpt.lab.readings.set_points import levels_of
 from cbpt.lab.readings.unit_check import slips
 from cbpt.lab.selection.scan import REGIMES, Region, find_regions
@@ -409,32 +410,27 @@ class Rung:
     held_out_rmse_arcsec: float
 
 
-@dataclass
-class Fake:
-    readings: Readings
-    model_before_arcsec: Floats
-    model_after_arcsec: Floats
-    residual_before_arcsec: Floats
-    residual_after_arcsec: Floats
-    ladder: list[Rung] = field(
-        default_factory=lambda: [Rung("", 2.1, 2.3), Rung("creep", 0.31, float("nan"))]
-    )
-    noise_floor_arcsec: float | None = 0.3
-    sentence: str = "The readings demand creep."
-
-
 def test_a_diagnosis_is_drawn(tmp_path: Path) -> None:
     c = compared("dev13")
     model, reading = c.model.elastic_angle_arcsec, c.readings.elastic_angle_arcsec
-    fake = Fake(c.readings, model, reading, c.residual_arcsec, np.zeros(len(reading)))
+    fake = DiagnosisPicture(
+        points=points_of(c.readings),
+        model_before_arcsec=model,
+        model_after_arcsec=reading,
+        residual_before_arcsec=c.residual_arcsec,
+        residual_after_arcsec=np.zeros(len(reading)),
+        ladder=[Rung("", 2.1, 2.3), Rung("creep", 0.31, float("nan"))],
+        noise_floor_arcsec=0.3,
+        sentence="The readings demand creep.",
+    )
     for name in ("one.svg", "two.svg", "picture.png"):
         draw_diagnosis(fake, tmp_path / name)
     assert (tmp_path / "one.svg").read_bytes() == (tmp_path / "two.svg").read_bytes()
     text = (tmp_path / "one.svg").read_text()
     for words in ("The readings demand creep.", "as stated", "+ creep", "held out", "noise, 0.3"):
         assert words in text
-    fake.noise_floor_arcsec = None
-    draw_diagnosis(fake, tmp_path / "no_floor.svg")
+    bare = dataclasses.replace(fake, noise_floor_arcsec=None)
+    draw_diagnosis(bare, tmp_path / "no_floor.svg")
     assert "noise," not in (tmp_path / "no_floor.svg").read_text()
     with pytest.raises(PlotError, match="must end in"):
         draw_diagnosis(fake, tmp_path / "picture.bmp")

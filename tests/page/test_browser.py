@@ -69,7 +69,7 @@ def test_the_loop_is_seen_in_the_residual(dev04: Any) -> None:
     # Falling torque reads high, rising torque low: the loop that the model has not.
     bias = dev04.evaluate(
         """async () => {
-          const { state, modelShown } = await import('/store.js');
+          const { state, modelShown } = await import('/lib/store.js');
           const sums = { up: 0, down: 0, none: 0 };
           modelShown().residual_arcsec.forEach(
             (v, i) => sums[state.document.readings.branch[i]] += v);
@@ -309,7 +309,7 @@ def test_an_own_effect_is_checked_as_typed_fitted_and_shown(live: Any) -> None:
     live.click("#own-fit")
     live.wait_for_function(f"() => {on} === 1")
     held = live.evaluate(
-        """async () => (await import('/store.js')).state.document.models
+        """async () => (await import('/lib/store.js')).state.document.models
              .filter(m => m.effects.includes('my_effect')).map(m => m.key)"""
     )
     assert held == ["my_effect"]
@@ -411,12 +411,13 @@ def test_the_focus_goes_to_the_button_that_takes_the_place(
 ) -> None:
     job = {"state": "running", "stage": "screen", "share": 0.1, "answered": False, "error": ""}
     focused = "id => document.activeElement.id === id"
+    # The page takes only what is said of the files that it shows.
+    of_shown = {"x-cbpt-opened": str(document["opened"])}
 
     def pressed(state: str) -> Any:
         def through(route: Any) -> None:
             job["state"] = state
-            # The page takes only what is said of the files that it shows.
-            route.fulfill(json={}, headers={"x-cbpt-opened": str(document["opened"])})
+            route.fulfill(json={}, headers=of_shown)
 
         return through
 
@@ -424,7 +425,7 @@ def test_the_focus_goes_to_the_button_that_takes_the_place(
     with browser.new_context() as context:
         context.set_default_timeout(PATIENCE_MS)
         page = context.new_page()
-        page.route("**/api/job?*", lambda route: route.fulfill(json=job))
+        page.route("**/api/job?*", lambda route: route.fulfill(json=job, headers=of_shown))
         page.route("**/api/cancel?*", pressed("cancelled"))
         page.route("**/api/diagnose?*", pressed("running"))
         page.route(

@@ -240,7 +240,7 @@ def test_names_from_files_are_shown_as_text(browser: Any, tmp_path: Path) -> Non
         assert ATTACK in page.text_content("#what")
         assert page.text_content("#command") == ATTACK
         page.evaluate(
-            """import('cbpt/store.js').then(
+            """import('cbpt/lib/store.js').then(
               ({ select }) => select(Array.from({ length: 30 }, (_, i) => i)))"""
         )
         page.wait_for_selector("#selected-count")

@@ -49,7 +49,9 @@ def test_every_module_is_inside_and_found_by_the_others() -> None:
     found = re.search(r'<script type="importmap">(.*?)</script>', page(), re.DOTALL)
     assert found is not None
     modules = json.loads(found[1])["imports"]
-    assert set(modules) == {f"cbpt/{path.name}" for path in WEB.glob("*.js")}
+    assert set(modules) == {
+        f"cbpt/{path.relative_to(WEB).as_posix()}" for path in WEB.rglob("*.js")
+    }
     for address in modules.values():
         text = base64.b64decode(address.partition(",")[2]).decode()
         imported = re.findall(r"""(?:^|\s)from\s+["']([^"']+)["'];""", text)

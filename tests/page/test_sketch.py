@@ -218,7 +218,7 @@ def test_no_plot_writes_numbers_with_endings_of_units(browser: Any, tmp_path: Pa
 def test_a_file_dropped_before_the_sections_are_there_is_taken(browser: Any, bench: str) -> None:
     held: list[Any] = []
     with watched(browser) as page:
-        page.route("**/sections.js", lambda route: held.append(route))
+        page.route("**/sections/all.js", lambda route: held.append(route))
         page.goto(bench)
         page.wait_for_selector(SKETCH)
         stopped = page.evaluate(

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import os
+import posixpath
 import re
 import socket
 import threading
 import time
 from collections.abc import Callable
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 import pytest
 from starlette.testclient import TestClient
@@ -104,12 +105,14 @@ def test_another_version_of_the_library_has_another_name_in_the_browser(tmp_path
 
 def test_the_first_plot_asks_for_all_its_modules_at_once() -> None:
     page = (WEB / "index.html").read_text(encoding="utf-8")
-    preloaded = set(re.findall(r'rel="modulepreload" href="([\w.-]+)"', page))
+    preloaded = set(re.findall(r'rel="modulepreload" href="([\w./-]+)"', page))
     needed: set[str] = set()
     ways = ["main.js"]
     while ways:
-        text = (WEB / ways.pop()).read_text(encoding="utf-8")
-        new = set(re.findall(r'from "\./([\w.-]+\.js)"', text)) - needed
+        at = PurePosixPath(ways.pop())
+        text = (WEB / at).read_text(encoding="utf-8")
+        found = re.findall(r'from "(\.[\w./-]+\.js)"', text)
+        new = {posixpath.normpath(at.parent / path) for path in found} - needed
         needed |= new
         ways += sorted(new)
     assert preloaded == needed

@@ -529,6 +529,20 @@ def document() -> Json:
     }
 
 
+def as_text(made: Json) -> str:
+    """The document as it stands in the file: a record a line."""
+
+    def compact(value: Any) -> str:
+        return json.dumps(value, separators=(",", ":"), sort_keys=True, allow_nan=False)
+
+    def records(value: Any) -> str:
+        if not isinstance(value, list):
+            return compact(value)
+        return "[\n" + ",\n".join(map(compact, value)) + "\n]"
+
+    return "{\n" + ",\n".join(f"{compact(k)}:{records(v)}" for k, v in made.items()) + "\n}\n"
+
+
 def largest_difference(one: Any, other: Any, scale: float = 0.0) -> float:
     """Largest relative difference of two documents; infinite where they differ in kind.
 
@@ -563,7 +577,7 @@ def main(arguments: list[str]) -> int:
         print(f"largest relative difference: {difference:.1e}")
         return int(difference > 1e-9)
     GOLDEN.parent.mkdir(parents=True, exist_ok=True)
-    GOLDEN.write_text(json.dumps(made, indent=1, sort_keys=True, allow_nan=False) + "\n")
+    GOLDEN.write_text(as_text(made), encoding="utf-8")
     return 0
 
 

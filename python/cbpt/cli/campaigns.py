@@ -109,9 +109,10 @@ def isolability(argv: list[str]) -> int:
 
 def next_run(argv: list[str]) -> int:
     """cbpt next-run CASE DATA"""
+    from cbpt.lab.diagnosis.deciding_runs import CANDIDATES
     from cbpt.lab.diagnosis.diagnose import diagnose
+    from cbpt.lab.diagnosis.next_runs import ranked
     from cbpt.lab.experiment.candidates import limits_of
-    from cbpt.lab.experiment.expected_gain import CANDIDATES, ranked
 
     parser = inputs(
         "cbpt next-run",

@@ -100,7 +100,7 @@ def add_plot(parser: argparse.ArgumentParser) -> None:
 def check_plot(options: argparse.Namespace) -> None:
     """Before anything is computed."""
     if options.plot:
-        from cbpt.figures.comparison import check_picture_name
+        from cbpt.figures.shared import check_picture_name
 
         check_picture_name(options.plot)
 

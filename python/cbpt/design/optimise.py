@@ -181,10 +181,28 @@ def optimise(
     input_angle_deg: float | None = None,
     seed: int = 0,
 ) -> Optimum:
-    """The design with the smallest elastic angle at the torque of the case, within bounds.
+    """Search for the design with the smallest elastic angle within bounds.
 
-    What is not free stays as the case has it. The same seed, the same design. Raises
-    `InvalidInputError` for bounds that cannot be, and where there is no torque.
+    Parameters
+    ----------
+    case : Case, Drive, path or dict
+        The design to start from. Numbers that are not free keep its values.
+    bounds : Bounds, path or dict
+        What may change (`[free]`) and what must be kept (`[limits]`).
+    torque_Nm, preload_N, input_angle_deg : float, optional
+        The load. What is not given comes from `[load]` of the case.
+    seed : int
+        Seed of the search. The same seed gives the same design.
+
+    Returns
+    -------
+    Optimum
+        The case of the best design, the angles before and after, and the bounds that it meets.
+
+    Raises
+    ------
+    InvalidInputError
+        The bounds are not possible, or there is no torque.
     """
     whole = at_load(case, torque_Nm, preload_N, input_angle_deg)
     bounds = bounds if isinstance(bounds, Bounds) else read_bounds(bounds, whole)

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from cbpt._core import Case, Drive, text_table
 from cbpt.design.judge import Judged, at_load, bare_drive_note, effects_of, judge, shown, value_of
 from cbpt.errors import InvalidInputError, NoSolutionError
+from cbpt.figures.tolerance import draw_tolerance
 from cbpt.results import ANGLE_UNITS, ARCSEC_PER_RAD
 
 __all__ = ["Scatter", "Tolerance", "tolerance"]
@@ -65,6 +66,11 @@ class Scatter:
     """Of the variance, by the slopes."""
     share_drawn: float | None
     """Of the variance, by the squared correlation of the drawn numbers and angles."""
+
+    @property
+    def key(self) -> str:
+        """Its name as a case file has it, with the usual unit."""
+        return shown(self.number, 0.0)[0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -224,8 +230,6 @@ class Tolerance:
 
     def plot(self, path: str | PathLike[str], angle_unit: str = "arcsec") -> None:
         """Draw the histogram to a file (SVG, PNG or PDF by its ending). Needs matplotlib."""
-        from cbpt.figures.tolerance import draw_tolerance
-
         draw_tolerance(self, path, angle_unit)
 
 
@@ -238,10 +242,30 @@ def tolerance(
     preload_N: float | None = None,
     input_angle_deg: float | None = None,
 ) -> Tolerance:
-    """Draw drives within the tolerances of the case and solve each under its load.
+    """Draw drives within the tolerances of the case, and solve each one under its load.
 
-    The same seed, the same drives. Raises `InvalidInputError` where the case states no tolerance,
-    or a number cannot be, and `NoSolutionError` where no drawn drive has a solution.
+    Parameters
+    ----------
+    case : Case, Drive, path or dict
+        The drive with its `[tolerance]`.
+    samples : int
+        The number of drives.
+    seed : int
+        Seed of the random numbers. The same seed gives the same drives.
+    torque_Nm, preload_N, input_angle_deg : float, optional
+        The load. What is not given comes from `[load]` of the case.
+
+    Returns
+    -------
+    Tolerance
+        Mean, standard deviation and quantiles of the elastic angle, and the share of each number.
+
+    Raises
+    ------
+    InvalidInputError
+        The case states no tolerance, or a number is not possible.
+    NoSolutionError
+        No drive that was drawn has a solution.
     """
     if not 2 <= samples <= MOST_SAMPLES:
         raise InvalidInputError(f"samples = {samples}: expected 2 to {MOST_SAMPLES}")

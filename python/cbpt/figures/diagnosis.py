@@ -4,30 +4,32 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from pathlib import Path
+from dataclasses import dataclass
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.errors import PlotError
-from cbpt.figures.comparison import COLOURS, check_picture_name, model_curves
-from cbpt.lab.readings.set_points import Levels, settings
+from cbpt.figures.shared import (
+    Points,
+    bare,
+    colour,
+    draw_points,
+    model_curves,
+    new_figure,
+    save,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from cbpt.lab.readings.reader import Readings
-
 Floats = NDArray[np.float64]
 
-_MARKERS = {1: "^", -1: "v", 0: "o"}
-_WAYS = {1: "torque rising", -1: "torque falling", 0: "torque held"}
 _DASHED = (0, (3, 2))
 _BEFORE, _AFTER, _FLOOR = "#9a9a9a", "#0072B2", "#D55E00"
-# Levels beyond this many are drawn, but have no line of their own in the legend.
+# Settings beyond this many are drawn, but have no line of their own in the legend.
 _NAMED = 7
 
 
@@ -47,51 +49,32 @@ class Step(Protocol):
         """On readings held back."""
 
 
-class Diagnosed(Protocol):
-    """What the picture needs of a diagnosis. Arrays have shape (n,)."""
+@dataclass(frozen=True, eq=False)
+class DiagnosisPicture:
+    """What is drawn of a diagnosis. Angles in arcsec, arrays of shape (n,)."""
 
-    @property
-    def readings(self) -> Readings: ...
-    @property
-    def model_before_arcsec(self) -> Floats: ...
-    @property
-    def model_after_arcsec(self) -> Floats: ...
-    @property
-    def residual_before_arcsec(self) -> Floats: ...
-    @property
-    def residual_after_arcsec(self) -> Floats: ...
-    @property
-    def ladder(self) -> Sequence[Step]: ...
-    @property
-    def noise_floor_arcsec(self) -> float | None: ...
-    @property
-    def sentence(self) -> str: ...
+    points: Points
+    model_before_arcsec: Floats
+    model_after_arcsec: Floats
+    residual_before_arcsec: Floats
+    residual_after_arcsec: Floats
+    ladder: Sequence[Step]
+    noise_floor_arcsec: float | None
+    sentence: str
 
 
-def draw_diagnosis(diagnosis: Diagnosed, path: str | os.PathLike[str]) -> None:
+def draw_diagnosis(d: DiagnosisPicture, path: str | os.PathLike[str]) -> None:
     """Draw to `path` (SVG, PNG or PDF by its ending). Raises `PlotError` without matplotlib."""
-    check_picture_name(path)
-    try:
-        import matplotlib as mpl
-        from matplotlib.figure import Figure
-    except ImportError as error:
-        raise PlotError('drawing needs matplotlib: pip install "cbpt[plot]"') from error
-
-    figure = Figure(figsize=(8, 9.6), layout="constrained")
+    figure = new_figure(path, 8, 9.6)
     angle, before, after, ladder = _panels(figure)
-    levels, names = settings(diagnosis.readings)
-    _draw_angle(angle, diagnosis, levels)
-    _draw_residual(before, diagnosis, diagnosis.residual_before_arcsec, levels, "as stated")
-    _draw_residual(after, diagnosis, diagnosis.residual_after_arcsec, levels, "as diagnosed")
-    _draw_ladder(ladder, diagnosis)
-    _draw_legend(angle, diagnosis, names)
-    for axes in (angle, before, after, ladder):
-        axes.spines[["top", "right"]].set_visible(False)
-    figure.suptitle("\n".join(wrap(diagnosis.sentence, 104)), x=0.01, ha="left", fontsize=10.5)
-    # The same picture is the same file, byte by byte.
-    with mpl.rc_context({"svg.hashsalt": "cbpt"}):
-        metadata = {"Date": None} if Path(path).suffix.lower() == ".svg" else None
-        figure.savefig(path, dpi=150, metadata=metadata)
+    _draw_angle(angle, d)
+    _draw_residual(before, d, d.residual_before_arcsec, "as stated")
+    _draw_residual(after, d, d.residual_after_arcsec, "as diagnosed")
+    _draw_ladder(ladder, d)
+    _draw_legend(angle, d.points)
+    bare(angle, before, after, ladder)
+    figure.suptitle("\n".join(wrap(d.sentence, 104)), x=0.01, ha="left", fontsize=10.5)
+    save(figure, path)
 
 
 def _panels(figure: Figure) -> tuple[Axes, Axes, Axes, Axes]:
@@ -103,52 +86,40 @@ def _panels(figure: Figure) -> tuple[Axes, Axes, Axes, Axes]:
     return angle, before, after, figure.add_subplot(grid[2, :])
 
 
-def _draw_angle(axes: Axes, d: Diagnosed, levels: Levels) -> None:
-    r = d.readings
-    for level, torque, angle in model_curves(r, d.model_before_arcsec, levels, False):
-        axes.plot(torque, angle, color=_colour(level), ls=_DASHED, lw=1.0, alpha=0.8)
+def _draw_angle(axes: Axes, d: DiagnosisPicture) -> None:
+    p = d.points
+    for setting, torque, angle in model_curves(p, d.model_before_arcsec, False):
+        axes.plot(torque, angle, color=colour(setting), ls=_DASHED, lw=1.0, alpha=0.8)
     after = d.model_after_arcsec
-    for level, torque, angle in model_curves(r, after, levels, _remembers(r, after, levels)):
-        axes.plot(torque, angle, color=_colour(level), lw=1.4)
-    _draw_readings(axes, r, r.elastic_angle_arcsec, levels)
+    for setting, torque, angle in model_curves(p, after, _remembers(p, after)):
+        axes.plot(torque, angle, color=colour(setting), lw=1.4)
+    draw_points(axes, p, p.angle_arcsec, _size(p))
     axes.set_xlabel("torque (N m)")
     axes.set_ylabel("elastic angle (arcsec)")
     axes.grid(color="0.92", lw=0.6)
 
 
-def _remembers(r: Readings, model: Floats, levels: Levels) -> bool:
+def _size(points: Points) -> float:
+    return 3.5 if len(points) <= 800 else 2.0
+
+
+def _remembers(points: Points, model: Floats) -> bool:
     """Whether a model differs between the way up and the way down by more than a line is wide."""
     curves: dict[tuple[int, float], list[float]] = {}
-    for level, torque, angle in model_curves(r, model, levels, True):
+    for setting, torque, angle in model_curves(points, model, True):
         for x, y in zip(torque.tolist(), angle.tolist(), strict=True):
-            curves.setdefault((level, x), []).append(y)
+            curves.setdefault((setting, x), []).append(y)
     widest = max((max(v) - min(v) for v in curves.values()), default=0.0)
     return widest > 0.005 * float(np.ptp(model[np.isfinite(model)]))
 
 
-def _draw_readings(axes: Axes, r: Readings, values: Floats, levels: Levels) -> None:
-    direction = r.direction()
-    size = 3.5 if len(r) <= 800 else 2.0
-    for level in range(len(levels)):
-        for way, marker in _MARKERS.items():
-            rows = (levels.index == level) & (direction == way)
-            style: dict[str, Any] = {
-                "ls": "",
-                "marker": marker,
-                "ms": size,
-                "alpha": 0.65,
-                "mew": 0,
-            }
-            axes.plot(r.torque_Nm[rows], values[rows], color=_colour(level), **style)
-
-
-def _draw_residual(axes: Axes, d: Diagnosed, residual: Floats, levels: Levels, name: str) -> None:
-    u = d.readings.u_elastic_angle_arcsec
+def _draw_residual(axes: Axes, d: DiagnosisPicture, residual: Floats, name: str) -> None:
+    u = d.points.u_arcsec
     band = d.noise_floor_arcsec if u is None else float(np.median(u))
     if band is not None:
         axes.axhspan(-band, band, color="0.87", zorder=0)
     axes.axhline(0, color="0.3", lw=0.8, zorder=0)
-    _draw_readings(axes, d.readings, residual, levels)
+    draw_points(axes, d.points, residual, _size(d.points))
     rmse = float(np.sqrt(np.nanmean(residual**2)))
     own = "" if name == "as stated" else " (own scale)"
     axes.set_title(f"{name}: RMSE {rmse:.3g} arcsec{own}", loc="left", fontsize=10)
@@ -161,16 +132,16 @@ def _draw_residual(axes: Axes, d: Diagnosed, residual: Floats, levels: Levels, n
     axes.grid(color="0.94", lw=0.6)
 
 
-def _draw_ladder(axes: Axes, d: Diagnosed) -> None:
+def _draw_ladder(axes: Axes, d: DiagnosisPicture) -> None:
     steps = list(d.ladder)
     place = np.arange(len(steps))
     inside = np.array([s.rmse_arcsec for s in steps])
     outside = np.array([s.held_out_rmse_arcsec for s in steps])
-    for shift, values, colour, name in (
+    for shift, values, shade, name in (
         (-0.19, inside, _BEFORE, "in sample"),
         (0.19, outside, _AFTER, "held out"),
     ):
-        axes.bar(place + shift, values, 0.36, color=colour, label=name)
+        axes.bar(place + shift, values, 0.36, color=shade, label=name)
         for x, y in zip(place + shift, values, strict=True):
             if np.isfinite(y):
                 axes.annotate(
@@ -210,27 +181,21 @@ def _step_name(added: str, place: int, steps: int) -> str:
     return "\n".join(wrap(text if " " in added else f"+ {text}", width))
 
 
-def _draw_legend(axes: Axes, d: Diagnosed, names: list[str]) -> None:
+def _draw_legend(axes: Axes, points: Points) -> None:
     from matplotlib.lines import Line2D
 
+    names = points.setting_names
     handles = [
-        Line2D([], [], color=_colour(i), lw=3, label=name) for i, name in enumerate(names[:_NAMED])
+        Line2D([], [], color=colour(i), lw=3, label=name) for i, name in enumerate(names[:_NAMED])
     ]
     if len(names) > _NAMED:
-        what = names[0].rpartition(" ")[0] if " N" not in names[0] else "preload"
-        handles.append(Line2D([], [], ls="", label=f"and {len(names) - _NAMED} more {what}s"))
+        handles.append(Line2D([], [], ls="", label=f"and {len(names) - _NAMED} more settings"))
     handles += [
         Line2D([], [], color="0.3", lw=1.0, ls=_DASHED, label="model as stated"),
         Line2D([], [], color="0.3", lw=1.4, label="model as diagnosed"),
     ]
-    direction = d.readings.direction()
     handles += [
-        Line2D([], [], ls="", marker=marker, color="0.3", label=f"reading, {_WAYS[way]}")
-        for way, marker in _MARKERS.items()
-        if np.any(direction == way)
+        Line2D([], [], ls="", marker=marker, color="0.3", label=f"reading, {name}")
+        for _, marker, name in points.directions
     ]
     axes.legend(handles=handles, fontsize="small", frameon=False, loc="best")
-
-
-def _colour(level: int) -> str:
-    return COLOURS[level % len(COLOURS)]

@@ -3,31 +3,47 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
-from cbpt.design.judge import shown
-from cbpt.errors import PlotError
-from cbpt.figures.comparison import check_picture_name
+from cbpt.figures.shared import bare, new_figure, save
 from cbpt.results import ANGLE_UNITS
 
-if TYPE_CHECKING:
-    from cbpt.design.tolerance import Tolerance
+
+class Number(Protocol):
+    """A number that scatters, with its share of the variance by slopes and as drawn."""
+
+    @property
+    def key(self) -> str: ...
+    @property
+    def share(self) -> float | None: ...
+    @property
+    def share_drawn(self) -> float | None: ...
 
 
-def draw_tolerance(t: Tolerance, path: str | os.PathLike[str], angle_unit: str = "arcsec") -> None:
+class Drawn(Protocol):
+    """What the picture needs of a tolerance analysis."""
+
+    @property
+    def angles_arcsec(self) -> NDArray[np.float64]: ...
+    @property
+    def nominal_arcsec(self) -> float | None: ...
+    @property
+    def quantiles_arcsec(self) -> Mapping[float, tuple[float, float]]: ...
+    @property
+    def samples(self) -> int: ...
+    @property
+    def numbers(self) -> Sequence[Number]: ...
+
+
+def draw_tolerance(t: Drawn, path: str | os.PathLike[str], angle_unit: str = "arcsec") -> None:
     """Draw `t` to `path` (SVG, PNG or PDF by its ending)."""
-    check_picture_name(path)
-    try:
-        import matplotlib as mpl
-        from matplotlib.figure import Figure
-    except ImportError as error:
-        raise PlotError('drawing needs matplotlib: pip install "cbpt[plot]"') from error
-
+    figure = new_figure(path, 8.5, 3.6)
     one = ANGLE_UNITS[angle_unit]
     good = t.angles_arcsec[np.isfinite(t.angles_arcsec)] * one
-    figure = Figure(figsize=(8.5, 3.6), layout="constrained")
     axes, shares = figure.subplots(1, 2, width_ratios=[3, 2])
     axes.hist(good, bins="auto", color="0.75", density=True)
     low, median, high = (q * one for q, _ in t.quantiles_arcsec.values())
@@ -49,10 +65,8 @@ def draw_tolerance(t: Tolerance, path: str | os.PathLike[str], angle_unit: str =
     ):
         percent = [100 * (value or 0.0) for value in values]
         shares.barh(places + shift, percent, height=0.4, label=label, color=colour)
-    shares.set_yticks(places, [shown(n.number, 0.0)[0] for n in numbers], fontsize=7)
+    shares.set_yticks(places, [n.key for n in numbers], fontsize=7)
     shares.set_xlabel("share of the variance [%]")
     shares.legend(fontsize=8, frameon=False)
-    for each in (axes, shares):
-        each.spines[["top", "right"]].set_visible(False)
-    with mpl.rc_context({"svg.hashsalt": "cbpt", "svg.fonttype": "none"}):
-        figure.savefig(path, metadata={"Date": None} if str(path).endswith("svg") else None)
+    bare(axes, shares)
+    save(figure, path)

@@ -2,8 +2,9 @@
 
     report      the whole page of a document: modules, sheet, plotting library and document in one
 
-The modules stay as they are: an import map gives each its text under a name, and their imports
-(`from "./store.js"`) are turned into these names. A policy in the file forbids every request.
+The modules stay as they are: an import map gives each its text under a name (`cbpt/lib/store.js`),
+and their imports (`from "../lib/store.js"`) are turned into these names. A policy in the file
+forbids every request.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ _POLICY = (
 )
 _LOADED = re.compile(r"<!-- loaded.*?<!-- /loaded -->", re.DOTALL)
 _SHEET = re.compile(r'<link rel="stylesheet" href="([\w.-]+\.css)">')
-_IMPORT = re.compile(r'(from |import\()"\./([\w.-]+\.js)"')
+_IMPORT = re.compile(r'(from |import\()"(\.[\w./-]+\.js)"')
 
 
 def report(document: Mapping[str, Any]) -> str:
@@ -57,7 +58,7 @@ def plotly_path() -> Path:
 def _frame() -> str:
     """The page without a document."""
     page = (WEB / "index.html").read_text(encoding="utf-8")
-    modules = {f"cbpt/{path.name}": _as_url(path) for path in sorted(WEB.glob("*.js"))}
+    modules = {_name(path): _as_url(path) for path in sorted(WEB.rglob("*.js"))}
     plotly = base64.b64encode(gzip.compress(plotly_path().read_bytes(), 9, mtime=0)).decode()
     for old, new in (
         ('<html lang="en">', '<html lang="en" data-mode="report">'),
@@ -86,6 +87,14 @@ def _as_style(path: Path) -> str:
     return f"<style>\n{path.read_text(encoding='utf-8')}</style>"
 
 
+def _name(path: Path) -> str:
+    """A module's name in the import map."""
+    return f"cbpt/{path.resolve().relative_to(WEB.resolve()).as_posix()}"
+
+
 def _as_url(path: Path) -> str:
-    text = _IMPORT.sub(r'\1"cbpt/\2"', path.read_text(encoding="utf-8"))
+    def named(found: re.Match[str]) -> str:
+        return f'{found[1]}"{_name(path.parent / found[2])}"'
+
+    text = _IMPORT.sub(named, path.read_text(encoding="utf-8"))
     return f"data:text/javascript;base64,{base64.b64encode(text.encode()).decode()}"

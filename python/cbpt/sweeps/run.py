@@ -51,24 +51,52 @@ def sweep(
 ) -> Sweep:
     """Solve a drive, or a case with its effects, over any of its parameters.
 
-    `axes` maps keys of the case with their sections (`load.torque_Nm`,
-    `deceleration.ball_radius_mm`, `effect.eccentric_bearing.reference_deflection_um`) to values:
-    of a grid all values, or one for all; of a design that is drawn (`random`, `latin_hypercube`,
-    with `rows` and `seed`) a tuple `(low, high)` or `(low, high, "log")`, or a list of which one is
-    drawn; of a `table` one value for each row. The case may be the name of its file; in place of
-    case and axes there may be a `SweepPlan` or the file of one.
+    A row without solution is NaN, and its status says why. The `finding` of a row says why its
+    drive cannot be built, whether it has a solution or not; where no axis is of the drive, there is
+    one warning in its place.
 
-    A row without solution is NaN with its status; the `finding` of one says why its drive cannot be
-    built, solved or not (of one drive for all rows a warning does). With `out`, a `.csv` or
-    `.parquet` file, rows go there in chunks of at least `chunk_rows`; a sweep that was stopped goes
-    on where it was, and a file of another plan is refused unless `fresh`.
+    Parameters
+    ----------
+    drive : Drive, Case, SweepPlan or path
+        What is solved. A path is that of a case file or of a plan; a plan has its own axes.
+    axes : mapping of str to values, optional
+        Keys of the case with their sections (`load.torque_Nm`, `deceleration.ball_radius_mm`,
+        `effect.eccentric_bearing.reference_deflection_um`) and their values: in a grid all values,
+        or one for all rows; in a drawn design a tuple ``(low, high)`` or ``(low, high, "log")``, or
+        a list to draw from; in a table one value for each row.
+    design : {"grid", "random", "latin_hypercube", "table"}
+        How rows follow from the axes.
+    rows : int, optional
+        The number of rows of a drawn design.
+    seed : int
+        Seed of a drawn design. The same seed gives the same rows.
+    executor : concurrent.futures.Executor, optional
+        What solves the chunks, each on one thread. Without it, all cores of this machine.
+    in_flight : int, optional
+        Chunks under way at a time: two for each worker of the executor, or 32 where their number is
+        not known.
+    chunk_rows : int, optional
+        The smallest number of rows of a chunk.
+    progress : callable or bool, optional
+        Called as ``progress(rows_done, rows)``; True writes a line to standard error. What it
+        raises stops the sweep.
+    out : path, optional
+        A `.csv` or `.parquet` file to write rows to. A sweep that was stopped continues where it
+        was.
+    fresh : bool
+        Whether to begin anew where `out` holds another sweep.
 
-    `executor`, any of `concurrent.futures`, solves the chunks, `in_flight` of them at a time (two
-    for each worker that it tells of, else 32), each on one thread. `progress` is called with the
-    rows done and those of all, or is True for a line on standard error; what it raises stops the
-    sweep, as does Ctrl-C.
+    Returns
+    -------
+    Sweep
+        The rows; with `out`, they stay in the file.
 
-    Raises `PlanError` for axes or an output that cannot be, `CaseError` for the case of a file.
+    Raises
+    ------
+    PlanError
+        The axes or the output are not possible, or `out` holds another sweep.
+    CaseError
+        The case cannot be read.
     """
     plan, scalars = _plan(drive, axes, design, rows, seed)
     for remark in plan.remarks:

@@ -10,17 +10,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
 from cbpt.lab.model.priors import LOT, Variant
 from cbpt.lab.selection.decision import ODDS_LIMIT, TWINS
 from cbpt.lab.selection.linear_screen import Screen
 from cbpt.lab.wording.numbers import display, shown
-
-if TYPE_CHECKING:
-    from cbpt.lab.diagnosis.diagnosis import Diagnosis
 
 # What an effect may leave of the change that a moved number made, in standard uncertainties of the
 # readings: about what can be told half the time without a price for having looked.
@@ -56,12 +54,12 @@ class Smallest:
         return f"{self.effect}{which} within {self.neutral / size:g} +- {off:.2g}"
 
 
-def _screen(d: Diagnosis) -> Screen:
+def _screen(d: DiagnosisData) -> Screen:
     c = d.competition
     return Screen(d.after, c.library.about(d.after, c.names, secants=False))
 
 
-def smallest(d: Diagnosis) -> list[Smallest]:
+def smallest(d: DiagnosisData) -> list[Smallest]:
     """By effect; those of the answer, and those that cannot be seen at any likely size, are not
     among them.
     """
@@ -91,7 +89,7 @@ def _largest_spread(variants: Iterable[Variant]) -> float:
     return max(v.spread for v in variants if v.effect == LOT)
 
 
-def unseen(d: Diagnosis) -> list[str]:
+def unseen(d: DiagnosisData) -> list[str]:
     """In words; an effect that would not be seen at any likely size says so."""
     found = smallest(d)
     known = {one.effect for one in found} | set(d.verdict.names)
@@ -101,7 +99,7 @@ def unseen(d: Diagnosis) -> list[str]:
     ]
 
 
-def moved(d: Diagnosis) -> Iterator[dict[str, Any]]:
+def moved(d: DiagnosisData) -> Iterator[dict[str, Any]]:
     """Numbers that moved in the final fit, how far in standard uncertainties, and what else of the
     library makes the same change."""
     c, fit = d.competition, d.after

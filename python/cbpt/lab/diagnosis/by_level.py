@@ -126,11 +126,34 @@ def diagnose_by(
     only: Mapping[str, object] | None = None,
     seed: int = 0,
 ) -> DividedDiagnosis:
-    """Diagnose the readings of each level of a column by themselves.
+    """Diagnose the readings of each value of a column by themselves.
 
-    by: a column of the table, `preload_step` or any other; the others as in `diagnose`. Raises
-    `CaseError` and `ReadingsError` for what cannot be read; a level with too little to judge is
-    told in `failed`.
+    Parameters
+    ----------
+    case : Case, Drive, path or dict
+        The drive, as in `compare`.
+    data : Readings, path, mapping or data frame
+        The table of readings, as `read_readings` takes it.
+    by : str
+        The column, `preload_step` or any other.
+    columns : mapping of str to str, optional
+        What headers of the table mean, as in `read_readings`.
+    sheet : str, optional
+        Sheet of a workbook, struct of a MATLAB file or group of a TDMS file.
+    only : mapping, optional
+        The readings to take, for example ``{"preload_step": 3}``.
+    seed : int
+        Seed of the simulated p-values. The same seed gives the same answers.
+
+    Returns
+    -------
+    DividedDiagnosis
+        One diagnosis for each value. A value with too few readings to judge stands in `failed`.
+
+    Raises
+    ------
+    CaseError, ReadingsError
+        The case or the table cannot be read.
     """
     case, readings = case_and_readings(case, data, columns, sheet, only, by)
     labels = readings.labels[by]

@@ -1,9 +1,7 @@
 """Model against measurement: how far off, and where.
 
     compare         a case and its readings -> Comparison, with further effects fitted where asked
-    Comparison      residuals row by row, the misfit as a whole, by group and where it stands out
-    Misfit          bias, RMSE, largest error, chi-squared of some of the rows
-    Group           the misfit of one preload, torque range, direction, input angle or run
+    Comparison      the misfit as a whole, by group and where it stands out; text and picture
 
 A residual is reading minus zero minus model. `zero = "common"` in the case takes the zero of the
 readings as it is; the zero that would fit best is told beside it. `"per_run"` gives every run its
@@ -20,7 +18,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -29,12 +27,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import ReadingsError
+from cbpt.figures.comparison import Box, ComparisonPicture, draw_comparison
 from cbpt.lab.covariance.noise import Noise, Rows, Whitener
 from cbpt.lab.covariance.repeatability import Repeats, pooled
 from cbpt.lab.covariance.within_run import Scatter, estimate
+from cbpt.lab.diagnosis.comparison_data import ComparisonData
+from cbpt.lab.diagnosis.comparison_text import lines
+from cbpt.lab.diagnosis.misfit import groups_of, misfit_of, p_value, p_value_of
 from cbpt.lab.readings.inputs import case_and_readings
+from cbpt.lab.readings.points import points_of
 from cbpt.lab.readings.reader import Readings
-from cbpt.lab.readings.set_points import levels_of
 from cbpt.lab.readings.unit_check import slips
 from cbpt.lab.wording.versions import versions
 from cbpt.results import ANGLE_UNITS, Angles, solve_many
@@ -43,128 +45,22 @@ if TYPE_CHECKING:
     from cbpt.lab.selection.fit_effects import Number, Prediction
     from cbpt.lab.selection.scan import Region
 
-__all__ = ["Comparison", "Group", "Misfit", "compare"]
+__all__ = ["Comparison", "compare"]
 
 SCHEMA = "cbpt.compare/1"
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-# As many values of a quantity as this are told one by one, more are told in ranges.
-_MOST_LEVELS = 12
-_MOST_TORQUES = 7
-_RANGES = 6
 # Regions are searched in as many readings as this, evenly spaced where there are more.
 _SEARCHED = 2000
 
 
-@dataclass(frozen=True)
-class Misfit:
-    """How far readings are from the model over some rows. Angles in arcsec."""
-
-    readings: int
-    """Rows with a solution of the model."""
-    bias_arcsec: float
-    """Mean residual."""
-    excess_arcsec: float
-    """Mean residual counted in the direction of the torque: above 0 the drive is softer than the
-    model, below 0 stiffer. Rows without torque do not count."""
-    rmse_arcsec: float
-    """Root mean square of the residual."""
-    largest_error_arcsec: float
-    """The residual that is largest in size, with its sign."""
-    largest_error_line: int
-    """Its line in the file, or its row in data."""
-    chi2_per_dof: float | None
-    """Sum of squared residuals over their stated variances, per degree of freedom; near 1 where
-    the model explains the readings to within their uncertainty. None without a stated one."""
-
-
-@dataclass(frozen=True)
-class Group:
-    """The misfit of the rows that share a value, or a range, of one column."""
-
-    column: str
-    """`preload_N`, `torque_Nm`, `direction`, `input_angle_deg` or `run`."""
-    label: str
-    """The value or range, as text."""
-    low: float | None
-    """Lower end, both ends included; None where the column has no numbers."""
-    high: float | None
-    """Upper end."""
-    share_of_misfit: float
-    """Its part of the sum of squared residuals of all rows, 0 to 1."""
-    misfit: Misfit
-
-
-@dataclass(frozen=True, eq=False)
-class Comparison:
+@dataclass(frozen=True, eq=False, repr=False)
+class Comparison(ComparisonData):
     """Readings against the model, row by row and in groups. Arrays have shape (n,)."""
 
-    readings: Readings
-    model: Angles | Prediction
-    """The model at every row; NaN and a status where it has no solution."""
-    residual_arcsec: Floats
-    """Reading minus zero minus model; NaN where the model has no solution."""
-    zero: str
-    """`common` or `per_run`."""
-    zero_arcsec: dict[str, float]
-    """The zero taken off each run, empty for `common`."""
-    best_common_zero_arcsec: float
-    """The one zero for all rows that would leave the smallest misfit."""
-    rmse_with_best_zero_arcsec: float
-    """The RMSE it would leave."""
-    p_value: float | None
-    """Chance of a chi-squared this large if the model were complete and the stated uncertainty
-    right; None without a stated uncertainty."""
-    overall: Misfit | None
-    """All rows with a solution; None where there is none."""
-    groups: tuple[Group, ...]
-    """By preload, torque, direction, input angle and run, as far as they vary."""
-    findings: tuple[str, ...]
-    """What is to be known about the design of the drive itself."""
-    scatter: Scatter | None
-    """What the readings themselves say of their scatter; None where too few follow each other."""
-    p_value_of_scatter: float | None
-    """Chance of a misfit this large if the model were complete, judged by that scatter."""
-    repeats: Repeats | None
-    """What readings taken again say of the uncertainty; None where too few were."""
-    p_value_of_repeats: float | None
-    """The same chance, judged by the repeats; None where they are not steady."""
-    where: tuple[Region, ...]
-    """Where the misfit stands out, the most telling first."""
-    hints: tuple[str, ...]
-    """Slips that the misfit looks like: a wrong unit, a wrong sign."""
-    numbers: tuple[Number, ...]
-    """Parameters of the effects that the model has beside the drive."""
     before: Comparison | None
     """The same without the effects that were to be fitted; None where none were."""
-
-    @property
-    def u_from(self) -> str | None:
-        """What the uncertainty of a reading is known from: `stated`, else `repeats`, else
-        `scatter` inside the runs; None where nothing tells it."""
-        if self.readings.u_elastic_angle_arcsec is not None:
-            return "stated"
-        if self.repeats is not None and self.repeats.steady:
-            return "repeats"
-        return None if self.scatter is None else "scatter"
-
-    @property
-    def without_solution(self) -> dict[str, list[int]]:
-        """Lines of the table (of data: rows) at which the model has no solution, by status."""
-        lines = self.readings.line
-        failed = ~self.model.has_solution
-        names = np.unique(self.model.status[failed])
-        return {str(n): lines[failed & (self.model.status == n)].tolist() for n in names}
-
-    def worst(self) -> Group | None:
-        """The group with the largest part of the misfit for its number of rows."""
-        apart = [g for g in self.groups if g.column != "run" and g.misfit.readings < self._solved]
-        return max(apart, key=lambda g: g.misfit.rmse_arcsec, default=None)
-
-    @property
-    def _solved(self) -> int:
-        return self.overall.readings if self.overall else 0
 
     def report(self, angle_unit: str = "arcsec") -> str:
         """The comparison as text, angles in `angle_unit` (arcsec, arcmin, deg, urad, mrad, rad)."""
@@ -172,8 +68,6 @@ class Comparison:
             raise ValueError(
                 f"angle_unit = {angle_unit!r}: expected one of {', '.join(ANGLE_UNITS)}"
             )
-        from cbpt.lab.diagnosis.comparison_text import lines
-
         return "\n".join(lines(self, angle_unit))
 
     def to_dict(self) -> dict[str, Any]:
@@ -235,10 +129,16 @@ class Comparison:
 
         Needs matplotlib: `pip install "cbpt[plot]"`.
         """
-        # Only the page loads plotting, and only when a picture is asked for.
-        from cbpt.figures.comparison import draw_comparison
-
-        draw_comparison(self, path, angle_unit)
+        offsets = np.array([self.zero_arcsec.get(str(run), 0.0) for run in self.readings.run])
+        picture = ComparisonPicture(
+            points=points_of(self.readings, offsets),
+            model_arcsec=self.model.elastic_angle_arcsec,
+            residual_arcsec=self.residual_arcsec,
+            has_effects=bool(self.numbers),
+            regions=[Box(r.rows, r.label, r.share_of_misfit) for r in self.where],
+            rmse_arcsec=self.overall.rmse_arcsec if self.overall else None,
+        )
+        draw_comparison(picture, path, angle_unit)
 
     def __repr__(self) -> str:
         return self.report()
@@ -254,20 +154,38 @@ def compare(
     only: Mapping[str, Any] | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> Comparison:
-    """Solve the model at every reading and say how far off it is, and where.
+    """Solve the model at every reading, and say how far off it is and where.
 
-    case: a case file, a `Case` or a dict of one (its `[measurement]` counts, and its `[load]` fills
-        in a preload or an input angle that the table does not have), or a bare `Drive`. The effects
-        of the case are part of the model.
-    data: a table of readings (file, mapping of columns, data frame) or `Readings`.
-    effects: ids of effects, and own effects, to fit on top; the comparison without them is then
-        `before`. The numbers of the drive and the calibrations move along within their stated
-        uncertainties.
-    columns, sheet: what headers of the table mean and which sheet it is, as in `read_readings`.
-    only: which readings to take, {"design": "conic", "preload_step": 3}.
-    progress: called now and then with the number of rows solved and that of all.
+    Parameters
+    ----------
+    case : Case, Drive, path or dict
+        The drive: a `Case`, the path of a case file or a dict of one. `[measurement]` of the case
+        counts, and its `[load]` fills in a preload or an input angle that the table does not have.
+        A bare `Drive` has neither. The effects of the case are part of the model.
+    data : Readings, path, mapping or data frame
+        The table of readings, as `read_readings` takes it.
+    effects : sequence of str or OwnEffect
+        Effects to fit on top, by id or from `cbpt.effects`. The numbers of the drive and the
+        calibrations are fitted as well, within their stated uncertainties; the comparison without
+        the effects is then `Comparison.before`.
+    columns : mapping of str to str, optional
+        What headers of the table mean, as in `read_readings`.
+    sheet : str, optional
+        Sheet of a workbook, struct of a MATLAB file or group of a TDMS file.
+    only : mapping, optional
+        The readings to take, for example ``{"preload_step": 3}``.
+    progress : callable, optional
+        Called now and then as ``progress(rows_done, rows)``. What it raises ends the work.
 
-    Raises `CaseError` and `ReadingsError` for what cannot be read; Ctrl-C stops it.
+    Returns
+    -------
+    Comparison
+        Errors in arcsec, their regions, and the residual of each reading, shape (n,).
+
+    Raises
+    ------
+    CaseError, ReadingsError
+        The case or the table cannot be read.
     """
     case, data = case_and_readings(case, data, columns, sheet, only)
     drive = case if isinstance(case, Drive) else case.drive
@@ -340,14 +258,14 @@ def _compared(
         zero_arcsec=zeros,
         best_common_zero_arcsec=best,
         rmse_with_best_zero_arcsec=float(np.sqrt(np.mean(left**2))) if left.size else np.nan,
-        p_value=_p_value(readings, residual, solved, fitted),
-        overall=_misfit(readings, residual, solved, fitted),
-        groups=tuple(_groups(readings, residual, solved)),
+        p_value=p_value(readings, residual, solved, fitted),
+        overall=misfit_of(readings, residual, solved, fitted),
+        groups=tuple(groups_of(readings, residual, solved)),
         findings=findings,
         scatter=scatter,
-        p_value_of_scatter=_p_value_of(scatter, readings, residual, solved, fitted),
+        p_value_of_scatter=p_value_of(scatter, readings, residual, solved, fitted),
         repeats=repeats,
-        p_value_of_repeats=_p_value_of(
+        p_value_of_repeats=p_value_of(
             repeats if repeats and repeats.steady else None, readings, residual, solved, fitted
         ),
         where=_where(readings, residual, solved, regime, zero, scatter, repeats),
@@ -415,103 +333,6 @@ def _of_effects(numbers: Sequence[Number]) -> list[dict[str, Any]]:
         one = effects.setdefault(n.effect, {"effect": n.effect, "added": n.added, "parameters": {}})
         one["parameters"][n.name] = {"value": n.value, "u": n.u}
     return list(effects.values())
-
-
-def _misfit(readings: Readings, residual: Floats, rows: Mask, fitted: int = 0) -> Misfit | None:
-    r = residual[rows]
-    if not r.size:
-        return None
-    u = readings.u_elastic_angle_arcsec
-    sign = np.sign(readings.torque_Nm[rows])
-    largest = int(np.argmax(np.abs(r)))
-    chi2 = None
-    if u is not None and r.size > fitted:
-        chi2 = float(np.sum((r / u[rows]) ** 2) / (r.size - fitted))
-    return Misfit(
-        readings=int(r.size),
-        bias_arcsec=float(r.mean()),
-        excess_arcsec=float((r * sign).sum() / max(np.count_nonzero(sign), 1)),
-        rmse_arcsec=float(np.sqrt(np.mean(r**2))),
-        largest_error_arcsec=float(r[largest]),
-        largest_error_line=int(readings.line[rows][largest]),
-        chi2_per_dof=chi2,
-    )
-
-
-def _p_value(readings: Readings, residual: Floats, rows: Mask, fitted: int) -> float | None:
-    u = readings.u_elastic_angle_arcsec
-    dof = np.count_nonzero(rows) - fitted
-    if u is None or dof <= 0:
-        return None
-    from scipy.special import chdtrc
-
-    return float(chdtrc(dof, np.sum((residual[rows] / u[rows]) ** 2)))
-
-
-def _p_value_of(
-    known: Scatter | Repeats | None, readings: Readings, residual: Floats, rows: Mask, fitted: int
-) -> float | None:
-    """Judged by an uncertainty that was estimated, and is known to so many degrees of freedom."""
-    dof = np.count_nonzero(rows) - fitted
-    if known is None or dof <= 0 or not known.u_arcsec:
-        return None
-    from scipy.special import fdtrc
-
-    u = readings.u_elastic_angle_arcsec
-    sd = known.u_arcsec if u is None or known.ratio is None else u[rows] * known.ratio
-    return float(fdtrc(dof, known.dof, np.sum((residual[rows] / sd) ** 2) / dof))
-
-
-def _groups(readings: Readings, residual: Floats, solved: Mask) -> Iterator[Group]:
-    total = float(np.sum(residual[solved] ** 2))
-    for column, label, low, high, rows in _divisions(readings):
-        misfit = _misfit(readings, residual, rows & solved)
-        if misfit is not None:
-            share = float(np.sum(residual[rows & solved] ** 2)) / total if total else 0.0
-            yield Group(column, label, low, high, share, misfit)
-
-
-Division = tuple[str, str, float | None, float | None, Mask]
-
-
-def _divisions(readings: Readings) -> Iterator[Division]:
-    if readings.preload_N is not None:
-        yield from _of_numbers("preload_N", readings.preload_N, _MOST_LEVELS)
-    if readings.preload_step is not None:
-        for step in np.unique(readings.preload_step):
-            rows = readings.preload_step == step
-            if not rows.all():
-                yield "preload_step", str(step), None, None, rows
-    yield from _of_numbers("torque_Nm", readings.torque_Nm, _MOST_TORQUES)
-    direction = readings.direction()
-    for value, label in ((1, "rising"), (-1, "falling"), (0, "held")):
-        if np.any(direction == value) and np.any(direction != value):
-            yield "direction", label, float(value), float(value), direction == value
-    yield from _of_numbers("input_angle_deg", readings.input_angle_deg, _MOST_LEVELS)
-    for index in np.unique(readings.run_index):
-        rows = readings.run_index == index
-        if not rows.all():
-            yield "run", str(readings.run[rows][0]), None, None, rows
-
-
-def _of_numbers(column: str, values: Floats, most: int) -> Iterator[Division]:
-    levels = levels_of(values)
-    if len(levels) < 2:
-        return
-    index = levels.index
-    single = len(levels) <= most
-    if not single:
-        edges = np.linspace(levels.value[0], levels.value[-1], _RANGES + 1)
-        part = np.clip(np.searchsorted(edges, levels.value, side="right") - 1, 0, _RANGES - 1)
-        index = part[index]
-    for i in np.unique(index).tolist():
-        rows = index == i
-        # Adding 0 turns -0 into 0.
-        low, high = (float(end) + 0.0 for end in (values[rows].min(), values[rows].max()))
-        label = f"{low:g} to {high:g}"
-        if single:
-            label = f"{low:g}" if low == high else f"{levels.value[i]:.4g}"
-        yield column, label, low, high, rows
 
 
 def _finite(value: float) -> float | None:

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from cbpt._core import text_table
+from cbpt.lab.diagnosis.comparison_data import ComparisonData
+from cbpt.lab.diagnosis.misfit import Misfit
 from cbpt.lab.wording.numbers import rounded, significant
 from cbpt.results import ANGLE_UNITS
 
-if TYPE_CHECKING:
-    from cbpt.lab.diagnosis.compare import Comparison, Misfit
 
-
-def lines(c: Comparison, angle_unit: str) -> Iterator[str]:
+def lines(c: ComparisonData, angle_unit: str) -> Iterator[str]:
     """The report, line by line."""
     factor = ANGLE_UNITS[angle_unit]
     yield f"{len(c.readings)} readings of {c.readings.source} against the model"
@@ -79,7 +78,7 @@ def _row(label: str, share: float, misfit: Misfit, factor: float) -> list[Any]:
     return [label, misfit.readings, f"{share:.0%}", *shown, chi2]
 
 
-def _verdict(c: Comparison, angle_unit: str) -> str:
+def _verdict(c: ComparisonData, angle_unit: str) -> str:
     """How well the model does, in one sentence, and where it is worst in another."""
     assert c.overall is not None
     rmse = _angle(c.overall.rmse_arcsec, angle_unit)
@@ -122,7 +121,7 @@ def _verdict(c: Comparison, angle_unit: str) -> str:
     )
 
 
-def _added(c: Comparison, before: Comparison, angle_unit: str) -> Iterator[str]:
+def _added(c: ComparisonData, before: ComparisonData, angle_unit: str) -> Iterator[str]:
     """What the fitted effects change, and their numbers."""
     factor = ANGLE_UNITS[angle_unit]
     names = list(dict.fromkeys(n.effect for n in c.numbers if n.added))
@@ -145,7 +144,7 @@ def _added(c: Comparison, before: Comparison, angle_unit: str) -> Iterator[str]:
     yield text_table(["effect", "parameter", "value", "u"], rows)
 
 
-def _scatter(c: Comparison, angle_unit: str) -> Iterator[str]:
+def _scatter(c: ComparisonData, angle_unit: str) -> Iterator[str]:
     """The misfit against what the readings themselves say of their scatter."""
     scatter, p = c.scatter, c.p_value_of_scatter
     if scatter is None or p is None or c.overall is None:
@@ -181,7 +180,7 @@ def _scatter(c: Comparison, angle_unit: str) -> Iterator[str]:
         yield f"Inside their runs the readings scatter by {found}, in keeping with what is stated."
 
 
-def _repeats(c: Comparison, angle_unit: str) -> Iterator[str]:
+def _repeats(c: ComparisonData, angle_unit: str) -> Iterator[str]:
     """The misfit against what readings taken again say of their uncertainty."""
     found, p = c.repeats, c.p_value_of_repeats
     if found is None:
@@ -205,7 +204,7 @@ def _angle(arcsec: float, unit: str, digits: int = 3) -> str:
     return f"{rounded(arcsec * ANGLE_UNITS[unit], digits)} {unit}"
 
 
-def _where(c: Comparison, angle_unit: str) -> Iterator[str]:
+def _where(c: ComparisonData, angle_unit: str) -> Iterator[str]:
     """The regions in which the misfit stands out."""
     factor = ANGLE_UNITS[angle_unit]
     if not c.where:

@@ -22,8 +22,9 @@ from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError, ReadingsError
 from cbpt.lab.covariance.repeatability import pooled
 from cbpt.lab.covariance.within_run import estimate
-from cbpt.lab.diagnosis.diagnosis import Diagnosis, Rung
-from cbpt.lab.diagnosis.sentence import solutions
+from cbpt.lab.diagnosis.diagnosis import Diagnosis
+from cbpt.lab.diagnosis.diagnosis_data import Rung
+from cbpt.lab.diagnosis.fit_text import solutions
 from cbpt.lab.inference.cross_validation import folds, held_out_residual, held_out_with_pattern, rms
 from cbpt.lab.inference.fit import Fit, Fitter
 from cbpt.lab.inference.residuals import chi2_of, rmse_of, u_judging, without_zeros
@@ -34,8 +35,9 @@ from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.unit_check import slips
 from cbpt.lab.selection.decision import Verdict, judge
-from cbpt.lab.selection.model_comparison import Competition, Names, Progress, compete
+from cbpt.lab.selection.model_comparison import Competition, Progress, compete
 from cbpt.lab.selection.patterns import Pattern
+from cbpt.lab.selection.setting import Names
 from cbpt.results import solve_many
 
 __all__ = ["diagnose"]
@@ -59,16 +61,43 @@ def diagnose(
     seed: int = 0,
     progress: Progress | None = None,
 ) -> Diagnosis:
-    """Say which effect the readings demand, or that none is needed, or that they cannot tell.
+    """Say which effect the readings demand, that none is needed, or that they cannot tell.
 
-    case, data, columns, sheet, only: as in `compare`. effects: own effects that compete beside the
-    library, made with `cbpt.effects` or ids of the case's own, which are then not taken as given.
-    seed: of the simulated chances; the same seed gives the same answer. progress: called now and
-    then with what is next and the share of the work that is done; what it raises ends the work, as
-    Ctrl-C does.
+    Parameters
+    ----------
+    case : Case, Drive, path or dict
+        The drive, as in `compare`.
+    data : Readings, path, mapping or data frame
+        The table of readings, as `read_readings` takes it.
+    effects : sequence of str or OwnEffect
+        Own effects that compete with the library: from `cbpt.effects`, or ids of own effects of the
+        case, which are then fitted anew.
+    columns : mapping of str to str, optional
+        What headers of the table mean, as in `read_readings`.
+    sheet : str, optional
+        Sheet of a workbook, struct of a MATLAB file or group of a TDMS file.
+    only : mapping, optional
+        The readings to take, for example ``{"preload_step": 3}``.
+    seed : int
+        Seed of the simulated p-values. The same seed gives the same answer.
+    progress : callable, optional
+        Called as ``progress(what_is_next, share_done)``. What it raises ends the work.
 
-    Raises `CaseError` and `ReadingsError` for what cannot be read or is too little to judge,
-    `InvalidInputError` for an own effect that cannot be fitted.
+    Returns
+    -------
+    Diagnosis
+        The verdict, and everything it rests on.
+
+    Raises
+    ------
+    CaseError, ReadingsError
+        The case or the table cannot be read, or there are too few readings to judge.
+    InvalidInputError
+        An own effect cannot be fitted.
+
+    Notes
+    -----
+    The method and its sources are on the page *Diagnosis* of the documentation.
     """
     case, readings = case_and_readings(case, data, columns, sheet, only)
     # Thousands of products of small matrices: threads would cost more than they give.
@@ -128,7 +157,7 @@ def _told(campaign: Campaign, competition: Competition, fit: Fit) -> Iterator[st
             yield f"{len(lines)} readings lie far off and count less: lines {lines[:8]}"[
                 :-1
             ].replace("[", "")
-    yield from solutions(fit)
+    yield from map(str, solutions(fit))
     for u in fit.unknowns:
         value = fit.value(u)
         at_end = value <= u.lower * (1 + 1e-6) or value >= u.upper * (1 - 1e-6)

@@ -17,8 +17,8 @@ from threadpoolctl import threadpool_limits
 from cbpt._core import Case, Drive, OwnEffect, text_table
 from cbpt.errors import InvalidInputError
 from cbpt.lab.diagnosis.diagnose import prepared, rung
-from cbpt.lab.diagnosis.diagnosis import Rung
-from cbpt.lab.diagnosis.sentence import moved_numbers, solutions
+from cbpt.lab.diagnosis.diagnosis_data import Rung
+from cbpt.lab.diagnosis.fit_text import moved_numbers, solutions
 from cbpt.lab.inference.cross_validation import folds
 from cbpt.lab.inference.estimates import parameters_of
 from cbpt.lab.inference.fit import Fit, Fitter
@@ -73,7 +73,22 @@ class Fitted:
         preload_N: ArrayLike | None = None,
         input_angle_deg: ArrayLike = 0.0,
     ) -> AtLoad:
-        """The elastic angle under loads of choice with its uncertainty, as in `Diagnosis`."""
+        """Predict the elastic angle under loads of choice, as `Diagnosis.predict` does.
+
+        Parameters
+        ----------
+        torque_Nm : array_like
+            Torque on the output, N m.
+        preload_N : array_like, optional
+            Axial preload, N. If it is not given, `[load]` of the case is taken.
+        input_angle_deg : array_like
+            Angle of the input crank, degrees. The three arrays broadcast to n loads.
+
+        Returns
+        -------
+        AtLoad
+            Elastic angles and standard uncertainties (k = 1) in arcsec, shape (n,).
+        """
         return angle_at(self.fitter, self.result, torque_Nm, preload_N, input_angle_deg)
 
     def results(
@@ -82,7 +97,23 @@ class Fitted:
         preload_N: ArrayLike | None = None,
         input_angle_deg: ArrayLike | None = None,
     ) -> Results:
-        """Every number of the fit with its uncertainty and what it rests on, as in `Diagnosis`."""
+        """List every number of the fit, as `Diagnosis.results` does.
+
+        Parameters
+        ----------
+        torque_Nm : array_like, optional
+            Torques, N m, at which the elastic angle is added to the results. If it is not given,
+            `[load]` of the case is taken.
+        preload_N : array_like, optional
+            Axial preload there, N; else that of the case.
+        input_angle_deg : array_like, optional
+            Angle of the input crank there, degrees; else that of the case.
+
+        Returns
+        -------
+        Results
+            Rows with value, unit, standard uncertainty and what it rests on.
+        """
         load = load_of_choice(self.case, torque_Nm, preload_N, input_angle_deg)
         errors = (
             ("rmse as given", self.before.rmse_arcsec),
@@ -126,14 +157,38 @@ def fit(
     sheet: str | None = None,
     only: Mapping[str, Any] | None = None,
 ) -> Fitted:
-    """Fit effects of the library, and own effects, to readings, the numbers of the drive within
-    their stated uncertainties.
+    """Fit effects to readings, together with the numbers of the drive.
 
-    An own effect is one of `cbpt.effects`, or the id of an own effect of the case, which is then
-    taken out of the case and fitted anew. Of an effect that has several forms (see `cbpt effects`)
-    the most probable one is taken. Raises `InvalidInputError` for an effect that is not in the
-    library or cannot be seen in this table, `CaseError` and `ReadingsError` for what cannot be
-    read.
+    The numbers of the drive and the calibrations stay within their stated uncertainties. Where an
+    effect has several forms (`cbpt effects` lists them), the most probable one is taken.
+
+    Parameters
+    ----------
+    case : Case, Drive, path or dict
+        The drive, as in `compare`.
+    data : Readings, path, mapping or data frame
+        The table of readings, as `read_readings` takes it.
+    effects : str, OwnEffect or sequence of these
+        Ids of the library, effects from `cbpt.effects`, or ids of own effects of the case, which
+        are then fitted anew.
+    columns : mapping of str to str, optional
+        What headers of the table mean, as in `read_readings`.
+    sheet : str, optional
+        Sheet of a workbook, struct of a MATLAB file or group of a TDMS file.
+    only : mapping, optional
+        The readings to take, for example ``{"preload_step": 3}``.
+
+    Returns
+    -------
+    Fitted
+        The case with the fitted effects, their parameters, and the errors before and after.
+
+    Raises
+    ------
+    InvalidInputError
+        An effect is not in the library, or these readings do not depend on it.
+    CaseError, ReadingsError
+        The case or the table cannot be read.
     """
     case, readings = case_and_readings(case, data, columns, sheet, only)
     ids, own = chosen(case, effects)
@@ -158,7 +213,7 @@ def fit(
             priors=campaign.priors,
             fitter=fitter,
             held_out_by=held_by,
-            notes=(*notes, *solutions(found)),
+            notes=(*notes, *map(str, solutions(found))),
         )
 
 

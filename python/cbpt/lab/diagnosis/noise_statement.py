@@ -10,17 +10,15 @@ statement   one sentence: stated, from repeats, or from the scatter about the an
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
 from cbpt.lab.inference.residuals import scatter_of
 
-if TYPE_CHECKING:
-    from cbpt.lab.diagnosis.diagnosis import Diagnosis
 
-
-def noise_of(d: Diagnosis) -> dict[str, Any]:
+def noise_of(d: DiagnosisData) -> dict[str, Any]:
     """Stated and estimated uncertainty (root mean square over the readings), and its structure."""
     c = d.competition.campaign
     noise = d.noise
@@ -37,7 +35,7 @@ def noise_of(d: Diagnosis) -> dict[str, Any]:
     }
 
 
-def u_from(d: Diagnosis) -> str:
+def u_from(d: DiagnosisData) -> str:
     """`stated`, `repeats`, or `scatter`: about the answer, or, where what is stated cannot be
     meant, inside the runs."""
     c = d.competition.campaign
@@ -46,13 +44,13 @@ def u_from(d: Diagnosis) -> str:
     return "repeats" if c.u_repeated else "scatter"
 
 
-def _stated(d: Diagnosis) -> float | None:
+def _stated(d: DiagnosisData) -> float | None:
     """Root mean square over the readings of what the table states, arcsec."""
     u = d.readings.u_elastic_angle_arcsec
     return None if u is None else float(np.sqrt(np.mean(u**2)))
 
 
-def estimated(d: Diagnosis) -> float:
+def estimated(d: DiagnosisData) -> float:
     """What a reading is known to under the noise of the answer, arcsec; what is stated counts as
     some degrees of freedom beside those of the scatter."""
     c = d.competition.campaign
@@ -62,7 +60,7 @@ def estimated(d: Diagnosis) -> float:
     return float(d.noise.scale * np.sqrt(np.mean(c.u_reading_arcsec**2)))
 
 
-def noise_floor(d: Diagnosis) -> tuple[float | None, str]:
+def noise_floor(d: DiagnosisData) -> tuple[float | None, str]:
     """The error that noise alone leaves, by the scatter about the answer, and what that is; None
     with the reason where something is at work that the answer does not hold.
 
@@ -75,7 +73,7 @@ def noise_floor(d: Diagnosis) -> tuple[float | None, str]:
     return None, "cannot be told: no model holds all that is at work"
 
 
-def floor_of(d: Diagnosis) -> tuple[float | None, str]:
+def floor_of(d: DiagnosisData) -> tuple[float | None, str]:
     """The error that noise alone leaves, and what it was taken from; None where nothing tells it.
 
     Without a noise floor of the answer, what is stated or what repeats tell.
@@ -92,7 +90,7 @@ def floor_of(d: Diagnosis) -> tuple[float | None, str]:
     return None, f"{of}, no uncertainty is stated, no repeats tell it"
 
 
-def statement(d: Diagnosis) -> str:
+def statement(d: DiagnosisData) -> str:
     """What the uncertainty of a reading is and what it rests on."""
     c, stated = d.competition.campaign, _stated(d)
     about, used = _about(d), estimated(d)
@@ -130,7 +128,7 @@ def statement(d: Diagnosis) -> str:
     return f"{text}."
 
 
-def _about(d: Diagnosis) -> str:
+def _about(d: DiagnosisData) -> str:
     """The scatter about the answer, with its own degrees of freedom."""
     scatter, dof = scatter_of(d.competition.fitter, d.after)
     if d.verdict.pattern is not None:

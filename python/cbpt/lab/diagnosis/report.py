@@ -2,33 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from cbpt._core import text_table
 from cbpt.lab.diagnosis.alternatives import unseen
+from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
+from cbpt.lab.diagnosis.fit_text import moved_numbers
 from cbpt.lab.diagnosis.noise_statement import noise_floor
-from cbpt.lab.diagnosis.sentence import moved_numbers
 from cbpt.lab.selection.decision import ODDS_LIMIT
 from cbpt.lab.wording.numbers import listed, shown
-
-if TYPE_CHECKING:
-    from cbpt.lab.diagnosis.diagnosis import Diagnosis
-
 
 _WIDTH = 100
 
 
-def lines(d: Diagnosis) -> Iterator[str]:
-    """The report, line by line."""
-    document = d.to_dict()
+def lines(d: DiagnosisData, document: Mapping[str, Any]) -> Iterator[str]:
+    """The report, line by line; `document` is the answer as plain values."""
     yield f"{len(d.readings)} readings of {d.readings.source}"
     yield from (f"Note: {note}" for note in d.notes)
     yield ""
-    yield from wrap(d.sentence, _WIDTH)
+    yield from wrap(document["verdict"]["sentence"], _WIDTH)
     moved = moved_numbers(d.after, d.competition.campaign.priors)
     if moved:
         yield from wrap(f"Numbers of drive and rig that moved: {moved}.", _WIDTH)
@@ -112,7 +108,7 @@ def lines(d: Diagnosis) -> Iterator[str]:
             yield f"  {_region(region)}"
 
 
-def _unseen(d: Diagnosis) -> Iterator[str]:
+def _unseen(d: DiagnosisData) -> Iterator[str]:
     """What could be there all the same."""
     found = unseen(d)
     if found:

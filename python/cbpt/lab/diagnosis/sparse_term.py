@@ -21,13 +21,13 @@ from numpy.typing import NDArray
 from cbpt._core import OwnEffect
 from cbpt.effects import expression
 from cbpt.lab.covariance.noise import Margin, Whitener
+from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
 from cbpt.lab.model.priors import ARCSEC
 from cbpt.lab.readings.set_points import levels_of
 from cbpt.lab.selection.lack_of_fit import run_time
 from cbpt.lab.wording.numbers import significant
 
 if TYPE_CHECKING:
-    from cbpt.lab.diagnosis.diagnosis import Diagnosis
     from cbpt.lab.readings.reader import Readings
 
 Floats = NDArray[np.float64]
@@ -60,7 +60,7 @@ class Draft:
     held_out_rmse_without_arcsec: float
 
 
-def draft(d: Diagnosis, id: str = "my_effect") -> Draft | None:
+def draft(d: DiagnosisData, id: str = "my_effect") -> Draft | None:
     """Of what a diagnosis calls unknown."""
     pattern = d.verdict.pattern
     assert pattern is not None

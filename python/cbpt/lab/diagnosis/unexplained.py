@@ -9,19 +9,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
 from cbpt.lab.diagnosis.sparse_term import draft
 from cbpt.lab.readings.set_points import levels_of
 from cbpt.lab.selection.lack_of_fit import rate_of, run_time
 from cbpt.lab.selection.scan import label_of
 from cbpt.lab.wording.names import columns_in_words
-
-if TYPE_CHECKING:
-    from cbpt.lab.diagnosis.diagnosis import Diagnosis
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -32,7 +30,7 @@ _MOST_LINES = 16
 _NO_PLACE = ("run", "preload_step", "torque_rate")
 
 
-def card(d: Diagnosis) -> dict[str, Any]:
+def card(d: DiagnosisData) -> dict[str, Any]:
     """Columns it depends on, where it is strongest, harmonic of the input angle, shape in words."""
     pattern = d.verdict.pattern
     assert pattern is not None
@@ -54,7 +52,7 @@ def card(d: Diagnosis) -> dict[str, Any]:
     }
 
 
-def measure_next(d: Diagnosis) -> str:
+def measure_next(d: DiagnosisData) -> str:
     """Advice, as nothing without a name predicts what a further run would read."""
     pattern = d.verdict.pattern
     assert pattern is not None
@@ -82,14 +80,14 @@ def measure_next(d: Diagnosis) -> str:
     return f"{said}. {where} {columns_in_words(free)} {alone}, all else held{wait}."
 
 
-def _noise_arcsec(d: Diagnosis) -> float:
+def _noise_arcsec(d: DiagnosisData) -> float:
     """Noise of a reading beside the pattern."""
     pattern = d.verdict.pattern
     assert pattern is not None
     return pattern.noise.scale * float(np.median(d.competition.campaign.u_arcsec))
 
 
-def _strong_where(d: Diagnosis) -> dict[str, tuple[float, float]]:
+def _strong_where(d: DiagnosisData) -> dict[str, tuple[float, float]]:
     """Lowest and highest value of each column where the pattern is more than twice the noise."""
     pattern = d.verdict.pattern
     assert pattern is not None
@@ -101,7 +99,7 @@ def _ends(values: Floats) -> tuple[float, float]:
     return float(values.min()), float(values.max())
 
 
-def column(d: Diagnosis, name: str) -> Floats:
+def column(d: DiagnosisData, name: str) -> Floats:
     """A column of the table, or one made from it, as numbers."""
     readings = d.readings
     if name == "run_time_s":
@@ -117,7 +115,7 @@ def column(d: Diagnosis, name: str) -> Floats:
     return np.asarray(getattr(readings, name), dtype=np.float64)
 
 
-def _shape(d: Diagnosis, columns: list[str], f: Floats) -> Iterator[str]:
+def _shape(d: DiagnosisData, columns: list[str], f: Floats) -> Iterator[str]:
     """Lines such as `input_angle_deg 130: -5.9 at -8, ... +10.6 at 8 torque_Nm`, in arcsec."""
     along, across = columns[0], columns[1:]
     for label, rows in _cells(d, across):
@@ -129,7 +127,7 @@ def _shape(d: Diagnosis, columns: list[str], f: Floats) -> Iterator[str]:
         yield f"{label}{', '.join(parts)} {along}"
 
 
-def _cells(d: Diagnosis, columns: list[str]) -> Iterator[tuple[str, Mask]]:
+def _cells(d: DiagnosisData, columns: list[str]) -> Iterator[tuple[str, Mask]]:
     """Every combination of levels or stretches of some columns."""
     if not columns:
         yield "", np.ones(len(d.readings), dtype=bool)
@@ -153,7 +151,7 @@ def _parts(values: Floats) -> Iterator[tuple[str, Mask]]:
         yield f"{low:.3g} to {high:.3g}", above & (values <= high)
 
 
-def _regime(d: Diagnosis, f: Floats) -> str | None:
+def _regime(d: DiagnosisData, f: Floats) -> str | None:
     """The contact regime that holds nearly all of it, if one does."""
     model = d.competition.fitter.model
     regime = model.regimes(d.after.point.values)
@@ -165,7 +163,7 @@ def _regime(d: Diagnosis, f: Floats) -> str | None:
     return None
 
 
-def _harmonic(d: Diagnosis, f: Floats) -> int | None:
+def _harmonic(d: DiagnosisData, f: Floats) -> int | None:
     """The harmonic of the input angle that carries most of it, where the angles can tell."""
     angle = np.deg2rad(d.readings.input_angle_deg)
     distinct = len(np.unique(np.round(np.mod(angle, 2 * np.pi), 6)))

@@ -67,17 +67,14 @@ class Sight:
         places = [u.index for u in unknowns]
         last: Fit | None = None
         for j in np.flatnonzero(solved & (np.abs(moved[: len(unknowns)]) > _FAR).any(axis=0)):
-            self.numbers.campaign = replace(
-                self.campaign, y_arcsec=self.campaign.y_arcsec + changes[:, j]
-            )
-            self.numbers.bars.clear()
+            changed = self.numbers.with_angles(self.campaign.y_arcsec + changes[:, j])
             start = self.numbers.start(Hypothesis(), {})
             if last is None:
                 step = np.clip(moved[: len(unknowns), j], -3, 3) * [u.unit for u in unknowns]
                 start[places] += step
             else:
                 start[places] = last.point.values[places]
-            last = self.numbers.fit(Hypothesis(), start, noise=self.fit.noise, free_noise=False)
+            last = changed.fit(Hypothesis(), start, noise=self.fit.noise, free_noise=False)
             if last is None:
                 continue
             m = last.margin

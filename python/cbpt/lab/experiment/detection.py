@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from cbpt.lab.covariance.noise import STATED_DOF
 from cbpt.lab.model.priors import Variant, log_density
 from cbpt.lab.selection.decision import ODDS_LIMIT
-from cbpt.lab.selection.model_comparison import prior
+from cbpt.lab.selection.setting import prior
 
 Floats = NDArray[np.float64]
 

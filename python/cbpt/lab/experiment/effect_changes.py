@@ -142,12 +142,14 @@ def guises(seen: Sequence[tuple[Form, Floats, Floats]]) -> Iterator[Floats]:
         yield from (changes[:, [j]] for _, changes, _ in own for j in range(changes.shape[1]))
 
 
-def possible(campaign: Campaign, variants: Sequence[Variant]) -> tuple[list[Variant], list[str]]:
-    """Variants whose column the campaign has, and effects of which it has none, with the column."""
+def possible(
+    campaign: Campaign, variants: Sequence[Variant]
+) -> tuple[list[Variant], dict[str, str]]:
+    """Variants whose column varies in the campaign; and effects without any, each with the column
+    that it needs."""
     there = [v for v in variants if not v.needs or _moves(campaign, v.needs)]
     effects = {v.effect for v in there}
-    lacking = {v.effect: v.needs for v in variants if v.effect not in effects}
-    return there, [f"{effect}: needs a {column} that varies" for effect, column in lacking.items()]
+    return there, {v.effect: str(v.needs) for v in variants if v.effect not in effects}
 
 
 def _moves(campaign: Campaign, column: str) -> bool:

@@ -4,22 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from textwrap import wrap
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from cbpt._core import text_table
 from cbpt.lab.experiment.effect_changes import Form
+from cbpt.lab.experiment.isolability_data import IsolabilityData, Pair
 from cbpt.lab.model.priors import PRIORS
 from cbpt.lab.wording.numbers import in_words, listed
-
-if TYPE_CHECKING:
-    from cbpt.lab.experiment.isolability import Isolability, Pair
 
 _WIDTH = 100
 
 
-def lines(i: Isolability) -> Iterator[str]:
+def lines(i: IsolabilityData) -> Iterator[str]:
     """The report, line by line."""
     rows = i.plan.rows
     u = rows.u_elastic_angle_arcsec
@@ -76,7 +73,7 @@ def sized(form: Form, sizes: Sequence[float | None]) -> tuple[str, list[str]]:
     return label.replace("cosine", "amplitude"), values
 
 
-def _twins(i: Isolability) -> Iterator[str]:
+def _twins(i: IsolabilityData) -> Iterator[str]:
     pairs = [p for p in i.pairs if p.verdict == "twins"]
     if pairs:
         yield "Twins, which no reading of this rig tells apart:"
@@ -86,7 +83,7 @@ def _twins(i: Isolability) -> Iterator[str]:
         yield from _wrapped(f"{p.effects[0]} and {p.effects[1]}{by}")
 
 
-def _not_here(i: Isolability) -> Iterator[str]:
+def _not_here(i: IsolabilityData) -> Iterator[str]:
     pairs = [p for p in i.pairs if p.verdict == "not_here"]
     if pairs:
         yield "Not told apart by this plan, however large within the plausible ranges:"
@@ -94,7 +91,7 @@ def _not_here(i: Isolability) -> Iterator[str]:
         yield from _wrapped(_sides(i, p))
 
 
-def _above(i: Isolability) -> Iterator[str]:
+def _above(i: IsolabilityData) -> Iterator[str]:
     pairs = [p for p in i.pairs if p.verdict == "above"]
     if not pairs:
         return
@@ -109,13 +106,13 @@ def _above(i: Isolability) -> Iterator[str]:
     yield text_table(["one", "other", "correlation"], table)
 
 
-def _sides(i: Isolability, p: Pair) -> str:
+def _sides(i: IsolabilityData, p: Pair) -> str:
     """From which size each is told from the other."""
     parts = [_from(i, e, size) for e, size in zip(p.effects, p.above, strict=True)]
     return f"{listed(parts)}; correlation {p.correlation:.4f}"
 
 
-def _from(i: Isolability, effect: str, size: float | None) -> str:
+def _from(i: IsolabilityData, effect: str, size: float | None) -> str:
     name, (value,) = sized(i.effect(effect).form, [size])
     return f"{effect} never" if size is None else f"{effect} from {name} {value}"
 

@@ -188,14 +188,30 @@ def read_plan(
     *,
     columns: Mapping[str, str] | None = None,
 ) -> Plan:
-    """Read a plan.
+    """Read a plan of a campaign.
 
-    source: the path of a TOML list of runs, or a table as `read_readings` takes it, whose angle may
-    be missing and is not looked at. case: fills in preload and input angle where the plan has none.
-    columns: what headers of a table mean.
+    Parameters
+    ----------
+    source : Plan, Readings, path or mapping
+        The path of a TOML list of runs, or a table as `read_readings` takes it. The angles of a
+        table are not used and may be missing.
+    case : Case or Drive, optional
+        Fills in preload and input angle where the plan has none.
+    columns : mapping of str to str, optional
+        What headers of a table mean, as in `read_readings`.
 
-    Raises `PlanError` for a TOML plan that cannot be read: file, run, key, what was found, what was
-    expected; `ReadingsError` for a table.
+    Returns
+    -------
+    Plan
+        The loads of the campaign, arrays of shape (n,).
+
+    Raises
+    ------
+    PlanError
+        A TOML plan cannot be read. The message has file, run, key, what was found and what was
+        expected.
+    ReadingsError
+        A table cannot be read.
     """
     if isinstance(source, Plan):
         return source

@@ -30,13 +30,14 @@ from cbpt.lab.experiment.candidates import Limits, candidates, described
 from cbpt.lab.experiment.design_fit import Sight
 from cbpt.lab.experiment.detection import LIMIT, distance, weight
 from cbpt.lab.experiment.effect_changes import Form, forms_of, guises, possible
-from cbpt.lab.experiment.isolability import CHANCES, Isolability, isolability, known, of_ball_drives
+from cbpt.lab.experiment.isolability import Isolability, isolability, known, of_ball_drives
+from cbpt.lab.experiment.isolability_data import CHANCES
 from cbpt.lab.experiment.plan import Plan, PlannedRun
 from cbpt.lab.model.priors import LOT, VARIANTS, Variant
 from cbpt.lab.readings.inputs import case_of
 from cbpt.lab.selection.decision import TWINS
 from cbpt.lab.selection.fit_effects import predicted
-from cbpt.lab.selection.model_comparison import prior
+from cbpt.lab.selection.setting import prior
 from cbpt.lab.wording.numbers import listed, shown
 
 __all__ = ["Apart", "Design", "shortest_plan"]
@@ -149,13 +150,40 @@ def shortest_plan(
     max_runs: int = MAX_RUNS,
     most: int | None = None,
 ) -> Design:
-    """The shortest plan found that tells effects apart, and each from nothing, 19 times of 20.
+    """Search for the shortest plan that tells effects apart.
 
-    limits: what the rig can do; around the load of the case where not given. sizes: parameters of
-    effects, named as in a case file, at which they are to be told; those not given are taken in the
-    (geometric) middle of their plausible range, at every shape. most: how many candidate runs.
+    The plan tells every two effects apart, and each effect from nothing, with a probability of
+    0.95. The search exchanges runs one by one, so it may miss a shorter plan.
 
-    Raises `InvalidInputError` for an effect or a size that cannot be, `CaseError` for the case.
+    Parameters
+    ----------
+    case : Case, Drive, path or dict
+        The drive, as in `compare`.
+    effects : sequence of str
+        Ids of the library.
+    u_elastic_angle_arcsec : float
+        Standard uncertainty of a reading (k = 1), arcsec.
+    limits : Limits, optional
+        What the rig can do. Without it, limits around the load of the case.
+    sizes : mapping of str to mapping, optional
+        Parameters of effects, named as in a case file, at which the effects are to be told apart.
+        Without it, the geometric middle of their plausible range, at every shape.
+    max_runs : int
+        The largest number of runs.
+    most : int, optional
+        The number of candidate runs.
+
+    Returns
+    -------
+    Design
+        The plan, and the pairs of effects that it does not tell apart.
+
+    Raises
+    ------
+    InvalidInputError
+        An effect or a size is not possible.
+    CaseError
+        The case cannot be read.
     """
     case = case_of(case)
     of_ball_drives(case)
@@ -312,7 +340,10 @@ class _Wanted:
         for effect, (variant, size) in truths.items():
             there, lacking = possible(sight.campaign, [variant])
             if not there:
-                raise InvalidInputError(f"effects: {lacking[0]}, which these runs do not have")
+                raise InvalidInputError(
+                    f"effects: {effect} needs a {lacking[effect]} that varies, which these runs do "
+                    "not have"
+                )
             found[effect] = forms_of(sight.campaign, there, np.array([size]))
         return found
 

@@ -136,14 +136,35 @@ def simulate(
     seed: int = 0,
     u_elastic_angle_arcsec: float | None = None,
 ) -> Readings:
-    """Readings that a campaign would give, as `diagnose` and `compare` take them.
+    """Simulate the readings of a campaign.
 
-    effects: added to those of the case, ids of the library each with numbers named as in a case
-    file. noise: an `Instrument`, or kinds of `NOISES` with their sizes (`"run_offset=2"`). The same
-    seed gives the same readings.
+    Parameters
+    ----------
+    case : Case, Drive, path or dict
+        The drive, as in `compare`.
+    plan : Plan, Readings, path or mapping
+        The campaign, as `read_plan` takes it.
+    effects : sequence of (str, mapping)
+        Effects that act in addition to those of the case: an id of the library, and its parameters
+        named as in a case file: ``("output_torsion", {"compliance_arcsec_per_Nm": 2})``.
+    noise : Instrument, str or sequence of str
+        An `Instrument`, or kinds of noise with their sizes, for example ``"run_offset=2"``.
+    seed : int
+        Seed of the random numbers. The same seed gives the same result.
+    u_elastic_angle_arcsec : float, optional
+        Standard uncertainty of a reading (k = 1), where the plan has none.
 
-    Raises `NoSolutionError` with the rows that the preload does not hold, `PlanError`,
-    `ReadingsError`, `CaseError` or `InvalidInputError` for what cannot be read.
+    Returns
+    -------
+    Readings
+        Simulated readings of shape (n,), as `compare` and `diagnose` take them.
+
+    Raises
+    ------
+    NoSolutionError
+        The preload of the plan does not hold the torque in some rows.
+    PlanError, ReadingsError, CaseError, InvalidInputError
+        Plan, case or an argument cannot be read.
     """
     case = with_effects(case_of(case), effects)
     instrument = Instrument.of(noise)

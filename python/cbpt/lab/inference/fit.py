@@ -3,6 +3,7 @@
     Hypothesis  which forms of which effects are at work
     Fitter      fits hypotheses to one campaign
     Fit         the outcome
+    Race        fits under one noise, of which those far behind are given up
 
 The numbers of the drive and the calibrations are always free within their stated uncertainties.
 The fit is the most probable one (Gauss-Newton on whitened residuals and priors, bounds by
@@ -14,6 +15,7 @@ logarithm over their plausible range.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from copy import copy
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -41,8 +43,8 @@ _STEPS = 12
 _ENOUGH = 0.02
 # In log-likelihood: a departure from form that gains less needs no new look at the noise.
 _NOISE_WORTH = 2.0
-HOPELESS = 60.0
-"""A fit this much worse than the best under the same noise is left as it is."""
+_HOPELESS = 60.0
+"""In misfit: a search that stays this far above the best one under the same noise is given up."""
 
 
 @dataclass(frozen=True)
@@ -106,6 +108,8 @@ class Fit:
     """The same effects with other values or forms that the readings do not exclude; see `peaks`."""
     solved: bool = False
     """Whether others were looked for."""
+    reached: float = np.inf
+    """Misfit with priors at the end of the search under the noise that it began with."""
 
     def value(self, unknown: Unknown) -> float:
         """SI."""
@@ -153,18 +157,15 @@ class Fitter:
         if campaign.step_arcsec:
             # Rounding errors hide how much they scatter; what is stated stands.
             self.stated_dof = FIXED_DOF
-        # Play and friction of a torsion spring are no small change: a fit needs more steps, and how
-        # it begins does not say how it ends.
-        large = campaign.drive.kind == "torsion_spring"
-        self.steps = 4 * _STEPS if large else _STEPS
-        self.hopeless = np.inf if large else HOPELESS
-        self.bars: dict[Noise, float] = {}
-        """The smallest misfit reached under a noise; a fit that cannot come near it is not
-        polished.
-        """
+        # Play and friction of a torsion spring change the angle a lot, so a fit needs more steps.
+        self.steps = 4 * _STEPS if campaign.drive.kind == "torsion_spring" else _STEPS
         self.modulations = modulations(campaign.readings)
-        self.form_price: dict[str, float] = {}
-        """Log price of an effect's having several forms; filled in by who compares them."""
+
+    def with_angles(self, y_arcsec: Floats) -> Fitter:
+        """The same model and loads with other measured angles, shape (n,)."""
+        other = copy(self)
+        other.campaign = replace(self.campaign, y_arcsec=y_arcsec)
+        return other
 
     # --- what is free ---
 
@@ -236,8 +237,21 @@ class Fitter:
         start: Floats | None = None,
         noise: Noise | None = None,
         free_noise: bool = True,
+        bound: float = np.inf,
     ) -> Fit | None:
-        """The most probable values, from `start`; None where the model has no solution there."""
+        """The most probable values of a hypothesis; None where the model has no solution.
+
+        A pure function: nothing that was fitted before changes a bit of what it returns.
+
+        Parameters
+        ----------
+        start: values to begin with, shape (p,); neutral ones where None.
+        noise: the noise to begin with; white noise of the stated size where None.
+        free_noise: whether the noise is fitted too.
+        bound: a search whose misfit (`Fit.reached`) cannot come below this is given up: the fit is
+            then not converged and its evidence is a rough one. See `Race`.
+        """
+        self.model.cold()
         unknowns = self.unknowns(hypothesis)
         values = self.start(hypothesis, {}) if start is None else start.copy()
         noise = noise or Noise()
@@ -252,11 +266,9 @@ class Fitter:
         if point is None:
             return None
         search = _Search(self, unknowns, noise, 0.0, hypothesis.variants)
-        bar = self.bars.get(noise, np.inf) + self.hopeless
-        point, converged = search.run(point, bar)
+        point, converged = search.run(point, bound)
         reached = search.objective(point)
-        self.bars[noise] = min(reached, self.bars.get(noise, np.inf))
-        for _ in range(2 if free_noise and reached < bar else int(free_noise)):
+        for _ in range(2 if free_noise and reached < bound else int(free_noise)):
             y, x, precision = search.linear(point)
             before = noise
             noise, _ = fit_noise(
@@ -267,15 +279,16 @@ class Fitter:
                 self.campaign.rows,
                 noise,
                 self.stated_dof,
-                # What is out needs no finer noise to be out.
-                structures=reached < bar,
+                # A fit that was given up needs no finer noise.
+                structures=reached < bound,
             )
             search = _Search(self, unknowns, noise, 0.0, hypothesis.variants)
-            if _near(before, noise) or reached >= bar:
+            if _near(before, noise) or reached >= bound:
                 break
             point, converged = search.run(point)
         exact = search.outcome(hypothesis, point, converged)
-        return self._of_any_form(exact) if free_noise and search.formed else exact
+        found = self._of_any_form(exact) if free_noise and search.formed else exact
+        return replace(found, reached=reached)
 
     def _of_any_form(self, exact: Fit) -> Fit:
         """The evidence summed over how far the effects may depart from their forms; noise and
@@ -304,6 +317,7 @@ class Fitter:
 
     def misfit(self, hypothesis: Hypothesis, values: Floats, noise: Noise) -> float:
         """What a search from these values would start with; infinite where there is no solution."""
+        self.model.cold()
         point = self._at(values, ())
         if point is None:
             return np.inf
@@ -317,6 +331,7 @@ class Fitter:
     def at_nominal(self, fit: Fit) -> Fit:
         """The drive exactly as stated but for its zeros, seen through the noise of a fit."""
         search = _Search(self, (), fit.noise)
+        self.model.cold()
         return search.outcome(Hypothesis(), self.model.at(self.model.neutral), True)
 
     def linear(self, fit: Fit) -> tuple[Floats, Floats, Floats]:
@@ -338,6 +353,28 @@ class Fitter:
         point = self.model.at(values, [u.index for u in unknowns])
         known = np.isfinite(point.angle_arcsec).all() and np.isfinite(point.slopes).all()
         return point if known else None
+
+
+class Race:
+    """Fits that begin with one noise, each given up where it cannot come near the best before it.
+
+    The bound follows from the fits of this race alone.
+    """
+
+    def __init__(self, fitter: Fitter, noise: Noise) -> None:
+        self.fitter, self.noise = fitter, noise
+        # How a fit of play and friction begins does not say how it ends.
+        large = fitter.campaign.drive.kind == "torsion_spring"
+        self._room = np.inf if large else _HOPELESS
+        self._best = np.inf
+
+    def fit(self, hypothesis: Hypothesis, start: Floats, free_noise: bool = True) -> Fit | None:
+        """As `Fitter.fit`."""
+        bound = self._best + self._room
+        found = self.fitter.fit(hypothesis, start, self.noise, free_noise, bound)
+        if found is not None:
+            self._best = min(self._best, found.reached)
+        return found
 
 
 def _unknown_of_shape(index: int, name: str, shape: Shape) -> Unknown:
@@ -413,16 +450,16 @@ class _Search:
         margin = Margin.of(r, self.zeros, np.zeros(self.zeros.shape[1]))
         return margin.chi2 + float(self.precision @ self.off(point) ** 2)
 
-    def run(self, point: Point, bar: float = np.inf) -> tuple[Point, bool]:
+    def run(self, point: Point, bound: float = np.inf) -> tuple[Point, bool]:
         """Steps until none promises to gain, or until what the last one promises stays above
-        `bar`.
+        `bound`.
         """
         value = self.objective(point)
         for number in range(self.fitter.steps):
             step, promised = self.step(point)
             if promised < _ENOUGH:
                 return point, True
-            if number > 1 and value - 2 * promised > bar:
+            if number > 1 and value - 2 * promised > bound:
                 return point, False
             for _ in range(4):
                 candidate = self.moved(point, step)

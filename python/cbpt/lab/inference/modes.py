@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.inference.fit import Fit, Fitter, Hypothesis
+from cbpt.lab.inference.fit import Fit, Fitter, Hypothesis, Race
 from cbpt.lab.model.priors import Variant
 
 Floats = NDArray[np.float64]
@@ -38,16 +38,17 @@ def solved(fitter: Fitter, fit: Fit, forms: Sequence[Variant] = ()) -> Fit:
 
     forms: those to choose from; all of the library where empty.
     """
+    race = Race(fitter, fit.noise)
     rough: list[Fit] = []
     for variant in fit.hypothesis.variants:
         if variant.directed and fit.hypothesis.effects.count(variant.effect) == 1:
-            rough += _rough(fitter, fit, variant, forms or fitter.variants)
+            rough += _rough(race, fit, variant, forms or fitter.variants)
     if not rough:
         return replace(fit, solved=True)
     rough.sort(key=lambda f: -f.log_evidence)
     top = rough[0].log_evidence
     near = _distinct([f for f in rough if f.log_evidence > top - _POLISHED_WITHIN])[:_MOST]
-    fine = (fitter.fit(f.hypothesis, f.point.values, fit.noise) for f in near)
+    fine = (race.fit(f.hypothesis, f.point.values) for f in near)
     found = [fit, *(f for f in fine if f is not None and np.isfinite(f.log_evidence))]
     found.sort(key=lambda f: -f.log_evidence)
     best, *others = _distinct(found)
@@ -55,8 +56,9 @@ def solved(fitter: Fitter, fit: Fit, forms: Sequence[Variant] = ()) -> Fit:
     return replace(best, others=tuple(as_good), solved=True)
 
 
-def _rough(fitter: Fitter, fit: Fit, variant: Variant, forms: Sequence[Variant]) -> Iterator[Fit]:
+def _rough(race: Race, fit: Fit, variant: Variant, forms: Sequence[Variant]) -> Iterator[Fit]:
     """Under the noise of the fit, from the best starts of every form of one of its effects."""
+    fitter = race.fitter
     at = [fitter.place(variant.effect, size) for size in variant.sizes]
     amplitude = max(float(np.linalg.norm(fit.point.values[at])), variant.low)
     for form in forms:
@@ -66,7 +68,7 @@ def _rough(fitter: Fitter, fit: Fit, variant: Variant, forms: Sequence[Variant])
         starts = list(_starts(fitter, fit, hypothesis, form, amplitude))
         misfit = [fitter.misfit(hypothesis, s, fit.noise) for s in starts]
         for i in np.argsort(misfit)[:_STARTS].tolist():
-            got = fitter.fit(hypothesis, starts[i], fit.noise, free_noise=False)
+            got = race.fit(hypothesis, starts[i], free_noise=False)
             if got is not None and np.isfinite(got.log_evidence):
                 yield got
 

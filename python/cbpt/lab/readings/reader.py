@@ -56,28 +56,54 @@ def read_readings(
 ) -> Readings:
     """Read a table of readings.
 
-    source: the path of a text table (CSV), a workbook (xlsx, xls, ods), a MATLAB, TDMS or Parquet
-        file; or a mapping of column to values, a data frame (pandas, polars, pyarrow, ...), a
-        structured array or a data set of xarray, each column of shape (n,).
-    lever_arm_mm: radius at which the sensor reads; needed where the table has
-        `sensor_displacement_um` in place of the elastic angle, which is then atan(dh / h).
-    columns: what a header means, {"Moment": "torque_Nm"}; the unit may be any that is known
-        ("elastic_angle_deg"), and "extra" sets a column aside.
-    sheet: which sheet of a workbook, struct of a MATLAB file or group of a TDMS file; else the
-        first that has readings.
-    need_preload: whether a table without a preload is an error.
-    fill: what to take for every reading where the table has no such column: `preload_N`,
-        `input_angle_deg`. A note tells where it was taken. A plan has no angles yet and fills
-        `elastic_angle_arcsec` with NaN.
-    only: which readings to take, {"design": "conic", "preload_step": 3}: those whose cells in all
-        of these columns say so, as text or as a number.
-    by: a column whose cells are kept as `labels`, to divide the readings by.
+    Torque and elastic angle (or the displacement of a sensor) are needed. A run that is out of time
+    order is sorted, and a note says so.
 
-    Torque and elastic angle (or sensor displacement) are needed, in the units of
-    `cbpt.lab.readings.headers`. A run that is out of time order is sorted, which a note tells.
+    Parameters
+    ----------
+    source : path, mapping, data frame or data set
+        The path of a text table (CSV), a workbook (xlsx, xls, ods), or a MATLAB, TDMS or Parquet
+        file. Or columns in memory: a mapping of names to values, a data frame (pandas, polars,
+        pyarrow), a structured array or an xarray data set, each column of shape (n,).
+    lever_arm_mm : float, optional
+        Radius at which the displacement sensor reads, mm. A table with `sensor_displacement_um` in
+        place of the elastic angle needs it; the angle is then atan(displacement / lever arm).
+    columns : mapping of str to str, optional
+        What a header means, for example ``{"Moment": "torque_Nm"}``. The name may end in any known
+        unit (`elastic_angle_deg`); `extra` sets a column aside.
+    sheet : str, optional
+        Sheet of a workbook, struct of a MATLAB file or group of a TDMS file. Without it, the first
+        one that has readings is taken.
+    need_preload : bool
+        Whether a table without a preload is an error.
+    fill : mapping of str to float, optional
+        Value for every reading where the table has no such column: `preload_N`, `input_angle_deg`.
+        A note says where it was used.
+    only : mapping, optional
+        The readings to take, for example ``{"design": "conic", "preload_step": 3}``: rows whose
+        cells have these values, compared as text or as numbers.
+    by : str, optional
+        A column whose cells are kept as `labels`, to divide the readings by.
 
-    Raises ReadingsError with every mistake found, each with its line, column, value and what was
-    expected; TypeError if `source` is nothing that holds a table.
+    Returns
+    -------
+    Readings
+        Arrays of shape (n,), sorted by run and time.
+
+    Raises
+    ------
+    ReadingsError
+        The table has mistakes. The message has each one with line, column, value and what was
+        expected.
+    TypeError
+        `source` is nothing that holds a table.
+
+    Examples
+    --------
+    >>> import cbpt
+    >>> table = {"torque_Nm": [1, 2], "preload_N": [600, 600], "elastic_angle_arcsec": [2.5, 5.0]}
+    >>> len(cbpt.read_readings(table))
+    2
     """
     if lever_arm_mm is not None and not (math.isfinite(lever_arm_mm) and lever_arm_mm > 0):
         mistake = Mistake((), "lever_arm_mm", f"{lever_arm_mm!r}", "a length above 0")

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from cbpt.lab.readings.reader import Readings
+    from cbpt.lab.readings.readings import Readings
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -24,8 +24,9 @@ from cbpt.lab.inference.fit import Fit
 from cbpt.lab.model.discrepancy import FORM_ODDS
 from cbpt.lab.model.forward import DEFAULT_UNCERTAINTY
 from cbpt.lab.model.priors import PRIORS
-from cbpt.lab.selection.model_comparison import Competition, Names
+from cbpt.lab.selection.model_comparison import Competition
 from cbpt.lab.selection.patterns import Pattern
+from cbpt.lab.selection.setting import Names
 
 ODDS_LIMIT = 20.0
 """Posterior odds beyond which a rival is out."""

@@ -28,7 +28,7 @@ from cbpt.lab.model.own_terms import campaign_of, chosen
 from cbpt.lab.model.priors import Variant
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.selection.linear_screen import Screen, Signatures
-from cbpt.lab.selection.model_comparison import places, start_values
+from cbpt.lab.selection.starts import places, start_values
 
 Floats = NDArray[np.float64]
 
@@ -176,7 +176,7 @@ def _starts(fitter: Fitter, null: Fit, variants: Sequence[Variant]) -> Iterator[
     ]
     gains = (screen.gain(choice) for choice in product(*members))
     for gain in sorted(gains, key=lambda g: -g.log_odds)[:2]:
-        yield start_values(fitter, signatures, gain.members, gain.sizes)
+        yield start_values(fitter, [signatures[m] for m in gain.members], gain.sizes)
 
 
 def _numbers(fit: Fit) -> Iterator[Number]:

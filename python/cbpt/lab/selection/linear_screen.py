@@ -98,6 +98,8 @@ class Signatures:
         self, fit: Fit, names: dict[int, tuple[str, str]]
     ) -> tuple[Point, list[int], list[list[int]]]:
         """Slopes at the values of a fit, by which parameters, and where those of each entry are."""
+        # What was asked before changes no bit of the answer.
+        self.model.cold()
         values = self.model.neutral.copy()
         present = set(fit.hypothesis.effects) | self.numbers
         for i, (effect, name) in names.items():

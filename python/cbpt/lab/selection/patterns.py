@@ -17,6 +17,7 @@ from cbpt.lab.covariance.noise import Margin, Noise, Whitener, fit_noise
 from cbpt.lab.inference.fit import Fit, Fitter
 from cbpt.lab.model.discrepancy import FORM_ODDS
 from cbpt.lab.selection.lack_of_fit import Component, Structure
+from cbpt.lab.selection.ranking import ranked
 
 Floats = NDArray[np.float64]
 Names = tuple[str, ...]
@@ -113,7 +114,7 @@ def patterns_on(
             continue
         scores = structure.scores(structure.projected(seen.margin.y)[:, None])
         odds = structure.log_odds(scores)[:, 0]
-        for i in np.argsort(odds)[::-1][:_FAMILIES].tolist():
+        for i in ranked(odds.tolist())[:_FAMILIES]:
             if odds[i] > 1:
                 tried[i] = structure.families[i]
     y, x, precision = fitter.linear(fit)

@@ -5,10 +5,8 @@
 A set grows from the best part of it that the diagnosis fitted, one effect after the other, each in
 the form and from the sizes that the linear problem finds best: a fraction of a second, where the
 search of the diagnosis weighs all forms. One noise judges all, that of the answer. The effects are
-added in an order of their own, the likeliest first, and no search starts from the solutions of
-another (`Assembled.cold`): where the readings hardly tell effects apart, the rounding by which
-these differ decides where the search ends. So the fit of a set is the same, to the last bit,
-whatever was asked for before it.
+added in an order of their own, the likeliest first, so the fit of a set is the same, to the last
+bit, whatever was asked for before it.
 """
 
 from __future__ import annotations
@@ -28,7 +26,8 @@ from cbpt.lab.inference.fit import Fit, Fitter, Hypothesis
 from cbpt.lab.model.forward import Campaign
 from cbpt.lab.model.own_terms import campaign_of
 from cbpt.lab.selection.linear_screen import Gain, Screen, Signature, Signatures
-from cbpt.lab.selection.model_comparison import Names, places, start_values
+from cbpt.lab.selection.setting import Names
+from cbpt.lab.selection.starts import places, start_values
 
 Floats = NDArray[np.float64]
 # Starts that are tried for an effect of the user's own, of which nothing is known.
@@ -155,12 +154,12 @@ class Bench:
         own = effect in fitter.campaign.own
         best: Fit | None = None
         for gain in gains[: _STARTS if own else 1]:
-            variant = signatures[gain.members[0]].variant
-            hypothesis = Hypothesis((*base.hypothesis.variants, variant))
+            signature = signatures[gain.members[0]]
+            hypothesis = Hypothesis((*base.hypothesis.variants, signature.variant))
             # From a start that is too bold the search is long, and may end worse than it was
             # without.
             starts = [
-                start_values(fitter, signatures, gain.members, share * gain.sizes, base)
+                start_values(fitter, [signature], share * gain.sizes, base)
                 for share in (1.0, _TIMID)
             ]
             for start in sorted(starts, key=lambda s: self._misfit(hypothesis, s)):
@@ -173,18 +172,11 @@ class Bench:
         return best
 
     def _misfit(self, hypothesis: Hypothesis, start: Floats) -> float:
-        self.fitter.model.cold()
         return self.fitter.misfit(hypothesis, start, self.noise)
 
     def _polished(self, hypothesis: Hypothesis, start: Floats) -> Fit:
         """A choice of the user's is followed to its end however bad it is."""
-        self.fitter.model.cold()
-        hopeless = self.fitter.hopeless
-        try:
-            self.fitter.hopeless = np.inf
-            found = self.fitter.fit(hypothesis, start, self.noise, free_noise=False)
-        finally:
-            self.fitter.hopeless = hopeless
+        found = self.fitter.fit(hypothesis, start, self.noise, free_noise=False)
         if found is None:
             names = " + ".join(hypothesis.effects)
             raise InvalidInputError(f"{names}: the model has no solution with it at these loads")

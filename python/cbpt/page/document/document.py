@@ -72,7 +72,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive, effect_specs, own_effect_variables
-from cbpt.lab.diagnosis.sentence import moved
+from cbpt.lab.diagnosis.fit_text import moved
 from cbpt.lab.model.priors import PRIORS
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.set_points import settings
@@ -353,7 +353,7 @@ class Found:
         d = self.diagnosis
         if d is None:
             return None
-        from cbpt.lab.diagnosis.diagnosis import FAR_BELOW, LOOSE
+        from cbpt.lab.diagnosis.diagnosis_data import FAR_BELOW, LOOSE
 
         models = {entry["key"]: entry for entry in entries}
         final = d.final_rung

@@ -18,8 +18,9 @@ from threadpoolctl import threadpool_limits
 
 from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError
-from cbpt.lab.diagnosis.diagnosis import Diagnosis, log_total
+from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.diagnosis.fitted import case_with
+from cbpt.lab.diagnosis.ranking import log_total
 from cbpt.lab.diagnosis.sentence import name_of
 from cbpt.lab.inference.cross_validation import held_out_residual, rms
 from cbpt.lab.inference.estimates import parameters_of
@@ -29,7 +30,7 @@ from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.own_terms import campaign_of
 from cbpt.lab.model.priors import PRIORS
 from cbpt.lab.readings.reader import Readings
-from cbpt.lab.selection.model_comparison import Names
+from cbpt.lab.selection.setting import Names
 from cbpt.lab.wording.names import tell_tale
 from cbpt.lab.wording.numbers import display, shown
 from cbpt.page.document.bench import Bench

@@ -4,25 +4,29 @@
  * A report has its document inside; the workbench asks its server for it, and for more. The first
  * plot comes first, then the other sections, then the plotting library.
  *
- *   dom, numbers, api, store     elements, texts of numbers, the server, what is shown now
- *   figure, points, sketch       how plots are drawn and saved; one that stands before its library
- *   plotly                       the library
- *   drop                         files dropped on the page, however early
- *   readings                     the first plot
- *   sections                     all that is not needed for it:
- *     models, bar                which effects are on; their switches and the error left
- *     answer ... export          the other eight sections, in the order of the page
- *     upload, job                files and the diagnosis under way, in the workbench alone
+ *   lib/        what sections share
+ *     dom, numbers, api, store   elements, numbers as text, the server, what is shown now
+ *     figure, points, sketch     how plots are drawn and saved; one that stands before its library
+ *     drawing                    the drive to scale
+ *     plotly                     the library
+ *     models, casefile           which effects are on; the case file with them
+ *     drop                       files dropped on the page, however early
+ *   sections/   what is seen
+ *     readings                   the first plot
+ *     all                        everything that the first plot does not wait for:
+ *       bar                      the switches of effects and the error left
+ *       answer ... export        the other eight sections, in the order of the page
+ *       upload, job              files and the diagnosis under way, in the workbench alone
  */
 
 /** @import { PageDocument } from "./types.d.ts" */
-import { get, isLive } from "./api.js";
-import { trouble } from "./dom.js";
-import { listenToDrops } from "./drop.js";
-import { painted } from "./figure.js";
-import { plotlyAhead, plotlyReady } from "./plotly.js";
-import { setUpReadings } from "./readings.js";
-import { setDocument } from "./store.js";
+import { get, isLive } from "./lib/api.js";
+import { trouble } from "./lib/dom.js";
+import { listenToDrops } from "./lib/drop.js";
+import { painted } from "./lib/figure.js";
+import { plotlyAhead, plotlyReady } from "./lib/plotly.js";
+import { setUpReadings } from "./sections/readings.js";
+import { setDocument } from "./lib/store.js";
 
 /** Before anything else may go wrong silently. */
 addEventListener(
@@ -48,7 +52,7 @@ async function start() {
     performance.mark("cbpt-first-plot");
   }
   plotlyAhead();
-  const { setUpSections } = await import("./sections.js");
+  const { setUpSections } = await import("./sections/all.js");
   setUpSections();
   await plotlyReady().catch(() => {}); // each plot that waits for it says so
 }

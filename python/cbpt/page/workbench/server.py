@@ -3,7 +3,8 @@
     application     the ASGI application, guarded
 
     GET  /                      the page; with ?token= it sets the cookie first
-    GET  /page.css, /*.js       its files; /plotly.min.js from the plotly package
+    GET  /page.css, /main.js,   its files; /plotly.min.js from the plotly package
+         /lib/*.js, ...
     GET  /api/document          the document, or null
     POST /api/upload?name=      bytes of a file -> {ready, message, columns, quantities, sheets,
                                 problem};
@@ -33,7 +34,6 @@ import sys
 import traceback
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 from zlib import crc32
@@ -48,7 +48,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from cbpt.errors import CbptError
 from cbpt.page.document.plain import to_json
-from cbpt.page.report import plotly_path
+from cbpt.page.report import WEB, plotly_path
 from cbpt.page.workbench.guard import MOST_JSON_BYTES, Guard
 from cbpt.page.workbench.session import NotNow, Session
 from cbpt.page.workbench.uploads import MOST_BYTES, on_page
@@ -148,10 +148,11 @@ def _static(page: str) -> list[Route]:
     which it is known which workbench has sent it."""
     plotly = f"plotly.min.js?{_mark(plotly_path())}"
     found = []
-    for path in sorted(files("cbpt.page").joinpath("web").iterdir(), key=lambda p: p.name):
-        kind = _KINDS.get(path.name[path.name.rfind(".") :])
+    for path in sorted(WEB.rglob("*.*")):
+        kind = _KINDS.get(path.suffix)
         if kind:
-            address = "/" if path.name == "index.html" else f"/{path.name}"
+            name = path.relative_to(WEB).as_posix()
+            address = "/" if name == "index.html" else f"/{name}"
             content = path.read_text(encoding="utf-8")
             # Kept by the browser under a name that another version of the library has not.
             content = content.replace('"plotly.min.js"', f'"{plotly}"')

@@ -1,0 +1,146 @@
+"""What all pictures share.
+
+Points               readings as a picture takes them
+model_curves         the model as lines over the torque
+COLOURS, MARKERS     of settings, and of the ways of the torque
+check_picture_name   refuses an ending that is not known
+new_figure, save     a figure of matplotlib, and its file
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cbpt.errors import PlotError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+# Legible on white for every kind of colour vision (Okabe and Ito 2008).
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+MARKERS = {1: ("^", "torque rising"), -1: ("v", "torque falling"), 0: ("o", "torque held")}
+"""Marker and name of each direction of the torque."""
+_FORMATS = (".svg", ".png", ".pdf")
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """Readings as a picture takes them. Arrays have shape (n,) unless said."""
+
+    source: str
+    """The table they are from."""
+    torque_Nm: Floats
+    angle_arcsec: Floats
+    u_arcsec: Floats | None
+    """Standard uncertainty of the angle as stated; None where none is."""
+    direction: Ints
+    """+1 where the torque rises, -1 where it falls, 0 where it holds."""
+    run: Ints
+    setting: Ints
+    """What the rig was set to, counted from 0: preloads, else steps of the preload, else runs."""
+    setting_names: tuple[str, ...]
+    torque_set_point: Ints
+    """The set point of each torque, counted from the lowest."""
+    torque_set_points_Nm: Floats
+    """Their values, shape (k,)."""
+
+    def __len__(self) -> int:
+        return len(self.torque_Nm)
+
+    @property
+    def directions(self) -> Iterator[tuple[int, str, str]]:
+        """Those that occur: direction, marker and name."""
+        for way, (marker, name) in MARKERS.items():
+            if np.any(self.direction == way):
+                yield way, marker, name
+
+
+def model_curves(
+    points: Points, model_arcsec: Floats, memory: bool
+) -> Iterator[tuple[int, Floats, Floats]]:
+    """Setting, torque and angle of each line: the mean model at each set point of the torque.
+
+    One line for each setting; with memory one up and one down. The model may differ between input
+    angles too, and a line through all of its points would be a saw.
+    """
+    torque, count_of = points.torque_set_point, len(points.torque_set_points_Nm)
+    if 2 * count_of > len(points):
+        # Hardly a torque twice, as where it was measured and not set: the line follows the runs.
+        for run in np.unique(points.run):
+            rows = (points.run == run) & np.isfinite(model_arcsec)
+            if rows.any():
+                yield int(points.setting[rows][0]), points.torque_Nm[rows], model_arcsec[rows]
+        return
+    way = points.direction if memory else np.zeros(len(points), dtype=np.int64)
+    for setting in range(len(points.setting_names)):
+        for each in np.unique(way):
+            rows = (points.setting == setting) & (way == each) & np.isfinite(model_arcsec)
+            count = np.bincount(torque[rows], minlength=count_of)
+            sums = np.bincount(torque[rows], model_arcsec[rows], count_of)
+            there = count > 0
+            yield setting, points.torque_set_points_Nm[there], sums[there] / count[there]
+
+
+def draw_points(axes: Axes, points: Points, values: Floats, size: float) -> None:
+    """A marker for each reading: its colour is the setting, its form the direction."""
+    for setting in range(len(points.setting_names)):
+        for way, (marker, _) in MARKERS.items():
+            rows = (points.setting == setting) & (points.direction == way)
+            axes.plot(
+                points.torque_Nm[rows],
+                values[rows],
+                color=colour(setting),
+                ls="",
+                marker=marker,
+                ms=size,
+                alpha=0.65,
+                mew=0,
+            )
+
+
+def colour(setting: int) -> str:
+    """The colour of a setting; they come again after seven."""
+    return COLOURS[setting % len(COLOURS)]
+
+
+def check_picture_name(path: str | os.PathLike[str]) -> None:
+    """Refuse a file name whose ending is not known, before any work is done."""
+    if Path(path).suffix.lower() not in _FORMATS:
+        raise PlotError(f"{os.fspath(path)}: the name must end in {', '.join(_FORMATS)}")
+
+
+def new_figure(path: str | os.PathLike[str], width: float, height: float) -> Figure:
+    """A figure of so many inches, to be saved to `path`. Raises `PlotError` for a name whose ending
+    is not known, and without matplotlib."""
+    check_picture_name(path)
+    try:
+        from matplotlib.figure import Figure
+    except ImportError as error:
+        raise PlotError('drawing needs matplotlib: pip install "cbpt[plot]"') from error
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def bare(*axes: Axes) -> None:
+    """Take the frame off above and at the right."""
+    for each in axes:
+        each.spines[["top", "right"]].set_visible(False)
+
+
+def save(figure: Figure, path: str | os.PathLike[str]) -> None:
+    """Write a figure; the same picture is the same file, byte by byte."""
+    import matplotlib as mpl
+
+    with mpl.rc_context({"svg.hashsalt": "cbpt"}):
+        metadata = {"Date": None} if Path(path).suffix.lower() == ".svg" else None
+        figure.savefig(path, dpi=150, metadata=metadata)

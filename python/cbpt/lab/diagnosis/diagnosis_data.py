@@ -1,0 +1,112 @@
+"""The answer as data: what was judged, the fits before and after, how the error falls.
+
+Rung             one step of the ladder of errors
+DiagnosisData    the answer with all it rests on, without its words
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cbpt._core import Case, Drive
+from cbpt.lab.covariance.noise import Noise
+from cbpt.lab.inference.estimates import parameters_of
+from cbpt.lab.inference.fit import Fit
+from cbpt.lab.inference.residuals import without_zeros
+from cbpt.lab.readings.reader import Readings
+from cbpt.lab.selection.decision import Verdict
+from cbpt.lab.selection.model_comparison import Competition
+
+Floats = NDArray[np.float64]
+FAR_BELOW = 0.8
+LOOSE = (
+    "Held out, numbers are refitted to the other readings and an effect may depart a little from "
+    "its form; far below in sample it says that the form does not hold."
+)
+"""What an error held out far below the one in sample means."""
+
+
+@dataclass(frozen=True)
+class Rung:
+    """The error after one more thing was added to the model."""
+
+    added: str
+    """Empty for the drive exactly as stated."""
+    rmse_arcsec: float
+    held_out_rmse_arcsec: float
+    chi2_per_dof: float
+    of_effects: bool = False
+    """Whether the model has effects by name."""
+
+    @property
+    def loose(self) -> bool:
+        """Whether the error held out is far below the one in sample."""
+        return self.of_effects and self.held_out_rmse_arcsec < FAR_BELOW * self.rmse_arcsec
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class DiagnosisData:
+    """The answer with all it rests on."""
+
+    case: Case | Drive
+    readings: Readings
+    """Those that were judged, shape (n,)."""
+    competition: Competition = field(repr=False)
+    verdict: Verdict
+    before: Fit = field(repr=False)
+    """The drive exactly as stated, but for the zero."""
+    after: Fit = field(repr=False)
+    """The best that the answer offers."""
+    ladder: tuple[Rung, ...]
+    reached: int
+    """Rung of the model that the answer offers."""
+    held_out_by: str
+    fold: NDArray[np.int64] = field(repr=False)
+    notes: tuple[str, ...]
+    seed: int
+
+    @property
+    def model_before_arcsec(self) -> Floats:
+        """The drive as stated, with the best zero, shape (n,)."""
+        return self.readings.elastic_angle_arcsec - self.before.residual_arcsec
+
+    @property
+    def model_after_arcsec(self) -> Floats:
+        """The model the answer offers, shape (n,)."""
+        return self.readings.elastic_angle_arcsec - self.after.residual_arcsec
+
+    @property
+    def residual_before_arcsec(self) -> Floats:
+        """Shape (n,); zeros of runs taken off where the noise has them."""
+        c = self.competition.campaign
+        return without_zeros(c, self.before.residual_arcsec, self.noise)
+
+    @property
+    def residual_after_arcsec(self) -> Floats:
+        """Shape (n,); zeros of runs taken off where the noise has them."""
+        c = self.competition.campaign
+        return without_zeros(c, self.after.residual_arcsec, self.noise)
+
+    @property
+    def noise(self) -> Noise:
+        """The noise of the answer, through which all models are looked at: a fit without an effect
+        may take the effect for noise."""
+        return self.after.noise if self.verdict.pattern is None else self.verdict.pattern.noise
+
+    @property
+    def ladder_says(self) -> str | None:
+        """What to know to read the ladder; None where nothing on it is odd."""
+        return LOOSE if any(rung.loose for rung in self.ladder) else None
+
+    @property
+    def final_rung(self) -> Rung:
+        """The rung of the model that the answer offers."""
+        return self.ladder[self.reached]
+
+    def parameters(self, fit: Fit, effect: str) -> dict[str, dict[str, Any]]:
+        """Values of an effect's parameters in a fit, SI, with standard uncertainties."""
+        return parameters_of(fit, effect)

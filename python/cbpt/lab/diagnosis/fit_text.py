@@ -1,0 +1,75 @@
+"""What a fit found, in words: numbers that moved, and effects with more than one solution.
+
+moved            how far a number of drive or rig moved
+moved_numbers    all that moved by more than their standard uncertainty
+Several          an effect that other values, or another form, fit about as well
+solutions        the effects of a fit of which that holds
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from cbpt.lab.inference.fit import Fit
+from cbpt.lab.wording.numbers import shown
+
+_SHOWN_SOLUTIONS = 3
+
+
+def moved(number: str, fit: Fit) -> str:
+    """How far a fit has moved a number of drive or rig: `contact_stiffness -37.6 %`."""
+    u = next(u for u in fit.unknowns if u.name == number)
+    off = fit.value(u) - u.mean
+    by = f"{100 * off:+.1f} %" if number != "contact_angle" else f"{np.rad2deg(off):+.2f} deg"
+    return f"{number} {by}"
+
+
+def moved_numbers(fit: Fit, priors: Mapping[str, float]) -> str:
+    """Numbers that a fit moved by more than one of their standard uncertainties."""
+    parts = []
+    for u in fit.unknowns:
+        if u.name in priors and np.isfinite(u.sd) and abs(fit.value(u) - u.mean) > u.sd:
+            sigma = (fit.value(u) - u.mean) / u.sd
+            parts.append(f"{moved(u.name, fit)} ({sigma:+.1f} standard uncertainties)")
+    return ", ".join(parts)
+
+
+@dataclass(frozen=True)
+class Several:
+    """An effect with several solutions, which the readings cannot tell apart."""
+
+    effect: str
+    solutions: tuple[str, ...]
+    """Form and parameters of each, in words, the best first."""
+
+    def __str__(self) -> str:
+        more = len(self.solutions) - _SHOWN_SOLUTIONS
+        text = "; or ".join(self.solutions[:_SHOWN_SOLUTIONS])
+        rest = f", and {more} more" if more > 0 else ""
+        return (
+            f"{self.effect} has {len(self.solutions)} solutions that these readings cannot tell "
+            f"apart (odds within 20 : 1): {text}{rest}. So its parameters have no uncertainty"
+        )
+
+
+def solutions(fit: Fit) -> Iterator[Several]:
+    """Effects that fit about as well with other values or in another form."""
+    for effect in fit.hypothesis.effects if fit.others else ():
+        found = tuple(dict.fromkeys(_solution(f, effect) for f in (fit, *fit.others)))
+        if len(found) > 1:
+            yield Several(effect, found)
+
+
+def _solution(fit: Fit, effect: str) -> str:
+    variant = next(v for v in fit.hypothesis.variants if v.effect == effect)
+    sizes = [f"{effect}.{name}" for name in variant.sizes]
+    values = [
+        shown(effect, name, fit.value(u), fit.u(u) if fit.u(u) < u.upper - u.lower else None)
+        for name, full in zip(variant.sizes, sizes, strict=True)
+        for u in fit.unknowns
+        if u.name == full
+    ]
+    return f"{variant.name + ', ' if variant.name else ''}{', '.join(values)}"

@@ -1,0 +1,164 @@
+"""How far readings are from the model over some of the rows, and how likely that is.
+
+Misfit, misfit_of       bias, RMSE, largest error and chi-squared of some of the rows
+Group, groups_of        the misfit of a preload, torque range, direction, input angle or run
+p_value                 chance of such a misfit, judged by the stated uncertainty
+p_value_of              the same, judged by an uncertainty that was estimated
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cbpt.lab.covariance.repeatability import Repeats
+from cbpt.lab.covariance.within_run import Scatter
+from cbpt.lab.readings.reader import Readings
+from cbpt.lab.readings.set_points import levels_of
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+# As many values of a quantity as this are told one by one, more are told in ranges.
+_MOST_LEVELS = 12
+_MOST_TORQUES = 7
+_RANGES = 6
+
+
+@dataclass(frozen=True)
+class Misfit:
+    """How far readings are from the model over some rows. Angles in arcsec."""
+
+    readings: int
+    """Rows with a solution of the model."""
+    bias_arcsec: float
+    """Mean residual."""
+    excess_arcsec: float
+    """Mean residual counted in the direction of the torque: above 0 the drive is softer than the
+    model, below 0 stiffer. Rows without torque do not count."""
+    rmse_arcsec: float
+    """Root mean square of the residual."""
+    largest_error_arcsec: float
+    """The residual that is largest in size, with its sign."""
+    largest_error_line: int
+    """Its line in the file, or its row in data."""
+    chi2_per_dof: float | None
+    """Sum of squared residuals over their stated variances, per degree of freedom; near 1 where
+    the model explains the readings to within their uncertainty. None without a stated one."""
+
+
+@dataclass(frozen=True)
+class Group:
+    """The misfit of the rows that share a value, or a range, of one column."""
+
+    column: str
+    """`preload_N`, `torque_Nm`, `direction`, `input_angle_deg` or `run`."""
+    label: str
+    """The value or range, as text."""
+    low: float | None
+    """Lower end, both ends included; None where the column has no numbers."""
+    high: float | None
+    """Upper end."""
+    share_of_misfit: float
+    """Its part of the sum of squared residuals of all rows, 0 to 1."""
+    misfit: Misfit
+
+
+def misfit_of(readings: Readings, residual: Floats, rows: Mask, fitted: int = 0) -> Misfit | None:
+    r = residual[rows]
+    if not r.size:
+        return None
+    u = readings.u_elastic_angle_arcsec
+    sign = np.sign(readings.torque_Nm[rows])
+    largest = int(np.argmax(np.abs(r)))
+    chi2 = None
+    if u is not None and r.size > fitted:
+        chi2 = float(np.sum((r / u[rows]) ** 2) / (r.size - fitted))
+    return Misfit(
+        readings=int(r.size),
+        bias_arcsec=float(r.mean()),
+        excess_arcsec=float((r * sign).sum() / max(np.count_nonzero(sign), 1)),
+        rmse_arcsec=float(np.sqrt(np.mean(r**2))),
+        largest_error_arcsec=float(r[largest]),
+        largest_error_line=int(readings.line[rows][largest]),
+        chi2_per_dof=chi2,
+    )
+
+
+def p_value(readings: Readings, residual: Floats, rows: Mask, fitted: int) -> float | None:
+    u = readings.u_elastic_angle_arcsec
+    dof = np.count_nonzero(rows) - fitted
+    if u is None or dof <= 0:
+        return None
+    from scipy.special import chdtrc
+
+    return float(chdtrc(dof, np.sum((residual[rows] / u[rows]) ** 2)))
+
+
+def p_value_of(
+    known: Scatter | Repeats | None, readings: Readings, residual: Floats, rows: Mask, fitted: int
+) -> float | None:
+    """Judged by an uncertainty that was estimated, and is known to so many degrees of freedom."""
+    dof = np.count_nonzero(rows) - fitted
+    if known is None or dof <= 0 or not known.u_arcsec:
+        return None
+    from scipy.special import fdtrc
+
+    u = readings.u_elastic_angle_arcsec
+    sd = known.u_arcsec if u is None or known.ratio is None else u[rows] * known.ratio
+    return float(fdtrc(dof, known.dof, np.sum((residual[rows] / sd) ** 2) / dof))
+
+
+def groups_of(readings: Readings, residual: Floats, solved: Mask) -> Iterator[Group]:
+    total = float(np.sum(residual[solved] ** 2))
+    for column, label, low, high, rows in _divisions(readings):
+        misfit = misfit_of(readings, residual, rows & solved)
+        if misfit is not None:
+            share = float(np.sum(residual[rows & solved] ** 2)) / total if total else 0.0
+            yield Group(column, label, low, high, share, misfit)
+
+
+Division = tuple[str, str, float | None, float | None, Mask]
+
+
+def _divisions(readings: Readings) -> Iterator[Division]:
+    if readings.preload_N is not None:
+        yield from _of_numbers("preload_N", readings.preload_N, _MOST_LEVELS)
+    if readings.preload_step is not None:
+        for step in np.unique(readings.preload_step):
+            rows = readings.preload_step == step
+            if not rows.all():
+                yield "preload_step", str(step), None, None, rows
+    yield from _of_numbers("torque_Nm", readings.torque_Nm, _MOST_TORQUES)
+    direction = readings.direction()
+    for value, label in ((1, "rising"), (-1, "falling"), (0, "held")):
+        if np.any(direction == value) and np.any(direction != value):
+            yield "direction", label, float(value), float(value), direction == value
+    yield from _of_numbers("input_angle_deg", readings.input_angle_deg, _MOST_LEVELS)
+    for index in np.unique(readings.run_index):
+        rows = readings.run_index == index
+        if not rows.all():
+            yield "run", str(readings.run[rows][0]), None, None, rows
+
+
+def _of_numbers(column: str, values: Floats, most: int) -> Iterator[Division]:
+    levels = levels_of(values)
+    if len(levels) < 2:
+        return
+    index = levels.index
+    single = len(levels) <= most
+    if not single:
+        edges = np.linspace(levels.value[0], levels.value[-1], _RANGES + 1)
+        part = np.clip(np.searchsorted(edges, levels.value, side="right") - 1, 0, _RANGES - 1)
+        index = part[index]
+    for i in np.unique(index).tolist():
+        rows = index == i
+        # Adding 0 turns -0 into 0.
+        low, high = (float(end) + 0.0 for end in (values[rows].min(), values[rows].max()))
+        label = f"{low:g} to {high:g}"
+        if single:
+            label = f"{low:g}" if low == high else f"{levels.value[i]:.4g}"
+        yield column, label, low, high, rows

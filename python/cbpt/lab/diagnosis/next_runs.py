@@ -1,0 +1,172 @@
+"""The run that would decide what the readings leave open: document and text.
+
+next_runs   a case and its readings -> NextRuns
+ranked      the same of a diagnosis that has been made
+NextRuns    runs ranked by what they are expected to bring
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from cbpt._core import Case, Drive, text_table
+from cbpt.lab.diagnosis.deciding_runs import CANDIDATES, HARDLY, rank
+from cbpt.lab.diagnosis.diagnose import diagnose
+from cbpt.lab.diagnosis.diagnosis import Diagnosis
+from cbpt.lab.experiment.candidates import Limits, described
+from cbpt.lab.experiment.expected_gain import LIMIT, Suggested
+from cbpt.lab.experiment.plan import Plan
+from cbpt.lab.readings.reader import Readings
+from cbpt.lab.wording.versions import versions
+
+__all__ = ["NextRuns", "next_runs", "ranked"]
+
+SCHEMA = "cbpt.next_run/1"
+
+
+@dataclass(frozen=True, eq=False)
+class NextRuns:
+    """Runs ranked by what they are expected to bring. `report` says it in words."""
+
+    diagnosis: Diagnosis = field(repr=False)
+    open: Mapping[str, float]
+    """Hypotheses that are open, with the share of each among them."""
+    ranked: tuple[Suggested, ...]
+    why_none: str = ""
+    """Why no run is suggested, where none is."""
+    twins: tuple[tuple[str, str], ...] = ()
+    """Pairs that no reading of this rig tells apart."""
+
+    @property
+    def best(self) -> Suggested | None:
+        """The first of the runs."""
+        return self.ranked[0] if self.ranked else None
+
+    def plan(self) -> Plan | None:
+        """The best run as a plan."""
+        return Plan.of_runs([self.ranked[0].run]) if self.ranked else None
+
+    def runs_like_it(self) -> int | None:
+        """About how many such runs the closest pair needs, were each to bring as much."""
+        if self.best is None:
+            return None
+        least = min(g for pair, g in self.best.pairs.items() if pair not in self.twins)
+        return int(np.ceil(LIMIT / max(least, 1e-9))) if least > HARDLY else None
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON document as plain values."""
+        return {
+            "schema": SCHEMA,
+            "seed": self.diagnosis.seed,
+            "versions": versions(),
+            "data_sha256": self.diagnosis.readings.sha256,
+            "source": self.diagnosis.readings.source,
+            "open": dict(self.open),
+            "why_none": self.why_none,
+            "twins": [list(pair) for pair in self.twins],
+            "runs": [
+                {
+                    **vars(s.run),
+                    "direction": described(s.run),
+                    "gain": s.gain,
+                    "separates": s.separates,
+                    "pairs": [{"between": list(p), "gain": g} for p, g in s.pairs.items()],
+                }
+                for s in self.ranked
+            ],
+        }
+
+    def to_json(self) -> str:
+        """The document as text."""
+        return json.dumps(self.to_dict(), indent=2, allow_nan=False, default=float)
+
+    def report(self, most: int = 5) -> str:
+        """In words and a table of the best runs."""
+        return "\n".join(self._lines(most))
+
+    def _lines(self, most: int) -> Iterator[str]:
+        yield self.diagnosis.sentence
+        if self.open:
+            shares = ", ".join(f"{name} {share:.2f}" for name, share in self.open.items())
+            yield f"Open: {shares}."
+        for one, other in self.twins:
+            yield f"No run on this rig can tell {one} from {other}: they are one to any reading."
+        if self.why_none:
+            yield self.why_none
+        if not self.ranked:
+            return
+        table = []
+        for s in self.ranked[:most]:
+            d = s.to_dict()
+            peak, angles = f"{d['torque_Nm']:g}", s.run.input_angle_deg
+            table.append(
+                [
+                    f"{s.run.preload_N:g}",
+                    peak,
+                    d["direction"],
+                    f"{angles[0]:g}" if len(angles) == 1 else "a turn",
+                    f"{s.gain:.1f}",
+                    ", ".join(d["separates"]),
+                ]
+            )
+        yield f"Expected log odds of what is true against the others ({LIMIT:.1f} decide):"
+        headers = ["preload_N", "torque_Nm", "torque goes", "input_angle_deg", "gain", "separates"]
+        yield text_table(headers, table)
+        count = self.runs_like_it()
+        if count is not None and count > 1:
+            yield f"About {count} such runs would decide between the closest two."
+
+    def __repr__(self) -> str:
+        return self.report()
+
+
+def next_runs(
+    case: Case | Drive | str | os.PathLike[str] | Mapping[str, Any],
+    data: Readings | str | os.PathLike[str] | Mapping[str, ArrayLike],
+    *,
+    columns: Mapping[str, str] | None = None,
+    limits: Limits | None = None,
+    most: int = CANDIDATES,
+    seed: int = 0,
+) -> NextRuns:
+    """Diagnose the readings, and rank the runs that could decide between the open explanations.
+
+    Parameters
+    ----------
+    case : Case, Drive, path or dict
+        The drive, as in `compare`.
+    data : Readings, path, mapping or data frame
+        The table of readings, as `read_readings` takes it.
+    columns : mapping of str to str, optional
+        What headers of the table mean, as in `read_readings`.
+    limits : Limits, optional
+        What the rig can do. Without it, a quarter more than it did in these readings.
+    most : int
+        The number of candidate runs.
+    seed : int
+        Seed of the candidates and of the diagnosis. The same seed gives the same result.
+
+    Returns
+    -------
+    NextRuns
+        The runs, the one with the largest expected gain of log odds first.
+
+    Raises
+    ------
+    CaseError, ReadingsError, InvalidInputError
+        As in `diagnose`.
+    """
+    return ranked(diagnose(case, data, columns=columns, seed=seed), limits, most)
+
+
+def ranked(d: Diagnosis, limits: Limits | None = None, most: int = CANDIDATES) -> NextRuns:
+    """Rank the runs that could decide what a diagnosis leaves open."""
+    found = rank(d, limits, most)
+    return NextRuns(d, found.open, found.ranked, found.why_none, found.twins)

@@ -1,0 +1,98 @@
+"""Single effects side by side: how probable each is alone, and what it looks like most.
+
+ranking      every single effect that was fitted, the most probable first
+log_total    logarithm of the sum of all odds
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
+from cbpt.lab.inference.cross_validation import held_out_residual, rms
+from cbpt.lab.inference.fit import Fit
+from cbpt.lab.selection.decision import CLASSES
+from cbpt.lab.selection.linear_screen import Screen
+from cbpt.lab.selection.model_comparison import Competition
+
+
+def ranking(d: DiagnosisData) -> list[dict[str, Any]]:
+    """Every single effect that was fitted, the most probable first."""
+    c = d.competition
+    total = log_total(c)
+    # Signatures as the drive without effects shows them, looked at through the final noise.
+    null = c.fitter.look(c.fits[()], d.after.noise)
+    screen = Screen(null, c.library.about(null, c.names, secants=False))
+    best = d.verdict.names
+    rows = []
+    singles = sorted((n for n in c.fits if len(n) == 1), key=lambda n: -c.log_odds[n])
+    for names in singles:
+        fit, effect = c.fits[names], names[0]
+        seen = c.fitter.look(fit, d.noise)
+        member = _member(screen, fit)
+        rival, correlation = _rival(screen, member, c)
+        rows.append(
+            {
+                "effect": effect,
+                "class": CLASSES.get(effect, "effect"),
+                "parameters": d.parameters(fit, effect),
+                "held_out_rmse_arcsec": rms(held_out_residual(c.fitter, seen, d.fold)),
+                "p_value": c.p_value(names),
+                "probability": float(np.exp(c.log_odds[names] - total)),
+                "surviving_fraction": _surviving(screen, member),
+                "rival": rival,
+                "rival_correlation": correlation,
+                "in_answer": effect in best,
+            }
+        )
+    return rows
+
+
+def log_total(c: Competition) -> float:
+    """Logarithm of the sum of all odds."""
+    all_odds = np.array([*c.log_odds.values(), *c.pattern_log_odds[:1]])
+    top = float(all_odds.max())
+    return top + float(np.log(np.exp(all_odds - top).sum()))
+
+
+def _member(screen: Screen, fit: Fit) -> int | None:
+    """The signature nearest to a fit's shapes."""
+    variant = fit.hypothesis.variants[0]
+    shapes = {
+        u.name.partition(".")[2]: fit.value(u)
+        for u in fit.unknowns
+        if u.name.startswith(variant.effect + ".")
+    }
+    found = [
+        (sum(abs(np.log(max(shapes.get(n, v), 1e-300) / v)) for n, v in s.shapes.items()), m)
+        for m, s in enumerate(screen.signatures)
+        if s.variant == variant and screen.usable(m)
+    ]
+    return min(found)[1] if found else None
+
+
+def _surviving(screen: Screen, member: int | None) -> float | None:
+    return None if member is None else float(screen.surviving[screen.places[member]].max())
+
+
+def _rival(screen: Screen, member: int | None, c: Competition) -> tuple[str | None, float | None]:
+    """The other effect whose signature looks most like this one after the refit."""
+    if member is None or screen.signatures[member].variant.spread:
+        return None, None
+    own = screen.places[member]
+    best: tuple[str | None, float | None] = (None, None)
+    for m, s in enumerate(screen.signatures):
+        same = s.variant.effect == screen.signatures[member].variant.effect
+        # A lot of balls can look like nearly everything, so it says nothing as a rival.
+        if same or s.variant.spread or not screen.usable(m):
+            continue
+        place = screen.places[m]
+        a = np.linalg.cholesky(screen.gram[own, own])
+        b = np.linalg.cholesky(screen.gram[place, place])
+        cross = np.linalg.solve(a, np.linalg.solve(b, screen.gram[place, own]).T)
+        correlation = float(min(np.linalg.svd(cross, compute_uv=False)[0], 1.0))
+        if best[1] is None or correlation > best[1]:
+            best = (s.variant.effect, correlation)
+    return best

@@ -1,0 +1,67 @@
+"""Where a full fit starts: the sizes that the linear screen found, at their places in the model.
+
+places        effect and parameter of each value of a model
+start_values  the values to start a fit from
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cbpt.lab.inference.fit import Fit, Fitter, Hypothesis
+from cbpt.lab.model.priors import LOT
+from cbpt.lab.selection.linear_screen import Signature
+
+Floats = NDArray[np.float64]
+
+
+def places(fitter: Fitter) -> dict[int, tuple[str, str]]:
+    """(effect, parameter) of each value; of a ball of a lot with its number, `3.oversize_m`."""
+    found = {}
+    for (instance, name), i in fitter.model.places.items():
+        effect = fitter.effects[instance]
+        number = instance - fitter.effects.index(LOT) if effect == LOT else 0
+        found[i] = effect, f"{number}.{name}" if effect == LOT else name
+    return found
+
+
+def start_values(
+    fitter: Fitter, signatures: Sequence[Signature], sizes: Floats, base: Fit | None = None
+) -> Floats:
+    """Values to start a fit of some signatures from, cut to what is plausible, shape (p,).
+
+    Parameters
+    ----------
+    signatures: one of each effect.
+    sizes: their sizes one after the other, as `Gain.sizes`.
+    base: a fit whose values are kept for everything that it has.
+    """
+    hypothesis = Hypothesis(tuple(s.variant for s in signatures))
+    given: dict[str, float] = {}
+    at = 0
+    for s in signatures:
+        v = s.variant
+        width = s.columns.shape[1]
+        found = s.sizes(sizes[at : at + width])
+        at += width
+        for name, size, ratio in zip(
+            v.sizes, found, v.ratios or (1.0,) * len(v.sizes), strict=True
+        ):
+            most = 0.5 * v.high * ratio if not v.spread else 4 * v.spread
+            given[f"{v.effect}.{name}"] = fitter.neutral(v.effect, name) + float(
+                np.clip(size, -most, most)
+            )
+        given |= {f"{v.effect}.{name}": value for name, value in s.shapes.items()}
+    values = fitter.start(hypothesis, given)
+    if base is not None:
+        kept = [u.index for u in base.unknowns]
+        values[kept] = base.point.values[kept]
+        for name, value in given.items():
+            effect, _, parameter = name.partition(".")
+            if effect not in base.hypothesis.effects:
+                i = fitter.place(effect, parameter)
+                values[i] = np.clip(value, fitter.model.lower[i], fitter.model.upper[i])
+    return values

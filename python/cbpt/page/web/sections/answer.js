@@ -1,0 +1,230 @@
+/** 1. The sentence of the answer, how sure it is, what it rests on, the error before and after. */
+
+/** @import { Child, PageDocument } from "../types.d.ts" */
+import { bar, bodyOf, byId, el, fill, svg } from "../lib/dom.js";
+import { nameOf, probability, readable, text } from "../lib/numbers.js";
+import { show } from "../lib/models.js";
+import { documentShown, modelOf, on, setModel, size, state } from "../lib/store.js";
+
+const KINDS = /** @type {Record<string, string>} */ ({
+  effect: "an effect is missing",
+  parameter: "a number of the drive is off",
+  rig: "the instrument is off",
+  ambiguous: "rivals that these readings do not tell apart",
+  unknown: "missing, and not in the library",
+  complete: "nothing is missing",
+});
+// More notes than this are folded.
+const MOST_NOTES = 3;
+
+export function setUpAnswer() {
+  on(["document", "unit"], draw);
+}
+
+function draw() {
+  const whole = documentShown();
+  document.title = `${whole.data.name} – CBPT`;
+  fill(byId("product-version"), whole.product.version);
+  fill(
+    byId("what"),
+    el("b", {}, whole.data.name),
+    ` · ${whole.data.rows} readings against `,
+    el("b", {}, whole.case.name),
+  );
+  fill(
+    byId("foot"),
+    el(
+      "p",
+      {},
+      `CBPT ${whole.product.version}. Readings ${whole.data.sha256.slice(0, 16)}, case ${
+        whole.case.sha256.slice(0, 16)
+      } (SHA-256). Every number here is in the answer's JSON document.`,
+    ),
+  );
+  fill(bodyOf("answer"), whole.answer ? found(whole) : waiting(whole));
+}
+
+/** @param {PageDocument} whole */
+function waiting(whole) {
+  const stated = whole.models[0];
+  return el(
+    "div",
+    { class: "card" },
+    el(
+      "p",
+      { class: "sentence" },
+      `As stated, the model is ${size(stated.rmse_arcsec)} ${state.unit} off.`,
+    ),
+    el(
+      "p",
+      { class: "quiet" },
+      whole.reasons.answer ?? "Which effect is missing has not been asked yet.",
+    ),
+    notes(whole),
+  );
+}
+
+/** @param {PageDocument} whole */
+function found(whole) {
+  const { verdict, before, after, noise } = whole.answer;
+  // What does not explain the readings is no "after".
+  const explained = whole.answer_key !== null;
+  const moved = explained && before.rmse_arcsec !== after.rmse_arcsec;
+  const best = (/** @type {number | null} */ v) =>
+    explained ? "" : `; the best of the library leaves ${size(v)}, which does not explain it`;
+  const floor = whole.noise.noise_floor_arcsec;
+  return el(
+    "div",
+    { class: "card" },
+    el("p", { class: "sentence", id: "sentence" }, worded(verdict.sentence)),
+    el(
+      "dl",
+      { class: "facts" },
+      fact(
+        "Probability of this answer",
+        probability(verdict.probability),
+        `${KINDS[verdict.kind] ?? verdict.kind}; all that was weighed sums to 1`,
+        el("div", { class: "bar" }, bar(verdict.probability)),
+      ),
+      fact(
+        moved ? "Error before → after" : explained ? "Error" : "Error as stated",
+        moved
+          ? `${size(before.rmse_arcsec)} → ${size(after.rmse_arcsec)}`
+          : size(before.rmse_arcsec),
+        `${state.unit}, in sample${best(after.rmse_arcsec)}`,
+        explained && fall(before.rmse_arcsec, after.rmse_arcsec, floor),
+      ),
+      explained && fact(
+        "Held out before → after",
+        `${size(before.held_out_rmse_arcsec)} → ${size(after.held_out_rmse_arcsec)}`,
+        `${state.unit}, by ${whole.answer.held_out_by}`,
+        fall(before.held_out_rmse_arcsec, after.held_out_rmse_arcsec, floor),
+      ),
+      fact(
+        "Noise floor",
+        size(floor),
+        floor === null
+          ? whole.noise.noise_floor_of
+          : `${state.unit}, ${whole.noise.noise_floor_of}; ${noise.model.map(nameOf).join(", ")}`,
+      ),
+      fact(
+        "χ² / dof",
+        explained
+          ? `${text(before.chi2_per_dof)} → ${text(after.chi2_per_dof)}`
+          : text(before.chi2_per_dof),
+        "1 is what noise alone leaves",
+      ),
+    ),
+    el(
+      "div",
+      { class: "stack" },
+      restsOn(verdict.rests_on),
+      notes(whole),
+      el(
+        "div",
+        { class: "row no-print" },
+        whole.answer_key && whole.answer_key !== "stated" && el(
+          "button",
+          {
+            type: "button",
+            class: "main",
+            id: "show-answer",
+            onclick: () => {
+              const effects = whole.models.find((m) => m.key === whole.answer_key)?.effects ?? [];
+              if (effects.length) show(effects);
+              else if (whole.answer_key) setModel(whole.answer_key);
+            },
+          },
+          "Show the model of the answer",
+        ),
+        !explained && modelOf("unknown") && el(
+          "button",
+          {
+            type: "button",
+            class: "main",
+            id: "show-pattern",
+            onclick: () => setModel("unknown"),
+          },
+          "Show the pattern without a name",
+        ),
+        whole.own.draft && el("a", { href: "#own" }, "A first draft of the missing term"),
+        el("span", { class: "small quiet" }, noise.u_says),
+      ),
+    ),
+  );
+}
+
+/** @param {string} name @param {string} value @param {string} more @param {Child} [picture] */
+function fact(name, value, more, picture) {
+  return el(
+    "div",
+    {},
+    el("dt", {}, name),
+    el("dd", {}, value, picture, el("small", {}, more)),
+  );
+}
+
+/** The sentence with names for keys, the numbers of the effects lighter than what is found. @param {string} sentence */
+function worded(sentence) {
+  return readable(sentence.replaceAll("+-", "±")).split(/(\([^()]*±[^()]*\))/).map((part, k) =>
+    k % 2 ? el("span", { class: "aside" }, part) : part
+  );
+}
+
+/**
+ * Two bars, of the error before and after, and the noise across them.
+ * @param {number | null} before @param {number | null} after @param {number | null} floor
+ */
+function fall(before, after, floor) {
+  if (before === null || after === null) return null;
+  const most = Math.max(before, after);
+  const across = (/** @type {number} */ v) => `${(100 * Math.min(1, v / most)).toFixed(1)}%`;
+  const line = floor === null ? null : across(floor);
+  return svg(
+    "svg",
+    { class: "fall", width: "100%", height: 18, "aria-hidden": "true" },
+    svg("rect", { class: "was", width: across(before), y: 1, height: 6, rx: 2 }),
+    svg("rect", { class: "is", width: across(after), y: 10, height: 6, rx: 2 }),
+    line && svg("line", { class: "noise", x1: line, x2: line, y1: 0, y2: 18 }),
+  );
+}
+
+/** @param {{ number: string, prior: number, needed_shift_sigma: number }[]} numbers */
+function restsOn(numbers) {
+  if (!numbers.length) {
+    return el(
+      "p",
+      { class: "small quiet" },
+      "It rests on the readings alone: no stated number would explain the same by being off.",
+    );
+  }
+  return el(
+    "div",
+    {},
+    el("h2", { class: "minor" }, "What it rests on"),
+    el(
+      "ul",
+      { class: "plain small" },
+      numbers.map((r) =>
+        el(
+          "li",
+          {},
+          `${r.number.replaceAll("_", " ")}, stated to ${text(r.prior, 2)}: if it were off by ${
+            text(Math.abs(r.needed_shift_sigma), 2)
+          } standard uncertainties${
+            numbers.length > 1 ? ", together with the others here," : ""
+          } it would explain the same.`,
+        )
+      ),
+    ),
+  );
+}
+
+/** @param {PageDocument} whole */
+function notes(whole) {
+  const { notes } = whole.data;
+  if (!notes.length) return null;
+  const list = el("ul", { class: "plain small quiet" }, notes.map((n) => el("li", {}, n)));
+  if (notes.length <= MOST_NOTES) return list;
+  return el("details", {}, el("summary", {}, `${notes.length} notes on the readings`), list);
+}
