@@ -14,7 +14,8 @@ from pathlib import Path
 import numpy as np
 
 import cbpt
-from cbpt.lab.model.forward import Assembled, Campaign
+from cbpt.lab.model.dataset import Campaign
+from cbpt.lab.model.forward import Assembled
 
 DATA = Path(__file__).parents[1] / "tests" / "data" / "hidden_effect"
 ROUNDS = 15

@@ -28,7 +28,7 @@ import cbpt
 from cbpt.lab.diagnosis.diagnose import diagnose
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.inference.cross_validation import held_out_residual, rms
-from cbpt.lab.inference.fit import Fit
+from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.model import spring_priors as reach
 from cbpt.lab.model.priors import Variant
 from trial.families import Family, make_trial

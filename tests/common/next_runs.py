@@ -17,7 +17,7 @@ from cbpt.lab.diagnosis.deciding_runs import DECIDED, open_hypotheses
 from cbpt.lab.experiment.candidates import candidates, limits_of
 from cbpt.lab.experiment.expected_gain import LIMIT, Prospect, prospect
 from cbpt.lab.experiment.plan import Plan, PlannedRun, sequence
-from cbpt.lab.selection.decision import TWINS
+from cbpt.lab.model.priors import TWINS
 
 HIDDEN: list[tuple[str, dict[str, float]]] = [
     ("eccentric_bearing", {"reference_deflection_um": 0.15}),

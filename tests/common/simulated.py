@@ -10,9 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt import read_readings
-from cbpt.lab.covariance.noise import Noise, Rows
-from cbpt.lab.inference.fit import Fitter, Hypothesis
-from cbpt.lab.model.forward import Assembled, Campaign
+from cbpt.lab.covariance.linear_gaussian import Noise, Rows
+from cbpt.lab.inference.fit import Fitter
+from cbpt.lab.inference.hypothesis import Hypothesis
+from cbpt.lab.model.dataset import Campaign
+from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.priors import PRIORS, VARIANTS, Variant
 from common.comparisons import columns_of, drive_of
 

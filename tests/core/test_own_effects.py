@@ -21,7 +21,8 @@ from cbpt import Case, CaseError, InvalidInputError, ReadingsError, effects
 from cbpt._core import OwnEffect, Predictor
 from cbpt.cli import main as commands
 from cbpt.lab.diagnosis.diagnose import diagnose
-from cbpt.lab.inference.fit import Fitter, Hypothesis
+from cbpt.lab.inference.fit import Fitter
+from cbpt.lab.inference.hypothesis import Hypothesis
 from cbpt.lab.model.own_terms import campaign_of, variant_of
 from common.comparisons import columns_of
 from common.hidden import FOLDER, TRUTH, case_of, diagnosed

@@ -16,10 +16,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cbpt.lab.covariance.noise import Noise
-from cbpt.lab.inference.fit import Unknown
+from cbpt.lab.covariance.linear_gaussian import Noise
+from cbpt.lab.inference.hypothesis import Unknown
+from cbpt.lab.model.dataset import DEFAULT_UNCERTAINTY
 from cbpt.lab.model.discrepancy import FORM_ODDS
-from cbpt.lab.model.forward import DEFAULT_UNCERTAINTY
 from cbpt.lab.model.priors import PRIORS
 from cbpt.lab.selection.decision import (
     ODDS_LIMIT,

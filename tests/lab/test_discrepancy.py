@@ -9,9 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cbpt.lab.inference.fit import Fit, Fitter, Hypothesis
+from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.inference.fit import Fitter
+from cbpt.lab.inference.hypothesis import Hypothesis
+from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.discrepancy import FORM_ODDS, form_columns, modulations
-from cbpt.lab.model.forward import Campaign
 from cbpt.lab.selection.fit_effects import best_fit
 from common.simulated import plan, truth, variant_of
 

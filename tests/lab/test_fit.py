@@ -13,8 +13,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import cbpt
-from cbpt.lab.covariance.noise import Noise
-from cbpt.lab.inference.fit import Fit, Fitter, Hypothesis, Race
+from cbpt.lab.covariance.linear_gaussian import Noise
+from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.inference.fit import Fitter, Race
+from cbpt.lab.inference.hypothesis import Hypothesis
 from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.own_terms import campaign_of
 from cbpt.lab.model.priors import ARCSEC, PRIORS, VARIANTS

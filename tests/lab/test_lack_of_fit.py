@@ -13,10 +13,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cbpt import read_readings
-from cbpt.lab.covariance.noise import Noise, Whitener
+from cbpt.lab.covariance.linear_gaussian import Noise, Whitener
 from cbpt.lab.covariance.outliers import looseness
-from cbpt.lab.inference.fit import Fit, Fitter, Hypothesis
-from cbpt.lab.model.forward import Campaign
+from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.inference.fit import Fitter
+from cbpt.lab.inference.hypothesis import Hypothesis
+from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.priors import VARIANTS
 from cbpt.lab.selection.lack_of_fit import (
     Structure,

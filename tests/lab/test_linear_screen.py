@@ -11,9 +11,12 @@ from functools import cache
 import numpy as np
 import pytest
 
-from cbpt.lab.covariance.noise import Noise
-from cbpt.lab.inference.fit import Fit, Fitter, Hypothesis
-from cbpt.lab.model.forward import Assembled, Campaign
+from cbpt.lab.covariance.linear_gaussian import Noise
+from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.inference.fit import Fitter
+from cbpt.lab.inference.hypothesis import Hypothesis
+from cbpt.lab.model.dataset import Campaign
+from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.priors import ARCSEC, PRIORS, VARIANTS, Variant
 from cbpt.lab.selection.linear_screen import Screen, Signature, Signatures
 from cbpt.lab.selection.starts import places

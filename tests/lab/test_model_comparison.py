@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cbpt.lab.inference.fit import Fitter, Hypothesis
+from cbpt.lab.inference.fit import Fitter
+from cbpt.lab.inference.hypothesis import Hypothesis
 from cbpt.lab.selection.model_comparison import _Contest, _Offers
 from cbpt.lab.selection.ranking import ranked
 from cbpt.lab.selection.setting import prepare

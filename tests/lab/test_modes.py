@@ -18,7 +18,7 @@ from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.diagnosis.fitted import fit
 from cbpt.lab.diagnosis.sparse_term import dictionary
 from cbpt.lab.experiment.simulate import simulate
-from cbpt.lab.inference.fit import Fit
+from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.readings.reader import Readings
 
 DRIVE = """

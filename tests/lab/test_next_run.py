@@ -14,7 +14,7 @@ import pytest
 import cbpt
 from cbpt import InvalidInputError, Limits, NextRuns, read_plan
 from cbpt.cli import main as commands
-from cbpt.lab.covariance.noise import Noise, Rows
+from cbpt.lab.covariance.linear_gaussian import Noise, Rows
 from cbpt.lab.diagnosis.deciding_runs import next_run, open_hypotheses
 from cbpt.lab.diagnosis.next_runs import ranked
 from cbpt.lab.diagnosis.unexplained import measure_next

@@ -12,19 +12,15 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from scipy.optimize import minimize
 
-from cbpt.lab.covariance.noise import (
+from cbpt.lab.covariance.fit_noise import (
     FIXED_DOF,
     LEAST_SCALE,
     PRICE,
     STATED_DOF,
-    Margin,
-    Noise,
-    Rows,
-    Whitener,
     fit_noise,
-    log_likelihood,
     log_scale_prior,
 )
+from cbpt.lab.covariance.linear_gaussian import Margin, Noise, Rows, Whitener, log_likelihood
 from common.drives import examples
 from common.simulated import Floats, dense, sample
 

@@ -19,7 +19,8 @@ import cbpt
 from cbpt import InvalidInputError
 from cbpt.cli import main as commands
 from cbpt.lab.inference.budget import READINGS, Budget
-from cbpt.lab.inference.fit import Fit, Fitter
+from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.prediction import angle_at
 from cbpt.lab.inference.results import Result, Results, results_of
 from cbpt.lab.model.priors import PRIORS

@@ -24,7 +24,7 @@ from cbpt import Comparison, Readings, compare, read_readings
 from cbpt.cli.main import main
 from cbpt.errors import PlotError
 from cbpt.figures.diagnosis import DiagnosisPicture, draw_diagnosis
-from cbpt.lab.covariance.noise import Noise, Rows, Whitener
+from cbpt.lab.covariance.linear_gaussian import Noise, Rows, Whitener
 from cbpt.lab.covariance.within_run import estimate
 from cbpt.lab.readings.points import points_of
 from cbpt.lab.readings.set_points import levels_of

@@ -10,7 +10,7 @@ import pytest
 import cbpt
 from cbpt import InvalidInputError, NoSolutionError, PlanError, read_plan, read_readings, simulate
 from cbpt.cli import main as commands
-from cbpt.lab.covariance.noise import Rows
+from cbpt.lab.covariance.linear_gaussian import Rows
 from cbpt.lab.experiment.simulate import NOISES, Instrument
 
 TOP = Path(__file__).parents[2]

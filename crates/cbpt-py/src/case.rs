@@ -7,17 +7,15 @@ use cbpt_cli::case::{Case as RustCase, Zero};
 use cbpt_cli::formula::Formula;
 use cbpt_core::design;
 use cbpt_core::effect::OwnEffect as _;
-use cbpt_core::sweep::Progress;
-use cbpt_core::{InvalidInput, Load, Reducer, Severity, TorsionSpring};
+use cbpt_core::{InvalidInput, Load};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 use serde_json::{Map, Number, Value};
 
 use crate::Reduced;
 use crate::drive::{Drive, hash};
-use crate::error::{about_ball_drives, case_error, drive_with_effect, half_a_load, invalid_input};
+use crate::error::{about_ball_drives, case_error, invalid_input};
 use crate::given::{CasePath, case_from_dict, case_from_toml};
-use crate::interrupt::without_gil;
 use crate::own::OwnEffect;
 
 /// One entry of ``[[effect]]``: an id, its port and expression where it is the user's own, and its numbers.

@@ -1,7 +1,8 @@
 """How readings scatter.
 
-noise           the covariance of the readings, and how to look at them through it
-within_run      scatter from the smoothness inside runs
-repeatability   scatter from repeats
-outliers        loose readings
+linear_gaussian  covariance of the readings, and a linear model seen through it
+fit_noise        the noise that makes readings most likely
+within_run       scatter from the smoothness inside runs
+repeatability    scatter from repeats
+outliers         readings that scatter more than the rest
 """

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.covariance.noise import Whitener
+from cbpt.lab.covariance.linear_gaussian import Whitener
 
 Floats = NDArray[np.float64]
 

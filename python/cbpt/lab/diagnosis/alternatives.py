@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
-from cbpt.lab.model.priors import LOT, Variant
-from cbpt.lab.selection.decision import ODDS_LIMIT, TWINS
+from cbpt.lab.model.priors import LOT, TWINS, Variant
+from cbpt.lab.selection.decision import ODDS_LIMIT
 from cbpt.lab.selection.linear_screen import Screen
 from cbpt.lab.wording.numbers import display, shown
 

@@ -21,7 +21,7 @@ from cbpt.errors import InvalidInputError, ReadingsError
 from cbpt.lab.diagnosis.diagnose import diagnosed
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.inference.estimates import parameters_of
-from cbpt.lab.inference.fit import Fit
+from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.selection.fit_effects import best_fit
 from cbpt.lab.wording.numbers import in_words

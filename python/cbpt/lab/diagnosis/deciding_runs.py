@@ -20,9 +20,8 @@ from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
 from cbpt.lab.diagnosis.unexplained import measure_next
 from cbpt.lab.experiment.candidates import Limits, candidates, limits_of
 from cbpt.lab.experiment.expected_gain import OpenHypotheses, Suggested, prospect
-from cbpt.lab.inference.fit import Fit
-from cbpt.lab.model.priors import PRIORS
-from cbpt.lab.selection.decision import TWINS
+from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.model.priors import PRIORS, TWINS
 
 CANDIDATES = 200
 """How many runs are chosen among."""

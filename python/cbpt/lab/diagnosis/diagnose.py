@@ -25,18 +25,20 @@ from cbpt.lab.covariance.within_run import estimate
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.diagnosis.diagnosis_data import Rung
 from cbpt.lab.diagnosis.fit_text import solutions
-from cbpt.lab.inference.cross_validation import folds, held_out_residual, held_out_with_pattern, rms
-from cbpt.lab.inference.fit import Fit, Fitter
+from cbpt.lab.inference.cross_validation import folds, held_out_residual, rms
+from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.residuals import chi2_of, rmse_of, u_judging, without_zeros
-from cbpt.lab.model.forward import Assembled, Campaign
+from cbpt.lab.model.dataset import Campaign
+from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.own_terms import campaign_of, chosen
 from cbpt.lab.model.priors import PRIORS
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.unit_check import slips
 from cbpt.lab.selection.decision import Verdict, judge
+from cbpt.lab.selection.lack_of_fit import Pattern, held_out_with_pattern
 from cbpt.lab.selection.model_comparison import Competition, Progress, compete
-from cbpt.lab.selection.patterns import Pattern
 from cbpt.lab.selection.setting import Names
 from cbpt.results import solve_many
 

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive
-from cbpt.lab.covariance.noise import Noise
+from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.inference.estimates import parameters_of
-from cbpt.lab.inference.fit import Fit
+from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.residuals import without_zeros
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.selection.decision import Verdict

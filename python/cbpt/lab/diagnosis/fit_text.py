@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cbpt.lab.inference.fit import Fit
+from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.wording.numbers import shown
 
 _SHOWN_SOLUTIONS = 3

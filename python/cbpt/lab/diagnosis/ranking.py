@@ -12,8 +12,8 @@ import numpy as np
 
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
 from cbpt.lab.inference.cross_validation import held_out_residual, rms
-from cbpt.lab.inference.fit import Fit
-from cbpt.lab.selection.decision import CLASSES
+from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.model.priors import CLASSES
 from cbpt.lab.selection.linear_screen import Screen
 from cbpt.lab.selection.model_comparison import Competition
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from cbpt._core import OwnEffect
 from cbpt.effects import expression
-from cbpt.lab.covariance.noise import Margin, Whitener
+from cbpt.lab.covariance.linear_gaussian import Margin, Whitener
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
 from cbpt.lab.model.priors import ARCSEC
 from cbpt.lab.readings.set_points import levels_of

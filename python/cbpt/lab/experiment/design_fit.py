@@ -10,11 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive
-from cbpt.lab.covariance.noise import Noise
+from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.experiment.plan import Plan
 from cbpt.lab.experiment.simulate import stop_without_solution
-from cbpt.lab.inference.fit import Fit, Fitter, Hypothesis
-from cbpt.lab.model.forward import Campaign
+from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.inference.fit import Fitter
+from cbpt.lab.inference.hypothesis import Hypothesis
+from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.selection.fit_effects import predicted
 
 Floats = NDArray[np.float64]

@@ -18,7 +18,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.covariance.noise import STATED_DOF
+from cbpt.lab.covariance.fit_noise import STATED_DOF
 from cbpt.lab.model.priors import Variant, log_density
 from cbpt.lab.selection.decision import ODDS_LIMIT
 from cbpt.lab.selection.setting import prior

@@ -18,7 +18,8 @@ from itertools import pairwise, product
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.model.forward import Assembled, Campaign
+from cbpt.lab.model.dataset import Campaign
+from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.priors import LOT, Variant
 
 Floats = NDArray[np.float64]

@@ -22,11 +22,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive
-from cbpt.lab.covariance.noise import Noise, Rows
+from cbpt.lab.covariance.linear_gaussian import Noise, Rows
 from cbpt.lab.experiment.candidates import described
 from cbpt.lab.experiment.plan import Plan, PlannedRun
-from cbpt.lab.inference.fit import Fit, Fitter
-from cbpt.lab.model.forward import Campaign
+from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.inference.fit import Fitter
+from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.selection.decision import ODDS_LIMIT
 
 Floats = NDArray[np.float64]

@@ -26,7 +26,7 @@ from threadpoolctl import threadpool_limits
 from cbpt._core import Case, Drive
 from cbpt.errors import InvalidInputError
 from cbpt.figures.isolability import draw_isolability
-from cbpt.lab.covariance.noise import Noise
+from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.experiment.design_fit import Sight
 from cbpt.lab.experiment.detection import LIMIT, weight
 from cbpt.lab.experiment.effect_changes import forms_of, possible
@@ -43,10 +43,9 @@ from cbpt.lab.experiment.separation import (
     twins_unseen,
 )
 from cbpt.lab.experiment.simulate import Instrument
-from cbpt.lab.model.priors import LOT, PRIORS, VARIANTS, Variant, lots
+from cbpt.lab.model.priors import CLASSES, LOT, PRIORS, VARIANTS, Variant, lots
 from cbpt.lab.readings.inputs import case_of
 from cbpt.lab.readings.reader import Readings
-from cbpt.lab.selection.decision import CLASSES
 from cbpt.lab.selection.model_comparison import Progress
 from cbpt.lab.wording.versions import versions
 

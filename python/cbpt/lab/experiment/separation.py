@@ -20,8 +20,7 @@ from cbpt.lab.experiment.design_fit import Sight
 from cbpt.lab.experiment.detection import LIMIT, log_odds
 from cbpt.lab.experiment.effect_changes import Form, guises
 from cbpt.lab.experiment.isolability_data import CHANCES, Pair, Seen
-from cbpt.lab.model.priors import PRIORS
-from cbpt.lab.selection.decision import TWINS
+from cbpt.lab.model.priors import PRIORS, TWINS
 from cbpt.lab.selection.setting import prior
 
 Floats = NDArray[np.float64]

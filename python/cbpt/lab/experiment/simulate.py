@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from cbpt._core import Case, Drive
 from cbpt.errors import InvalidInputError, NoSolutionError
-from cbpt.lab.covariance.noise import Rows
+from cbpt.lab.covariance.linear_gaussian import Rows
 from cbpt.lab.experiment.plan import Plan, read_plan
 from cbpt.lab.readings.inputs import case_of
 from cbpt.lab.readings.reader import Readings

@@ -1,7 +1,10 @@
 """One hypothesis fitted: values, uncertainties, evidence.
 
-fit                the most probable values and the evidence
-modes              other solutions of the same hypothesis
+hypothesis         variants of effects at work together, and the unknowns that come with them
+gauss_newton       the search for the most probable values
+evidence           the fit at these values and its marginal likelihood
+fit                hypotheses fitted to one data set
+modes              other modes of the same hypothesis
 residuals          what a fit leaves of the readings
 cross_validation   errors on readings held out
 estimates          parameters with their uncertainty

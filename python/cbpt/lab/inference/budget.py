@@ -17,7 +17,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.inference.fit import Fit, Fitter, Unknown
+from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.inference.fit import Fitter
+from cbpt.lab.inference.hypothesis import Unknown
 from cbpt.lab.model.priors import PRIORS
 
 Floats = NDArray[np.float64]
@@ -123,4 +125,9 @@ def _source(unknown: Unknown) -> str:
         return ""
     if unknown.name in PRIORS:
         return f"stated {PRIORS[unknown.name].rpartition('_')[0]}"
+    return range_of(unknown)
+
+
+def range_of(unknown: Unknown) -> str:
+    """The source that stands for the plausible range of a parameter."""
     return f"range of {unknown.name.rpartition('.')[2]}"

@@ -13,11 +13,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.covariance.noise import Margin, Noise, Whitener
-from cbpt.lab.inference.fit import Fit, Fitter
-from cbpt.lab.model.forward import Campaign
+from cbpt.lab.covariance.linear_gaussian import Margin, Noise, Whitener
+from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.inference.fit import Fitter
+from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.readings.set_points import levels_of
-from cbpt.lab.selection.patterns import Pattern
 
 Floats = NDArray[np.float64]
 _MOST_FOLDS = 12
@@ -43,19 +43,17 @@ def folds(campaign: Campaign) -> tuple[NDArray[np.int64], str]:
 
 def held_out_residual(fitter: Fitter, fit: Fit, fold: NDArray[np.int64]) -> Floats:
     """Readings less what the other folds predict of them, arcsec, shape (n,)."""
-    return _held_out(fitter.campaign, *fitter.linear(fit), fit.noise, fold)
+    return held_out_by(fitter.campaign, fitter.linear(fit), fit.noise, fold)
 
 
-def held_out_with_pattern(pattern: Pattern, fold: NDArray[np.int64]) -> Floats:
-    """The same for a pattern without a name."""
-    p = pattern.problem
-    precision = p.prior(pattern.amplitude)
-    return _held_out(p.fitter.campaign, p.y, p.columns, precision, pattern.noise, fold)
-
-
-def _held_out(
-    c: Campaign, y: Floats, x: Floats, precision: Floats, noise: Noise, fold: NDArray[np.int64]
+def held_out_by(
+    c: Campaign,
+    problem: tuple[Floats, Floats, Floats],
+    noise: Noise,
+    fold: NDArray[np.int64],
 ) -> Floats:
+    """The same by a linear problem: readings, columns, prior precisions."""
+    y, x, precision = problem
     out = np.full(len(y), np.nan)
     numbers = np.unique(fold)
     for number in numbers:

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from cbpt.lab.inference.fit import Fit, Unknown
+from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.inference.hypothesis import Unknown
 from cbpt.lab.model.priors import LOT
 from cbpt.units import unit_at_end
 

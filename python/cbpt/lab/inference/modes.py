@@ -15,7 +15,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.inference.fit import Fit, Fitter, Hypothesis, Race
+from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.inference.fit import Fitter, Race
+from cbpt.lab.inference.hypothesis import Hypothesis
 from cbpt.lab.model.priors import Variant
 
 Floats = NDArray[np.float64]

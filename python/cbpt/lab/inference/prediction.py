@@ -19,12 +19,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from cbpt._core import Case, Drive
 from cbpt.errors import InvalidInputError
-from cbpt.lab.covariance.noise import Rows
+from cbpt.lab.covariance.linear_gaussian import Rows
 from cbpt.lab.inference.budget import Budget, Combined
-from cbpt.lab.inference.fit import Fit, Fitter
+from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.model.forward import Assembled
+from cbpt.lab.model.priors import CLASSES
 from cbpt.lab.readings.reader import Readings
-from cbpt.lab.selection.decision import CLASSES
 
 Floats = NDArray[np.float64]
 

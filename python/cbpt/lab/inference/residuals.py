@@ -15,9 +15,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.covariance.noise import Noise
-from cbpt.lab.inference.fit import Fit, Fitter
-from cbpt.lab.model.forward import Campaign
+from cbpt.lab.covariance.linear_gaussian import Noise
+from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.inference.fit import Fitter
+from cbpt.lab.model.dataset import Campaign
 
 Floats = NDArray[np.float64]
 

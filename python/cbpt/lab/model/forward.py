@@ -1,187 +1,28 @@
-"""The model assembled for one table of readings: what it predicts, and how that moves with every
-number.
+"""The model of a reducer with effects on the rows of a data set.
 
-    Campaign    readings as the statistics need them: arcsec, order of rows, uncertainties, priors
-    Assembled   a drive with effects on the rows of a campaign, ready to be asked many times
-    Point       values of all parameters with what the model says there
+Assembled  predicts every reading, and how that moves with every parameter
+Point      values of all parameters with what the model says there
+REGIMES    words for the contact regimes
 """
 
 from __future__ import annotations
 
 import tomllib
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt._core import Case, Drive, OwnEffect, Prediction, Predictor, effect_specs
-from cbpt.errors import InvalidInputError, ReadingsError
-from cbpt.lab.covariance.noise import Rows
-from cbpt.lab.covariance.repeatability import Repeats
-from cbpt.lab.covariance.within_run import display_step
-from cbpt.lab.model.priors import LOT, PRIORS, Variant
-from cbpt.lab.readings.reader import Readings
+from cbpt._core import Drive, Prediction, Predictor
+from cbpt.lab.model.dataset import Campaign
 from cbpt.results import ARCSEC_PER_RAD
 
 Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-
-# Known no better than this where a table states no uncertainty; found from the scatter instead.
-_UNSTATED_ARCSEC = 1.0
-
-
-@dataclass(frozen=True, eq=False)
-class Campaign:
-    """Readings of a drive, all arrays of shape (n,)."""
-
-    drive: Drive
-    readings: Readings
-    y_arcsec: Floats
-    u_arcsec: Floats
-    """What each reading counts by; see `u_reading_arcsec`."""
-    u_stated: bool
-    rows: Rows
-    zeros: Floats
-    """Columns (n, z) of the zeros that are always free: one, or one for each run."""
-    priors: dict[str, float]
-    """Standard uncertainty of each number that is a `PRIORS` effect, by effect id."""
-    effects: tuple[tuple[str, dict[str, float]], ...] = ()
-    """Effects that the case has, each with its numbers, SI."""
-    u_believed: float = 1.0
-    """What the stated uncertainty was multiplied by, where it cannot be meant as it stands."""
-    step_arcsec: float = 0.0
-    """Step of the display where it is coarse against the uncertainty, else 0."""
-    own: dict[str, OwnEffect] = field(default_factory=dict)
-    """Effects of the user's own by id: those of the case, and those to be fitted."""
-    candidates: tuple[Variant, ...] = ()
-    """Forms of the own effects that are to be fitted."""
-    repeats: Repeats | None = None
-    """What readings taken again say of the uncertainty, where that was asked."""
-
-    @classmethod
-    def of(cls, case: Case | Drive, readings: Readings) -> Campaign:
-        """From a case and its readings. Raises `ReadingsError` where there is no preload."""
-        drive = case if isinstance(case, Drive) else case.drive
-        if readings.preload_N is None and drive.kind == "ball_drive":
-            raise ReadingsError.of_table(
-                readings.source, "preload_N", "a preload for every reading"
-            )
-        u = readings.u_elastic_angle_arcsec
-        # Without a stated uncertainty the scatter decides; exact readings have none, so there is a
-        # floor far below what an instrument can.
-        size = max(1e-3 * float(np.ptp(readings.elastic_angle_arcsec)), 1e-6)
-        stated = np.full(len(readings), min(_UNSTATED_ARCSEC, size)) if u is None else u
-        step = display_step(readings.elastic_angle_arcsec)
-        coarse = step > 1.5 * float(np.median(stated)) if u is not None else False
-        if coarse:
-            # The drive hardly knows the input angle and is the same both ways, so readings at one
-            # torque and preload round alike, and averaging them helps no further.
-            same = np.zeros(len(readings)) if readings.preload_N is None else readings.preload_N
-            loads = np.column_stack([np.abs(readings.torque_Nm), same])
-            repeats = len(readings) / len(np.unique(np.round(loads, 6), axis=0))
-            stated = np.sqrt(with_step(stated, step) ** 2 + (repeats - 1) * step**2 / 12)
-        rows = Rows.of(readings.run_index)
-        per_run = isinstance(case, Case) and case.zero == "per_run"
-        zeros = np.ones((len(readings), 1))
-        if per_run:
-            zeros = (rows.run_index[:, None] == np.arange(rows.runs)).astype(np.float64)
-        return cls(
-            drive=drive,
-            readings=readings,
-            y_arcsec=readings.elastic_angle_arcsec,
-            u_arcsec=stated,
-            u_stated=u is not None,
-            effects=_effects_of(case),
-            own={own.id: own for own in case.own_effects} if isinstance(case, Case) else {},
-            step_arcsec=step if coarse else 0.0,
-            rows=rows,
-            zeros=zeros,
-            priors=stated_uncertainty(case),
-        )
-
-    def __len__(self) -> int:
-        return len(self.y_arcsec)
-
-    @property
-    def u_reading_arcsec(self) -> Floats:
-        """Standard uncertainty of each reading by itself, shape (n,). Readings of a coarse display
-        that round alike are no independent ones, so there each counts by less (`u_arcsec`)."""
-        stated = self.readings.u_elastic_angle_arcsec
-        if not self.step_arcsec or stated is None:
-            return self.u_arcsec
-        return with_step(stated, self.step_arcsec)
-
-    @property
-    def u_repeated(self) -> bool:
-        """Whether the uncertainty is that of the repeats, as none is stated."""
-        return not self.u_stated and self.repeats is not None and self.repeats.steady
-
-    @property
-    def balls(self) -> int:
-        """Number of deceleration balls; a torsion spring has none."""
-        return self.drive.deceleration_ball_count if self.drive.kind == "ball_drive" else 0
-
-    def select(self, rows: Mask) -> Campaign:
-        """Some of the readings; history along a run is then that of the rows that are left."""
-        readings = self.readings.select(rows)
-        order = self.rows.select(rows)
-        zeros = self.zeros[rows]
-        zeros = zeros[:, zeros.any(axis=0)]
-        return replace(
-            self,
-            readings=readings,
-            y_arcsec=self.y_arcsec[rows],
-            u_arcsec=self.u_arcsec[rows],
-            rows=order,
-            zeros=zeros,
-        )
-
-
-def _effects_of(case: Case | Drive) -> tuple[tuple[str, dict[str, float]], ...]:
-    if isinstance(case, Drive):
-        return ()
-    found = tuple((effect.id, dict(effect.values)) for effect in case.effects)
-    ids = [effect for effect, _ in found]
-    twice = next((i for i in ids if ids.count(i) > 1 and i != LOT), None)
-    if twice:
-        raise InvalidInputError(
-            f"effect {twice} stands in the case more than once, which the lab cannot fit; leave one"
-        )
-    return found
-
-
-def with_step(stated_arcsec: Floats, step_arcsec: float) -> Floats:
-    """What is stated, or, where it is too small to include the rounding of a display, both."""
-    rounding = step_arcsec / 12**0.5
-    return np.where(stated_arcsec < rounding, np.hypot(stated_arcsec, rounding), stated_arcsec)
-
 
 REGIMES = np.array([""] * 256, dtype="U32")
 REGIMES[:3] = "all points loaded", "points parting", "below continuous transmission"
 """Words for the codes of `Predictor`."""
-
-DEFAULT_UNCERTAINTY = {
-    "contact_stiffness": 0.10,
-    "contact_angle": float(np.deg2rad(0.5)),
-    "torque_scale": 0.01,
-    "preload_scale": 0.02,
-    "sensor_gain": 0.005,
-}
-
-
-def stated_uncertainty(case: Case | Drive) -> dict[str, float]:
-    """Of each number that is a `PRIORS` effect: as the case says, else the defaults."""
-    stated = {}
-    kind = (case.drive if isinstance(case, Case) else case).kind
-    suited = {spec.id for spec in effect_specs() if kind in spec.reducers}
-    if isinstance(case, Case):
-        stated = tomllib.loads(case.to_toml()).get("uncertainty", {})
-    return {
-        effect: float(stated.get(key, DEFAULT_UNCERTAINTY[effect]))
-        for effect, key in PRIORS.items()
-        if effect in suited
-    }
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError, ReadingsError
-from cbpt.lab.model.forward import Assembled, Campaign
+from cbpt.lab.model.dataset import Campaign
+from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.priors import Shape, Variant
 from cbpt.lab.readings.reader import Readings
 

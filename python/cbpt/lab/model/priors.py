@@ -17,6 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cbpt._core import effect_specs
+
 Floats = NDArray[np.float64]
 ARCSEC = np.pi / 648000.0
 
@@ -239,3 +241,8 @@ ODDS: dict[str, float] = {
 angle that is wrong by far more than its stated uncertainty is a hundred times less likely than a
 missing effect.
 """
+
+CLASSES: dict[str, str] = {spec.id: spec.kind for spec in effect_specs()}
+"""`rig`, `parameter` or `effect`, by effect."""
+TWINS: dict[str, list[str]] = {spec.id: spec.twins for spec in effect_specs()}
+"""Effects that look like an effect, by effect."""

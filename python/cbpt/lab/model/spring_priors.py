@@ -14,7 +14,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cbpt.lab.model.forward import Campaign
+from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.priors import CREEP, VARIANTS, Shape, Variant
 from cbpt.results import solve_many
 

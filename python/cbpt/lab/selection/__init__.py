@@ -1,12 +1,12 @@
 """Hypotheses weighed against each other.
 
-linear_screen      every effect at a glance, linearly
-lack_of_fit        what a residual depends on
-patterns           misfit without a name as a rival
 ranking            an order that rounding does not decide
+linear_screen      every effect at a glance, linearly
 starts             where a full fit starts
+lack_of_fit        what a residual depends on, without naming a cause
 setting            what all hypotheses of a competition share
 model_comparison   every hypothesis fitted and weighed
+rules              thresholds of the decision
 decision           from odds to a verdict
 fit_effects        chosen effects fitted
 scan               regions where the model fails

@@ -18,14 +18,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from cbpt._core import effect_specs
-from cbpt.lab.covariance.noise import LEAST_SCALE, Margin, Noise
-from cbpt.lab.inference.fit import Fit
+from cbpt.lab.covariance.fit_noise import LEAST_SCALE
+from cbpt.lab.covariance.linear_gaussian import Margin, Noise
+from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.model.dataset import DEFAULT_UNCERTAINTY
 from cbpt.lab.model.discrepancy import FORM_ODDS
-from cbpt.lab.model.forward import DEFAULT_UNCERTAINTY
-from cbpt.lab.model.priors import PRIORS
+from cbpt.lab.model.priors import CLASSES, PRIORS, TWINS
+from cbpt.lab.selection.lack_of_fit import Pattern
 from cbpt.lab.selection.model_comparison import Competition
-from cbpt.lab.selection.patterns import Pattern
 from cbpt.lab.selection.setting import Names
 
 ODDS_LIMIT = 20.0
@@ -415,10 +415,6 @@ def calibrated(share: float) -> float:
 
 def _class_of(effect: str) -> str:
     return CLASSES.get(effect, "effect")
-
-
-CLASSES: dict[str, str] = {spec.id: spec.kind for spec in effect_specs()}
-TWINS: dict[str, list[str]] = {spec.id: spec.twins for spec in effect_specs()}
 
 
 def noise_words(competition: Competition, noise: Noise) -> tuple[str, ...]:

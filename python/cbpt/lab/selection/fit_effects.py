@@ -20,8 +20,10 @@ from threadpoolctl import threadpool_limits
 
 from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError, ReadingsError
-from cbpt.lab.covariance.noise import Noise
-from cbpt.lab.inference.fit import Fit, Fitter, Hypothesis
+from cbpt.lab.covariance.linear_gaussian import Noise
+from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.inference.fit import Fitter
+from cbpt.lab.inference.hypothesis import Hypothesis
 from cbpt.lab.inference.modes import solved
 from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.own_terms import campaign_of, chosen

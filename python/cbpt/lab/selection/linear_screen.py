@@ -18,8 +18,9 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.inference.fit import Fit
-from cbpt.lab.model.forward import Assembled, Campaign, Point
+from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.model.dataset import Campaign
+from cbpt.lab.model.forward import Assembled, Point
 from cbpt.lab.model.priors import LOT, Variant, log_density, log_size_prior
 
 Floats = NDArray[np.float64]

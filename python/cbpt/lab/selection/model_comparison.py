@@ -19,13 +19,15 @@ from itertools import product as cartesian
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.covariance.noise import Noise
-from cbpt.lab.inference.fit import Fit, Fitter, Hypothesis, Race
+from cbpt.lab.covariance.linear_gaussian import Noise
+from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.inference.fit import Fitter, Race
+from cbpt.lab.inference.hypothesis import Hypothesis
 from cbpt.lab.inference.modes import solved
-from cbpt.lab.model.forward import Campaign
+from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.priors import ODDS
+from cbpt.lab.selection.lack_of_fit import Pattern, patterns_on, says_no_more
 from cbpt.lab.selection.linear_screen import Gain, Screen, Signature, Signatures
-from cbpt.lab.selection.patterns import Pattern, patterns_on, says_no_more
 from cbpt.lab.selection.ranking import ranked
 from cbpt.lab.selection.setting import Names, Setting, prepare, prior
 from cbpt.lab.selection.starts import start_values

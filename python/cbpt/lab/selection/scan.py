@@ -24,8 +24,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.covariance.noise import Whitener
-from cbpt.lab.model import forward as assembled
+from cbpt.lab.covariance.linear_gaussian import Whitener
+from cbpt.lab.model.forward import REGIMES as CODES
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.set_points import levels_of
 from cbpt.units import unit_at_end
@@ -37,7 +37,7 @@ Columns = NDArray[np.floating[Any]]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-REGIMES = tuple(str(name) for name in assembled.REGIMES[:3])
+REGIMES = tuple(str(name) for name in CODES[:3])
 
 _CELLS = 7
 _RUNS = 16

@@ -16,10 +16,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.covariance.noise import Noise, Whitener, fit_noise
+from cbpt.lab.covariance.fit_noise import fit_noise
+from cbpt.lab.covariance.linear_gaussian import Noise, Whitener
 from cbpt.lab.covariance.outliers import looseness
-from cbpt.lab.inference.fit import Fit, Fitter, Hypothesis
-from cbpt.lab.model.forward import Campaign
+from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.inference.fit import Fitter
+from cbpt.lab.inference.hypothesis import Hypothesis
+from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.priors import ODDS, Variant
 from cbpt.lab.readings.set_points import levels_of
 from cbpt.lab.selection.lack_of_fit import Component, components

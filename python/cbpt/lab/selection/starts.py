@@ -11,7 +11,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.inference.fit import Fit, Fitter, Hypothesis
+from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.inference.fit import Fitter
+from cbpt.lab.inference.hypothesis import Hypothesis
 from cbpt.lab.model.priors import LOT
 from cbpt.lab.selection.linear_screen import Signature
 

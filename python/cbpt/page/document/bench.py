@@ -20,10 +20,12 @@ from numpy.typing import NDArray
 
 from cbpt._core import OwnEffect
 from cbpt.errors import InvalidInputError
-from cbpt.lab.covariance.noise import Noise
+from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
-from cbpt.lab.inference.fit import Fit, Fitter, Hypothesis
-from cbpt.lab.model.forward import Campaign
+from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.inference.fit import Fitter
+from cbpt.lab.inference.hypothesis import Hypothesis
+from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.own_terms import campaign_of
 from cbpt.lab.selection.linear_screen import Gain, Screen, Signature, Signatures
 from cbpt.lab.selection.setting import Names

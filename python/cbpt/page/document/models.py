@@ -24,7 +24,7 @@ from cbpt.lab.diagnosis.ranking import log_total
 from cbpt.lab.diagnosis.sentence import name_of
 from cbpt.lab.inference.cross_validation import held_out_residual, rms
 from cbpt.lab.inference.estimates import parameters_of
-from cbpt.lab.inference.fit import Fit
+from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.residuals import chi2_of, rmse_of
 from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.own_terms import campaign_of

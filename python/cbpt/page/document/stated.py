@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive
 from cbpt.errors import InvalidInputError
-from cbpt.lab.model.forward import Assembled, Campaign
+from cbpt.lab.model.dataset import Campaign
+from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.own_terms import campaign_of
 from cbpt.lab.readings.reader import Readings
 from cbpt.page.document.plain import finite, numbers

@@ -14,7 +14,8 @@ import numpy as np
 
 from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError, ReadingsError
-from cbpt.lab.model.forward import Assembled, Campaign
+from cbpt.lab.model.dataset import Campaign
+from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.own_terms import COLUMNS, variant_of
 from cbpt.lab.readings.reader import Readings
 

@@ -1,0 +1,173 @@
+"""The covariance of the readings, and a linear Gaussian model seen through it.
+
+Rows            which readings follow each other in which run
+Noise           scale of the stated uncertainties, correlation, offsets of runs, inflation factors
+Whitener        turns readings into independent ones of unit variance
+Margin          the likelihood of readings with linear unknowns of normal priors integrated out
+log_likelihood  of the readings, from misfit and volume
+
+The covariance is  s^2 D A D + o^2 B,  D the stated uncertainties (times the inflation factor of a
+reading that scatters more), A the correlation rho^|i-j| of a first-order autoregression along each
+run, B = 1 where two readings share a run. Whitening is exact and costs a few passes over the rows:
+the autoregression is undone by differences (Cochrane and Orcutt 1949), the offsets of runs by a
+rank-one step a run.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Rows:
+    """The order of n readings: `run_index` of each, and `before`, the one before it in its run or
+    -1.
+
+    order sorts the readings by run; starts says where in that order each run begins.
+    """
+
+    run_index: Ints
+    before: Ints
+    runs: int
+    order: Ints
+    starts: Ints
+
+    @classmethod
+    def of(cls, run_index: Ints) -> Rows:
+        """Rows in the order in which they were taken; runs may be interleaved."""
+        _, index = np.unique(run_index, return_inverse=True)
+        order = np.argsort(index, kind="stable")
+        before = np.full(len(index), -1, dtype=np.int64)
+        follows = index[order[1:]] == index[order[:-1]]
+        before[order[1:][follows]] = order[:-1][follows]
+        starts = (
+            np.flatnonzero(np.r_[True, ~follows]) if len(index) else np.zeros(0, dtype=np.int64)
+        )
+        return cls(index.astype(np.int64), before, len(starts), order, starts)
+
+    def sums(self, columns: Floats) -> Floats:
+        """Columns of shape (n, m) added up run by run, shape (runs, m)."""
+        return np.add.reduceat(columns[self.order], self.starts, axis=0)
+
+    def select(self, rows: NDArray[np.bool_]) -> Rows:
+        """Some of the rows."""
+        return Rows.of(self.run_index[rows])
+
+
+@dataclass(frozen=True, eq=False)
+class Noise:
+    """One noise. scale: true over stated uncertainty; correlation: rho from a reading to the next
+    of its run; offset_arcsec: spread of the runs' zeros; looser: factor on each reading's standard
+    deviation, 1 for most.
+    """
+
+    scale: float = 1.0
+    correlation: float = 0.0
+    offset_arcsec: float = 0.0
+    looser: Floats | None = None
+
+    @property
+    def numbers(self) -> int:
+        """How many numbers it has beside its scale."""
+        return int(self.correlation != 0) + int(self.offset_arcsec != 0)
+
+
+@dataclass(frozen=True)
+class Whitener:
+    """Whitens columns of shape (n,) or (n, m)."""
+
+    rows: Rows
+    inverse: Floats = field(repr=False)
+    correlation: float
+    ones: Floats = field(repr=False)
+    shrink: Floats = field(repr=False)
+    log_det: float
+    """Logarithm of the determinant of the covariance."""
+
+    @classmethod
+    def of(cls, noise: Noise, u_arcsec: Floats, rows: Rows) -> Whitener:
+        """For readings with the stated uncertainties `u_arcsec`."""
+        sd = noise.scale * u_arcsec * (1.0 if noise.looser is None else noise.looser)
+        plain = cls(rows, 1 / sd, noise.correlation, np.zeros(0), np.zeros(0), 0.0)
+        followers = int(np.count_nonzero(rows.before >= 0))
+        log_det = 2 * float(np.log(sd).sum()) + followers * np.log1p(-(noise.correlation**2))
+        if noise.offset_arcsec == 0:
+            return replace(plain, log_det=float(log_det))
+        ones = plain(np.ones(len(u_arcsec)))
+        size = np.bincount(rows.run_index, ones**2, rows.runs)
+        grown = 1 + noise.offset_arcsec**2 * size
+        # v - b (b'v) (1 - 1/sqrt(1 + o^2 |b|^2)) / |b|^2 makes I + o^2 b b' the identity.
+        shrink = (1 - 1 / np.sqrt(grown)) / size
+        return replace(
+            plain, ones=ones, shrink=shrink, log_det=float(log_det + np.log(grown).sum())
+        )
+
+    def __call__(self, columns: Floats) -> Floats:
+        wide = columns.reshape(len(columns), -1)
+        out = wide * self.inverse[:, None]
+        if self.correlation:
+            follows = self.rows.before >= 0
+            past = out[self.rows.before[follows]]
+            out[follows] = (out[follows] - self.correlation * past) / np.sqrt(
+                1 - self.correlation**2
+            )
+        if self.ones.size:
+            index = self.rows.run_index
+            sums = self.rows.sums(out * self.ones[:, None])
+            out = out - self.ones[:, None] * (sums * self.shrink[:, None])[index]
+        return out.reshape(columns.shape)
+
+
+@dataclass(frozen=True)
+class Margin:
+    """Whitened readings with whitened columns X of unknowns, of prior precision (0: none), taken
+    out.
+
+    With A = X'X + precision the mode is A^-1 X'y and what is left of |y|^2 is y'y - y'X A^-1 X'y.
+    """
+
+    y: Floats
+    x: Floats
+    factor: Floats
+    """Cholesky factor of A, lower."""
+    mode: Floats
+    chi2: float
+    """Misfit and prior together at the mode."""
+    log_volume: float
+    """-1/2 log det A + 1/2 log det of the precision where there is one."""
+
+    @classmethod
+    def of(cls, y: Floats, x: Floats, precision: Floats) -> Margin:
+        """y (n,), x (n, p), precision (p,)."""
+        a = x.T @ x + np.diag(precision)
+        # A column that the table cannot see at all has no curvature; a hair of precision keeps A
+        # invertible.
+        a[np.diag_indices_from(a)] += 1e-12 * max(float(np.trace(a)), 1e-300) / max(len(a), 1)
+        factor = np.linalg.cholesky(a)
+        b = x.T @ y
+        mode = np.linalg.solve(a, b)
+        chi2 = float(y @ y - b @ mode)
+        known = precision > 0
+        volume = -float(np.log(np.diagonal(factor)).sum())
+        volume += 0.5 * float(np.log(precision[known]).sum())
+        return cls(y, x, np.asarray(factor), np.asarray(mode), max(chi2, 0.0), volume)
+
+    def left(self, columns: Floats) -> Floats:
+        """Whitened columns as seen by whoever refits the unknowns: C^-1 of C = 1 + X P X' on them.
+
+        A whitened column times this is the scalar product that counts.
+        """
+        return columns - self.x @ np.linalg.solve(
+            self.factor.T, np.linalg.solve(self.factor, self.x.T @ columns)
+        )
+
+
+def log_likelihood(chi2: float, whitener: Whitener, margin_volume: float) -> float:
+    """Of the readings, up to a constant that all noises and models share."""
+    return -0.5 * (chi2 + whitener.log_det) + margin_volume

@@ -1,0 +1,178 @@
+"""A hypothesis at its most probable values, and its evidence.
+
+Fit          values, uncertainties, noise, evidence
+Discrepancy  how far the effects may depart from their equations
+evaluated    the fit at a point of the search
+linearised   its linear problem
+
+The evidence is Laplace's: likelihood at the mode, times prior density, times the volume of the
+posterior (MacKay 2003, chapter 28). Sizes of effects are equally likely in the logarithm over their
+plausible range.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cbpt.lab.covariance.fit_noise import PRICE, log_scale_prior
+from cbpt.lab.covariance.linear_gaussian import Margin, Noise, Whitener, log_likelihood
+from cbpt.lab.inference.gauss_newton import Problem
+from cbpt.lab.inference.hypothesis import Hypothesis, Unknown
+from cbpt.lab.model.discrepancy import form_columns
+from cbpt.lab.model.forward import Point
+from cbpt.lab.model.priors import PRIORS, log_size_prior
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A hypothesis at its most probable values."""
+
+    hypothesis: Hypothesis
+    point: Point
+    unknowns: tuple[Unknown, ...]
+    noise: Noise
+    whitener: Whitener = field(repr=False)
+    margin: Margin = field(repr=False)
+    """Residual and columns, whitened; the last columns are the zeros."""
+    covariance: Floats = field(repr=False)
+    """Of the unknowns, SI (of logarithms where they are logarithmic)."""
+    zeros_arcsec: Floats
+    residual_arcsec: Floats
+    """Reading minus model minus zeros."""
+    log_marginal: float
+    """Log likelihood, the unknowns integrated out, sizes of effects per unit of size."""
+    log_size_prior: float
+    """What turns that into evidence: the prior density of the sizes."""
+    converged: bool
+    form_sd: float = 0.0
+    """How far the effects may depart from their forms; see `forms`."""
+    log_forms: float = 0.0
+    """Log prior of that departure, and what the others add to the evidence."""
+    others: tuple[Fit, ...] = field(default=(), repr=False)
+    """The same effects with other values or forms that the readings do not exclude; see `peaks`."""
+    solved: bool = False
+    """Whether others were looked for."""
+    reached: float = np.inf
+    """Misfit with priors at the end of the search under the noise that it began with."""
+
+    def value(self, unknown: Unknown) -> float:
+        """SI."""
+        return float(self.point.values[unknown.index])
+
+    def u(self, unknown: Unknown) -> float:
+        """Standard uncertainty, SI."""
+        i = self.unknowns.index(unknown)
+        sd = float(np.sqrt(self.covariance[i, i]))
+        return sd * abs(self.value(unknown)) if unknown.log else sd
+
+    @property
+    def log_evidence(self) -> float:
+        """Of the hypothesis, up to a constant that all share."""
+        return self.log_marginal + self.log_size_prior + self.log_forms
+
+    @property
+    def rmse_arcsec(self) -> float:
+        """Of the residual."""
+        return float(np.sqrt(np.mean(self.residual_arcsec**2)))
+
+
+@dataclass(frozen=True, eq=False)
+class Discrepancy:
+    """How far the effects of a fit may depart from their equations."""
+
+    functions: Floats
+    """Of the columns of the table, which the share of an effect may follow, shape (n, m)."""
+    sd: float = 0.0
+    """Standard deviation of each of them; 0: the equations hold exactly."""
+
+
+def may_depart(hypothesis: Hypothesis, unknowns: tuple[Unknown, ...]) -> list[list[int]]:
+    """Places of the sizes of each effect that has an equation to depart from.
+
+    Numbers of the drive have none, and a lot of balls is any function already.
+    """
+    return [
+        [i for i, u in enumerate(unknowns) if u.size_of == number]
+        for number, v in enumerate(hypothesis.variants)
+        if v.effect not in PRIORS and not v.spread
+    ]
+
+
+def linearised(
+    problem: Problem, hypothesis: Hypothesis, point: Point, discrepancy: Discrepancy
+) -> tuple[Floats, Floats, Floats]:
+    """Readings less model, columns of unknowns, discrepancies and offsets, prior precisions; in
+    arcsec."""
+    y, columns, precision = problem.linear(point)
+    found = [np.zeros((len(columns), 0))]
+    if discrepancy.sd:
+        size = (problem.coordinates(point) - problem.mean) / problem.unit
+        for at in may_depart(hypothesis, problem.unknowns):
+            contribution = columns[:, at] @ size[at]
+            found.append(discrepancy.sd * form_columns(contribution, discrepancy.functions))
+    departures = np.column_stack(found)
+    offsets = problem.campaign.zeros
+    x = np.column_stack([columns, departures, offsets])
+    return y, x, np.r_[precision, np.ones(departures.shape[1]), np.zeros(offsets.shape[1])]
+
+
+def evaluated(
+    problem: Problem,
+    hypothesis: Hypothesis,
+    reached: tuple[Point, bool],
+    discrepancy: Discrepancy,
+    stated_dof: float,
+) -> Fit:
+    """The fit at a point of the search.
+
+    Parameters
+    ----------
+    reached: the point, and whether the search came to its end there.
+    stated_dof: so many repeats the stated uncertainty is worth.
+    """
+    c, (point, converged) = problem.campaign, reached
+    y, x, precision = linearised(problem, hypothesis, point, discrepancy)
+    margin = Margin.of(problem.whitener(y), problem.whitener(x), precision)
+    p = len(problem.unknowns)
+    inverse = np.linalg.inv(margin.factor)
+    covariance = (inverse.T @ inverse)[:p, :p] * np.outer(problem.unit, problem.unit)
+    r = c.y_arcsec - point.angle_arcsec
+    zeros = Margin.of(problem.whitener(r), problem.zeros, np.zeros(problem.zeros.shape[1])).mode
+    marginal = log_likelihood(margin.chi2, problem.whitener, margin.log_volume)
+    marginal += log_scale_prior(problem.noise.scale, stated_dof)
+    marginal -= PRICE * problem.noise.numbers
+    if not converged:
+        # The linear problem counts as reached what the search did not reach.
+        marginal -= 0.5 * max(problem.step(point)[1], 0.0)
+    return Fit(
+        hypothesis=hypothesis,
+        point=point,
+        unknowns=problem.unknowns,
+        noise=problem.noise,
+        whitener=problem.whitener,
+        margin=margin,
+        covariance=covariance,
+        zeros_arcsec=zeros,
+        residual_arcsec=r - c.zeros @ zeros,
+        log_marginal=marginal,
+        log_size_prior=sum(_log_prior_of_sizes(problem, hypothesis, point, covariance)),
+        converged=converged,
+        form_sd=discrepancy.sd,
+    )
+
+
+def _log_prior_of_sizes(
+    problem: Problem, hypothesis: Hypothesis, point: Point, covariance: Floats
+) -> Iterator[float]:
+    """Of each variant: see `priors.log_size_prior`."""
+    off = (problem.coordinates(point) - problem.mean) / problem.unit
+    own = np.sqrt(np.diag(covariance)) / problem.unit
+    for number, variant in enumerate(hypothesis.variants):
+        at = [i for i, u in enumerate(problem.unknowns) if u.size_of == number]
+        yield float(log_size_prior(variant, off[at], own[at]))
