@@ -52,7 +52,7 @@ class Parser(argparse.ArgumentParser):
                 continue
             if any(path and Path(path).exists() and Path(path).samefile(out) for path in inputs):
                 self.error(
-                    f"--{flag} {out}: this file is read here and would be lost; give another name"
+                    f"--{flag} {out}: the command reads this file and would overwrite it; give another name"
                 )
         return options
 

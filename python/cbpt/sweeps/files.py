@@ -1,4 +1,4 @@
-"""Files that sweeps go to, chunk by chunk, each taken up again after a kill at any moment.
+"""Files of sweeps, written chunk by chunk; an interrupted sweep continues where it stopped.
 
 CSV is the core's (`SweepCsv`: one file and a record beside it). A Parquet file cannot be appended
 to, so its chunks are files of their own in a folder beside it until all are there; then they are
@@ -159,7 +159,7 @@ class _Parquet:
         if rows != self.plan.rows:
             raise PlanError(
                 f"{path}: holds {rows} rows where the plan has {self.plan.rows}, so it was changed "
-                "after the sweep wrote it; give another --out, or --fresh to begin anew"
+                "after the sweep wrote it; give another --out, or --fresh to start again"
             )
 
     def _unchanged(self) -> str:
@@ -170,7 +170,7 @@ class _Parquet:
             known = json.loads(self.sum.read_bytes())["sha256"]
         except (ValueError, KeyError, TypeError):
             raise PlanError(
-                f"{self.sum}: is no record of a sweep; delete it to do without a check, or --fresh "
+                f"{self.sum}: is not a record of a sweep; delete it to do without a check, or --fresh "
                 f"to begin {self.path} anew"
             ) from None
         if _sha256(self.path) != known:
@@ -192,7 +192,8 @@ class _Parquet:
         except BlockingIOError:
             self.close()
             raise PlanError(
-                f"{self.path}: another process is writing it; wait for it, or give another --out"
+                f"{self.path}: another process is writing this file; wait for it, or give "
+                "another --out"
             ) from None
 
     def _parts(self) -> list[Path]:

@@ -1,4 +1,4 @@
-//! `cbpt sensitivity`: how elastic angle and preload thresholds answer to every design number.
+//! `cbpt sensitivity`: derivatives of elastic angle and preload thresholds with respect to every design number.
 
 use cbpt_core::design::{Design, DesignNumber, NUMBERS, numbers_of};
 use cbpt_core::sensitivity::{DriveSensitivities, Sensitivity};
@@ -31,7 +31,7 @@ struct Asked {
     spread: Option<Spread>,
 }
 
-/// The numbers of a drive, and how its results answer to them.
+/// The numbers of a drive, and the derivatives of its results with respect to them.
 pub struct Answers {
     load: Load,
     asked: Vec<Asked>,
@@ -70,7 +70,7 @@ impl Answers {
         Ok(Self { load: *load, asked, found })
     }
 
-    /// How the results answer, in the order of [`Self::numbers`].
+    /// The derivatives, in the order of [`Self::numbers`].
     pub fn found(&self) -> &DriveSensitivities {
         &self.found
     }
@@ -209,7 +209,7 @@ impl Answers {
         );
         text += &match (angle, u_angle) {
             (Some(angle), Some(u)) => format!(
-                "Elastic angle: {} {suffix}, standard uncertainty {} {suffix} by the spreads stated\n",
+                "Elastic angle: {} {suffix}, standard uncertainty {} {suffix} from the stated spreads\n",
                 six_digits(angle),
                 six_digits(u)
             ),
@@ -220,7 +220,7 @@ impl Answers {
             Some(found) => {
                 format!("{name} {} {}", six_digits(found.value * units.force.per_si()), units.force.symbol)
             }
-            None => format!("{name}: no preload does it"),
+            None => format!("{name}: no preload is enough"),
         });
         let of_angle = shown(table, &ANGLE, |row| row[1..].iter().any(|cell| !cell.is_null()));
         let of_thresholds = shown(table, &OF_THRESHOLDS, |row| {
@@ -228,9 +228,9 @@ impl Answers {
         });
         text += &of_angle.text();
         text += &format!(
-            "\nangle/unit: {suffix} for one of the unit of the number.\n\
-             %/%: percent of the result for a percent of the number. A number of balls is whole: nothing has a\n\
-             derivative by {}.\n",
+            "\nangle/unit: change of the angle in {suffix} if the number changes by one of its units.\n\
+             %/%: change of the result in percent if the number changes by one percent. Ball counts are whole numbers,\n\
+             so there is no derivative with respect to {}.\n",
             whole.join(", "),
         );
         text += &format!(
@@ -238,11 +238,11 @@ impl Answers {
             thresholds.collect::<Vec<_>>().join(", ")
         );
         if !of_thresholds.rows.is_empty() {
-            text += &format!("\n{}\nNo other number changes them.", of_thresholds.text());
+            text += &format!("\n{}\nThey do not depend on any other number.", of_thresholds.text());
         }
         if !tied.is_empty() {
             text += &format!(
-                "\nTo one side only, because contacts that decide alike answer differently:\n  {}.",
+                "\nOne-sided derivatives, because two contacts are critical at once and respond differently:\n  {}.",
                 tied.join(";\n  ")
             );
         }

@@ -41,8 +41,8 @@ pub fn run(verb: &Solve) -> Result<Exit, Failure> {
     }
     if verb.points && solution.status.has_solution() {
         report.text.push_str(
-            "\n\nMeshing points (one row a diagonal: the two points at its ends carry the same force; --out FILE.csv has \
-             the ellipses too)\n",
+            "\n\nMeshing points (one row for each diagonal: the two points at its ends carry the same force; --out FILE.csv adds \
+             the contact ellipses)\n",
         );
         report.text.push_str(&report.table.narrowed(|column| !column.starts_with("wall")).text());
     }

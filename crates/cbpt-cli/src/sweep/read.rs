@@ -59,9 +59,10 @@ fn text_of(path: &Path, what: &str) -> Result<String, CaseError> {
     let name = path.display().to_string();
     match std::fs::metadata(path) {
         Ok(data) if data.is_dir() => Err(CaseError::whole(&name, format!("is a directory, not a {what}"))),
-        Ok(data) if data.len() > LARGEST && what == "plan" => {
-            Err(CaseError::whole(&name, "larger than 64 MiB, which no plan is: name a table instead"))
-        }
+        Ok(data) if data.len() > LARGEST && what == "plan" => Err(CaseError::whole(
+            &name,
+            "the file is larger than 64 MiB, too large for a plan; put the values into a table",
+        )),
         _ => std::fs::read_to_string(path).map_err(|error| {
             let problem = match error.kind() {
                 std::io::ErrorKind::NotFound => "file not found".into(),
@@ -122,13 +123,12 @@ fn plan(entries: &[Entry], path: &Path, notes: &mut Notes<'_>) -> Result<Option<
         },
         (Some(_), Some(axes)) => {
             let allowed = "the columns of the table are the axes: leave [axes] out";
-            notes.add(axes.at, super::mistake("axes", "there is a table as well", allowed));
+            notes.add(axes.at, super::mistake("axes", "the plan names a table as well", allowed));
             Vec::new()
         }
         (None, Some(axes)) => axes_of(&case, axes, design, notes),
         (None, None) => {
-            let allowed =
-                "say what is varied: [axes] with load.torque_Nm = { from = 0, to = 10, count = 41 }";
+            let allowed = "name what varies: [axes] with load.torque_Nm = { from = 0, to = 10, count = 41 }";
             notes.add(None, super::mistake("axes", "missing", allowed));
             Vec::new()
         }
@@ -287,7 +287,7 @@ fn range(
     let (count, step) = (number("count"), number("step"));
     let values = match (count, step) {
         (None, None) if design.is_drawn() => Ok(Values::Between { from, to, log }),
-        (None, None) => Err("say into how many values: count = 41, or step = 0.5"),
+        (None, None) => Err("give the number of values, count = 41, or their distance, step = 0.5"),
         (Some(_), Some(_)) => Err("give count or step, not both"),
         (None, Some(_)) if log => Err("a logarithmic scale needs count, not step"),
         (None, Some(step)) => stepped(from, to, step).map(Values::Numbers),
@@ -308,7 +308,7 @@ fn short_of_end(plan: &Plan, name: &str, entry: &Entry) -> Option<String> {
     let Values::Numbers(numbers) = &axis.values else { return None };
     let last = *numbers.last()?;
     ((to - last).abs() > 1e-6 * step.abs())
-        .then(|| format!("{name}: last value {last}, not {to}, which steps of {step} do not meet"))
+        .then(|| format!("{name}: the last value is {last}, not {to}, because {to} is not a whole number of steps of {step} away"))
 }
 
 /// From one number to the other in steps, as far as they lead.
@@ -356,7 +356,8 @@ fn table_axes(case: &Case, path: &Path) -> Result<Vec<Axis>, CaseError> {
     let bytes = text_of(path, "table")?;
     let text = bytes.strip_prefix('\u{feff}').unwrap_or(&bytes);
     let mut reader = ::csv::ReaderBuilder::new().trim(::csv::Trim::All).from_reader(text.as_bytes());
-    let broken = |error: ::csv::Error| CaseError::whole(&name, format!("is no table in CSV: {error}"));
+    let broken =
+        |error: ::csv::Error| CaseError::whole(&name, format!("the file is not a table in CSV: {error}"));
     let names: Vec<String> = reader.headers().map_err(broken)?.iter().map(str::to_owned).collect();
     if let Some(separator) =
         [';', '\t'].into_iter().find(|&other| names.len() == 1 && names[0].contains(other))

@@ -319,7 +319,7 @@ fn numbers_that_clash_are_told_with_their_rows() {
     let rows: Vec<&str> = csv.lines().skip(1).collect();
     let invalid: Vec<usize> = (0..rows.len()).filter(|&row| rows[row].ends_with("invalid_input")).collect();
     let first = invalid[0] + 1;
-    let told = format!("invalid_input: {} such as row {first}: ", invalid.len());
+    let told = format!("invalid_input: {} rows, for example row {first}: ", invalid.len());
     assert!(ran.err.contains(&told) && ran.err.contains("equal_speed"), "{told} in {}", ran.err);
     assert!(ran.err.contains(&format!("of {} rows solved now: ", rows.len())), "{}", ran.err);
     assert!(ran.err.contains("beyond_hold "), "{}", ran.err);
@@ -476,9 +476,9 @@ fn effects_of_the_case_are_part_of_the_answer() {
         assert!(
             desk.cbpt(&format!("{verb} with.toml"))
                 .out
-                .contains("of the drive alone; not counted: sensor_gain")
+                .contains("of the drive alone; they leave out the effects of the case: sensor_gain")
         );
-        assert!(!desk.cbpt(&format!("{verb} case.toml")).out.contains("not counted"));
+        assert!(!desk.cbpt(&format!("{verb} case.toml")).out.contains("leave out"));
     }
 }
 

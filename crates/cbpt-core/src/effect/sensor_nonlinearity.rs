@@ -15,7 +15,7 @@ pub static SPEC: Spec = Spec {
     reducers: Reducers::All,
     equation: "reading = alpha + c2 alpha^2 + c3 alpha^3",
     source: "data sheets of eddy-current sensors: quadratic and cubic departures from the straight line",
-    tell_tale: "a function of the reading alone",
+    tell_tale: "the residual depends on the angle alone, whatever the load",
     // 20 arcsec at a reading of 60 arcsec is the largest that is likely.
     parameters: &[
         Parameter::size("quadratic", Quantity::PerAngle, "coefficient c2 of the squared angle")
