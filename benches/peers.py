@@ -27,6 +27,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -83,6 +84,7 @@ def c_kernel(width: int, folder: str) -> ctypes.CDLL | str:
 
 
 def pointer(values: Floats) -> ctypes.c_void_p:
+    """Where an array lies."""
     return ctypes.c_void_p(values.ctypes.data)
 
 
@@ -157,18 +159,17 @@ def numba_kernel() -> Callable[..., int] | str:
         return "numba is not installed"
 
     def newton(
-        u: Floats,
-        v: Floats,
-        axial: float,
-        turning: float,
-        arm: float,
+        levers: tuple[Floats, Floats],
+        scales: tuple[float, float, float],
         given: bool,
-        torque: Floats,
-        preload: Floats,
-        approach: Floats,
-        rotation: Floats,
+        loads: tuple[Floats, Floats],
+        states: tuple[Floats, Floats],
         residual: Floats,
     ) -> int:
+        u, v = levers
+        axial, turning, arm = scales
+        torque, preload = loads
+        approach, rotation = states
         for c in range(len(torque)):
             n, m = preload[c], torque[c]
             if given:
@@ -235,140 +236,232 @@ def import_beyond_numpy(rounds: int = 9) -> float:
     return min(float(run) for run in runs) * 1e3
 
 
+# --- what is timed ------------------------------------------------------------------------
+
+Work = Callable[[], object]
+Works = dict[str, tuple[int, Work]]
+"""By name, how many cases it solves and what does it."""
+
+
+def size(number: int) -> ctypes.c_size_t:
+    """A count as C has it."""
+    return ctypes.c_size_t(number)
+
+
+@dataclass(frozen=True)
+class Loads:
+    """Random loads of the base case's pair, some of them near what holds."""
+
+    torque: Floats
+    preload: Floats
+    hard: Floats
+
+    @classmethod
+    def drawn(cls, cases: int, pair: Pair, rng: np.random.Generator) -> Loads:
+        torque, preload = rng.uniform(0.5, 5, cases), rng.uniform(300, 900, cases)
+        return cls(torque, preload, rng.uniform(0.4, 0.999, cases) * preload * pair.hold_m)
+
+    def __len__(self) -> int:
+        return len(self.torque)
+
+
+@dataclass(frozen=True)
+class OnePair:
+    """CBPT and its peers on one pair; the solution by NumPy is what the others are held against."""
+
+    lib: ctypes.CDLL
+    pair: Pair
+    loads: Loads
+    solved: tuple[Floats, Floats]
+
+    @classmethod
+    def of(cls, lib: ctypes.CDLL, pair: Pair, loads: Loads) -> OnePair:
+        solved = with_numpy(pair, loads.torque, loads.preload)
+        assert pair.residual(loads.torque, loads.preload, *solved) <= 1e-11
+        return cls(lib, pair, loads, solved)
+
+    def by(self, name: str, torque: Floats, rotation: Floats) -> Work:
+        """A routine of the library, as many loads as the torque has."""
+        function, residual = getattr(self.lib, name), np.zeros(len(torque))
+        angle = ctypes.c_double(INPUT_ANGLE_RAD)
+
+        def work() -> None:
+            columns = map(pointer, (torque, self.loads.preload, rotation, residual))
+            solved = function(angle, size(len(torque)), *columns)
+            assert solved == len(torque) and residual.max() <= 1e-11, name
+
+        return work
+
+    def works(self) -> Works:
+        """All but the kernels."""
+        all_, few = len(self.loads), min(len(self.loads), 2_000)
+        torque, preload, out = self.loads.torque, self.loads.preload, np.zeros(all_)
+        first = slice(few // 4)
+        return {
+            "cbpt": (all_, self.by("cbpt_pair", torque, out)),
+            "cbpt, 40 to 99.9 % of hold": (all_, self.by("cbpt_pair", self.loads.hard, out)),
+            "cbpt, scalar solver": (few, self.by("cbpt_pair_scalar", torque[:few], out)),
+            "levenberg-marquardt crate": (
+                few,
+                self.by("levenberg_marquardt_pair", torque[:few], out),
+            ),
+            "fsolve": (few // 4, lambda: with_fsolve(self.pair, torque[first], preload[first])),
+            "numpy, batched Newton": (all_, lambda: with_numpy(self.pair, torque, preload)),
+        }
+
+    def agreement(self) -> float:
+        """Largest relative difference of CBPT's angles and NumPy's."""
+        rotation = np.zeros(len(self.loads))
+        self.by("cbpt_pair", self.loads.torque, rotation)()
+        found = float(np.abs(rotation / self.solved[1] - 1).max())
+        assert found < 1e-10
+        return found
+
+    def kernels(self, folder: str) -> tuple[Works, dict[str, str]]:
+        """Newton by numba and in C, from rest and from the answer; and why some are missing."""
+        kernels = {
+            "numba": numba_kernel(),
+            "C AVX2": c_kernel(4, folder),
+            "C AVX-512": c_kernel(8, folder),
+        }
+        works: Works = {}
+        for name, kernel in kernels.items():
+            if isinstance(kernel, str):
+                continue
+            by = self.in_c if isinstance(kernel, ctypes.CDLL) else self.by_numba
+            for given in (False, True):
+                work = by(kernel, given)
+                work()  # compiled, and checked
+                works[name + (", from the answer" if given else "")] = (len(self.loads), work)
+        return works, {name: why for name, why in kernels.items() if isinstance(why, str)}
+
+    def states(self, given: bool) -> tuple[Floats, Floats]:
+        """Where a kernel starts and leaves its answer."""
+        return self.solved if given else (np.zeros(len(self.loads)), np.zeros(len(self.loads)))
+
+    def by_numba(self, kernel: Any, given: bool) -> Work:
+        pair, residual, states = self.pair, np.zeros(len(self.loads)), self.states(given)
+        scales = (pair.axial, pair.turning, pair.arm_m)
+        loads = (self.loads.torque, self.loads.preload)
+
+        def work() -> None:
+            kernel((pair.u, pair.v), scales, given, loads, states, residual)
+            assert residual.max() <= 1e-11, "numba"
+
+        return work
+
+    def in_c(self, kernel: Any, given: bool) -> Work:
+        pair, residual, states = self.pair, np.zeros(len(self.loads)), self.states(given)
+
+        def work() -> None:
+            kernel.newton(
+                *map(size, (len(self.loads), len(pair.u))),
+                *map(pointer, (pair.u, pair.v)),
+                ctypes.c_double(pair.arm_m),
+                ctypes.c_int(given),
+                *map(pointer, (self.loads.torque, self.loads.preload, *states, residual)),
+            )
+            assert residual.max() <= 1e-11, "C"
+
+        return work
+
+
+@dataclass(frozen=True)
+class BothPairs:
+    """The whole drive, on one thread and on two; loads: torque and preload."""
+
+    lib: ctypes.CDLL
+    loads: tuple[Floats, Floats]
+    angles: Floats
+
+    @classmethod
+    def of(cls, lib: ctypes.CDLL, loads: Loads) -> BothPairs:
+        # Long enough for threads to start and for the curve, which one of them makes, not to count.
+        torque, preload = np.tile(loads.torque, 10), np.tile(loads.preload, 10)
+        return cls(lib, (torque, preload), np.zeros(len(torque)))
+
+    def drive(self, threads: int, by_clock: bool) -> Work:
+        """All loads; by the clock, or (None) by the processor's time."""
+        seconds, count = np.zeros(1), len(self.angles)
+
+        def work() -> float | None:
+            columns = map(pointer, (*self.loads, self.angles, seconds))
+            assert self.lib.cbpt_drive(size(threads), size(count), *columns) == count
+            return float(seconds[0]) if by_clock else None
+
+        return work
+
+    def apart(self) -> float:
+        """Two sweeps that share nothing, at once: what the machine lets two do."""
+        half, ends = len(self.angles) // 2, np.zeros(2)
+
+        def one(place: int) -> None:
+            mine = slice(place * half, (place + 1) * half)
+            columns = (*(x[mine] for x in (*self.loads, self.angles)), ends[place:])
+            assert self.lib.cbpt_drive(size(1), size(half), *map(pointer, columns)) == half
+
+        threads = [threading.Thread(target=one, args=(place,)) for place in (0, 1)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        return float(ends.max())
+
+    def works(self) -> Works:
+        many = len(self.angles)
+        return {
+            "cbpt, both pairs, 1 thread": (many, self.drive(1, True)),
+            "cbpt, both pairs, 2 threads": (many, self.drive(2, True)),
+            "cbpt, both pairs, two halves apart at once": (many, self.apart),
+            "cbpt, both pairs, processor time of one": (many, self.drive(1, False)),
+            "cbpt, both pairs, processor time of two": (many, self.drive(2, False)),
+        }
+
+
+def geometries(lib: ctypes.CDLL, loads: Loads, rng: np.random.Generator) -> Works:
+    """A new geometry for every load, and single contacts."""
+    cases, count = len(loads), min(len(loads), 5_000)
+    low, high = np.array([[0.35, 5e-3, 0.70, 1.05], [0.50, 7e-3, 0.87, 1.12]])
+    numbers = np.ascontiguousarray(rng.uniform(low, high, (count, 4)).T)
+    angles, along, stiffness = np.zeros(cases), rng.uniform(500, 900, cases), np.zeros(cases)
+
+    def geometry() -> None:
+        columns = map(pointer, (numbers, loads.torque, loads.preload, angles))
+        found = lib.cbpt_new_geometry(size(1), size(count), *columns)
+        assert found == count, f"{found} of {count}"
+
+    def hertz(name: str) -> None:
+        across = ctypes.c_double(50.0)
+        getattr(lib, name)(size(cases), pointer(along), across, pointer(stiffness))
+
+    return {
+        "cbpt, new geometry, both pairs": (count, geometry),
+        "cbpt, one Hertz stiffness": (cases, lambda: hertz("cbpt_hertz")),
+        "cbpt, one Hertz stiffness alone": (cases, lambda: hertz("cbpt_hertz_scalar")),
+    }
+
+
 # --- the table ----------------------------------------------------------------------------
 
 
 def main(cases: int, rounds: int) -> dict[str, Any]:
+    """Everything timed, as plain values."""
     cases -= cases % 8
-    lib = library()
+    lib, rng = library(), np.random.default_rng(0)
     pair = Pair(lib)
-    angle = ctypes.c_double(INPUT_ANGLE_RAD)
-    rng = np.random.default_rng(0)
-    torque, preload = rng.uniform(0.5, 5, cases), rng.uniform(300, 900, cases)
-    hard = rng.uniform(0.4, 0.999, cases) * preload * pair.hold_m
-    rotation, residual, approach, cold = (np.zeros(cases) for _ in range(4))
-    absent: dict[str, str] = {}
-
-    def ours(name: str, loads: Floats, count: int = cases) -> Callable[[], None]:
-        function = getattr(lib, name)
-
-        def work() -> None:
-            columns = (pointer(values) for values in (loads, preload, rotation, residual))
-            solved = function(angle, ctypes.c_size_t(count), *columns)
-            assert solved == count and residual[:count].max() <= 1e-11, name
-
-        return work
-
-    few = min(cases, 2_000)
-    works: dict[str, tuple[int, Callable[[], object]]] = {
-        "cbpt": (cases, ours("cbpt_pair", torque)),
-        "cbpt, 40 to 99.9 % of hold": (cases, ours("cbpt_pair", hard)),
-        "cbpt, scalar solver": (few, ours("cbpt_pair_scalar", torque, few)),
-        "levenberg-marquardt crate": (few, ours("levenberg_marquardt_pair", torque, few)),
-        "fsolve": (few // 4, lambda: with_fsolve(pair, torque[: few // 4], preload[: few // 4])),
-        "numpy, batched Newton": (cases, lambda: with_numpy(pair, torque, preload)),
-    }
-    solved = with_numpy(pair, torque, preload)
-    assert pair.residual(torque, preload, *solved) <= 1e-11
-    ours("cbpt_pair", torque)()
-    agreement = float(np.abs(rotation / solved[1] - 1).max())
-    assert agreement < 1e-10
-
-    jit = numba_kernel()
+    loads = Loads.drawn(cases, pair, rng)
+    one, paper = OnePair.of(lib, pair, loads), cbpt.Drive.from_toml(cbpt.example_case())
+    agreement = one.agreement()
     with tempfile.TemporaryDirectory() as folder:
-        for name, kernel in {
-            "numba": jit,
-            "C AVX2": c_kernel(4, folder),
-            "C AVX-512": c_kernel(8, folder),
-        }.items():
-            if isinstance(kernel, str):
-                absent[name] = kernel
-                continue
-            for given in (False, True):
-
-                def work(kernel: Any = kernel, name: str = name, given: bool = given) -> None:
-                    states = solved if given else (approach, cold)
-                    if name == "numba":
-                        numbers = (pair.u, pair.v, pair.axial, pair.turning, pair.arm_m, given)
-                        kernel(*numbers, torque, preload, *states, residual)
-                    else:
-                        kernel.newton(
-                            *(ctypes.c_size_t(size) for size in (cases, len(pair.u))),
-                            *(pointer(values) for values in (pair.u, pair.v)),
-                            ctypes.c_double(pair.arm_m),
-                            ctypes.c_int(given),
-                            *(pointer(x) for x in (torque, preload, *states, residual)),
-                        )
-                    assert residual.max() <= 1e-11, name
-
-                work()
-                works[name + (", from the answer" if given else "")] = (cases, work)
-
-        count = min(cases, 5_000)
-        low, high = np.array([[0.35, 5e-3, 0.70, 1.05], [0.50, 7e-3, 0.87, 1.12]])
-        numbers = np.ascontiguousarray(rng.uniform(low, high, (count, 4)).T)
-        angles = np.zeros(cases)
-
-        def geometry() -> None:
-            columns = (pointer(values) for values in (numbers, torque, preload, angles))
-            found = lib.cbpt_new_geometry(ctypes.c_size_t(1), ctypes.c_size_t(count), *columns)
-            assert found == count, f"{found} of {count}"
-
-        # Long enough for threads to start and for the curve, which one of them makes, not to count.
-        many = 10 * cases
-        loads = [np.tile(column, 10) for column in (torque, preload)]
-        many_angles, seconds = np.zeros(many), np.zeros(1)
-
-        def drive(threads: int, by_clock: bool) -> Callable[[], float | None]:
-            def work() -> float | None:
-                columns = (pointer(values) for values in (*loads, many_angles, seconds))
-                sizes = (ctypes.c_size_t(size) for size in (threads, many))
-                assert lib.cbpt_drive(*sizes, *columns) == many
-                return float(seconds[0]) if by_clock else None
-
-            return work
-
-        def apart() -> float:
-            """Two sweeps that share nothing, at once: what the machine lets two do."""
-            half, ends = many // 2, np.zeros(2)
-
-            def one(place: int) -> None:
-                mine = slice(place * half, (place + 1) * half)
-                columns = (x[mine] for x in (*loads, many_angles))
-                own = (*(pointer(x) for x in columns), pointer(ends[place:]))
-                assert lib.cbpt_drive(ctypes.c_size_t(1), ctypes.c_size_t(half), *own) == half
-
-            threads = [threading.Thread(target=one, args=(place,)) for place in (0, 1)]
-            for thread in threads:
-                thread.start()
-            for thread in threads:
-                thread.join()
-            return float(ends.max())
-
-        along = rng.uniform(500, 900, cases)
-        stiffness = np.zeros(cases)
-
-        def hertz(name: str) -> Callable[[], None]:
-            def work() -> None:
-                across = ctypes.c_double(50.0)
-                size = ctypes.c_size_t(cases)
-                getattr(lib, name)(size, pointer(along), across, pointer(stiffness))
-
-            return work
-
-        paper = cbpt.Drive.from_toml(cbpt.example_case())
-        works |= {
-            "cbpt, new geometry, both pairs": (count, geometry),
-            "cbpt, one Hertz stiffness": (cases, hertz("cbpt_hertz")),
-            "cbpt, one Hertz stiffness alone": (cases, hertz("cbpt_hertz_scalar")),
-            "cbpt, both pairs, 1 thread": (many, drive(1, True)),
-            "cbpt, both pairs, 2 threads": (many, drive(2, True)),
-            "cbpt, both pairs, two halves apart at once": (many, apart),
-            "cbpt, both pairs, processor time of one": (many, drive(1, False)),
-            "cbpt, both pairs, processor time of two": (many, drive(2, False)),
+        kernels, absent = one.kernels(folder)
+        works = {
+            **one.works(),
+            **kernels,
+            **geometries(lib, loads, rng),
+            **BothPairs.of(lib, loads).works(),
             "cbpt.solve_many from Python, both pairs": (
                 cases,
-                lambda: cbpt.solve_many(paper, torque, preload, 5.7),
+                lambda: cbpt.solve_many(paper, loads.torque, loads.preload, 5.7),
             ),
         }
         times = least(rounds, works)

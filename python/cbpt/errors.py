@@ -12,13 +12,87 @@ from dataclasses import dataclass
 __all__ = [
     "CaseError",
     "CbptError",
+    "ChooseSheet",
     "InvalidInputError",
     "Mistake",
     "NoSolutionError",
     "PlanError",
     "PlotError",
     "ReadingsError",
+    "Say",
+    "Setting",
+    "Step",
+    "TakeColumn",
+    "Words",
+    "said",
+    "told",
 ]
+
+
+@dataclass(frozen=True, slots=True)
+class TakeColumn:
+    """A step: take the column under a header as a quantity in a unit; `extra` sets it aside."""
+
+    header: str
+    column: str
+
+    def __str__(self) -> str:
+        return f"pass columns={{{self.header!r}: {self.column!r}}}"
+
+
+@dataclass(frozen=True, slots=True)
+class ChooseSheet:
+    """A step: read a sheet of a workbook, a struct or a group of a file."""
+
+    name: str
+
+    def __str__(self) -> str:
+        return f"pass sheet={self.name!r}"
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """A step that names no place: `columns` or `sheet` as a whole."""
+
+    name: str
+
+    def __str__(self) -> str:
+        return f"`{self.name}`"
+
+
+Step = TakeColumn | ChooseSheet | Setting
+"""What a reader is told to do. A front end says it in its own way; `str` says it in Python."""
+Say = Callable[[Step], str]
+
+
+class Words(str):
+    """Text some parts of which are steps. As a `str` the steps are said in Python."""
+
+    __slots__ = ("parts",)
+    parts: tuple[str | Step, ...]
+
+    def __new__(cls, *parts: str | Step) -> Words:
+        flat: list[str | Step] = []
+        for part in parts:
+            flat += part.parts if isinstance(part, Words) else [part]
+        words = super().__new__(cls, "".join(map(str, flat)))
+        words.parts = tuple(flat)
+        return words
+
+    def __reduce__(self) -> tuple[type[Words], tuple[str | Step, ...]]:
+        return type(self), self.parts
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """The steps alone."""
+        return tuple(part for part in self.parts if not isinstance(part, str))
+
+
+def said(text: str, say: Say) -> str:
+    """A text with its steps said by a front end."""
+    if not isinstance(text, Words):
+        return text
+    return "".join(part if isinstance(part, str) else say(part) for part in text.parts)
 
 
 class CbptError(Exception):
@@ -50,7 +124,7 @@ class Mistake:
     """One thing wrong with a table, on one line or, the same thing again, on several.
 
     `lines` are 1-based and empty where the table as a whole is meant; `value` is what the first
-    of them holds.
+    of them holds. The texts may be `Words`, whose steps a front end says in its own way.
     """
 
     lines: tuple[int, ...]
@@ -59,16 +133,18 @@ class Mistake:
     expected: str
     remedy: str = ""
 
-    def describe(self, place: str = "line") -> str:
-        """One sentence; `place` is what a line is called ("line" of a file, "row" of data)."""
+    def describe(self, place: str = "line", say: Say = str) -> str:
+        """One sentence; `place` is what a line is called ("line" of a file, "row" of data), `say`
+        how steps are said."""
         where = f"{place} {self.lines[0]}, " if self.lines else ""
         where += f"column {self.column!r}: " if self.column else ""
-        text = f"{where}found {self.value}, expected {self.expected}"
+        found, expected = said(self.value, say), said(self.expected, say)
+        text = f"{where}found {found}, expected {expected}"
         if len(self.lines) > 1:
             rest = self.lines[1:]
             text += f" (the same on {place}s {', '.join(map(str, rest[:8]))}"
             text += f" and {len(rest) - 8} more)" if len(rest) > 8 else ")"
-        return f"{text}; {self.remedy}" if self.remedy else text
+        return f"{text}; {said(self.remedy, say)}" if self.remedy else text
 
 
 class ReadingsError(CbptError, ValueError):
@@ -89,11 +165,15 @@ class ReadingsError(CbptError, ValueError):
         self.column = first.column
         self.value = first.value
         self.expected = first.expected
-        sentences = [mistake.describe(place) for mistake in self.mistakes[: self.SHOWN]]
+        super().__init__(self.told(str))
+
+    def told(self, say: Say) -> str:
+        """The message, its steps said by a front end."""
+        sentences = [mistake.describe(self.place, say) for mistake in self.mistakes[: self.SHOWN]]
         if len(self.mistakes) > self.SHOWN:
             sentences.append(f"and {len(self.mistakes) - self.SHOWN} more")
         joint = "\n  " if len(sentences) > 1 else " "
-        super().__init__(f"{path}:{joint}" + joint.join(sentences))
+        return f"{self.path}:{joint}" + joint.join(sentences)
 
     @classmethod
     def of_table(cls, path: str, column: str, expected: str) -> ReadingsError:
@@ -143,3 +223,8 @@ class ReadingsError(CbptError, ValueError):
         self,
     ) -> tuple[Callable[..., ReadingsError], tuple[str, tuple[Mistake, ...], str]]:
         return type(self), (self.path, self.mistakes, self.place)
+
+
+def told(error: Exception, say: Say) -> str:
+    """The message of an error, its steps said by a front end."""
+    return error.told(say) if isinstance(error, ReadingsError) else str(error)

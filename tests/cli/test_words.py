@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,17 @@ import pytest
 import cbpt
 from cbpt.cli import lab as verbs
 from cbpt.cli import main as commands
+from cbpt.errors import (
+    ChooseSheet,
+    ReadingsError,
+    Setting,
+    Step,
+    TakeColumn,
+    Words,
+    said,
+    told,
+)
+from cbpt.page.workbench.uploads import on_page
 from common.command_line import CASE, DATA, at_desk, compare, run
 
 VERBS = ["solve", "preload", "sweep", "check", "schema", "compare"]
@@ -26,11 +38,11 @@ def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.mark.parametrize("arguments", [["--help"], ["-h"], ["help"]])
 def test_help_lists_every_verb(arguments: list[str], capfd: pytest.CaptureFixture[str]) -> None:
     assert commands.main(arguments) == 0
-    said = capfd.readouterr()
-    assert said.err == ""
-    listed = [line.split()[0] for line in said.out.splitlines() if line.startswith("  ")]
+    shown = capfd.readouterr()
+    assert shown.err == ""
+    listed = [line.split()[0] for line in shown.out.splitlines() if line.startswith("  ")]
     assert set(VERBS) <= set(listed)
-    assert "Exit codes: 0 done, 1 cannot write, 2 bad input, 3 no solution" in said.out
+    assert "Exit codes: 0 done, 1 cannot write, 2 bad input, 3 no solution" in shown.out
 
 
 def test_every_verb_has_help() -> None:
@@ -53,8 +65,8 @@ def test_remedies_name_the_flag(desk: Path, capsys: pytest.CaptureFixture[str]) 
     table = desk / "t.csv"
     table.write_text("Moment's,preload_N,angle deg\n1,600,2\n")
     assert commands.main(["compare", "case.toml", str(table)]) == 2
-    told = capsys.readouterr().err
-    assert "columns=" not in told and "--column 'angle deg=elastic_angle_deg'" in told
+    message = capsys.readouterr().err
+    assert "columns=" not in message and "--column 'angle deg=elastic_angle_deg'" in message
     flags = ["--column", "Moment's=torque_Nm", "--column", "angle deg=elastic_angle_deg"]
     assert commands.main(["compare", "case.toml", str(table), *flags]) == 0
     capsys.readouterr()
@@ -63,16 +75,49 @@ def test_remedies_name_the_flag(desk: Path, capsys: pytest.CaptureFixture[str]) 
 
 
 @pytest.mark.parametrize(
-    ("python", "flags"),
+    ("step", "python", "flags", "page"),
     [
-        ("pass columns={'a': 'torque_Nm'} in", "pass --column a=torque_Nm in"),
-        ("""columns={"it's": 'extra'};""", """--column 'it'"'"'s=extra';"""),
-        ("as in sheet='Run 1', and", "as in --sheet 'Run 1', and"),
-        (r"columns={'\x': 'y'}", r"columns={'\x': 'y'}"),  # part of a header, no text of Python
+        (
+            TakeColumn("a b", "torque_Nm"),
+            "pass columns={'a b': 'torque_Nm'}",
+            "give --column 'a b=torque_Nm'",
+            "take 'a b' as 'torque_Nm'",
+        ),
+        (
+            TakeColumn("it's", "extra"),
+            """pass columns={"it's": 'extra'}""",
+            """give --column 'it'"'"'s=extra'""",
+            """take "it's" as 'extra'""",
+        ),
+        (
+            ChooseSheet("Run 1"),
+            "pass sheet='Run 1'",
+            "give --sheet 'Run 1'",
+            "choose the sheet 'Run 1'",
+        ),
+        (Setting("columns"), "`columns`", "--column", "the columns"),
     ],
 )
-def test_python_said_in_flags(python: str, flags: str) -> None:
-    assert verbs.in_flags(python) == flags
+def test_each_front_end_says_a_step_in_its_own_way(
+    step: Step, python: str, flags: str, page: str
+) -> None:
+    text = Words("first ", Words(step, ", then measure"))
+    assert text == f"first {python}, then measure" and text.steps == (step,)
+    assert said(text, verbs.in_flags) == f"first {flags}, then measure"
+    assert said(text, on_page) == f"first {page}, then measure"
+    again = pickle.loads(pickle.dumps(text))
+    assert again == text and again.parts == text.parts
+
+
+def test_a_header_that_reads_like_python_stays_as_it_is(tmp_path: Path) -> None:
+    """Steps are known by what they are, not by how they read."""
+    header = "columns={'a': 'b'}"
+    (tmp_path / "t.csv").write_text(f"{header};torque_Nm\n1;2\n", encoding="utf-8")
+    with pytest.raises(ReadingsError) as refused:
+        cbpt.read_readings(tmp_path / "t.csv")
+    assert repr(header) in told(refused.value, verbs.in_flags)
+    steps = [step for m in refused.value.mistakes for step in getattr(m.remedy, "steps", ())]
+    assert TakeColumn("your header", "elastic_angle_arcsec") in steps
 
 
 @pytest.mark.parametrize(
@@ -99,7 +144,7 @@ def test_a_sheet_is_chosen(desk: Path, capsys: pytest.CaptureFixture[str]) -> No
     assert commands.main(["compare", "case.toml", "t.xlsx", "--sheet", "Run 2"]) == 0
     assert "sheet 'Run 2'" in capsys.readouterr().out
     assert commands.main(["compare", "case.toml", "t.xlsx"]) == 0
-    assert "'Run 2' may hold readings too (--sheet)" in capsys.readouterr().out
+    assert "'Run 2' may hold readings too (--sheet chooses another)" in capsys.readouterr().out
     assert commands.main(["compare", "case.toml", "t.xlsx", "--sheet", "Run 3"]) == 2
     assert "no sheet 'Run 3', expected one of 'Run 1', 'Run 2'" in capsys.readouterr().err
 

@@ -16,13 +16,14 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
+from common import PATIENCE_S
+
 CHROMIUM = next(
     filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
 )
 READY, DRAWN = "html[data-ready]", "html[data-drawn]"
 """The first plot is alive; nothing is left to draw."""
-PATIENCE_MS = 90_000
-"""How long a condition may take on a machine that does other things as well."""
+PATIENCE_MS = round(1e3 * PATIENCE_S)
 # The sandbox of Chromium is not to be had as root, as in most CI machines.
 _LAUNCH = {"executable_path": CHROMIUM, "args": ["--no-sandbox"]}
 
@@ -114,7 +115,7 @@ def workbench(*files: Path, port: int | None = None) -> Iterator[str]:
             yield told.readline().split()[-1]
         finally:
             process.send_signal(signal.SIGINT)
-            assert process.wait(30) == 0
+            assert process.wait(PATIENCE_S) == 0
 
 
 def undiagnosed(case: Path, table: Path, folder: Path) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 import subprocess
 import sysconfig
+import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ import pytest
 
 import cbpt
 from cbpt.cli import main as commands
+from common import PATIENCE_S
 from common.hidden import FOLDER
 
 COMMAND = Path(sysconfig.get_path("scripts")) / "cbpt"
@@ -42,8 +44,9 @@ def interrupted(command: Sequence[str], works: Callable[[int], bool]) -> tuple[i
         try:
             while not works(running.pid):
                 assert running.poll() is None, "it ended before"
+                time.sleep(0.005)
             running.send_signal(signal.SIGINT)
-            told = running.communicate(timeout=60)[1]
+            told = running.communicate(timeout=PATIENCE_S)[1]
         finally:
             running.kill()
     return running.returncode, told

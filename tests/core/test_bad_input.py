@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 
 import cbpt
 from cbpt import CaseError, CbptError, Drive, InvalidInputError, solve_many
+from common import PATIENCE_S
 from common.drives import (
     BASE,
     CaseDict,
@@ -172,7 +173,7 @@ def test_a_case_beyond_reading_is_a_case_error(make: str) -> None:
         "except cbpt.CaseError: print('refused')",
     ]
     command = [sys.executable, "-c", "\n".join(lines)]
-    run = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    run = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
     assert (run.returncode, run.stdout, run.stderr) == (0, "refused\n", "")
 
 

@@ -6,6 +6,7 @@ Groups: solutions and their arrays, symmetries and scaling, preload and largest 
 from __future__ import annotations
 
 import _thread
+import contextlib
 import math
 import re
 import signal
@@ -294,23 +295,23 @@ def test_no_angle_exceeds_the_largest(
 
 
 def test_the_search_for_the_largest_angle_can_be_interrupted() -> None:
-    """With a thousand balls it takes a second or so."""
+    """Most of the processor's time that a thousand balls take is saved."""
     case = base_case()
     case["deceleration"]["ball_count"] = 1000
     case["equal_speed"] |= {"ball_count": 999, "pitch_radius_mm": 3000}
     drive = Drive.from_dict(case)
-    ctrl_c = threading.Timer(0.01, _thread.interrupt_main)
 
-    def searched() -> None:
-        ctrl_c.start()
-        drive.largest_elastic_angle(1, 600)
+    def searched() -> float:
+        start = time.process_time()
+        with contextlib.suppress(KeyboardInterrupt):
+            drive.largest_elastic_angle(1, 600)
+        return time.process_time() - start
 
+    whole = searched()
     # Whoever starts the tests in the background may have Ctrl-C ignored.
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
-        start = time.monotonic()
-        with pytest.raises(KeyboardInterrupt):
-            searched()
-        assert time.monotonic() - start < 1
+        threading.Timer(0.01, _thread.interrupt_main).start()
+        assert searched() < 0.5 * whole
     finally:
         signal.signal(signal.SIGINT, before)

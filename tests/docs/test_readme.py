@@ -30,6 +30,7 @@ from typing import Any
 import pytest
 
 import cbpt
+from common import PATIENCE_S
 
 TOP = Path(__file__).parents[2]
 PAGES = [TOP / "README.md", *sorted((TOP / "docs").rglob("*.md"))]
@@ -114,7 +115,7 @@ def run_command(command: str, place: str) -> str:
         capture_output=True,
         text=True,
         encoding="utf-8",
-        timeout=60,
+        timeout=PATIENCE_S,
         check=False,
     )
     assert ran.returncode == code, f"{place}: {command}\n{ran.stdout}{ran.stderr}"

@@ -6,7 +6,6 @@ with care; wrong units and wrong drives; size.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from typing import Any
 
@@ -15,7 +14,7 @@ import pytest
 
 from cbpt import Case
 from cbpt.errors import CbptError, ReadingsError
-from cbpt.lab.diagnosis.diagnose import diagnose
+from cbpt.lab.diagnosis.diagnose import MOST, diagnose
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from common.hidden import ANGLE, Columns, U, case_of, said, table_of
 
@@ -213,8 +212,7 @@ def test_a_hundred_thousand_readings() -> None:
     many["run"] += 100.0 * turns
     many["time_s"] += 1e5 * turns
     many[ANGLE] = np.resize(clean, n) + np.random.default_rng(0).normal(0, 0.3, n)
-    start = time.process_time()
     found = diagnose(Case.from_toml(case_of("dev03")), many)
-    assert time.process_time() - start < 20
+    assert len(found.readings) <= MOST, "what takes long is done on these"
     assert said(found.verdict)[:2] == ("effect", ("eccentric_bearing",))
     assert "100000 readings" in " ".join(found.notes)

@@ -21,10 +21,10 @@ from cbpt.page.document.plain import to_json
 from cbpt.page.workbench import ahead as module
 from cbpt.page.workbench.ahead import Ahead, Effects, Step, Turns
 from cbpt.page.workbench.session import Session
+from common import PATIENCE_S
 from common.hidden import diagnosed
 from common.page_server import CASE, DATA, client_of, opened, own_effect
 
-PATIENCE_S = 60.0
 OFFERED = ("a", "b", "c")
 
 

@@ -13,6 +13,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
@@ -28,6 +29,7 @@ from cbpt.errors import ReadingsError
 from cbpt.page.document import campaign
 from cbpt.page.document.document import from_here
 from cbpt.page.workbench.session import Session
+from common import PATIENCE_S
 from common.page_server import CASE, DATA, HEAD, ROWS, client_of, opened, own_effect, upload
 
 # --- the story ------------------------------------------------------------------------------
@@ -481,7 +483,7 @@ def test_workbench_serves_on_this_machine_and_ends_with_ctrl_c() -> None:
         found = re.search(r"http://127\.0\.0\.1:(\d+)/\?token=(\S{43})", run.stdout.readline())
         assert found is not None
         port, token = int(found[1]), found[2]
-        connection = http.client.HTTPConnection("127.0.0.1", port, timeout=60)
+        connection = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE_S)
         connection.request("GET", "/api/document", headers={"x-cbpt-token": token})
         document = json.loads(connection.getresponse().read())
         assert document["data"]["rows"] == 396
@@ -489,7 +491,7 @@ def test_workbench_serves_on_this_machine_and_ends_with_ctrl_c() -> None:
         assert connection.getresponse().status == 403
         connection.close()
         run.send_signal(signal.SIGINT)
-        out, err = run.communicate(timeout=60)
+        out, err = run.communicate(timeout=PATIENCE_S)
     finally:
         run.kill()
         run.wait()
@@ -505,7 +507,7 @@ def test_ctrl_c_ends_with_one_line_though_work_is_under_way() -> None:
     )
 
     def ask(path: str, body: str | None = None) -> http.client.HTTPConnection:
-        found = http.client.HTTPConnection("127.0.0.1", port, timeout=60)
+        found = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE_S)
         headers = {"x-cbpt-token": token, "content-type": "application/json"}
         found.request("GET" if body is None else "POST", path, body, headers)
         return found
@@ -522,11 +524,11 @@ def test_ctrl_c_ends_with_one_line_though_work_is_under_way() -> None:
         with closing(ask("/api/diagnose", "{}")) as begun:
             assert begun.getresponse().status == 200
         while state() != "done":
-            pass
+            time.sleep(0.05)
         with closing(ask("/api/isolability")):
             assert state() == "done"
             run.send_signal(signal.SIGINT)
-            out, err = run.communicate(timeout=60)
+            out, err = run.communicate(timeout=PATIENCE_S)
     finally:
         run.kill()
         run.wait()

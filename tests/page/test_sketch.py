@@ -234,8 +234,9 @@ def test_a_file_dropped_before_the_sections_are_there_is_taken(browser: Any, ben
             }"""
         )
         assert stopped == [True, True]
-        for route in held:
-            route.continue_()
+        while not held:  # the page has yet to ask
+            page.wait_for_timeout(10)
+        held.pop().continue_()
         page.wait_for_selector("dialog[open] #upload-found:has-text('early.csv')")
         page.click("dialog >> text=Close")
         page.wait_for_selector(READY)

@@ -486,4 +486,4 @@ def test_a_missing_library_is_named(
 
 
 def test_a_text_table_has_no_sheets(tmp_path: Path) -> None:
-    assert "sheet='A' of a text table" in str(refused(CAMPAIGNS[0], sheet="A"))
+    assert "the sheet 'A', but a text table has none" in str(refused(CAMPAIGNS[0], sheet="A"))

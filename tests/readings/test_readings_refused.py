@@ -136,7 +136,7 @@ def test_remedies(write: Write, header: str, remedy: str) -> None:
     [
         ({"Momnt": "torque_Nm"}, "one of the headers 'Moment'"),
         ({"Moment": "torqe_Nm"}, "not 'torqe_Nm'"),
-        ({"Moment": "torque"}, "as in columns={'Moment': 'torque_Nm'}"),
+        ({"Moment": "torque"}, "for example pass columns={'Moment': 'torque_Nm'}"),
         ({"Moment": "torque_lbf"}, "not 'torque_lbf'"),
     ],
 )

@@ -8,7 +8,6 @@ fit         add effects to a case
 from __future__ import annotations
 
 import argparse
-import ast
 import csv
 import re
 import shlex
@@ -18,6 +17,8 @@ from collections.abc import Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
+
+from cbpt.errors import ChooseSheet, Setting, Step, TakeColumn
 
 if TYPE_CHECKING:
     from cbpt.lab.diagnosis.diagnosis import Diagnosis
@@ -179,23 +180,15 @@ def columns_of(parser: argparse.ArgumentParser, options: argparse.Namespace) -> 
     return columns
 
 
-_TEXT = r"""('(?:[^'\\]|\\.)*'|"(?:[^"\\]|\\.)*")"""
-
-
-def in_flags(text: str) -> str:
-    """What a message tells to pass in Python, said in the flags of the command line."""
-
-    def flag(found: re.Match[str]) -> str:
-        try:
-            words = [str(ast.literal_eval(word)) for word in found.groups()]
-        except (SyntaxError, ValueError):  # a header that only looks like it
-            return found[0]
-        name = "--column" if len(words) > 1 else "--sheet"
-        return f"{name} {shlex.quote('='.join(words))}"
-
-    text = re.sub(rf"columns=\{{{_TEXT}: {_TEXT}\}}", flag, text)
-    text = re.sub(rf"sheet={_TEXT}", flag, text)
-    return text.replace("`columns`", "--column").replace("(sheet=)", "(--sheet)")
+def in_flags(step: Step) -> str:
+    """What a message tells to do, in the flags of the command line."""
+    match step:
+        case TakeColumn(header, column):
+            return f"give --column {shlex.quote(f'{header}={column}')}"
+        case ChooseSheet(name):
+            return f"give --sheet {shlex.quote(name)}"
+        case Setting(name):
+            return {"columns": "--column", "sheet": "--sheet"}[name]
 
 
 def compare(argv: list[str]) -> int:
@@ -252,8 +245,8 @@ def compare(argv: list[str]) -> int:
         names, rows = comparison.rows()
         with options.out.open("w", newline="", encoding="utf-8") as file:
             csv.writer(file).writerows([names, *rows])
-    report = comparison.report(options.angle_unit)
-    print(comparison.to_json() if options.json else in_flags(report))
+    report = comparison.report(options.angle_unit, in_flags)
+    print(comparison.to_json() if options.json else report)
     sys.stdout.flush()
     if options.plot:
         comparison.plot(options.plot, options.angle_unit)
@@ -333,7 +326,7 @@ def diagnose(argv: list[str]) -> int:
     else:
         if options.json:
             Path(options.json).write_text(answer.to_json() + "\n", encoding="utf-8")
-        print(in_flags(answer.report()))
+        print(answer.report(in_flags) if isinstance(answer, Diagnosis) else answer.report())
     if isinstance(answer, Diagnosis):
         if options.json != "-" or options.results not in (None, "-"):
             show_results(answer, options)
@@ -377,7 +370,7 @@ def fit(argv: list[str]) -> int:
     )
     if options.out:
         options.out.write_text(found.case.to_toml(), encoding="utf-8")
-    print(in_flags(found.report()))
+    print(found.report(in_flags))
     show_results(found, options)
     if options.out:
         print(f"Wrote {options.out}: the case with the effect in it.")

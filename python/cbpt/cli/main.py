@@ -22,7 +22,7 @@ try:
     from cbpt.cli import lab as verbs
     from cbpt.cli import page as page_verbs
     from cbpt.cli import sweep as sweep_verb
-    from cbpt.errors import CbptError, NoSolutionError
+    from cbpt.errors import CbptError, NoSolutionError, told
 except KeyboardInterrupt:  # numpy takes a while to load
     print("cbpt: interrupted", file=sys.stderr)
     os._exit(130)
@@ -83,7 +83,7 @@ def _guarded(verb: Callable[[list[str]], int], argv: list[str]) -> int:
         print(f"cbpt: {error}", file=sys.stderr)
         return NO_SOLUTION
     except CbptError as error:
-        print(f"cbpt: {verbs.in_flags(str(error))}", file=sys.stderr)
+        print(f"cbpt: {told(error, verbs.in_flags)}", file=sys.stderr)
         return BAD_INPUT
     except BrokenPipeError:
         # The reader (`| head`) has seen enough; what is left in the buffer must not complain.

@@ -224,6 +224,11 @@ class State:
     rotation_rad: Floats
     compliance_rad_per_Nm: Floats
 
+    @property
+    def unknowns(self) -> tuple[Floats, Floats, Floats]:
+        """Approach, shift and rotation."""
+        return self.approach_m, self.shift_m, self.rotation_rad
+
 
 def _sums(mesh: Mesh, d: Floats, t: Floats, alpha: Floats) -> tuple[tuple[Floats, ...], Floats]:
     """Axial force, lateral force and torque, and their derivatives (reading, 3, 3)."""
@@ -254,6 +259,77 @@ def _eliminate(jacobian: Floats, first: int, size: int) -> Floats:
     return np.where(singular, np.nan, own - np.einsum("ij,ij->i", cross, way))
 
 
+@dataclass
+class _Balance:
+    """The unknowns of a pair while they are sought: each level balances one force with the levels
+    inside it balanced, and starts from where the unknown was last. With a spring, preload_N is what
+    the device would press with at the approach spring_zero_m."""
+
+    mesh: Mesh
+    torque_Nm: Floats
+    preload_N: Floats
+    spring_zero_m: Floats | None
+    d: Floats
+    t: Floats
+    warm: bool
+    slope: Floats
+
+    def __post_init__(self) -> None:
+        self.exists = self.mesh.stiffness > 0
+        typical = np.where(self.exists, self.mesh.stiffness * self.mesh.axial, 0.0).sum(axis=1)
+        self.scale = (self.preload_N / typical) ** (2 / 3)
+        self.wide = np.full(len(self.preload_N), np.inf)
+
+    def sprung(self, d: Floats) -> tuple[Floats | float, Floats | float]:
+        """What the spring takes of the preload, and its rate."""
+        if self.spring_zero_m is None:
+            return 0.0, 0.0
+        return self.mesh.spring.force(d - self.spring_zero_m)
+
+    def approach(self, alpha: Floats, t: Floats) -> tuple[tuple[Floats, ...], Floats]:
+        """Innermost: the approach d that carries the preload; all sums there, and their slopes."""
+        mesh = self.mesh
+        rest = alpha[:, None] * mesh.turning_m + t[:, None] * mesh.lateral + mesh.gap_m
+        touch = np.where(self.exists, -rest / mesh.axial, np.inf).min(axis=1)
+
+        def pressed(d: Floats) -> tuple[Floats, Floats]:
+            force, slope = mesh.law.force(mesh.stiffness, d[:, None] * mesh.axial + rest)
+            value = np.einsum("ij,ij->i", force, mesh.axial) - self.preload_N
+            slope = np.einsum("ij,ij,ij->i", slope, mesh.axial, mesh.axial)
+            taken, rate = self.sprung(d)
+            return value + taken, slope + rate
+
+        low = touch if self.spring_zero_m is None else -self.wide
+        near = np.where(self.d > touch, self.d, touch + self.scale)
+        first = near if self.warm else touch + 3 * self.scale
+        self.d = root_of(pressed, first, low, self.wide, self.scale)
+        self.warm = True
+        sums, jacobian = _sums(mesh, self.d, t, alpha)
+        jacobian[:, 0, 0] += self.sprung(self.d)[1]
+        return sums, jacobian
+
+    def sideways(self, alpha: Floats) -> tuple[tuple[Floats, ...], Floats]:
+        """The same where a floating plate has gone aside as far as it is pushed."""
+        if not self.mesh.floats:
+            return self.approach(alpha, self.t)
+
+        def pushed(t: Floats) -> tuple[Floats, Floats]:
+            sums, jacobian = self.approach(alpha, t)
+            return sums[1], _eliminate(jacobian, 1, 1)
+
+        self.t = root_of(pushed, self.t, -self.wide, self.wide, self.scale)
+        return self.approach(alpha, self.t)
+
+    def turned(self, alpha: Floats) -> tuple[Floats, Floats]:
+        """Outermost: torque that the points lack at a rotation, and its slope."""
+        sums, jacobian = self.sideways(alpha)
+        size = 2 if self.mesh.floats else 1
+        if not self.mesh.floats:
+            jacobian = jacobian[:, [0, 2], :][:, :, [0, 2]]
+        self.slope = _eliminate(jacobian, size, size)
+        return sums[2] - self.torque_Nm, self.slope
+
+
 def equilibrium(
     mesh: Mesh,
     torque_Nm: Floats,
@@ -261,70 +337,14 @@ def equilibrium(
     spring_zero_m: Floats | None = None,
     start: State | None = None,
 ) -> State:
-    """Rotation of a pair at which its meshing points carry torque and preload, every reading.
-
-    With a spring, preload_N is what the device would press with at the approach spring_zero_m.
-    """
-    n = len(torque_Nm)
-    d = np.zeros(n) if start is None else start.approach_m.copy()
-    t = np.zeros(n) if start is None else start.shift_m.copy()
-    alpha = np.zeros(n) if start is None else start.rotation_rad.copy()
-    exists = mesh.stiffness > 0
-    typical = np.where(exists, mesh.stiffness * mesh.axial, 0.0).sum(axis=1)
-    scale = (preload_N / typical) ** (2 / 3)
-    lever = np.abs(mesh.turning_m).max(axis=1)
-    warm = start is not None
-
-    def sprung(d: Floats) -> tuple[Floats | float, Floats | float]:
-        return (0.0, 0.0) if spring_zero_m is None else mesh.spring.force(d - spring_zero_m)
-
-    def approach(alpha: Floats, t: Floats) -> tuple[tuple[Floats, ...], Floats]:
-        nonlocal d, warm
-        rest = alpha[:, None] * mesh.turning_m + t[:, None] * mesh.lateral + mesh.gap_m
-        touch = np.where(exists, -rest / mesh.axial, np.inf).min(axis=1)
-
-        def pressed(d: Floats) -> tuple[Floats, Floats]:
-            force, slope = mesh.law.force(mesh.stiffness, d[:, None] * mesh.axial + rest)
-            value = np.einsum("ij,ij->i", force, mesh.axial) - preload_N
-            slope = np.einsum("ij,ij,ij->i", slope, mesh.axial, mesh.axial)
-            taken, rate = sprung(d)
-            return value + taken, slope + rate
-
-        low = touch if spring_zero_m is None else np.full(n, -np.inf)
-        first = np.where(d > touch, d, touch + scale) if warm else touch + 3 * scale
-        d = root_of(pressed, first, low, np.full(n, np.inf), scale)
-        warm = True
-        sums, jacobian = _sums(mesh, d, t, alpha)
-        jacobian[:, 0, 0] += sprung(d)[1]
-        return sums, jacobian
-
-    def balanced(alpha: Floats) -> tuple[tuple[Floats, ...], Floats]:
-        nonlocal t
-        if not mesh.floats:
-            return approach(alpha, t)
-
-        def sideways(t: Floats) -> tuple[Floats, Floats]:
-            sums, jacobian = approach(alpha, t)
-            return sums[1], _eliminate(jacobian, 1, 1)
-
-        t = root_of(sideways, t, np.full(n, -np.inf), np.full(n, np.inf), scale)
-        return approach(alpha, t)
-
-    slope = np.zeros(n)
-
-    def turned(alpha: Floats) -> tuple[Floats, Floats]:
-        nonlocal slope
-        sums, jacobian = balanced(alpha)
-        if not mesh.floats:
-            jacobian = jacobian[:, [0, 2], :][:, :, [0, 2]]
-        size = 2 if mesh.floats else 1
-        slope = _eliminate(jacobian, size, size)
-        return sums[2] - torque_Nm, slope
-
-    wide = np.full(n, np.inf)
-    alpha = root_of(turned, alpha, -wide, wide, scale / lever)
-    turned(alpha)
-    return State(d, t, alpha, 1 / slope)
+    """Rotation of a pair at which its meshing points carry torque and preload, every reading."""
+    none = np.zeros(len(torque_Nm))
+    d, t, alpha = (none,) * 3 if start is None else start.unknowns
+    balance = _Balance(mesh, torque_Nm, preload_N, spring_zero_m, d, t, start is not None, none)
+    unit = balance.scale / np.abs(mesh.turning_m).max(axis=1)
+    alpha = root_of(balance.turned, alpha, -balance.wide, balance.wide, unit)
+    balance.turned(alpha)
+    return State(balance.d, balance.t, alpha, 1 / balance.slope)
 
 
 # --- pairs to meshes ------------------------------------------------------------------------

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cbpt._core import Case, Drive, OwnEffect
-from cbpt.errors import ReadingsError
+from cbpt.errors import ReadingsError, Say
 from cbpt.figures.comparison import Box, ComparisonPicture, draw_comparison
 from cbpt.lab.covariance.linear_gaussian import Noise, Rows, Whitener
 from cbpt.lab.covariance.repeatability import Repeats, pooled
@@ -62,13 +62,14 @@ class Comparison(ComparisonData):
     before: Comparison | None
     """The same without the effects that were to be fitted; None where none were."""
 
-    def report(self, angle_unit: str = "arcsec") -> str:
-        """The comparison as text, angles in `angle_unit` (arcsec, arcmin, deg, urad, mrad, rad)."""
+    def report(self, angle_unit: str = "arcsec", say: Say = str) -> str:
+        """The comparison as text, angles in `angle_unit` (arcsec, arcmin, deg, urad, mrad, rad);
+        `say` says the steps of notes, else they are Python."""
         if angle_unit not in ANGLE_UNITS:
             raise ValueError(
                 f"angle_unit = {angle_unit!r}: expected one of {', '.join(ANGLE_UNITS)}"
             )
-        return "\n".join(lines(self, angle_unit))
+        return "\n".join(lines(self, angle_unit, say))
 
     def to_dict(self) -> dict[str, Any]:
         """The comparison as plain values, the same that `to_json` writes."""

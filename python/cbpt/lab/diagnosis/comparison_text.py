@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 
 from cbpt._core import text_table
+from cbpt.errors import Say, said
 from cbpt.lab.diagnosis.comparison_data import ComparisonData
 from cbpt.lab.diagnosis.misfit import Misfit
 from cbpt.lab.wording.numbers import rounded, significant
 from cbpt.results import ANGLE_UNITS
 
 
-def lines(c: ComparisonData, angle_unit: str) -> Iterator[str]:
+def lines(c: ComparisonData, angle_unit: str, say: Say) -> Iterator[str]:
     """The report, line by line."""
     factor = ANGLE_UNITS[angle_unit]
     yield f"{len(c.readings)} readings of {c.readings.source} against the model"
@@ -63,7 +64,7 @@ def lines(c: ComparisonData, angle_unit: str) -> Iterator[str]:
     else:
         yield f"zero: one for each of {len(c.zero_arcsec)} runs, fitted and taken off"
     for note in c.readings.notes:
-        yield f"note: {note}"
+        yield f"Note: {said(note, say)}"
 
 
 def _row(label: str, share: float, misfit: Misfit, factor: float) -> list[Any]:

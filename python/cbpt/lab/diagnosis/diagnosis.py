@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from cbpt.errors import Say
 from cbpt.figures.diagnosis import DiagnosisPicture, draw_diagnosis
 from cbpt.lab.diagnosis.alternatives import moved, smallest
 from cbpt.lab.diagnosis.deciding_runs import next_run
@@ -269,9 +270,9 @@ class Diagnosis(DiagnosisData):
         )
         draw_diagnosis(picture, path)
 
-    def report(self) -> str:
-        """The answer in words and tables."""
-        return "\n".join(lines(self, self._document))
+    def report(self, say: Say = str) -> str:
+        """The answer in words and tables; `say` says the steps of notes, else they are Python."""
+        return "\n".join(lines(self, self._document, say))
 
     def __repr__(self) -> str:
         return self.report()

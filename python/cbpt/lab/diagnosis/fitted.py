@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
 from cbpt._core import Case, Drive, OwnEffect, text_table
-from cbpt.errors import InvalidInputError
+from cbpt.errors import InvalidInputError, Say, said
 from cbpt.lab.diagnosis.diagnose import prepared, rung
 from cbpt.lab.diagnosis.diagnosis_data import Rung
 from cbpt.lab.diagnosis.fit_text import moved_numbers, solutions
@@ -123,13 +123,13 @@ class Fitted:
         )
         return results_of(self.fitter, self.result, errors, self.predict(*load) if load else None)
 
-    def report(self) -> str:
-        """As text."""
-        return "\n".join(self._lines())
+    def report(self, say: Say = str) -> str:
+        """As text; `say` says the steps of notes, else they are Python."""
+        return "\n".join(self._lines(say))
 
-    def _lines(self) -> Iterator[str]:
+    def _lines(self, say: Say) -> Iterator[str]:
         yield f"{len(self.readings)} readings of {self.readings.source}"
-        yield from (f"Note: {note}" for note in self.notes)
+        yield from (f"Note: {said(note, say)}" for note in self.notes)
         for effect, found in self.parameters().items():
             values = ", ".join(
                 shown(effect, n, p["value"], p["u"], p["unit"]) for n, p in found.items()

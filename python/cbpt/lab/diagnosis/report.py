@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from cbpt._core import text_table
+from cbpt.errors import Say, said
 from cbpt.lab.diagnosis.alternatives import unseen
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
 from cbpt.lab.diagnosis.fit_text import moved_numbers
@@ -19,10 +20,10 @@ from cbpt.lab.wording.numbers import listed, shown
 _WIDTH = 100
 
 
-def lines(d: DiagnosisData, document: Mapping[str, Any]) -> Iterator[str]:
+def lines(d: DiagnosisData, document: Mapping[str, Any], say: Say) -> Iterator[str]:
     """The report, line by line; `document` is the answer as plain values."""
     yield f"{len(d.readings)} readings of {d.readings.source}"
-    yield from (f"Note: {note}" for note in d.notes)
+    yield from (f"Note: {said(note, say)}" for note in d.notes)
     yield ""
     yield from wrap(document["verdict"]["sentence"], _WIDTH)
     moved = moved_numbers(d.after, d.competition.campaign.priors)

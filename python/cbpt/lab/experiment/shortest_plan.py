@@ -34,10 +34,11 @@ from cbpt.lab.experiment.isolability import Isolability, isolability, known, of_
 from cbpt.lab.experiment.isolability_data import CHANCES
 from cbpt.lab.experiment.plan import Plan, PlannedRun
 from cbpt.lab.model.priors import LOT, TWINS, VARIANTS, Variant
+from cbpt.lab.readings.headers import unit_at_end
 from cbpt.lab.readings.inputs import case_of
 from cbpt.lab.selection.fit_effects import predicted
 from cbpt.lab.selection.setting import prior
-from cbpt.lab.wording.numbers import listed, shown
+from cbpt.lab.wording.numbers import display, listed, shown
 
 __all__ = ["Apart", "Design", "shortest_plan"]
 
@@ -285,12 +286,23 @@ def _at(
         ratios = np.array(form.ratios or (1.0,) * len(form.sizes))
         size = float(np.linalg.norm([off.get(n, 0.0) for n in form.sizes] / ratios))
         if fixed and size > 0:
-            stated = {s.name for s in form.shapes if any(g.startswith(s.name[:12]) for g in given)}
+            stems = {_stem(key) for key in given}
+            stated = {
+                s.name
+                for s in form.shapes
+                if s.name in given or display(effect, s.name)[0] in given or _stem(s.name) in stems
+            }
             shapes = tuple(
                 replace(s, grid=(values[s.name],)) if s.name in stated else s for s in form.shapes
             )
             return replace(form, shapes=shapes), size
     raise InvalidInputError(f"sizes: {effect} does nothing with {dict(values)}; give it a size")
+
+
+def _stem(key: str) -> str:
+    """The name of a parameter without its unit: of `time_constant_min`, `time_constant`."""
+    unit = unit_at_end(key)
+    return key.removesuffix(f"_{unit}") if unit else key
 
 
 # --- what is wanted -----------------------------------------------------------------------

@@ -125,4 +125,9 @@ def _source(unknown: Unknown) -> str:
         return ""
     if unknown.name in PRIORS:
         return f"stated {PRIORS[unknown.name].rpartition('_')[0]}"
+    return range_of(unknown)
+
+
+def range_of(unknown: Unknown) -> str:
+    """The source that stands for the plausible range of a parameter."""
     return f"range of {unknown.name.rpartition('.')[2]}"

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt._core import text_table
-from cbpt.lab.inference.budget import Budget, Combined
+from cbpt.lab.inference.budget import Budget, Combined, range_of
 from cbpt.lab.inference.estimates import parameter, parameters_of, unit_of
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
@@ -247,8 +247,8 @@ def _of_unknown(budget: Budget, unknown: Unknown) -> tuple[Result, Floats]:
     if why:
         return replace(row, why_no_u=why), gradient
     row = _with(row, budget.combined(gradient), size)
-    own = [s for source, s in row.rests_on if source.startswith("range of ")]
-    if own and max(own) > _ALL:
+    ranges = {range_of(each) for each in budget.fit.unknowns}
+    if max((share for source, share in row.rests_on if source in ranges), default=0.0) > _ALL:
         row = _without(row, "the readings do not tell it from its plausible range")
     return row, gradient
 

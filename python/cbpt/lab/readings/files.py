@@ -27,6 +27,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cbpt.errors import ChooseSheet, ReadingsError, Setting, Words
 from cbpt.lab.readings.headers import plain, read_header
 from cbpt.lab.readings.in_memory import array_of, column_of, read_columns, table_of, unit_below
 from cbpt.lab.readings.text import (
@@ -89,7 +90,7 @@ def read_file(path: str | os.PathLike[str], sheet: str | None, columns: Mapping[
     if raw.startswith(b"\x89HDF"):
         raise wrong(source, "", "an HDF5 file", "a table of readings", "export it to CSV")
     if sheet is not None:
-        raise wrong(source, "", f"sheet={sheet!r} of a text table, which has none", "no sheet")
+        raise wrong(source, "", f"the sheet {sheet!r}, but a text table has none", "no sheet")
     return read_text(source, raw)
 
 
@@ -108,8 +109,6 @@ def sheets_of(path: str | os.PathLike[str], columns: Mapping[str, str]) -> list[
 @contextmanager
 def _told(source: str, kind: str) -> Iterator[None]:
     """Whatever a library makes of a broken file, said in one sentence that names the file."""
-    from cbpt.errors import ReadingsError
-
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -146,11 +145,19 @@ def _chosen(
     fitting = [part for part in parts if part.has_readings(columns)]
     if not fitting and len(parts) > 1:
         expected = f"a {what} with readings, with a column torque_Nm"
-        remedy = f"name the {what}, as in sheet={parts[0].name!r}, and say what its columns are"
+        remedy = Words(
+            f"choose a {what} (for example ",
+            ChooseSheet(parts[0].name),
+            ") and state what its columns are",
+        )
         raise wrong(source, "", f"only {names}", expected, remedy)
     if len(fitting) > 1:
         others = ", ".join(repr(part.name) for part in fitting[1:])
-        note = f"read {what} {fitting[0].name!r}; {others} may hold readings too (sheet=)"
+        note = Words(
+            f"read {what} {fitting[0].name!r}; {others} may hold readings too (",
+            Setting("sheet"),
+            " chooses another)",
+        )
         table = load(fitting[0])
         return replace(table, notes=(*table.notes, note))
     return load(fitting[0] if fitting else parts[0])

@@ -18,6 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cbpt.errors import TakeColumn, Words
+
 __all__ = [
     "CONTRACT",
     "Header",
@@ -351,9 +353,11 @@ def _rename(header: str, candidates: tuple[Quantity, ...]) -> str:
     first = candidates[0]
     if not first.unit:
         return f"name the column {first.key}"
-    return (
-        f"state its unit in the header, as in {first.column} or {first.key} [{first.unit}], or by "
-        f"columns={{{header!r}: {first.column!r}}}; columns={{{header!r}: 'extra'}} sets it aside"
+    return Words(
+        f"state its unit in the header, as in {first.column} or {first.key} [{first.unit}], or ",
+        TakeColumn(header, first.column),
+        "; to set the column aside, ",
+        TakeColumn(header, "extra"),
     )
 
 

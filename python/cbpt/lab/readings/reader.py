@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cbpt.errors import Mistake, ReadingsError
+from cbpt.errors import Mistake, ReadingsError, Setting, TakeColumn, Words
 from cbpt.lab.readings.files import read_file
 from cbpt.lab.readings.headers import (
     CONTRACT,
@@ -249,7 +249,9 @@ class _Reader:
         units = self.table.units or ("",) * len(headers)
         for name in self.columns.keys() - set(headers):
             known = ", ".join(map(repr, headers))
-            self.wrong(name, f"{name!r} in `columns`", f"one of the headers {known}")
+            self.wrong(
+                name, Words(f"{name!r} in ", Setting("columns")), f"one of the headers {known}"
+            )
         uses: dict[str, _Use] = {}
         asked: set[str] = set()  # quantities that a header may mean but does not state
         hints: dict[str, str] = {}  # headers that mean none, and why not if they come close
@@ -265,7 +267,7 @@ class _Reader:
             elif said.quantity.key in uses:
                 key = said.quantity.key
                 found = f"{uses[key].header!r} and {name!r}"
-                remedy = f"set one aside with columns={{{name!r}: 'extra'}}"
+                remedy = Words("to set one aside, ", TakeColumn(name, "extra"))
                 self.wrong(name, found, f"one column of {key}", remedy)
             else:
                 uses[said.quantity.key] = _Use(index, name, said.quantity, said.unit)
@@ -303,7 +305,7 @@ class _Reader:
             said = read_header(stated, below or unit_at_end(name))
         if said.expected:
             column = said.candidates[0].column
-            return dataclasses.replace(said, remedy=f"as in columns={{{name!r}: {column!r}}}")
+            return dataclasses.replace(said, remedy=Words("for example ", TakeColumn(name, column)))
         if said.quantity:
             return said
         known = ", ".join(quantity.column for quantity in CONTRACT)
@@ -315,7 +317,7 @@ class _Reader:
         sensor = uses.get("sensor_displacement") or uses.get("u_sensor_displacement")
         if sensor and self.lever_arm_mm is None:
             expected = "lever_arm_mm under [measurement] of the case: the radius of the sensor"
-            remedy = f"or set the column aside with columns={{{sensor.header!r}: 'extra'}}"
+            remedy = Words("or, to set the column aside, ", TakeColumn(sensor.header, "extra"))
             self.wrong(sensor.header, "no lever arm", expected, remedy)
         given |= {_SENSOR[key] for key in given & _SENSOR.keys()}
         for key in ["torque", "elastic_angle"] + ["preload"] * self.need_preload:
@@ -344,12 +346,14 @@ class _Reader:
         unit = find_unit(unit_at_end(header), quantity.kind)
         fits = unit is not None and unit.kind == quantity.kind
         column = f"{quantity.key}_{unit_at_end(header)}" if fits else quantity.column
-        remedy = f"name a column so or pass columns={{{header!r}: {column!r}}} in the unit it has"
+        remedy = Words(
+            "give a column that name, or ", TakeColumn(header, column), " in the unit it has"
+        )
         if near:
             told = [f"{name!r}" + f" ({hints[name]})" * bool(hints[name]) for name in near]
-            remedy += f"; nearest: {', '.join(told)}"
+            remedy = Words(remedy, f"; nearest: {', '.join(told)}")
         if len(self.table.headers) == 1:
-            remedy += "; columns are separated by commas, semicolons or tabs"
+            remedy = Words(remedy, "; columns are separated by commas, semicolons or tabs")
         found = ", ".join(map(repr, self.table.headers))
         self.wrong(
             quantity.column, f"only the headers {found}", f"a column {quantity.column}", remedy
@@ -374,9 +378,11 @@ class _Reader:
         if key in _POSITIVE:
             rows = np.flatnonzero(column.numbers <= 0).tolist()
             wrong |= {"a number above 0": rows} if rows else {}
-        remedy = "correct the cell or remove the row"
+        remedy = Words("correct the cell or remove the row")
         if key not in {"torque", "elastic_angle", "preload", "sensor_displacement"}:
-            remedy += f", or set the column aside with columns={{{use.header!r}: 'extra'}}"
+            remedy = Words(
+                remedy, "; to set the whole column aside, ", TakeColumn(use.header, "extra")
+            )
         for expected, rows in wrong.items():
             first = column.odd.get(rows[0], f"{column.numbers[rows[0]]:g}")
             found = repr(first) if first else "an empty cell"
@@ -414,8 +420,8 @@ class _Reader:
             if text is not None and index in kept:
                 continue
             if column.clock:
-                hint = f"if it is the time of the readings, columns={{{name!r}: 'time_s'}}"
-                self.notes.append(f"ignored column {name!r}: dates or durations; {hint}")
+                note = f"ignored column {name!r}: dates or durations; if it is the time of the "
+                self.notes.append(Words(note, "readings, ", TakeColumn(name, "time_s")))
                 continue
             if text is not None:
                 where = f"{self.table.place} {loaded.lines[text]}"

@@ -46,7 +46,7 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from cbpt.errors import CbptError
+from cbpt.errors import CbptError, told
 from cbpt.page.document.plain import to_json
 from cbpt.page.report import WEB, plotly_path
 from cbpt.page.workbench.guard import MOST_JSON_BYTES, Guard
@@ -197,7 +197,7 @@ async def _answered(act: Callable[[], object]) -> Response:
     except NotNow as error:
         return JSONResponse({"error": str(error)}, 409)
     except CbptError as error:
-        return JSONResponse({"error": on_page(str(error))}, 400)
+        return JSONResponse({"error": told(error, on_page)}, 400)
     except Wrong as error:
         return JSONResponse({"error": str(error)}, error.status)
     except Exception:

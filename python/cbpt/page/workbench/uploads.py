@@ -19,7 +19,17 @@ from pathlib import Path
 from typing import Any
 
 from cbpt._core import Case, Drive
-from cbpt.errors import CbptError, Mistake, ReadingsError
+from cbpt.errors import (
+    CbptError,
+    ChooseSheet,
+    Mistake,
+    ReadingsError,
+    Setting,
+    Step,
+    TakeColumn,
+    said,
+    told,
+)
 from cbpt.lab.readings.files import at_most, read_file, sheets_of
 from cbpt.lab.readings.headers import CONTRACT, read_header, units_of
 from cbpt.lab.readings.inputs import case_and_readings
@@ -149,14 +159,14 @@ class Upload:
         """An error as the page shows it."""
         mistakes = error.mistakes if isinstance(error, ReadingsError) else ()
         return {
-            "error": on_page(str(error).replace(self.path, self.name)),
+            "error": told(error, on_page).replace(self.path, self.name),
             "mistakes": [
                 {
                     "lines": list(m.lines[:20]),
                     "column": m.column,
                     "value": m.value,
                     "expected": m.expected,
-                    "remedy": on_page(m.remedy),
+                    "remedy": said(m.remedy, on_page),
                 }
                 for m in mistakes[: ReadingsError.SHOWN]
             ],
@@ -199,12 +209,15 @@ class Opened:
         return readings, found | {"ready": True, "message": "", "rows": len(readings)}
 
 
-def on_page(text: str) -> str:
-    """What a message tells to pass in Python, said as it is done on the page."""
-    quoted = r"""('(?:[^'\\]|\\.)*'|"(?:[^"\\]|\\.)*")"""
-    text = re.sub(rf"pass columns=\{{{quoted}: {quoted}\}}", r"take \1 as \2", text)
-    text = re.sub(rf"columns=\{{{quoted}: {quoted}\}}", r"taking \1 as \2", text)
-    return text.replace("`columns`", "the columns")
+def on_page(step: Step) -> str:
+    """What a message tells to do, as it is done on the page."""
+    match step:
+        case TakeColumn(header, column):
+            return f"take {header!r} as {column!r}"
+        case ChooseSheet(name):
+            return f"choose the sheet {name!r}"
+        case Setting(name):
+            return f"the {name}"
 
 
 def quantities() -> list[dict[str, Any]]:
