@@ -18,13 +18,15 @@ from trial.score import Measure, measures, reliability
 
 _INTRO = """# The trial
 
-Campaigns with a hidden effect, made by an implementation that shares nothing with the product,
-diagnosed blind and scored. `make trial` runs it at full length (60 sets of each strength and
-family, 400 of each noise without an effect) and writes this page; `tests/lab/test_trial.py` is a
-short form. The rig is in `tests/reference/rig`; its effects vary in form from the library's. *d* is
-how far a hidden effect stands out of the noise once the numbers of the drive are refitted, in
-standard deviations. The oracle knows the true forms and the noise. Plain AIC and BIC choose among
-the same fits. Labels are sealed: who answers sees a case file and a table.
+The trial measures how often the diagnosis is right. Campaigns with a hidden effect come from an
+implementation that shares no code with the product (`tests/reference/rig`); its effects differ in
+form from those of the library. The diagnosis gets a case file and a table, and no label.
+`make trial` runs the full length (60 sets of each strength and family, 400 sets of each noise
+without an effect) and writes this page; `tests/lab/test_trial.py` is a short form.
+
+*d* is the size of a hidden effect: the length of its signature after the parameters of the drive
+are refitted, in standard deviations of the noise. The oracle knows the true forms and the noise.
+Plain AIC and BIC choose among the same fits.
 """
 
 

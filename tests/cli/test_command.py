@@ -25,8 +25,8 @@ import numpy as np
 import pytest
 
 import cbpt
-from cbpt.cli import lab as verbs
 from cbpt.cli import main as commands
+from cbpt.cli.options import Counter
 from common.command_line import CASE, COMMAND, DATA, at_desk, compare, interrupted, run
 
 TOP = Path(__file__).parents[2]
@@ -408,7 +408,7 @@ def test_long_work_shows_how_far_it_is(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """On a terminal, after a second, and the line is wiped in the end."""
-    with verbs._Counter() as counter:
+    with Counter() as counter:
         monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
         counter.show(100, 396)
         assert capsys.readouterr().err == ""

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 import cbpt
-from cbpt.cli import lab as verbs
 from cbpt.cli import main as commands
+from cbpt.cli.options import in_flags
 from cbpt.errors import (
     ChooseSheet,
     ReadingsError,
@@ -103,7 +103,7 @@ def test_each_front_end_says_a_step_in_its_own_way(
 ) -> None:
     text = Words("first ", Words(step, ", then measure"))
     assert text == f"first {python}, then measure" and text.steps == (step,)
-    assert said(text, verbs.in_flags) == f"first {flags}, then measure"
+    assert said(text, in_flags) == f"first {flags}, then measure"
     assert said(text, on_page) == f"first {page}, then measure"
     again = pickle.loads(pickle.dumps(text))
     assert again == text and again.parts == text.parts
@@ -115,7 +115,7 @@ def test_a_header_that_reads_like_python_stays_as_it_is(tmp_path: Path) -> None:
     (tmp_path / "t.csv").write_text(f"{header};torque_Nm\n1;2\n", encoding="utf-8")
     with pytest.raises(ReadingsError) as refused:
         cbpt.read_readings(tmp_path / "t.csv")
-    assert repr(header) in told(refused.value, verbs.in_flags)
+    assert repr(header) in told(refused.value, in_flags)
     steps = [step for m in refused.value.mistakes for step in getattr(m.remedy, "steps", ())]
     assert TakeColumn("your header", "elastic_angle_arcsec") in steps
 

@@ -225,7 +225,7 @@ WITH = ["--with", "eccentric_bearing"]
     [
         (["fit", *BOTH, "--with", "bearing"], "Is eccentric_bearing meant?"),
         (["fit", *BOTH], "--with"),
-        (["fit", *BOTH, *WITH, "--out", "new.csv"], "ends in .toml"),
+        (["fit", *BOTH, *WITH, "--out", "new.csv"], "must end in .toml"),
         (["fit", *BOTH[::-1], *WITH], "CASE comes first: cbpt fit " + BOTH[0]),
         (["fit", BOTH[0], "none.csv", *WITH], "none.csv"),
         (["fit", *BOTH, *WITH, "--column", "torque"], "HEADER=NAME"),

@@ -333,4 +333,4 @@ def test_flags_without_a_file_leave_the_case_alone(
     assert commands.main(["diagnose", str(CASE), str(DATA), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["results"]
     assert commands.main(["diagnose", "--results=r.txt", str(CASE), str(DATA)]) == 2
-    assert "must end in .csv, .md, .json" in capsys.readouterr().err
+    assert "must end in .csv, .md or .json" in capsys.readouterr().err

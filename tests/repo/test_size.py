@@ -20,13 +20,10 @@ _TO_MEND = "to be mended"
 
 FILES = {"python/cbpt/_core.pyi": "made by the build"}
 FUNCTIONS = {
-    "python/cbpt/cli/lab.py diagnose": _TO_MEND,
-    "python/cbpt/cli/page.py report": _TO_MEND,
     "python/cbpt/design/tolerance.py _told": _TO_MEND,
     "python/cbpt/lab/diagnosis/report.py lines": _TO_MEND,
     "python/cbpt/lab/inference/prediction.py angle_at": _TO_MEND,
     "python/cbpt/lab/model/priors.py _all": _TO_MEND,
-    "python/cbpt/page/document/document.py page_document": _TO_MEND,
     "tests/page/test_browser.py test_an_own_effect_is_checked_as_typed_fitted_and_shown": _TO_MEND,
 }
 ARGUMENTS = {
@@ -37,14 +34,10 @@ ARGUMENTS = {
     "python/cbpt/lab/readings/reader.py read_readings": _PUBLIC,
     "python/cbpt/sweeps/run.py sweep": _PUBLIC,
     "python/cbpt/design/tolerance.py _told": _TO_MEND,
-    "python/cbpt/lab/covariance/noise.py fit_noise": _TO_MEND,
+    "python/cbpt/lab/covariance/fit_noise.py fit_noise": _TO_MEND,
     "python/cbpt/lab/diagnosis/compare.py _where": _TO_MEND,
     "python/cbpt/lab/inference/prediction.py angle_at": _TO_MEND,
     "python/cbpt/lab/selection/scan.py find_regions": _TO_MEND,
-    "python/cbpt/page/document/document.py page_document": _TO_MEND,
-    "python/cbpt/page/document/drawing.py _pair": _TO_MEND,
-    "python/cbpt/page/document/drive.py _slider": _TO_MEND,
-    "python/cbpt/page/document/drive.py _design_slider": _TO_MEND,
     "python/cbpt/sweeps/run.py to_output": _TO_MEND,
     "python/cbpt/sweeps/run.py _solved": _TO_MEND,
     "tests/lab/test_decision.py competition": _TO_MEND,

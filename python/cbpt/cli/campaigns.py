@@ -9,12 +9,23 @@ plan          the shortest campaign that tells effects apart
 from __future__ import annotations
 
 import argparse
-import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
-from cbpt.cli.lab import NO_SOLUTION, SUCCESS, Parser, add_plot, check_plot, columns_of, inputs
+from cbpt.cli.options import (
+    NO_SOLUTION,
+    SUCCESS,
+    add_json,
+    add_plot,
+    add_seed,
+    check_name,
+    check_plot,
+    columns_of,
+    inputs,
+    of_case,
+    show_answer,
+)
 
 if TYPE_CHECKING:
     from cbpt.lab.experiment.candidates import Limits
@@ -44,12 +55,11 @@ def simulate(argv: list[str]) -> int:
         "eccentric_bearing reference_deflection_um=2; repeatable",
     )
     add_instrument(parser)
-    parser.add_argument("--seed", type=int, default=0, help="the same seed, the same readings")
+    add_seed(parser, "readings")
     parser.add_argument("--out", metavar="FILE", type=Path, help="write FILE.csv, not the terminal")
     options = parser.parse_args(argv)
     columns = columns_of(parser, options)
-    if options.out and options.out.suffix.lower() != ".csv":
-        parser.error(f"--out {options.out}: the name must end in .csv")
+    check_name(parser, "--out", options.out, ".csv")
     effects = [(words[0], _numbers(parser, words[1:])) for words in options.effects]
     from cbpt.lab.readings.inputs import case_of
 
@@ -101,7 +111,7 @@ def isolability(argv: list[str]) -> int:
         noise=options.noise,
         u_elastic_angle_arcsec=options.u_arcsec,
     )
-    told(found, options.json)
+    show_answer(found, options.json, found.report)
     if options.plot:
         found.plot(options.plot)
     return SUCCESS
@@ -129,10 +139,10 @@ def next_run(argv: list[str]) -> int:
     add_limits(parser, "a fourth beyond what the readings have")
     add_json(parser)
     parser.add_argument("--out", metavar="PLAN", type=Path, help="write the best run to PLAN.toml")
-    parser.add_argument("--seed", type=int, default=0, help="of the diagnosis")
+    add_seed(parser, "answer")
     options = parser.parse_args(argv)
     columns = columns_of(parser, options)
-    check_plan_name(parser, options.out)
+    check_name(parser, "--out", options.out, ".toml")
     answer = diagnose(options.case, options.data, columns=columns or None, seed=options.seed)
     seen = answer.readings
     limits = limited(options, limits_of(seen)) if seen.preload_N is not None else None
@@ -140,7 +150,7 @@ def next_run(argv: list[str]) -> int:
     plan = found.plan()
     if options.out and plan:
         options.out.write_text(plan.to_toml(), encoding="utf-8")
-    told(found, options.json)
+    show_answer(found, options.json, found.report)
     return SUCCESS
 
 
@@ -150,12 +160,11 @@ def plan(argv: list[str]) -> int:
     from cbpt.lab.experiment.shortest_plan import MAX_RUNS, limits_of_case, shortest_plan
     from cbpt.lab.readings.inputs import case_of
 
-    parser = Parser(
-        prog="cbpt plan",
-        description="The shortest campaign that tells effects apart, and each from nothing, 19 "
-        "times of 20; or that none can.",
+    parser = of_case(
+        "cbpt plan",
+        "Find the shortest campaign that tells effects apart, and each of them from none, 19 times "
+        "out of 20; or find that no campaign can.",
     )
-    parser.add_argument("case", metavar="CASE", type=Path, help="case file (TOML)")
     parser.add_argument(
         "--separate",
         metavar="EFFECT",
@@ -185,7 +194,7 @@ def plan(argv: list[str]) -> int:
     )
     parser.add_argument("--out", metavar="PLAN", type=Path, help="write it to PLAN.toml")
     options = parser.parse_args(argv)
-    check_plan_name(parser, options.out)
+    check_name(parser, "--out", options.out, ".toml")
     case = case_of(options.case)
     if options.torque_Nm is not None and options.preload_N is not None:
         limits = Limits(options.torque_Nm, tuple(options.preload_N))
@@ -207,22 +216,6 @@ def plan(argv: list[str]) -> int:
 
 
 # --- what the verbs share -----------------------------------------------------------------
-
-
-class _Answer(Protocol):
-    def to_json(self) -> str: ...
-    def report(self) -> str: ...
-
-
-def told(answer: _Answer, json: str | None) -> None:
-    """Print the text, or the JSON document in its place; or write that beside it."""
-    if json == "-":
-        print(answer.to_json())
-    else:
-        if json:
-            Path(json).write_text(answer.to_json() + "\n", encoding="utf-8")
-        print(answer.report())
-    sys.stdout.flush()
 
 
 def noises() -> str:
@@ -271,23 +264,6 @@ def limited(options: argparse.Namespace, limits: Limits) -> Limits:
     if options.preload_N is not None:
         limits = replace(limits, preload_N=tuple(options.preload_N))
     return limits
-
-
-def check_plan_name(parser: argparse.ArgumentParser, path: Path | None) -> None:
-    """Refuse a name that is not that of a plan, before any work is done."""
-    if path and path.suffix.lower() != ".toml":
-        parser.error(f"--out {path}: the name of a plan ends in .toml")
-
-
-def add_json(parser: argparse.ArgumentParser) -> None:
-    """The flag for the JSON document."""
-    parser.add_argument(
-        "--json",
-        metavar="OUT",
-        nargs="?",
-        const="-",
-        help="write the whole answer to OUT.json; without a name, print it in place of the text",
-    )
 
 
 def _numbers(parser: argparse.ArgumentParser, words: list[str]) -> dict[str, float]:

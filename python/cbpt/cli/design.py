@@ -6,14 +6,21 @@ optimise    the design with the smallest elastic angle within bounds
 
 from __future__ import annotations
 
-import argparse
-import sys
 from pathlib import Path
-from typing import Protocol
 
-from cbpt.cli.campaigns import add_json
-from cbpt.cli.lab import NO_SOLUTION, SUCCESS, Parser, add_plot, check_plot
-from cbpt.results import ANGLE_UNITS
+from cbpt.cli.options import (
+    NO_SOLUTION,
+    SUCCESS,
+    add_angle_unit,
+    add_json,
+    add_load,
+    add_plot,
+    add_seed,
+    check_name,
+    check_plot,
+    of_case,
+    show_answer,
+)
 
 
 def tolerance(argv: list[str]) -> int:
@@ -21,7 +28,7 @@ def tolerance(argv: list[str]) -> int:
     from cbpt.design.tolerance import MOST_SAMPLES, SAMPLES
     from cbpt.design.tolerance import tolerance as drawn
 
-    parser = _of_case(
+    parser = of_case(
         "cbpt tolerance",
         "Draw drives within the tolerances that the case states ([tolerance], else [uncertainty]) "
         "and solve each: mean, spread, quantiles, worst cases, and the share of each number.",
@@ -29,8 +36,10 @@ def tolerance(argv: list[str]) -> int:
     parser.add_argument(
         "--samples", metavar="N", type=int, default=SAMPLES, help=f"drives to draw ({SAMPLES})"
     )
-    _add_load(parser)
-    _add_output(parser)
+    add_load(parser)
+    add_seed(parser, "answer")
+    add_json(parser)
+    add_angle_unit(parser)
     add_plot(parser)
     options = parser.parse_args(argv)
     if not 2 <= options.samples <= MOST_SAMPLES:
@@ -44,7 +53,7 @@ def tolerance(argv: list[str]) -> int:
         preload_N=options.preload_N,
         input_angle_deg=options.input_angle_deg,
     )
-    _tell(options, found)
+    show_answer(found, options.json, lambda: found.report(options.angle_unit))
     if options.plot:
         found.plot(options.plot, options.angle_unit)
     return SUCCESS
@@ -54,7 +63,7 @@ def optimise(argv: list[str]) -> int:
     """cbpt optimise CASE BOUNDS"""
     from cbpt.design.optimise import optimise as optimised
 
-    parser = _of_case(
+    parser = of_case(
         "cbpt optimise",
         "Find the design with the smallest elastic angle at a load, within bounds on its "
         "numbers, size, preload, contact pressure, walls and spacings.",
@@ -64,12 +73,13 @@ def optimise(argv: list[str]) -> int:
         "ring_clearance_mm.",
     )
     parser.add_argument("bounds", metavar="BOUNDS", type=Path, help="what may change (TOML)")
-    _add_load(parser)
-    _add_output(parser)
+    add_load(parser)
+    add_seed(parser, "answer")
+    add_json(parser)
+    add_angle_unit(parser)
     parser.add_argument("--out", metavar="CASE2", type=Path, help="write the design as a case file")
     options = parser.parse_args(argv)
-    if options.out and options.out.suffix.lower() != ".toml":
-        parser.error(f"--out {options.out}: the name of a case file ends in .toml")
+    check_name(parser, "--out", options.out, ".toml")
     found = optimised(
         options.case,
         options.bounds,
@@ -80,44 +90,5 @@ def optimise(argv: list[str]) -> int:
     )
     if options.out and found.found:
         options.out.write_text(found.case.to_toml(), encoding="utf-8")
-    _tell(options, found)
+    show_answer(found, options.json, lambda: found.report(options.angle_unit))
     return SUCCESS if found.found else NO_SOLUTION
-
-
-def _of_case(prog: str, description: str, epilog: str | None = None) -> argparse.ArgumentParser:
-    parser = Parser(prog=prog, description=description, epilog=epilog)
-    parser.add_argument("case", metavar="CASE", type=Path, help="case file (TOML)")
-    return parser
-
-
-def _add_load(parser: argparse.ArgumentParser) -> None:
-    for flag, name, what in (
-        ("--torque-Nm", "T", "resistance torque"),
-        ("--preload-N", "F", "axial preload"),
-        ("--input-angle-deg", "A", "angle of the input crank"),
-    ):
-        what += ", in place of that of the case"
-        parser.add_argument(flag, metavar=name, type=float, help=what)
-
-
-def _add_output(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--seed", type=int, default=0, help="the same seed, the same answer")
-    add_json(parser)
-    parser.add_argument(
-        "--angle-unit", choices=list(ANGLE_UNITS), default="arcsec", help="unit of text and plot"
-    )
-
-
-class _Answer(Protocol):
-    def to_json(self) -> str: ...
-    def report(self, angle_unit: str = "arcsec") -> str: ...
-
-
-def _tell(options: argparse.Namespace, answer: _Answer) -> None:
-    if options.json == "-":
-        print(answer.to_json())
-    else:
-        if options.json:
-            Path(options.json).write_text(answer.to_json() + "\n", encoding="utf-8")
-        print(answer.report(options.angle_unit))
-    sys.stdout.flush()

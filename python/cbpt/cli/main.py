@@ -1,10 +1,10 @@
 """The `cbpt` command of the Python package.
 
 Verbs of the mechanics (solve, preload, sweep, sensitivity, check, effects, schema) are handed to
-the Rust command line as they are, but for a sweep to Parquet (`sweep_verb`); those of the lab are
-in `verbs` (compare, diagnose, fit) and, about campaigns to come, in `plan_verbs` (simulate,
-isolability, next-run, plan); those about drives to be built in `design_verbs` (tolerance,
-optimise); those of the page in `page_verbs` (report, workbench).
+the Rust command line as they are, but for a sweep to Parquet (`sweep`); those of the lab are in
+`lab` (compare, diagnose, fit) and, about campaigns to come, in `campaigns` (simulate, isolability,
+next-run, plan); those about drives to be built in `design` (tolerance, optimise); those of the page
+in `page` (report, workbench). What they share is in `options`.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ try:
     from cbpt.cli import lab as verbs
     from cbpt.cli import page as page_verbs
     from cbpt.cli import sweep as sweep_verb
+    from cbpt.cli.options import in_flags
     from cbpt.errors import CbptError, NoSolutionError, told
 except KeyboardInterrupt:  # numpy takes a while to load
     print("cbpt: interrupted", file=sys.stderr)
@@ -83,7 +84,7 @@ def _guarded(verb: Callable[[list[str]], int], argv: list[str]) -> int:
         print(f"cbpt: {error}", file=sys.stderr)
         return NO_SOLUTION
     except CbptError as error:
-        print(f"cbpt: {told(error, verbs.in_flags)}", file=sys.stderr)
+        print(f"cbpt: {told(error, in_flags)}", file=sys.stderr)
         return BAD_INPUT
     except BrokenPipeError:
         # The reader (`| head`) has seen enough; what is left in the buffer must not complain.

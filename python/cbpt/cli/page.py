@@ -10,7 +10,16 @@ import argparse
 import sys
 from pathlib import Path
 
-from cbpt.cli.lab import SUCCESS, columns_of, inputs, only_of
+from cbpt.cli.options import (
+    COMPETING,
+    SUCCESS,
+    add_effects,
+    add_seed,
+    check_name,
+    columns_of,
+    inputs,
+    only_of,
+)
 
 
 def report(argv: list[str]) -> int:
@@ -27,22 +36,11 @@ def report(argv: list[str]) -> int:
         required=True,
         help="FILE.html, or FILE.json for the page's document alone",
     )
-    parser.add_argument(
-        "--with",
-        metavar="EFFECT",
-        nargs="+",
-        action="extend",
-        default=[],
-        dest="effects",
-        help="own effects of the case that are to compete instead of being taken as given",
-    )
-    parser.add_argument(
-        "--seed", type=int, default=0, help="of the simulated chances; the same seed, the same page"
-    )
+    add_effects(parser, COMPETING)
+    add_seed(parser, "page")
     options = parser.parse_args(argv)
     columns = columns_of(parser, options)
-    if options.out.suffix.lower() not in (".html", ".json"):
-        parser.error(f"--out {options.out}: the name must end in .html or .json")
+    check_name(parser, "--out", options.out, ".html", ".json")
     from cbpt.lab.diagnosis.diagnose import diagnose
     from cbpt.lab.readings.inputs import case_and_readings
     from cbpt.page.document.campaign import campaign_isolability
@@ -54,7 +52,7 @@ def report(argv: list[str]) -> int:
     )
     readings = named(readings, str(options.data), options.data.name)
     diagnosis = diagnose(case, readings, effects=options.effects, seed=options.seed)
-    isolability, why = campaign_isolability(diagnosis)
+    isolability = campaign_isolability(diagnosis)
     source = Source.of_files(
         str(options.case), str(options.data), _text(options.case), *_flags(options)
     )
@@ -64,7 +62,6 @@ def report(argv: list[str]) -> int:
         source,
         diagnosis,
         isolability=isolability,
-        reasons={"isolability": why} if why else None,
     )
     if options.out.suffix.lower() == ".json":
         text = to_json(document) + "\n"

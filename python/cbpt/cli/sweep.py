@@ -9,7 +9,7 @@ from contextlib import closing
 from pathlib import Path
 
 from cbpt._core import SweepTally, is_sweep_plan
-from cbpt.cli.lab import Parser
+from cbpt.cli.options import Parser
 
 __all__ = ["is_for_parquet", "sweep"]
 

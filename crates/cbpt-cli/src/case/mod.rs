@@ -18,12 +18,12 @@ mod keys;
 mod library;
 pub mod parameter;
 mod parse;
+mod reader;
 mod reference;
 mod spread;
 pub(crate) mod suggest;
 #[cfg(test)]
 mod tests;
-mod units;
 mod write;
 
 use std::collections::BTreeMap;

@@ -1,24 +1,28 @@
 //! A reducer with effects on a table of readings: what an ideal instrument would show, row by row.
 //!
 //! - [`rows`]: the readings' columns, checked once;
-//! - `chain`: the effects along one row, port by port; `own`: those of the user's own, on all rows at once;
+//! - `chain`: the effects along one row, port by port; `own`: those of the user's own, on all rows at once; `added`: what
+//!   these add to a row ahead of its meshing points;
 //! - [`mesh`]: the pairs at one input angle under a load, and how their angle answers to each number;
-//! - `run`: readings of a run one after the other, with the memory that friction has; first the angles, then, from the
-//!   solutions kept, their sensitivities;
-//! - `spring`: a torsion spring in their place;
+//! - `spring`: a torsion spring in their place; `site`: either of the two;
+//! - `run`: readings of a run one after the other; first the angles, then, from the solutions kept, their sensitivities;
+//! - `friction`: the torque at the meshing points where friction makes a run a history;
 //! - [`slots`]: effects of both kinds and their numbers; `check`: values that cannot be;
 //! - [`loads`]: single loads instead of a table;
 //! - here: [`Predictor`], which keeps meshing points and solutions from call to call, so that a fit pays for changes only.
 //!
 //! An answer does not depend on earlier calls beyond the tolerance of the equations, and after [`Predictor::cold`] not at all.
 
+mod added;
 mod chain;
 mod check;
+mod friction;
 pub mod loads;
 pub mod mesh;
 mod own;
 pub mod rows;
 mod run;
+mod site;
 pub mod slots;
 mod spring;
 
@@ -34,12 +38,13 @@ use crate::geometry::undercut::undercuts;
 use crate::reducer::Reducer;
 use crate::status::Status;
 
+use added::Added;
 use chain::{Chain, Link};
 pub use mesh::Regime;
-use mesh::{Gap, Pairs, Site, Tables, Wanted, shifted};
-use own::Added;
+use mesh::{Gap, Pairs, Tables, Wanted, shifted};
 pub use rows::{Columns, Rows};
 use run::{Block, RowState, Solved};
+use site::Site;
 pub use slots::{Effect, Number, Slot};
 use spring::Spring;
 

@@ -1,0 +1,319 @@
+"""What the verbs of the command line share: parsers, flags and what they mean, answers printed.
+
+Parser, of_case, inputs     parsers of a case, and of a case with a table
+add_*                       one flag, or a few that belong together
+check_*                     refuse before anything is computed
+columns_of, only_of         what --column and --only say
+in_flags                    what a message tells to do, in flags
+show_answer, show_results   answers printed or written
+Counter                     progress on a terminal
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import shlex
+import sys
+import time
+from collections.abc import Callable, Sequence
+from difflib import get_close_matches
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn, Protocol
+
+from cbpt.errors import ChooseSheet, Setting, Step, TakeColumn
+from cbpt.lab.wording.numbers import listed
+from cbpt.results import ANGLE_UNITS
+
+if TYPE_CHECKING:
+    from cbpt.lab.diagnosis.diagnosis import Diagnosis
+    from cbpt.lab.diagnosis.fitted import Fitted
+
+# As in the Rust command line, whose help lists them.
+SUCCESS, NO_SOLUTION = 0, 3
+RESULTS = (".csv", ".md", ".json")
+"""Files that the table of results is written to."""
+_TABLE = "table of readings: CSV, xlsx, xls, ods, MATLAB, TDMS or Parquet"
+
+# What verbs read, and the flags of what they write.
+_INPUTS = ("case", "data", "bounds", "plan")
+_OUTPUTS = ("out", "json", "plot", "results")
+
+
+class Parser(argparse.ArgumentParser):
+    """Tells the nearest flag where one is misspelt, and lets no verb write over what it reads."""
+
+    def parse_args(self, args: Sequence[str]) -> argparse.Namespace:  # type: ignore[override]
+        options = super().parse_args(args)
+        inputs = [getattr(options, name, None) for name in _INPUTS]
+        for flag in _OUTPUTS:
+            out = getattr(options, flag, None)
+            if not isinstance(out, str | Path) or not Path(out).exists():
+                continue
+            if any(path and Path(path).exists() and Path(path).samefile(out) for path in inputs):
+                self.error(
+                    f"--{flag} {out}: this file is read here and would be lost; give another name"
+                )
+        return options
+
+    def error(self, message: str) -> NoReturn:
+        unknown = re.search(r"unrecognized arguments: (--[\w-]+)", message)
+        near = get_close_matches(unknown[1], self._option_string_actions, 1) if unknown else []
+        super().error(f"{message}; did you mean {near[0]}?" if near else message)
+
+
+def of_case(
+    prog: str, description: str, epilog: str | None = None, **some: Any
+) -> argparse.ArgumentParser:
+    """A parser that takes a case."""
+    parser = Parser(prog=prog, description=description, epilog=epilog)
+    parser.add_argument("case", metavar="CASE", type=Path, help="case file (TOML)", **some)
+    return parser
+
+
+def inputs(
+    prog: str,
+    description: str,
+    epilog: str | None = None,
+    table: tuple[str, str] = ("DATA", _TABLE),
+    needed: bool = True,
+) -> argparse.ArgumentParser:
+    """A parser that takes a case, a table (its name and what it is) and what its headers mean."""
+    some: dict[str, Any] = {} if needed else {"nargs": "?"}
+    parser = of_case(prog, description, epilog, **some)
+    parser.add_argument("data", metavar=table[0], type=Path, help=table[1], **some)
+    parser.add_argument(
+        "--column",
+        metavar="HEADER=NAME",
+        action="append",
+        default=[],
+        help="what a header means, for example Moment=torque_Nm; repeatable",
+    )
+    parser.add_argument(
+        "--sheet",
+        metavar="NAME",
+        help="sheet of a workbook, struct of a MATLAB file or group of a TDMS file; else the first "
+        "with readings",
+    )
+    parser.add_argument(
+        "--only",
+        metavar="COLUMN=VALUE",
+        action="append",
+        default=[],
+        help="take these readings alone, for example preload_step=3; repeatable",
+    )
+    return parser
+
+
+# --- flags --------------------------------------------------------------------------------
+
+
+def add_plot(parser: argparse.ArgumentParser) -> None:
+    """The flag that draws."""
+    parser.add_argument("--plot", metavar="FILE", type=Path, help="draw to FILE.svg, .png or .pdf")
+
+
+def add_json(parser: argparse.ArgumentParser) -> None:
+    """The flag for the JSON document."""
+    parser.add_argument(
+        "--json",
+        metavar="OUT",
+        nargs="?",
+        const="-",
+        help="write the whole answer to OUT.json; without a name, print it in place of the text",
+    )
+
+
+def add_angle_unit(parser: argparse.ArgumentParser) -> None:
+    """The flag for the unit of angles."""
+    parser.add_argument(
+        "--angle-unit", choices=list(ANGLE_UNITS), default="arcsec", help="unit of text and plot"
+    )
+
+
+def add_seed(parser: argparse.ArgumentParser, same: str) -> None:
+    """The flag for the seed of random numbers; `same`: what the same seed gives again."""
+    parser.add_argument(
+        "--seed",
+        type=int,
+        default=0,
+        help=f"seed of the random numbers (0): the same seed gives the same {same}",
+    )
+
+
+def add_load(parser: argparse.ArgumentParser, at: str = "") -> None:
+    """Flags of a load, in place of that of the case."""
+    for flag, metavar, what in (
+        ("--torque-Nm", "T", "resistance torque"),
+        ("--preload-N", "F", "axial preload"),
+        ("--input-angle-deg", "A", "angle of the input crank"),
+    ):
+        words = f"{what}{at}, in place of that of the case"
+        parser.add_argument(flag, metavar=metavar, type=float, help=words)
+
+
+def add_effects(parser: argparse.ArgumentParser, what: str, required: bool = False) -> None:
+    """The flag that names effects."""
+    parser.add_argument(
+        "--with",
+        metavar="EFFECT",
+        nargs="+",
+        action="extend",
+        default=None if required else [],
+        required=required,
+        dest="effects",
+        help=what,
+    )
+
+
+COMPETING = "own effects of the case that compete, in place of being taken as given"
+"""What --with names in a diagnosis."""
+
+
+def add_results(parser: argparse.ArgumentParser) -> None:
+    """Flags of the table of results."""
+    parser.add_argument(
+        "--results",
+        metavar="FILE",
+        nargs="?",
+        const="-",
+        help="print a table of all numbers with their uncertainties and what these rest on, or "
+        "write it to FILE.csv, .md or .json",
+    )
+    add_load(parser, " at which the results state the elastic angle")
+
+
+# --- checks, before anything is computed --------------------------------------------------
+
+
+def check_plot(options: argparse.Namespace) -> None:
+    """Refuse a picture whose ending is not known."""
+    if options.plot:
+        from cbpt.figures.shared import check_picture_name
+
+        check_picture_name(options.plot)
+
+
+def check_name(
+    parser: argparse.ArgumentParser, flag: str, path: Path | None, *endings: str
+) -> None:
+    """Refuse a file whose name has none of the endings."""
+    if path and path.suffix.lower() not in endings:
+        parser.error(f"{flag} {path}: the name must end in {listed(endings, 'or')}")
+
+
+def check_results(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
+    """Refuse a table of results whose ending is not known."""
+    if options.results not in (None, "-"):
+        check_name(parser, "--results", Path(options.results), *RESULTS)
+
+
+# --- what flags say -----------------------------------------------------------------------
+
+
+def optional_files(argv: list[str], **endings: tuple[str, ...]) -> list[str]:
+    """The flags whose file may be left out, told from what comes after: `--json CASE DATA`."""
+    words = []
+    for place, word in enumerate(argv):
+        known = endings.get(word.removeprefix("--")) if word.startswith("--") else None
+        after = argv[place + 1] if place + 1 < len(argv) else "-"
+        takes = known is not None and (after == "-" or after.lower().endswith(known))
+        words.append(f"{word}=-" if known is not None and not takes else word)
+    return words
+
+
+def only_of(parser: argparse.ArgumentParser, options: argparse.Namespace) -> dict[str, str] | None:
+    """What --only says."""
+    only = {}
+    for entry in options.only:
+        column, equals, value = entry.partition("=")
+        if not equals:
+            parser.error(f"--only {entry}: expected COLUMN=VALUE, for example preload_step=3")
+        only[column] = value
+    return only or None
+
+
+def columns_of(parser: argparse.ArgumentParser, options: argparse.Namespace) -> dict[str, str]:
+    """What --column says; the order of CASE and DATA is checked on the way."""
+    if options.case.suffix.lower() != ".toml" and options.data.suffix.lower() == ".toml":
+        parser.error(f"CASE comes first: {parser.prog} {options.data} {options.case}")
+    columns = {}
+    for entry in options.column:
+        header, equals, name = entry.rpartition("=")
+        if not equals:
+            parser.error(f"--column {entry}: expected HEADER=NAME, for example Moment=torque_Nm")
+        columns[header] = name
+    return columns
+
+
+def in_flags(step: Step) -> str:
+    """What a message tells to do, in the flags of the command line."""
+    match step:
+        case TakeColumn(header, column):
+            return f"give --column {shlex.quote(f'{header}={column}')}"
+        case ChooseSheet(name):
+            return f"give --sheet {shlex.quote(name)}"
+        case Setting(name):
+            return {"columns": "--column", "sheet": "--sheet"}[name]
+
+
+# --- answers ------------------------------------------------------------------------------
+
+
+class Answer(Protocol):
+    """What a verb of the lab found."""
+
+    def to_json(self) -> str:
+        """The document."""
+
+
+def show_answer(answer: Answer, json: str | None, report: Callable[[], str]) -> None:
+    """Print the text, or the JSON document in its place; or write that beside it."""
+    if json == "-":
+        print(answer.to_json())
+    else:
+        if json:
+            Path(json).write_text(answer.to_json() + "\n", encoding="utf-8")
+        print(report())
+    sys.stdout.flush()
+
+
+def show_results(found: Diagnosis | Fitted, options: argparse.Namespace) -> None:
+    """The table of results, printed or written."""
+    load = options.torque_Nm, options.preload_N, options.input_angle_deg
+    if options.results is None and load == (None, None, None):
+        return
+    results = found.results(*load)
+    if options.results in (None, "-"):
+        print(f"\n{results.report()}")
+        return
+    made = {".csv": results.to_csv, ".md": results.to_markdown, ".json": results.to_json}
+    path = Path(options.results)
+    path.write_text(made[path.suffix.lower()](), encoding="utf-8")
+
+
+class Counter:
+    """A line on the terminal for what takes longer than a second; gone when the work is done."""
+
+    def __init__(self) -> None:
+        self.start = time.monotonic()
+        self.shown = False
+
+    def __enter__(self) -> Counter:
+        return self
+
+    def show(self, done: int, total: int) -> None:
+        self._line(f"{done}/{total} readings solved ")
+
+    def share(self, what: str, share: float) -> None:
+        """As a diagnosis tells it."""
+        self._line(f"{share:.0%} done, next: {what} ")
+
+    def _line(self, text: str) -> None:
+        if time.monotonic() - self.start > 1 and sys.stderr is not None and sys.stderr.isatty():
+            self.shown = True
+            print(f"\r\x1b[K{text}", end="", file=sys.stderr, flush=True)
+
+    def __exit__(self, *error: object) -> None:
+        if self.shown:
+            print("\r\x1b[K", end="", file=sys.stderr, flush=True)
