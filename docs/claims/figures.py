@@ -207,6 +207,12 @@ def _influence(
     return figure, both
 
 
+def _undercut_at(x: float, axes: Axes) -> None:
+    """Names the coloured end of an axis, upright in the middle of it."""
+    middle: dict[str, Any] = {"rotation": 90, "va": "center", "ha": "center"}
+    axes.text(x, 0.5 * axes.get_ylim()[1], "undercut (20 balls)", fontsize=8, **middle)
+
+
 def influence_of_short_amplitude() -> Figure:
     figure, both = _influence(scan_short_amplitude(), "short-amplitude coefficient K", 100, 60)
     for axes in both:
@@ -215,15 +221,7 @@ def influence_of_short_amplitude() -> Figure:
         axes.set_xlim(0.1, 0.62)
         top = axes.get_ylim()[1]
         axes.text(0.11, 0.02 * top, "no inside wall", fontsize=8, color="#555555")
-        axes.text(
-            0.605,
-            0.5 * top,
-            "undercut (20 balls)",
-            fontsize=8,
-            rotation=90,
-            va="center",
-            ha="center",
-        )
+        _undercut_at(0.605, axes)
     return figure
 
 
@@ -236,16 +234,7 @@ def influence_of_rolling_circle() -> Figure:
     for axes in both:
         axes.axvspan(2.0, undercut_below_mm(20), color="#f6e3d7", zorder=0)
         axes.set_xlim(2.0, 8.0)
-        top = axes.get_ylim()[1]
-        axes.text(
-            2.17,
-            0.5 * top,
-            "undercut (20 balls)",
-            fontsize=8,
-            rotation=90,
-            va="center",
-            ha="center",
-        )
+        _undercut_at(2.17, axes)
     return figure
 
 

@@ -24,7 +24,6 @@ FUNCTIONS = {
     "python/cbpt/lab/diagnosis/report.py lines": _TO_MEND,
     "python/cbpt/lab/inference/prediction.py angle_at": _TO_MEND,
     "python/cbpt/lab/model/priors.py _all": _TO_MEND,
-    "tests/page/test_browser.py test_an_own_effect_is_checked_as_typed_fitted_and_shown": _TO_MEND,
 }
 ARGUMENTS = {
     "python/cbpt/lab/diagnosis/by_level.py diagnose_by": _PUBLIC,
@@ -40,7 +39,6 @@ ARGUMENTS = {
     "python/cbpt/lab/selection/scan.py find_regions": _TO_MEND,
     "python/cbpt/sweeps/run.py to_output": _TO_MEND,
     "python/cbpt/sweeps/run.py _solved": _TO_MEND,
-    "tests/lab/test_decision.py competition": _TO_MEND,
 }
 
 Function = ast.FunctionDef | ast.AsyncFunctionDef
