@@ -21,12 +21,7 @@ from cbpt.lab.inference.hypothesis import Unknown
 from cbpt.lab.model.dataset import DEFAULT_UNCERTAINTY
 from cbpt.lab.model.discrepancy import FORM_ODDS
 from cbpt.lab.model.priors import PRIORS
-from cbpt.lab.selection.decision import (
-    Verdict,
-    calibrated,
-    judge,
-    weighed,
-)
+from cbpt.lab.selection.decision import Verdict, calibrated, judge, weighed
 from cbpt.lab.selection.model_comparison import Competition
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.selection.setting import Names
