@@ -49,6 +49,28 @@ pub use slots::{Effect, Number, Slot};
 use spring::Spring;
 
 /// A reducer with effects on a table of readings.
+///
+/// ```
+/// use cbpt_core::Drive;
+/// use cbpt_core::predict::{Columns, Predictor, Rows};
+///
+/// let rows = Rows::new(Columns {
+///     run: &[1, 1, 1],
+///     time_s: &[0.0, 10.0, 20.0],
+///     torque_Nm: &[0.0, 5.0, 10.0],
+///     preload_N: Some(&[600.0; 3]),
+///     input_angle_rad: &[0.0; 3],
+///     temperature_K: None,
+///     cycle: None,
+/// })?;
+/// let mut predictor = Predictor::new(Drive::paper_base_case(), &["contact_stiffness"], rows)?;
+/// // One value for each of `parameters()`, SI; here the scale of the contact stiffness. Its derivative is wanted as well.
+/// let nominal = predictor.predict(&[1.0], &[])?;
+/// let stiffer = predictor.predict(&[1.1], &[0])?;
+/// assert!(stiffer.angle_rad[2] < nominal.angle_rad[2]);
+/// assert!(stiffer.sensitivities[2] < 0.0); // rad for a unit of the scale, row by row
+/// # Ok::<(), cbpt_core::InvalidInput>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Predictor {
     reducer: Reducer,

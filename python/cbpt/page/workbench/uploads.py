@@ -189,11 +189,11 @@ class Opened:
         """The readings, where case and table are there; and what is missing or in doubt."""
         found: dict[str, Any] = {"ready": False, "message": "", "columns": [], "quantities": []}
         if self.upload is None:
-            words = f"{self.case_name} is read; now a table of readings."
+            words = f"{self.case_name} is read. Add a table of readings."
             return None, found | {"message": words}
         found |= self.upload.describe()
         if self.case is None:
-            words = f"{self.upload.name} is here; now the case file (TOML)."
+            words = f"{self.upload.name} is read. Add the case file (TOML)."
             return None, found | {"message": words}
         if found["which_sheet"]:
             words = f"{self.upload.name} has several sheets that may hold readings; choose one."
@@ -255,7 +255,7 @@ def stop_if_few(name: str, readings: Readings) -> None:
 
     if len(readings) < FEWEST:
         found, expected = f"{len(readings)} readings", f"at least {FEWEST}"
-        remedy = "with so few anything fits; measure more torques and preloads"
+        remedy = "measure more torques and preloads: any model fits so few readings"
         raise ReadingsError.of_column(name, "elastic_angle", found, expected, remedy)
 
 
