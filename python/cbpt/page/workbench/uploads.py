@@ -255,7 +255,7 @@ def stop_if_few(name: str, readings: Readings) -> None:
 
     if len(readings) < FEWEST:
         found, expected = f"{len(readings)} readings", f"at least {FEWEST}"
-        remedy = "with so few anything fits; measure more torques and preloads"
+        remedy = "measure more torques and preloads: any model fits so few readings"
         raise ReadingsError.of_column(name, "elastic_angle", found, expected, remedy)
 
 
