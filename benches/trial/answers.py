@@ -20,7 +20,7 @@ import time
 from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -31,15 +31,26 @@ from cbpt.lab.inference.cross_validation import held_out_residual, rms
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.model import spring_priors as reach
 from cbpt.lab.model.priors import Variant
-from trial.families import Family, make_trial
+from trial.adapter import kept, read
+from trial.families import FAMILIES, Family, make_trial
 from trial.oracle import ask
 from trial.strength import NoSuchCampaignError
+from trial.wider import Wider, make_wider
 
 TOP = Path(__file__).parents[2]
 KEPT = TOP / "out" / "trial"
-MAKERS = ("families.py", "oracle.py", "rivals.py", "strength.py")
+MAKERS = (
+    "candidates.py",
+    "evidence.py",
+    "families.py",
+    "oracle.py",
+    "rivals.py",
+    "spring_sets.py",
+    "strength.py",
+    "wider.py",
+)
 """What of this folder a campaign depends on."""
-Task = tuple[Family, int, int]
+Task = tuple[Family | Wider, int, int]
 """Family, index, seed."""
 
 
@@ -93,20 +104,26 @@ def campaign(task: Task) -> dict[str, Any] | None:
     path = rig_folder() / _name(task)
     if not path.exists():
         try:
-            made = make_trial(*task)
+            _write(path, _made(task))
         except NoSuchCampaignError:
             _write(path, None)
-            return None
-        made.truth["duration_s"] = float(np.ptp(made.rows.time_s))
-        asked = vars(ask(made)) if task[0] in ("single", "pair") else None
-        if asked and not np.isfinite(asked["held_out_arcsec"]):
-            asked["held_out_arcsec"] = None
-        columns = made.columns()
-        _write(
-            path, {"case": made.to_toml(), "columns": columns, "truth": made.truth, "oracle": asked}
-        )
     found: dict[str, Any] | None = json.loads(path.read_text(encoding="utf-8"))
     return found
+
+
+def _made(task: Task) -> dict[str, Any]:
+    family, index, seed = task
+    asked: dict[str, Any] | None
+    if family not in FAMILIES:
+        made, asked = make_wider(cast(Wider, family), index, seed)
+    else:
+        made = make_trial(family, index, seed)
+        asked = vars(ask(made)) if family in ("single", "pair") else None
+        if asked and not np.isfinite(asked["held_out_arcsec"]):
+            asked["held_out_arcsec"] = None
+    made.truth["duration_s"] = float(np.ptp(made.rows.time_s))
+    columns = made.columns()
+    return {"case": made.to_toml(), "columns": columns, "truth": made.truth, "oracle": asked}
 
 
 # --- one answer -------------------------------------------------------------------------------
@@ -128,9 +145,11 @@ def outcome(task: Task, fresh: bool = False) -> dict[str, Any] | None:
         "truth": given["truth"],
         "oracle": given["oracle"],
     }
-    start = time.perf_counter()
+    start, worked = time.perf_counter(), time.process_time()
     try:
-        result |= answered(diagnose(cbpt.Case.from_toml(given["case"]), table_of(given)))
+        d = diagnose(cbpt.Case.from_toml(given["case"]), table_of(given))
+        result["cpu_seconds"] = time.process_time() - worked
+        result |= answered(d) if family in FAMILIES else documented(d)
     except (
         Exception
     ) as error:  # a set without an answer counts against the product, whatever the cause
@@ -164,6 +183,12 @@ def answered(d: Diagnosis) -> dict[str, Any]:
         "parameters": {e: d.parameters(d.after, e) for e in v.names},
         "criteria": criteria(d),
     }
+
+
+def documented(d: Diagnosis) -> dict[str, Any]:
+    """What of an answer's document is scored, and the document without its long lists."""
+    document = d.to_dict()
+    return {"answer": read(document).plain(), "document": kept(document)}
 
 
 def criteria(d: Diagnosis) -> dict[str, list[str]]:

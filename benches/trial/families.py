@@ -12,6 +12,7 @@ from reference.forward import Drive
 from reference.rig import ARCSEC, Rows, drive_of, simulate
 from reference.rig.campaign import PRIORS, Campaign, Plan, draw_case, draw_plan, rows_of
 from reference.rig.effects import LIBRARY, OUTSIDE, Hidden, Kind, draw_hidden, hidden
+from reference.rig.instrument import Instrument, plain_values
 from reference.rig.mesh import NotHeldError
 from reference.rig.noise import NOISE_KINDS, Noise, NoiseKind, draw_noise
 from trial.strength import (
@@ -46,13 +47,13 @@ class Draw:
 
 
 @dataclass(frozen=True)
-class _Setting:
+class Setting:
     """Everything but the hidden effects and the noise that falls."""
 
     case: dict[str, dict[str, Any]]
     drive: Drive
     rows: Rows
-    noise: Noise
+    noise: Noise | Instrument
     shifts: dict[str, float]
     priors: dict[str, float]
 
@@ -74,7 +75,7 @@ def _setting(
     thin: bool = False,
     priors: dict[str, float] | None = None,
     change: Callable[[Plan], Plan] = lambda plan: plan,
-) -> _Setting:
+) -> Setting:
     """A drive, a plan, its noise and the numbers it really has."""
     rng = draw.rng
     case = draw_case(rng)
@@ -84,11 +85,11 @@ def _setting(
     rows = rows_of(change(draw_plan(rng, needs, thin)), case, rng)
     u = float(rng.choice([0.1, 0.2, 0.3, 0.3])) * draw.noise_factor * ARCSEC
     noise = draw_noise(noise_kind, u, rng)
-    return _Setting(case, drive_of(case), rows, noise, draw_parameters(rng, stated), stated)
+    return Setting(case, drive_of(case), rows, noise, draw_parameters(rng, stated), stated)
 
 
 def _campaign(
-    s: _Setting,
+    s: Setting,
     hiddens: tuple[Hidden, ...],
     answer: dict[str, Any],
     rng: np.random.Generator,
@@ -101,12 +102,7 @@ def _campaign(
     truth = {
         "answer": answer,
         "hidden": [{"id": h.id, "form": h.form, "values": h.values} for h in hiddens],
-        "noise": {
-            "kind": s.noise.kind,
-            "u_arcsec": s.noise.u_rad / ARCSEC,
-            "stated_u_arcsec": s.noise.stated_u_rad / ARCSEC,
-            "run_offset_arcsec": s.noise.offset_rad / ARCSEC,
-        },
+        "noise": plain_values(s.noise),
         "shifts": s.shifts,
         "free": [*s.priors, "zero"],
         **more,
@@ -150,7 +146,7 @@ def _parameter_only(draw: Draw, index: int) -> Campaign:
     return _campaign(s, (), answer, draw.rng, shift_sigma=sigmas)
 
 
-def _hide(draw: Draw, s: _Setting, kind: Kind, form: str, d: float) -> Hidden:
+def _hide(draw: Draw, s: Setting, kind: Kind, form: str, d: float) -> Hidden:
     """The effect at the strength; refused where its size would be below what is plausible."""
     found = s.yardstick.sized(draw_hidden(kind, form, draw.rng), d)
     if not kind.signed and kind.neutral == 0 and abs(found.size) < kind.low:
@@ -263,16 +259,32 @@ def make_trial(family: Family, index: int, seed: int) -> Campaign:
     The index walks through kinds of noise, effects, strengths and forms in turn; the seed fixes
     everything that is random.
     """
+
+    def made(rng: np.random.Generator, noise_factor: float) -> Campaign:
+        return MAKERS[family](Draw(rng, noise_factor), index)
+
+    campaign = drawn(made, (seed, FAMILIES.index(family), index))
+    campaign.truth.update(family=family, index=index, seed=seed)
+    return campaign
+
+
+def drawn(
+    made: Callable[[np.random.Generator, float], Campaign], words: tuple[int, ...]
+) -> Campaign:
+    """What is made with the seed of these words, in as many attempts as it takes, up to 40.
+
+    Where an effect does not come to its strength the noise is changed at the next attempt.
+    """
     noise_factor = 1.0
     for attempt in range(40):
-        rng = np.random.default_rng([seed, FAMILIES.index(family), index, attempt])
+        rng = np.random.default_rng([*words, attempt])
         try:
-            campaign = MAKERS[family](Draw(rng, noise_factor), index)
+            campaign = made(rng, noise_factor)
         except NoSuchCampaignError as missed:
             noise_factor = float(np.clip(noise_factor * missed.noise_factor * 1.2, 0.1, 5.0))
             continue
-        except NotHeldError:
+        except (NotHeldError, ArithmeticError):
             continue
-        campaign.truth.update(family=family, index=index, seed=seed, attempt=attempt)
+        campaign.truth["attempt"] = attempt
         return campaign
-    raise NoSuchCampaignError(f"{family} {index} {seed}: 40 draws failed", 1.0)
+    raise NoSuchCampaignError(f"{words}: 40 draws failed", 1.0)

@@ -15,6 +15,8 @@ from collections.abc import Callable, Iterable, Mapping
 from itertools import product
 from typing import Any, Literal
 
+from trial import claims
+
 Outcome = Mapping[str, Any]
 """family, index, truth (that of reference.rig.campaign, and duration_s), answer (kind, effects,
 rivals, probability), held_out (stated, refitted, after), criteria {aic, bic: [id]},
@@ -57,7 +59,22 @@ def grade(outcome: Outcome) -> Grade:
         "confounded": _confounded,
         "outside": _outside,
     }
+    if outcome["family"] not in by_family:
+        return _wider(outcome)
     return by_family[outcome["family"]](truth, answer)
+
+
+def _wider(outcome: Outcome) -> Grade:
+    """A wider family, by what is claimed."""
+    if claims.unnamed(outcome):
+        return "right" if claims.tells_unnamed(outcome) else "wrong"
+    if not claims.accepted(outcome):
+        return "right" if claims.is_so(outcome) else "wrong"
+    if claims.named(outcome):
+        return "right"
+    if claims.held(outcome["answer"], claims.accepted(outcome)):
+        return "contains"
+    return _unnamed(outcome["answer"]) or "wrong"
 
 
 def _nothing(answer: Mapping[str, Any]) -> bool:

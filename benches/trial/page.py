@@ -1,6 +1,7 @@
 """The score of a trial as a page of the documentation, with the reliability of its probabilities.
 
 write_page(PAGE, score, outcomes)   the page
+section(outcomes, seed)             the table of what the answer has to reach, as Markdown
 """
 
 from __future__ import annotations
@@ -13,19 +14,33 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from trial.families import FAMILIES
 from trial.grades import Outcome
 from trial.score import Measure, measures, reliability
+from trial.targets import NAMES, targets
+from trial.wider import WIDER
 
 _INTRO = """# The trial
 
-Campaigns with a hidden effect, made by an implementation that shares nothing with the product,
-diagnosed blind and scored. `make trial` runs it at full length (60 sets of each strength and
-family, 400 of each noise without an effect) and writes this page; `tests/lab/test_trial.py` is a
-short form. The rig is in `tests/reference/rig`; its effects vary in form from the library's. *d* is
-how far a hidden effect stands out of the noise once the numbers of the drive are refitted, in
-standard deviations. The oracle knows the true forms and the noise. Plain AIC and BIC choose among
-the same fits. Labels are sealed: who answers sees a case file and a table.
+The trial measures how often the diagnosis is right. Campaigns with a hidden effect come from an
+implementation that shares no code with the product (`tests/reference/rig`); its effects differ in
+form from those of the library. The diagnosis gets a case file and a table, and no label.
+`make trial` runs the full length (60 sets of each strength and family, 400 sets of each noise
+without an effect) and writes this page; `tests/lab/test_trial.py` is a short form.
+
+*d* is the size of a hidden effect: the length of its signature after the parameters of the drive
+are refitted, in standard deviations of the noise. The oracle knows the true forms and the noise.
+Plain AIC and BIC choose among the same fits.
 """
+
+
+_TO_REACH = """Effects under every noise, one, two or three at a time, cross-slides, torsion
+springs, coarse displays, artefacts of instruments, tables of 6 to 40 readings and tables without a
+law. *d* is conditional here: how far the weakest of the hidden effects stands out once the sizes of
+the others are refitted too. *held*: the certain effects with one of each rival group contain the
+truth; *named*: they are the truth, and nothing is open. The oracle weighs all singles, pairs and
+triples of the rig's own forms by linear Gaussian evidence, knows the noise, and has the
+same prior odds and rule of naming; *behind the oracle* compares on the same sets."""
 
 
 def commit(top: Path) -> str:
@@ -43,8 +58,29 @@ def commit(top: Path) -> str:
     return told.stdout.strip()
 
 
-def write_page(page: Path, score: Mapping[str, Any], outcomes: Sequence[Outcome]) -> None:
-    """The page; `make docs` draws its picture from the table of probabilities."""
+BEFORE = "## The product as it was before the second version of the answer"
+"""A section that a new page takes over from the one it replaces."""
+
+
+def _taken_over(page: Path) -> list[str]:
+    text = page.read_text(encoding="utf-8") if page.exists() else ""
+    if BEFORE not in text:
+        return []
+    rest = text[text.index(BEFORE) + len(BEFORE) :]
+    ends = [i for mark in ("\n## ", "\nWhat falls short") if (i := rest.find(mark)) >= 0]
+    return [BEFORE + rest[: min(ends, default=len(rest))].rstrip(), ""]
+
+
+def write_page(
+    page: Path,
+    score: Mapping[str, Any],
+    outcomes: Sequence[Outcome],
+    every: Sequence[Outcome] = (),
+) -> None:
+    """The page; `make docs` draws its picture from the table of probabilities.
+
+    outcomes: of the first six families; every: those of the wider ones as well.
+    """
     top = Path(__file__).parents[2]
     seconds = [o["seconds"] for o in outcomes]
     page.parent.mkdir(parents=True, exist_ok=True)
@@ -69,10 +105,28 @@ def write_page(page: Path, score: Mapping[str, Any], outcomes: Sequence[Outcome]
         "",
         _reliability(reliability(outcomes)),
         "",
+        *_to_reach(every),
+        *_taken_over(page),
         "What falls short and why: [notes on the trial](trial-notes.md).",
         "",
     ]
     page.write_text("\n".join(lines), encoding="utf-8")
+
+
+def _to_reach(every: Sequence[Outcome]) -> list[str]:
+    """The section on what the second version of the answer has to reach."""
+    if not every:
+        return []
+    return ["## What the answer has to reach", "", _TO_REACH, "", _table(targets(every)), ""]
+
+
+def section(outcomes: Sequence[Outcome], seed: int) -> str:
+    """What campaigns, then the table."""
+    families = {f: sum(o["family"] == f for o in outcomes) for f in (*FAMILIES, *WIDER)}
+    told = ", ".join(f"{n} {NAMES.get(f, f)}" for f, n in families.items() if n)
+    today = datetime.datetime.now(datetime.UTC).date().isoformat()
+    made = f"{today}, commit `{commit(Path(__file__).parents[2])}`, seed {seed}: {told}."
+    return f"{made}\n\n{_table(targets(outcomes))}\n"
 
 
 def _value(x: float, unit: str) -> str:

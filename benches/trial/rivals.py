@@ -10,23 +10,19 @@ from reference.contact import Floats
 from reference.rig import ARCSEC, drive_of
 from reference.rig.campaign import PRIORS, Campaign
 from reference.rig.effects import LIBRARY, Hidden, Kind, draw_hidden
+from reference.rig.instrument import noise_of
 from reference.rig.mesh import NotHeldError
-from reference.rig.noise import Noise
 from trial.strength import PARAMETERS, NoSuchCampaignError, Yardstick, parameter_effect
 
 
 def yardstick_of(campaign: Campaign) -> Yardstick:
     """The measure of strength on a campaign, rebuilt from its truth."""
-    truth, noise = campaign.truth, campaign.truth["noise"]
+    truth = campaign.truth
     base = tuple(parameter_effect(n, s) for n, s in truth["shifts"].items() if s != 0)
     priors = {**PRIORS, **campaign.case.get("uncertainty", {})}
-    known = Noise(
-        noise["kind"],
-        noise["u_arcsec"] * ARCSEC,
-        noise["stated_u_arcsec"] * ARCSEC,
-        noise["run_offset_arcsec"] * ARCSEC,
+    return Yardstick.of(
+        drive_of(campaign.case), campaign.rows, base, noise_of(truth["noise"]), priors
     )
-    return Yardstick.of(drive_of(campaign.case), campaign.rows, base, known, priors)
 
 
 def zeros_of_runs(yardstick: Yardstick) -> list[Floats]:

@@ -1,10 +1,13 @@
 """Which campaigns, the run over them, and the command.
 
-    python benches/trial [--sets N] [--null-sets M] [--seed S] [--workers 2] [--family F]
-                         [--json OUT] [--page PAGE.md]
+    python benches/trial [--short] [--sets N] [--null-sets M] [--seed S] [--workers 2] [--family F]
+                         [--json OUT] [--page PAGE.md] [--section PAGE.md]
 
-N is for each strength (single, outside) and each other family, M (else N) for each kind of noise
-of campaigns that hide nothing. A second run diagnoses only what is new; --fresh starts over.
+--short is for development, about ten minutes on two cores: some campaigns of each wider family, and
+the table of what the answer has to reach alone. In full, N is for each strength (single, outside)
+and each other family, M (else N) for each kind of noise of campaigns that hide nothing; of the
+wider families N to 5 N. Campaigns and answers are kept as they come: a run that was killed goes
+on where it was, and a second run diagnoses only what is new; --fresh starts over.
 --shuffle M answers M sets once more with the library in another order: an id is a label, its place
 must not matter.
 """
@@ -14,10 +17,11 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from math import gcd
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -27,17 +31,49 @@ from reference.rig.noise import NOISE_KINDS
 from trial.answers import Task, answer_folder, outcome, rig_folder, shuffled
 from trial.families import FAMILIES, SINGLES, STRENGTHS, Family
 from trial.grades import Outcome, grade
-from trial.page import write_page
-from trial.score import document, measures, table
+from trial.page import section, write_page
+from trial.score import document, measures, plain, table
+from trial.targets import targets
+from trial.wider import WIDER, Wider
 
 OUTSIDE_STRENGTHS = 5
+SHORT: dict[Family | Wider, tuple[int, ...]] = {
+    "null": tuple(range(28)),
+    "parameter_only": tuple(range(4)),
+    "confounded": tuple(range(6)),
+    "outside": tuple(range(16, 32)),
+    "one": tuple(range(48)),
+    "two": tuple(range(40)),
+    "three": tuple(range(12)),
+    "slide": tuple(range(15)),
+    "coarse": tuple(range(20)),
+    "artefact": tuple(range(20)),
+    "small": tuple(range(24)),
+    "lawless": tuple(range(18)),
+    "spring": tuple(range(24)),
+}
+"""Indices of each family in the short form."""
+FOR_EACH: dict[Family | Wider, int] = {
+    "one": 4,
+    "two": 5,
+    "three": 2,
+    "slide": 2,
+    "coarse": 2,
+    "artefact": 2,
+    "small": 2,
+    "lawless": 1,
+    "spring": 3,
+}
+"""Campaigns of a wider family for each of `--sets`."""
 
 
 # --- which campaigns --------------------------------------------------------------------------
 
 
-def indices(family: Family, sets: int, null_sets: int | None = None) -> list[int]:
+def indices(family: Family | Wider, sets: int, null_sets: int | None = None) -> list[int]:
     """Indices of a family: every noise or strength `sets` times, effects in turn."""
+    if family in FOR_EACH:
+        return list(range(sets * FOR_EACH[family]))
     if family == "null":
         return list(range((sets if null_sets is None else null_sets) * len(NOISE_KINDS)))
     if family == "single":
@@ -58,10 +94,15 @@ def _crossed(sets: int, strengths: int, effects: int, stride: int) -> Iterator[i
 
 
 def tasks(
-    families: Iterable[Family], sets: int, seed: int, null_sets: int | None = None
+    families: Iterable[Family | Wider], sets: int, seed: int, null_sets: int | None = None
 ) -> list[Task]:
     """All campaigns, families interleaved so that an unfinished trial holds some of each."""
-    lists = [[(f, i, seed) for i in indices(f, sets, null_sets)] for f in families]
+    return interleaved({f: indices(f, sets, null_sets) for f in families}, seed)
+
+
+def interleaved(chosen: Mapping[Family | Wider, Sequence[int]], seed: int) -> list[Task]:
+    """Some indices of each family, an equal share of each at any time."""
+    lists: list[list[Task]] = [[(f, i, seed) for i in some] for f, some in chosen.items()]
     order = sorted(
         (n / len(list_), k, n) for k, list_ in enumerate(lists) for n in range(len(list_))
     )
@@ -99,13 +140,19 @@ def arguments() -> argparse.Namespace:
     """What the command was given."""
     head = "The trial: campaigns with a hidden effect, diagnosed and scored."
     parser = argparse.ArgumentParser(prog="python benches/trial", description=head)
+    short = "about ten minutes on two cores, for development"
+    parser.add_argument("--short", action="store_true", help=short)
     parser.add_argument("--sets", type=int, default=15, help="for each noise, strength or family")
     parser.add_argument("--null-sets", type=int, help="for each kind of noise; else as --sets")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--family", choices=FAMILIES, action="append", help="several may be given")
+    parser.add_argument(
+        "--family", choices=(*FAMILIES, *WIDER), action="append", help="several may be given"
+    )
     parser.add_argument("--json", type=Path, help="where to write the score")
     parser.add_argument("--page", type=Path, help="where to write the score as a page")
+    section = "where to write the table of what is to be reached, as Markdown"
+    parser.add_argument("--section", type=Path, help=section)
     fresh = "diagnose again what was diagnosed before"
     parser.add_argument("--fresh", action="store_true", help=fresh)
     mixed = "sets answered with the library in another order"
@@ -126,12 +173,29 @@ def reordered(work: Sequence[Task], sets: int, workers: int) -> dict[str, int]:
     return {"sets": len(pairs), "changed": len(changed)}
 
 
+def of_targets(outcomes: Sequence[Outcome]) -> dict[str, Any]:
+    """The table of what is to be reached as plain values."""
+    return {"sets": len(outcomes), "measures": [plain(m) for m in targets(outcomes)]}
+
+
 def main() -> int:
     """The trial as asked for."""
     asked = arguments()
-    work = tasks(asked.family or FAMILIES, asked.sets, asked.seed, asked.null_sets)
+    families: tuple[Family | Wider, ...] = asked.family or (*FAMILIES, *WIDER)
+    if asked.short:
+        work = interleaved({f: some for f, some in SHORT.items() if f in families}, asked.seed)
+    else:
+        work = tasks(families, asked.sets, asked.seed, asked.null_sets)
     answer_folder()  # what the sources are now, whatever happens to them during the trial
-    outcomes = run(work, asked.workers, asked.fresh, asked.quiet)
+    every = run(work, asked.workers, asked.fresh, asked.quiet)
+    print(table(targets(every)))
+    if asked.section:
+        asked.section.write_text(section(every, asked.seed), encoding="utf-8")
+    if asked.short:
+        if asked.json:
+            asked.json.write_text(json.dumps(of_targets(every), indent=1) + "\n", encoding="utf-8")
+        return 0
+    outcomes = [o for o in every if o["family"] in FAMILIES]
     print(table(measures(outcomes)))
     seconds = [o["seconds"] for o in outcomes]
     if seconds:
@@ -143,10 +207,11 @@ def main() -> int:
         "version": cbpt.__version__,
         "rig": rig_folder().name.split("-")[1],
         "order_of_library": reordered(work, asked.shuffle, asked.workers),
+        "targets": of_targets(every),
     }
     if asked.json:
         asked.json.parent.mkdir(parents=True, exist_ok=True)
         asked.json.write_text(json.dumps(score, indent=1) + "\n", encoding="utf-8")
     if asked.page:
-        write_page(asked.page, score, outcomes)
+        write_page(asked.page, score, outcomes, every)
     return 0

@@ -406,14 +406,16 @@ def table(found: Sequence[Measure]) -> str:
     return "\n".join(lines)
 
 
+def plain(m: Measure) -> dict[str, Any]:
+    """A measure as plain values, what is not finite as None."""
+    values = {**asdict(m), "reached": m.reached}
+    return {
+        k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in values.items()
+    }
+
+
 def document(outcomes: Sequence[Outcome]) -> dict[str, Any]:
     """The score as plain values, NaN as None."""
 
-    def plain(x: Any) -> Any:
-        return None if isinstance(x, float) and not math.isfinite(x) else x
-
-    rows = [
-        {k: plain(v) for k, v in {**asdict(m), "reached": m.reached}.items()}
-        for m in measures(outcomes)
-    ]
+    rows = [plain(m) for m in measures(outcomes)]
     return {"sets": len(outcomes), "measures": rows, "reliability": reliability(outcomes)}

@@ -18,6 +18,7 @@ from reference.contact import Floats
 from reference.forward import Drive
 from reference.rig import ARCSEC, Rows, simulate
 from reference.rig.effects import LIBRARY, Hidden
+from reference.rig.instrument import Instrument
 from reference.rig.mesh import NotHeldError
 from reference.rig.noise import Noise
 
@@ -85,7 +86,7 @@ class Yardstick:
         drive: Drive,
         rows: Rows,
         base: tuple[Hidden, ...],
-        noise: Noise,
+        noise: Noise | Instrument,
         priors: dict[str, float],
         zero_per_run: bool = False,
     ) -> Yardstick:

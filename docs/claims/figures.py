@@ -207,6 +207,12 @@ def _influence(
     return figure, both
 
 
+def _undercut_at(x: float, axes: Axes) -> None:
+    """Names the coloured end of an axis, upright in the middle of it."""
+    middle: dict[str, Any] = {"rotation": 90, "va": "center", "ha": "center"}
+    axes.text(x, 0.5 * axes.get_ylim()[1], "undercut (20 balls)", fontsize=8, **middle)
+
+
 def influence_of_short_amplitude() -> Figure:
     figure, both = _influence(scan_short_amplitude(), "short-amplitude coefficient K", 100, 60)
     for axes in both:
@@ -215,15 +221,7 @@ def influence_of_short_amplitude() -> Figure:
         axes.set_xlim(0.1, 0.62)
         top = axes.get_ylim()[1]
         axes.text(0.11, 0.02 * top, "no inside wall", fontsize=8, color="#555555")
-        axes.text(
-            0.605,
-            0.5 * top,
-            "undercut (20 balls)",
-            fontsize=8,
-            rotation=90,
-            va="center",
-            ha="center",
-        )
+        _undercut_at(0.605, axes)
     return figure
 
 
@@ -236,16 +234,7 @@ def influence_of_rolling_circle() -> Figure:
     for axes in both:
         axes.axvspan(2.0, undercut_below_mm(20), color="#f6e3d7", zorder=0)
         axes.set_xlim(2.0, 8.0)
-        top = axes.get_ylim()[1]
-        axes.text(
-            2.17,
-            0.5 * top,
-            "undercut (20 balls)",
-            fontsize=8,
-            rotation=90,
-            va="center",
-            ha="center",
-        )
+        _undercut_at(2.17, axes)
     return figure
 
 
@@ -392,25 +381,30 @@ def draw(out: Path) -> None:
 # --- page ---------------------------------------------------------------------------------
 
 HEAD = """\
-# The 2017 paper's figures, held against this model
+# The claims of the 2017 paper
 
-This page is written by `python docs/claims/figures.py` from numbers that the package computes;
+`python docs/claims/figures.py` writes this page from numbers that the package computes;
 `python docs/claims/figures.py --check` tells whether it is up to date.
 
 Each row of the table is a statement of the 2017 paper (DOI 10.1177/1687814017734112) on its
-Figures 7 to 20: {holds} of {all} hold as they stand, {where} hold in part, {fails} do not.
-Where no reason is known, "unexplained" is the answer.
+Figures 7 to 20. {holds} of {all} statements hold, {where} hold in part, {fails} do not hold.
+"Unexplained" means that the reason for a difference is not known.
 
-Base case unless said otherwise: 5 N m, preload 600 N, K = 0.5, r0 = 4 mm, 20 deceleration balls,
+Base case unless stated otherwise: 5 N m, preload 600 N, K = 0.5, r0 = 4 mm, 20 deceleration balls,
 14 ring-groove balls or 16 cross-slide balls, balls of 1.5 mm radius, contact angles 45 deg,
-conformity 1.08, Rw = RS = 40 mm. The paper names no material; here it is bearing steel.
+conformity 1.08, Rw = RS = 40 mm. The paper names no material; this model takes bearing steel.
 
-Words: α1, α2, α3 are the elastic angles of the deceleration, ring-groove and cross-slide pair,
-α_dmax the largest angle of the drive with ring grooves over a turn. FTMP are the meshing points
-that the torque loads, NFTMP those that it relieves. "Ever slower" and "ever faster" speak of the
-slope: every slope between neighbours of a curve is above the one before. A torque slips where the
-preload cannot hold it; curves end there, or before it where the displacements are no longer small
-against the balls. Trends were sought with 13, 20, 27 and 34 balls.
+Words of the table:
+
+- α1, α2, α3: elastic angles of the deceleration, ring-groove and cross-slide pair; α_dmax: largest
+  angle over a turn of the drive with ring grooves;
+- FTMP: meshing points that the torque loads; NFTMP: meshing points that it unloads;
+- "ever slower", "ever faster": every slope between neighbouring points of a curve is larger than
+  the slope before it;
+- a torque slips if the preload cannot hold it. Curves end there, or earlier where the displacements
+  are no longer small beside the balls.
+
+Trends are tested with 13, 20, 27 and 34 balls.
 
 ## All claims
 

@@ -117,7 +117,8 @@ def main() -> int:
     else:
         print("        no --rust: the pages of the Rust API are left out, and links to them fail")
     wrong = check_site.problems(out)
-    print(*wrong, sep="\n", file=sys.stderr)
+    for line in wrong:
+        print(line, file=sys.stderr)
     told(f"links checked: {len(wrong)} problems")
     if not wrong:
         print(f"{out / 'index.html'}")

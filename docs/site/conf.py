@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from importlib.metadata import version as version_of
+from typing import Any
 
 project = "CBPT"
 author = "the CBPT authors"
@@ -18,7 +20,7 @@ autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
 autodoc_preserve_defaults = True
-autodoc_type_aliases = {"ArrayLike": "ArrayLike", "Floats": "NDArray[float64]"}
+autodoc_type_aliases = {name: name for name in ("ArrayLike", "Floats", "Progress", "Report")}
 python_use_unqualified_type_names = True
 python_maximum_signature_line_length = 80
 napoleon_google_docstring = False
@@ -33,3 +35,17 @@ html_copy_source = False
 html_show_sphinx = False
 html_show_copyright = False
 highlight_language = "text"
+
+
+def plain_aliases(*event: Any) -> tuple[str | None, str | None]:
+    """A signature with aliases by their names alone; Sphinx hands it over last, with the result."""
+    signature, returns = event[-2:]
+
+    def plain(text: str | None) -> str | None:
+        return text and re.sub(r"TypeAliasForwardRef\('(\w+)'\)", r"\1", text)
+
+    return plain(signature), plain(returns)
+
+
+def setup(app: Any) -> None:
+    app.connect("autodoc-process-signature", plain_aliases)

@@ -18,19 +18,19 @@ sys.path.insert(0, str(TOP / "docs" / "claims"))
 # Name -> caption, and the command that draws it.
 COMMANDS: dict[str, tuple[str, tuple[str, ...]]] = {
     "tutorial_first": (
-        "`cbpt compare`: readings and model against the torque, and the residuals below",
+        "Readings and model against the torque, and the residuals below",
         ("compare", "examples/tutorial/drive.toml", "examples/tutorial/first.csv", "--plot"),
     ),
     "diagnosis": (
-        "`cbpt diagnose`: readings, the model before and after, the residuals and the error",
+        "Readings, the model before and after, the residuals and the error",
         ("diagnose", "examples/campaign.toml", "examples/campaign.csv", "--plot"),
     ),
     "isolability": (
-        "`cbpt isolability`: which effects a planned campaign could tell apart",
+        "Which effects a planned campaign could tell apart",
         ("isolability", "examples/campaign.toml", "examples/plan.toml", "--plot"),
     ),
     "tolerance": (
-        "`cbpt tolerance`: the elastic angle within the tolerances, and the share of each number",
+        "The elastic angle within the tolerances, and the share of each number",
         ("tolerance", "examples/toleranced.toml", "--plot"),
     ),
 }
@@ -125,8 +125,8 @@ def write(source: Path, drawn: Path, keep: bool) -> None:
     shutil.copytree(drawn, source / "pictures")
     lines = ["# Gallery", "", "The build of this site draws every picture with the program.", ""]
     lines += ["## Answers as pictures", ""]
-    for name, (caption, _) in COMMANDS.items():
-        lines += [f"### {name.replace('_', ' ')}", "", f"{caption}.", ""]
+    for name, (caption, command) in COMMANDS.items():
+        lines += [f"### cbpt {command[0]}", "", f"{caption}.", ""]
         lines += [f"![{caption}](pictures/{name}.svg)", ""]
     lines += ["## The page", ""]
     if (drawn / "page").is_dir():

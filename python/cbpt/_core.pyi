@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from os import PathLike
 from typing import Any, SupportsFloat, SupportsIndex, final
 
-__all__ = ["Case", "Drive", "Effect", "EffectParameter", "EffectSpec", "Finding", "LargestAngle", "OwnEffect", "PairSolution", "Prediction", "Predictor", "PreloadThresholds", "Sensitivities", "Sensitivity", "Solution", "SweepCsv", "SweepPlan", "SweepTally", "Thresholds", "design_number", "design_numbers", "effect_specs", "example_case", "is_sweep_plan", "judge_designs", "own_effect_variables", "run_command_line", "solve_angles", "sweep_findings", "sweep_statuses", "text_table"]
+__all__ = ["Case", "Drive", "Effect", "EffectParameter", "EffectSpec", "Finding", "LargestAngle", "OwnEffect", "PairSolution", "Prediction", "Predictor", "PreloadThresholds", "Sensitivities", "Sensitivity", "Solution", "SweepCsv", "SweepPlan", "SweepTally", "Thresholds", "Unit", "design_number", "design_numbers", "effect_specs", "example_case", "is_sweep_plan", "judge_designs", "own_effect_variables", "run_command_line", "solve_angles", "sweep_findings", "sweep_statuses", "text_table", "units"]
 
 @final
 class Case:
@@ -1081,6 +1081,58 @@ class Thresholds:
         From here on no meshing point parts.
         """
 
+@final
+class Unit:
+    """
+    A unit: what it measures, how it is written and its exact way to SI.
+    """
+    def __eq__(self, value: object, /) -> bool: ...
+    def __hash__(self, /) -> int: ...
+    def __ne__(self, value: object, /) -> bool: ...
+    def __new__(cls, /, symbol: str) -> Unit:
+        """
+        The unit of a symbol as ``units`` lists it; ``ValueError`` where there is none.
+        """
+    def __reduce__(self, /) -> tuple[Any, tuple[str]]: ...
+    def __repr__(self, /) -> str: ...
+    def conversion(self, /, to: Unit) -> tuple[float, float, float]:
+        """
+        Numbers ``(times, over, plus)``: a value in this unit is ``value * times / over + plus`` in ``to``.
+
+        ``times`` and ``over`` are whole numbers where pi is no part of the conversion, so that it is rounded once where one
+        of them is 1. ``ValueError`` where ``to`` measures another quantity.
+        """
+    @property
+    def offset(self, /) -> float:
+        """
+        SI value of 0 in this unit: 273.15 K for ``degC``, 0 for every other unit.
+        """
+    @property
+    def quantity(self, /) -> str:
+        """
+        What it measures: ``angle``, ``torque per angle``.
+        """
+    @property
+    def size(self, /) -> float:
+        """
+        SI value of one unit, without the offset.
+        """
+    @property
+    def spellings(self, /) -> list[str]:
+        """
+        Other spellings that are read, without blanks, dots and hyphens between their parts.
+        """
+    @property
+    def symbol(self, /) -> str:
+        """
+        Suffix of names, keys and columns, as in ``torque_Nm``; empty for plain numbers.
+        """
+    @property
+    def written(self, /) -> str:
+        """
+        How it is written in a sentence, as in ``5 N m``.
+        """
+
 def design_number(case: Case, key: str, values: SupportsGetItem[int, SupportsFloat | SupportsIndex]) -> tuple[str, list[float], bool]:
     """
     The number of a design that a case writes so (``deceleration.ball_radius_mm``): its name in SI, these values of it in SI,
@@ -1162,4 +1214,9 @@ def text_table(columns: SupportsGetItem[int, str], rows: SupportsGetItem[int, Su
 
     ``columns`` are the column names; each row has a cell for each column. Numbers are shown to six significant digits;
     ``None`` and numbers that are not finite are shown as ``-``.
+    """
+
+def units() -> list[Unit]:
+    """
+    Every unit that keys, columns and flags may carry, quantity by quantity, the SI unit of each first.
     """

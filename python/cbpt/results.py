@@ -8,22 +8,27 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cbpt._core import Case, Drive, Predictor, solve_angles
+from cbpt._core import Case, Drive, Predictor, Unit, solve_angles
 from cbpt.errors import InvalidInputError
+from cbpt.units import UNITS
 
 __all__ = ["ANGLE_UNITS", "ARCSEC_PER_RAD", "Angles", "solve_many"]
 
-ARCSEC_PER_RAD = 648000.0 / np.pi
+
+def _one(of: Unit, unit: Unit) -> float:
+    times, over, _ = of.conversion(unit)
+    return times / over
+
+
+ARCSEC_PER_RAD = _one(UNITS["rad"], UNITS["arcsec"])
+"""Seconds of arc in a radian."""
 
 ANGLE_UNITS = {
-    "arcsec": 1.0,
-    "arcmin": 1 / 60,
-    "deg": 1 / 3600,
-    "urad": 1e6 / ARCSEC_PER_RAD,
-    "mrad": 1e3 / ARCSEC_PER_RAD,
-    "rad": 1 / ARCSEC_PER_RAD,
+    unit.symbol: _one(UNITS["arcsec"], unit)
+    for unit in reversed(UNITS.values())
+    if unit.quantity == "angle"
 }
-"""Units that results are said in: the value of one arcsec in each."""
+"""Units that results can be given in: the value of one arcsec in each."""
 
 
 @dataclass(frozen=True, eq=False)

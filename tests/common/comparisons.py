@@ -20,6 +20,8 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 CAMPAIGNS = Path(__file__).parents[1] / "data" / "hidden_effect"
 TRUTH: dict[str, Any] = json.loads((CAMPAIGNS / "truth.json").read_text())
 EVERY = pytest.mark.parametrize("name", sorted(TRUTH))
+UNLIKE = pytest.mark.parametrize("name", ["dev01", "dev07", "dev11"])
+"""For what holds of any table: nothing hidden, eight input angles, nine readings of one run."""
 ARCSEC = np.pi / 648000
 
 Floats = NDArray[np.float64]

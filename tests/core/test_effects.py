@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 import cbpt
 from cbpt import Drive, InvalidInputError, _core
-from common.rings import RINGS, CaseDict
+from common.rings import PLAN, RINGS, CaseDict
 from reference.rig import ARCSEC, Rows, drive_of, simulate
-from reference.rig.campaign import Plan, rows_of
+from reference.rig.campaign import rows_of
 from reference.rig.effects import LIBRARY, Hidden, hidden
 from reference.rig.kinds import Kind
 
@@ -31,17 +31,6 @@ CASES: dict[str, CaseDict] = {
         "deceleration": {**RINGS["deceleration"], "output_plate": "epicycloid"},
     },
 }
-PLAN = Plan(
-    preloads_N=(420.0, 800.0),
-    angles_deg=(10.0, 130.0),
-    own_angle_each_run=False,
-    cycles=1,
-    steps=5,
-    torque_share=0.8,
-    negative=True,
-    dwells_s=(4.0,),
-    warming_K=3.0,
-)
 ROWS = rows_of(PLAN, RINGS, np.random.default_rng(0))
 
 Values = dict[str, float]

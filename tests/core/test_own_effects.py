@@ -225,7 +225,7 @@ def test_a_function_that_fails_once_leaves_the_predictor_as_it_was() -> None:
 
 
 def test_variables_are_those_of_the_documentation() -> None:
-    page = (FOLDER.parents[2] / "docs" / "own-effects.md").read_text(encoding="utf-8")
+    page = (FOLDER.parents[2] / "docs" / "how-to" / "own-effects.md").read_text(encoding="utf-8")
     page = " ".join(page.split())
     for name, meaning in effects.VARIABLES.items():
         assert f"| `{name}` | {meaning} |" in page

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -22,6 +22,7 @@ from common.comparisons import (
     CAMPAIGNS,
     EVERY,
     TRUTH,
+    UNLIKE,
     Columns,
     adequate,
     by,
@@ -33,6 +34,7 @@ from common.comparisons import (
     model,
     strictly,
 )
+from common.drives import examples
 
 # --- the campaigns ------------------------------------------------------------------------
 
@@ -45,7 +47,7 @@ def test_only_the_complete_model_is_adequate(name: str) -> None:
     assert verdict.startswith("The model agrees" if adequate(c) else "The model is off")
 
 
-@EVERY
+@UNLIKE
 def test_every_reading_counts(name: str) -> None:
     c, columns = compared(name), columns_of(name)
     n = len(columns["torque_Nm"])
@@ -191,7 +193,7 @@ def test_with_the_truth_undone_the_model_is_adequate(
 # --- the same numbers, worked out again ---------------------------------------------------
 
 
-@EVERY
+@UNLIKE
 def test_numbers_are_those_of_plain_numpy(name: str) -> None:
     from scipy.stats import chi2
 
@@ -216,7 +218,7 @@ def test_numbers_are_those_of_plain_numpy(name: str) -> None:
     assert c.rmse_with_best_zero_arcsec == pytest.approx(np.std(residual), rel=1e-10)
 
 
-@EVERY
+@UNLIKE
 def test_groups_divide_the_readings(name: str) -> None:
     c = compared(name)
     total = np.sum(c.residual_arcsec**2)
@@ -262,7 +264,7 @@ def rows_of(readings: Readings, group: Group) -> NDArray[np.bool_]:
     stated=st.booleans(),
     zero=st.sampled_from(["common", "per_run"]),
 )
-@settings(max_examples=60, deadline=None)
+@examples(60)
 def test_any_table_is_divided_without_a_rest(
     torque: list[float], seed: int, stated: bool, zero: str
 ) -> None:

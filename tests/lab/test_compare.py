@@ -21,8 +21,8 @@ from cbpt import compare, read_readings
 from common.comparisons import (
     ARCSEC,
     CAMPAIGNS,
-    EVERY,
     EXAMPLES,
+    UNLIKE,
     base,
     by,
     case_of,
@@ -268,7 +268,7 @@ def test_a_case_may_be_a_dict() -> None:
 # --- forms --------------------------------------------------------------------------------
 
 
-@EVERY
+@UNLIKE
 def test_json_holds_what_the_object_holds(name: str) -> None:
     c = compared(name)
     document = strictly(c.to_json())

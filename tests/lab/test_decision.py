@@ -93,16 +93,23 @@ Odds = Mapping[Any, float]
 """By sets of effects, `Names`; a mapping of short tuples is none of long ones."""
 
 
+@dataclass(frozen=True)
+class Around:
+    """What a competition was held in: chance, the drive as stated, free noise, calibrations."""
+
+    null_maximum: float = -50.0
+    nominal_chi2: float = 300.0
+    flexible: Noise = field(default_factory=Noise)
+    calibrations: Mapping[str, float] = field(default_factory=dict)
+
+
 def competition(
     odds: Odds,
     patterns: Odds | None = None,
     noises: Mapping[Any, Noise] | None = None,
     null: MadeUpFit | None = None,
-    nominal_chi2: float = 300.0,
-    null_maximum: float = -50.0,
     marginals: Mapping[Any, MadeUpFit] | None = None,
-    flexible: Noise | None = None,
-    calibrations: dict[str, float] | None = None,
+    around: Around = Around(),
 ) -> Competition:
     """Log odds of sets of effects, and of patterns on top of such sets."""
     all_odds = {(): 0.0, **{tuple(sorted(n)): o for n, o in odds.items()}}
@@ -110,14 +117,14 @@ def competition(
     fits[()] = null or replace(fits[()], values=dict(NUMBERS))
     fits |= dict(marginals or {})
     campaign = Table()
-    campaign.priors |= calibrations or {}
+    campaign.priors |= around.calibrations
     found = {tuple(sorted(n)): o for n, o in (patterns or {}).items()}
     return Competition(
         fitter=cast(
             Any,
             SimpleNamespace(
                 campaign=campaign,
-                at_nominal=lambda _: MadeUpFit(chi2=nominal_chi2),
+                at_nominal=lambda _: MadeUpFit(chi2=around.nominal_chi2),
                 linear=lambda _: shared_by_all(),
             ),
         ),
@@ -127,8 +134,8 @@ def competition(
         pattern_log_odds=tuple(found.values()),
         library=cast(Any, None),
         names={},
-        null_maximum=np.full(400, null_maximum),
-        flexible=flexible or Noise(),
+        null_maximum=np.full(400, around.null_maximum),
+        flexible=around.flexible,
         looser=None,
     )
 
@@ -281,18 +288,23 @@ def test_gains_and_numbers_have_kinds_of_their_own() -> None:
 
 def test_what_chance_does_is_no_effect() -> None:
     odds = {(FRICTION,): LIMIT + 1}
-    assert judge(competition(odds, null_maximum=0.0)).kind == "effect"
-    verdict = judge(competition(odds, null_maximum=LIMIT + 2))
+    assert judge(competition(odds, around=Around(null_maximum=0.0))).kind == "effect"
+    verdict = judge(competition(odds, around=Around(null_maximum=LIMIT + 2)))
     assert said(verdict) == ("complete", (), ())
 
 
 def test_an_effect_within_the_limit_of_none_is_not_named() -> None:
     """Unless chance hardly ever shows as much."""
     within, weak = LIMIT - 0.1, float(np.log(WEAK_ODDS))
-    assert judge(competition({(FRICTION,): within}, null_maximum=LIMIT)).kind == "complete"
-    assert judge(competition({(FRICTION,): LIMIT + 0.1}, null_maximum=LIMIT)).kind == "effect"
-    assert judge(competition({(FRICTION,): weak + 0.1}, null_maximum=0.0)).kind == "effect"
-    assert judge(competition({(FRICTION,): weak - 0.1}, null_maximum=0.0)).kind == "complete"
+
+    def kind(odds: float, most_in_noise: float) -> str:
+        around = Around(null_maximum=most_in_noise)
+        return judge(competition({(FRICTION,): odds}, around=around)).kind
+
+    assert kind(within, LIMIT) == "complete"
+    assert kind(LIMIT + 0.1, LIMIT) == "effect"
+    assert kind(weak + 0.1, 0.0) == "effect"
+    assert kind(weak - 0.1, 0.0) == "complete"
 
 
 def test_an_answer_tells_the_calibrations_it_rests_on() -> None:
@@ -389,7 +401,7 @@ def test_a_strained_effect_has_the_pattern_for_a_rival_sooner() -> None:
     for behind, rival in ((LIMIT - 0.1, True), (LIMIT + 0.1, False)):
         made = competition({(FRICTION,): 30}, {(): 30 - behind}, strained)
         assert (judge(made).kind == "ambiguous") == rival
-    made = competition({(FRICTION,): 30}, {(): 28}, strained, flexible=Noise(1.05))
+    made = competition({(FRICTION,): 30}, {(): 28}, strained, around=Around(flexible=Noise(1.05)))
     assert judge(made).kind == "effect"
 
 
@@ -438,7 +450,7 @@ def test_a_pattern_that_gains_by_chance_changes_nothing() -> None:
 
 def moved(number: str, sigmas: float, nominal_chi2: float = 400.0) -> Verdict:
     null = MadeUpFit(values=NUMBERS | {number: (1.0, 0.02, 1.0 + 0.02 * sigmas)})
-    return judge(competition({}, null=null, nominal_chi2=nominal_chi2))
+    return judge(competition({}, null=null, around=Around(nominal_chi2=nominal_chi2)))
 
 
 def test_nothing_is_missing() -> None:
@@ -458,7 +470,8 @@ def test_numbers_that_move_within_what_is_stated() -> None:
 def test_calibrations_known_loosely_share_a_shift() -> None:
     """Instrument and drive explain the same, and neither is known well."""
     null = MadeUpFit(values=NUMBERS | {"contact_stiffness": (1.0, 0.02, 1.03)})
-    made = competition({}, null=null, nominal_chi2=400.0, calibrations={"sensor_gain": 0.1})
+    around = Around(nominal_chi2=400.0, calibrations={"sensor_gain": 0.1})
+    made = competition({}, null=null, around=around)
     verdict = judge(made)
     assert said(verdict) == ("ambiguous", (), (tuple(sorted(PRIORS)),))
     assert verdict.within_uncertainty
@@ -481,7 +494,7 @@ def test_numbers_that_need_not_move_do_not_count() -> None:
 
 def test_an_effect_as_likely_as_a_number_is_its_rival() -> None:
     null = MadeUpFit(values=NUMBERS | {"contact_stiffness": (1.0, 0.02, 1.1)})
-    verdict = judge(competition({(SPRING,): -1}, null=null, nominal_chi2=400.0))
+    verdict = judge(competition({(SPRING,): -1}, null=null, around=Around(nominal_chi2=400.0)))
     assert said(verdict) == ("ambiguous", (), (("contact_stiffness", SPRING),))
     assert verdict.probability == pytest.approx(calibrated(1.0))
 

@@ -14,11 +14,12 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from common.rings import PLAN
 from common.rings import RINGS as CASE
 from reference.contact import Floats
 from reference.forward import CrossSlide, Drive, solve_drive
 from reference.rig import ARCSEC, Rows, drive_of, held_Nm, simulate
-from reference.rig.campaign import Campaign, Plan, draw_case, rows_of
+from reference.rig.campaign import Campaign, draw_case, rows_of
 from reference.rig.effects import LIBRARY, OUTSIDE, Hidden, draw_hidden, hidden
 from reference.rig.mesh import NotHeldError
 from reference.rig.noise import NOISE_KINDS, Noise, draw_noise
@@ -26,17 +27,6 @@ from trial import families
 from trial.families import SINGLES, Family, make_trial
 from trial.rivals import rival_correlations, yardstick_of
 
-PLAN = Plan(
-    preloads_N=(420.0, 800.0),
-    angles_deg=(10.0, 130.0, 250.0),
-    own_angle_each_run=False,
-    cycles=1,
-    steps=6,
-    torque_share=0.85,
-    negative=True,
-    dwells_s=(4.0,),
-    warming_K=3.0,
-)
 DRIVE = drive_of(CASE)
 ROWS = rows_of(PLAN, CASE, np.random.default_rng(0))
 ARM_M = DRIVE.deceleration.pitch_arm_m

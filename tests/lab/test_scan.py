@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -30,6 +30,7 @@ from cbpt.lab.readings.points import points_of
 from cbpt.lab.readings.set_points import levels_of
 from cbpt.lab.readings.unit_check import slips
 from cbpt.lab.selection.scan import REGIMES, Region, find_regions
+from common.drives import examples
 
 CAMPAIGNS = Path(__file__).parents[1] / "data" / "hidden_effect"
 Floats = NDArray[np.float64]
@@ -89,7 +90,7 @@ def shared(found: NDArray[np.bool_], planted: NDArray[np.bool_]) -> float:
     jitter=st.booleans(),
     sign=st.sampled_from([-1.0, 1.0]),
 )
-@settings(max_examples=40, deadline=None)
+@examples(40)
 def test_a_planted_bias_is_found_where_it_is(
     seed: int, column: str, other: str, jitter: bool, sign: float
 ) -> None:

@@ -207,7 +207,7 @@ def numbers_of_own(page: Any) -> dict[str, str]:
     return found
 
 
-def test_an_own_effect_is_checked_as_typed_fitted_and_shown(live: Any) -> None:
+def a_pattern_is_no_case(live: Any) -> None:
     upload(live, "dev10")
     assert "no effect of the library" in live.text_content("#sentence")
     # Nothing of the library is offered as the answer, and a pattern is in no case file.
@@ -224,9 +224,9 @@ def test_an_own_effect_is_checked_as_typed_fitted_and_shown(live: Any) -> None:
     advice = live.text_content("#next .card")
     assert advice.startswith("Where to measure moreWhat is missing has no name")
     assert "near torque 8 N m, input angle 130 deg" in advice
-    draft, drafted = live.input_value("#own-expression"), numbers_of_own(live)
-    assert "input_angle_rad" in draft
-    assert len(drafted) == 16
+
+
+def a_formula_is_checked_as_typed(live: Any, draft: str) -> None:
     live.fill("#own-expression", "a * torqe_Nm * (")
     live.wait_for_function("() => document.querySelector('#own-mistake').textContent.includes('^')")
     assert live.is_disabled("#own-fit")
@@ -247,7 +247,9 @@ def test_an_own_effect_is_checked_as_typed_fitted_and_shown(live: Any) -> None:
         }"""
     )
     live.wait_for_selector("#own-mistake.fine")
-    # A fit that fails says so beside the editor.
+
+
+def a_fit_that_fails_says_so_beside_the_editor(live: Any) -> None:
     asked: list[str] = []
 
     def refused(route: Any) -> None:
@@ -274,8 +276,9 @@ def test_an_own_effect_is_checked_as_typed_fitted_and_shown(live: Any) -> None:
     assert len(asked) == 1
     assert live.is_hidden("#trouble")
     live.unroute("**/api/own/fit?*")
-    # Other expressions meanwhile have cost the draft none of its numbers.
-    assert numbers_of_own(live) == drafted
+
+
+def fields_are_checked_as_typed(live: Any) -> None:
     for field, wrong, said in (
         ("parameters.a1.min", "-1,5", 'least of a1 = "-1,5": '),
         ("parameters.a1.start", "", "start of a1: missing"),
@@ -290,16 +293,9 @@ def test_an_own_effect_is_checked_as_typed_fitted_and_shown(live: Any) -> None:
         live.fill(f'[data-field="{field}"]', right)
         live.wait_for_selector("#own-mistake.fine")
         assert live.locator("#own [aria-invalid]").count() == 0
-    assert numbers_of_own(live) == drafted
-    live.wait_for_selector("#own-fit[aria-disabled=false]")
-    before = number(live, "#rmse")
-    live.click("#own-fit")
-    live.wait_for_selector("#model-bar [data-effect=my_effect][aria-checked=true]")
-    assert number(live, "#rmse") < 0.4 < before
-    assert "my_effect" in live.text_content("#case-text")
-    assert live.text_content("#command-of-model").startswith("cbpt compare dev10_case.toml ")
 
-    # With another formula under the same name, models of the former are let go.
+
+def another_formula_under_the_same_name_lets_go_of_models(live: Any, draft: str) -> None:
     other = live.locator("#missing [data-effect][aria-checked=false]").first
     other.click()
     on = "document.querySelectorAll('#model-bar [aria-checked=true]').length"
@@ -313,6 +309,27 @@ def test_an_own_effect_is_checked_as_typed_fitted_and_shown(live: Any) -> None:
              .filter(m => m.effects.includes('my_effect')).map(m => m.key)"""
     )
     assert held == ["my_effect"]
+
+
+def test_an_own_effect_is_checked_as_typed_fitted_and_shown(live: Any) -> None:
+    a_pattern_is_no_case(live)
+    draft, drafted = live.input_value("#own-expression"), numbers_of_own(live)
+    assert "input_angle_rad" in draft
+    assert len(drafted) == 16
+    a_formula_is_checked_as_typed(live, draft)
+    a_fit_that_fails_says_so_beside_the_editor(live)
+    # Other expressions meanwhile have cost the draft none of its numbers.
+    assert numbers_of_own(live) == drafted
+    fields_are_checked_as_typed(live)
+    assert numbers_of_own(live) == drafted
+    live.wait_for_selector("#own-fit[aria-disabled=false]")
+    before = number(live, "#rmse")
+    live.click("#own-fit")
+    live.wait_for_selector("#model-bar [data-effect=my_effect][aria-checked=true]")
+    assert number(live, "#rmse") < 0.4 < before
+    assert "my_effect" in live.text_content("#case-text")
+    assert live.text_content("#command-of-model").startswith("cbpt compare dev10_case.toml ")
+    another_formula_under_the_same_name_lets_go_of_models(live, draft)
 
 
 # --- files that leave doubt ---------------------------------------------------------------

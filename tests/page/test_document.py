@@ -1,13 +1,11 @@
-"""The page's document and the drive's drawing, without a browser.
+"""The page's document, without a browser. Its part about the drive is in test_drive.
 
-Groups: what the document holds; models on every row; further combinations; own effects; the drive;
-the verb.
+Groups: what the document holds; models on every row; further combinations; own effects; the verb.
 """
 
 from __future__ import annotations
 
 import json
-import re
 import tomllib
 from copy import copy
 from dataclasses import replace
@@ -25,9 +23,10 @@ from cbpt.errors import InvalidInputError
 from cbpt.lab.diagnosis.noise_statement import floor_of
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.page.document.document import SCHEMA, Source, from_here, page_document
-from cbpt.page.document.drive import drive_section, redrawn
 from cbpt.page.document.models import Models
 from cbpt.page.document.plain import to_json
+from cbpt.page.document.types import Candidate, Model, PageDocument
+from cbpt.page.document.typescript import TARGET, declarations
 from cbpt.page.workbench.session import Session
 from common.hidden import FOLDER, case_of, diagnosed, table_of
 
@@ -41,14 +40,18 @@ def models(name: str) -> Models:
 
 
 @cache
-def document(name: str) -> dict[str, Any]:
+def document(name: str) -> Any:
     d = diagnosed(name)
     return page_document(d.case, d.readings, SOURCE, d, models=models(name))
 
 
 @cache
-def stated_document() -> dict[str, Any]:
+def stated_document() -> Any:
     return page_document(*case_and_readings(FOLDER / "dev04.toml", FOLDER / "dev04.csv"), SOURCE)
+
+
+def choice(name: str, effects: list[str]) -> Any:
+    return models(name).choice(effects)
 
 
 def array(values: list[float | None]) -> Any:
@@ -232,7 +235,7 @@ def long_table(runs: int = 40) -> dict[str, Any]:
 def test_all_rows_of_a_long_table_are_predicted_though_not_all_were_judged() -> None:
     case, readings = case_and_readings(FOLDER / "dev04.toml", long_table())
     d = cbpt.diagnose(case, readings)
-    found = page_document(case, readings, SOURCE, d)
+    found: Any = page_document(case, readings, SOURCE, d)
     used = np.array(found["readings"]["used"])
     assert len(d.readings) < len(readings) == len(used)
     assert not used[-1]
@@ -253,8 +256,8 @@ def test_all_rows_of_a_long_table_are_predicted_though_not_all_were_judged() -> 
 
 
 def test_a_combination_that_nobody_fitted_is_fitted_from_what_is_there() -> None:
-    found = models("dev04").choice(["friction_hysteresis", "output_torsion"])
-    alone = models("dev04").choice(["friction_hysteresis"])["model"]
+    found = choice("dev04", ["friction_hysteresis", "output_torsion"])
+    alone = choice("dev04", ["friction_hysteresis"])["model"]
     model = found["model"]
     assert model["key"] == "friction_hysteresis+output_torsion"
     # One more effect never fits worse.
@@ -269,7 +272,7 @@ def test_a_combination_that_nobody_fitted_is_fitted_from_what_is_there() -> None
 
 
 def test_the_case_of_a_model_predicts_what_the_model_says() -> None:
-    model = models("dev04").choice(["friction_hysteresis"])["model"]
+    model = choice("dev04", ["friction_hysteresis"])["model"]
     case = cbpt.Case.from_toml(model["case_text"])
     compared = cbpt.compare(case, diagnosed("dev04").readings)
     rest = compared.residual_arcsec - array(model["residual_arcsec"])
@@ -298,12 +301,11 @@ def test_a_model_has_a_case_or_a_reason_why_not() -> None:
 
 
 def test_every_effect_of_the_library_can_be_switched_on_and_none_makes_the_fit_worse() -> None:
-    bench = models("dev04")
-    alone = bench.choice(["friction_hysteresis"])["model"]["rmse_arcsec"]
+    alone = choice("dev04", ["friction_hysteresis"])["model"]["rmse_arcsec"]
     for entry in document("dev04")["library"]:
         if entry["why_not"] is None and entry["effect"] != "friction_hysteresis":
             try:
-                model = bench.choice(["friction_hysteresis", entry["effect"]])["model"]
+                model = choice("dev04", ["friction_hysteresis", entry["effect"]])["model"]
             except InvalidInputError as error:
                 assert "do not depend" in str(error)
                 continue
@@ -375,7 +377,7 @@ def test_a_number_that_is_the_answer_is_one_thing_in_sentence_card_and_ladder() 
 
 def test_what_cannot_be_switched_on_is_told() -> None:
     with pytest.raises(InvalidInputError, match="no_such_effect"):
-        models("dev04").choice(["no_such_effect"])
+        choice("dev04", ["no_such_effect"])
 
 
 # --- own effects ----------------------------------------------------------------------------
@@ -386,168 +388,18 @@ def test_an_own_effect_is_fitted_like_the_others_and_goes_with_them() -> None:
     parameters = {p["name"]: {k: p[k] for k in p if k != "name"} for p in draft["parameters"]}
     bench = models("dev10")
     bench.add_own(expression("mine", draft["port"], draft["expression"], parameters))
-    model = bench.choice(["mine"])["model"]
+    model = choice("dev10", ["mine"])["model"]
     assert model["role"] == "own"
     assert model["rmse_arcsec"] < 0.5 * document("dev10")["models"][0]["rmse_arcsec"]
     assert model["held_out_rmse_arcsec"] < 0.5
     assert {p["name"] for p in model["parameters"]} == set(parameters)
     assert 'id = "mine"' in model["case_text"]
-    both = bench.choice(["output_torsion", "mine"])["model"]
+    both = choice("dev10", ["output_torsion", "mine"])["model"]
     assert both["rmse_arcsec"] <= model["rmse_arcsec"] * 1.001
     with pytest.raises(InvalidInputError, match="another name"):
         bench.add_own(expression("stated", "series", "a * torque_Nm", {"a": 1e-6}))
     with pytest.raises(InvalidInputError, match="vanish"):
         bench.add_own(expression("never0", "series", "cos(a) + 2", {"a": 1.0}))
-
-
-# --- the drive ------------------------------------------------------------------------------
-
-DRIVES = {
-    "ring grooves": ("ring_groove", "hypocycloid"),
-    "cross-slide": ("cross_slide", "hypocycloid"),
-    "epicycloid drives": ("ring_groove", "epicycloid"),
-}
-
-
-def drive_of(kind: str, output: str) -> cbpt.Drive:
-    case = tomllib.loads(cbpt.example_case())
-    case["equal_speed"]["kind"] = kind
-    case["deceleration"]["output_plate"] = output
-    return cbpt.Drive.from_dict(case)
-
-
-def section_of(drive: cbpt.Drive, **load: float) -> dict[str, Any]:
-    _, readings = case_and_readings(drive, table_of("dev04"))
-    return redrawn(drive, readings, {"torque_Nm": 5, "preload_N": 600, **load})
-
-
-@pytest.mark.parametrize(("kind", "output"), DRIVES.values(), ids=DRIVES)
-@pytest.mark.parametrize("angle", [0.0, 77.0])
-def test_the_arrows_balance_the_torque_about_the_output(
-    kind: str, output: str, angle: float
-) -> None:
-    drive = drive_of(kind, output)
-    found = section_of(drive, input_angle_deg=angle)
-    solution = drive.solve(5, 600, angle)
-    assert found["solution"]["elastic_angle_arcsec"] == solution.elastic_angle_arcsec
-    for pair, solved in zip(
-        found["drawing"]["pairs"], (solution.deceleration, solution.equal_speed), strict=True
-    ):
-        assert solved is not None
-        centres = {c["label"]: c["x"] for c in pair["centres"]}
-        about = {"hypocycloid": "O3", "epicycloid": "O1"}.get(pair["plates"]["output"])
-        x0 = centres[about] if about else 0.0
-        moment = sum(
-            1e-3 * ((a["x"] - x0) * a["dy"] - a["y"] * a["dx"]) / pair["arrow_mm_per_N"]
-            for a in pair["arrows"]
-        )
-        # The torque turns the output clockwise, and the balls hold it.
-        assert moment == pytest.approx(solved.torque_Nm, rel=2e-3)
-        if pair["pair"] == "deceleration":
-            along = sum(a["dx"] for a in pair["arrows"]) / pair["arrow_mm_per_N"]
-            assert abs(along) == pytest.approx(abs(solved.in_plane_force_along_N), rel=1e-2)
-
-
-@pytest.mark.parametrize(("kind", "output"), DRIVES.values(), ids=DRIVES)
-def test_tracks_pass_through_all_balls_and_meshing_points_lie_on_walls(
-    kind: str, output: str
-) -> None:
-    pair = section_of(drive_of(kind, output), input_angle_deg=33.0)["drawing"]["pairs"][0]
-    lines = {
-        (plate, part): np.concatenate(
-            [
-                _dense(line)
-                for line in pair["lines"]
-                if line["plate"] == plate and line["kind"] == part
-            ]
-        )
-        for plate in ("epicycloid", "hypocycloid")
-        for part in ("track", "wall")
-    }
-    for ball in pair["balls"]:
-        for plate in ("epicycloid", "hypocycloid"):
-            off = np.abs(lines[plate, "track"] - (ball["x"] + 1j * ball["y"])).min()
-            assert off < 0.04, (plate, ball["number"])
-    other = {"hypocycloid": "epicycloid", "epicycloid": "hypocycloid"}[output]
-    for point in pair["points"]:
-        plate = output if point["plate"] == "output" else other
-        off = np.abs(lines[plate, "wall"] - (point["x"] + 1j * point["y"])).min()
-        assert off < 0.04
-
-
-def _dense(line: dict[str, Any]) -> Any:
-    z = np.array(line["x"]) + 1j * np.array(line["y"])
-    steps = np.linspace(0, 1, 40, endpoint=False)
-    return (z[:-1, None] + np.diff(z)[:, None] * steps).ravel()
-
-
-def test_the_drive_follows_load_and_design() -> None:
-    drive = drive_of("ring_groove", "hypocycloid")
-    _, readings = case_and_readings(drive, table_of("dev04"))
-    other = redrawn(drive, readings, {"torque_Nm": 3.0}, {"deceleration.ball_count": 24})
-    case = tomllib.loads(drive.to_toml())
-    case["deceleration"]["ball_count"] = 24
-    expected = cbpt.Drive.from_dict(case).solve(
-        3.0, other["load"]["preload_N"], other["load"]["input_angle_deg"]
-    )
-    assert other["solution"]["elastic_angle_arcsec"] == expected.elastic_angle_arcsec
-    assert len(other["drawing"]["pairs"][0]["balls"]) == 24
-    curve = other["angle_curve"]
-    middle = len(curve["torque_Nm"]) // 2
-    assert curve["elastic_angle_arcsec"][middle] == pytest.approx(0.0, abs=1e-4)
-
-
-def test_a_load_that_slips_has_its_geometry_its_reason_and_no_force() -> None:
-    found = section_of(drive_of("ring_groove", "hypocycloid"), preload_N=50.0)
-    assert found["solution"]["status"] == "beyond_hold"
-    hold = found["solution"]["hold_preload_N"]
-    assert hold > 50
-    # What is told has no more digits than are read, and would still hold.
-    told = re.search(r"more than ([\d.]+) N", found["solution"]["message"])
-    assert told
-    assert hold <= float(told[1]) < hold * 1.0001
-    assert len(told[1]) < 8
-    finding = next(f for f in found["findings"] if "more than" in f["message"])
-    assert told[0] in finding["message"]
-    # Over the whole turn no less.
-    assert found["thresholds"]["drive"]["hold_N"] >= hold
-    for pair in found["drawing"]["pairs"]:
-        assert pair["arrows"] == []
-        assert all(point["force_N"] is None for point in pair["points"])
-    to_json(found)
-
-
-@pytest.mark.parametrize(
-    ("load", "design"),
-    [
-        ({"speed": 1.0}, {}),
-        ({}, {"deceleration.output_plate": 1.0}),
-        ({}, {"deceleration.ball_count": 20.5}),
-        ({}, {"deceleration.ball_radius_mm": -1.0}),
-    ],
-)
-def test_loads_and_designs_that_cannot_be_are_refused(
-    load: dict[str, float], design: dict[str, float]
-) -> None:
-    drive = drive_of("ring_groove", "hypocycloid")
-    _, readings = case_and_readings(drive, table_of("dev04"))
-    with pytest.raises((InvalidInputError, cbpt.CaseError)):
-        redrawn(drive, readings, load, design)
-
-
-def test_a_torsion_spring_has_a_page_that_says_why_nothing_is_drawn() -> None:
-    case, readings = case_and_readings("examples/reducer.toml", "examples/reducer.csv")
-    found = page_document(case, readings, SOURCE)
-    assert found["drive"]["drawing"] is None
-    assert "torsion spring" in found["drive"]["why_no_drawing"]
-    assert found["drive"]["thresholds"] is None
-    assert all(v is not None for v in found["drive"]["angle_curve"]["elastic_angle_arcsec"])
-    assert drive_section(case, readings)["sliders"]["design"] == []
-    to_json(found)
-    # It has no preload and no contacts that an effect could show by.
-    tell_tales = {effect["effect"]: effect["tell_tale"] for effect in found["library"]}
-    assert "a loop" in tell_tales["friction_hysteresis"]
-    assert [e for e, says in tell_tales.items() if "preload" in says or "contact" in says] == []
 
 
 # --- the verb -------------------------------------------------------------------------------
@@ -594,3 +446,17 @@ def test_report_refuses_another_ending(capsys: pytest.CaptureFixture[str]) -> No
     case, data = str(FOLDER / "dev11.toml"), str(FOLDER / "dev11.csv")
     assert main(["report", case, data, "--out", "page.pdf"]) == 2
     assert ".html or .json" in capsys.readouterr().err
+
+
+def test_the_declarations_of_the_page_are_those_of_the_document() -> None:
+    assert TARGET.read_text(encoding="utf-8") == declarations()
+
+
+@pytest.mark.parametrize("name", ["dev04", "dev10"])
+def test_the_document_has_what_its_type_says(name: str) -> None:
+    found = document(name)
+    assert set(found) == set(PageDocument.__annotations__) - {"opened"}
+    for model in found["models"]:
+        assert set(model) == set(Model.__annotations__) - {"ladder"}
+    for candidate in found["candidates"]:
+        assert set(candidate) == {*Candidate.__annotations__, "class"}

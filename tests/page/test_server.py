@@ -249,7 +249,7 @@ def test_what_is_worked_out_meanwhile_lets_a_switch_go_first(
         order.append("campaign")
         return {"pairs": []}, None
 
-    def switched(effects: Any, step: Any) -> dict[str, Any]:
+    def switched(effects: Any, step: Any) -> Any:
         switching.set()
         found = choice(["friction_hysteresis", "creep"])
         order.append("switch")

@@ -22,8 +22,6 @@ FILES = {"python/cbpt/_core.pyi": "made by the build"}
 FUNCTIONS = {
     "python/cbpt/lab/inference/prediction.py angle_at": _TO_MEND,
     "python/cbpt/lab/model/priors.py _all": _TO_MEND,
-    "python/cbpt/page/document/document.py page_document": _TO_MEND,
-    "tests/page/test_browser.py test_an_own_effect_is_checked_as_typed_fitted_and_shown": _TO_MEND,
 }
 ARGUMENTS = {
     "python/cbpt/lab/diagnosis/by_level.py diagnose_by": _PUBLIC,
@@ -35,11 +33,6 @@ ARGUMENTS = {
     "python/cbpt/lab/covariance/fit_noise.py fit_noise": _TO_MEND,
     "python/cbpt/lab/inference/prediction.py angle_at": _TO_MEND,
     "python/cbpt/lab/selection/scan.py find_regions": _TO_MEND,
-    "python/cbpt/page/document/document.py page_document": _TO_MEND,
-    "python/cbpt/page/document/drawing.py _pair": _TO_MEND,
-    "python/cbpt/page/document/drive.py _slider": _TO_MEND,
-    "python/cbpt/page/document/drive.py _design_slider": _TO_MEND,
-    "tests/lab/test_decision.py competition": _TO_MEND,
 }
 
 Function = ast.FunctionDef | ast.AsyncFunctionDef

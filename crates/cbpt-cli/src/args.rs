@@ -2,9 +2,16 @@
 
 use std::path::PathBuf;
 
+use cbpt_core::units::{Quantity, Unit};
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 
-use crate::units::{AngleUnit, ForceUnit, LengthUnit, PressureUnit, TorqueUnit};
+/// Reads a unit of a quantity by its symbol.
+fn unit_of(quantity: Quantity) -> impl TypedValueParser<Value = &'static Unit> {
+    let symbols = quantity.units().iter().map(|unit| unit.symbol);
+    PossibleValuesParser::new(symbols)
+        .map(move |symbol| quantity.unit(&symbol).unwrap_or_else(|| quantity.usual()))
+}
 
 /// Elastic angle of a cycloid ball planetary transmission.
 #[derive(Debug, Parser)]
@@ -103,20 +110,20 @@ pub struct OutputOptions {
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
     /// Unit of elastic angles
-    #[arg(long, value_enum, default_value = "arcsec", value_name = "UNIT")]
-    pub angle_unit: AngleUnit,
+    #[arg(long, value_parser = unit_of(Quantity::Angle), default_value = "arcsec", value_name = "UNIT")]
+    pub angle_unit: &'static Unit,
     /// Unit of forces
-    #[arg(long, value_enum, default_value = "N", value_name = "UNIT")]
-    pub force_unit: ForceUnit,
+    #[arg(long, value_parser = unit_of(Quantity::Force), default_value = "N", value_name = "UNIT")]
+    pub force_unit: &'static Unit,
     /// Unit of torques
-    #[arg(long, value_enum, default_value = "Nm", value_name = "UNIT")]
-    pub torque_unit: TorqueUnit,
+    #[arg(long, value_parser = unit_of(Quantity::Torque), default_value = "Nm", value_name = "UNIT")]
+    pub torque_unit: &'static Unit,
     /// Unit of deformations and contact ellipses
-    #[arg(long, value_enum, default_value = "um", value_name = "UNIT")]
-    pub length_unit: LengthUnit,
+    #[arg(long, value_parser = unit_of(Quantity::Length), default_value = "um", value_name = "UNIT")]
+    pub length_unit: &'static Unit,
     /// Unit of contact pressures
-    #[arg(long, value_enum, default_value = "GPa", value_name = "UNIT")]
-    pub pressure_unit: PressureUnit,
+    #[arg(long, value_parser = unit_of(Quantity::Stress), default_value = "GPa", value_name = "UNIT")]
+    pub pressure_unit: &'static Unit,
 }
 
 /// A load; what is not given comes from the case's `[load]`.

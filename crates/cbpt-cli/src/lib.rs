@@ -6,7 +6,7 @@
 //! - [`sweep`]: plans of sweeps over any parameter, and their files; [`progress`]: the bar;
 //! - [`args`]: the tree of verbs and flags;
 //! - [`commands`]: one file a verb: case and flags to a [`report::Report`];
-//! - [`report`]: what a verb has to say, as a table, as JSON and as CSV; [`units`]: the units it says it in;
+//! - [`report`]: what a verb has to say, as a table, as JSON and as CSV;
 //! - [`run`]: arguments to exit code.
 
 pub mod args;
@@ -17,7 +17,6 @@ pub mod formula;
 pub mod progress;
 pub mod report;
 pub mod sweep;
-pub mod units;
 
 use std::ffi::OsString;
 

@@ -121,19 +121,17 @@ impl OutputOptions {
 impl OutputOptions {
     /// Refuses units of choice where a verb does not have them.
     pub fn only_usual_units(&self, what: &str) -> Result<(), Failure> {
-        use clap::ValueEnum;
-        let name = |value: Option<clap::builder::PossibleValue>| {
-            value.map(|value| value.get_name().to_owned()).unwrap_or_default()
-        };
         let given = [
-            ("--angle-unit", name(self.angle_unit.to_possible_value()), "arcsec"),
-            ("--force-unit", name(self.force_unit.to_possible_value()), "N"),
-            ("--torque-unit", name(self.torque_unit.to_possible_value()), "Nm"),
-            ("--length-unit", name(self.length_unit.to_possible_value()), "um"),
-            ("--pressure-unit", name(self.pressure_unit.to_possible_value()), "GPa"),
+            ("--angle-unit", self.angle_unit),
+            ("--force-unit", self.force_unit),
+            ("--torque-unit", self.torque_unit),
+            ("--length-unit", self.length_unit),
+            ("--pressure-unit", self.pressure_unit),
         ];
-        match given.iter().find(|(_, unit, usual)| unit != usual) {
-            Some((flag, unit, _)) => Err(Failure::Usage(format!("{flag} {unit} does not go with {what}"))),
+        match given.iter().find(|(_, unit)| *unit != unit.quantity.usual()) {
+            Some((flag, unit)) => {
+                Err(Failure::Usage(format!("{flag} {} does not go with {what}", unit.symbol)))
+            }
             None => Ok(()),
         }
     }

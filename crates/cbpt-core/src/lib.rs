@@ -15,6 +15,7 @@
 //! - [`findings`]: what a designer should know before building; [`preload`]: the three thresholds; [`sweep`]: many loads on all cores;
 //! - [`judge`]: many designs;
 //! - [`effect`]: the library of effects; [`predict`]: a drive with effects on a table of readings;
+//! - [`units`]: the one table of units;
 //! - [`error`]: bad input. A load that cannot be carried is a [`Status`], not an error.
 //!
 //! SI units and radians inside; every public name carries its unit.
@@ -41,6 +42,7 @@ pub mod status;
 pub mod sweep;
 pub mod torsion_spring;
 pub mod transmission;
+pub mod units;
 
 pub use drive::{
     CrossSlide, CrossSlideForm, CrossSlideShare, Deceleration, Drive, Elasticity, EqualSpeed, GrooveSection,

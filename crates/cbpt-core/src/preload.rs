@@ -248,6 +248,14 @@ impl Drive {
 
     /// The three thresholds for torque M0 (N m), each as its maximum over a period of its pair; infinite as in
     /// [`Drive::preload_thresholds_at`].
+    ///
+    /// ```
+    /// use cbpt_core::Drive;
+    ///
+    /// let needed = Drive::paper_base_case().preload_thresholds(5.0).drive();
+    /// assert!(0.0 < needed.hold_N && needed.hold_N < needed.continuous_N);
+    /// assert!(needed.continuous_N < needed.zero_backlash_N);
+    /// ```
     pub fn preload_thresholds(&self, torque_Nm: f64) -> DriveThresholds {
         self.worst_phases(torque_Nm).0
     }

@@ -50,7 +50,22 @@ const LOOKED_AT: usize = 1 << 14;
 /// One load's outcome.
 pub type Row = (Status, Option<Angles>);
 
-/// Solves every load, in their order; `None` if the sweep was cancelled.
+/// Solves every load on all cores: one row for each load, in their order; `None` if the sweep was cancelled.
+///
+/// ```
+/// use cbpt_core::sweep::{Progress, solve_all};
+/// use cbpt_core::{Drive, Load};
+///
+/// let drive = Drive::paper_base_case();
+/// let loads: Vec<Load> =
+///     (0..100).map(|i| Load::new(0.1 * f64::from(i), 600.0, 0.0)).collect::<Result<_, _>>()?;
+/// let progress = Progress::default(); // another thread may watch or cancel it
+/// let rows = solve_all(&drive, &loads, &progress).expect("nobody cancels");
+/// assert_eq!((rows.len(), progress.done()), (100, 100));
+/// let angles = rows.iter().filter_map(|(_, angles)| angles.map(|angles| angles.elastic_angle_rad()));
+/// assert!(angles.is_sorted()); // rad; the angle grows with the torque
+/// # Ok::<(), cbpt_core::InvalidInput>(())
+/// ```
 pub fn solve_all(drive: &Drive, loads: &[Load], progress: &Progress) -> Option<Vec<Row>> {
     let mut rows = vec![(Status::Undercut, None); loads.len()];
     solve_into(drive, loads, &mut rows, progress).then_some(rows)

@@ -156,9 +156,26 @@ impl Drive {
         }
     }
 
-    /// Solves the drive: elastic angle, and every meshing point of both pairs.
+    /// Solves the drive under one load: elastic angle (rad), and every meshing point of both pairs.
     ///
-    /// The result is a solution or a status with its reason, never a number that does not satisfy the equations.
+    /// Returns a solution, or a status with its reason where there is none; never a number that does not satisfy the
+    /// equations.
+    ///
+    /// ```
+    /// use cbpt_core::{Drive, Load, Status};
+    ///
+    /// let drive = Drive::paper_base_case();
+    /// // Torque 5 N m, preload 600 N, input angle 0 rad.
+    /// let solution = drive.solve(&Load::new(5.0, 600.0, 0.0)?);
+    /// assert_eq!(solution.status, Status::Solved);
+    /// assert!((solution.elastic_angle_rad().unwrap() - 60.4e-6).abs() < 0.1e-6);
+    ///
+    /// // 5 N of preload cannot hold this torque: the status says so, and there is no angle.
+    /// let slips = drive.solve(&Load::new(5.0, 5.0, 0.0)?);
+    /// assert!(matches!(slips.status, Status::BeyondHold { .. }));
+    /// assert_eq!(slips.elastic_angle_rad(), None);
+    /// # Ok::<(), cbpt_core::InvalidInput>(())
+    /// ```
     pub fn solve(&self, load: &Load) -> Solution {
         if undercuts(self) {
             return Solution::none(Status::Undercut, *load);

@@ -6,7 +6,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::arrays::{Column, Floats};
-use crate::case::Drive;
+use crate::drive::Drive;
 use crate::error::invalid_input;
 use crate::interrupt::without_gil;
 

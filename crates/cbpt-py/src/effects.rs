@@ -7,7 +7,8 @@ use cbpt_core::predict::{self, Columns, Effect, Number, Rows};
 use pyo3::prelude::*;
 
 use crate::arrays::{Column, Floats, Integers, Table};
-use crate::case::{Drive, IdOrOwn};
+use crate::case::IdOrOwn;
+use crate::drive::Drive;
 use crate::error::invalid_input;
 use crate::own::OwnEffect;
 
@@ -71,7 +72,7 @@ impl From<&effect::Parameter> for EffectParameter {
         Self {
             name: parameter.name(),
             display_name: parameter.display_name(),
-            display_size: parameter.display.size,
+            display_size: parameter.display().size(),
             meaning: parameter.meaning.into(),
             neutral: parameter.neutral,
             lower: parameter.lower,

@@ -2,9 +2,11 @@
 //!
 //! - `error`: each Rust error to one Python class; `interrupt`: long calls without the GIL that mind Ctrl-C;
 //! - `arrays`: numpy arrays with their element type;
-//! - `given`: what Python hands over as a case; `case`: case files and drives; `solution`: a solved load; `preload`: thresholds; `angles`: many loads;
-//! - `design`: sensitivities, and many designs at once;
+//! - `given`: what Python hands over as a case; `solution`: a solved load; `preload`: thresholds; `finding`: findings about a
+//!   design; `sensitivity`: how results answer to its numbers; `drive`: what asks for these; `case`: case files;
+//! - `angles`: many loads; `design`: many designs;
 //! - `sweep`: plans of sweeps, their rows and files;
+//! - `units`: the table of units;
 //! - `effects`: the library of effects, and a drive with effects on a table of readings.
 
 // The macros of pyo3 write the unsafe code that an extension module needs.
@@ -16,14 +18,18 @@ mod angles;
 mod arrays;
 mod case;
 mod design;
+mod drive;
 mod effects;
 mod error;
+mod finding;
 mod given;
 mod interrupt;
 mod own;
 mod preload;
+mod sensitivity;
 mod solution;
 mod sweep;
+mod units;
 
 use pyo3::prelude::*;
 use serde_json::Value;
@@ -37,19 +43,27 @@ mod _core {
     #[pymodule_export]
     use super::angles::solve_angles;
     #[pymodule_export]
-    use super::case::{Case, Drive, Effect, Finding};
+    use super::case::{Case, Effect};
     #[pymodule_export]
-    use super::design::{Sensitivities, Sensitivity, design_number, design_numbers, judge_designs};
+    use super::design::{design_number, design_numbers, judge_designs};
+    #[pymodule_export]
+    use super::drive::Drive;
     #[pymodule_export]
     use super::effects::{EffectParameter, EffectSpec, Prediction, Predictor, effect_specs};
+    #[pymodule_export]
+    use super::finding::Finding;
     #[pymodule_export]
     use super::own::{OwnEffect, own_effect_variables};
     #[pymodule_export]
     use super::preload::{PreloadThresholds, Thresholds};
     #[pymodule_export]
+    use super::sensitivity::{Sensitivities, Sensitivity};
+    #[pymodule_export]
     use super::solution::{LargestAngle, PairSolution, Solution};
     #[pymodule_export]
     use super::sweep::{SweepCsv, SweepPlan, SweepTally, is_sweep_plan, sweep_findings, sweep_statuses};
+    #[pymodule_export]
+    use super::units::{Unit, all_units};
     #[pymodule_export]
     use super::{example_case, run_command_line, text_table};
 }

@@ -2,33 +2,33 @@
 
 use cbpt_cli::commands::Units;
 use cbpt_cli::commands::solve::{report, solved};
-use cbpt_cli::units::ARCSEC_PER_RAD;
 use cbpt_core::equilibrium::report::{LoadedPoint, PairSolution as RustPair};
 use cbpt_core::hertz::LoadedContact;
-use cbpt_core::{InvalidInput, Load, Status};
+use cbpt_core::units::ARCSEC_PER_RAD;
+use cbpt_core::{InvalidInput, Load, Reducer, Status};
 use pyo3::prelude::*;
 
 use crate::Reduced;
 use crate::arrays::{Column, Table};
-use crate::case::{Drive, Finding};
+use crate::finding::Finding;
 
 /// A drive under one load. Print it for a summary; its angles are ``None`` where there is no solution.
 #[pyclass(frozen, module = "cbpt._core")]
 pub struct Solution {
-    drive: Drive,
+    reducer: Reducer,
     input_angle_deg: f64,
     solution: cbpt_core::Solution,
 }
 
 impl Solution {
-    pub fn solve(drive: Drive, load: &Load, input_angle_deg: f64) -> Result<Self, InvalidInput> {
-        let solution = solved(drive.rust(), load)?;
-        Ok(Self { drive, input_angle_deg, solution })
+    pub fn solve(reducer: &Reducer, load: &Load, input_angle_deg: f64) -> Result<Self, InvalidInput> {
+        let solution = solved(reducer, load)?;
+        Ok(Self { reducer: reducer.clone(), input_angle_deg, solution })
     }
 
     fn again(&self) -> Self {
-        let (drive, solution) = (self.drive.clone(), self.solution.clone());
-        Self { drive, input_angle_deg: self.input_angle_deg, solution }
+        let (reducer, solution) = (self.reducer.clone(), self.solution.clone());
+        Self { reducer, input_angle_deg: self.input_angle_deg, solution }
     }
 
     fn pair(&self, name: &'static str, pair: Option<&RustPair>) -> Option<PairSolution> {
@@ -143,25 +143,27 @@ impl Solution {
     /// Findings of the design under this load, the worst first.
     #[getter]
     fn findings(&self) -> Vec<Finding> {
-        let drive = self.drive.rust().ball_drive();
+        let drive = self.reducer.ball_drive();
         let findings = drive.map(|drive| drive.findings(Some(&self.solution.load))).unwrap_or_default();
         findings.iter().map(Finding::from).collect()
     }
 
     /// The whole solution as the JSON object that ``cbpt solve --json`` prints.
     fn to_json(&self) -> String {
-        cbpt_cli::report::pretty(&report(self.drive.rust(), &self.solution, None, &Units::default()).json)
+        cbpt_cli::report::pretty(&report(&self.reducer, &self.solution, None, &Units::default()).json)
     }
 
     /// Pickled as drive and load; solving again gives the same numbers.
     fn __reduce__(slf: &Bound<'_, Self>) -> Reduced<(f64, Option<f64>, f64)> {
         let own = slf.get();
-        let solve = Bound::new(slf.py(), own.drive.clone())?.getattr("solve")?;
+        let toml = cbpt_cli::case::Case::reducer_to_toml(&own.reducer);
+        let drive = slf.py().import("cbpt._core")?.getattr("Drive")?.call_method1("from_toml", (toml,))?;
+        let solve = drive.getattr("solve")?;
         Ok((solve.unbind(), (own.torque_Nm(), own.preload_N(), own.input_angle_deg)))
     }
 
     fn __repr__(&self) -> String {
-        report(self.drive.rust(), &self.solution, None, &Units::default()).text
+        report(&self.reducer, &self.solution, None, &Units::default()).text
     }
 }
 

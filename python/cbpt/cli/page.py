@@ -52,7 +52,7 @@ def report(argv: list[str]) -> int:
     )
     readings = named(readings, str(options.data), options.data.name)
     diagnosis = diagnose(case, readings, effects=options.effects, seed=options.seed)
-    isolability, why = campaign_isolability(diagnosis)
+    isolability = campaign_isolability(diagnosis)
     source = Source.of_files(
         str(options.case), str(options.data), _text(options.case), *_flags(options)
     )
@@ -62,7 +62,6 @@ def report(argv: list[str]) -> int:
         source,
         diagnosis,
         isolability=isolability,
-        reasons={"isolability": why} if why else None,
     )
     if options.out.suffix.lower() == ".json":
         text = to_json(document) + "\n"

@@ -185,9 +185,9 @@ def optimise(
 
     Parameters
     ----------
-    case : Case, Drive, path or dict
+    case : Case, Drive, str, PathLike or dict
         The design to start from. Numbers that are not free keep its values.
-    bounds : Bounds, path or dict
+    bounds : Bounds, str, PathLike or dict
         What may change (`[free]`) and what must be kept (`[limits]`).
     torque_Nm, preload_N, input_angle_deg : float, optional
         The load. What is not given comes from `[load]` of the case.

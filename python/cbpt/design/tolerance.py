@@ -246,7 +246,7 @@ def tolerance(
 
     Parameters
     ----------
-    case : Case, Drive, path or dict
+    case : Case, Drive, str, PathLike or dict
         The drive with its `[tolerance]`.
     samples : int
         The number of drives.

@@ -68,7 +68,7 @@ def sweep(
 
     Parameters
     ----------
-    drive : Drive, Case, SweepPlan or path
+    drive : Drive, Case, SweepPlan, str or PathLike
         What is solved. A path is that of a case file or of a plan; a plan has its own axes.
     axes : mapping of str to values, optional
         Keys of the case with their sections (`load.torque_Nm`, `deceleration.ball_radius_mm`,
@@ -91,7 +91,7 @@ def sweep(
     progress : callable or bool, optional
         Called as ``progress(rows_done, rows)``; True writes a line to standard error. What it
         raises stops the sweep.
-    out : path, optional
+    out : str or PathLike, optional
         A `.csv` or `.parquet` file to write rows to. A sweep that was stopped continues where it
         was.
     fresh : bool

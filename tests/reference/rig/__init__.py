@@ -8,7 +8,8 @@ data that a diagnosis is tried on. It shares nothing with the product. Read it i
     kinds       what an effect is
     effects     every effect by its id: series, loads (with friction), and outside for those that no
                 library holds
-    noise       what an instrument adds
+    noise       what an instrument adds; instrument: several of it together, artefacts, displays
+    springs     torsion springs: loops, play, curves
     campaign    drives, test plans, campaigns with a sealed truth, on disk
 
 Campaigns at a stated strength are made of it in benches/trial. SI units and radians; columns of

@@ -5,6 +5,7 @@ drive_of    the drive that a case describes
 Bench       one simulation as the effects see it
 held_Nm     what the preload holds
 simulate    the angle of every row, friction included
+meshing     the meshing points alone; read_behind, slight_friction: what can be told from them
 """
 
 from __future__ import annotations
@@ -270,12 +271,67 @@ def held_Nm(drive: Drive, rows: Rows, effects: Sequence[Effect] = ()) -> tuple[F
     return _pairs(prepare(drive, rows, effects)).torque_held_Nm()
 
 
-def simulate(drive: Drive, rows: Rows, effects: Sequence[Effect] = ()) -> Floats:
+@dataclass(frozen=True)
+class Turned:
+    """The meshing points under the torque of every reading: angle (rad), slope (rad/(N m)), and the
+    states to start another solution from."""
+
+    angle_rad: Floats
+    slope_rad_per_Nm: Floats
+    states: list[State]
+
+
+def meshing(drive: Drive, rows: Rows, effects: Sequence[Effect] = ()) -> Turned:
+    """The meshing points alone, without friction, series and instrument."""
+    bench = prepare(drive, rows, effects)
+    return Turned(*_pairs(bench).turn(bench.torque_Nm, None))
+
+
+def read_behind(drive: Drive, rows: Rows, effects: Sequence[Effect], meshing_rad: Floats) -> Floats:
+    """Angle (rad) read where the meshing points' own is known: effects in series and of the
+    instrument alone."""
+    bench = prepare(drive, rows, effects)
+    return _read(bench, meshing_rad + bench.series)
+
+
+def slight_friction(drive: Drive, rows: Rows, effects: Sequence[Effect], turned: Turned) -> Floats:
+    """What friction adds to the angle (rad) to first order in its torque: minus the slope times the
+    friction torque along the angle without it."""
+    bench = prepare(drive, rows, effects)
+    assert bench.friction is not None
+    friction, limit = bench.friction
+    felt = turned.angle_rad + (bench.series if bench.friction_feels_series else 0.0)
+    place = np.arange(len(rows)) - rows.starts
+    held = np.zeros(len(rows))
+    alive = np.flatnonzero(place == 0)
+    memory = friction.begin(limit[alive])
+    for number in range(1, int(place.max()) + 1):
+        now = np.flatnonzero(place == number)
+        memory = _some(memory, np.isin(rows.starts[alive], rows.starts[now]))
+        alive, way = now, felt[now] - felt[now - 1]
+        rate = way / np.maximum(rows.time_s[now] - rows.time_s[now - 1], 1e-9)
+        held[now] = friction.torque(memory, way, rate)[0]
+        memory = friction.step(memory, way, rate)
+    return -turned.slope_rad_per_Nm * held
+
+
+def _read(bench: Bench, angle_rad: Floats) -> Floats:
+    for reads in bench.reading:
+        angle_rad = reads(angle_rad)
+    return angle_rad
+
+
+def simulate(
+    drive: Drive,
+    rows: Rows,
+    effects: Sequence[Effect] = (),
+    start: list[State] | None = None,
+) -> Floats:
     """Elastic angle (rad) that an instrument without noise would read, every row of the table.
 
     alpha = alpha1(M) + alpha2(M) with ring grooves, alpha1(M) + 2 (Z1/Z3) alpha3(M Z1/Z3) with a
     cross-slide, M = M0 - friction; then what stands in series; then the instrument. Raises
-    NotHeldError where the preload cannot hold the torque.
+    NotHeldError where the preload cannot hold the torque. start: states near the solution.
     """
     bench = prepare(drive, rows, effects)
     if not bool((bench.preload_N > 0).all()):
@@ -287,12 +343,10 @@ def simulate(drive: Drive, rows: Rows, effects: Sequence[Effect] = ()) -> Floats
         if bool(over.any()):
             raise NotHeldError(f"{int(over.sum())} readings above what the preload holds")
     if bench.friction is None:
-        angle = pairs.turn(bench.torque_Nm, None)[0] + bench.series
+        angle = pairs.turn(bench.torque_Nm, start)[0] + bench.series
     else:
         angle = _with_friction(bench, pairs, *bench.friction)
-    for reads in bench.reading:
-        angle = reads(angle)
-    return angle
+    return _read(bench, angle)
 
 
 def _with_friction(bench: Bench, pairs: _Pairs, friction: Friction, limit_Nm: Floats) -> Floats:

@@ -13,7 +13,7 @@ use super::error::{Mistake, Notes, shortened};
 use super::fields::{self, PARAMETERS};
 use super::keys::{Key, Value, dotted};
 use super::library::{self, EFFECTS};
-use super::parse::Reader;
+use super::reader::Reader;
 use super::suggest;
 
 /// Reads all entries `[[effect]]`.

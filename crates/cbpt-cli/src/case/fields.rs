@@ -7,11 +7,11 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 use std::ops::Bound::{Excluded, Included, Unbounded};
 use std::sync::LazyLock;
 
+use cbpt_core::units::Quantity;
 use cbpt_core::{Elasticity, Material};
 
-use super::keys::{ANY, Key, Kind, Need, Range, Section, Value, dotted};
+use super::keys::{ANY, Key, Kind, Need, PORTS, Range, Section, Value, dotted};
 use super::library;
-use super::units::Dimension;
 
 const NOT_NEGATIVE: Range = (Included(0.0), Unbounded);
 const ACUTE: Range = (Excluded(0.0), Excluded(FRAC_PI_2));
@@ -117,7 +117,7 @@ fn track_curvature() -> Key {
 fn material() -> Section {
     let modulus = |stem, meaning| {
         let steel = Elasticity::BEARING_STEEL.youngs_modulus_Pa;
-        Key::quantity(stem, Dimension::Stress, "GPa", steel, meaning).optional()
+        Key::quantity(stem, Quantity::Stress, "GPa", steel, meaning).optional()
     };
     let ratio = |stem, meaning| {
         let steel = Elasticity::BEARING_STEEL.poissons_ratio;
@@ -138,7 +138,7 @@ fn material() -> Section {
             ratio("plate_poissons_ratio", "Poisson's ratio of the plates, where it is another"),
             Key::quantity(
                 "contact_pressure_limit",
-                Dimension::Stress,
+                Quantity::Stress,
                 "GPa",
                 limit,
                 "highest peak contact pressure before a finding is raised (ISO 76)",
@@ -154,14 +154,14 @@ fn groove(radius: &'static str) -> [Key; 3] {
     let depth =
         "depth of the groove below the face of the plate; only the check of the groove's edge needs it";
     [
-        Key::quantity("ball_radius", Dimension::Length, "mm", 1.5e-3, radius),
+        Key::quantity("ball_radius", Quantity::Length, "mm", 1.5e-3, radius),
         Key::number("groove_conformity", 1.08, conformity).within((Excluded(1.0), Unbounded)),
-        Key::quantity("groove_depth", Dimension::Length, "mm", 1e-3, depth).optional(),
+        Key::quantity("groove_depth", Quantity::Length, "mm", 1e-3, depth).optional(),
     ]
 }
 
 fn contact_angle(stem: &'static str, meaning: &'static str) -> Key {
-    Key::quantity(stem, Dimension::Angle, "deg", FRAC_PI_4, meaning).within(ACUTE)
+    Key::quantity(stem, Quantity::Angle, "deg", FRAC_PI_4, meaning).within(ACUTE)
 }
 
 fn deceleration() -> Section {
@@ -175,7 +175,7 @@ fn deceleration() -> Section {
             Key::balls(20, "number of balls Z2"),
             Key::number("short_amplitude_coefficient", 0.5, "short-amplitude coefficient K")
                 .within((Excluded(0.0), Excluded(1.0))),
-            Key::quantity("rolling_circle_radius", Dimension::Length, "mm", 4e-3, "rolling-circle radius r0"),
+            Key::quantity("rolling_circle_radius", Quantity::Length, "mm", 4e-3, "rolling-circle radius r0"),
             ball_radius,
             groove_conformity,
             contact_angle("contact_angle", "angle beta between a contact normal and the plane of the plates"),
@@ -203,7 +203,7 @@ fn equal_speed() -> Section {
             Key::balls(14, "number of balls, Zd or ZS; of one row for the cross-slide"),
             Key::quantity(
                 "pitch_radius",
-                Dimension::Length,
+                Quantity::Length,
                 "mm",
                 40e-3,
                 "radius of the circle of balls, Rw or RS",
@@ -241,13 +241,13 @@ fn equal_speed() -> Section {
 fn torsion_spring() -> Section {
     let stiffness = Key::quantity(
         "torsional_stiffness",
-        Dimension::TorquePerAngle,
+        Quantity::TorquePerAngle,
         "Nm_per_arcmin",
         1e5,
         "torsional stiffness k_t at the output, where one number says it",
     );
-    let list = |stem, dimension, usual, example: [f64; 2], meaning| {
-        Key::new(stem, Kind::Quantities(dimension, usual), Value::Reals(example.to_vec()), meaning).optional()
+    let list = |stem, quantity, usual, example: [f64; 2], meaning| {
+        Key::new(stem, Kind::Quantities(quantity, usual), Value::Reals(example.to_vec()), meaning).optional()
     };
     let radius = "radius at which effects act that are lengths; without it they are not offered";
     Section {
@@ -260,15 +260,15 @@ fn torsion_spring() -> Section {
                   `outside_table`.",
         keys: vec![
             stiffness.unless(&["torque", "elastic_angle"]),
-            list("torque", Dimension::Torque, "Nm", [0.0, 10.0], "torques of the table, rising"),
+            list("torque", Quantity::Torque, "Nm", [0.0, 10.0], "torques of the table, rising"),
             list(
                 "elastic_angle",
-                Dimension::Angle,
+                Quantity::Angle,
                 "arcsec",
                 [0.0, 1e-4],
                 "elastic angles of the table, rising, one for each torque",
             ),
-            Key::quantity("reference_radius", Dimension::Length, "mm", 0.05, radius).optional(),
+            Key::quantity("reference_radius", Quantity::Length, "mm", 0.05, radius).optional(),
         ],
     }
 }
@@ -282,9 +282,9 @@ fn load() -> Section {
         mechanics: true,
         meaning: "The load where the command line or the table of readings says nothing else.",
         keys: vec![
-            Key::quantity("torque", Dimension::Torque, "Nm", 5.0, torque).within(ANY).optional(),
-            Key::quantity("preload", Dimension::Force, "N", 600.0, "axial preload").optional(),
-            Key::quantity("input_angle", Dimension::Angle, "deg", 0.0, angle).within(ANY).optional(),
+            Key::quantity("torque", Quantity::Torque, "Nm", 5.0, torque).within(ANY).optional(),
+            Key::quantity("preload", Quantity::Force, "N", 600.0, "axial preload").optional(),
+            Key::quantity("input_angle", Quantity::Angle, "deg", 0.0, angle).within(ANY).optional(),
         ],
     }
 }
@@ -299,7 +299,7 @@ fn measurement() -> Section {
         meaning: "How the readings were taken.",
         keys: vec![
             Key::choice("zero", &["common", "per_run"], zero).by_default(),
-            Key::quantity("lever_arm", Dimension::Length, "mm", 0.1, lever).optional(),
+            Key::quantity("lever_arm", Quantity::Length, "mm", 0.1, lever).optional(),
         ],
     }
 }
@@ -311,7 +311,7 @@ fn uncertainty(drive: &[Section]) -> Section {
     let angle = "standard uncertainty of all contact angles together";
     let mut keys = vec![
         relative("contact_stiffness_rel", 0.10, "relative standard uncertainty of the contact stiffness"),
-        Key::quantity("contact_angle", Dimension::Angle, "deg", 0.5 / 180.0 * PI, angle)
+        Key::quantity("contact_angle", Quantity::Angle, "deg", 0.5 / 180.0 * PI, angle)
             .within(NOT_NEGATIVE)
             .by_default(),
         relative("torque_gain_rel", 0.01, "relative standard uncertainty of the torque readings' gain"),
@@ -388,8 +388,6 @@ fn effects() -> Section {
         ],
     }
 }
-
-pub(super) const PORTS: &[&str] = &["load", "gap", "contact", "series", "reading"];
 
 /// The one key that holds a table.
 pub(super) const PARAMETERS: &str = "parameters";

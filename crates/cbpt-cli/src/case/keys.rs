@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::ops::Bound::{self, Excluded, Included, Unbounded};
 use std::ops::RangeBounds;
 
-use super::units::{Dimension, PLAIN, Unit};
+use cbpt_core::units::{Quantity, Unit};
 
 /// A table of the file. The keys above the first section stand in the section without a name.
 pub(super) struct Section {
@@ -35,10 +35,10 @@ pub(super) struct Key {
 /// What a key takes.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Kind {
-    /// A number with a unit; beside the dimension the unit that is usual.
-    Quantity(Dimension, &'static str),
-    /// A list of numbers with a unit; beside the dimension the unit that is usual.
-    Quantities(Dimension, &'static str),
+    /// A number with a unit; beside the quantity the unit that is usual.
+    Quantity(Quantity, &'static str),
+    /// A list of numbers with a unit; beside the quantity the unit that is usual.
+    Quantities(Quantity, &'static str),
     /// A number without a unit.
     Number,
     /// A whole number.
@@ -75,6 +75,9 @@ pub(super) const ANY: Range = (Unbounded, Unbounded);
 const POSITIVE: Range = (Excluded(0.0), Unbounded);
 const BALLS: Range = (Included(3.0), Included(1000.0));
 
+/// Where effects act.
+pub(super) const PORTS: &[&str] = &["load", "gap", "contact", "series", "reading"];
+
 impl Key {
     pub(super) fn new(stem: &'static str, kind: Kind, example: Value, meaning: &'static str) -> Self {
         Self {
@@ -91,12 +94,12 @@ impl Key {
     /// A number greater than 0 with a unit.
     pub(super) fn quantity(
         stem: &'static str,
-        dimension: Dimension,
+        quantity: Quantity,
         usual: &'static str,
         example: f64,
         meaning: &'static str,
     ) -> Self {
-        Self::new(stem, Kind::Quantity(dimension, usual), Value::Real(example), meaning).within(POSITIVE)
+        Self::new(stem, Kind::Quantity(quantity, usual), Value::Real(example), meaning).within(POSITIVE)
     }
 
     pub(super) fn number(stem: &'static str, example: f64, meaning: &'static str) -> Self {
@@ -141,8 +144,8 @@ impl Key {
     /// The units the key may carry, the SI unit first; one without a name for a key without unit.
     pub(super) fn units(&self) -> &'static [Unit] {
         match self.kind {
-            Kind::Quantity(dimension, _) | Kind::Quantities(dimension, _) => dimension.units(),
-            _ => PLAIN,
+            Kind::Quantity(quantity, _) | Kind::Quantities(quantity, _) => quantity.units(),
+            _ => Quantity::Number.units(),
         }
     }
 
@@ -151,7 +154,7 @@ impl Key {
         let units = self.units();
         match self.kind {
             Kind::Quantity(_, usual) | Kind::Quantities(_, usual) => {
-                units.iter().find(|unit| unit.suffix == usual).unwrap_or(&units[0])
+                units.iter().find(|unit| unit.symbol == usual).unwrap_or(&units[0])
             }
             _ => &units[0],
         }
@@ -159,8 +162,7 @@ impl Key {
 
     /// The key as it is written with a unit.
     pub(super) fn with(&self, unit: &Unit) -> String {
-        let join = if unit.suffix.is_empty() { "" } else { "_" };
-        format!("{}{join}{}", self.stem, unit.suffix)
+        unit.name(&self.stem)
     }
 
     /// Every way to write the key.
@@ -192,8 +194,8 @@ impl Key {
     /// What the key takes, in words, its numbers in the unit that is written.
     pub(super) fn expected(&self, unit: &Unit) -> String {
         let what = match self.kind {
-            Kind::Quantity(..) => format!("a finite number in {}", unit.suffix),
-            Kind::Quantities(..) => format!("a list of finite numbers in {}", unit.suffix),
+            Kind::Quantity(..) => format!("a finite number in {}", unit.symbol),
+            Kind::Quantities(..) => format!("a list of finite numbers in {}", unit.symbol),
             Kind::Number => "a finite number".into(),
             Kind::Count => "a whole number".into(),
             Kind::Choice(words) => {

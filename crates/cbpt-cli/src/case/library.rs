@@ -3,11 +3,10 @@
 use std::ops::Bound::{self, Included, Unbounded};
 use std::sync::LazyLock;
 
-use cbpt_core::effect::{self, LIBRARY, Parameter, Scale, Spec};
+use cbpt_core::effect::{LIBRARY, Parameter, Scale, Spec};
+use cbpt_core::units::Quantity;
 
-use super::fields::PORTS;
-use super::keys::{Key, Kind, Section, Value};
-use super::units::Dimension;
+use super::keys::{Key, Kind, PORTS, Section, Value};
 
 /// Ids of the built-in effects.
 pub static EFFECTS: LazyLock<Vec<&'static str>> =
@@ -44,38 +43,17 @@ fn section(spec: &'static Spec) -> Section {
 }
 
 fn key(parameter: &'static Parameter) -> Key {
-    let (kind, default) = match (parameter.scale, dimension(parameter.dimension)) {
+    let (kind, default) = match (parameter.scale, parameter.quantity) {
         // A whole number that is not negative, checked by the core's table.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         (Scale::Fixed, _) => (Kind::Count, Value::Count(parameter.neutral as u32)),
-        (_, None) => (Kind::Number, Value::Real(parameter.neutral)),
-        (_, Some(dimension)) => {
-            (Kind::Quantity(dimension, parameter.display.suffix), Value::Real(parameter.neutral))
+        (_, Quantity::Number) => (Kind::Number, Value::Real(parameter.neutral)),
+        (_, quantity) => {
+            (Kind::Quantity(quantity, parameter.display().symbol), Value::Real(parameter.neutral))
         }
     };
     let bound = |value: f64| -> Bound<f64> { if value.is_finite() { Included(value) } else { Unbounded } };
     Key::new(parameter.stem, kind, default, parameter.meaning)
         .within((bound(parameter.lower), bound(parameter.upper)))
         .by_default()
-}
-
-fn dimension(of_core: effect::Dimension) -> Option<Dimension> {
-    use effect::Dimension as Core;
-    Some(match of_core {
-        Core::Number => return None,
-        Core::Length => Dimension::Length,
-        Core::Angle => Dimension::Angle,
-        Core::PerAngle => Dimension::PerAngle,
-        Core::PerAngleSquared => Dimension::PerAngleSquared,
-        Core::AnglePerTime => Dimension::AnglePerTime,
-        Core::AnglePerTemperature => Dimension::AnglePerTemperature,
-        Core::AnglePerTorque => Dimension::AnglePerTorque,
-        Core::Force => Dimension::Force,
-        Core::Torque => Dimension::Torque,
-        Core::PerTorque => Dimension::PerTorque,
-        Core::ForcePerLength => Dimension::ForcePerLength,
-        Core::ForcePerTemperature => Dimension::ForcePerTemperature,
-        Core::PerTime => Dimension::PerTime,
-        Core::Time => Dimension::Time,
-    })
 }

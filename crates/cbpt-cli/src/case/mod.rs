@@ -5,7 +5,7 @@
 //! - `document` makes one tree of TOML text or a JSON value, `parse` reads the tree by the table, `effect` its effects,
 //!   `build` turns values into a [`Case`] and back, `write` writes it;
 //! - `spread` is what a case says of how its numbers scatter;
-//! - `units` knows the suffixes of keys, `suggest` what a wrong key may have meant, `error` how mistakes are told;
+//! - `reader` reads the keys of one section, `suggest` knows what a wrong key may have meant, `error` how mistakes are told;
 //! - [`parameter`]: what a sweep may vary, by the same keys;
 //! - `reference` makes of the table the JSON Schema for editors and the page of all keys.
 
@@ -18,12 +18,12 @@ mod keys;
 mod library;
 pub mod parameter;
 mod parse;
+mod reader;
 mod reference;
 mod spread;
 pub(crate) mod suggest;
 #[cfg(test)]
 mod tests;
-mod units;
 mod write;
 
 use std::collections::BTreeMap;

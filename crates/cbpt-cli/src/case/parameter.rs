@@ -7,13 +7,13 @@
 #![allow(clippy::result_large_err)]
 
 use cbpt_core::effect::{OwnEffect, OwnParameter};
+use cbpt_core::units::Unit;
 use cbpt_core::{InvalidInput, Reducer};
 
 use super::build::{self, Values};
 use super::error::Mistake;
 use super::fields;
 use super::keys::{self, Key, Kind, Section, Value, dotted};
-use super::units::Unit;
 use super::{Case, EffectEntry, library, suggest};
 
 /// One number or word of a case.
@@ -197,7 +197,7 @@ fn of_section(case: &Case, name: &str, section_name: &str, key_name: &str) -> Re
     Ok(Parameter {
         name: name.into(),
         meaning: key.meaning.to_string(),
-        unit: unit.suffix.into(),
+        unit: unit.symbol.into(),
         acts_on,
         key: Some((key.clone(), unit)),
         own: None,
@@ -248,7 +248,7 @@ fn of_effect(case: &Case, name: &str, rest: &str) -> Result<Parameter, Mistake> 
         },
         unit: key.as_ref().map_or_else(
             || own.as_ref().map(|own| own.unit.clone()).unwrap_or_default(),
-            |(_, unit)| unit.suffix.to_owned(),
+            |(_, unit)| unit.symbol.to_owned(),
         ),
         acts_on: ActsOn::Effects,
         key,

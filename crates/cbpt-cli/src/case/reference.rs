@@ -6,10 +6,11 @@ use std::ops::Bound::{Excluded, Included, Unbounded};
 use cbpt_core::effect::Spec;
 use serde_json::{Map, Value as Json, json};
 
+use cbpt_core::units::Unit;
+
 use super::fields::{self, PARAMETERS};
 use super::keys::{Key, Kind, Need, Section, Value};
 use super::library::{self, EFFECTS};
-use super::units::Unit;
 
 /// JSON Schema (draft 2020-12) of case files.
 pub fn json_schema() -> Json {
@@ -189,7 +190,7 @@ pub fn key_table() -> String {
 
 /// A key's line of a table.
 fn line(key: &Key) -> String {
-    let units: Vec<&str> = key.units().iter().map(|unit| unit.suffix).collect();
+    let units: Vec<&str> = key.units().iter().map(|unit| unit.symbol).collect();
     let only = key.only.map(|kind| format!("; `kind = \"{kind}\"` only")).unwrap_or_default();
     let expected = key.expected(key.usual_unit());
     let (name, units, need, meaning) = (key.usual(), units.join(", "), need(key), &key.meaning);
@@ -204,7 +205,7 @@ fn need(key: &Key) -> String {
         Need::RequiredUnless(stems) => format!("required unless {} are given", stems.join(" and ")),
         Need::Optional => String::new(),
         Need::Default(Value::Real(value)) => {
-            format!("{} {}", unit.of_si(*value), unit.suffix).trim_end().into()
+            format!("{} {}", unit.of_si(*value), unit.symbol).trim_end().into()
         }
         Need::Default(Value::Count(count)) => count.to_string(),
         Need::Default(Value::Text(text)) => format!("\"{text}\""),

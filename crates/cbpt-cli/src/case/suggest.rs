@@ -1,9 +1,10 @@
 //! What a key that nobody knows may have meant.
 
+use cbpt_core::units;
+
 use super::error::{Mistake, shortened};
 use super::fields;
 use super::keys::{Key, Kind, Section};
-use super::units;
 
 /// A diagnosis, and the key that must have been meant, if that is clear.
 pub(super) struct Unknown<'s> {
@@ -36,8 +37,8 @@ fn unit_unknown<'s>(section: &'s Section, written: &str) -> Option<Unknown<'s>> 
     let (key, suffix) = section.keys.iter().filter_map(suffix).max_by_key(|(key, _)| key.stem.len())?;
     let mistake = match key.kind {
         Kind::Quantity(..) if !suffix.contains('_') || format!("_{suffix}").contains("_per_") => {
-            let suffixes: Vec<&str> = key.units().iter().map(|unit| unit.suffix).collect();
-            let same = key.units().iter().find(|known| known.suffix.eq_ignore_ascii_case(&suffix));
+            let suffixes: Vec<&str> = key.units().iter().map(|unit| unit.symbol).collect();
+            let same = key.units().iter().find(|known| known.symbol.eq_ignore_ascii_case(&suffix));
             Mistake {
                 problem: format!("unit {} is not read", shortened(&suffix)),
                 allowed: format!("use {}", suffixes.join(", ")),
@@ -45,11 +46,13 @@ fn unit_unknown<'s>(section: &'s Section, written: &str) -> Option<Unknown<'s>> 
                 ..Mistake::default()
             }
         }
-        Kind::Number | Kind::Count | Kind::Choice(_) if units::is_unit(&suffix) => Mistake {
-            problem: "the key has no unit".into(),
-            allowed: format!("write {}", key.stem),
-            ..Mistake::default()
-        },
+        Kind::Number | Kind::Count | Kind::Choice(_) if units::all().any(|unit| unit.symbol == suffix) => {
+            Mistake {
+                problem: "the key has no unit".into(),
+                allowed: format!("write {}", key.stem),
+                ..Mistake::default()
+            }
+        }
         _ => return None,
     };
     Some(Unknown { mistake, meant: Some(key) })

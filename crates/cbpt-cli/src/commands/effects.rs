@@ -111,7 +111,7 @@ fn parameters(spec: &Spec) -> Table {
 }
 
 fn in_display(parameter: &Parameter, value: f64) -> f64 {
-    value / parameter.display.size
+    value / parameter.display().size()
 }
 
 fn library() -> Value {
@@ -136,7 +136,7 @@ fn parameter_document(parameter: &Parameter) -> Value {
     json!({
         "name": parameter.name(),
         "display_name": parameter.display_name(),
-        "display_size": parameter.display.size,
+        "display_size": parameter.display().size(),
         "meaning": parameter.meaning,
         "neutral": parameter.neutral,
         "lower": number(Some(parameter.lower)),

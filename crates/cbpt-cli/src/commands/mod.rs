@@ -13,37 +13,37 @@ use std::path::Path;
 
 use cbpt_core::predict::Effect;
 use cbpt_core::predict::loads::Effects;
+use cbpt_core::units::{Quantity, Unit};
 use cbpt_core::{Drive, Load};
 
 use crate::args::{LoadOptions, OutputOptions};
 use crate::case::{Case, EffectEntry};
 use crate::exit::Failure;
 use crate::report::Report;
-use crate::units::Unit;
 
 /// The chosen units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Units {
     /// Elastic angles.
-    pub angle: Unit,
+    pub angle: &'static Unit,
     /// Forces.
-    pub force: Unit,
+    pub force: &'static Unit,
     /// Torques.
-    pub torque: Unit,
+    pub torque: &'static Unit,
     /// Deformations and ellipses.
-    pub length: Unit,
+    pub length: &'static Unit,
     /// Pressures.
-    pub pressure: Unit,
+    pub pressure: &'static Unit,
 }
 
 impl From<&OutputOptions> for Units {
     fn from(options: &OutputOptions) -> Self {
         Self {
-            angle: options.angle_unit.unit(),
-            force: options.force_unit.unit(),
-            torque: options.torque_unit.unit(),
-            length: options.length_unit.unit(),
-            pressure: options.pressure_unit.unit(),
+            angle: options.angle_unit,
+            force: options.force_unit,
+            torque: options.torque_unit,
+            length: options.length_unit,
+            pressure: options.pressure_unit,
         }
     }
 }
@@ -52,11 +52,11 @@ impl Default for Units {
     /// Seconds of arc, newtons, newton metres, micrometres, gigapascals.
     fn default() -> Self {
         Self {
-            angle: crate::units::AngleUnit::Arcsec.unit(),
-            force: crate::units::ForceUnit::N.unit(),
-            torque: crate::units::TorqueUnit::Nm.unit(),
-            length: crate::units::LengthUnit::Um.unit(),
-            pressure: crate::units::PressureUnit::GPa.unit(),
+            angle: Quantity::Angle.usual(),
+            force: Quantity::Force.usual(),
+            torque: Quantity::Torque.usual(),
+            length: Quantity::Length.usual(),
+            pressure: Quantity::Stress.usual(),
         }
     }
 }

@@ -49,7 +49,7 @@ pub fn report(
         ("equal_speed", thresholds.equal_speed),
         ("drive", drive),
     ];
-    let suffix = units.force.suffix;
+    let suffix = units.force.symbol;
     let mut table = Table::new([
         "pair".to_owned(),
         format!("hold_{suffix}"),
@@ -59,7 +59,7 @@ pub fn report(
     for (name, of_pair) in &named {
         let values = [of_pair.hold_N, of_pair.continuous_N, of_pair.zero_backlash_N];
         let mut row = vec![json!(name)];
-        row.extend(values.map(|value| number(Some(value * units.force.per_si))));
+        row.extend(values.map(|value| number(Some(value * units.force.per_si()))));
         table.rows.push(row);
     }
     let place = match input_angle_deg {
@@ -81,8 +81,8 @@ pub fn report(
 }
 
 fn document(of_pair: &PreloadThresholds, units: &Units) -> Value {
-    let suffix = units.force.suffix;
-    let force = |value: f64| number(Some(value * units.force.per_si));
+    let suffix = units.force.symbol;
+    let force = |value: f64| number(Some(value * units.force.per_si()));
     object([
         (format!("hold_{suffix}"), force(of_pair.hold_N)),
         (format!("continuous_{suffix}"), force(of_pair.continuous_N)),

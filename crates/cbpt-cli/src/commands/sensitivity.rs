@@ -90,9 +90,9 @@ impl Answers {
     /// Results with their names: the angle, and the thresholds of the drive and of its pairs.
     fn results(&self, units: &Units) -> Vec<(String, Option<&Sensitivity>, f64)> {
         let angle = (
-            format!("elastic_angle_{}", units.angle.suffix),
+            format!("elastic_angle_{}", units.angle.symbol),
             self.found.elastic_angle.as_ref(),
-            units.angle.per_si,
+            units.angle.per_si(),
         );
         let pairs = [
             ("", &self.found.drive),
@@ -101,8 +101,8 @@ impl Answers {
         ];
         let thresholds = pairs.into_iter().flat_map(|(pair, of_pair)| {
             THRESHOLDS.iter().zip(of_pair).map(move |(name, threshold)| {
-                let name = format!("{pair}{name}_{}", units.force.suffix);
-                (name, threshold.as_ref(), units.force.per_si)
+                let name = format!("{pair}{name}_{}", units.force.symbol);
+                (name, threshold.as_ref(), units.force.per_si())
             })
         });
         std::iter::once(angle).chain(thresholds).collect()
@@ -114,7 +114,7 @@ impl Answers {
         let parts = self.parts_rad();
         let total: f64 = parts.iter().flatten().map(|part| part * part).sum();
         let share = |part: Option<f64>| part.filter(|_| total > 0.0).map(|part| part * part / total);
-        let suffix = units.angle.suffix;
+        let suffix = units.angle.symbol;
         let mut table = Table::new([
             "number".to_owned(),
             "value".to_owned(),
@@ -169,8 +169,8 @@ impl Answers {
         }
         let whole: Vec<&str> =
             NUMBERS.iter().filter(|number| number.whole).map(|number| number.name).collect();
-        let angle = self.found.elastic_angle.as_ref().map(|angle| angle.value * units.angle.per_si);
-        let u_angle = (total > 0.0).then(|| total.sqrt() * units.angle.per_si);
+        let angle = self.found.elastic_angle.as_ref().map(|angle| angle.value * units.angle.per_si());
+        let u_angle = (total > 0.0).then(|| total.sqrt() * units.angle.per_si());
         let mut document = vec![
             ("torque_Nm".to_owned(), json!(self.load.torque_Nm())),
             ("preload_N".to_owned(), json!(self.load.preload_N())),
@@ -200,7 +200,7 @@ impl Answers {
         whole: &[&str],
         units: &Units,
     ) -> String {
-        let suffix = units.angle.suffix;
+        let suffix = units.angle.symbol;
         let mut text = format!(
             "Load: {} N m, preload {} N, input angle {} deg\n",
             six_digits(self.load.torque_Nm()),
@@ -218,7 +218,7 @@ impl Answers {
         };
         let thresholds = THRESHOLDS.iter().zip(&self.found.drive).map(|(name, found)| match found {
             Some(found) => {
-                format!("{name} {} {}", six_digits(found.value * units.force.per_si), units.force.suffix)
+                format!("{name} {} {}", six_digits(found.value * units.force.per_si()), units.force.symbol)
             }
             None => format!("{name}: no preload does it"),
         });

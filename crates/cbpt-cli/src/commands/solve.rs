@@ -75,7 +75,7 @@ pub fn report(reducer: &Reducer, solution: &Solution, detail: Option<&LoadDetail
 }
 
 fn add_period(report: &mut Report, status: Status, largest: Option<&LargestAngle>, units: &Units) {
-    let (suffix, per_si) = (units.angle.suffix, units.angle.per_si);
+    let (suffix, per_si) = (units.angle.symbol, units.angle.per_si());
     report.text += &match largest {
         Some(l) => format!(
             "\n\nLargest elastic angle over a period: {} {suffix} at an input angle of {} deg (amplitude {} {suffix}, the drive \
@@ -113,7 +113,7 @@ pub fn text(
     units: &Units,
 ) -> String {
     let load = &solution.load;
-    let force = |value: f64| format!("{} {}", six_digits(value * units.force.per_si), units.force.name);
+    let force = |value: f64| format!("{} {}", six_digits(value * units.force.per_si()), units.force.written);
     let preload = match load.preload_N() {
         0.0 => String::new(),
         preload_N => format!(", preload {}", force(preload_N)),
@@ -124,14 +124,15 @@ pub fn text(
     };
     let mut lines = vec![format!(
         "Load: {} {}{preload}, input angle {} deg; {of}",
-        six_digits(load.torque_Nm() * units.torque.per_si),
-        units.torque.name,
+        six_digits(load.torque_Nm() * units.torque.per_si()),
+        units.torque.written,
         six_digits(load.input_angle_rad().to_degrees()),
     )];
     let pairs = reducer.ball_drive().is_some();
     match &solution.angles {
         Some(angles) => {
-            let angle = |rad: f64| format!("{} {}", six_digits(rad * units.angle.per_si), units.angle.suffix);
+            let angle =
+                |rad: f64| format!("{} {}", six_digits(rad * units.angle.per_si()), units.angle.symbol);
             let shown = detail.and_then(|detail| detail.angle_rad);
             lines.push(match shown {
                 Some(shown) => {
@@ -147,21 +148,21 @@ pub fn text(
                 ));
             }
             if let Some(detail) = detail.filter(|_| !pairs) {
-                let torque = six_digits(detail.mesh_load[0] * units.torque.per_si);
-                lines.push(format!("  carried by the spring: {torque} {}", units.torque.name));
+                let torque = six_digits(detail.mesh_load[0] * units.torque.per_si());
+                lines.push(format!("  carried by the spring: {torque} {}", units.torque.written));
             }
             if let Some(detail) = detail.filter(|_| pairs) {
                 let [torque_Nm, preload_N] = detail.mesh_load;
                 lines.push(format!(
                     "  at the meshing points: torque {} {}, preload {}",
-                    six_digits(torque_Nm * units.torque.per_si),
-                    units.torque.name,
+                    six_digits(torque_Nm * units.torque.per_si()),
+                    units.torque.written,
                     force(preload_N),
                 ));
             }
             if let Some(stiffness) = solution.torsional_stiffness_Nm_per_rad {
                 let (_, value) = stiffness_unit(units, stiffness);
-                let unit = format!("{}/{}", units.torque.name, units.angle.suffix);
+                let unit = format!("{}/{}", units.torque.written, units.angle.symbol);
                 let of = match detail {
                     Some(_) if pairs => " of the meshing points",
                     Some(_) => " of the spring",
@@ -186,8 +187,8 @@ pub fn text(
 }
 
 fn stiffness_unit(units: &Units, stiffness_Nm_per_rad: f64) -> (String, f64) {
-    let unit = format!("{}_per_{}", units.torque.suffix, units.angle.suffix);
-    (unit, stiffness_Nm_per_rad * units.torque.per_si / units.angle.per_si)
+    let unit = format!("{}_per_{}", units.torque.symbol, units.angle.symbol);
+    (unit, stiffness_Nm_per_rad * units.torque.per_si() / units.angle.per_si())
 }
 
 /// Quantities down, pairs across: it fits a terminal.
@@ -195,21 +196,21 @@ fn pair_table(solution: &Solution, units: &Units) -> Table {
     type Quantity = (String, fn(&PairSolution, &Units) -> Value);
     let [angle, length, force, torque] = [units.angle, units.length, units.force, units.torque];
     let quantities: [Quantity; 9] = [
-        (format!("angle ({})", angle.suffix), |p, u| json!(p.rotation_rad * u.angle.per_si)),
-        (format!("torque carried ({})", torque.name), |p, u| json!(p.torque_Nm * u.torque.per_si)),
-        (format!("axial approach ({})", length.suffix), |p, u| json!(p.approach_m * u.length.per_si)),
-        (format!("torsional stiffness ({}/{})", torque.name, angle.suffix), |p, u| {
+        (format!("angle ({})", angle.symbol), |p, u| json!(p.rotation_rad * u.angle.per_si())),
+        (format!("torque carried ({})", torque.written), |p, u| json!(p.torque_Nm * u.torque.per_si())),
+        (format!("axial approach ({})", length.symbol), |p, u| json!(p.approach_m * u.length.per_si())),
+        (format!("torsional stiffness ({}/{})", torque.written, angle.symbol), |p, u| {
             json!(stiffness_unit(u, p.torsional_stiffness_Nm_per_rad).1)
         }),
-        (format!("in-plane force along line of centres ({})", force.suffix), |p, u| {
-            json!(p.in_plane_force_N[0] * u.force.per_si)
+        (format!("in-plane force along line of centres ({})", force.symbol), |p, u| {
+            json!(p.in_plane_force_N[0] * u.force.per_si())
         }),
-        (format!("in-plane force across it ({})", force.suffix), |p, u| {
-            json!(p.in_plane_force_N[1] * u.force.per_si)
+        (format!("in-plane force across it ({})", force.symbol), |p, u| {
+            json!(p.in_plane_force_N[1] * u.force.per_si())
         }),
-        (format!("tilt couple ({})", torque.name), |p, u| json!(p.tilt_couple_Nm * u.torque.per_si)),
-        (format!("peak pressure ({})", units.pressure.suffix), |p, u| {
-            json!(p.peak_pressure_Pa * u.pressure.per_si)
+        (format!("tilt couple ({})", torque.written), |p, u| json!(p.tilt_couple_Nm * u.torque.per_si())),
+        (format!("peak pressure ({})", units.pressure.symbol), |p, u| {
+            json!(p.peak_pressure_Pa * u.pressure.per_si())
         }),
         ("meshing points that carry".to_owned(), |p, _| {
             json!(format!("{} of {}", 2 * p.carrying, 2 * p.points.len()))
@@ -225,9 +226,9 @@ fn pair_table(solution: &Solution, units: &Units) -> Table {
 
 /// What each effect adds, in the order of the ports.
 fn contribution_table(detail: &LoadDetail, units: &Units) -> Table {
-    let mut table = Table::new(["contribution".to_owned(), format!("angle ({})", units.angle.suffix)]);
+    let mut table = Table::new(["contribution".to_owned(), format!("angle ({})", units.angle.symbol)]);
     for part in &detail.contributions {
-        table.rows.push(vec![json!(part.name), number(Some(part.angle_rad[0] * units.angle.per_si))]);
+        table.rows.push(vec![json!(part.name), number(Some(part.angle_rad[0] * units.angle.per_si()))]);
     }
     table
 }
@@ -241,8 +242,8 @@ pub fn document(
     units: &Units,
 ) -> Value {
     let load = &solution.load;
-    let angle = |rad: Option<f64>| number(rad.map(|rad| rad * units.angle.per_si));
-    let suffix = units.angle.suffix;
+    let angle = |rad: Option<f64>| number(rad.map(|rad| rad * units.angle.per_si()));
+    let suffix = units.angle.symbol;
     let (stiffness_suffix, _) = stiffness_unit(units, 0.0);
     let of_pairs_angles = solution.angles.filter(|_| reducer.ball_drive().is_some());
     let of_pairs = object(pairs(solution).map(|(name, pair)| (name.to_owned(), pair_document(pair, units))));
@@ -292,20 +293,20 @@ pub fn document(
 
 fn pair_document(pair: &PairSolution, units: &Units) -> Value {
     let (stiffness_suffix, stiffness) = stiffness_unit(units, pair.torsional_stiffness_Nm_per_rad);
-    let force = |value: f64| json!(value * units.force.per_si);
+    let force = |value: f64| json!(value * units.force.per_si());
     object([
-        (format!("angle_{}", units.angle.suffix), json!(pair.rotation_rad * units.angle.per_si)),
-        (format!("torque_{}", units.torque.suffix), json!(pair.torque_Nm * units.torque.per_si)),
-        (format!("approach_{}", units.length.suffix), json!(pair.approach_m * units.length.per_si)),
-        (format!("sideways_{}", units.length.suffix), json!(pair.sideways_m * units.length.per_si)),
+        (format!("angle_{}", units.angle.symbol), json!(pair.rotation_rad * units.angle.per_si())),
+        (format!("torque_{}", units.torque.symbol), json!(pair.torque_Nm * units.torque.per_si())),
+        (format!("approach_{}", units.length.symbol), json!(pair.approach_m * units.length.per_si())),
+        (format!("sideways_{}", units.length.symbol), json!(pair.sideways_m * units.length.per_si())),
         (format!("torsional_stiffness_{stiffness_suffix}"), json!(stiffness)),
-        (format!("in_plane_force_along_{}", units.force.suffix), force(pair.in_plane_force_N[0])),
-        (format!("in_plane_force_across_{}", units.force.suffix), force(pair.in_plane_force_N[1])),
-        (format!("tilt_couple_{}", units.torque.suffix), json!(pair.tilt_couple_Nm * units.torque.per_si)),
+        (format!("in_plane_force_along_{}", units.force.symbol), force(pair.in_plane_force_N[0])),
+        (format!("in_plane_force_across_{}", units.force.symbol), force(pair.in_plane_force_N[1])),
+        (format!("tilt_couple_{}", units.torque.symbol), json!(pair.tilt_couple_Nm * units.torque.per_si())),
         ("carrying".to_owned(), json!(pair.carrying)),
         (
-            format!("peak_pressure_{}", units.pressure.suffix),
-            json!(pair.peak_pressure_Pa * units.pressure.per_si),
+            format!("peak_pressure_{}", units.pressure.symbol),
+            json!(pair.peak_pressure_Pa * units.pressure.per_si()),
         ),
         ("residual".to_owned(), json!(pair.residual)),
         ("steps".to_owned(), json!(pair.steps)),
@@ -324,18 +325,18 @@ fn point_document(point: &cbpt_core::equilibrium::report::LoadedPoint, units: &U
     let wall = |contact: &Option<LoadedContact>| match contact {
         None => Value::Null,
         Some(contact) => object([
-            (format!("approach_{}", units.length.suffix), json!(contact.approach_m * units.length.per_si)),
+            (format!("approach_{}", units.length.symbol), json!(contact.approach_m * units.length.per_si())),
             (
-                format!("major_semi_axis_{}", units.length.suffix),
-                json!(contact.major_semi_axis_m * units.length.per_si),
+                format!("major_semi_axis_{}", units.length.symbol),
+                json!(contact.major_semi_axis_m * units.length.per_si()),
             ),
             (
-                format!("minor_semi_axis_{}", units.length.suffix),
-                json!(contact.minor_semi_axis_m * units.length.per_si),
+                format!("minor_semi_axis_{}", units.length.symbol),
+                json!(contact.minor_semi_axis_m * units.length.per_si()),
             ),
             (
-                format!("peak_pressure_{}", units.pressure.suffix),
-                json!(contact.peak_pressure_Pa * units.pressure.per_si),
+                format!("peak_pressure_{}", units.pressure.symbol),
+                json!(contact.peak_pressure_Pa * units.pressure.per_si()),
             ),
         ]),
     };
@@ -344,9 +345,9 @@ fn point_document(point: &cbpt_core::equilibrium::report::LoadedPoint, units: &U
         ("diagonal".to_owned(), json!(diagonal_name(point.diagonal))),
         ("role".to_owned(), json!(point.role.name())),
         ("contact".to_owned(), json!(point.contact.name())),
-        (format!("deformation_{}", units.length.suffix), json!(point.deformation_m * units.length.per_si)),
-        (format!("gap_{}", units.length.suffix), json!(point.gap_m * units.length.per_si)),
-        (format!("force_{}", units.force.suffix), json!(point.force_N * units.force.per_si)),
+        (format!("deformation_{}", units.length.symbol), json!(point.deformation_m * units.length.per_si())),
+        (format!("gap_{}", units.length.symbol), json!(point.gap_m * units.length.per_si())),
+        (format!("force_{}", units.force.symbol), json!(point.force_N * units.force.per_si())),
         ("walls".to_owned(), point.walls.iter().map(wall).collect()),
     ])
 }
@@ -356,14 +357,14 @@ fn points_table(solution: &Solution, units: &Units) -> Table {
     let (length, pressure) = (units.length, units.pressure);
     let mut columns: Vec<String> =
         ["pair", "ball", "diagonal", "role", "contact"].map(str::to_owned).to_vec();
-    columns.push(format!("deformation_{}", length.suffix));
-    columns.push(format!("gap_{}", length.suffix));
-    columns.push(format!("force_{}", units.force.suffix));
+    columns.push(format!("deformation_{}", length.symbol));
+    columns.push(format!("gap_{}", length.symbol));
+    columns.push(format!("force_{}", units.force.symbol));
     for wall in 1..=2 {
-        columns.push(format!("wall{wall}_approach_{}", length.suffix));
-        columns.push(format!("wall{wall}_major_semi_axis_{}", length.suffix));
-        columns.push(format!("wall{wall}_minor_semi_axis_{}", length.suffix));
-        columns.push(format!("wall{wall}_peak_pressure_{}", pressure.suffix));
+        columns.push(format!("wall{wall}_approach_{}", length.symbol));
+        columns.push(format!("wall{wall}_major_semi_axis_{}", length.symbol));
+        columns.push(format!("wall{wall}_minor_semi_axis_{}", length.symbol));
+        columns.push(format!("wall{wall}_peak_pressure_{}", pressure.symbol));
     }
     let mut table = Table::new(columns);
     for (name, pair) in pairs(solution) {
@@ -374,15 +375,15 @@ fn points_table(solution: &Solution, units: &Units) -> Table {
                 json!(diagonal_name(point.diagonal)),
                 json!(point.role.name()),
                 json!(point.contact.name()),
-                json!(point.deformation_m * length.per_si),
-                json!(point.gap_m * length.per_si),
-                json!(point.force_N * units.force.per_si),
+                json!(point.deformation_m * length.per_si()),
+                json!(point.gap_m * length.per_si()),
+                json!(point.force_N * units.force.per_si()),
             ];
             for wall in &point.walls {
-                row.push(number(wall.map(|w| w.approach_m * length.per_si)));
-                row.push(number(wall.map(|w| w.major_semi_axis_m * length.per_si)));
-                row.push(number(wall.map(|w| w.minor_semi_axis_m * length.per_si)));
-                row.push(number(wall.map(|w| w.peak_pressure_Pa * pressure.per_si)));
+                row.push(number(wall.map(|w| w.approach_m * length.per_si())));
+                row.push(number(wall.map(|w| w.major_semi_axis_m * length.per_si())));
+                row.push(number(wall.map(|w| w.minor_semi_axis_m * length.per_si())));
+                row.push(number(wall.map(|w| w.peak_pressure_Pa * pressure.per_si())));
             }
             table.rows.push(row);
         }

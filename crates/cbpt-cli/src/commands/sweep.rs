@@ -104,10 +104,10 @@ fn for_parquet(case: &Path) -> String {
 ///
 /// A torsion spring has no pairs, and where its loads have no preload none is shown.
 fn report(loads: &[Load], solved: &[LoadOutcome], pairs: bool, units: &Units) -> Report {
-    let suffix = units.angle.suffix;
+    let suffix = units.angle.symbol;
     let mut table = Table::new([
-        format!("torque_{}", units.torque.suffix),
-        format!("preload_{}", units.force.suffix),
+        format!("torque_{}", units.torque.symbol),
+        format!("preload_{}", units.force.symbol),
         "input_angle_deg".to_owned(),
         format!("elastic_angle_{suffix}"),
         format!("alpha_deceleration_{suffix}"),
@@ -116,10 +116,10 @@ fn report(loads: &[Load], solved: &[LoadOutcome], pairs: bool, units: &Units) ->
         "status".to_owned(),
     ]);
     for (load, LoadOutcome { status, angle_rad, mesh: angles }) in loads.iter().zip(solved) {
-        let angle = |rad: Option<f64>| number(rad.map(|rad| rad * units.angle.per_si));
+        let angle = |rad: Option<f64>| number(rad.map(|rad| rad * units.angle.per_si()));
         table.rows.push(vec![
-            json!(load.torque_Nm() * units.torque.per_si),
-            json!(load.preload_N() * units.force.per_si),
+            json!(load.torque_Nm() * units.torque.per_si()),
+            json!(load.preload_N() * units.force.per_si()),
             json!(load.input_angle_rad().to_degrees()),
             angle(Some(*angle_rad)),
             angle(angles.map(|a| a.deceleration_rad)),

@@ -79,14 +79,14 @@ impl Function {
     fn value(self, x: Dual, other: Option<Dual>) -> Dual {
         let v = x.value;
         match self {
-            Self::Sin => chain(&x, v.sin(), v.cos()),
-            Self::Cos => chain(&x, v.cos(), -v.sin()),
-            Self::Tan => chain(&x, v.tan(), 1.0 + v.tan().powi(2)),
-            Self::Atan => chain(&x, v.atan(), 1.0 / (1.0 + v * v)),
-            Self::Tanh => chain(&x, v.tanh(), 1.0 - v.tanh().powi(2)),
-            Self::Exp => chain(&x, v.exp(), v.exp()),
-            Self::Log => chain(&x, v.ln(), 1.0 / v),
-            Self::Sqrt => chain(&x, v.sqrt(), 0.5 / v.sqrt()),
+            Self::Sin => x.chain_where_any(v.sin(), v.cos()),
+            Self::Cos => x.chain_where_any(v.cos(), -v.sin()),
+            Self::Tan => x.chain_where_any(v.tan(), 1.0 + v.tan().powi(2)),
+            Self::Atan => x.chain_where_any(v.atan(), 1.0 / (1.0 + v * v)),
+            Self::Tanh => x.chain_where_any(v.tanh(), 1.0 - v.tanh().powi(2)),
+            Self::Exp => x.chain_where_any(v.exp(), v.exp()),
+            Self::Log => x.chain_where_any(v.ln(), 1.0 / v),
+            Self::Sqrt => x.chain_where_any(v.sqrt(), 0.5 / v.sqrt()),
             Self::Abs => x.abs(),
             // At 0 it is 0, as in numpy; not finite stays so.
             Self::Sign => Dual::constant(if v == 0.0 {
@@ -106,40 +106,14 @@ impl Function {
     }
 }
 
-/// f(x) by the chain rule; what does not depend on a parameter has no slope, even where f has none.
-fn chain(x: &Dual, value: f64, slope: f64) -> Dual {
-    let by = |partial: f64| if partial == 0.0 { 0.0 } else { slope * partial };
-    Dual { value, partials: x.partials.map(by) }
-}
-
-/// x^q: d = q x^(q-1) dx + ln(x) x^q dq, each term only where it is asked for.
-fn power(x: &Dual, q: &Dual) -> Dual {
-    let value = x.value.powf(q.value);
-    let by_base = q.value * x.value.powf(q.value - 1.0);
-    // 0^q stays 0 whatever q > 0 is.
-    let by_exponent = if x.value == 0.0 && q.value > 0.0 { 0.0 } else { value * x.value.ln() };
-    let mut found = chain(x, value, by_base);
-    for (mine, theirs) in found.partials.iter_mut().zip(chain(q, value, by_exponent).partials) {
-        *mine += theirs;
-    }
-    found
-}
-
 impl Infix {
     fn value(self, x: Dual, y: Dual) -> Dual {
         match self {
             Self::Add => x + y,
             Self::Subtract => x - y,
             Self::Multiply => x * y,
-            Self::Divide => {
-                let mut quotient = chain(&x, x.value / y.value, 1.0 / y.value);
-                let by_divisor = chain(&y, 0.0, -x.value / (y.value * y.value));
-                for (mine, theirs) in quotient.partials.iter_mut().zip(by_divisor.partials) {
-                    *mine += theirs;
-                }
-                quotient
-            }
-            Self::Power => power(&x, &y),
+            Self::Divide => x.quotient(&y),
+            Self::Power => x.power(&y),
         }
     }
 }

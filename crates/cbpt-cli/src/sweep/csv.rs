@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::rows::{Rows, STATUSES};
 use super::tally::Tally;
 use super::{Plan, Values};
-use crate::units::ARCSEC_PER_RAD;
+use cbpt_core::units::ARCSEC_PER_RAD;
 
 /// What is found of each row, after its axes and before why its drive cannot be built (`finding`, where drives vary) and how
 /// it ended (`status`). Only a ball drive has parts and a preload to hold.

@@ -5,7 +5,8 @@
 
 use super::dual::Dual;
 use super::port::{Action, Contact};
-use super::spec::{Class, Dimension, Parameter, Port, Reducers, Spec};
+use super::spec::{Class, Parameter, Port, Reducers, Spec};
+use crate::units::Quantity;
 
 /// The effect.
 pub static SPEC: Spec = Spec {
@@ -17,12 +18,12 @@ pub static SPEC: Spec = Spec {
     source: "lost motion as makers of reducers state it: the angle between both flanks at next to no torque",
     tell_tale: "a steep part about zero torque, at other torques on the way up than on the way down under friction",
     parameters: &[
-        Parameter::size("play", Dimension::Angle, "angle j between both flanks")
+        Parameter::size("play", Quantity::Angle, "angle j between both flanks")
             .within(0.0, 1.0)
             .likely(0.0, 0.1),
         Parameter::shape(
             "transition_torque",
-            Dimension::Torque,
+            Quantity::Torque,
             0.1,
             "torque m_t within which the play is taken up",
         )

@@ -3,7 +3,8 @@
 //! g_i = the interference of ball i along its normals; several instances make a lot.
 
 use super::port::{Action, Ball};
-use super::spec::{Class, Dimension, Parameter, Port, Reducers, Spec};
+use super::spec::{Class, Parameter, Port, Reducers, Spec};
+use crate::units::Quantity;
 
 /// The effect.
 pub static SPEC: Spec = Spec {
@@ -16,7 +17,7 @@ pub static SPEC: Spec = Spec {
     tell_tale: "period of the ball ring, stronger at low preload",
     parameters: &[
         Parameter::chosen("ball", 0.0, "number of the ball, from 0").within(0.0, 999.0).likely(0.0, 999.0),
-        Parameter::size("oversize", Dimension::Length, "excess of the ball's diameter")
+        Parameter::size("oversize", Quantity::Length, "excess of the ball's diameter")
             .within(-1e-3, 1e-3)
             .likely(-3e-6, 3e-6),
     ],

@@ -4,7 +4,8 @@
 
 use super::dual::Dual;
 use super::port::{Action, DriveNumbers, Row};
-use super::spec::{Class, Dimension, Parameter, Port, Reducers, Spec};
+use super::spec::{Class, Parameter, Port, Reducers, Spec};
+use crate::units::Quantity;
 
 /// The effect.
 pub static SPEC: Spec = Spec {
@@ -15,7 +16,7 @@ pub static SPEC: Spec = Spec {
     equation: "alpha += sgn(M0) (c/2)/(Zo e)",
     source: "geometry of a bearing with diametral clearance",
     tell_tale: "a step where the torque reverses",
-    parameters: &[Parameter::size("clearance", Dimension::Length, "diametral clearance c")
+    parameters: &[Parameter::size("clearance", Quantity::Length, "diametral clearance c")
         .within(0.0, 1e-3)
         .likely(0.0, 20e-6)],
     twins: &[],

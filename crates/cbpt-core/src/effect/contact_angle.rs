@@ -4,9 +4,8 @@
 
 use super::dual::Dual;
 use super::port::{Action, Contact};
-use super::spec::{Class, Dimension, Parameter, Port, Reducers, Spec};
-
-const DEGREE: f64 = std::f64::consts::PI / 180.0;
+use super::spec::{Class, Parameter, Port, Reducers, Spec};
+use crate::units::{DEGREE, Quantity};
 
 /// The effect.
 pub static SPEC: Spec = Spec {
@@ -17,8 +16,8 @@ pub static SPEC: Spec = Spec {
     equation: "beta -> beta + d_beta, at every contact",
     source: "geometry of the groove section",
     tell_tale: "moves the onset of contact loss",
-    parameters: &[Parameter::size("contact_angle_shift", Dimension::Angle, "added to every contact angle")
-        .shown("deg", DEGREE)
+    parameters: &[Parameter::size("contact_angle_shift", Quantity::Angle, "added to every contact angle")
+        .shown("deg")
         .within(-40.0 * DEGREE, 40.0 * DEGREE)
         .likely(-10.0 * DEGREE, 10.0 * DEGREE)],
     twins: &["torque_scale", "preload_scale", "preload_loss"],

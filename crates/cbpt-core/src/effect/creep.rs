@@ -9,7 +9,8 @@
 
 use super::dual::Dual;
 use super::port::{Action, Row};
-use super::spec::{Class, Dimension, Parameter, Port, Reducers, Spec};
+use super::spec::{Class, Parameter, Port, Reducers, Spec};
+use crate::units::Quantity;
 
 /// The effect.
 pub static SPEC: Spec = Spec {
@@ -22,7 +23,7 @@ pub static SPEC: Spec = Spec {
     tell_tale: "grows at constant torque",
     parameters: &[
         compliance("compliance", "growth c of the compliance since the run began"),
-        Parameter::shape("time_constant", Dimension::Time, 20.0, "time tau after which the growth slows")
+        Parameter::shape("time_constant", Quantity::Time, 20.0, "time tau after which the growth slows")
             .within(1e-3, 1e7)
             .likely(1.0, 1e4)
             .log(),
@@ -33,7 +34,7 @@ pub static SPEC: Spec = Spec {
 };
 
 const fn compliance(stem: &'static str, meaning: &'static str) -> Parameter {
-    Parameter::size(stem, Dimension::AnglePerTorque, meaning).within(0.0, 1.0).likely(1e-9, 1e-5).log()
+    Parameter::size(stem, Quantity::AnglePerTorque, meaning).within(0.0, 1.0).likely(1e-9, 1e-5).log()
 }
 
 fn act(own: &[Dual], rows: &[Row], torque_Nm: &[Dual]) -> Vec<Dual> {

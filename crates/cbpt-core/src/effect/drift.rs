@@ -4,7 +4,8 @@
 
 use super::dual::Dual;
 use super::port::{Action, Row};
-use super::spec::{ARCSEC, Class, Dimension, Parameter, Port, Reducers, Spec};
+use super::spec::{Class, Parameter, Port, Reducers, Spec};
+use crate::units::{ARCSEC, Quantity};
 
 /// The effect.
 pub static SPEC: Spec = Spec {
@@ -16,10 +17,10 @@ pub static SPEC: Spec = Spec {
     source: "zero drift as sensors' data sheets state it",
     tell_tale: "goes with time or temperature, not with load",
     parameters: &[
-        Parameter::size("rate", Dimension::AnglePerTime, "drift c_t with time")
+        Parameter::size("rate", Quantity::AnglePerTime, "drift c_t with time")
             .within(-1e-2, 1e-2)
             .likely(-0.05 * ARCSEC, 0.05 * ARCSEC),
-        Parameter::size("rate", Dimension::AnglePerTemperature, "drift c_T with temperature")
+        Parameter::size("rate", Quantity::AnglePerTemperature, "drift c_T with temperature")
             .within(-1e-2, 1e-2)
             .likely(-20.0 * ARCSEC, 20.0 * ARCSEC),
     ],

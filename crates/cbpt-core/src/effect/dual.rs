@@ -37,6 +37,34 @@ impl Dual {
         Self { value, partials: self.partials.map(|partial| slope * partial) }
     }
 
+    /// f(x) by the chain rule where df/dx may not be finite: what x does not depend on stays without a slope.
+    #[must_use]
+    pub fn chain_where_any(&self, value: f64, slope: f64) -> Self {
+        let by = |partial: f64| if partial == 0.0 { 0.0 } else { slope * partial };
+        Self { value, partials: self.partials.map(by) }
+    }
+
+    /// x/y rounded once, at any y: what does not depend on a parameter has no slope, even where y is 0.
+    #[must_use]
+    pub fn quotient(&self, divisor: &Self) -> Self {
+        let mut quotient = self.chain_where_any(self.value / divisor.value, 1.0 / divisor.value);
+        let slope = -self.value / (divisor.value * divisor.value);
+        quotient.add_slope(1.0, &divisor.chain_where_any(0.0, slope));
+        quotient
+    }
+
+    /// x^q at any x and q: d = q x^(q-1) dx + ln(x) x^q dq, each term only where something depends on it.
+    #[must_use]
+    pub fn power(&self, exponent: &Self) -> Self {
+        let (x, q) = (self.value, exponent.value);
+        let value = x.powf(q);
+        // 0^q stays 0 whatever q > 0 is.
+        let by_exponent = if x == 0.0 && q > 0.0 { 0.0 } else { value * x.ln() };
+        let mut power = self.chain_where_any(value, q * x.powf(q - 1.0));
+        power.add_slope(1.0, &exponent.chain_where_any(0.0, by_exponent));
+        power
+    }
+
     /// Adds `slope` times what `of` depends on: one term of a total derivative; the value stays.
     pub fn add_slope(&mut self, slope: f64, of: &Self) {
         for (mine, theirs) in self.partials.iter_mut().zip(&of.partials) {
@@ -63,16 +91,10 @@ impl Dual {
         if self.value < 0.0 { -*self } else { *self }
     }
 
-    /// x^q for x >= 0 and q > 0; at x = 0 it stays 0 whatever the parameters do.
+    /// x^q for x > 0 and q > 0, and 0 for any other x, whatever the parameters do.
     #[must_use]
     pub fn powf(&self, exponent: &Self) -> Self {
-        if self.value <= 0.0 {
-            return Self::constant(0.0);
-        }
-        let value = self.value.powf(exponent.value);
-        let mut power = self.chain(value, exponent.value * value / self.value);
-        power.add_slope(value * self.value.ln(), exponent);
-        power
+        if self.value > 0.0 { self.power(exponent) } else { Self::constant(0.0) }
     }
 }
 

@@ -4,7 +4,8 @@
 
 use super::dual::Dual;
 use super::port::{Action, DriveNumbers, Row};
-use super::spec::{Class, Dimension, Parameter, Port, Reducers, Spec};
+use super::spec::{Class, Parameter, Port, Reducers, Spec};
+use crate::units::Quantity;
 
 /// Force at which the deflection is the reference one, N.
 const REFERENCE_FORCE_N: f64 = 100.0;
@@ -19,11 +20,11 @@ pub static SPEC: Spec = Spec {
     source: "Palmgren, Ball and Roller Bearing Engineering (1959): exponents 2/3 for balls, 0.9 for rollers",
     tell_tale: "grows with torque, blind to preload",
     parameters: &[
-        Parameter::size("reference_deflection", Dimension::Length, "deflection u_ref at a force of 100 N")
+        Parameter::size("reference_deflection", Quantity::Length, "deflection u_ref at a force of 100 N")
             .within(0.0, 1e-3)
             .likely(0.02e-6, 20e-6)
             .log(),
-        Parameter::shape("exponent", Dimension::Number, 0.9, "exponent q: 0.9 for rollers, 2/3 for balls")
+        Parameter::shape("exponent", Quantity::Number, 0.9, "exponent q: 0.9 for rollers, 2/3 for balls")
             .within(0.5, 1.0)
             .likely(0.6, 1.0),
     ],

@@ -6,7 +6,8 @@
 
 use super::dual::Dual;
 use super::port::{Action, DriveNumbers, Row};
-use super::spec::{Class, Dimension, Parameter, Port, Reducers, Spec};
+use super::spec::{Class, Parameter, Port, Reducers, Spec};
+use crate::units::Quantity;
 
 /// The effect.
 pub static SPEC: Spec = Spec {
@@ -28,7 +29,7 @@ pub static SPEC: Spec = Spec {
 };
 
 const fn amplitude(stem: &'static str, meaning: &'static str) -> Parameter {
-    Parameter::size(stem, Dimension::Length, meaning).within(-1e-3, 1e-3).likely(-20e-6, 20e-6)
+    Parameter::size(stem, Quantity::Length, meaning).within(-1e-3, 1e-3).likely(-20e-6, 20e-6)
 }
 
 fn act(own: &[Dual], row: &Row, drive: &DriveNumbers, _: Dual) -> Dual {

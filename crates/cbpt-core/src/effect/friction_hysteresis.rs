@@ -8,7 +8,8 @@
 
 use super::dual::Dual;
 use super::port::{Action, Friction, Load, Row};
-use super::spec::{ARCSEC, Class, Dimension, Parameter, Port, Reducers, Spec};
+use super::spec::{Class, Parameter, Port, Reducers, Spec};
+use crate::units::{ARCSEC, Quantity};
 
 /// The effect.
 pub static SPEC: Spec = Spec {
@@ -22,7 +23,7 @@ pub static SPEC: Spec = Spec {
     parameters: &[
         Parameter::size(
             "friction_radius",
-            Dimension::Length,
+            Quantity::Length,
             "largest friction torque over the preload, mu_T",
         )
         .within(0.0, 1.0)
@@ -30,7 +31,7 @@ pub static SPEC: Spec = Spec {
         .log(),
         Parameter::shape(
             "engagement_angle",
-            Dimension::Angle,
+            Quantity::Angle,
             10.0 * ARCSEC,
             "angle alpha_p over which the friction builds up",
         )
@@ -39,13 +40,13 @@ pub static SPEC: Spec = Spec {
         .log(),
         Parameter::size(
             "friction_torque",
-            Dimension::Torque,
+            Quantity::Torque,
             "largest friction torque at no preload and no load, T0",
         )
         .within(0.0, 1e6)
         .likely(1e-4, 10.0)
         .log(),
-        Parameter::shape("load_growth", Dimension::PerTorque, 0.0, "growth g of the friction with the load")
+        Parameter::shape("load_growth", Quantity::PerTorque, 0.0, "growth g of the friction with the load")
             .within(0.0, 1e6)
             .likely(0.0, 10.0),
     ],

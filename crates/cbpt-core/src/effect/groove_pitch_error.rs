@@ -4,7 +4,8 @@
 //! round it; several instances make a sum over harmonics.
 
 use super::port::{Action, Ball};
-use super::spec::{Class, Dimension, Parameter, Port, Reducers, Spec};
+use super::spec::{Class, Parameter, Port, Reducers, Spec};
+use crate::units::Quantity;
 
 /// The effect.
 pub static SPEC: Spec = Spec {
@@ -27,7 +28,7 @@ pub static SPEC: Spec = Spec {
 };
 
 const fn amplitude(stem: &'static str, meaning: &'static str) -> Parameter {
-    Parameter::size(stem, Dimension::Length, meaning).within(-1e-3, 1e-3).likely(-10e-6, 10e-6)
+    Parameter::size(stem, Quantity::Length, meaning).within(-1e-3, 1e-3).likely(-10e-6, 10e-6)
 }
 
 fn shape(own: &[f64], size: usize, ball: &Ball) -> [f64; 3] {

@@ -46,7 +46,7 @@ pub mod wear;
 mod testing;
 
 pub use own::{AddsTo, OwnEffect, OwnParameter};
-pub use spec::{Class, Dimension, Parameter, Port, Reducers, Scale, Spec};
+pub use spec::{Class, Parameter, Port, Reducers, Scale, Spec};
 
 /// Every effect, in the order in which all documents list them.
 pub static LIBRARY: [&Spec; 24] = [

@@ -4,7 +4,8 @@
 
 use super::dual::Dual;
 use super::port::{Action, DriveNumbers, Row};
-use super::spec::{Class, Dimension, Parameter, Port, Reducers, Spec};
+use super::spec::{Class, Parameter, Port, Reducers, Spec};
+use crate::units::Quantity;
 
 /// The effect.
 pub static SPEC: Spec = Spec {
@@ -15,7 +16,7 @@ pub static SPEC: Spec = Spec {
     equation: "alpha += M0/k_t, compliance 1/k_t",
     source: "torsion of an elastic shaft",
     tell_tale: "linear in torque, blind to preload, no loop",
-    parameters: &[Parameter::size("compliance", Dimension::AnglePerTorque, "torsional compliance 1/k_t")
+    parameters: &[Parameter::size("compliance", Quantity::AnglePerTorque, "torsional compliance 1/k_t")
         .within(0.0, 1.0)
         .likely(1e-7, 1e-4)
         .log()],

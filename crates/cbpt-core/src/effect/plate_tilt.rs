@@ -5,7 +5,8 @@
 //! angle in the housing in place of phi_i.
 
 use super::port::{Action, Ball};
-use super::spec::{Class, Dimension, Parameter, Port, Reducers, Spec};
+use super::spec::{Class, Parameter, Port, Reducers, Spec};
+use crate::units::Quantity;
 
 /// The effect.
 pub static SPEC: Spec = Spec {
@@ -27,7 +28,7 @@ pub static SPEC: Spec = Spec {
 };
 
 const fn tilt(stem: &'static str, meaning: &'static str) -> Parameter {
-    Parameter::size(stem, Dimension::Angle, meaning).shown("urad", 1e-6).within(-0.1, 0.1).likely(-1e-3, 1e-3)
+    Parameter::size(stem, Quantity::Angle, meaning).shown("urad").within(-0.1, 0.1).likely(-1e-3, 1e-3)
 }
 
 fn shape(_: &[f64], size: usize, ball: &Ball) -> [f64; 3] {

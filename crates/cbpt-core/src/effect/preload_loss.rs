@@ -7,7 +7,8 @@
 
 use super::dual::Dual;
 use super::port::{Action, Load, Row};
-use super::spec::{Class, Dimension, Parameter, Port, Reducers, Spec};
+use super::spec::{Class, Parameter, Port, Reducers, Spec};
+use crate::units::Quantity;
 
 /// The effect.
 pub static SPEC: Spec = Spec {
@@ -19,10 +20,10 @@ pub static SPEC: Spec = Spec {
     source: "friction of two terms in the axial guide: Coulomb (1785); Derjaguin, Z. Phys. 88 (1934) 661",
     tell_tale: "looks like a lower preload; with F, at low preload above all",
     parameters: &[
-        Parameter::size("lost_share", Dimension::Number, "share eta of the preload that is held back")
+        Parameter::size("lost_share", Quantity::Number, "share eta of the preload that is held back")
             .within(0.0, 0.99)
             .likely(0.0, 0.6),
-        Parameter::size("lost_force", Dimension::Force, "force F that is held back at any preload")
+        Parameter::size("lost_force", Quantity::Force, "force F that is held back at any preload")
             .within(0.0, 1e6)
             .likely(0.0, 500.0)
             .without_twin(),

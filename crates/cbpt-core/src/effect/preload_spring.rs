@@ -4,7 +4,8 @@
 
 use super::dual::Dual;
 use super::port::{Action, Load, Row};
-use super::spec::{Class, Dimension, Parameter, Port, Reducers, Spec};
+use super::spec::{Class, Parameter, Port, Reducers, Spec};
+use crate::units::Quantity;
 
 /// The effect.
 pub static SPEC: Spec = Spec {
@@ -17,7 +18,7 @@ pub static SPEC: Spec = Spec {
     tell_tale: "straightens the knee of the curve",
     parameters: &[Parameter::size(
         "spring_rate",
-        Dimension::ForcePerLength,
+        Quantity::ForcePerLength,
         "stiffness k_c of what holds the preload",
     )
     .within(0.0, 1e12)

@@ -4,8 +4,9 @@
 
 use super::dual::Dual;
 use super::port::{Action, Contact};
-use super::spec::{Class, Dimension, Parameter, Port, Reducers, Spec};
+use super::spec::{Class, Parameter, Port, Reducers, Spec};
 use crate::pair::HERTZ_EXPONENT;
+use crate::units::Quantity;
 
 /// The effect.
 pub static SPEC: Spec = Spec {
@@ -18,7 +19,7 @@ pub static SPEC: Spec = Spec {
     tell_tale: "soft at low preload",
     parameters: &[Parameter {
         neutral: HERTZ_EXPONENT,
-        ..Parameter::size("exponent", Dimension::Number, "exponent n of force by deformation, 1.5 by Hertz")
+        ..Parameter::size("exponent", Quantity::Number, "exponent n of force by deformation, 1.5 by Hertz")
     }
     .within(1.1, 4.0)
     .likely(1.3, 2.5)],

@@ -5,7 +5,8 @@
 
 use super::dual::Dual;
 use super::port::{Action, DriveNumbers, Row};
-use super::spec::{ARCSEC, Class, Dimension, Parameter, Port, Reducers, Spec};
+use super::spec::{Class, Parameter, Port, Reducers, Spec};
+use crate::units::{ARCSEC, Quantity};
 
 /// The effect.
 pub static SPEC: Spec = Spec {
@@ -26,7 +27,7 @@ pub static SPEC: Spec = Spec {
 };
 
 const fn set(stem: &'static str, meaning: &'static str) -> Parameter {
-    Parameter::size(stem, Dimension::Angle, meaning).within(-0.1, 0.1).likely(0.0, 30.0 * ARCSEC)
+    Parameter::size(stem, Quantity::Angle, meaning).within(-0.1, 0.1).likely(0.0, 30.0 * ARCSEC)
 }
 
 fn act(own: &[Dual], row: &Row, _: &DriveNumbers, _: Dual) -> Dual {

@@ -4,7 +4,8 @@
 //! the spread, and the table knows its range.
 
 use super::port::Action;
-use super::spec::{ARCSEC, Class, Dimension, Parameter, Port, Reducers, Spec};
+use super::spec::{Class, Parameter, Port, Reducers, Spec};
+use crate::units::{ARCSEC, Quantity};
 
 /// The effect.
 pub static SPEC: Spec = Spec {
@@ -15,7 +16,7 @@ pub static SPEC: Spec = Spec {
     equation: "reading = alpha + z_run, z_run normal with the spread",
     source: "zeroing of the instrument at the start of a run",
     tell_tale: "constant within a run",
-    parameters: &[Parameter::size("spread", Dimension::Angle, "standard deviation of the zeros of the runs")
+    parameters: &[Parameter::size("spread", Quantity::Angle, "standard deviation of the zeros of the runs")
         .within(0.0, 1.0)
         .likely(0.0, 10.0 * ARCSEC)],
     twins: &[],

@@ -4,7 +4,8 @@
 
 use super::dual::Dual;
 use super::port::{Action, Row};
-use super::spec::{Class, Dimension, Parameter, Port, Reducers, Spec};
+use super::spec::{Class, Parameter, Port, Reducers, Spec};
+use crate::units::Quantity;
 
 /// The effect.
 pub static SPEC: Spec = Spec {
@@ -17,10 +18,10 @@ pub static SPEC: Spec = Spec {
     tell_tale: "a function of the reading alone",
     // 20 arcsec at a reading of 60 arcsec is the largest that is likely.
     parameters: &[
-        Parameter::size("quadratic", Dimension::PerAngle, "coefficient c2 of the squared angle")
+        Parameter::size("quadratic", Quantity::PerAngle, "coefficient c2 of the squared angle")
             .within(-1e6, 1e6)
             .likely(-1.2e3, 1.2e3),
-        Parameter::size("cubic", Dimension::PerAngleSquared, "coefficient c3 of the cubed angle")
+        Parameter::size("cubic", Quantity::PerAngleSquared, "coefficient c3 of the cubed angle")
             .within(-1e10, 1e10)
             .likely(-4e6, 4e6),
     ],

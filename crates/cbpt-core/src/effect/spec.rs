@@ -1,11 +1,7 @@
 //! What is told of an effect and of its parameters; the case file, Python, the page and the documentation share it.
 
-use std::f64::consts::PI;
-
 use super::port::Action;
-
-/// One second of arc, rad.
-pub const ARCSEC: f64 = PI / 648_000.0;
+use crate::units::{Quantity, Unit};
 
 /// One effect of the library.
 #[derive(Debug)]
@@ -112,84 +108,6 @@ impl Port {
     }
 }
 
-/// What a parameter measures.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[allow(missing_docs)] // the words say it
-pub enum Dimension {
-    Number,
-    Length,
-    Angle,
-    PerAngle,
-    PerAngleSquared,
-    AnglePerTime,
-    AnglePerTemperature,
-    AnglePerTorque,
-    Force,
-    Torque,
-    PerTorque,
-    ForcePerLength,
-    ForcePerTemperature,
-    PerTime,
-    Time,
-}
-
-/// A unit as names carry it, and its size in SI.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Unit {
-    /// Suffix of a name; empty for a plain number.
-    pub suffix: &'static str,
-    /// SI value of one unit.
-    pub size: f64,
-}
-
-const fn unit(suffix: &'static str, size: f64) -> Unit {
-    Unit { suffix, size }
-}
-
-impl Dimension {
-    /// The unit of values inside.
-    pub const fn si(self) -> Unit {
-        match self {
-            Self::Number => unit("", 1.0),
-            Self::Length => unit("m", 1.0),
-            Self::Angle => unit("rad", 1.0),
-            Self::PerAngle => unit("per_rad", 1.0),
-            Self::PerAngleSquared => unit("per_rad2", 1.0),
-            Self::AnglePerTime => unit("rad_per_s", 1.0),
-            Self::AnglePerTemperature => unit("rad_per_K", 1.0),
-            Self::AnglePerTorque => unit("rad_per_Nm", 1.0),
-            Self::Force => unit("N", 1.0),
-            Self::Torque => unit("Nm", 1.0),
-            Self::PerTorque => unit("per_Nm", 1.0),
-            Self::ForcePerLength => unit("N_per_m", 1.0),
-            Self::ForcePerTemperature => unit("N_per_K", 1.0),
-            Self::PerTime => unit("per_s", 1.0),
-            Self::Time => unit("s", 1.0),
-        }
-    }
-
-    /// The unit that people read.
-    pub const fn display(self) -> Unit {
-        match self {
-            Self::Length => unit("um", 1e-6),
-            Self::Angle => unit("arcsec", ARCSEC),
-            Self::PerAngle => unit("per_arcsec", 1.0 / ARCSEC),
-            Self::PerAngleSquared => unit("per_arcsec2", 1.0 / (ARCSEC * ARCSEC)),
-            Self::AnglePerTime => unit("arcsec_per_h", ARCSEC / 3600.0),
-            Self::AnglePerTemperature => unit("arcsec_per_K", ARCSEC),
-            Self::AnglePerTorque => unit("arcsec_per_Nm", ARCSEC),
-            Self::ForcePerLength => unit("N_per_um", 1e6),
-            Self::PerTime => unit("per_h", 1.0 / 3600.0),
-            Self::Number
-            | Self::Force
-            | Self::Torque
-            | Self::PerTorque
-            | Self::ForcePerTemperature
-            | Self::Time => self.si(),
-        }
-    }
-}
-
 /// How a parameter is spread over its range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scale {
@@ -207,9 +125,9 @@ pub struct Parameter {
     /// Name without its unit.
     pub stem: &'static str,
     /// What it measures.
-    pub dimension: Dimension,
-    /// The unit that people read.
-    pub display: Unit,
+    pub quantity: Quantity,
+    /// Symbol of the unit that people read, where it is not the usual one of the quantity.
+    pub(super) shown: Option<&'static str>,
     /// What it is.
     pub meaning: &'static str,
     /// Where a size vanishes; for another parameter its default.
@@ -230,11 +148,11 @@ pub struct Parameter {
 
 impl Parameter {
     /// A size: the effect is gone where it is 0.
-    pub(super) const fn size(stem: &'static str, dimension: Dimension, meaning: &'static str) -> Self {
+    pub(super) const fn size(stem: &'static str, quantity: Quantity, meaning: &'static str) -> Self {
         Self {
             stem,
-            dimension,
-            display: dimension.display(),
+            quantity,
+            shown: None,
             meaning,
             neutral: 0.0,
             lower: f64::NEG_INFINITY,
@@ -248,22 +166,22 @@ impl Parameter {
 
     /// A gain: a size that is gone at 1, spread in its logarithm.
     pub(super) const fn gain(stem: &'static str, meaning: &'static str) -> Self {
-        Self { neutral: 1.0, scale: Scale::Log, ..Self::size(stem, Dimension::Number, meaning) }
+        Self { neutral: 1.0, scale: Scale::Log, ..Self::size(stem, Quantity::Number, meaning) }
     }
 
     /// A shape: it says how the effect acts, not how much.
     pub(super) const fn shape(
         stem: &'static str,
-        dimension: Dimension,
+        quantity: Quantity,
         default: f64,
         meaning: &'static str,
     ) -> Self {
-        Self { neutral: default, is_size: false, ..Self::size(stem, dimension, meaning) }
+        Self { neutral: default, is_size: false, ..Self::size(stem, quantity, meaning) }
     }
 
     /// A whole number that is chosen, not fitted.
     pub(super) const fn chosen(stem: &'static str, default: f64, meaning: &'static str) -> Self {
-        Self { scale: Scale::Fixed, ..Self::shape(stem, Dimension::Number, default, meaning) }
+        Self { scale: Scale::Fixed, ..Self::shape(stem, Quantity::Number, default, meaning) }
     }
 
     /// Values that have a meaning.
@@ -286,22 +204,23 @@ impl Parameter {
         Self { twinless: true, ..self }
     }
 
-    /// Shown in another unit.
-    pub(super) const fn shown(self, suffix: &'static str, size: f64) -> Self {
-        Self { display: unit(suffix, size), ..self }
+    /// Shown in another unit of its quantity.
+    pub(super) const fn shown(self, symbol: &'static str) -> Self {
+        Self { shown: Some(symbol), ..self }
+    }
+
+    /// The unit that people read.
+    pub fn display(&self) -> &'static Unit {
+        self.shown.and_then(|symbol| self.quantity.unit(symbol)).unwrap_or(self.quantity.usual())
     }
 
     /// Name with the SI unit, as in `reference_deflection_m`.
     pub fn name(&self) -> String {
-        with_unit(self.stem, self.dimension.si().suffix)
+        self.quantity.si().name(self.stem)
     }
 
     /// Name with the unit that people read, as in `reference_deflection_um`.
     pub fn display_name(&self) -> String {
-        with_unit(self.stem, self.display.suffix)
+        self.display().name(self.stem)
     }
-}
-
-fn with_unit(stem: &str, suffix: &str) -> String {
-    if suffix.is_empty() { stem.to_owned() } else { format!("{stem}_{suffix}") }
 }

@@ -4,7 +4,8 @@
 
 use super::dual::Dual;
 use super::port::{Action, Load, Row};
-use super::spec::{Class, Dimension, Parameter, Port, Reducers, Spec};
+use super::spec::{Class, Parameter, Port, Reducers, Spec};
+use crate::units::Quantity;
 
 /// The effect.
 pub static SPEC: Spec = Spec {
@@ -15,7 +16,7 @@ pub static SPEC: Spec = Spec {
     equation: "N_Z -> N_Z + c (T - T0)",
     source: "unlike thermal expansion of shaft and housing",
     tell_tale: "follows the temperature",
-    parameters: &[Parameter::size("rate", Dimension::ForcePerTemperature, "change c of the preload")
+    parameters: &[Parameter::size("rate", Quantity::ForcePerTemperature, "change c of the preload")
         .within(-1e5, 1e5)
         .likely(-100.0, 100.0)],
     twins: &[],

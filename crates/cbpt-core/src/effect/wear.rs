@@ -4,7 +4,8 @@
 
 use super::dual::Dual;
 use super::port::{Action, Load, Row};
-use super::spec::{Class, Dimension, Parameter, Port, Reducers, Spec};
+use super::spec::{Class, Parameter, Port, Reducers, Spec};
+use crate::units::Quantity;
 
 /// The effect.
 pub static SPEC: Spec = Spec {
@@ -17,7 +18,7 @@ pub static SPEC: Spec = Spec {
     tell_tale: "a slow trend one way",
     parameters: &[Parameter::size(
         "lost_share",
-        Dimension::PerTime,
+        Quantity::PerTime,
         "share w of the preload lost in a second",
     )
     .within(0.0, 1.0)

@@ -1,11 +1,14 @@
 //! The effects of a model along one row, port by port, in dual numbers; those of the user's own are in `own`.
 
+use std::sync::Arc;
+
 use crate::effect::Port;
 use crate::effect::dual::Dual;
+use crate::effect::own::OwnEffect;
 use crate::effect::port::{Action, Contact, DriveNumbers, Load, Row};
 use crate::pair::HERTZ_EXPONENT;
 
-use super::own::{Added, OwnLink};
+use super::added::Added;
 
 /// An effect with numbers, some of them seeded with a partial.
 #[derive(Debug, Clone)]
@@ -14,6 +17,9 @@ pub struct Link {
     pub action: Action,
     pub own: Vec<Dual>,
 }
+
+/// An own effect with its numbers, some of them seeded with a partial.
+pub type OwnLink = (Arc<dyn OwnEffect>, Vec<Dual>);
 
 /// Effects that do something, in the order in which they act.
 #[derive(Debug, Clone)]

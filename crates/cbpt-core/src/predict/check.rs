@@ -3,9 +3,10 @@
 use super::{Effect, Number, Predictor, Rows};
 use crate::effect;
 use crate::effect::own::Variable;
-use crate::effect::spec::{Dimension, Scale};
+use crate::effect::spec::Scale;
 use crate::error::{InvalidInput, require};
 use crate::reducer::Reducer;
+use crate::units::Quantity;
 
 /// The reducer can have an effect; one of the user's own has an id of its own and what it depends on.
 pub fn suited(reducer: &Reducer, place: usize, effect: &Effect, rows: &Rows) -> Result<(), InvalidInput> {
@@ -45,10 +46,8 @@ impl Predictor {
                 let rule = format!("must be below the number of deceleration balls, {balls}");
                 require(*value < f64::from(balls), field(), value, &rule)?;
             }
-            let thermal = matches!(
-                parameter.dimension,
-                Dimension::AnglePerTemperature | Dimension::ForcePerTemperature
-            );
+            let thermal =
+                matches!(parameter.quantity, Quantity::AnglePerTemperature | Quantity::ForcePerTemperature);
             if thermal && !self.rows.has_temperature() {
                 require(*value == 0.0, field(), value, "must be 0 where no temperature was read")?;
             }

@@ -1,7 +1,7 @@
 //! All pairs of a drive at one input angle with the contacts that the effects make of them, under a load.
 //!
 //! - [`Tables`]: meshing points at one input angle, their slopes by the contact angle, the shapes of gaps;
-//! - [`Site`]: what carries a load: [`Pairs`] with scale, exponent, spring and gaps applied, or a torsion spring;
+//! - [`Pairs`]: these with scale, exponent, spring and gaps applied, ready for loads;
 //! - [`Mesh`]: the solved drive: its angle and how that answers to each number.
 
 use std::f64::consts::TAU;
@@ -13,8 +13,6 @@ use crate::equilibrium::response::{Asked, GapShape, Response, Slopes, respond};
 use crate::equilibrium::{ReadyPair, State};
 use crate::error::InvalidInput;
 use crate::status::Status;
-
-use super::spring::Spring;
 
 /// The deceleration pair and at most two rows of an equal-speed pair.
 pub const MOST_PAIRS: usize = 3;
@@ -123,28 +121,6 @@ impl Tables {
 pub struct Gap {
     /// Its shape at every diagonal of every pair.
     pub shapes: [GapShape; MOST_PAIRS],
-}
-
-/// What carries a load at one input angle.
-#[derive(Debug, Clone)]
-pub enum Site<'a> {
-    /// The pairs of a ball drive.
-    Pairs(Pairs<'a>),
-    /// A torsion spring, the same at every angle.
-    Spring(Spring<'a>),
-}
-
-impl Site<'_> {
-    /// Solves it under a torque (N m) and a preload (N); see [`Pairs::solve`].
-    ///
-    /// # Errors
-    /// The status, where there is no solution.
-    pub fn solve(&self, load: [f64; 2], wanted: Option<Wanted>, warm: &mut Warm) -> Result<Mesh, Status> {
-        match self {
-            Self::Pairs(pairs) => pairs.solve(load, wanted, warm),
-            Self::Spring(spring) => Ok(spring.solve(load[0])),
-        }
-    }
 }
 
 /// The pairs at one input angle, ready for loads.

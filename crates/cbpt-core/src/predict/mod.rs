@@ -1,24 +1,28 @@
 //! A reducer with effects on a table of readings: what an ideal instrument would show, row by row.
 //!
 //! - [`rows`]: the readings' columns, checked once;
-//! - `chain`: the effects along one row, port by port; `own`: those of the user's own, on all rows at once;
+//! - `chain`: the effects along one row, port by port; `own`: those of the user's own, on all rows at once; `added`: what
+//!   these add to a row ahead of its meshing points;
 //! - [`mesh`]: the pairs at one input angle under a load, and how their angle answers to each number;
-//! - `run`: readings of a run one after the other, with the memory that friction has; first the angles, then, from the
-//!   solutions kept, their sensitivities;
-//! - `spring`: a torsion spring in their place;
+//! - `spring`: a torsion spring in their place; `site`: either of the two;
+//! - `run`: readings of a run one after the other; first the angles, then, from the solutions kept, their sensitivities;
+//! - `friction`: the torque at the meshing points where friction makes a run a history;
 //! - [`slots`]: effects of both kinds and their numbers; `check`: values that cannot be;
 //! - [`loads`]: single loads instead of a table;
 //! - here: [`Predictor`], which keeps meshing points and solutions from call to call, so that a fit pays for changes only.
 //!
 //! An answer does not depend on earlier calls beyond the tolerance of the equations, and after [`Predictor::cold`] not at all.
 
+mod added;
 mod chain;
 mod check;
+mod friction;
 pub mod loads;
 pub mod mesh;
 mod own;
 pub mod rows;
 mod run;
+mod site;
 pub mod slots;
 mod spring;
 
@@ -34,16 +38,39 @@ use crate::geometry::undercut::undercuts;
 use crate::reducer::Reducer;
 use crate::status::Status;
 
+use added::Added;
 use chain::{Chain, Link};
 pub use mesh::Regime;
-use mesh::{Gap, Pairs, Site, Tables, Wanted, shifted};
-use own::Added;
+use mesh::{Gap, Pairs, Tables, Wanted, shifted};
 pub use rows::{Columns, Rows};
 use run::{Block, RowState, Solved};
+use site::Site;
 pub use slots::{Effect, Number, Slot};
 use spring::Spring;
 
 /// A reducer with effects on a table of readings.
+///
+/// ```
+/// use cbpt_core::Drive;
+/// use cbpt_core::predict::{Columns, Predictor, Rows};
+///
+/// let rows = Rows::new(Columns {
+///     run: &[1, 1, 1],
+///     time_s: &[0.0, 10.0, 20.0],
+///     torque_Nm: &[0.0, 5.0, 10.0],
+///     preload_N: Some(&[600.0; 3]),
+///     input_angle_rad: &[0.0; 3],
+///     temperature_K: None,
+///     cycle: None,
+/// })?;
+/// let mut predictor = Predictor::new(Drive::paper_base_case(), &["contact_stiffness"], rows)?;
+/// // One value for each of `parameters()`, SI; here the scale of the contact stiffness. Its derivative is wanted as well.
+/// let nominal = predictor.predict(&[1.0], &[])?;
+/// let stiffer = predictor.predict(&[1.1], &[0])?;
+/// assert!(stiffer.angle_rad[2] < nominal.angle_rad[2]);
+/// assert!(stiffer.sensitivities[2] < 0.0); // rad for a unit of the scale, row by row
+/// # Ok::<(), cbpt_core::InvalidInput>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Predictor {
     reducer: Reducer,

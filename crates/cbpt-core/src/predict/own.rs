@@ -4,46 +4,14 @@
 //! Ahead of the meshing points: what is added to the load, and angles in series that need no angle. Behind them: angles that
 //! do, then those of the reading.
 
-use std::sync::Arc;
-
 use crate::effect::dual::Dual;
 use crate::effect::own::{AddsTo, At, OwnEffect, Variable};
 use crate::effect::port::{Load, Row};
 use crate::error::InvalidInput;
 
+use super::added::Added;
 use super::chain::Chain;
 use super::rows::Rows;
-
-/// An own effect with its numbers, some of them seeded with a partial.
-pub type OwnLink = (Arc<dyn OwnEffect>, Vec<Dual>);
-
-/// What is added to a row ahead of its meshing points.
-#[derive(Debug, Clone, Copy)]
-pub struct Added {
-    pub torque_Nm: Dual,
-    pub preload_N: Dual,
-    /// In series, under the row's torque and under none.
-    pub series_rad: Dual,
-    pub series_at_rest_rad: Dual,
-    /// Whether all of it is finite; where not, nothing is added and the row has no solution.
-    pub finite: bool,
-}
-
-impl Added {
-    pub const NOTHING: Self = Self {
-        torque_Nm: Dual::constant(0.0),
-        preload_N: Dual::constant(0.0),
-        series_rad: Dual::constant(0.0),
-        series_at_rest_rad: Dual::constant(0.0),
-        finite: true,
-    };
-
-    fn checked(self) -> Self {
-        let all = [self.torque_Nm, self.preload_N, self.series_rad, self.series_at_rest_rad];
-        let finite = all.iter().all(|number| number.value.is_finite());
-        if finite { self } else { Self { finite, ..Self::NOTHING } }
-    }
-}
 
 /// Whether an effect waits for the angle of the meshing points.
 fn waits(effect: &dyn OwnEffect) -> bool {

@@ -130,9 +130,9 @@ def diagnose_by(
 
     Parameters
     ----------
-    case : Case, Drive, path or dict
+    case : Case, Drive, str, PathLike or dict
         The drive, as in `compare`.
-    data : Readings, path, mapping or data frame
+    data : Readings, str, PathLike, mapping or data frame
         The table of readings, as `read_readings` takes it.
     by : str
         The column, `preload_step` or any other.

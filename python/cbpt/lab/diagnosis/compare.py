@@ -159,11 +159,11 @@ def compare(
 
     Parameters
     ----------
-    case : Case, Drive, path or dict
+    case : Case, Drive, str, PathLike or dict
         The drive: a `Case`, the path of a case file or a dict of one. `[measurement]` of the case
         counts, and its `[load]` fills in a preload or an input angle that the table does not have.
         A bare `Drive` has neither. The effects of the case are part of the model.
-    data : Readings, path, mapping or data frame
+    data : Readings, str, PathLike, mapping or data frame
         The table of readings, as `read_readings` takes it.
     effects : sequence of str or OwnEffect
         Effects to fit on top, by id or from `cbpt.effects`. The numbers of the drive and the

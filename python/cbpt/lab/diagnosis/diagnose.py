@@ -67,9 +67,9 @@ def diagnose(
 
     Parameters
     ----------
-    case : Case, Drive, path or dict
+    case : Case, Drive, str, PathLike or dict
         The drive, as in `compare`.
-    data : Readings, path, mapping or data frame
+    data : Readings, str, PathLike, mapping or data frame
         The table of readings, as `read_readings` takes it.
     effects : sequence of str or OwnEffect
         Own effects that compete with the library: from `cbpt.effects`, or ids of own effects of the

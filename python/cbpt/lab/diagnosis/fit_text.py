@@ -21,10 +21,14 @@ _SHOWN_SOLUTIONS = 3
 
 def moved(number: str, fit: Fit) -> str:
     """How far a fit has moved a number of drive or rig: `contact_stiffness -37.6 %`."""
+    return f"{number} {moved_by(number, fit)}"
+
+
+def moved_by(number: str, fit: Fit) -> str:
+    """That without the number's name: `-37.6 %`."""
     u = next(u for u in fit.unknowns if u.name == number)
     off = fit.value(u) - u.mean
-    by = f"{100 * off:+.1f} %" if number != "contact_angle" else f"{np.rad2deg(off):+.2f} deg"
-    return f"{number} {by}"
+    return f"{100 * off:+.1f} %" if number != "contact_angle" else f"{np.rad2deg(off):+.2f} deg"
 
 
 def moved_numbers(fit: Fit, priors: Mapping[str, float]) -> str:

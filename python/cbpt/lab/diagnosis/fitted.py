@@ -165,9 +165,9 @@ def fit(
 
     Parameters
     ----------
-    case : Case, Drive, path or dict
+    case : Case, Drive, str, PathLike or dict
         The drive, as in `compare`.
-    data : Readings, path, mapping or data frame
+    data : Readings, str, PathLike, mapping or data frame
         The table of readings, as `read_readings` takes it.
     effects : str, OwnEffect or sequence of these
         Ids of the library, effects from `cbpt.effects`, or ids of own effects of the case, which

@@ -143,9 +143,9 @@ def next_runs(
 
     Parameters
     ----------
-    case : Case, Drive, path or dict
+    case : Case, Drive, str, PathLike or dict
         The drive, as in `compare`.
-    data : Readings, path, mapping or data frame
+    data : Readings, str, PathLike, mapping or data frame
         The table of readings, as `read_readings` takes it.
     columns : mapping of str to str, optional
         What headers of the table mean, as in `read_readings`.

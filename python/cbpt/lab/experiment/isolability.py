@@ -92,9 +92,9 @@ def isolability(
 
     Parameters
     ----------
-    case : Case, Drive, path or dict
+    case : Case, Drive, str, PathLike or dict
         The drive, as in `compare`.
-    plan : Plan, Readings, path or mapping
+    plan : Plan, Readings, str, PathLike or mapping
         The campaign, as `read_plan` takes it.
     effects : sequence of str, optional
         Ids of the library. Without it, all of them.

@@ -192,7 +192,7 @@ def read_plan(
 
     Parameters
     ----------
-    source : Plan, Readings, path or mapping
+    source : Plan, Readings, str, PathLike or mapping
         The path of a TOML list of runs, or a table as `read_readings` takes it. The angles of a
         table are not used and may be missing.
     case : Case or Drive, optional

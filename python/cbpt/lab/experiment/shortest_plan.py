@@ -161,7 +161,7 @@ def shortest_plan(
 
     Parameters
     ----------
-    case : Case, Drive, path or dict
+    case : Case, Drive, str, PathLike or dict
         The drive, as in `compare`.
     effects : sequence of str
         Ids of the library.

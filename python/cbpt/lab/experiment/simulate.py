@@ -140,9 +140,9 @@ def simulate(
 
     Parameters
     ----------
-    case : Case, Drive, path or dict
+    case : Case, Drive, str, PathLike or dict
         The drive, as in `compare`.
-    plan : Plan, Readings, path or mapping
+    plan : Plan, Readings, str, PathLike or mapping
         The campaign, as `read_plan` takes it.
     effects : sequence of (str, mapping)
         Effects that act in addition to those of the case: an id of the library, and its parameters

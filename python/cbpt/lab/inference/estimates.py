@@ -14,6 +14,7 @@ import numpy as np
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.hypothesis import Unknown
 from cbpt.lab.model.priors import LOT
+from cbpt.units import unit_at_end
 
 
 def parameters_of(fit: Fit, effect: str) -> dict[str, dict[str, Any]]:
@@ -84,12 +85,7 @@ def _elsewhere(fit: Fit, u: Unknown) -> bool:
     return False
 
 
-_WRITTEN = {unit: unit for unit in ("m", "um", "rad", "urad", "deg", "arcsec", "s", "h", "N", "K")}
-_WRITTEN |= {"Nm": "(N m)", "rad2": "rad^2", "arcsec2": "arcsec^2"}
-
-
 def unit_of(name: str) -> str:
     """The unit at the end of a parameter's name; empty for pure numbers."""
-    head, per, below = name.partition("_per_")
-    above = _WRITTEN.get(head.rpartition("_")[2], "") if "_" in head else ""
-    return f"{above or 1}/{_WRITTEN.get(below, below)}" if per else above.strip("()")
+    unit = unit_at_end(name)
+    return unit.written if unit else ""

@@ -61,7 +61,7 @@ def read_readings(
 
     Parameters
     ----------
-    source : path, mapping, data frame or data set
+    source : str, PathLike, mapping, data frame or data set
         The path of a text table (CSV), a workbook (xlsx, xls, ods), or a MATLAB, TDMS or Parquet
         file. Or columns in memory: a mapping of names to values, a data frame (pandas, polars,
         pyarrow), a structured array or an xarray data set, each column of shape (n,).

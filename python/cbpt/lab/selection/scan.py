@@ -28,6 +28,7 @@ from cbpt.lab.covariance.linear_gaussian import Whitener
 from cbpt.lab.model.forward import REGIMES as CODES
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.set_points import levels_of
+from cbpt.units import unit_at_end
 
 __all__ = ["REGIMES", "Region", "find_regions"]
 
@@ -62,7 +63,6 @@ _PRODUCTS = (
     ("preload_N", "input_angle_deg"),
     ("regime", "preload_N"),
 )
-_UNITS = {"Nm": "N m", "N": "N", "deg": "deg", "s": "s", "degC": "degC"}
 _DIRECTIONS = {1: "rising", 0: "held", -1: "falling"}
 
 
@@ -138,15 +138,14 @@ def _range_text(column: str, low: float, high: float) -> str:
     if column == "direction":
         first, last = _DIRECTIONS[int(low)], _DIRECTIONS[int(high)]
         return f"torque {first}" if first == last else f"torque {first} or {last}"
-    name, _, unit = column.rpartition("_")
-    if unit not in _UNITS:
-        name, unit = column, ""
+    unit = unit_at_end(column)
+    name = column.removesuffix(f"_{unit.symbol}") if unit else column
     near = abs(high - low) <= 0.005 * max(abs(low), abs(high))
     value = f"{(low + high) / 2 if low != high else low:.4g}"
     # For people an arc ends inside the turn.
     end = high - 360 if column == "input_angle_deg" and high > 360 else high
     text = value if near else f"{low:.4g} to {end:.4g}"
-    return f"{name.replace('_', ' ')} {text} {_UNITS.get(unit, '')}".rstrip()
+    return f"{name.replace('_', ' ')} {text} {unit.written if unit else ''}".rstrip()
 
 
 def find_regions(

@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.set_points import levels_of, settings
 from cbpt.page.document.plain import numbers
+from cbpt.page.document.types import Branch, Column, Line
 
 Floats = NDArray[np.float64]
 
-BRANCHES = {1: "up", -1: "down", 0: "none"}
+BRANCHES: dict[int, Branch] = {1: "up", -1: "down", 0: "none"}
 """What `Readings.direction` says, as the document has it."""
 # Points of a line where the torque was swept, not set.
 _STRETCHES = 60
@@ -34,7 +35,7 @@ class Curves:
         torque = levels_of(readings.torque_Nm)
         set_to_levels = 2 * len(torque) <= len(readings) and len(torque) <= 200
         self._cells = np.full(self.size, -1, dtype=np.int64)
-        self.lines: list[dict[str, Any]] = []
+        self.lines: list[Line] = []
         self._spans: list[slice] = []
         at = 0
         for level, name in enumerate(names):
@@ -75,7 +76,7 @@ class Curves:
         cell, value = self._cells[order], values[order]
         return bool(np.any((cell[1:] == cell[:-1]) & (value[1:] != value[:-1])))
 
-    def of(self, model_arcsec: Floats) -> list[list[float | None] | None]:
+    def of(self, model_arcsec: Floats) -> list[Column | None]:
         """The lines of one model, in the order of `lines`."""
         solved = np.isfinite(model_arcsec)
         cells = self._cells[solved]

@@ -1,61 +1,10 @@
 """The page's document: every number on the page, in the report as in the workbench, comes from it.
 
-    page_document   a case, its readings and what was found -> one JSON-able dict, `SCHEMA`
+    page_document   a case, its readings and what was found -> a `PageDocument`
     Source          names and texts of the files, as the document tells them
     named           readings without the folder that they come from
 
-Angles are arcsec, other units stand in the names; arrays run over the rows of the table, in the
-order of the readings; null is "not there", and `reasons` says why.
-
-    schema          "cbpt-page-1"
-    product         {name, version}
-    case            {name, text (TOML), sha256, kind: ball_drive | torsion_spring}
-    data            {name, rows, sha256, notes [text], settings [text], place: line | row}
-    command         the command line that makes this report
-    answer          what `cbpt diagnose --json` writes, or null before a diagnosis
-    answer_key      key of the model that the answer offers; null where none explains the readings
-    readings        columns: row, run, run_index, torque_Nm, preload_N, preload_step,
-                    input_angle_deg, time_s, temperature_degC, cycle, branch (up | down | none),
-                    level (index into data.settings), measured_arcsec, u_arcsec, regime (index into
-                    `regimes`), used (was judged), kept (false: lies far off and counts less)
-    regimes         names of the contact regimes
-    columns         [{key, label, unit, kind: number | angle | category}]: what maps can be drawn
-                    over, those that vary
-    models          [entry]: stated, refitted, then every set of effects that was fitted
-      key           effects joined by +; stated, refitted, unknown
-      role          stated | refitted | answer | rival | candidate | unknown | own
-      label, effects [id], model_arcsec, residual_arcsec (measured less model, zeros in the model),
-      rmse_arcsec, held_out_rmse_arcsec, chi2_per_dof, zero_arcsec, probability, tell_tale,
-      signature_arcsec (what it adds to the drive as stated), converged (false: the search was not
-      ended, and neither an uncertainty nor an error held out is told), case_text (the case with
-      effects and refitted numbers in it, as `cbpt fit --out` writes it; null for the drive as
-      stated, which is `case.text`, and where why_no_case says why),
-      parameters    [{effect, name, value, u, unit, text, value_SI, name_SI, at_bound, why_no_u}]
-      numbers       [{number, stated, prior, value, u, shift_sigma}]: numbers of drive and rig
-    candidates      [{effect, label, class, key, probability, p_value, surviving_fraction, rival,
-                    rival_correlation, in_answer, is_rival, moved, tell_tale, equation}], likeliest
-                    first; before them numbers that the answer names without ranking them (nulls).
-                    A number that is the answer is part of `refitted`: that is its key, and `moved`
-                    says how far it is off
-    library         [{effect, label, class, port, tell_tale, equation, source, why_not}]: every
-                    effect there is; why_not: these readings cannot show it
-    ladder          {rungs [{added, label, key, effects, in_sample_arcsec, held_out_arcsec,
-                    chi2_per_dof}], stop (index of the answer's rung; of an unknown answer, of the
-                    best of the library), stop_says, held_out_by, loose {below: share of the error
-                    in sample, says: what a smaller one held out means}}
-    where           {regions [{label, region {column: [low, high]}, regime, readings,
-                    share_of_misfit, bias_arcsec, excess_arcsec, p_value}], of: key of the model}
-    curves          [{label, level, preload_N, branch, torque_Nm, angle_arcsec {key: [..]}}]
-    curves_mean_over [text]: what differs between the readings of one point of a curve: it shows
-                    the mean over that
-    own             {draft {id, port, expression, parameters [..], toml} | null,
-                    variables [{name, meaning}], ports [{key, meaning}]}
-    noise           answer.noise with noise_floor_arcsec and noise_floor_of: what it was taken from;
-                    null where nothing adequate tells it, and why
-    next_run        answer.next_run
-    isolability     what `cbpt isolability` says of this campaign
-    drive           see `drive`
-    reasons         {key: text}
+What it holds is typed in `types`: `PageDocument` and its parts.
 """
 
 from __future__ import annotations
@@ -66,27 +15,44 @@ import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePath
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive, effect_specs, own_effect_variables
-from cbpt.lab.diagnosis.fit_text import moved
+from cbpt.lab.diagnosis.fit_text import moved_by
+from cbpt.lab.model.forward import REGIMES
 from cbpt.lab.model.priors import PRIORS
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.set_points import settings
 from cbpt.lab.wording.names import called, tell_tale
 from cbpt.lab.wording.versions import product_version
 from cbpt.page.document.curves import BRANCHES, Curves
-from cbpt.page.document.plain import array, numbers
+from cbpt.page.document.plain import array, finite_numbers, numbers
 from cbpt.page.document.stated import REFITTED, STATED, UNKNOWN, key_of, stated
+from cbpt.page.document.types import (
+    Candidate,
+    CaseFile,
+    Curve,
+    Data,
+    Ladder,
+    LibraryEffect,
+    MapColumn,
+    Model,
+    Own,
+    PageDocument,
+    ReadingColumns,
+    Rung,
+    Where,
+)
+from cbpt.results import ANGLE_UNITS
 
 if TYPE_CHECKING:
     from cbpt.lab.diagnosis.diagnosis import Diagnosis
     from cbpt.page.document.models import Models
 
-__all__ = ["SCHEMA", "Source", "from_here", "named", "page_document"]
+__all__ = ["SCHEMA", "Isolability", "Source", "from_here", "named", "page_document"]
 
 SCHEMA = "cbpt-page-1"
 Floats = NDArray[np.float64]
@@ -97,8 +63,14 @@ PORTS = {
     "reading": "adds an angle to what the instrument shows, rad",
 }
 """Where an own effect may act."""
+UNITS = {
+    **{unit: 1.0 / ANGLE_UNITS[unit] for unit in ("arcsec", "arcmin")},
+    "mdeg": 1e-3 / ANGLE_UNITS["deg"],
+    "urad": 1.0 / ANGLE_UNITS["urad"],
+}
+"""Units of angle that the page can be read in, each with its size in arcsec."""
 _NOT_YET = "the readings have not been diagnosed yet"
-_COLUMNS = (
+_COLUMNS: tuple[tuple[str, str, str, Literal["number", "angle", "category"]], ...] = (
     ("torque_Nm", "torque", "N m", "number"),
     ("preload_N", "preload", "N", "number"),
     ("preload_step", "preload step", "", "category"),
@@ -129,6 +101,13 @@ class Source:
         return cls(*names, case_text, shlex.join([*words, "--out", "report.html"]))
 
 
+class Isolability(NamedTuple):
+    """What the campaign could see: its document; or None, and why there is none."""
+
+    document: dict[str, Any] | None
+    why: str | None
+
+
 def from_here(path: str) -> str:
     """A file as a command line names it on a page that may be sent on: from where it is run, and
     without what lies above that."""
@@ -156,93 +135,107 @@ def page_document(
     diagnosis: Diagnosis | None = None,
     *,
     models: Models | None = None,
-    isolability: Mapping[str, Any] | None = None,
-    reasons: Mapping[str, str] | None = None,
-) -> dict[str, Any]:
+    isolability: Isolability | None = None,
+) -> PageDocument:
     """The document; without a diagnosis the readings beside the drive as stated.
 
-    models: of the diagnosis, where they are at hand. isolability: the document of the campaign.
-    reasons: why something is not there, by key.
+    models: of the diagnosis, where they are at hand. isolability: what the campaign could see, or
+    why that is not known.
     """
     from cbpt.page.document.drive import drive_section
 
-    told = dict(reasons or {})
     if diagnosis is None:
         entry, _, regimes = stated(case, readings)
-        entries = [entry]
-        found = Found()
-        lacking = ("answer", "answer_key", "candidates", "ladder", "where", "noise")
-        told |= dict.fromkeys(lacking, _NOT_YET)
+        entries, found = [entry], Found()
     else:
         from cbpt.page.document.models import Models
 
         models = models or Models(diagnosis, readings)
         entries, regimes = list(models.entries()), models.regimes()
         found = Found(diagnosis, models)
-    if isolability is None:
-        told.setdefault("isolability", _NOT_YET)
     answer = found.answer
-    if answer is not None and found.key is None:
-        told["answer_key"] = "no effect of the library explains these readings"
-    if answer is None:
-        told.setdefault("next_run", _NOT_YET)
-    elif answer["next_run"] is None:
-        told.setdefault("next_run", _why_no_run(answer))
-    bare = case if isinstance(case, Drive) else case.drive
-    text = source.case_text or case.to_toml()
-    _, names = settings(readings)
+    curves, mean_over = curves_of(readings, entries)
+    names = list(dict.fromkeys(name for name in regimes if name))
     return {
         "schema": SCHEMA,
         "product": {"name": "CBPT", "version": product_version()},
-        "case": {
-            "name": source.case_name,
-            "text": text,
-            "sha256": hashlib.sha256(text.encode()).hexdigest(),
-            "kind": bare.kind,
-        },
-        "data": {
-            "name": source.data_name,
-            "rows": len(readings),
-            "sha256": readings.sha256,
-            "notes": list(answer["notes"] if answer else readings.notes),
-            "settings": names,
-            "place": readings.place,
-        },
+        "case": _case_file(case, source),
+        "data": _data(readings, source, answer),
         "command": source.command,
         "answer": answer,
         "answer_key": found.key,
         "readings": columns_of_readings(readings, regimes, found),
-        "regimes": list(dict.fromkeys(name for name in regimes if name)),
+        "regimes": names,
+        "regimes_full": [name == REGIMES[0] for name in names],
         "columns": list(_mapped(readings)),
         "models": entries,
         "candidates": list(found.candidates()),
         "library": list(library(case, found)),
         "ladder": found.ladder(entries),
         "where": found.where(),
-        **curves_of(readings, entries),
+        "curves": curves,
+        "curves_mean_over": mean_over,
         "own": own_section(answer),
         "noise": found.noise(),
         "next_run": answer["next_run"] if answer else None,
-        "isolability": isolability,
+        "isolability": isolability.document if isolability else None,
         "drive": drive_section(case, readings),
-        "reasons": told,
+        "units": UNITS,
+        "reasons": dict(_reasons(found, isolability)),
     }
+
+
+def _case_file(case: Case | Drive, source: Source) -> CaseFile:
+    text = source.case_text or case.to_toml()
+    return {
+        "name": source.case_name,
+        "text": text,
+        "sha256": hashlib.sha256(text.encode()).hexdigest(),
+        "kind": (case if isinstance(case, Drive) else case.drive).kind,
+    }
+
+
+def _data(readings: Readings, source: Source, answer: Mapping[str, Any] | None) -> Data:
+    return {
+        "name": source.data_name,
+        "rows": len(readings),
+        "sha256": readings.sha256,
+        "notes": list(answer["notes"] if answer else readings.notes),
+        "settings": settings(readings)[1],
+        "place": readings.place,
+    }
+
+
+def _reasons(found: Found, isolability: Isolability | None) -> Iterator[tuple[str, str]]:
+    """Why something is not there, by key."""
+    if found.answer is None:
+        for key in ("answer", "answer_key", "candidates", "ladder", "where", "noise", "next_run"):
+            yield key, _NOT_YET
+    else:
+        if found.key is None:
+            yield "answer_key", "no effect of the library explains these readings"
+        if found.answer["next_run"] is None:
+            yield "next_run", _why_no_run(found.answer)
+    if isolability is None:
+        yield "isolability", _NOT_YET
+    elif isolability.why is not None:
+        yield "isolability", isolability.why
 
 
 # --- readings -----------------------------------------------------------------------------
 
 
-def columns_of_readings(readings: Readings, regimes: Sequence[str], found: Found) -> dict[str, Any]:
+def columns_of_readings(readings: Readings, regimes: Sequence[str], found: Found) -> ReadingColumns:
     """The table as columns."""
     places = {name: i for i, name in enumerate(dict.fromkeys(n for n in regimes if n))}
     levels, _ = settings(readings)
-    step = readings.preload_step
+    step, preload = readings.preload_step, readings.preload_N
     return {
         "row": readings.line.tolist(),
         "run": readings.run.tolist(),
         "run_index": readings.run_index.tolist(),
-        "torque_Nm": numbers(readings.torque_Nm),
-        "preload_N": numbers(readings.preload_N),
+        "torque_Nm": finite_numbers(readings.torque_Nm),
+        "preload_N": None if preload is None else finite_numbers(preload),
         "preload_step": None if step is None else step.tolist(),
         "input_angle_deg": numbers(readings.input_angle_deg),
         "time_s": numbers(readings.time_s),
@@ -250,7 +243,7 @@ def columns_of_readings(readings: Readings, regimes: Sequence[str], found: Found
         "cycle": numbers(readings.cycle),
         "branch": [BRANCHES[way] for way in readings.direction().tolist()],
         "level": levels.index.tolist(),
-        "measured_arcsec": numbers(readings.elastic_angle_arcsec),
+        "measured_arcsec": finite_numbers(readings.elastic_angle_arcsec),
         "u_arcsec": numbers(readings.u_elastic_angle_arcsec),
         "regime": [places.get(name) for name in regimes],
         "used": found.used(len(readings)).tolist(),
@@ -258,7 +251,7 @@ def columns_of_readings(readings: Readings, regimes: Sequence[str], found: Found
     }
 
 
-def _mapped(readings: Readings) -> Iterator[dict[str, str]]:
+def _mapped(readings: Readings) -> Iterator[MapColumn]:
     """Columns that vary, over which a residual can be mapped."""
     own: dict[str, Any] = {
         "branch": readings.direction(),
@@ -270,15 +263,15 @@ def _mapped(readings: Readings) -> Iterator[dict[str, str]]:
             yield {"key": key, "label": label, "unit": unit, "kind": kind}
 
 
-def curves_of(readings: Readings, entries: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def curves_of(readings: Readings, entries: Sequence[Model]) -> tuple[list[Curve], list[str]]:
     """Lines through every model, and what they are means over."""
     curves = Curves(readings)
-    lines = [line | {"angle_arcsec": {}} for line in curves.lines]
+    lines: list[Curve] = [{**line, "angle_arcsec": {}} for line in curves.lines]
     for entry in entries:
         of_model = curves.of(array(entry["model_arcsec"]))
         for line, angle in zip(lines, of_model, strict=True):
             line["angle_arcsec"][entry["key"]] = angle
-    return {"curves": lines, "curves_mean_over": curves.mean_over}
+    return lines, curves.mean_over
 
 
 # --- what was found -----------------------------------------------------------------------
@@ -306,7 +299,7 @@ class Found:
             kept[self.used(n)] = looser <= 2.0
         return kept
 
-    def candidates(self) -> Iterator[dict[str, Any]]:
+    def candidates(self) -> Iterator[Candidate]:
         """The ranking, each with what a card shows."""
         if self.diagnosis is None or self.answer is None:
             return
@@ -334,9 +327,13 @@ class Found:
                 "label": called(effect, kind),
                 "class": row["class"],
                 "key": REFITTED if effect in off else key_of([effect]),
-                **{name: row[name] for name in ranked},
+                "probability": row["probability"],
+                "p_value": row["p_value"],
+                "surviving_fraction": row["surviving_fraction"],
+                "rival": row["rival"],
+                "rival_correlation": row["rival_correlation"],
                 "in_answer": effect in off or (row["in_answer"] and self.key is not None),
-                "moved": moved(effect, self.diagnosis.after) if effect in off else None,
+                "moved": moved_by(effect, self.diagnosis.after) if effect in off else None,
                 "is_rival": effect in rivals,
                 "tell_tale": tell_tale(effect, kind),
                 "equation": spec.equation if spec else "",
@@ -348,7 +345,7 @@ class Found:
         v = None if self.diagnosis is None else self.diagnosis.verdict
         return [e for e in v.effects if e in PRIORS and e not in v.names] if v else []
 
-    def ladder(self, entries: Sequence[Mapping[str, Any]]) -> dict[str, Any] | None:
+    def ladder(self, entries: Sequence[Model]) -> Ladder | None:
         """The rungs with the models they stand for."""
         d = self.diagnosis
         if d is None:
@@ -357,7 +354,7 @@ class Found:
 
         models = {entry["key"]: entry for entry in entries}
         final = d.final_rung
-        rungs: list[dict[str, Any]] = []
+        rungs: list[Rung] = []
         have: tuple[str, ...] | None = ()
         for place, rung in enumerate(d.ladder):
             key = (STATED, REFITTED)[place] if place < 2 else UNKNOWN
@@ -368,7 +365,7 @@ class Found:
                     key = key_of(have)
                 else:
                     have = None
-            told: dict[str, Any] = {
+            told: Rung = {
                 "added": rung.added,
                 "label": rung.added or "as stated",
                 "key": key,
@@ -379,9 +376,10 @@ class Found:
             }
             if have and not d.competition.fits[tuple(sorted(have))].converged:
                 # The model has been searched further than the diagnosis had to.
-                told["in_sample_arcsec"] = models[key]["rmse_arcsec"]
-                told["held_out_arcsec"] = models[key]["held_out_rmse_arcsec"]
-                told["chi2_per_dof"] = models[key]["chi2_per_dof"]
+                further = models[key]
+                told["in_sample_arcsec"] = further["rmse_arcsec"] or rung.rmse_arcsec
+                told["held_out_arcsec"] = further["held_out_rmse_arcsec"]
+                told["chi2_per_dof"] = further["chi2_per_dof"]
             rungs.append(told)
         stop = next(i for i, r in enumerate(d.ladder) if r is final)
         if self.numbers_off:
@@ -401,7 +399,7 @@ class Found:
             "loose": {"below": FAR_BELOW, "says": LOOSE},
         }
 
-    def where(self) -> dict[str, Any] | None:
+    def where(self) -> Where | None:
         """Regions in which the drive as stated fails."""
         if self.answer is None:
             return None
@@ -435,7 +433,7 @@ def _stop_says(d: Diagnosis, stop: int) -> str | None:
     return "stop: what more gains is too little to be likelier"
 
 
-def library(case: Case | Drive, found: Found) -> Iterator[dict[str, Any]]:
+def library(case: Case | Drive, found: Found) -> Iterator[LibraryEffect]:
     """Every effect of the library that this kind of reducer can have."""
     kind = (case if isinstance(case, Drive) else case.drive).kind
     fitted = None
@@ -456,7 +454,7 @@ def library(case: Case | Drive, found: Found) -> Iterator[dict[str, Any]]:
             }
 
 
-def own_section(answer: Mapping[str, Any] | None) -> dict[str, Any]:
+def own_section(answer: Mapping[str, Any] | None) -> Own:
     """What an editor of own effects needs, with the draft for what is unknown."""
     unknown = answer["unknown"] if answer else None
     toml = unknown["effect_toml"] if unknown else None

@@ -17,13 +17,26 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cbpt._core import Drive, PairSolution, Solution
-from cbpt.page.document.plain import finite, numbers
+from cbpt.page.document.plain import finite, finite_numbers
+from cbpt.page.document.types import (
+    Arrow,
+    CutBall,
+    Drawing,
+    DrawnCircle,
+    DrawnLine,
+    DrawnPair,
+    LoadedPair,
+    MeshingPoint,
+    PointState,
+    Wall,
+)
 
 Complex = NDArray[np.complex128]
 
@@ -36,7 +49,7 @@ _LONGEST = 0.16
 _HALF_ARC = 0.6
 
 
-def drawing_of(drive: Drive, solution: Solution, input_angle_deg: float) -> dict[str, Any]:
+def drawing_of(drive: Drive, solution: Solution, input_angle_deg: float) -> Drawing:
     """Both pairs of a ball drive; without a solution the geometry alone."""
     case = tomllib.loads(drive.to_toml())
     theta = float(np.deg2rad(input_angle_deg))
@@ -49,9 +62,7 @@ def drawing_of(drive: Drive, solution: Solution, input_angle_deg: float) -> dict
     }
 
 
-def _deceleration(
-    case: Mapping[str, Any], theta: float, pair: PairSolution | None
-) -> dict[str, Any]:
+def _deceleration(case: Mapping[str, Any], theta: float, pair: PairSolution | None) -> DrawnPair:
     d = case["deceleration"]
     z2, k, r0 = d["ball_count"], d["short_amplitude_coefficient"], d["rolling_circle_radius_m"]
     e, radius, beta = k * r0, z2 * r0, d["contact_angle_rad"]
@@ -70,20 +81,13 @@ def _deceleration(
             lines.append(_line(plate, kind, turn * (track + off * side) - sign * e))
     to_pitch = z2 * e - balls
     towards = to_pitch / np.abs(to_pitch)
-    found = _pair(
-        "deceleration",
-        f"Deceleration pair, {z2} balls",
-        balls,
-        d["ball_radius_m"],
-        [-towards, towards],
-        [beta, beta],
-        pair,
-        # Of the two walls of a diagonal the epicycloid's stands first.
-        output_column=int(hypo_drives),
-    )
+    # Of the two walls of a diagonal the epicycloid's stands first.
+    column = int(hypo_drives)
+    rest = _Balls(balls, d["ball_radius_m"], (-towards, towards), (beta, beta), column)
     centres = (("O1", e), ("O2", 0.0), ("O3", -e), ("P", z2 * e))
     output = "hypocycloid" if hypo_drives else "epicycloid"
-    return found | {
+    return {
+        **_pair("deceleration", f"Deceleration pair, {z2} balls", rest, pair),
         "plates": {"output": output, "other": "epicycloid" if hypo_drives else "hypocycloid"},
         "lines": lines,
         "circles": [_circle("balls", "pitch", 0j, radius)],
@@ -92,9 +96,7 @@ def _deceleration(
     }
 
 
-def _ring_groove(
-    case: Mapping[str, Any], theta: float, pair: PairSolution | None
-) -> dict[str, Any]:
+def _ring_groove(case: Mapping[str, Any], theta: float, pair: PairSolution | None) -> DrawnPair:
     d, r = case["deceleration"], case["equal_speed"]
     z2 = d["ball_count"]
     e = d["short_amplitude_coefficient"] * d["rolling_circle_radius_m"]
@@ -113,9 +115,9 @@ def _ring_groove(
                 circles.append(_circle(plate, "wall", ball + centre, e - reach[1]))
     left = np.full(len(balls), -1.0 + 0j)
     title = f"Equal-speed pair: ring grooves, {r['ball_count']} balls"
-    walls = [left, -left]
-    found = _pair("equal_speed", title, balls, r["ball_radius_m"], walls, [outside, inside], pair)
-    return found | {
+    rest = _Balls(balls, r["ball_radius_m"], (left, -left), (outside, inside))
+    return {
+        **_pair("equal_speed", title, rest, pair),
         "plates": {"output": "output", "other": "planet"},
         "lines": [],
         "circles": circles,
@@ -133,9 +135,7 @@ def _ring_angles(r: Mapping[str, Any]) -> tuple[float, float]:
     return outside, float(r.get("inside_contact_angle_rad", common))
 
 
-def _cross_slide(
-    case: Mapping[str, Any], theta: float, pair: PairSolution | None
-) -> dict[str, Any]:
+def _cross_slide(case: Mapping[str, Any], theta: float, pair: PairSolution | None) -> DrawnPair:
     d, s = case["deceleration"], case["equal_speed"]
     e = d["short_amplitude_coefficient"] * d["rolling_circle_radius_m"]
     angle = 2 * np.pi * np.arange(s["ball_count"]) / s["ball_count"]
@@ -151,8 +151,9 @@ def _cross_slide(
             lines.append(_line("planet", kind, ends))
     up = np.full(len(balls), 1j)
     title = f"Equal-speed pair: cross-slide, one of two rows of {s['ball_count']} balls"
-    found = _pair("equal_speed", title, balls, s["ball_radius_m"], [up, -up], [beta, beta], pair)
-    return found | {
+    rest = _Balls(balls, s["ball_radius_m"], (up, -up), (beta, beta))
+    return {
+        **_pair("equal_speed", title, rest, pair),
         "plates": {"output": "planet", "other": "floating plate"},
         "lines": lines,
         "circles": [_circle("balls", "pitch", 0j, s["pitch_radius_m"])],
@@ -164,20 +165,23 @@ def _cross_slide(
 # --- what all pairs have ------------------------------------------------------------------
 
 
-def _pair(
-    key: str,
-    title: str,
-    balls: Complex,
-    ball_radius_m: float,
-    towards: list[Complex],
-    contact_angles_rad: list[float],
-    pair: PairSolution | None,
-    output_column: int = 1,
-) -> dict[str, Any]:
-    """Balls, meshing points and arrows. towards, contact_angles_rad: of the plus and of the minus
-    diagonal, from the ball to its wall on the output's plate; the other wall lies opposite."""
-    extent = float(np.abs(balls).max()) + 3 * ball_radius_m
-    points = list(_points(balls, ball_radius_m, towards, contact_angles_rad, pair, output_column))
+@dataclass(frozen=True)
+class _Balls:
+    """The balls of a pair. towards, contact_angles_rad: of the plus and of the minus diagonal, from
+    the ball to its wall on the output's plate; the other wall lies opposite."""
+
+    centres: Complex
+    radius_m: float
+    towards: tuple[Complex, Complex]
+    contact_angles_rad: tuple[float, float]
+    output_column: int = 1
+    """Which of the two walls of a diagonal is the output's, as a solution counts them."""
+
+
+def _pair(key: str, title: str, balls: _Balls, pair: PairSolution | None) -> LoadedPair:
+    """Balls, meshing points and arrows."""
+    extent = float(np.abs(balls.centres).max()) + 3 * balls.radius_m
+    points = list(_points(balls, pair))
     longest = max((p["in_plane_force_N"] or 0.0 for p in points), default=0.0)
     scale = _LONGEST * extent * _MM / longest if longest else None
     return {
@@ -185,8 +189,8 @@ def _pair(
         "title": title,
         "extent_mm": _mm(extent),
         "balls": [
-            {"number": i, "x": _mm(b.real), "y": _mm(b.imag), "radius": _mm(ball_radius_m)}
-            for i, b in enumerate(balls)
+            {"number": i, "x": _mm(b.real), "y": _mm(b.imag), "radius": _mm(balls.radius_m)}
+            for i, b in enumerate(balls.centres)
         ],
         "points": points,
         "arrows": list(_arrows(points, scale)) if scale else [],
@@ -198,22 +202,18 @@ def _pair(
     }
 
 
-def _points(
-    balls: Complex,
-    ball_radius_m: float,
-    towards: list[Complex],
-    contact_angles_rad: list[float],
-    pair: PairSolution | None,
-    output_column: int,
-) -> Iterator[dict[str, Any]]:
+def _points(balls: _Balls, pair: PairSolution | None) -> Iterator[MeshingPoint]:
     """Two meshing points for each diagonal: on the output's plate and on the other."""
-    for ball, place in enumerate(balls):
+    for ball, place in enumerate(balls.centres):
         for side, diagonal in enumerate(("plus", "minus")):
-            direction, cosine = towards[side][ball], float(np.cos(contact_angles_rad[side]))
+            direction = balls.towards[side][ball]
+            cosine = float(np.cos(balls.contact_angles_rad[side]))
             row = 2 * ball + side
             for plate, sign in (("other", -1), ("output", 1)):
-                at = place + sign * ball_radius_m * cosine * direction
-                column = output_column if plate == "output" else 1 - output_column
+                at = place + sign * balls.radius_m * cosine * direction
+                column = balls.output_column
+                if plate == "other":
+                    column = 1 - column
                 yield {
                     "ball": ball,
                     "diagonal": diagonal,
@@ -226,11 +226,18 @@ def _points(
                 }
 
 
-def _state(pair: PairSolution | None, row: int, column: int, cosine: float) -> dict[str, Any]:
+def _state(pair: PairSolution | None, row: int, column: int, cosine: float) -> PointState:
     """What a meshing point carries; nothing is known without a solution."""
     if pair is None:
-        names = ("state", "role", "force_N", "in_plane_force_N")
-        return dict.fromkeys((*names, "deformation_um", "gap_um", "peak_pressure_GPa"))
+        return {
+            "state": None,
+            "role": None,
+            "force_N": None,
+            "in_plane_force_N": None,
+            "deformation_um": None,
+            "gap_um": None,
+            "peak_pressure_GPa": None,
+        }
     return {
         "state": pair.contact[row],
         "role": pair.role[row],
@@ -242,7 +249,7 @@ def _state(pair: PairSolution | None, row: int, column: int, cosine: float) -> d
     }
 
 
-def _arrows(points: Sequence[Mapping[str, Any]], scale: float) -> Iterator[dict[str, Any]]:
+def _arrows(points: Sequence[MeshingPoint], scale: float) -> Iterator[Arrow]:
     """What the balls do to the plate that drives the output."""
     for point in points:
         if point["plate"] == "output" and point["in_plane_force_N"]:
@@ -259,14 +266,14 @@ def _arrows(points: Sequence[Mapping[str, Any]], scale: float) -> Iterator[dict[
 
 
 def _section(
-    groove: Mapping[str, Any], contact_angles_rad: list[float], pair: PairSolution | None
-) -> dict[str, Any]:
+    groove: Mapping[str, Any], contact_angles_rad: Sequence[float], pair: PairSolution | None
+) -> CutBall:
     """The ball that carries most, cut across its track: x towards where a minus diagonal presses
     the output's plate, which lies above; the arcs are the walls about their contacts."""
     ball = 0 if pair is None else int(np.argmax(pair.force_N)) // 2
     radius = groove["ball_radius_m"]
     arc = groove["groove_conformity"] * radius
-    walls = []
+    walls: list[Wall] = []
     for side, diagonal in enumerate(("plus", "minus")):
         cosine = np.cos(contact_angles_rad[side])
         across = (-1 if diagonal == "plus" else 1) * cosine
@@ -289,16 +296,16 @@ def _section(
     return {"ball": ball, "ball_radius_mm": _mm(radius), "walls": walls}
 
 
-def _line(plate: str, kind: str, points: Complex) -> dict[str, Any]:
+def _line(plate: str, kind: str, points: Complex) -> DrawnLine:
     return {
         "plate": plate,
         "kind": kind,
-        "x": numbers(points.real * _MM, _DIGITS),
-        "y": numbers(points.imag * _MM, _DIGITS),
+        "x": finite_numbers(points.real * _MM, _DIGITS),
+        "y": finite_numbers(points.imag * _MM, _DIGITS),
     }
 
 
-def _circle(plate: str, kind: str, centre: complex, radius_m: float) -> dict[str, Any]:
+def _circle(plate: str, kind: str, centre: complex, radius_m: float) -> DrawnCircle:
     x, y = _mm(complex(centre).real), _mm(complex(centre).imag)
     return {"plate": plate, "kind": kind, "x": x, "y": y, "radius": _mm(radius_m)}
 

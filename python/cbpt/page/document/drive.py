@@ -3,18 +3,7 @@
 drive_section   of a case, at the load that its readings reach
 redrawn         the same at another load and with other design numbers
 
-kind            ball_drive | torsion_spring
-load            {torque_Nm, preload_N, input_angle_deg}
-design          {key: value} of the design sliders
-solution        {status, message, elastic_angle_arcsec, deceleration_arcsec, equal_speed_arcsec,
-                torsional_stiffness_Nm_per_arcsec, hold_preload_N}
-findings        [{code, severity, pair, message, remedy}]
-thresholds      {torque_Nm, drive | deceleration | equal_speed: {hold_N, continuous_N,
-                zero_backlash_N}}, maxima over a period; null: no preload does it
-angle_curve     {torque_Nm, elastic_angle_arcsec, deceleration_arcsec, equal_speed_arcsec,
-                status} at the load's preload and input angle
-sliders         {load, design: [{key, label, unit, value, min, max, step}]}
-drawing         see `drawing`; null for a torsion spring, `why_no_drawing` says why
+What it holds is typed: `DriveSection` in `types`.
 """
 
 from __future__ import annotations
@@ -22,7 +11,7 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import cast
 
 import numpy as np
 
@@ -30,7 +19,17 @@ from cbpt._core import Case, Drive, Solution, Thresholds
 from cbpt.errors import InvalidInputError
 from cbpt.lab.readings.reader import Readings
 from cbpt.page.document.drawing import drawing_of
-from cbpt.page.document.plain import finite, numbers
+from cbpt.page.document.plain import finite, finite_numbers, numbers
+from cbpt.page.document.types import (
+    AngleCurve,
+    DriveSection,
+    DriveSolution,
+    DriveThresholds,
+    Load,
+    PairThresholds,
+    Slider,
+    Sliders,
+)
 from cbpt.results import solve_many
 
 _CURVE_POINTS = 81
@@ -76,7 +75,7 @@ _DESIGN: tuple[tuple[str, str, str, str, float, str, float, float], ...] = (
 _SHOWN = {"mm": ("_m", "_mm"), "deg": ("_rad", "_deg"), "GPa": ("_Pa", "_GPa")}
 
 
-def drive_section(case: Case | Drive, readings: Readings) -> dict[str, Any]:
+def drive_section(case: Case | Drive, readings: Readings) -> DriveSection:
     """Of the case without its effects, at its own load or else at that of the largest torque."""
     drive = case if isinstance(case, Drive) else case.drive
     load = _load_of(case, readings)
@@ -88,7 +87,7 @@ def redrawn(
     readings: Readings,
     load: Mapping[str, float] | None = None,
     design: Mapping[str, float] | None = None,
-) -> dict[str, Any]:
+) -> DriveSection:
     """The section at a load of choice, with design numbers by the keys of the sliders.
 
     The sliders are those of the case. Raises `InvalidInputError` and `CaseError` for what cannot
@@ -100,22 +99,19 @@ def redrawn(
     for key, value in (load or {}).items():
         if key not in given or not np.isfinite(value):
             raise InvalidInputError(f"load: {key} = {value} is none of {', '.join(given)}")
-        given[key] = float(value)
+    given = cast(Load, given | dict(load or {}))
     if design:
         drive = _changed(drive, design)
     return _section(drive, given, sliders)
 
 
-def _section(
-    drive: Drive, load: Mapping[str, float | None], sliders: Mapping[str, Any]
-) -> dict[str, Any]:
+def _section(drive: Drive, load: Load, sliders: Sliders) -> DriveSection:
     torque, preload, angle = load["torque_Nm"], load["preload_N"], load["input_angle_deg"]
-    assert torque is not None and angle is not None
     solution = drive.solve(torque, preload, angle)
     ball_drive = drive.kind == "ball_drive"
     return {
         "kind": drive.kind,
-        "load": dict(load),
+        "load": load,
         "design": {key: value for key, _, value, *_ in _design_of(drive)},
         "solution": _solution(solution),
         "findings": [
@@ -136,7 +132,7 @@ def _section(
     }
 
 
-def _load_of(case: Case | Drive, readings: Readings) -> dict[str, float | None]:
+def _load_of(case: Case | Drive, readings: Readings) -> Load:
     """What the case states, else that of the reading with the largest torque."""
     stated = case if isinstance(case, Case) else None
     largest = int(np.argmax(np.abs(readings.torque_Nm)))
@@ -152,7 +148,7 @@ def _load_of(case: Case | Drive, readings: Readings) -> dict[str, float | None]:
     }
 
 
-def _solution(s: Solution) -> dict[str, Any]:
+def _solution(s: Solution) -> DriveSolution:
     stiffness = s.torsional_stiffness_Nm_per_rad
     return {
         "status": s.status,
@@ -178,10 +174,10 @@ def _rounded(message: str) -> str:
     return re.sub(r"more than (\d*[1-9]\d*\.\d+) N", up, message)
 
 
-def _thresholds(drive: Drive, torque: float) -> dict[str, Any]:
+def _thresholds(drive: Drive, torque: float) -> DriveThresholds:
     found = drive.preload(torque)
 
-    def of(t: Thresholds) -> dict[str, float | None]:
+    def of(t: Thresholds) -> PairThresholds:
         return {
             "hold_N": finite(t.hold_N),
             "continuous_N": finite(t.continuous_N),
@@ -196,16 +192,14 @@ def _thresholds(drive: Drive, torque: float) -> dict[str, Any]:
     }
 
 
-def _angle_curve(
-    drive: Drive, torque: float, preload: float | None, angle: float
-) -> dict[str, Any]:
+def _angle_curve(drive: Drive, torque: float, preload: float | None, angle: float) -> AngleCurve:
     """From -torque to torque, with room beyond."""
     reach = 1.25 * abs(torque) or 1.0
     grid = np.linspace(-reach, reach, _CURVE_POINTS)
     found = solve_many(drive, grid, 0.0 if preload is None else preload, angle)
     per_rad = 648000.0 / np.pi
     return {
-        "torque_Nm": numbers(grid),
+        "torque_Nm": finite_numbers(grid),
         "elastic_angle_arcsec": numbers(found.elastic_angle_arcsec),
         "deceleration_arcsec": numbers(found.alpha_deceleration_rad * per_rad),
         "equal_speed_arcsec": numbers(found.alpha_equal_speed_rad * per_rad),
@@ -216,22 +210,31 @@ def _angle_curve(
 # --- sliders ------------------------------------------------------------------------------
 
 
-def _sliders(drive: Drive, load: Mapping[str, float | None]) -> dict[str, list[dict[str, Any]]]:
+def _sliders(drive: Drive, load: Load) -> Sliders:
     torque, preload, angle = load["torque_Nm"], load["preload_N"], load["input_angle_deg"]
     reach = 1.25 * abs(torque or 1.0)
-    loads = [_slider("torque_Nm", "torque", "N m", torque, -reach, reach, reach / 200)]
+    loads = [_slider(("torque_Nm", "torque", "N m"), torque, -reach, reach, reach / 200)]
     if preload is not None:
         low, high = 0.2 * preload, 2 * preload
-        loads.append(_slider("preload_N", "preload", "N", preload, low, high, preload / 200))
-    loads.append(_slider("input_angle_deg", "input angle", "deg", angle, 0.0, 360.0, 0.5))
-    return {"load": loads, "design": [_design_slider(*row) for row in _design_of(drive)]}
+        loads.append(_slider(("preload_N", "preload", "N"), preload, low, high, preload / 200))
+    loads.append(_slider(("input_angle_deg", "input angle", "deg"), angle, 0.0, 360.0, 0.5))
+    return {"load": loads, "design": [_design_slider(row) for row in _design_of(drive)]}
 
 
 def _slider(
-    key: str, label: str, unit: str, value: float | None, low: float, high: float, step: float
-) -> dict[str, Any]:
-    shown = {"key": key, "label": label, "unit": unit, "value": value}
-    return shown | {"min": float(low), "max": float(high), "step": float(f"{step:.2g}")}
+    name: tuple[str, str, str], value: float, low: float, high: float, step: float
+) -> Slider:
+    """name: key, label and unit."""
+    key, label, unit = name
+    return {
+        "key": key,
+        "label": label,
+        "unit": unit,
+        "value": value,
+        "min": float(low),
+        "max": float(high),
+        "step": float(f"{step:.2g}"),
+    }
 
 
 Row = tuple[str, str, float, str, str, float, float]
@@ -250,13 +253,13 @@ def _design_of(drive: Drive) -> Iterator[Row]:
             yield key, label, float(f"{value / size:.12g}"), unit, kind, low, high
 
 
-def _design_slider(
-    key: str, label: str, value: float, unit: str, kind: str, low: float, high: float
-) -> dict[str, Any]:
+def _design_slider(row: Row) -> Slider:
+    key, label, value, unit, kind, low, high = row
+    name = key, label, unit
     if kind == "count":
-        return _slider(key, label, unit, value, max(3, value + low), value + high, 1)
+        return _slider(name, value, max(3, value + low), value + high, 1)
     ends = (value * low, value * high) if kind == "times" else (min(low, value), max(high, value))
-    return _slider(key, label, unit, value, *ends, (ends[1] - ends[0]) / 200)
+    return _slider(name, value, *ends, (ends[1] - ends[0]) / 200)
 
 
 def _changed(drive: Drive, design: Mapping[str, float]) -> Drive:

@@ -10,7 +10,6 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +36,7 @@ from cbpt.page.document.bench import Bench
 from cbpt.page.document.curves import Curves
 from cbpt.page.document.plain import array, numbers
 from cbpt.page.document.stated import STATED, UNKNOWN, key_of, rows_of, stop_if_taken, with_zeros
+from cbpt.page.document.types import Choice, FittedNumber, Model, Parameter, Role, Rung
 
 Floats = NDArray[np.float64]
 
@@ -65,7 +65,7 @@ class Models:
 
     # --- entries of the document ---
 
-    def entries(self) -> Iterator[dict[str, Any]]:
+    def entries(self) -> Iterator[Model]:
         """What the diagnosis fitted: as stated, refitted, then sets, the most probable first."""
         d, c = self.diagnosis, self.diagnosis.competition
         yield self._entry(STATED, "stated", "the drive as stated", (), self._bench, d.before)
@@ -86,13 +86,13 @@ class Models:
         fits = d.competition.fits
         return [n for n in named if n in PRIORS and n in known and (n,) not in fits]
 
-    def _of_set(self, names: Names, bench: Bench, fit: Fit) -> dict[str, Any]:
+    def _of_set(self, names: Names, bench: Bench, fit: Fit) -> Model:
         label = " + ".join(name_of(self.diagnosis, n) for n in names) or "numbers refitted"
         return self._entry(key_of(names), self._role(names, bench), label, names, bench, fit)
 
     def _entry(
-        self, key: str, role: str, label: str, effects: Sequence[str], bench: Bench, fit: Fit
-    ) -> dict[str, Any]:
+        self, key: str, role: Role, label: str, effects: Sequence[str], bench: Bench, fit: Fit
+    ) -> Model:
         c = self.diagnosis.competition
         # One noise judges all, as in the ladder; the numbers of a fit stay its own.
         look = bench.fitter.look(fit, bench.noise)
@@ -102,6 +102,7 @@ class Models:
         names = tuple(effects)
         known = key != STATED and bench is self._bench and names in c.log_odds
         own, kind = bench.fitter.campaign.own, c.campaign.drive.kind
+        text, why = self._case(bench, fit) if key != STATED else (None, None)
         return entry | {
             "rmse_arcsec": rmse_of(bench.fitter.campaign, look)
             if self.used.all()
@@ -118,10 +119,11 @@ class Models:
             ),
             "signature_arcsec": numbers(model - self._stated) if key != STATED else None,
             "converged": fit.converged,
-            **(self._case(bench, fit) if key != STATED else {}),
+            "case_text": text,
+            "why_no_case": why,
         }
 
-    def _case(self, bench: Bench, fit: Fit) -> dict[str, str | None]:
+    def _case(self, bench: Bench, fit: Fit) -> tuple[str | None, str | None]:
         """The case with effects and refitted numbers in it, as `cbpt fit` writes it, or why not."""
         case = self.diagnosis.case
         if isinstance(case, Drive):
@@ -129,8 +131,8 @@ class Models:
         try:
             text = case_with(case, bench.fitter, fit).to_toml()
         except InvalidInputError as error:  # an effect that is a function of Python
-            return {"case_text": None, "why_no_case": str(error)}
-        return {"case_text": text, "why_no_case": None}
+            return None, str(error)
+        return text, None
 
     def predicted(self, bench: Bench, fit: Fit) -> Floats:
         """A fit at every row of the table, with its zeros, shape (n,)."""
@@ -156,7 +158,7 @@ class Models:
         model = fitter.model if self.used.all() else self._model(self._bench)
         return list(model.regimes(model.neutral).tolist())
 
-    def _role(self, names: Names, bench: Bench) -> str:
+    def _role(self, names: Names, bench: Bench) -> Role:
         v = self.diagnosis.verdict
         if not names:
             return "refitted"
@@ -167,7 +169,7 @@ class Models:
         rivals = {effect for group in v.rivals for effect in group}
         return "rival" if len(names) == 1 and names[0] in rivals else "candidate"
 
-    def _of_pattern(self) -> dict[str, Any]:
+    def _of_pattern(self) -> Model:
         """What is left without a name, followed as closely as it can be; no model of it."""
         d = self.diagnosis
         pattern = d.verdict.pattern
@@ -187,9 +189,7 @@ class Models:
 
     # --- further choices ---
 
-    def choice(
-        self, effects: Sequence[str], step: Callable[[], None] = lambda: None
-    ) -> dict[str, Any]:
+    def choice(self, effects: Sequence[str], step: Callable[[], None] = lambda: None) -> Choice:
         """The model with these effects, fitted now where nobody has: `model`, its lines in the
         order of `curves`, and the ladder that leads to it in the order given.
 
@@ -230,7 +230,7 @@ class Models:
         own, bench = self._own
         return bench if bench and {e.id for e in own} & set(effects) else self._bench
 
-    def _rung(self, bench: Bench, effects: Sequence[str]) -> dict[str, Any]:
+    def _rung(self, bench: Bench, effects: Sequence[str]) -> Rung:
         """One step of the ladder."""
         look = bench.fitter.look(bench.fit(effects), bench.noise)
         held = held_out_residual(bench.fitter, look, self.diagnosis.fold)
@@ -245,7 +245,7 @@ class Models:
         }
 
 
-def _parameters(fit: Fit, effects: Sequence[str]) -> Iterator[dict[str, Any]]:
+def _parameters(fit: Fit, effects: Sequence[str]) -> Iterator[Parameter]:
     """In the unit that people read, with the SI value beside it; without an uncertainty where the
     search was not ended, as the value is then none of its best."""
     rough = {} if fit.converged else {"u": None, "why_no_u": ROUGH}
@@ -267,7 +267,7 @@ def _parameters(fit: Fit, effects: Sequence[str]) -> Iterator[dict[str, Any]]:
             }
 
 
-def _numbers(fit: Fit) -> Iterator[dict[str, Any]]:
+def _numbers(fit: Fit) -> Iterator[FittedNumber]:
     """Numbers of drive and rig, which move within their stated uncertainties."""
     for u in fit.unknowns:
         if u.name in PRIORS and np.isfinite(u.sd):

@@ -5,10 +5,12 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
+
+from cbpt.page.document.types import Column
 
 Floats = NDArray[np.float64]
 
@@ -16,7 +18,13 @@ Floats = NDArray[np.float64]
 _DECIMALS = 6
 
 
-def numbers(values: Floats | None, decimals: int = _DECIMALS) -> list[float | None] | None:
+@overload
+def numbers(values: Floats, decimals: int = _DECIMALS) -> Column: ...
+@overload
+def numbers(values: None, decimals: int = _DECIMALS) -> None: ...
+@overload
+def numbers(values: Floats | None, decimals: int = _DECIMALS) -> Column | None: ...
+def numbers(values: Floats | None, decimals: int = _DECIMALS) -> Column | None:
     """An array as a list; what is no number is None."""
     if values is None:
         return None
@@ -24,6 +32,11 @@ def numbers(values: Floats | None, decimals: int = _DECIMALS) -> list[float | No
     if np.isfinite(rounded).all():
         return list(rounded.tolist())
     return [v if math.isfinite(v) else None for v in rounded.tolist()]
+
+
+def finite_numbers(values: Floats, decimals: int = _DECIMALS) -> list[float]:
+    """An array without gaps as a list."""
+    return [float(v) for v in np.round(values, decimals)]
 
 
 def array(values: Sequence[float | None]) -> Floats:

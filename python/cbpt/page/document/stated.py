@@ -10,7 +10,6 @@ stop_if_taken  refuses an own effect that is called as a model is
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +21,7 @@ from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.own_terms import campaign_of
 from cbpt.lab.readings.reader import Readings
 from cbpt.page.document.plain import finite, numbers
+from cbpt.page.document.types import Model, Role
 
 Floats = NDArray[np.float64]
 
@@ -41,8 +41,8 @@ def stop_if_taken(id: str) -> None:
 
 
 def rows_of(
-    key: str, role: str, label: str, effects: Sequence[str], y: Floats, model: Floats
-) -> dict[str, Any]:
+    key: str, role: Role, label: str, effects: Sequence[str], y: Floats, model: Floats
+) -> Model:
     """What every entry has: the model and the residual row by row, and the error."""
     residual = y - model
     solved = np.isfinite(residual)
@@ -68,7 +68,7 @@ def rows_of(
     }
 
 
-def stated(case: Case | Drive, readings: Readings) -> tuple[dict[str, Any], Floats, list[str]]:
+def stated(case: Case | Drive, readings: Readings) -> tuple[Model, Floats, list[str]]:
     """The case as it is, but for the best zero: its entry, the model row by row, its regimes."""
     campaign = campaign_of(case, readings, ())
     given = Assembled(campaign, [effect for effect, _ in campaign.effects])

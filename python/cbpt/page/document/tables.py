@@ -7,6 +7,8 @@ import io
 from collections.abc import Mapping
 from typing import Any
 
+from cbpt.page.document.types import Model, PageDocument
+
 _COLUMNS = (
     "run",
     "time_s",
@@ -22,10 +24,10 @@ _COLUMNS = (
 )
 
 
-def csv_of(document: Mapping[str, Any], entry: Mapping[str, Any]) -> str:
+def csv_of(document: PageDocument, entry: Model) -> str:
     """A row a reading: what was read, the model, the residual."""
-    readings, place = document["readings"], document["data"]["place"]
-    columns = {place: readings["row"]}
+    readings: Mapping[str, Any] = document["readings"]
+    columns: dict[str, Any] = {document["data"]["place"]: readings["row"]}
     columns |= {name: readings[name] for name in _COLUMNS if readings[name] is not None}
     columns["model_arcsec"] = entry["model_arcsec"]
     columns["residual_arcsec"] = entry["residual_arcsec"]

@@ -1,131 +1,254 @@
-/** The page's document, as `python/cbpt/page/document/document.py` makes it, and what else modules share. */
+/**
+ * The page's document; made from `page/document/types.py` by
+ * `python -m cbpt.page.document.typescript`.
+ */
 
-export type Maybe<T> = T | null;
-/** What an element may hold. */
-export type Child = string | number | Node | null | undefined | false | Child[];
-export type Column = readonly Maybe<number>[];
+// deno-lint-ignore no-explicit-any
+export type Any = any;
 
+/** Numbers; null where there is none. */
+export type Column = (number | null)[];
+
+/** The way of the torque. */
+export type Branch = "up" | "down" | "none";
+
+/** What a model is to the answer. */
+export type Role = "stated" | "refitted" | "answer" | "rival" | "candidate" | "unknown" | "own";
+
+export type Ends = [number, number];
+
+/** What an effect acts through, or that it is a number of the drive. */
+export interface HasClass {
+  class: string;
+}
+
+/** One parameter of an effect, in the unit that people read. */
 export interface Parameter {
   effect: string;
   name: string;
   value: number;
-  u: Maybe<number>;
+  u: number | null;
+  /** Empty where the name ends with it. */
   unit: string;
-  text: string;
+  value_SI: number;
+  name_SI: string;
   at_bound: boolean;
-  why_no_u?: Maybe<string>;
+  why_no_u: string | null;
+  /** The value with its uncertainty and unit. */
+  text: string;
 }
 
-export interface Model {
-  key: string;
-  role: string;
-  label: string;
-  effects: string[];
-  model_arcsec: Column;
-  residual_arcsec: Column;
-  rmse_arcsec: Maybe<number>;
-  held_out_rmse_arcsec: Maybe<number>;
-  chi2_per_dof: Maybe<number>;
-  zero_arcsec: Maybe<number>;
-  probability: Maybe<number>;
-  tell_tale: string;
-  signature_arcsec: Maybe<Column>;
-  converged: boolean;
-  parameters: Parameter[];
-  /** The case with the effects and numbers of the model in it; null where it cannot hold them. */
-  case_text?: Maybe<string>;
-  why_no_case?: Maybe<string>;
-  /** The steps that lead to a model of the user's. */
-  ladder?: Rung[];
-  numbers: {
-    number: string;
-    stated: number;
-    prior: number;
-    value: number;
-    u: Maybe<number>;
-    shift_sigma: number;
-  }[];
+/** A number of drive or rig, which moves within its stated uncertainty. */
+export interface FittedNumber {
+  number: string;
+  stated: number;
+  prior: number;
+  value: number;
+  u: number | null;
+  shift_sigma: number;
 }
 
-export interface Candidate {
-  effect: string;
-  label: string;
-  class: string;
-  key: string;
-  probability: Maybe<number>;
-  p_value: Maybe<number>;
-  surviving_fraction: Maybe<number>;
-  rival: Maybe<string>;
-  rival_correlation: Maybe<number>;
-  in_answer: boolean;
-  is_rival: boolean;
-  /** How far a number that is the answer is off. */
-  moved?: Maybe<string>;
-  tell_tale: string;
-  equation: string;
-}
-
+/** One step of the ladder. */
 export interface Rung {
   added: string;
   label: string;
   key: string;
   effects: string[];
   in_sample_arcsec: number;
-  held_out_arcsec: Maybe<number>;
-  chi2_per_dof: Maybe<number>;
+  held_out_arcsec: number | null;
+  chi2_per_dof: number | null;
 }
 
-export interface Region {
+/** One model of the readings: stated, refitted, or a set of effects that was fitted. */
+export interface Model {
+  /** The effects joined by +; stated, refitted, unknown. */
+  key: string;
+  role: Role;
   label: string;
-  region: Record<string, [number, number]>;
-  regime: Maybe<string>;
-  readings: number;
-  share_of_misfit: number;
-  bias_arcsec: number;
-  p_value: number;
+  effects: string[];
+  model_arcsec: Column;
+  /** Measured less model, with the zeros in the model. */
+  residual_arcsec: Column;
+  rmse_arcsec: number | null;
+  held_out_rmse_arcsec: number | null;
+  chi2_per_dof: number | null;
+  zero_arcsec: number | null;
+  parameters: Parameter[];
+  numbers: FittedNumber[];
+  probability: number | null;
+  tell_tale: string;
+  /** What it adds to the drive as stated. */
+  signature_arcsec: Column | null;
+  /** False: the search did not end; there is neither an uncertainty nor a held-out error. */
+  converged: boolean;
+  /**
+   * The case with effects and refitted numbers in it, as `cbpt fit --out` writes it; null for the
+   * drive as stated, which is `case.text`, and where why_no_case says why.
+   */
+  case_text: string | null;
+  why_no_case: string | null;
+  /** The page keeps the steps that lead to a further model with it. */
+  ladder?: Rung[];
 }
 
-export interface Curve {
-  label: string;
-  level: number;
-  preload_N: Maybe<number>;
-  branch: Branch;
-  torque_Nm: Column;
-  angle_arcsec: Record<string, Maybe<Column>>;
+/** A further set of effects, fitted when asked for. */
+export interface Choice {
+  model: Model;
+  /** In the order of `PageDocument.curves`. */
+  curves: (Column | null)[];
+  ladder: Rung[];
 }
 
-export type Branch = "up" | "down" | "none";
+export interface Product {
+  name: string;
+  version: string;
+}
 
-export interface Readings {
+export interface CaseFile {
+  name: string;
+  /** TOML. */
+  text: string;
+  sha256: string;
+  /** ball_drive or torsion_spring. */
+  kind: string;
+}
+
+/** The table of readings. */
+export interface Data {
+  name: string;
+  rows: number;
+  sha256: string;
+  notes: string[];
+  settings: string[];
+  /** line or row: what the readings are counted by. */
+  place: string;
+}
+
+/** The readings as columns. */
+export interface ReadingColumns {
   row: number[];
   run: (string | number)[];
   run_index: number[];
   torque_Nm: number[];
-  preload_N: Maybe<number[]>;
-  preload_step: Maybe<(string | number)[]>;
-  input_angle_deg: Maybe<Column>;
-  time_s: Maybe<Column>;
-  temperature_degC: Maybe<Column>;
-  cycle: Maybe<Column>;
+  preload_N: number[] | null;
+  preload_step: (string | number)[] | null;
+  input_angle_deg: Column | null;
+  time_s: Column | null;
+  temperature_degC: Column | null;
+  cycle: Column | null;
   branch: Branch[];
+  /** Index into `data.settings`. */
   level: number[];
   measured_arcsec: number[];
-  u_arcsec: Maybe<Column>;
-  regime: Maybe<number>[];
+  u_arcsec: Column | null;
+  /** Index into `regimes`. */
+  regime: (number | null)[];
+  /** Whether the diagnosis judged it. */
   used: boolean[];
+  /** False: it lies far off and counts less. */
   kept: boolean[];
-  [column: string]: unknown;
 }
 
-/** Where what was typed is no number it stands as it was typed, and the check says so. */
+/** A column that varies, over which a residual can be mapped. */
+export interface MapColumn {
+  key: string;
+  label: string;
+  unit: string;
+  kind: "number" | "angle" | "category";
+}
+
+/**
+ * An effect that could be missing; the likeliest stands first. Before them stand numbers that
+ * the answer names without ranking them (nulls).
+ */
+export interface Candidate extends HasClass {
+  effect: string;
+  label: string;
+  /** Of its model; a number that is the answer is part of `refitted`. */
+  key: string;
+  probability: number | null;
+  p_value: number | null;
+  surviving_fraction: number | null;
+  rival: string | null;
+  rival_correlation: number | null;
+  in_answer: boolean;
+  is_rival: boolean;
+  /** How far a number that is the answer is off. */
+  moved: string | null;
+  tell_tale: string;
+  equation: string;
+}
+
+/** An effect that there is for this kind of reducer. */
+export interface LibraryEffect extends HasClass {
+  effect: string;
+  label: string;
+  port: string;
+  tell_tale: string;
+  equation: string;
+  source: string;
+  /** Why these readings cannot show it. */
+  why_not: string | null;
+}
+
+export interface Loose {
+  /** Share of the in-sample error. */
+  below: number;
+  /** What a smaller held-out error means. */
+  says: string;
+}
+
+export interface Ladder {
+  rungs: Rung[];
+  /** Index of the answer's rung; of an unknown answer, of the best of the library. */
+  stop: number;
+  stop_says: string | null;
+  held_out_by: string;
+  loose: Loose;
+}
+
+/** A region of the readings in which the drive as stated fails. */
+export interface Region {
+  label: string;
+  region: Record<string, Ends>;
+  regime: string | null;
+  readings: number;
+  share_of_misfit: number;
+  bias_arcsec: number;
+  excess_arcsec: number;
+  p_value: number;
+}
+
+export interface Where {
+  regions: Region[];
+  /** Key of the model. */
+  of: string;
+}
+
+/** Where a line is drawn: one for each setting of the rig and each way of the torque. */
+export interface Line {
+  label: string;
+  level: number;
+  preload_N: number | null;
+  branch: Branch;
+  torque_Nm: Column;
+}
+
+export interface Curve extends Line {
+  /** By key of the model. */
+  angle_arcsec: Record<string, Column | null>;
+}
+
+/** What was typed stands as it was typed where it is no number, and the check says so. */
 export interface OwnParameter {
   name: string;
   unit: string;
-  start: Maybe<number | string>;
-  min?: Maybe<number | string>;
-  max?: Maybe<number | string>;
+  start: number | string | null;
+  min?: number | string | null;
+  max?: number | string | null;
 }
 
+/** An effect of the user's own. */
 export interface OwnEffect {
   id: string;
   port: string;
@@ -134,70 +257,251 @@ export interface OwnEffect {
   toml?: string;
 }
 
+export interface Variable {
+  name: string;
+  meaning: string;
+}
+
+export interface Port {
+  key: string;
+  meaning: string;
+}
+
+/** What an editor of own effects needs. */
+export interface Own {
+  draft: OwnEffect | null;
+  variables: Variable[];
+  ports: Port[];
+}
+
+export interface Load {
+  torque_Nm: number;
+  preload_N: number | null;
+  input_angle_deg: number;
+}
+
+export interface DriveSolution {
+  status: string;
+  message: string;
+  elastic_angle_arcsec: number | null;
+  deceleration_arcsec: number | null;
+  equal_speed_arcsec: number | null;
+  torsional_stiffness_Nm_per_arcsec: number | null;
+  hold_preload_N: number | null;
+}
+
+export interface Finding {
+  code: string;
+  severity: string;
+  pair: string | null;
+  message: string;
+  remedy: string;
+}
+
+export interface PairThresholds {
+  hold_N: number | null;
+  continuous_N: number | null;
+  zero_backlash_N: number | null;
+}
+
+/** Preloads, maxima over a period; null: no preload does it. */
+export interface DriveThresholds {
+  torque_Nm: number;
+  drive: PairThresholds;
+  deceleration: PairThresholds;
+  equal_speed: PairThresholds;
+}
+
+/** At the load's preload and input angle. */
+export interface AngleCurve {
+  torque_Nm: number[];
+  elastic_angle_arcsec: Column;
+  deceleration_arcsec: Column;
+  equal_speed_arcsec: Column;
+  status: string[];
+}
+
+export interface Slider {
+  key: string;
+  label: string;
+  unit: string;
+  value: number;
+  min: number;
+  max: number;
+  step: number;
+}
+
+export interface Sliders {
+  load: Slider[];
+  design: Slider[];
+}
+
+export interface DrawnLine {
+  plate: string;
+  kind: string;
+  x: number[];
+  y: number[];
+}
+
+export interface DrawnCircle {
+  plate: string;
+  kind: string;
+  x: number;
+  y: number;
+  radius: number;
+}
+
+export interface DrawnBall {
+  number: number;
+  x: number;
+  y: number;
+  radius: number;
+}
+
+/** What a meshing point carries; nothing is known without a solution. */
+export interface PointState {
+  state: string | null;
+  role: string | null;
+  force_N: number | null;
+  in_plane_force_N: number | null;
+  deformation_um: number | null;
+  gap_um: number | null;
+  peak_pressure_GPa: number | null;
+}
+
+export interface MeshingPoint extends PointState {
+  ball: number;
+  diagonal: string;
+  plate: string;
+  x: number;
+  y: number;
+  nx: number;
+  ny: number;
+}
+
+export interface Arrow {
+  ball: number;
+  diagonal: string;
+  x: number;
+  y: number;
+  dx: number;
+  dy: number;
+  force_N: number;
+}
+
+export interface Centre {
+  label: string;
+  x: number;
+  y: number;
+}
+
+export interface Place {
+  x: number;
+  y: number;
+}
+
+export interface Wall extends DrawnLine {
+  diagonal: string;
+  contact: Place;
+  nx: number;
+  ny: number;
+  state: string | null;
+  force_N: number | null;
+}
+
+export interface CutBall {
+  ball: number;
+  ball_radius_mm: number;
+  walls: Wall[];
+}
+
+export interface Plates {
+  output: string;
+  other: string;
+}
+
+/** The balls of a pair and what they carry. */
+export interface LoadedPair {
+  pair: string;
+  title: string;
+  extent_mm: number;
+  balls: DrawnBall[];
+  points: MeshingPoint[];
+  arrows: Arrow[];
+  arrow_mm_per_N: number | null;
+  torque_Nm: number | null;
+  angle_arcsec: number | null;
+  carrying: number | null;
+  peak_pressure_GPa: number | null;
+}
+
+export interface DrawnPair extends LoadedPair {
+  plates: Plates;
+  lines: DrawnLine[];
+  circles: DrawnCircle[];
+  centres: Centre[];
+  section: CutBall;
+}
+
+/** See `drawing`. */
+export interface Drawing {
+  unit: "mm";
+  pairs: DrawnPair[];
+}
+
+/** The drive at one load. */
+export interface DriveSection {
+  /** ball_drive or torsion_spring. */
+  kind: string;
+  load: Load;
+  /** By key of the design sliders. */
+  design: Record<string, number>;
+  solution: DriveSolution;
+  findings: Finding[];
+  thresholds: DriveThresholds | null;
+  angle_curve: AngleCurve;
+  sliders: Sliders;
+  drawing: Drawing | null;
+  why_no_drawing: string | null;
+}
+
+/** Every number on the page. */
 export interface PageDocument {
   /** Which of the files that a workbench has shown; a report has no such number. */
   opened?: number;
   schema: string;
-  product: { name: string; version: string };
-  case: { name: string; text: string; sha256: string; kind: string };
-  data: {
-    name: string;
-    rows: number;
-    sha256: string;
-    notes: string[];
-    settings: string[];
-    place: string;
-  };
+  product: Product;
+  case: CaseFile;
+  data: Data;
+  /** The command line that makes this report. */
   command: string;
-  // deno-lint-ignore no-explicit-any
-  answer: any;
-  answer_key: Maybe<string>;
-  readings: Readings;
+  /** What `cbpt diagnose --json` writes, or null before a diagnosis. */
+  answer: Any;
+  /** Key of the model that the answer offers; null where none explains the readings. */
+  answer_key: string | null;
+  readings: ReadingColumns;
+  /** Names of the contact regimes. */
   regimes: string[];
-  columns: { key: string; label: string; unit: string; kind: "number" | "angle" | "category" }[];
+  /** Of each regime, whether all meshing points carry in it. */
+  regimes_full: boolean[];
+  columns: MapColumn[];
   models: Model[];
   candidates: Candidate[];
-  library: {
-    effect: string;
-    label: string;
-    class: string;
-    tell_tale: string;
-    equation: string;
-    why_not: Maybe<string>;
-  }[];
-  ladder: Maybe<{
-    rungs: Rung[];
-    stop: number;
-    stop_says: Maybe<string>;
-    held_out_by: string;
-    loose: { below: number; says: string };
-  }>;
-  where: Maybe<{ regions: Region[]; of: string }>;
+  library: LibraryEffect[];
+  ladder: Ladder | null;
+  where: Where | null;
   curves: Curve[];
+  /** What differs between the readings of one point of a curve: it shows the mean over that. */
   curves_mean_over: string[];
-  own: {
-    draft: Maybe<OwnEffect>;
-    variables: { name: string; meaning: string }[];
-    ports: { key: string; meaning: string }[];
-  };
-  // deno-lint-ignore no-explicit-any
-  noise: any;
-  // deno-lint-ignore no-explicit-any
-  next_run: any;
-  // deno-lint-ignore no-explicit-any
-  isolability: any;
-  // deno-lint-ignore no-explicit-any
-  drive: any;
+  own: Own;
+  /** `answer.noise` with noise_floor_arcsec and noise_floor_of: what it was taken from. */
+  noise: Any;
+  /** `answer.next_run`. */
+  next_run: Any;
+  /** What `cbpt isolability` says of this campaign, with the sizes that are shown. */
+  isolability: Any;
+  drive: DriveSection;
+  /** Units of angle on the page, each with its size in arcsec. */
+  units: Record<string, number>;
   reasons: Record<string, string>;
-}
-
-/** What the server says of the session besides the document. */
-export interface Session {
-  diagnosing?: boolean;
-}
-
-declare global {
-  /** The part of plotly.js that the page uses. */
-  // deno-lint-ignore no-explicit-any
-  var Plotly: any;
 }

@@ -24,11 +24,19 @@ from cbpt.effects import doubtful_names, expression
 from cbpt.errors import CaseError, CbptError, InvalidInputError
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.reader import Readings
-from cbpt.page.document.document import Source, as_word, from_here, named, page_document
+from cbpt.page.document.document import (
+    Isolability,
+    Source,
+    as_word,
+    from_here,
+    named,
+    page_document,
+)
 from cbpt.page.document.drive import redrawn
 from cbpt.page.document.plain import to_json
 from cbpt.page.document.stated import stop_if_taken
 from cbpt.page.document.tables import csv_of
+from cbpt.page.document.types import DriveSection, PageDocument
 from cbpt.page.workbench.ahead import Ahead, Effects, Step, Turns
 from cbpt.page.workbench.job import Cancelled, Job
 from cbpt.page.workbench.uploads import Opened, Upload, read_case, shown_name, stop_if_few
@@ -67,7 +75,7 @@ class Session:
         self._job: Job | None = None
         self._seed = 0
         self._stopped_s = 0.0
-        self._document: dict[str, Any] | None = None
+        self._document: PageDocument | None = None
         self._text: str | None = None
 
     # --- files ---
@@ -168,13 +176,11 @@ class Session:
         """The page's document as JSON; None while there is nothing to show."""
         with self._turns.first(), self._lock:
             if self._text is None and self._readings is not None:
-                self._document = self._made(None, None, None)
+                self._document = self._made(None)
                 self._text = to_json(self._document)
             return self._text
 
-    def _made(
-        self, models: Models | None, isolability: Mapping[str, Any] | None, why: str | None
-    ) -> dict[str, Any]:
+    def _made(self, models: Models | None) -> PageDocument:
         shown = self._shown
         assert shown.case is not None
         assert shown.upload is not None
@@ -186,16 +192,16 @@ class Session:
             shown.case_text,
             shlex.join([*words, "--out", "report.html"]),
         )
-        opened = {"opened": self.opened}
-        return opened | page_document(
+        document = page_document(
             shown.case,
             self._readings,
             source,
             None if models is None else models.diagnosis,
             models=models,
-            isolability=isolability,
-            reasons={"isolability": why} if why else None,
+            isolability=None if models is None else Isolability(None, _ASK_FOR_IT),
         )
+        document["opened"] = self.opened
+        return document
 
     # --- the diagnosis ---
 
@@ -233,7 +239,7 @@ class Session:
         )
         step("the answer", 0.9)
         models = Models(diagnosis, readings)
-        document = self._made(models, None, _ASK_FOR_IT)
+        document = self._made(models)
         text = to_json(document)
         with self._lock:
             if readings is not self._readings:
@@ -267,9 +273,9 @@ class Session:
                     return {"isolability": None, "why": str(error)}
                 with self._lock:
                     document["isolability"] = found
-                    document["reasons"]["isolability"] = why
-                    if why is None:
-                        del document["reasons"]["isolability"]
+                    del document["reasons"]["isolability"]
+                    if why is not None:
+                        document["reasons"]["isolability"] = why
                     if document is self._document:
                         self._text = to_json(document)
             why = document["reasons"].get("isolability")
@@ -342,7 +348,7 @@ class Session:
             raise NotNow(_NO_DIAGNOSIS)
         return ahead
 
-    def _prepares(self, models: Models, document: Mapping[str, Any]) -> Ahead:
+    def _prepares(self, models: Models, document: PageDocument) -> Ahead:
         """What a first switch may ask for: from the answer, or from the drive as stated."""
 
         def made(effects: Effects, step: Step) -> str:
@@ -412,7 +418,7 @@ class Session:
 
     # --- the drive ---
 
-    def drive(self, load: Mapping[str, float], design: Mapping[str, float]) -> dict[str, Any]:
+    def drive(self, load: Mapping[str, float], design: Mapping[str, float]) -> DriveSection:
         """The drive at another load, with other numbers."""
         case, readings = self._shown.case, self._readings
         if case is None or readings is None:

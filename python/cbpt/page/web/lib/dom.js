@@ -3,7 +3,7 @@
  * name such as `<script>` is shown and never read as markup.
  */
 
-/** @import { Child } from "../types.d.ts" */
+/** @import { Child } from "./page.d.ts" */
 /** @typedef {Record<string, string | number | boolean | null | undefined | ((event: any) => void)>} Attributes */
 
 const SVG = "http://www.w3.org/2000/svg";

@@ -1,6 +1,7 @@
 /** The drive's pictures: a pair along its axis, and the ball that carries most cut across. */
 
 /** @import { Theme } from "./figure.js" */
+/** @import { DrawnPair, MeshingPoint } from "../types.d.ts" */
 import { svg } from "./dom.js";
 import { text } from "./numbers.js";
 
@@ -14,18 +15,16 @@ const ROLES = /** @type {Record<string, string>} */ ({
   NFTMP: "the torque relieves it",
 });
 
-/** Colour of a meshing point. @param {any} point @param {Theme} t */
+/** Colour of a meshing point. @param {MeshingPoint} point @param {Theme} t */
 function colourOf(point, t) {
   if (point.state === null) return t.line;
   if (point.state !== "loaded") return t.warn;
   return point.role === "NFTMP" ? t.quiet : t.accent;
 }
 
-/** A pair along its axis. @param {any} pair @param {Theme} t */
+/** A pair along its axis. @param {DrawnPair} pair @param {Theme} t */
 export function pairDrawing(pair, t) {
-  const tips = pair.arrows.map((/** @type {any} */ a) =>
-    Math.max(Math.abs(a.x + a.dx), Math.abs(a.y + a.dy))
-  );
+  const tips = pair.arrows.map((a) => Math.max(Math.abs(a.x + a.dx), Math.abs(a.y + a.dy)));
   const reach = 1.03 * Math.max(pair.extent_mm, ...tips);
   const width = reach / 330;
   const path = (/** @type {number[]} */ x, /** @type {number[]} */ y) =>
@@ -33,7 +32,7 @@ export function pairDrawing(pair, t) {
   const plate = (
     /** @type {string} */ p,
   ) => (p === pair.plates.output ? t.accent : p === "balls" ? t.line : t.warn);
-  const look = (/** @type {any} */ l) => ({
+  const look = (/** @type {{ plate: string, kind: string }} */ l) => ({
     fill: "none",
     stroke: plate(l.plate),
     "stroke-width": l.kind === "wall" ? 1.3 * width : 0.9 * width,
@@ -61,11 +60,9 @@ export function pairDrawing(pair, t) {
       } meshing points that carry`,
       "font-family": "system-ui, sans-serif",
     },
-    pair.lines.map((/** @type {any} */ l) => svg("path", { d: path(l.x, l.y), ...look(l) })),
-    pair.circles.map((/** @type {any} */ c) =>
-      svg("circle", { cx: c.x, cy: -c.y, r: c.radius, ...look(c) })
-    ),
-    pair.balls.map((/** @type {any} */ b) =>
+    pair.lines.map((l) => svg("path", { d: path(l.x, l.y), ...look(l) })),
+    pair.circles.map((c) => svg("circle", { cx: c.x, cy: -c.y, r: c.radius, ...look(c) })),
+    pair.balls.map((b) =>
       svg("circle", {
         cx: b.x,
         cy: -b.y,
@@ -75,7 +72,7 @@ export function pairDrawing(pair, t) {
         "stroke-width": 1.1 * width,
       }, svg("title", {}, `ball ${b.number + 1}`))
     ),
-    pair.points.map((/** @type {any} */ p) => {
+    pair.points.map((p) => {
       const colour = colourOf(p, t);
       return svg(
         "circle",
@@ -95,12 +92,14 @@ export function pairDrawing(pair, t) {
           } plate: ${
             p.state === null
               ? "no solution"
-              : `${STATES[p.state] ?? p.state}, ${text(p.force_N, 3)} N, ${ROLES[p.role] ?? p.role}`
+              : `${STATES[p.state] ?? p.state}, ${text(p.force_N, 3)} N, ${
+                ROLES[p.role ?? ""] ?? p.role
+              }`
           }`,
         ),
       );
     }),
-    pair.arrows.map((/** @type {any} */ a) => arrow(a.x, -a.y, a.dx, -a.dy, width, t)),
+    pair.arrows.map((a) => arrow(a.x, -a.y, a.dx, -a.dy, width, t)),
     centres(pair, width, t),
     legend(
       pair.plates.output === "output" ? "output's plate" : `${pair.plates.output} (output)`,
@@ -127,7 +126,7 @@ export function pairDrawing(pair, t) {
   );
 }
 
-/** Centres with their names apart, however close they lie. @param {any} pair @param {number} width @param {Theme} t */
+/** Centres with their names apart, however close they lie. @param {DrawnPair} pair @param {number} width @param {Theme} t */
 function centres(pair, width, t) {
   const sorted = [...pair.centres].sort((a, b) => a.x - b.x);
   return sorted.map((c, k) => {
@@ -177,11 +176,11 @@ function arrow(x, y, dx, dy, width, t) {
   );
 }
 
-/** The ball that carries most, cut across its grooves. @param {any} pair @param {Theme} t */
+/** The ball that carries most, cut across its grooves. @param {DrawnPair} pair @param {Theme} t */
 export function sectionDrawing(pair, t) {
   const cut = pair.section;
   const r = cut.ball_radius_mm, reach = 2 * r, width = reach / 150;
-  const most = Math.max(1e-9, ...cut.walls.map((/** @type {any} */ w) => w.force_N ?? 0));
+  const most = Math.max(1e-9, ...cut.walls.map((w) => w.force_N ?? 0));
   return svg(
     "svg",
     {
@@ -191,7 +190,7 @@ export function sectionDrawing(pair, t) {
       "font-family": "system-ui, sans-serif",
     },
     svg("circle", { cx: 0, cy: 0, r, fill: t.faint, stroke: t.ink, "stroke-width": width }),
-    cut.walls.map((/** @type {any} */ w) => {
+    cut.walls.map((w) => {
       const colour = w.plate === "output" ? t.accent : t.warn;
       const size = 0.75 * r * ((w.force_N ?? 0) / most);
       return svg(

@@ -2,7 +2,7 @@
  * Which effects the model has: switches change it, a report looks it up, the workbench fits it.
  */
 
-/** @import { Model, Rung } from "../types.d.ts" */
+/** @import { Choice } from "../types.d.ts" */
 import { isLive, post } from "./api.js";
 import { afterPause, announce, trouble } from "./dom.js";
 import { pause, resume } from "./figure.js";
@@ -131,7 +131,7 @@ export async function show(effects, asked) {
 
 /**
  * Keep a model that the server has fitted, with its lines. Whoever shows it tells of it.
- * @param {{ model: Model, curves: ((number | null)[] | null)[], ladder?: Rung[] }} found
+ * @param {Choice} found
  */
 export function take(found) {
   const whole = documentShown();

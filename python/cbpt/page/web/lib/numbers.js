@@ -1,14 +1,4 @@
-/** How numbers are written: digits that can be seen, uncertainty beside, units of angle to choose. */
-
-/** Units of angle on the page, each with its size in arcsec. */
-export const ANGLE_UNITS = /** @type {const} */ ({
-  arcsec: 1,
-  arcmin: 60,
-  mdeg: 3.6,
-  urad: 0.20626480624709636,
-});
-
-/** @typedef {keyof typeof ANGLE_UNITS} AngleUnit */
+/** How numbers are written: digits that can be seen, uncertainty beside. */
 
 /**
  * A number with some significant digits; a minus sign that is one.

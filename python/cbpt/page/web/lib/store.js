@@ -6,9 +6,8 @@
  */
 
 /** @import { Model, PageDocument } from "../types.d.ts" */
-/** @import { AngleUnit } from "./numbers.js" */
 import { showsFiles } from "./api.js";
-import { ANGLE_UNITS, text } from "./numbers.js";
+import { text } from "./numbers.js";
 
 /** @typedef {"document" | "models" | "model" | "selection" | "filter" | "unit"} Topic */
 
@@ -17,7 +16,7 @@ const listeners = [];
 /** How many of them were there when something was told last. */
 let reached = 0;
 
-/** @type {{ document: PageDocument | null, model: string, unit: AngleUnit, selected: Set<number>,
+/** @type {{ document: PageDocument | null, model: string, unit: string, selected: Set<number>,
  *   hidden: Set<number>, run: number | null }} */
 export const state = {
   document: null,
@@ -115,9 +114,14 @@ export function select(rows) {
   tell("selection");
 }
 
-/** Angle of the document, in the unit shown. */
+/** The unit shown, in arcsec. */
+function unit() {
+  return documentShown().units[state.unit];
+}
+
+/** An arcsec, the unit of the document's angles, in the unit shown. */
 export function scale() {
-  return 1 / ANGLE_UNITS[state.unit];
+  return 1 / unit();
 }
 
 /**
@@ -131,13 +135,18 @@ export function size(arcsec, signed = false) {
 
 /** As many decimals in the unit shown as those of arcsec stand for. @param {number} ofArcsec */
 export function decimals(ofArcsec) {
-  return Math.max(0, ofArcsec + Math.round(Math.log10(ANGLE_UNITS[state.unit])));
+  return Math.max(0, ofArcsec + Math.round(Math.log10(unit())));
 }
 
 /** @param {readonly (number | null)[]} values @returns {(number | null)[]} */
 export function inUnit(values) {
   const s = scale();
   return s === 1 ? [...values] : values.map((v) => (v === null ? null : v * s));
+}
+
+/** A column of the readings by its key. @param {string} key @returns {(number | string | null)[]} */
+export function columnOf(key) {
+  return /** @type {any} */ (documentShown().readings)[key];
 }
 
 /** Whether a reading passes the filters. @param {number} i */

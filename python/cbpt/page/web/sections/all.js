@@ -11,18 +11,20 @@ import { markDrawn } from "../lib/figure.js";
 import { setUpJob } from "./job.js";
 import { setUpLadder } from "./ladder.js";
 import { setUpNext } from "./next.js";
-import { ANGLE_UNITS } from "../lib/numbers.js";
 import { setUpOwn } from "./own.js";
-import { state, tell, tellNewcomers } from "../lib/store.js";
+import { documentShown, on, state, tell, tellNewcomers } from "../lib/store.js";
 import { openUpload, setUpUpload } from "./upload.js";
 import { setUpWhere } from "./where.js";
 
 /** Everything but the first plot. */
 export function setUpSections() {
   const unit = /** @type {HTMLSelectElement} */ (byId("unit"));
-  fill(unit, Object.keys(ANGLE_UNITS).map((u) => el("option", { value: u }, u)));
+  on(["document"], () => {
+    const choices = Object.keys(documentShown().units);
+    fill(unit, choices.map((u) => el("option", { value: u, selected: u === state.unit }, u)));
+  });
   unit.addEventListener("change", () => {
-    state.unit = /** @type {keyof typeof ANGLE_UNITS} */ (unit.value);
+    state.unit = unit.value;
     tell("unit");
   });
   for (const part of document.querySelectorAll("[data-live]")) {

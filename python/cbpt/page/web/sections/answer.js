@@ -1,6 +1,7 @@
 /** 1. The sentence of the answer, how sure it is, what it rests on, the error before and after. */
 
-/** @import { Child, PageDocument } from "../types.d.ts" */
+/** @import { Child } from "../lib/page.d.ts" */
+/** @import { PageDocument } from "../types.d.ts" */
 import { bar, bodyOf, byId, el, fill, svg } from "../lib/dom.js";
 import { nameOf, probability, readable, text } from "../lib/numbers.js";
 import { show } from "../lib/models.js";

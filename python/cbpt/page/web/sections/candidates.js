@@ -11,7 +11,7 @@ import { onTheme, saveDrawing, theme, thin } from "../lib/figure.js";
 import { markSwitches, switchOf } from "./bar.js";
 import { canSwitch, isOn, ROUGH } from "../lib/models.js";
 import { fixed, nameOf, plain, probability, withU } from "../lib/numbers.js";
-import { documentShown, modelOf, on, size, state } from "../lib/store.js";
+import { columnOf, documentShown, modelOf, on, size, state } from "../lib/store.js";
 
 const FIRST_CARDS = 6;
 const POINTS = 260;
@@ -155,7 +155,7 @@ function card(c) {
       "p",
       { class: "small" },
       "off by ",
-      el("b", {}, c.moved.replace(/^\S+ /, "").replace("-", "−")),
+      el("b", {}, c.moved.replace("-", "−")),
     ),
     m && parameters(m),
     el("p", { class: "tell" }, c.tell_tale),
@@ -215,7 +215,7 @@ function along(signature) {
     if (column.key === "measured_arcsec" || column.key === "branch" || column.key === "run") {
       continue;
     }
-    const values = /** @type {(number | null)[]} */ (whole.readings[column.key]);
+    const values = /** @type {(number | null)[]} */ (columnOf(column.key));
     if (typeof values[0] !== "number") continue;
     // Half a point in favour of the torque, which everyone reads first.
     const share = explained(signature, values) + (column.key === "torque_Nm" ? 0.1 : 0);
@@ -254,7 +254,7 @@ function picture(c, signature) {
   const r = whole.readings;
   const t = theme();
   const key = along(signature);
-  const values = /** @type {(number | null)[]} */ (r[key]);
+  const values = /** @type {(number | null)[]} */ (columnOf(key));
   const residual = whole.models[0].residual_arcsec;
   const known = r.row.map((_, i) => i).filter((i) =>
     residual[i] !== null && signature[i] !== null && values[i] !== null

@@ -5,7 +5,7 @@
  */
 
 /** @import { Theme } from "../lib/figure.js" */
-/** @import { PageDocument } from "../types.d.ts" */
+/** @import { DrawnPair, DriveSection, Slider } from "../types.d.ts" */
 import { isLive, post } from "../lib/api.js";
 import { afterPause, bodyOf, el, fill, svg, table, trouble } from "../lib/dom.js";
 import { pairDrawing, sectionDrawing } from "../lib/drawing.js";
@@ -13,9 +13,7 @@ import { Figure, onTheme, saveDrawing, theme } from "../lib/figure.js";
 import { fixed, plain, text } from "../lib/numbers.js";
 import { decimals, documentShown, hasBalls, inUnit, on, scale, state } from "../lib/store.js";
 
-/** @typedef {any} Section what `python/cbpt/page/document/drive.py` makes */
-
-/** @type {Section | null} */
+/** @type {DriveSection | null} */
 let shown = null;
 /** @type {Record<string, number>} */
 let load = {};
@@ -80,7 +78,7 @@ function draw() {
 
 let asked = 0;
 
-/** @param {PageDocument["drive"]} drive */
+/** @param {DriveSection} drive */
 function asStated(drive) {
   asked++;
   shown = drive;
@@ -116,7 +114,7 @@ function drawSliders() {
     );
   }
   const lists = shown.sliders;
-  /** @param {any} s @param {Record<string, number>} into */
+  /** @param {Slider} s @param {Record<string, number>} into */
   const slider = (s, into) => {
     const written = el("output", {}, `${plain(s.value)} ${s.unit}`);
     return el(
@@ -144,7 +142,7 @@ function drawSliders() {
     side,
     facts(),
     el("h3", {}, "Load"),
-    el("div", { class: "sliders" }, lists.load.map((/** @type {any} */ s) => slider(s, load))),
+    el("div", { class: "sliders" }, lists.load.map((s) => slider(s, load))),
     lists.design.length > 0 && el(
       "details",
       {},
@@ -152,7 +150,7 @@ function drawSliders() {
       el(
         "div",
         { class: "sliders" },
-        lists.design.map((/** @type {any} */ s) => slider(s, design)),
+        lists.design.map((s) => slider(s, design)),
       ),
     ),
     el("button", {
@@ -224,17 +222,15 @@ function drawDesign() {
             text: "zero backlash",
             number: true,
           }],
-          ["drive", "deceleration", "equal_speed"].map((
-            key,
-          ) => [
-            {
-              drive: "drive",
-              deceleration: "deceleration pair",
-              equal_speed: "equal-speed pair",
-            }[key],
-            size(t[key].hold_N),
-            size(t[key].continuous_N),
-            size(t[key].zero_backlash_N),
+          [
+            { name: "drive", of: t.drive },
+            { name: "deceleration pair", of: t.deceleration },
+            { name: "equal-speed pair", of: t.equal_speed },
+          ].map(({ name, of }) => [
+            name,
+            size(of.hold_N),
+            size(of.continuous_N),
+            size(of.zero_backlash_N),
           ]),
         )
         : el("p", { class: "quiet" }, "A preload is needed from the first torque on."),
@@ -252,7 +248,7 @@ function drawDesign() {
         ? el(
           "ul",
           { class: "plain" },
-          shown.findings.map((/** @type {any} */ f) =>
+          shown.findings.map((f) =>
             el(
               "li",
               {},
@@ -286,7 +282,7 @@ function drawPictures() {
   }
   const pairs = shown.drawing.pairs;
   const t = theme();
-  const names = pairs.map((/** @type {any} */ p) => p.title);
+  const names = pairs.map((p) => p.title);
   const pair = pairs[pairShown] ?? pairs[0];
   const drawing = pairDrawing(pair, t);
   const section = sectionDrawing(pair, t);
@@ -295,7 +291,7 @@ function drawPictures() {
     el(
       "div",
       { class: "row no-print", role: "group", "aria-label": "Pair shown" },
-      pairs.map((/** @type {any} */ _, /** @type {number} */ k) =>
+      pairs.map((_, k) =>
         el("button", {
           type: "button",
           class: "tab",
@@ -378,15 +374,15 @@ function key(colour, name, kind) {
   );
 }
 
-/** @param {any} pair */
+/** @param {DrawnPair} pair */
 function longest(pair) {
-  return Math.max(0, ...pair.arrows.map((/** @type {any} */ a) => a.force_N));
+  return Math.max(0, ...pair.arrows.map((a) => a.force_N));
 }
 
 /** @param {Theme} t */
 function build(t) {
-  const c = shown?.angle_curve;
-  if (!c) return null;
+  if (!shown) return null;
+  const { angle_curve: c, solution, load: at } = shown;
   const line = (
     /** @type {string} */ name,
     /** @type {(number | null)[]} */ y,
@@ -402,7 +398,6 @@ function build(t) {
     line: { color: colour, dash, width },
     hovertemplate: `%{x:.3g} N m: %{y:.2f} ${state.unit}<extra>${name}</extra>`,
   });
-  const s = shown.solution;
   return {
     data: [
       ...(hasBalls()
@@ -416,8 +411,8 @@ function build(t) {
         type: "scatter",
         mode: "markers",
         name: "this load",
-        x: [shown.load.torque_Nm],
-        y: inUnit([s.elastic_angle_arcsec]),
+        x: [at.torque_Nm],
+        y: inUnit([solution.elastic_angle_arcsec]),
         marker: { size: 10, color: t.ink },
         hovertemplate: `%{x:.3g} N m: %{y:.2f} ${state.unit}<extra>this load</extra>`,
       },

@@ -3,7 +3,7 @@
  * can be stopped. The readings stand beside the drive as stated meanwhile.
  */
 
-/** @import { Child } from "../types.d.ts" */
+/** @import { Child } from "../lib/page.d.ts" */
 import { get, isLive, post, Superseded } from "../lib/api.js";
 import { announce, byId, el, fill, trouble } from "../lib/dom.js";
 import { on, setDocument, state } from "../lib/store.js";

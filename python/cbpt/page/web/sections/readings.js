@@ -12,6 +12,7 @@ import { bodyOf, byId, el, fill, svg, table } from "../lib/dom.js";
 import { Figure, MOST_POINTS, onTheme, safe, theme, thin } from "../lib/figure.js";
 import { fixed, nameOf, plain } from "../lib/numbers.js";
 import {
+  columnOf,
   decimals,
   documentShown,
   hasBalls,
@@ -498,7 +499,7 @@ function drawSelection() {
         r.row[i],
         r.run[i],
         plain(r.torque_Nm[i]),
-        ...more.map((c) => plain(/** @type {number[]} */ (r[c.key])[i])),
+        ...more.map((c) => plain(/** @type {number[]} */ (columnOf(c.key))[i])),
         BRANCHES[r.branch[i]].name.replace("torque ", ""),
         fixed(r.measured_arcsec[i] * s, decimals(3)),
         fixed((m.residual_arcsec[i] ?? NaN) * s, decimals(3), true),

@@ -7,6 +7,7 @@ import { Figure, safe } from "../lib/figure.js";
 import { percent, plain, text } from "../lib/numbers.js";
 import { BRANCHES } from "./readings.js";
 import {
+  columnOf,
   documentShown,
   hasBalls,
   modelShown,
@@ -21,8 +22,6 @@ import {
 const BINS = 16;
 // Up to this many different values stand for themselves.
 const MOST_LEVELS = 24;
-// Contact regimes in which all meshing points carry; in others some have parted.
-const FULL = /^all points/;
 
 /** @typedef {{ label: string, of: (i: number) => number | null, ticks: number[], texts: string[], edges: number[] }} Axis */
 
@@ -85,14 +84,14 @@ export function setUpWhere() {
 /** What the regions are about, else what varies. @param {string[]} keys */
 function preferred(keys) {
   const named = (documentShown().where?.regions ?? []).flatMap((r) => Object.keys(r.region)).map(
-    columnOf,
+    keyOf,
   );
   const order = [...named, "preload_N", "input_angle_deg", "branch", "time_s", ...keys];
   return order.find((k) => k !== across && keys.includes(k)) ?? across;
 }
 
 /** A region speaks of `direction`, the page of `branch`. @param {string} name */
-function columnOf(name) {
+function keyOf(name) {
   return name === "direction" ? "branch" : name;
 }
 
@@ -127,7 +126,7 @@ function drawChoices() {
 function axisOf(key) {
   const whole = documentShown();
   const column = whole.columns.find((c) => c.key === key);
-  const raw = /** @type {(number | string | null)[]} */ (whole.readings[key]);
+  const raw = columnOf(key);
   const label = column ? (column.unit ? `${column.label} (${column.unit})` : column.label) : key;
   const values = [...new Set(raw.filter((v) => v !== null))];
   const named = column?.kind === "category" || values.some((v) => typeof v === "string");
@@ -174,7 +173,7 @@ function build(t) {
     sums[b][a] += v;
     count[b][a] += 1;
     const regime = whole.readings.regime[i];
-    if (regime !== null && !FULL.test(whole.regimes[regime])) parted[b][a] += 1;
+    if (regime !== null && !whole.regimes_full[regime]) parted[b][a] += 1;
     if (state.selected.has(i)) chosen[b][a] += 1;
   });
   const s = scale();
@@ -305,7 +304,7 @@ function outlines(t, x, y) {
   const annotations = [];
   where.regions.forEach((region, k) => {
     const ends = Object.fromEntries(
-      Object.entries(region.region).map(([name, e]) => [columnOf(name), e]),
+      Object.entries(region.region).map(([name, e]) => [keyOf(name), e]),
     );
     if (!Object.keys(ends).every((name) => name === across || name === up)) return;
     const [x0, x1] = reach(ends[across], x, across), [y0, y1] = reach(ends[up], y, up);
@@ -360,7 +359,7 @@ function readingsOf(region) {
   const way = { up: 1, down: -1, none: 0 };
   return r.row.map((_, i) => i).filter((i) =>
     Object.entries(region.region).every(([name, [low, high]]) => {
-      const column = /** @type {any[] | undefined} */ (r[columnOf(name)]);
+      const column = columnOf(keyOf(name));
       const v = name === "direction" ? way[r.branch[i]] : column?.[i];
       return typeof v !== "number" || (v >= low - 1e-6 && v <= high + 1e-6);
     }) && (!region.regime || whole.regimes[r.regime[i] ?? -1] === region.regime)

@@ -1,0 +1,172 @@
+"""Torsion springs with loops, play, friction, creep and stiffness curves, and without.
+
+    spring_set   one campaign, with what the oracle says of it
+
+Free are the spring's stiffness, the gains of torque and angle within their priors, and one zero.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from scipy.linalg import cholesky, solve_triangular
+
+from reference.contact import Floats
+from reference.rig import Rows
+from reference.rig.campaign import PRIORS, Campaign
+from reference.rig.instrument import TOGETHER, Instrument, instrument, plain_values
+from reference.rig.noise import Noise
+from reference.rig.springs import (
+    SPRING_EFFECTS,
+    Spring,
+    SpringCampaign,
+    SpringEffect,
+    draw_spring,
+    draw_spring_effect,
+    spring_rows,
+    turned_rad,
+)
+from trial.candidates import remaining
+from trial.evidence import Candidate, likeliest, posterior, spoken
+from trial.strength import ZERO_PRIOR_RAD, NoSuchCampaignError, draw_parameters
+
+SETS: tuple[tuple[str, ...], ...] = (
+    (),
+    ("friction_hysteresis",),
+    ("backlash",),
+    ("stiffness_curve",),
+    ("friction_hysteresis", "backlash"),
+    ("creep",),
+)
+ACCEPTED = {
+    "friction_hysteresis": ["friction_hysteresis"],
+    "backlash": ["backlash", "bearing_play"],
+    "creep": ["creep"],
+}
+CURVE = ("sensor_nonlinearity", "stiffness_curve")
+"""What a curve of the stiffness may be called: a function of the load is one of the reading."""
+MOST_SIZE = 0.6
+FREE = {"contact_stiffness_rel": "stiffer", "torque_gain_rel": "", "sensor_gain_rel": ""}
+
+
+@dataclass(frozen=True)
+class SpringYard:
+    """Measures d on one table of a spring."""
+
+    spring: Spring
+    rows: Rows
+    noise: Instrument | Noise
+
+    @cached_property
+    def angle_rad(self) -> Floats:
+        """Without effects."""
+        return turned_rad(self.spring, self.rows)
+
+    @cached_property
+    def _factor(self) -> Floats:
+        slopes = []
+        for name in FREE:
+            step = 0.02 * PRIORS[name]
+            moved = off_nominal(self.spring, {name: step})
+            slopes.append((turned_rad(moved, self.rows) - self.angle_rad) / 0.02)
+        j = np.column_stack(slopes)
+        covariance = self.noise.covariance(self.rows) + ZERO_PRIOR_RAD**2
+        return np.asarray(cholesky(covariance + j @ j.T, lower=True))
+
+    def whiten(self, change_rad: Floats) -> Floats:
+        """What is left of a change after refitting, in standard deviations."""
+        return np.asarray(solve_triangular(self._factor, change_rad, lower=True))
+
+    def columns(self, effects: Sequence[SpringEffect]) -> list[Floats]:
+        """Of each effect, the difference that leaving it out makes."""
+        every = turned_rad(self.spring, self.rows, effects)
+        less = [[e for e in effects if e is not own] for own in effects]
+        return [self.whiten(every - turned_rad(self.spring, self.rows, rest)) for rest in less]
+
+
+def off_nominal(spring: Spring, shifts: dict[str, float]) -> Spring:
+    """The spring with its calibrations off, by their logarithms."""
+    return replace(
+        spring,
+        stiffer=spring.stiffer + shifts.get("contact_stiffness_rel", 0.0),
+        torque_gain=spring.torque_gain * float(np.exp(shifts.get("torque_gain_rel", 0.0))),
+        sensor_gain=spring.sensor_gain * float(np.exp(shifts.get("sensor_gain_rel", 0.0))),
+    )
+
+
+def _sized(
+    yard: SpringYard, starts: Sequence[SpringEffect], d: float
+) -> tuple[list[SpringEffect], list[float]]:
+    found = list(starts)
+    for _ in range(12):
+        left = remaining(yard.columns(found))
+        if all(abs(x / d - 1) < 0.04 for x in left):
+            return found, left
+        for i, (e, x) in enumerate(zip(found, left, strict=True)):
+            size = e.size * float(np.clip(d / max(x, 1e-9), 0.05, 30.0))
+            if size > MOST_SIZE:
+                raise NoSuchCampaignError(f"{e.id}: d = {d:g} is beyond its range here", 0.5)
+            found[i] = e.sized(size)
+    raise NoSuchCampaignError(f"{[e.id for e in starts]}: no such strength", 0.8)
+
+
+def _candidates(yard: SpringYard, hidden: Sequence[SpringEffect]) -> list[Candidate]:
+    rng = np.random.default_rng(13)
+    found = []
+    for name, forms in SPRING_EFFECTS.items():
+        for form in forms:
+            for _ in range(3):
+                column = yard.columns([draw_spring_effect(name, form, rng)])
+                found.append(Candidate.of(name, form, column, one_sided=True))
+    for e, own in zip(hidden, yard.columns(hidden), strict=True):
+        found.append(Candidate.of(e.id, "true", [own], one_sided=True))
+    return [c for c in found if c]
+
+
+def spring_set(
+    rng: np.random.Generator, noise_factor: float, index: int
+) -> tuple[Campaign, dict[str, Any]]:
+    """Set number index: effects in turn, d = 8, 12 and 20 in turn, every other with zeros of runs
+    and correlation."""
+    ids, turn = SETS[index % len(SETS)], index // len(SETS)
+    d = (12.0, 8.0, 20.0)[turn % 3]
+    case, stated = draw_spring(rng)
+    loops, steps = int(rng.integers(2, 7)), int(rng.integers(6, 15))
+    rows = spring_rows(stated.top_Nm, loops, steps, float(rng.uniform(1.5, 6.0)), rng)
+    u = stated.top_rad * float(10 ** rng.uniform(-3.3, -2.3)) * noise_factor
+    noise = instrument((TOGETHER if (index + turn) % 2 else "white"), u, 1.0, rng)
+    shifts = draw_parameters(rng, {n: PRIORS[n] for n in FREE})
+    real = off_nominal(stated, shifts)
+    yard = SpringYard(real, rows, noise)
+    starts = [draw_spring_effect(i, str(rng.choice(SPRING_EFFECTS[i])), rng) for i in ids]
+    hidden, left = _sized(yard, starts, d) if ids else ([], [])
+    read = noise.readings(turned_rad(real, rows, hidden), rows, rng)
+    curve = "stiffness_curve" in ids
+    kind = "unknown" if curve else ("effect" if ids else "complete")
+    truth: dict[str, Any] = {
+        "hidden": [{"id": e.id, "form": e.form, "values": vars(e)} for e in hidden],
+        "noise": plain_values(noise),
+        "shifts": shifts,
+        "free": [*FREE, "zero"],
+        "accepted": [ACCEPTED[i] for i in ids if i in ACCEPTED],
+        "unnamed": curve,
+        "beside": list(CURVE) if curve else [],
+        "readings": len(rows),
+        "conditional": left,
+        "d": min(left, default=0.0),
+        "answer": {
+            "kind": kind,
+            "effects": [i for i in ids if i in ACCEPTED],
+            "rivals": [],
+            "kinds": ["complete", "rig", "parameter"],
+        },
+    }
+    off = read - yard.angle_rad + (yard.angle_rad - turned_rad(stated, rows))
+    found = posterior(yard.whiten(off), _candidates(yard, hidden))
+    said = {"answer": spoken(found), "best": likeliest(found)}
+    made = SpringCampaign(case, rows, read, np.full(len(rows), u), truth)
+    return made, said

@@ -1,0 +1,599 @@
+//! The one table of units. Effects, keys of case files, flags, columns of readings and the page all read it.
+//!
+//! - [`Quantity`]: what a number measures, with its units ([`Quantity::units`], SI first);
+//! - [`Unit`]: a unit, how it is written, and its exact way to SI;
+//! - [`all`]: every unit of every quantity.
+//!
+//! Each unit is 10^d n/m pi^k times the SI unit with whole numbers n and m, so a conversion is rounded once:
+//! 1.2 mm, 1200 um and 0.0012 m are one number. Sources: SI brochure (BIPM 2019), tables 4 to 8.
+
+use std::f64::consts::PI;
+
+/// What a number measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs)] // the words say it
+pub enum Quantity {
+    Number,
+    Length,
+    Angle,
+    Force,
+    Torque,
+    Stress,
+    Time,
+    Temperature,
+    PerAngle,
+    PerAngleSquared,
+    PerTorque,
+    PerTime,
+    AnglePerTime,
+    AnglePerTemperature,
+    AnglePerTorque,
+    ForcePerLength,
+    ForcePerTemperature,
+    TorquePerAngle,
+}
+
+/// A unit of a quantity: 10^`decimal` `numerator`/`denominator` pi^`pi` of the SI unit, and an offset.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unit {
+    /// What it measures.
+    pub quantity: Quantity,
+    /// Suffix of names, keys and columns, as in `torque_Nm`; empty for plain numbers.
+    pub symbol: &'static str,
+    /// How it is written in a sentence, as in `5 N m`.
+    pub written: &'static str,
+    /// Other spellings that are read, without blanks, dots and hyphens between their parts.
+    pub spellings: &'static [&'static str],
+    /// SI value of 0 in this unit; only the degree Celsius has one.
+    pub offset: f64,
+    decimal: i32,
+    numerator: u64,
+    denominator: u64,
+    pi: i32,
+}
+
+/// How numbers in one unit become numbers in another: times `times`, divided by `over`, plus `plus`.
+///
+/// `times` and `over` are whole numbers without a common divisor where pi is no part of the conversion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Conversion {
+    /// Factor.
+    pub times: f64,
+    /// Divisor; 1 where a factor alone does.
+    pub over: f64,
+    /// Summand, in the unit converted to.
+    pub plus: f64,
+}
+
+impl Quantity {
+    /// Every quantity, in the order of [`all`].
+    pub const ALL: [Self; 18] = [
+        Self::Number,
+        Self::Length,
+        Self::Angle,
+        Self::Force,
+        Self::Torque,
+        Self::Stress,
+        Self::Time,
+        Self::Temperature,
+        Self::PerAngle,
+        Self::PerAngleSquared,
+        Self::PerTorque,
+        Self::PerTime,
+        Self::AnglePerTime,
+        Self::AnglePerTemperature,
+        Self::AnglePerTorque,
+        Self::ForcePerLength,
+        Self::ForcePerTemperature,
+        Self::TorquePerAngle,
+    ];
+
+    /// Its name: `angle`, `torque per angle`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Number => "number",
+            Self::Length => "length",
+            Self::Angle => "angle",
+            Self::Force => "force",
+            Self::Torque => "torque",
+            Self::Stress => "stress",
+            Self::Time => "time",
+            Self::Temperature => "temperature",
+            Self::PerAngle => "per angle",
+            Self::PerAngleSquared => "per angle squared",
+            Self::PerTorque => "per torque",
+            Self::PerTime => "per time",
+            Self::AnglePerTime => "angle per time",
+            Self::AnglePerTemperature => "angle per temperature",
+            Self::AnglePerTorque => "angle per torque",
+            Self::ForcePerLength => "force per length",
+            Self::ForcePerTemperature => "force per temperature",
+            Self::TorquePerAngle => "torque per angle",
+        }
+    }
+
+    /// The units that are read, the SI unit first.
+    pub const fn units(self) -> &'static [Unit] {
+        match self {
+            Self::Number => NUMBER,
+            Self::Length => LENGTH,
+            Self::Angle => ANGLE,
+            Self::Force => FORCE,
+            Self::Torque => TORQUE,
+            Self::Stress => STRESS,
+            Self::Time => TIME,
+            Self::Temperature => TEMPERATURE,
+            Self::PerAngle => PER_ANGLE,
+            Self::PerAngleSquared => PER_ANGLE_SQUARED,
+            Self::PerTorque => PER_TORQUE,
+            Self::PerTime => PER_TIME,
+            Self::AnglePerTime => ANGLE_PER_TIME,
+            Self::AnglePerTemperature => ANGLE_PER_TEMPERATURE,
+            Self::AnglePerTorque => ANGLE_PER_TORQUE,
+            Self::ForcePerLength => FORCE_PER_LENGTH,
+            Self::ForcePerTemperature => FORCE_PER_TEMPERATURE,
+            Self::TorquePerAngle => TORQUE_PER_ANGLE,
+        }
+    }
+
+    /// The SI unit.
+    pub const fn si(self) -> &'static Unit {
+        &self.units()[0]
+    }
+
+    /// The unit of a symbol; `None` where the quantity has no such unit.
+    pub fn unit(self, symbol: &str) -> Option<&'static Unit> {
+        self.units().iter().find(|unit| unit.symbol == symbol)
+    }
+
+    /// The unit in which people read results and parameters of effects.
+    pub fn usual(self) -> &'static Unit {
+        let symbol = match self {
+            Self::Length => "um",
+            Self::Angle => "arcsec",
+            Self::Stress => "GPa",
+            Self::Temperature => "degC",
+            Self::PerAngle => "per_arcsec",
+            Self::PerAngleSquared => "per_arcsec2",
+            Self::PerTime => "per_h",
+            Self::AnglePerTime => "arcsec_per_h",
+            Self::AnglePerTemperature => "arcsec_per_K",
+            Self::AnglePerTorque => "arcsec_per_Nm",
+            Self::ForcePerLength => "N_per_um",
+            Self::TorquePerAngle => "Nm_per_arcmin",
+            Self::Number
+            | Self::Force
+            | Self::Torque
+            | Self::Time
+            | Self::PerTorque
+            | Self::ForcePerTemperature => return self.si(),
+        };
+        self.unit(symbol).unwrap_or(self.si())
+    }
+}
+
+/// Every unit, quantity by quantity.
+pub fn all() -> impl Iterator<Item = &'static Unit> {
+    Quantity::ALL.into_iter().flat_map(Quantity::units)
+}
+
+impl Unit {
+    /// SI value of one unit, without the offset.
+    pub const fn size(&self) -> f64 {
+        let Conversion { times, over, .. } = ratio(self, self.quantity.si());
+        times / over
+    }
+
+    /// Value in this unit of one SI unit, without the offset.
+    pub const fn per_si(&self) -> f64 {
+        let Conversion { times, over, .. } = ratio(self.quantity.si(), self);
+        times / over
+    }
+
+    /// A number in this unit, in SI.
+    pub fn to_si(&self, value: f64) -> f64 {
+        let plain = shifted(value, self.decimal) * self.times() / self.over();
+        self.moved(match self.pi {
+            0 => plain,
+            1 => plain * PI,
+            -1 => plain / PI,
+            power => plain * PI.powi(power),
+        })
+    }
+
+    /// A number in SI, in this unit.
+    pub fn of_si(&self, value: f64) -> f64 {
+        let value = if self.offset == 0.0 { value } else { value - self.offset };
+        let plain = match self.pi {
+            0 => value,
+            1 => value / PI,
+            -1 => value * PI,
+            power => value / PI.powi(power),
+        };
+        shifted(plain * self.over() / self.times(), -self.decimal)
+    }
+
+    /// The conversion to another unit; `None` where it measures another quantity.
+    pub fn conversion(&self, to: &Self) -> Option<Conversion> {
+        let plus = (self.offset - to.offset) * to.per_si();
+        (self.quantity == to.quantity).then(|| Conversion { plus, ..ratio(self, to) })
+    }
+
+    /// A stem with this unit, as names, keys and columns have it: `torque_Nm`; the stem alone for a plain number.
+    pub fn name(&self, stem: &str) -> String {
+        if self.symbol.is_empty() { stem.to_owned() } else { format!("{stem}_{}", self.symbol) }
+    }
+
+    fn moved(&self, value: f64) -> f64 {
+        if self.offset == 0.0 { value } else { value + self.offset }
+    }
+
+    const fn times(&self) -> f64 {
+        self.numerator as f64
+    }
+
+    const fn over(&self) -> f64 {
+        self.denominator as f64
+    }
+
+    const fn written(self, written: &'static str) -> Self {
+        Self { written, ..self }
+    }
+
+    const fn spelled(self, spellings: &'static [&'static str]) -> Self {
+        Self { spellings, ..self }
+    }
+}
+
+/// The value with its decimal point moved, rounded once.
+fn shifted(value: f64, places: i32) -> f64 {
+    if places == 0 { value } else { format!("{value}e{places}").parse().unwrap_or(f64::NAN) }
+}
+
+/// The ratio of two units without their offsets.
+const fn ratio(from: &Unit, to: &Unit) -> Conversion {
+    let mut times = from.numerator as u128 * to.denominator as u128;
+    let mut over = from.denominator as u128 * to.numerator as u128;
+    let places = from.decimal - to.decimal;
+    if places >= 0 {
+        times *= 10_u128.pow(places.unsigned_abs());
+    } else {
+        over *= 10_u128.pow(places.unsigned_abs());
+    }
+    let common = common_divisor(times, over);
+    let (times, over) = ((times / common) as f64, (over / common) as f64);
+    match from.pi - to.pi {
+        0 => Conversion { times, over, plus: 0.0 },
+        1 => Conversion { times: PI * times / over, over: 1.0, plus: 0.0 },
+        2 => Conversion { times: PI * PI * times / over, over: 1.0, plus: 0.0 },
+        -1 => Conversion { times: times / over / PI, over: 1.0, plus: 0.0 },
+        _ => Conversion { times: times / over / (PI * PI), over: 1.0, plus: 0.0 },
+    }
+}
+
+const fn common_divisor(mut a: u128, mut b: u128) -> u128 {
+    while b > 0 {
+        (a, b) = (b, a % b);
+    }
+    a
+}
+
+/// Builds the units of one quantity.
+#[derive(Clone, Copy)]
+struct Of(Quantity);
+
+impl Of {
+    /// 10^`decimal` of the SI unit.
+    const fn tens(self, symbol: &'static str, decimal: i32) -> Unit {
+        Unit {
+            quantity: self.0,
+            symbol,
+            written: symbol,
+            spellings: &[],
+            offset: 0.0,
+            decimal,
+            numerator: 1,
+            denominator: 1,
+            pi: 0,
+        }
+    }
+
+    /// `numerator`/`denominator` of the SI unit.
+    const fn parts(self, symbol: &'static str, numerator: u64, denominator: u64) -> Unit {
+        Unit { numerator, denominator, ..self.tens(symbol, 0) }
+    }
+
+    /// pi `numerator`/`denominator` of the SI unit.
+    const fn turns(self, symbol: &'static str, numerator: u64, denominator: u64) -> Unit {
+        Unit { pi: 1, ..self.parts(symbol, numerator, denominator) }
+    }
+
+    /// `parts`/pi of the SI unit, to a power.
+    const fn per_turn(self, symbol: &'static str, parts: u64, power: i32) -> Unit {
+        Unit { pi: -power, ..self.parts(symbol, parts, 1) }
+    }
+}
+
+/// Seconds of arc in half a turn.
+const ARCSECS: u64 = 648_000;
+
+/// One degree, rad.
+pub const DEGREE: f64 = PI / 180.0;
+
+/// One second of arc, rad.
+pub const ARCSEC: f64 = PI / ARCSECS as f64;
+
+/// Seconds of arc in a radian.
+pub const ARCSEC_PER_RAD: f64 = ARCSECS as f64 / PI;
+
+const NUMBER: &[Unit] = &[Of(Quantity::Number).tens("", 0)];
+
+const LENGTH: &[Unit] = {
+    const L: Of = Of(Quantity::Length);
+    &[
+        L.tens("m", 0).spelled(&["metre", "metres", "meter", "meters"]),
+        L.tens("cm", -2).spelled(&["centimetre", "centimetres", "centimeter", "centimeters"]),
+        L.tens("mm", -3).spelled(&["millimetre", "millimetres", "millimeter", "millimeters"]),
+        L.tens("um", -6).spelled(&[
+            "μm",
+            "micron",
+            "microns",
+            "micrometre",
+            "micrometres",
+            "micrometer",
+            "micrometers",
+        ]),
+        L.tens("nm", -9).spelled(&["nanometre", "nanometres", "nanometer", "nanometers"]),
+    ]
+};
+
+const ANGLE: &[Unit] = {
+    const A: Of = Of(Quantity::Angle);
+    &[
+        A.tens("rad", 0).spelled(&["rads", "radian", "radians"]),
+        A.tens("mrad", -3).spelled(&["milliradian", "milliradians"]),
+        A.tens("urad", -6).spelled(&["μrad", "microrad", "microradian", "microradians"]),
+        A.turns("deg", 1, 180).spelled(&["degs", "degree", "degrees", "°"]),
+        A.turns("arcmin", 1, 10_800).spelled(&["arcmins", "arcminute", "arcminutes", "amin", "′", "'"]),
+        A.turns("arcsec", 1, ARCSECS).spelled(&[
+            "arcsecs",
+            "arcsecond",
+            "arcseconds",
+            "asec",
+            "′′",
+            "''",
+            "\"",
+        ]),
+    ]
+};
+
+const FORCE: &[Unit] = {
+    const F: Of = Of(Quantity::Force);
+    &[
+        F.tens("N", 0).spelled(&["newton", "newtons"]),
+        F.tens("mN", -3).spelled(&["millinewton", "millinewtons"]),
+        F.tens("kN", 3).spelled(&["kilonewton", "kilonewtons"]),
+    ]
+};
+
+const TORQUE: &[Unit] = {
+    const T: Of = Of(Quantity::Torque);
+    &[
+        T.tens("Nm", 0).written("N m").spelled(&[
+            "newtonmetre",
+            "newtonmetres",
+            "newtonmeter",
+            "newtonmeters",
+        ]),
+        T.tens("Ncm", -2).written("N cm").spelled(&["cNm"]),
+        T.tens("Nmm", -3).written("N mm"),
+        T.tens("mNm", -3).written("mN m"),
+        T.tens("kNm", 3).written("kN m"),
+    ]
+};
+
+const STRESS: &[Unit] = {
+    const P: Of = Of(Quantity::Stress);
+    &[P.tens("Pa", 0), P.tens("kPa", 3), P.tens("MPa", 6), P.tens("GPa", 9)]
+};
+
+const TIME: &[Unit] = {
+    const T: Of = Of(Quantity::Time);
+    &[
+        T.tens("s", 0).spelled(&["sec", "secs", "second", "seconds"]),
+        T.tens("ms", -3).spelled(&["msec", "millisecond", "milliseconds"]),
+        T.parts("min", 60, 1).spelled(&["mins", "minute", "minutes"]),
+        T.parts("h", 3600, 1).spelled(&["hr", "hrs", "hour", "hours"]),
+    ]
+};
+
+const TEMPERATURE: &[Unit] = {
+    const T: Of = Of(Quantity::Temperature);
+    &[
+        T.tens("K", 0).spelled(&["kelvin"]),
+        Unit { offset: 273.15, ..T.tens("degC", 0).spelled(&["°C", "C", "celsius", "degcelsius"]) },
+    ]
+};
+
+const PER_ANGLE: &[Unit] = {
+    const R: Of = Of(Quantity::PerAngle);
+    &[
+        R.tens("per_rad", 0).written("1/rad"),
+        R.tens("per_mrad", 3).written("1/mrad"),
+        R.per_turn("per_arcsec", ARCSECS, 1).written("1/arcsec"),
+    ]
+};
+
+const PER_ANGLE_SQUARED: &[Unit] = {
+    const R: Of = Of(Quantity::PerAngleSquared);
+    &[
+        R.tens("per_rad2", 0).written("1/rad^2"),
+        R.tens("per_mrad2", 6).written("1/mrad^2"),
+        R.per_turn("per_arcsec2", ARCSECS * ARCSECS, 2).written("1/arcsec^2"),
+    ]
+};
+
+const PER_TORQUE: &[Unit] = {
+    const R: Of = Of(Quantity::PerTorque);
+    &[R.tens("per_Nm", 0).written("1/(N m)"), R.tens("per_kNm", -3).written("1/(kN m)")]
+};
+
+const PER_TIME: &[Unit] = {
+    const R: Of = Of(Quantity::PerTime);
+    &[
+        R.tens("per_s", 0).written("1/s"),
+        R.parts("per_min", 1, 60).written("1/min"),
+        R.parts("per_h", 1, 3600).written("1/h"),
+    ]
+};
+
+const ANGLE_PER_TIME: &[Unit] = {
+    const R: Of = Of(Quantity::AnglePerTime);
+    &[
+        R.tens("rad_per_s", 0).written("rad/s"),
+        R.tens("urad_per_s", -6).written("urad/s"),
+        R.turns("arcsec_per_s", 1, ARCSECS).written("arcsec/s"),
+        R.turns("arcsec_per_min", 1, ARCSECS * 60).written("arcsec/min"),
+        R.turns("arcsec_per_h", 1, ARCSECS * 3600).written("arcsec/h"),
+    ]
+};
+
+const ANGLE_PER_TEMPERATURE: &[Unit] = {
+    const R: Of = Of(Quantity::AnglePerTemperature);
+    &[
+        R.tens("rad_per_K", 0).written("rad/K"),
+        R.tens("urad_per_K", -6).written("urad/K"),
+        R.turns("arcsec_per_K", 1, ARCSECS).written("arcsec/K"),
+    ]
+};
+
+const ANGLE_PER_TORQUE: &[Unit] = {
+    const R: Of = Of(Quantity::AnglePerTorque);
+    &[
+        R.tens("rad_per_Nm", 0).written("rad/(N m)"),
+        R.tens("urad_per_Nm", -6).written("urad/(N m)"),
+        R.turns("arcsec_per_Nm", 1, ARCSECS).written("arcsec/(N m)"),
+    ]
+};
+
+const FORCE_PER_LENGTH: &[Unit] = {
+    const R: Of = Of(Quantity::ForcePerLength);
+    &[
+        R.tens("N_per_m", 0).written("N/m"),
+        R.tens("N_per_mm", 3).written("N/mm"),
+        R.tens("N_per_um", 6).written("N/um"),
+        R.tens("kN_per_mm", 6).written("kN/mm"),
+    ]
+};
+
+const FORCE_PER_TEMPERATURE: &[Unit] = {
+    const R: Of = Of(Quantity::ForcePerTemperature);
+    &[R.tens("N_per_K", 0).written("N/K"), R.tens("kN_per_K", 3).written("kN/K")]
+};
+
+const TORQUE_PER_ANGLE: &[Unit] = {
+    const R: Of = Of(Quantity::TorquePerAngle);
+    &[
+        R.tens("Nm_per_rad", 0).written("N m/rad"),
+        R.tens("kNm_per_rad", 3).written("kN m/rad"),
+        R.per_turn("Nm_per_deg", 180, 1).written("N m/deg"),
+        R.per_turn("Nm_per_arcmin", 10_800, 1).written("N m/arcmin"),
+        R.per_turn("Nm_per_arcsec", ARCSECS, 1).written("N m/arcsec"),
+    ]
+};
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, clippy::float_cmp)] // sizes are the same numbers, not near ones
+mod tests {
+    use super::*;
+
+    fn unit(symbol: &str) -> &'static Unit {
+        all().find(|unit| unit.symbol == symbol).unwrap()
+    }
+
+    #[test]
+    fn no_symbol_stands_twice_and_no_spelling_within_a_quantity() {
+        let symbols: Vec<&str> = all().map(|unit| unit.symbol).collect();
+        for (index, symbol) in symbols.iter().enumerate() {
+            assert!(!symbols[..index].contains(symbol), "{symbol}");
+        }
+        for quantity in Quantity::ALL {
+            let mut seen = Vec::new();
+            for unit in quantity.units() {
+                assert_eq!(unit.quantity, quantity, "{}", unit.symbol);
+                for spelling in unit.spellings.iter().chain([&unit.symbol]) {
+                    assert!(!seen.contains(spelling), "{spelling}");
+                    seen.push(spelling);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_first_unit_is_that_of_si() {
+        for quantity in Quantity::ALL {
+            let si = quantity.si();
+            assert_eq!((si.size(), si.per_si(), si.to_si(1.5), si.of_si(1.5)), (1.0, 1.0, 1.5, 1.5));
+            assert!(quantity.units().contains(quantity.usual()), "{quantity:?}");
+        }
+    }
+
+    #[test]
+    fn sizes_are_those_of_the_si_brochure() {
+        assert_eq!((unit("arcsec").size(), unit("deg").size()), (ARCSEC, DEGREE));
+        assert_eq!(unit("arcsec").per_si(), ARCSEC_PER_RAD);
+        for (symbol, size) in [
+            ("mm", 1e-3),
+            ("nm", 1e-9),
+            ("deg", PI / 180.0),
+            ("arcsec", PI / 648_000.0),
+            ("kNm", 1e3),
+            ("GPa", 1e9),
+            ("h", 3600.0),
+            ("per_h", 1.0 / 3600.0),
+            ("N_per_um", 1e6),
+            ("Nm_per_deg", 180.0 / PI),
+        ] {
+            assert_eq!(unit(symbol).size(), size, "{symbol}");
+        }
+        for (symbol, size) in [
+            ("per_arcsec2", (648_000.0 / PI).powi(2)),
+            ("arcsec_per_h", PI / 648_000.0 / 3600.0),
+            ("per_mrad2", 1e6),
+        ] {
+            assert!((unit(symbol).size() / size - 1.0).abs() < 1e-15, "{symbol}");
+        }
+    }
+
+    #[test]
+    fn one_length_in_three_units_is_one_number() {
+        assert_eq!((unit("mm").to_si(1.2), unit("um").to_si(1200.0)), (0.0012, 0.0012));
+    }
+
+    #[test]
+    fn there_and_back_is_the_same_number() {
+        for unit in all() {
+            for value in [0.3, -7.25, 1234.5] {
+                let si = unit.to_si(value);
+                assert!((unit.of_si(si) / value - 1.0).abs() < 1e-12, "{}", unit.symbol);
+                assert!(
+                    (si - unit.offset - value * unit.size()).abs() <= 1e-12 * si.abs(),
+                    "{}",
+                    unit.symbol
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_conversion_between_units_of_a_quantity_is_a_ratio_of_whole_numbers() {
+        let found = |from: &str, to: &str| unit(from).conversion(unit(to));
+        let exact = |times, over, plus| Some(Conversion { times, over, plus });
+        assert_eq!(found("deg", "arcsec"), exact(3600.0, 1.0, 0.0));
+        assert_eq!(found("mNm", "Nm"), exact(1.0, 1000.0, 0.0));
+        assert_eq!(found("rad", "arcsec"), exact(648_000.0 / PI, 1.0, 0.0));
+        assert_eq!(found("K", "degC"), exact(1.0, 1.0, -273.15));
+        assert_eq!(found("degC", "degC"), exact(1.0, 1.0, 0.0));
+        assert_eq!(found("K", "Nm"), None);
+    }
+}

@@ -1,0 +1,262 @@
+//! A reducer and what can be asked of it.
+
+use cbpt_cli::case::Case as RustCase;
+use cbpt_core::sweep::Progress;
+use cbpt_core::{Load, Reducer, Severity, TorsionSpring};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyString};
+
+use crate::Reduced;
+use crate::error::{about_ball_drives, case_error, drive_with_effect, half_a_load, invalid_input};
+use crate::finding::Finding;
+use crate::given::{CasePath, case_from_dict, case_from_toml};
+use crate::interrupt::without_gil;
+use crate::preload::{PreloadThresholds, Thresholds};
+use crate::sensitivity::Sensitivities;
+use crate::solution::{LargestAngle, Solution};
+
+/// A cycloid ball planetary transmission, checked and frozen; or any other reducer as a torsion spring, which has
+/// ``solve``, but no pairs, findings and thresholds of the preload.
+///
+/// Make one with :meth:`Drive.from_file`, :meth:`Drive.from_toml` or :meth:`Drive.from_dict`; the keys are those of a
+/// case file.
+#[pyclass(frozen, eq, module = "cbpt._core")]
+#[derive(Clone, PartialEq)]
+pub struct Drive {
+    pub reducer: Reducer,
+}
+
+impl Drive {
+    pub fn rust(&self) -> &Reducer {
+        &self.reducer
+    }
+
+    /// The ball drive that a question is about.
+    pub fn ball_drive(&self, py: Python<'_>, asked: &str) -> PyResult<&cbpt_core::Drive> {
+        self.reducer.ball_drive().ok_or_else(|| about_ball_drives(py, asked))
+    }
+
+    /// The drive of a case that has nothing else to compute.
+    fn new(py: Python<'_>, case: RustCase) -> PyResult<Self> {
+        match case.effects.first() {
+            None => Ok(Self { reducer: case.reducer }),
+            Some(effect) => Err(drive_with_effect(py, &effect.id)),
+        }
+    }
+}
+
+#[pymethods]
+impl Drive {
+    /// Reads the drive of a case file.
+    ///
+    /// Raises ``CaseError`` with file, line, key, what was found and what is allowed.
+    #[staticmethod]
+    fn from_file(py: Python<'_>, path: CasePath) -> PyResult<Self> {
+        Self::new(py, RustCase::read(&path.0).map_err(|error| case_error(py, &error))?)
+    }
+
+    /// Reads the drive of a case given as TOML text.
+    ///
+    /// Raises ``CaseError`` with line, key, what was found and what is allowed.
+    #[staticmethod]
+    fn from_toml(py: Python<'_>, text: &Bound<'_, PyString>) -> PyResult<Self> {
+        Self::new(py, case_from_toml(text, "<text>")?)
+    }
+
+    /// Makes a drive from a dict with the sections and keys of a case file, for example
+    /// ``{"deceleration": {"ball_count": 20, "rolling_circle_radius_mm": 4, ...}, "equal_speed": {...}}``.
+    ///
+    /// Raises ``CaseError`` with key, what was found and what is allowed.
+    #[staticmethod]
+    #[pyo3(signature = (case: "dict[str, Any]"))]
+    fn from_dict(py: Python<'_>, case: &Bound<'_, PyDict>) -> PyResult<Self> {
+        Self::new(py, case_from_dict(py, case)?)
+    }
+
+    /// The drive as a case file in SI units; ``from_toml`` of it gives the same drive to the last bit.
+    fn to_toml(&self) -> String {
+        RustCase::reducer_to_toml(&self.reducer)
+    }
+
+    /// ``ball_drive`` or ``torsion_spring``.
+    #[getter]
+    fn kind(&self) -> &'static str {
+        match self.reducer {
+            Reducer::BallDrive(_) => "ball_drive",
+            Reducer::TorsionSpring(_) => "torsion_spring",
+        }
+    }
+
+    /// Input turns for one turn of the output, below 0 where they turn against each other.
+    #[getter]
+    fn transmission_ratio(&self, py: Python<'_>) -> PyResult<f64> {
+        Ok(self.ball_drive(py, "transmission_ratio")?.transmission_ratio())
+    }
+
+    /// Eccentricity e = K r0, m.
+    #[getter]
+    fn eccentricity_m(&self, py: Python<'_>) -> PyResult<f64> {
+        Ok(self.ball_drive(py, "eccentricity_m")?.deceleration().eccentricity_m())
+    }
+
+    /// Number of deceleration balls.
+    #[getter]
+    fn deceleration_ball_count(&self, py: Python<'_>) -> PyResult<u32> {
+        Ok(self.ball_drive(py, "deceleration_ball_count")?.deceleration().ball_count)
+    }
+
+    /// Number of equal-speed balls (of one row of a cross-slide).
+    #[getter]
+    fn equal_speed_ball_count(&self, py: Python<'_>) -> PyResult<u32> {
+        Ok(self.ball_drive(py, "equal_speed_ball_count")?.equal_speed().ball_count())
+    }
+
+    /// Solves the drive under one load.
+    ///
+    /// ``torque_Nm``: resistance torque on the output, either sign; ``preload_N``: axial preload, above 0, which a torsion
+    /// spring does without;
+    /// ``input_angle_deg``: angle of the input crank from the line of centres. Returns a :class:`Solution`, whose
+    /// ``status`` says whether there is one; its angles are ``None`` where there is not. Raises ``InvalidInputError``
+    /// for a number that cannot be.
+    #[pyo3(signature = (torque_Nm, preload_N = None, input_angle_deg = 0.0))]
+    fn solve(
+        &self,
+        py: Python<'_>,
+        torque_Nm: f64,
+        preload_N: Option<f64>,
+        input_angle_deg: f64,
+    ) -> PyResult<Solution> {
+        let load = match preload_N {
+            Some(preload_N) => Load::new(torque_Nm, preload_N, input_angle_deg.to_radians()),
+            None => Load::without_preload(torque_Nm, input_angle_deg.to_radians()),
+        };
+        load.and_then(|load| py.detach(|| Solution::solve(&self.reducer, &load, input_angle_deg)))
+            .map_err(|error| invalid_input(py, &error))
+    }
+
+    /// Preload that a torque (N m) needs: to hold, for continuous transmission, for zero backlash, of each pair and of
+    /// the drive; maxima over a period, or at ``input_angle_deg`` where it is given.
+    #[pyo3(signature = (torque_Nm, input_angle_deg = None))]
+    fn preload(
+        &self,
+        py: Python<'_>,
+        torque_Nm: f64,
+        input_angle_deg: Option<f64>,
+    ) -> PyResult<PreloadThresholds> {
+        Load::new(torque_Nm, 1.0, input_angle_deg.unwrap_or(0.0))
+            .map_err(|error| invalid_input(py, &error))?;
+        let drive = self.ball_drive(py, "preload")?;
+        let found = py.detach(|| match input_angle_deg {
+            Some(angle) => drive.preload_thresholds_at(torque_Nm, angle.to_radians()),
+            None => drive.preload_thresholds(torque_Nm),
+        });
+        Ok(PreloadThresholds::new(
+            torque_Nm,
+            input_angle_deg,
+            Thresholds::from(found.deceleration),
+            Thresholds::from(found.equal_speed),
+        ))
+    }
+
+    /// How the elastic angle under a load, and the preload thresholds at its torque over a period, answer to every design
+    /// number: exact derivatives. ``also``: names of one of two numbers that are the same and otherwise told as one, such as
+    /// ``material.ball_youngs_modulus_Pa``.
+    #[pyo3(signature = (torque_Nm, preload_N, input_angle_deg = 0.0, also = Vec::new()))]
+    fn sensitivities(
+        &self,
+        py: Python<'_>,
+        torque_Nm: f64,
+        preload_N: f64,
+        input_angle_deg: f64,
+        also: Vec<String>,
+    ) -> PyResult<Sensitivities> {
+        let drive = self.ball_drive(py, "sensitivities")?;
+        let found = Load::new(torque_Nm, preload_N, input_angle_deg.to_radians())
+            .and_then(|load| py.detach(|| Sensitivities::solve(drive, &load, &also)));
+        found.map_err(|error| invalid_input(py, &error))
+    }
+
+    /// Largest elastic angle over a period of the drive at a torque (N m) and preload (N); ``None`` where some angle of
+    /// the crank has no solution. Ctrl-C stops it.
+    fn largest_elastic_angle(
+        &self,
+        py: Python<'_>,
+        torque_Nm: f64,
+        preload_N: f64,
+    ) -> PyResult<Option<LargestAngle>> {
+        let drive = self.ball_drive(py, "largest_elastic_angle")?;
+        let work = |progress: &Progress| drive.largest_elastic_angle_watched(torque_Nm, preload_N, progress);
+        let found = without_gil(py, None, work)?;
+        Ok(found.map_err(|error| invalid_input(py, &error))?.1.map(LargestAngle::from))
+    }
+
+    /// Design findings, the worst first; with a torque and a preload also those of the contacts under load.
+    #[pyo3(signature = (torque_Nm = None, preload_N = None, input_angle_deg = 0.0))]
+    fn findings(
+        &self,
+        py: Python<'_>,
+        torque_Nm: Option<f64>,
+        preload_N: Option<f64>,
+        input_angle_deg: f64,
+    ) -> PyResult<Vec<Finding>> {
+        let load = match (torque_Nm, preload_N) {
+            (Some(torque), Some(preload)) => Some(
+                Load::new(torque, preload, input_angle_deg.to_radians())
+                    .map_err(|error| invalid_input(py, &error))?,
+            ),
+            (None, None) => None,
+            _ => return Err(half_a_load(py)),
+        };
+        Ok(self.ball_drive(py, "findings")?.findings(load.as_ref()).iter().map(Finding::from).collect())
+    }
+
+    fn __reduce__(slf: &Bound<'_, Self>) -> Reduced<(String,)> {
+        Ok((slf.get_type().getattr("from_toml")?.unbind(), (slf.get().to_toml(),)))
+    }
+
+    fn __hash__(&self) -> u64 {
+        hash(&self.to_toml())
+    }
+
+    pub fn __repr__(&self) -> String {
+        let drive = match &self.reducer {
+            Reducer::BallDrive(drive) => drive,
+            Reducer::TorsionSpring(spring) => return repr_of_spring(spring),
+        };
+        let (pair, equal) = (drive.deceleration(), drive.equal_speed());
+        let kind = match equal {
+            cbpt_core::EqualSpeed::RingGroove(_) => "ring grooves",
+            cbpt_core::EqualSpeed::CrossSlide(_) => "cross-slide",
+        };
+        let findings = drive.findings(None);
+        let worst = findings.iter().map(|f| f.severity).max().filter(|s| *s > Severity::Note);
+        format!(
+            "Drive(ratio {}, {} deceleration balls of radius {:.4} mm, eccentricity {:.4} mm; {kind} with {} balls on {:.4} mm{})",
+            drive.transmission_ratio(),
+            pair.ball_count,
+            pair.groove.ball_radius_m * 1e3,
+            pair.eccentricity_m() * 1e3,
+            equal.ball_count(),
+            equal.pitch_radius_m() * 1e3,
+            worst.map_or(String::new(), |s| format!("; {} finding: see findings()", s.name())),
+        )
+    }
+}
+
+fn repr_of_spring(spring: &TorsionSpring) -> String {
+    match (spring.torsional_stiffness_Nm_per_rad(), spring.points()) {
+        (Some(stiffness), _) => format!("Drive(torsion spring of {stiffness} N m/rad)"),
+        (None, points) => {
+            let [first, .., last] = points else { return "Drive(torsion spring)".into() };
+            format!("Drive(torsion spring, {} points from {} to {} N m)", points.len(), first[0], last[0])
+        }
+    }
+}
+
+/// A hash of a drive or a case by its text.
+pub fn hash(text: &str) -> u64 {
+    use std::hash::{DefaultHasher, Hash, Hasher};
+    let mut hasher = DefaultHasher::new();
+    text.hash(&mut hasher);
+    hasher.finish()
+}

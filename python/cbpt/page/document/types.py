@@ -1,0 +1,532 @@
+"""The page's document, typed: `page_document` makes a `PageDocument`; its parts stand here.
+
+    PageDocument    all of it; the parts follow in its order
+    Choice          what the workbench adds when a further set of effects is fitted
+
+`web/types.d.ts`, which the page's modules are checked against, is made from this file by
+`python -m cbpt.page.document.typescript`. Angles are arcsec, other units stand in the names; arrays
+run over the rows of the table, in the order of the readings; None (null) is "not there", and
+`PageDocument.reasons` says why. Parts that the lab documents elsewhere (the answer, next_run) are
+mappings here.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Literal, NotRequired, TypedDict
+
+Column = list[float | None]
+"""Numbers; null where there is none."""
+Branch = Literal["up", "down", "none"]
+"""The way of the torque."""
+Role = Literal["stated", "refitted", "answer", "rival", "candidate", "unknown", "own"]
+"""What a model is to the answer."""
+Ends = tuple[float, float]
+
+
+HasClass = TypedDict("HasClass", {"class": str})
+"""What an effect acts through, or that it is a number of the drive."""
+
+
+class Parameter(TypedDict):
+    """One parameter of an effect, in the unit that people read."""
+
+    effect: str
+    name: str
+    value: float
+    u: float | None
+    unit: str
+    """Empty where the name ends with it."""
+    value_SI: float
+    name_SI: str
+    at_bound: bool
+    why_no_u: str | None
+    text: str
+    """The value with its uncertainty and unit."""
+
+
+class FittedNumber(TypedDict):
+    """A number of drive or rig, which moves within its stated uncertainty."""
+
+    number: str
+    stated: float
+    prior: float
+    value: float
+    u: float | None
+    shift_sigma: float
+
+
+class Rung(TypedDict):
+    """One step of the ladder."""
+
+    added: str
+    label: str
+    key: str
+    effects: list[str]
+    in_sample_arcsec: float
+    held_out_arcsec: float | None
+    chi2_per_dof: float | None
+
+
+class Model(TypedDict):
+    """One model of the readings: stated, refitted, or a set of effects that was fitted."""
+
+    key: str
+    """The effects joined by +; stated, refitted, unknown."""
+    role: Role
+    label: str
+    effects: list[str]
+    model_arcsec: Column
+    residual_arcsec: Column
+    """Measured less model, with the zeros in the model."""
+    rmse_arcsec: float | None
+    held_out_rmse_arcsec: float | None
+    chi2_per_dof: float | None
+    zero_arcsec: float | None
+    parameters: list[Parameter]
+    numbers: list[FittedNumber]
+    probability: float | None
+    tell_tale: str
+    signature_arcsec: Column | None
+    """What it adds to the drive as stated."""
+    converged: bool
+    """False: the search did not end; there is neither an uncertainty nor a held-out error."""
+    case_text: str | None
+    """The case with effects and refitted numbers in it, as `cbpt fit --out` writes it; null for the
+    drive as stated, which is `case.text`, and where why_no_case says why."""
+    why_no_case: str | None
+    ladder: NotRequired[list[Rung]]
+    """The page keeps the steps that lead to a further model with it."""
+
+
+class Choice(TypedDict):
+    """A further set of effects, fitted when asked for."""
+
+    model: Model
+    curves: list[Column | None]
+    """In the order of `PageDocument.curves`."""
+    ladder: list[Rung]
+
+
+class Product(TypedDict):
+    name: str
+    version: str
+
+
+class CaseFile(TypedDict):
+    name: str
+    text: str
+    """TOML."""
+    sha256: str
+    kind: str
+    """ball_drive or torsion_spring."""
+
+
+class Data(TypedDict):
+    """The table of readings."""
+
+    name: str
+    rows: int
+    sha256: str
+    notes: list[str]
+    settings: list[str]
+    place: str
+    """line or row: what the readings are counted by."""
+
+
+class ReadingColumns(TypedDict):
+    """The readings as columns."""
+
+    row: list[int]
+    run: list[str | int | float]
+    run_index: list[int]
+    torque_Nm: list[float]
+    preload_N: list[float] | None
+    preload_step: list[str | int | float] | None
+    input_angle_deg: Column | None
+    time_s: Column | None
+    temperature_degC: Column | None
+    cycle: Column | None
+    branch: list[Branch]
+    level: list[int]
+    """Index into `data.settings`."""
+    measured_arcsec: list[float]
+    u_arcsec: Column | None
+    regime: list[int | None]
+    """Index into `regimes`."""
+    used: list[bool]
+    """Whether the diagnosis judged it."""
+    kept: list[bool]
+    """False: it lies far off and counts less."""
+
+
+class MapColumn(TypedDict):
+    """A column that varies, over which a residual can be mapped."""
+
+    key: str
+    label: str
+    unit: str
+    kind: Literal["number", "angle", "category"]
+
+
+class Candidate(HasClass):
+    """An effect that could be missing; the likeliest stands first. Before them stand numbers that
+    the answer names without ranking them (nulls)."""
+
+    effect: str
+    label: str
+    key: str
+    """Of its model; a number that is the answer is part of `refitted`."""
+    probability: float | None
+    p_value: float | None
+    surviving_fraction: float | None
+    rival: str | None
+    rival_correlation: float | None
+    in_answer: bool
+    is_rival: bool
+    moved: str | None
+    """How far a number that is the answer is off."""
+    tell_tale: str
+    equation: str
+
+
+class LibraryEffect(HasClass):
+    """An effect that there is for this kind of reducer."""
+
+    effect: str
+    label: str
+    port: str
+    tell_tale: str
+    equation: str
+    source: str
+    why_not: str | None
+    """Why these readings cannot show it."""
+
+
+class Loose(TypedDict):
+    below: float
+    """Share of the in-sample error."""
+    says: str
+    """What a smaller held-out error means."""
+
+
+class Ladder(TypedDict):
+    rungs: list[Rung]
+    stop: int
+    """Index of the answer's rung; of an unknown answer, of the best of the library."""
+    stop_says: str | None
+    held_out_by: str
+    loose: Loose
+
+
+class Region(TypedDict):
+    """A region of the readings in which the drive as stated fails."""
+
+    label: str
+    region: dict[str, Ends]
+    regime: str | None
+    readings: int
+    share_of_misfit: float
+    bias_arcsec: float
+    excess_arcsec: float
+    p_value: float
+
+
+class Where(TypedDict):
+    regions: list[Region]
+    of: str
+    """Key of the model."""
+
+
+class Line(TypedDict):
+    """Where a line is drawn: one for each setting of the rig and each way of the torque."""
+
+    label: str
+    level: int
+    preload_N: float | None
+    branch: Branch
+    torque_Nm: Column
+
+
+class Curve(Line):
+    angle_arcsec: dict[str, Column | None]
+    """By key of the model."""
+
+
+class OwnParameter(TypedDict):
+    """What was typed stands as it was typed where it is no number, and the check says so."""
+
+    name: str
+    unit: str
+    start: float | str | None
+    min: NotRequired[float | str | None]
+    max: NotRequired[float | str | None]
+
+
+class OwnEffect(TypedDict):
+    """An effect of the user's own."""
+
+    id: str
+    port: str
+    expression: str
+    parameters: list[OwnParameter]
+    toml: NotRequired[str]
+
+
+class Variable(TypedDict):
+    name: str
+    meaning: str
+
+
+class Port(TypedDict):
+    key: str
+    meaning: str
+
+
+class Own(TypedDict):
+    """What an editor of own effects needs."""
+
+    draft: OwnEffect | None
+    variables: list[Variable]
+    ports: list[Port]
+
+
+class Load(TypedDict):
+    torque_Nm: float
+    preload_N: float | None
+    input_angle_deg: float
+
+
+class DriveSolution(TypedDict):
+    status: str
+    message: str
+    elastic_angle_arcsec: float | None
+    deceleration_arcsec: float | None
+    equal_speed_arcsec: float | None
+    torsional_stiffness_Nm_per_arcsec: float | None
+    hold_preload_N: float | None
+
+
+class Finding(TypedDict):
+    code: str
+    severity: str
+    pair: str | None
+    message: str
+    remedy: str
+
+
+class PairThresholds(TypedDict):
+    hold_N: float | None
+    continuous_N: float | None
+    zero_backlash_N: float | None
+
+
+class DriveThresholds(TypedDict):
+    """Preloads, maxima over a period; null: no preload does it."""
+
+    torque_Nm: float
+    drive: PairThresholds
+    deceleration: PairThresholds
+    equal_speed: PairThresholds
+
+
+class AngleCurve(TypedDict):
+    """At the load's preload and input angle."""
+
+    torque_Nm: list[float]
+    elastic_angle_arcsec: Column
+    deceleration_arcsec: Column
+    equal_speed_arcsec: Column
+    status: list[str]
+
+
+class Slider(TypedDict):
+    key: str
+    label: str
+    unit: str
+    value: float
+    min: float
+    max: float
+    step: float
+
+
+class Sliders(TypedDict):
+    load: list[Slider]
+    design: list[Slider]
+
+
+class DrawnLine(TypedDict):
+    plate: str
+    kind: str
+    x: list[float]
+    y: list[float]
+
+
+class DrawnCircle(TypedDict):
+    plate: str
+    kind: str
+    x: float
+    y: float
+    radius: float
+
+
+class DrawnBall(TypedDict):
+    number: int
+    x: float
+    y: float
+    radius: float
+
+
+class PointState(TypedDict):
+    """What a meshing point carries; nothing is known without a solution."""
+
+    state: str | None
+    role: str | None
+    force_N: float | None
+    in_plane_force_N: float | None
+    deformation_um: float | None
+    gap_um: float | None
+    peak_pressure_GPa: float | None
+
+
+class MeshingPoint(PointState):
+    ball: int
+    diagonal: str
+    plate: str
+    x: float
+    y: float
+    nx: float
+    ny: float
+
+
+class Arrow(TypedDict):
+    ball: int
+    diagonal: str
+    x: float
+    y: float
+    dx: float
+    dy: float
+    force_N: float
+
+
+class Centre(TypedDict):
+    label: str
+    x: float
+    y: float
+
+
+class Place(TypedDict):
+    x: float
+    y: float
+
+
+class Wall(DrawnLine):
+    diagonal: str
+    contact: Place
+    nx: float
+    ny: float
+    state: str | None
+    force_N: float | None
+
+
+class CutBall(TypedDict):
+    ball: int
+    ball_radius_mm: float
+    walls: list[Wall]
+
+
+class Plates(TypedDict):
+    output: str
+    other: str
+
+
+class LoadedPair(TypedDict):
+    """The balls of a pair and what they carry."""
+
+    pair: str
+    title: str
+    extent_mm: float
+    balls: list[DrawnBall]
+    points: list[MeshingPoint]
+    arrows: list[Arrow]
+    arrow_mm_per_N: float | None
+    torque_Nm: float | None
+    angle_arcsec: float | None
+    carrying: int | None
+    peak_pressure_GPa: float | None
+
+
+class DrawnPair(LoadedPair):
+    plates: Plates
+    lines: list[DrawnLine]
+    circles: list[DrawnCircle]
+    centres: list[Centre]
+    section: CutBall
+
+
+class Drawing(TypedDict):
+    """See `drawing`."""
+
+    unit: Literal["mm"]
+    pairs: list[DrawnPair]
+
+
+class DriveSection(TypedDict):
+    """The drive at one load."""
+
+    kind: str
+    """ball_drive or torsion_spring."""
+    load: Load
+    design: dict[str, float]
+    """By key of the design sliders."""
+    solution: DriveSolution
+    findings: list[Finding]
+    thresholds: DriveThresholds | None
+    angle_curve: AngleCurve
+    sliders: Sliders
+    drawing: Drawing | None
+    why_no_drawing: str | None
+
+
+class PageDocument(TypedDict):
+    """Every number on the page."""
+
+    opened: NotRequired[int]
+    """Which of the files that a workbench has shown; a report has no such number."""
+    schema: str
+    product: Product
+    case: CaseFile
+    data: Data
+    command: str
+    """The command line that makes this report."""
+    answer: Any
+    """What `cbpt diagnose --json` writes, or null before a diagnosis."""
+    answer_key: str | None
+    """Key of the model that the answer offers; null where none explains the readings."""
+    readings: ReadingColumns
+    regimes: list[str]
+    """Names of the contact regimes."""
+    regimes_full: list[bool]
+    """Of each regime, whether all meshing points carry in it."""
+    columns: list[MapColumn]
+    models: list[Model]
+    candidates: list[Candidate]
+    library: list[LibraryEffect]
+    ladder: Ladder | None
+    where: Where | None
+    curves: list[Curve]
+    curves_mean_over: list[str]
+    """What differs between the readings of one point of a curve: it shows the mean over that."""
+    own: Own
+    noise: Any
+    """`answer.noise` with noise_floor_arcsec and noise_floor_of: what it was taken from."""
+    next_run: Any
+    """`answer.next_run`."""
+    isolability: Any
+    """What `cbpt isolability` says of this campaign, with the sizes that are shown."""
+    drive: DriveSection
+    units: dict[str, float]
+    """Units of angle on the page, each with its size in arcsec."""
+    reasons: dict[str, str]
+
+
+__all__ = ["Choice", "PageDocument"]

@@ -1,0 +1,232 @@
+"""Reducers that are torsion springs: loops, play, friction and stiffness curves.
+
+    Spring          what turns: stiffness, the largest torque of its curve, calibrations
+    SPRING_EFFECTS  what may be hidden in it, by id: forms, and the number that is its size
+    SpringEffect    one of them with its numbers
+    spring_rows     loops of the torque up and down, both ways
+    turned_rad      the angle of every reading
+
+The spring carries m = M - T(alpha), where T is a friction torque that remembers; its angle is
+alpha = c(m) m/k + (play/2) side(m). Solved run by run from one reading to the next.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from reference.contact import Floats
+from reference.rig.bench import ARCSEC, Friction, Rows
+from reference.rig.campaign import Campaign
+from reference.rig.friction import Dahl, Iwan
+from reference.rig.mesh import Ints, root_of
+
+
+@dataclass(frozen=True)
+class Spring:
+    """As stated (gains 1) or as it really is: logarithm of the stiffness' error, gains."""
+
+    stiffness_Nm_per_rad: float
+    top_Nm: float
+    stiffer: float = 0.0
+    torque_gain: float = 1.0
+    sensor_gain: float = 1.0
+
+    @property
+    def top_rad(self) -> float:
+        """Angle under the largest torque, nominal."""
+        return self.top_Nm / self.stiffness_Nm_per_rad
+
+
+SPRING_EFFECTS: dict[str, tuple[str, ...]] = {
+    "friction_hysteresis": ("dahl", "iwan", "blunt", "with_load"),
+    "backlash": ("smooth", "hard", "offset"),
+    "stiffness_curve": ("stiffening", "two_slopes", "one_sided"),
+    "creep": ("library", "stretched"),
+}
+"""Forms by id; of a stiffness curve the library of causes need not know."""
+
+
+@dataclass(frozen=True)
+class SpringEffect:
+    """size: friction torque over the largest torque, play over the largest angle, share of the
+    largest angle that a curve takes away or creep adds. shape: an engagement angle over the largest
+    angle, a transition torque over the largest torque, a knee, a time (s)."""
+
+    id: str
+    form: str
+    size: float
+    shape: float
+
+    def sized(self, size: float) -> SpringEffect:
+        """The same, stronger or weaker."""
+        return replace(self, size=size)
+
+
+def draw_spring_effect(effect_id: str, form: str, rng: np.random.Generator) -> SpringEffect:
+    """An effect with its shape at random, small."""
+    shape = {
+        "friction_hysteresis": float(10 ** rng.uniform(-1.7, -0.7)),
+        "backlash": float(10 ** rng.uniform(-1.9, -0.9)),
+        "stiffness_curve": float(rng.uniform(0.3, 0.6)),
+        "creep": float(10 ** rng.uniform(0.3, 1.5)),
+    }[effect_id]
+    return SpringEffect(effect_id, form, 0.02, shape)
+
+
+def spring_rows(
+    top_Nm: float, loops: int, steps: int, dwell_s: float, rng: np.random.Generator
+) -> Rows:
+    """Runs of one loop each: up, down, the other way, back."""
+    up = np.arange(steps + 1) / steps
+    lap = np.r_[up[1:], up[-2::-1]]
+    share = np.r_[0.0, lap, -lap]
+    n, m = loops, len(share)
+    wait = rng.normal(dwell_s, 0.05 * dwell_s, (n, m)).clip(0.2 * dwell_s)
+    time = np.cumsum(wait.ravel()) + np.repeat(60.0 * np.arange(n), m)
+    nil = np.zeros(n * m)
+    return Rows(
+        run=np.repeat(np.arange(1, n + 1), m),
+        time_s=time.round(2),
+        torque_Nm=np.tile(share, n).round(6) * top_Nm,
+        preload_N=nil,
+        input_angle_rad=nil,
+        temperature_degC=nil + 20.0,
+        cycle=np.ones(n * m, dtype=np.int64),
+    )
+
+
+# --- the angle --------------------------------------------------------------------------------
+
+
+def _curve(spring: Spring, effects: Sequence[SpringEffect], m: Floats) -> tuple[Floats, Floats]:
+    """Angle (rad) under the torque that the spring carries, and its slope."""
+    k = spring.stiffness_Nm_per_rad * np.exp(spring.stiffer)
+    x = m / spring.top_Nm
+    angle, slope = m / k, np.full_like(m, 1 / k)
+    for e in effects:
+        if e.id == "stiffness_curve":
+            add, by = _less(e, x)
+            angle, slope = angle - spring.top_rad * add, slope - by / spring.stiffness_Nm_per_rad
+        if e.id == "backlash":
+            side, by = _side(e, x)
+            half = 0.5 * e.size * spring.top_rad
+            angle, slope = angle + half * side, slope + half * by / spring.top_Nm
+    return angle, slope
+
+
+def _less(e: SpringEffect, x: Floats) -> tuple[Floats, Floats]:
+    """Share of the largest angle that the curve takes away at a share of the torque; slope."""
+    if e.form == "stiffening":
+        return e.size * x**3, 3 * e.size * x**2
+    over = np.abs(x) - e.shape
+    if e.form == "one_sided":
+        over = -x - e.shape
+    over = np.maximum(over, 0.0) / (1 - e.shape)
+    sign = np.where(x < 0, -1.0, 1.0)
+    slope = np.where(over > 0, e.size / (1 - e.shape), 0.0)
+    return e.size * sign * over, slope
+
+
+def _side(e: SpringEffect, x: Floats) -> tuple[Floats, Floats]:
+    """Which flank carries, -1 to 1, at a share of the largest torque; slope."""
+    x = x - 0.5 * e.shape if e.form == "offset" else x
+    if e.form == "hard":
+        return np.clip(x / e.shape, -1, 1), (np.abs(x) < e.shape) / e.shape
+    wide = np.hypot(x, e.shape)
+    return x / wide, e.shape**2 / wide**3
+
+
+def _friction(
+    spring: Spring, effects: Sequence[SpringEffect], load_Nm: Floats
+) -> tuple[Friction, Floats] | None:
+    """Law and limit (N m) of every reading; None without friction."""
+    for e in effects:
+        if e.id == "friction_hysteresis":
+            length = e.shape * spring.top_rad
+            laws: dict[str, Friction] = {
+                "dahl": Dahl(length),
+                "iwan": Iwan(length),
+                "blunt": Dahl(length, power=0.5),
+                "with_load": Dahl(length),
+            }
+            limit = np.full(len(load_Nm), e.size * spring.top_Nm)
+            if e.form == "with_load":
+                limit = limit * (0.3 + 1.4 * np.abs(load_Nm) / spring.top_Nm)
+            return laws[e.form], limit
+    return None
+
+
+def _crept(spring: Spring, effects: Sequence[SpringEffect], rows: Rows) -> Floats:
+    out = np.zeros(len(rows))
+    for e in effects:
+        if e.id == "creep":
+            t = rows.run_time_s / e.shape
+            grown = np.log1p(t) if e.form == "library" else 4 * (1 - np.exp(-np.sqrt(t / 8)))
+            out += e.size * spring.top_rad * rows.torque_Nm / spring.top_Nm * grown
+    return out
+
+
+def turned_rad(spring: Spring, rows: Rows, effects: Sequence[SpringEffect] = ()) -> Floats:
+    """Angle (rad) of every reading; each run starts without friction."""
+    load = rows.torque_Nm * spring.torque_gain
+    friction = _friction(spring, effects, load)
+    after = _crept(spring, effects, rows)
+    if friction is None:
+        return np.asarray(spring.sensor_gain * (_curve(spring, effects, load)[0] + after))
+    law, limit = friction
+    angle, place = np.zeros(len(rows)), np.arange(len(rows)) - rows.starts
+    runs = np.flatnonzero(place == 0)
+    length = int(place.max()) + 1
+    now = runs
+    angle[now] = _curve(spring, effects, load[now])[0]
+    memory = law.begin(limit[now])
+    rate = np.zeros(len(runs))
+    for step in range(1, length):
+        now = runs + step  # every run has as many readings
+        before = angle[now - 1]
+        memory = (memory[0], limit[now])
+
+        def balance(
+            m: Floats,
+            now: Ints = now,
+            before: Floats = before,
+            memory: object = memory,
+        ) -> tuple[Floats, Floats]:
+            turned, slope = _curve(spring, effects, m)
+            held, stiff = law.torque(memory, turned - before, rate)
+            return m - load[now] + held, 1 + stiff * slope
+
+        wide = 1.5 * limit[now] + 1e-12
+        unit = np.abs(load[now]) + wide
+        m = root_of(balance, load[now], load[now] - wide, load[now] + wide, unit)
+        angle[now] = _curve(spring, effects, m)[0]
+        memory = law.step(memory, angle[now] - before, rate)
+    return np.asarray(spring.sensor_gain * (angle + after))
+
+
+@dataclass(frozen=True)
+class SpringCampaign(Campaign):
+    """Readings of a torsion spring: no preload, no input angle, no temperature."""
+
+    def columns(self) -> dict[str, Floats]:
+        """Run, time, torque, angle and its uncertainty."""
+        left_out = ("preload_N", "input_angle_deg", "temperature_degC", "cycle")
+        return {k: v for k, v in super().columns().items() if k not in left_out}
+
+    def to_csv(self) -> str:
+        """The table as text."""
+        columns = self.columns()
+        rows = zip(*(c.tolist() for c in columns.values()), strict=True)
+        return "\n".join([",".join(columns), *(",".join(map(str, r)) for r in rows)]) + "\n"
+
+
+def draw_spring(rng: np.random.Generator) -> tuple[dict[str, dict[str, float]], Spring]:
+    """A case and the spring that it states: seconds of arc to minutes under the largest torque."""
+    top = float(np.round(10 ** rng.uniform(0.0, 2.0), 2))
+    angle = float(10 ** rng.uniform(1.3, 3.0)) * ARCSEC
+    stated = float(np.round(top / angle * np.pi / 10800, 6))
+    case = {"torsion_spring": {"torsional_stiffness_Nm_per_arcmin": stated}}
+    return case, Spring(stated * 10800 / np.pi, top)
