@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from importlib import import_module
 from pathlib import Path
 
@@ -75,9 +76,9 @@ def missing() -> set[str]:
 
 
 def directive(name: str, module: str = "cbpt") -> str:
-    """What makes Sphinx write the docstring of a class, an error or a function."""
+    """What makes Sphinx write the docstring of a class, an error, a function or a value."""
     value = getattr(import_module(module), name)
-    kind = "function"
+    kind = "function" if inspect.isroutine(value) else "data"  # a name for a type is data
     if isinstance(value, type):
         kind = "exception" if issubclass(value, Exception) else "class"
     lines = [f".. auto{kind}:: {module}.{name}"]

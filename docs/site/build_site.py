@@ -84,7 +84,8 @@ def sphinx(source: Path, out: Path) -> None:
     command = [sys.executable, "-m", "sphinx", "--quiet", "--builder", "html"]
     command += ["--fail-on-warning", "--jobs", "auto"]
     command += ["--conf-dir", str(HERE), "--doctree-dir", str(source.with_name("docs-doctrees"))]
-    subprocess.run([*command, str(source), str(out)], check=True)
+    if subprocess.run([*command, str(source), str(out)], check=False).returncode:
+        raise SystemExit("Sphinx found something wrong with the pages: see above")
 
 
 def main() -> int:

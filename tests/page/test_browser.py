@@ -212,14 +212,14 @@ def a_pattern_is_no_case(live: Any) -> None:
     assert "no effect of the library" in live.text_content("#sentence")
     # Nothing of the library is offered as the answer, and a pattern is in no case file.
     assert live.locator("#show-answer").count() == 0
-    assert "which does not explain it" in live.text_content("#answer .facts")
+    assert "does not explain the readings" in live.text_content("#answer .facts")
     assert "→" not in live.text_content("#answer .facts")
     assert "the answer stops here" not in live.text_content("#ladder")
     assert "depart a little from its form" in live.text_content("#ladder")
     live.click("#show-pattern")
     assert number(live, "#rmse") < 1
     assert live.is_disabled("#save-case")
-    assert "no case file of it: a pattern" in live.text_content("#export")
+    assert "no case file: a lack of fit" in live.text_content("#export")
     live.click("#model-bar >> text=as stated")
     advice = live.text_content("#next .card")
     assert advice.startswith("Where to measure moreWhat is missing has no name")
@@ -280,7 +280,7 @@ def a_fit_that_fails_says_so_beside_the_editor(live: Any) -> None:
 
 def fields_are_checked_as_typed(live: Any) -> None:
     for field, wrong, said in (
-        ("parameters.a1.min", "-1,5", 'least of a1 = "-1,5": '),
+        ("parameters.a1.min", "-1,5", 'minimum of a1 = "-1,5": '),
         ("parameters.a1.start", "", "start of a1: missing"),
         ("id", "stated", 'id = "stated": '),
     ):

@@ -143,9 +143,9 @@ def test_an_own_effect_is_checked_as_it_is_typed_fitted_and_exported(
     ("change", "field", "said"),
     [
         ({"start": None}, "parameters.a.start", "start of a: missing; expected a finite number"),
-        ({"min": "-1,5"}, "parameters.a.min", "least of a = \"-1,5\": expected a finite number, "
+        ({"min": "-1,5"}, "parameters.a.min", "minimum of a = \"-1,5\": expected a finite number, "
          "written with a decimal point"),
-        ({"max": "1e999"}, "parameters.a.max", "most of a = \"1e999\": expected a finite number"),
+        ({"max": "1e999"}, "parameters.a.max", "maximum of a = \"1e999\": expected a finite"),
         ({"start": "0x1F"}, "parameters.a.start", "start of a = \"0x1F\": expected"),
         ({"min": 1, "max": -1}, "parameters.a", "a: min, start and max must be in this order"),
     ],

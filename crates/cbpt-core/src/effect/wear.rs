@@ -22,7 +22,7 @@ pub static SPEC: Spec = Spec {
         "share w of the preload lost in a second",
     )
     .within(0.0, 1.0)
-    .likely(0.0, 1e-4)],
+    .likely(0.0, 1e-3)],
     twins: &[],
     action: Action::Load(act),
 };

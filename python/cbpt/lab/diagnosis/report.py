@@ -14,7 +14,7 @@ from cbpt.lab.diagnosis.alternatives import unseen
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
 from cbpt.lab.diagnosis.fit_text import moved_numbers
 from cbpt.lab.diagnosis.noise_statement import noise_floor
-from cbpt.lab.selection.decision import ODDS_LIMIT
+from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording.numbers import listed, shown
 
 _WIDTH = 100
@@ -140,7 +140,7 @@ def _wrapped(text: str) -> list[str]:
 
 
 def _next_run(run: dict[str, Any]) -> str:
-    if run["gain"] < np.log(ODDS_LIMIT):
+    if run["gain"] < np.log(RULES.rival_odds):
         return (
             "No single run like the previous ones would decide between them; knowledge from "
             "elsewhere, such as a drawing, can."

@@ -426,11 +426,11 @@ def _stop_says(d: Diagnosis, stop: int) -> str | None:
     if stop + 1 >= len(d.ladder):
         return None
     if d.verdict.pattern is not None:
-        return "no effect gets further; below, a pattern without a name"
+        return "no effect reduces the error further; below: a lack of fit"
     last, more = (r.held_out_rmse_arcsec for r in d.ladder[stop : stop + 2])
     if more >= last:
-        return "stop: more gains nothing held out"
-    return "stop: what more gains is too little to be likelier"
+        return "stop: a further effect does not reduce the held-out error"
+    return "stop: a further effect reduces the error too little to be more probable"
 
 
 def library(case: Case | Drive, found: Found) -> Iterator[LibraryEffect]:
@@ -475,5 +475,5 @@ def _why_no_run(answer: Mapping[str, Any]) -> str:
     if verdict["kind"] == "unknown":
         return str(answer["unknown"]["measure_next"])
     if verdict["rivals"] or verdict["kind"] == "ambiguous":
-        return "no run like those so far would decide between the rivals"
-    return "the answer leaves no rivals that a further run would have to decide between"
+        return "no run like those so far would separate the rivals"
+    return "the answer has no rivals, so no further run is needed to decide"

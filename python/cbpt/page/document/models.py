@@ -40,7 +40,7 @@ from cbpt.page.document.types import Choice, FittedNumber, Model, Parameter, Rol
 
 Floats = NDArray[np.float64]
 
-ROUGH = "the search was not ended: a rough fit"
+ROUGH = "the search did not converge"
 """Of a fit whose numbers are not told to an uncertainty."""
 
 
@@ -184,7 +184,7 @@ class Models:
             "chi2_per_dof": d.ladder[-1].chi2_per_dof,
             "probability": d.verdict.probability if d.verdict.kind == "unknown" else None,
             "signature_arcsec": numbers(model - self._stated),
-            "why_no_case": "a pattern without a name is no effect that a case file could hold",
+            "why_no_case": "a lack of fit without a name is no effect that a case file can hold",
         }
 
     # --- further choices ---

@@ -20,7 +20,7 @@ from cbpt.lab.model.own_terms import COLUMNS, variant_of
 from cbpt.lab.readings.reader import Readings
 
 _FIELD = re.compile(r"parameters\.(\w+)(?:\.(start|min|max|unit))?(?= =|:)|(id|expression)(?= =|:)")
-_HEADS = {"start": "start", "min": "least", "max": "most", "unit": "unit"}
+_HEADS = {"start": "start", "min": "minimum", "max": "maximum", "unit": "unit"}
 _CHARACTER = re.compile(r"character (\d+): (.*)", re.DOTALL)
 _WITH_COMMA = re.compile(r'= "[^"]*,[^"]*": expected a finite number$')
 

@@ -133,7 +133,9 @@ class _Current:
         asked = QueryParams(scope["query_string"])
         words = None
         if asked.get("page", self.page) != self.page:
-            words = "this page is of a workbench that has ended; reload it to see the present one"
+            words = (
+                "this page belongs to a workbench that has ended; reload it to see the present one"
+            )
         elif asked.get("opened", str(self.session.opened)) != str(self.session.opened):
             words = "other files have been opened in another window; reload this one to see them"
         answer = JSONResponse({"error": words}, 409) if words else self.app
@@ -264,7 +266,7 @@ def _ascii(name: str) -> str:
 
 async def _body(request: Request, most: int) -> bytes:
     """The body, never more of it than may be."""
-    words = f"more than {most:,} bytes"
+    words = f"the request is longer than {most:,} bytes"
     told = request.headers.get("content-length", "0")
     if not told.isdecimal() or int(told) > most:
         raise Wrong(413, words)

@@ -48,7 +48,7 @@ MOST_EFFECTS = 8
 CLOSING_S = 1.0
 """How long the end may wait for what is under way, all together."""
 _NOTHING = "there are no readings yet: open a case file and a table of readings first"
-_ASK_FOR_IT = "what this campaign could see is worked out once nothing else is asked for"
+_ASK_FOR_IT = "the detection limits of this campaign are computed when the workbench is idle"
 _ENDING = "the workbench is ending"
 _NO_DIAGNOSIS = "the readings have to be diagnosed first"
 

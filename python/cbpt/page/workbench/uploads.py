@@ -189,11 +189,11 @@ class Opened:
         """The readings, where case and table are there; and what is missing or in doubt."""
         found: dict[str, Any] = {"ready": False, "message": "", "columns": [], "quantities": []}
         if self.upload is None:
-            words = f"{self.case_name} is read; now a table of readings."
+            words = f"{self.case_name} is read. Add a table of readings."
             return None, found | {"message": words}
         found |= self.upload.describe()
         if self.case is None:
-            words = f"{self.upload.name} is here; now the case file (TOML)."
+            words = f"{self.upload.name} is read. Add the case file (TOML)."
             return None, found | {"message": words}
         if found["which_sheet"]:
             words = f"{self.upload.name} has several sheets that may hold readings; choose one."

@@ -64,7 +64,7 @@ function isRefitted(effect) {
 }
 
 /** What a model is called that the search did not end at. */
-export const ROUGH = "rough fit: the search was not ended";
+export const ROUGH = "rough fit: the search did not converge";
 
 let latest = 0;
 /** The effects asked for last, while their model is on its way. @type {string[] | null} */
@@ -98,7 +98,7 @@ export async function show(effects, asked) {
       setModel(modelOf(alone) ? alone : "stated");
       announce(told());
       trouble(
-        "A report holds only what the diagnosis fitted, and these effects not together; the workbench fits any combination.",
+        "This report holds no fit of these effects together. The workbench fits any combination.",
       );
       return;
     }

@@ -11,8 +11,8 @@ const KINDS = /** @type {Record<string, string>} */ ({
   effect: "an effect is missing",
   parameter: "a number of the drive is off",
   rig: "the instrument is off",
-  ambiguous: "rivals that these readings do not tell apart",
-  unknown: "missing, and not in the library",
+  ambiguous: "several explanations that these readings do not separate",
+  unknown: "an effect that the library does not hold",
   complete: "nothing is missing",
 });
 // More notes than this are folded.
@@ -54,12 +54,12 @@ function waiting(whole) {
     el(
       "p",
       { class: "sentence" },
-      `As stated, the model is ${size(stated.rmse_arcsec)} ${state.unit} off.`,
+      `The drive as stated leaves an error of ${size(stated.rmse_arcsec)} ${state.unit}, rms.`,
     ),
     el(
       "p",
       { class: "quiet" },
-      whole.reasons.answer ?? "Which effect is missing has not been asked yet.",
+      whole.reasons.answer ?? "The readings have not been diagnosed yet.",
     ),
     notes(whole),
   );
@@ -72,7 +72,9 @@ function found(whole) {
   const explained = whole.answer_key !== null;
   const moved = explained && before.rmse_arcsec !== after.rmse_arcsec;
   const best = (/** @type {number | null} */ v) =>
-    explained ? "" : `; the best of the library leaves ${size(v)}, which does not explain it`;
+    explained
+      ? ""
+      : `; the best library effect leaves ${size(v)} and does not explain the readings`;
   const floor = whole.noise.noise_floor_arcsec;
   return el(
     "div",
@@ -84,7 +86,7 @@ function found(whole) {
       fact(
         "Probability of this answer",
         probability(verdict.probability),
-        `${KINDS[verdict.kind] ?? verdict.kind}; all that was weighed sums to 1`,
+        `${KINDS[verdict.kind] ?? verdict.kind}; the probabilities of all hypotheses sum to 1`,
         el("div", { class: "bar" }, bar(verdict.probability)),
       ),
       fact(
@@ -96,7 +98,7 @@ function found(whole) {
         explained && fall(before.rmse_arcsec, after.rmse_arcsec, floor),
       ),
       explained && fact(
-        "Held out before → after",
+        "Held-out error before → after",
         `${size(before.held_out_rmse_arcsec)} → ${size(after.held_out_rmse_arcsec)}`,
         `${state.unit}, by ${whole.answer.held_out_by}`,
         fall(before.held_out_rmse_arcsec, after.held_out_rmse_arcsec, floor),
@@ -113,7 +115,7 @@ function found(whole) {
         explained
           ? `${text(before.chi2_per_dof)} → ${text(after.chi2_per_dof)}`
           : text(before.chi2_per_dof),
-        "1 is what noise alone leaves",
+        "noise alone gives 1",
       ),
     ),
     el(
@@ -146,9 +148,9 @@ function found(whole) {
             id: "show-pattern",
             onclick: () => setModel("unknown"),
           },
-          "Show the pattern without a name",
+          "Show the lack of fit as a free function",
         ),
-        whole.own.draft && el("a", { href: "#own" }, "A first draft of the missing term"),
+        whole.own.draft && el("a", { href: "#own" }, "A draft of the missing term"),
         el("span", { class: "small quiet" }, noise.u_says),
       ),
     ),
@@ -196,7 +198,7 @@ function restsOn(numbers) {
     return el(
       "p",
       { class: "small quiet" },
-      "It rests on the readings alone: no stated number would explain the same by being off.",
+      "The answer does not depend on a stated number: an error in none of them explains the same residual.",
     );
   }
   return el(
@@ -210,11 +212,11 @@ function restsOn(numbers) {
         el(
           "li",
           {},
-          `${r.number.replaceAll("_", " ")}, stated to ${text(r.prior, 2)}: if it were off by ${
-            text(Math.abs(r.needed_shift_sigma), 2)
-          } standard uncertainties${
-            numbers.length > 1 ? ", together with the others here," : ""
-          } it would explain the same.`,
+          `${r.number.replaceAll("_", " ")}, stated with uncertainty ${
+            text(r.prior, 2)
+          }: an error of ${text(Math.abs(r.needed_shift_sigma), 2)} standard uncertainties in it${
+            numbers.length > 1 ? ", together with errors in the others listed here," : ""
+          } explains the same residual.`,
         )
       ),
     ),

@@ -41,7 +41,7 @@ function draw() {
       el(
         "p",
         { class: "quiet" },
-        whole.reasons.candidates ?? "No effect of the library shows in these readings.",
+        whole.reasons.candidates ?? "These readings show no effect of the library.",
       ),
     );
   }
@@ -57,7 +57,7 @@ function draw() {
     el(
       "p",
       { class: "quiet" },
-      "A switch adds the effect to the model, fitted; curves, residual and ladder follow. The dots are the residual of the drive as stated, the line is what the effect adds together with the numbers of the drive as refitted beside it.",
+      "A switch adds the effect to the model and refits it; the curves, the residual and the error ladder follow. Dots: the residual of the drive as stated. Line: the change that the effect makes, with the numbers of the drive refitted.",
     ),
     el("div", { class: "cards" }, folded.map(cardOf)),
     rest > 0 &&
@@ -141,13 +141,13 @@ function card(c) {
       ? el(
         "p",
         { class: "small quiet" },
-        "A stated number: the answer weighs how far it moves within what is stated.",
-        !c.moved && " Here it is left free.",
+        "A stated number of the drive: the answer lets it move within its stated uncertainty.",
+        !c.moved && " Here its value is free.",
       )
       : el(
         "div",
         { class: "chance" },
-        el("span", { class: "quiet" }, "probability that it alone is missing"),
+        el("span", { class: "quiet" }, "probability that only this effect is missing"),
         el("div", { class: "bar" }, bar(c.probability)),
         el("b", {}, probability(c.probability)),
       ),
@@ -166,11 +166,11 @@ function card(c) {
       [
         m?.held_out_rmse_arcsec && `held out ${size(m.held_out_rmse_arcsec)} ${state.unit}`,
         c.surviving_fraction !== null &&
-        `numbers of the drive can imitate all but ${
+        `${
           (100 * c.surviving_fraction).toFixed(0)
-        } % of it`,
+        } % of its signature remains when the numbers of the drive are refitted`,
         c.rival &&
-        `looks most like ${c.rival.replaceAll("_", " ")} (correlation ${
+        `most similar: ${c.rival.replaceAll("_", " ")} (correlation ${
           fixed(c.rival_correlation, 2)
         })`,
       ].filter(Boolean).join(" · "),
@@ -192,7 +192,7 @@ export function parameters(m) {
         nameOf(p.name),
         " ",
         el("b", {}, sizeOf(p)),
-        p.at_bound && " (at the end of its range)",
+        p.at_bound && " (at the limit of its range)",
         m.converged && p.u === null && p.why_no_u && ` (no uncertainty: ${p.why_no_u})`,
       )
     ),

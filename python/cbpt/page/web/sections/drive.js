@@ -180,8 +180,8 @@ function drawFacts() {
       angle(s.elastic_angle_arcsec),
       s.status === "ok" ? state.unit : s.message,
     ),
-    ofPairs && fact("of it deceleration pair", angle(s.deceleration_arcsec), state.unit),
-    ofPairs && fact("of it equal-speed pair", angle(s.equal_speed_arcsec), state.unit),
+    ofPairs && fact("Part of the deceleration pair", angle(s.deceleration_arcsec), state.unit),
+    ofPairs && fact("Part of the equal-speed pair", angle(s.equal_speed_arcsec), state.unit),
     fact("Stiffness", text(s.torsional_stiffness_Nm_per_arcsec, 3), "N m / arcsec"),
     fact(
       "Load",
@@ -233,11 +233,11 @@ function drawDesign() {
             size(of.zero_backlash_N),
           ]),
         )
-        : el("p", { class: "quiet" }, "A preload is needed from the first torque on."),
+        : el("p", { class: "quiet" }, "At zero torque there are no preload thresholds."),
       t && el(
         "p",
         { class: "small quiet" },
-        "At the worst input angle of the turn; the solution and the findings are of one input angle, which may need less.",
+        "Thresholds hold at the worst input angle of a turn. The solution and the findings are for one input angle, which may need less preload.",
       ),
     ),
     el(

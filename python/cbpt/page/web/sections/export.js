@@ -102,7 +102,7 @@ function draw() {
 
 /** Why there is no case file. @param {Model} m */
 function noCase(m) {
-  return `There is no case file of it: ${m.why_no_case ?? "it was not fitted"}.`;
+  return `This model has no case file: ${m.why_no_case ?? "it was not fitted"}.`;
 }
 
 /**
@@ -119,9 +119,9 @@ function commands(saved) {
   const compare = report.replace(/^cbpt report ('[^']*'|\S+)/, `cbpt compare ${saved}`)
     .replace(/ --with( [^\s-]\S*)+/, "").replace(/ --seed \d+/, "");
   const zero = m.zero_arcsec
-    ? `; the page takes the zero that fits best (${
+    ? `; the page subtracts the offset that fits best (${
       text(m.zero_arcsec * scale(), 3)
-    } ${state.unit}), which compare tells beside its error`
+    } ${state.unit}), which compare states beside its error`
     : "";
   found.push([
     `The model shown, from the case file saved above${zero}`,
@@ -134,7 +134,7 @@ function commands(saved) {
     // A case that knows the own effect.
     const inputs = own ? report.replace(/^cbpt report ('[^']*'|\S+)/, `cbpt fit ${saved}`) : report;
     found.push([
-      "The same effects fitted anew, by noise and starts of their own: it may end elsewhere",
+      "The same effects fitted again; noise and start values are found anew, so the result may differ",
       `${inputs.replace(/^cbpt report/, "cbpt fit")} --with ${
         m.effects.join(" ")
       } --out case_with.toml`,
@@ -150,7 +150,7 @@ async function copy(words) {
     await navigator.clipboard.writeText(words);
     announce("Copied");
   } catch {
-    announce("The browser does not let this page copy; mark the text instead.");
+    announce("The browser does not allow this page to copy; select the text instead.");
   }
 }
 

@@ -72,7 +72,7 @@ function offer() {
     el(
       "span",
       { class: "small quiet" },
-      "Weighs every effect of the library against the readings; takes some seconds.",
+      "Compares every effect of the library with the readings; this takes some seconds.",
     ),
   );
 }

@@ -93,7 +93,7 @@ function floorSays() {
   if (!noise) return "";
   return noise.noise_floor_arcsec === null
     ? `The noise floor ${noise.noise_floor_of}.`
-    : `Left of the noise floor (${noise.noise_floor_of}) a model fits noise.`;
+    : `A model with an error below the noise floor (${noise.noise_floor_of}) fits noise.`;
 }
 
 /**
@@ -134,7 +134,7 @@ function build(t) {
   const marks = [
     stop !== null && mark(stop, figure.area.clientWidth < 420 ? "stop" : says, t.warn, "dash"),
     weighed() > 0 && list.length > weighed() &&
-    mark(weighed() - 1, "to the model shown", t.quiet, "solid"),
+    mark(weighed() - 1, "steps to the model shown", t.quiet, "solid"),
   ].filter((m) => m !== false);
   const s = scale();
   const at = list.map((_, k) => k);
@@ -315,7 +315,7 @@ function drawRows() {
           "span",
           { class: "visually-hidden" },
           whole.answer_key === null
-            ? " (the best of the library, which does not explain it)"
+            ? " (the best library effect; it does not explain the readings)"
             : " (the answer stops here)",
         ),
       ],

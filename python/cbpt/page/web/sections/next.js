@@ -10,10 +10,10 @@ import { documentShown, hasBalls, on, state } from "../lib/store.js";
 const SIGNS =
   /** @type {Record<string, string>} */ ({ apart: "", above: "+", not_here: "×", twins: "=" });
 const MEANS = /** @type {Record<string, string>} */ ({
-  apart: "told apart as soon as they are seen",
-  above: "told apart only when larger than the smallest size seen",
-  not_here: "not told apart by these runs",
-  twins: "twins: no reading of this rig tells them apart",
+  apart: "separable at the smallest detectable size",
+  above: "separable only above the smallest detectable size",
+  not_here: "not separable by these runs",
+  twins: "not separable by any reading of this rig",
 });
 
 // As long without a switch is taken for a pause.
@@ -31,7 +31,12 @@ let sizes;
 export function setUpNext() {
   run = el("div", { class: "card" });
   const plot = el("div", { id: "matrix" });
-  matrix = el("div", { class: "card" }, el("h3", {}, "What these runs can tell apart"), plot);
+  matrix = el(
+    "div",
+    { class: "card" },
+    el("h3", {}, "Which effects these runs can separate"),
+    plot,
+  );
   sizes = el("div", { class: "card", id: "sizes" });
   fill(
     bodyOf("next"),
@@ -40,7 +45,7 @@ export function setUpNext() {
   figure = new Figure(
     plot,
     "isolability",
-    "Matrix of how like each other effects look in this campaign",
+    "Correlation of the effects in this campaign",
     build,
     { height: 520, paper: 430 },
   );
@@ -51,7 +56,7 @@ export function setUpNext() {
       el(
         "span",
         { class: "small quiet" },
-        "Correlation after the refit, at the smallest size seen. Blank: told apart; + only when larger; × not by these runs; = never.",
+        "Correlation of the signatures after the refit, at the smallest detectable size. Blank: separable; +: only when larger; ×: not by these runs; =: by no reading of this rig.",
       ),
       figure.save,
     ),
@@ -120,7 +125,7 @@ function drawRun() {
             plain(r.torque_Nm)
           } N m (${r.direction}).`,
         ),
-        el("p", { class: "quiet" }, `It tells apart ${r.separates.map(nameOf).join(", ")}.`),
+        el("p", { class: "quiet" }, `It separates ${r.separates.map(nameOf).join(", ")}.`),
       ]
       : el(
         "p",
@@ -224,7 +229,7 @@ function drawSizes() {
   if (!found) {
     return fill(
       sizes,
-      el("h3", {}, "What these runs could see"),
+      el("h3", {}, "What these runs can detect"),
       el("p", { class: "quiet" }, capital(whole.reasons.isolability ?? "Not computed.")),
     );
   }
@@ -232,10 +237,10 @@ function drawSizes() {
     values ? Object.values(values).map((v) => text(v, 3)).join(", ") : "never";
   fill(
     sizes,
-    el("h3", {}, "Smallest size that would be told"),
+    el("h3", {}, "Smallest size that these runs detect"),
     table(
-      "Smallest size of each effect that this campaign would tell",
-      ["effect", { text: "half the time", number: true }, { text: "19 of 20", number: true }],
+      "Smallest size of each effect that this campaign detects",
+      ["effect", { text: "in 50 % of cases", number: true }, { text: "in 95 %", number: true }],
       found.effects.map((/** @type {any} */ e) => [
         [
           e.form.replaceAll("_", " ").replace(":", ": "),
@@ -255,7 +260,7 @@ function drawSizes() {
       el(
         "p",
         { class: "small quiet" },
-        "Not seen: ",
+        "Not detectable: ",
         found.unseen.map((/** @type {any} */ u) => `${u.effect.replaceAll("_", " ")} (${u.why})`)
           .join("; "),
         ".",
@@ -273,7 +278,7 @@ function twins(found) {
   return el(
     "details",
     {},
-    el("summary", {}, `${list.length} pairs that these runs do not tell apart`),
+    el("summary", {}, `${list.length} pairs that these runs do not separate`),
     el(
       "ul",
       { class: "plain small" },

@@ -62,7 +62,7 @@ function draw() {
     ? el(
       "p",
       {},
-      "A first draft of what no library holds, found in these readings: ",
+      "A draft of an effect that the library does not hold, derived from these readings: ",
       el(
         "b",
         {},
@@ -74,7 +74,7 @@ function draw() {
     : el(
       "p",
       { class: "quiet" },
-      "What no library holds is written as a formula in the columns of the table and the numbers of the drive. Everything in SI and radians.",
+      "Write an effect that the library does not hold as a formula in the columns of the table and the numbers of the drive. All quantities are in SI units and radians.",
     );
   if (!isLive()) {
     return fill(
@@ -87,7 +87,7 @@ function draw() {
         el(
           "p",
           { class: "small quiet" },
-          "In the workbench it is edited, checked as it is typed, and fitted: ",
+          "The workbench lets you edit the draft, checks it as you type and fits it: ",
           el(
             "code",
             {},
@@ -175,7 +175,7 @@ function draw() {
       el(
         "div",
         { class: "card" },
-        el("h3", {}, "What it may use"),
+        el("h3", {}, "Variables and functions"),
         el(
           "ul",
           { class: "plain small" },
@@ -275,7 +275,7 @@ function drawParameters() {
           el(
             "tr",
             {},
-            ["parameter", "unit", "start", "least", "most"].map((h) =>
+            ["parameter", "unit", "start", "minimum", "maximum"].map((h) =>
               el("th", { scope: "col" }, h)
             ),
           ),

@@ -83,7 +83,7 @@ export function setUpReadings() {
         el(
           "span",
           { class: "no-print", id: "box-hint", style: "visibility: hidden" },
-          " Drag a box to select readings; double-click to let go. ",
+          " Drag a box to select readings; double-click to clear the selection. ",
         ),
         el("span", { id: "mean-over" }),
       ),
@@ -121,7 +121,7 @@ export function levelColours(t) {
 function drawLegend() {
   const whole = documentShown();
   byId("mean-over").textContent = !inOrder() && whole.curves_mean_over.length
-    ? "Lines are means, the residual is not; choose a run to see the model reading by reading."
+    ? "Lines show means; the residual stands at each reading. Choose a run to see the model reading by reading."
     : "";
   const colours = levelColours(theme());
   const names = whole.data.settings;
@@ -303,7 +303,7 @@ function build(t) {
   }
   if (inOrder()) data.push(lineOfRun(t, s));
   byId("thinned").textContent = drawn.length < all
-    ? `${drawn.length} of ${all} readings drawn, what stands out among them; all are computed with.`
+    ? `${drawn.length} of ${all} readings are drawn, the extremes among them; all are used in the fits.`
     : "";
   const angles = inUnit([
     ...withBars(drawn.map((i) => r.measured_arcsec[i]), drawn),
@@ -479,7 +479,7 @@ function drawSelection() {
           fixed(bias * s, decimals(2), true)
         } ${state.unit}`,
       ),
-      el("button", { type: "button", onclick: () => select([]) }, "Let go"),
+      el("button", { type: "button", onclick: () => select([]) }, "Clear the selection"),
     ),
     table(
       "Readings selected",

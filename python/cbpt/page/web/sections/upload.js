@@ -169,7 +169,7 @@ function mapping(found) {
     el("h3", {}, "What the columns mean"),
     table(
       `Columns of ${found.name}`,
-      ["column", "first values", "taken for"],
+      ["column", "first values", "read as"],
       found.columns.map((/** @type {any} */ c) => [
         [
           el("b", {}, c.header),
@@ -205,7 +205,7 @@ function mapping(found) {
         id: "confirm-columns",
         onclick: () => readSo({ columns: chosen, sheet: found.sheet }),
       },
-      "Use them so",
+      "Use these meanings",
     ),
   );
 }

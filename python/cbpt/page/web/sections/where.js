@@ -66,11 +66,11 @@ export function setUpWhere() {
     const regions = (where?.regions ?? []).length > 0, ofShown = where?.of === modelShown().key;
     fill(
       note,
-      hasBalls() && "Hatched: contacts have parted in some readings. ",
+      hasBalls() && "Hatched: some readings have lost contact. ",
       regions &&
         (ofShown
           ? "Outlined: the regions listed here. "
-          : "The regions listed here are of the drive as stated, and not outlined on another model. "),
+          : "The regions listed here belong to the drive as stated; they are not outlined on another model. "),
       el("span", { class: "no-print" }, "A box drawn on the map selects readings."),
     );
   });
