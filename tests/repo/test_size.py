@@ -21,9 +21,10 @@ _TO_MEND = "to be mended"
 FILES = {"python/cbpt/_core.pyi": "made by the build"}
 FUNCTIONS = {
     "python/cbpt/lab/inference/prediction.py angle_at": _TO_MEND,
-    "python/cbpt/lab/model/priors.py _of": _TO_MEND,
+    "python/cbpt/lab/model/priors.py _all": _TO_MEND,
 }
 ARGUMENTS = {
+    "python/cbpt/lab/model/priors.py _of": _TO_MEND,
     "python/cbpt/lab/diagnosis/by_level.py diagnose_by": _PUBLIC,
     "python/cbpt/lab/diagnosis/compare.py compare": _PUBLIC,
     "python/cbpt/lab/diagnosis/diagnose.py diagnose": _PUBLIC,
