@@ -365,7 +365,7 @@ def test_an_own_effect_wins_where_it_is_true_and_only_there() -> None:
         ranked = {row["effect"]: row for row in answer.ranking()}
         if true:
             assert answer.verdict.kind == "effect" and answer.verdict.effects == ("wave",)
-            assert answer.after.rmse_arcsec == pytest.approx(0.3, rel=0.15)
+            assert answer.final_rung.rmse_arcsec == pytest.approx(0.3, rel=0.15)
             assert ranked["wave"]["parameters"]["s"]["unit"] == "N m"
             assert ranked["wave"]["parameters"]["a"]["value"] == pytest.approx(1.454e-5, rel=0.05)
             assert "wave (a 1.4" in answer.sentence
@@ -397,7 +397,7 @@ def test_an_own_effect_costs_what_one_of_the_library_costs() -> None:
         found[name] = fitter.fit(Hypothesis((variant,)), start)
     creep, mine = found["creep"], found["mine"]
     assert creep is not None and mine is not None
-    assert mine.rmse_arcsec == pytest.approx(creep.rmse_arcsec, rel=1e-6)
+    assert mine.residual_arcsec.std() == pytest.approx(creep.residual_arcsec.std(), rel=1e-6)
     assert mine.log_evidence == pytest.approx(creep.log_evidence, abs=1.0)
 
 

@@ -21,21 +21,14 @@ from cbpt.lab.inference.hypothesis import Unknown
 from cbpt.lab.model.dataset import DEFAULT_UNCERTAINTY
 from cbpt.lab.model.discrepancy import FORM_ODDS
 from cbpt.lab.model.priors import PRIORS
-from cbpt.lab.selection.decision import (
-    ODDS_LIMIT,
-    UNKNOWN_LIMIT,
-    WEAK_ODDS,
-    Verdict,
-    calibrated,
-    judge,
-    weighed,
-)
+from cbpt.lab.selection.decision import Verdict, calibrated, judge, weighed
 from cbpt.lab.selection.model_comparison import Competition
+from cbpt.lab.selection.rules import RULES
 from cbpt.lab.selection.setting import Names
 from common.drives import examples
 from common.simulated import Floats
 
-LIMIT, FAIR = float(np.log(ODDS_LIMIT)), float(np.log(UNKNOWN_LIMIT))
+LIMIT, FAIR = float(np.log(RULES.rival_odds)), float(np.log(RULES.unknown_odds))
 BEARING, TORSION, FRICTION = "eccentric_bearing", "output_torsion", "friction_hysteresis"
 LOSS, SPRING, CREEP, RUNOUT = "preload_loss", "preload_spring", "creep", "eccentricity_error"
 OFFSETS = Noise(offset_arcsec=0.5)
@@ -295,7 +288,7 @@ def test_what_chance_does_is_no_effect() -> None:
 
 def test_an_effect_within_the_limit_of_none_is_not_named() -> None:
     """Unless chance hardly ever shows as much."""
-    within, weak = LIMIT - 0.1, float(np.log(WEAK_ODDS))
+    within, weak = LIMIT - 0.1, float(np.log(RULES.weak_odds))
 
     def kind(odds: float, most_in_noise: float) -> str:
         around = Around(null_maximum=most_in_noise)

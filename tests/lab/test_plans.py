@@ -155,7 +155,7 @@ def test_a_plan_that_is_no_file_is_told(tmp_path: Path) -> None:
 
 
 def test_the_plan_that_the_page_shows_is_one(tmp_path: Path) -> None:
-    page = (TOP / "docs" / "plans.md").read_text(encoding="utf-8")
+    page = (TOP / "docs" / "how-to" / "plans.md").read_text(encoding="utf-8")
     shown = page.split("```toml\n", 1)[1].split("```", 1)[0]
     plan = plan_of(shown, tmp_path)
     assert len(plan.runs) == 4 and plan.rows.cycle is not None

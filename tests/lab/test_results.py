@@ -22,6 +22,7 @@ from cbpt.lab.inference.budget import READINGS, Budget
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.prediction import angle_at
+from cbpt.lab.inference.residuals import rmse_of
 from cbpt.lab.inference.results import Result, Results, results_of
 from cbpt.lab.model.priors import PRIORS
 from common.comparisons import CAMPAIGNS
@@ -58,7 +59,9 @@ def example(exact: bool = False) -> tuple[Fitter, Fit]:
 @cache
 def table(exact: bool = False) -> Results:
     fitter, fit = example(exact)
-    return results_of(fitter, fit, [("rmse", fit.rmse_arcsec)], angle_at(fitter, fit, 5.0, 600.0))
+    return results_of(
+        fitter, fit, [("rmse", rmse_of(fitter.campaign, fit))], angle_at(fitter, fit, 5.0, 600.0)
+    )
 
 
 # --- the budget ---------------------------------------------------------------------------

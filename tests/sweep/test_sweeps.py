@@ -55,10 +55,10 @@ def test_a_case_may_be_the_name_of_its_file(tmp_path: Path) -> None:
 
 
 def test_the_page_names_every_column_and_status(tmp_path: Path) -> None:
-    text = (Path(__file__).parents[2] / "docs" / "sweeps.md").read_text()
+    text = (Path(__file__).parents[2] / "docs" / "how-to" / "sweeps.md").read_text()
     rows = [
         [cell.strip(" `") for cell in line.split("|")[1:-1]]
-        for line in text.split("## What a row holds")[1].split("\n## ")[0].splitlines()
+        for line in text.split("\n## Columns\n")[1].split("\n## ")[0].splitlines()
         if line.startswith("| `")
     ]
     columns = {name: (unit, of) for name, unit, of, _ in (row for row in rows if len(row) == 4)}

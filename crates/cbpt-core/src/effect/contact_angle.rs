@@ -19,7 +19,7 @@ pub static SPEC: Spec = Spec {
     parameters: &[Parameter::size("contact_angle_shift", Quantity::Angle, "added to every contact angle")
         .shown("deg")
         .within(-40.0 * DEGREE, 40.0 * DEGREE)
-        .likely(-10.0 * DEGREE, 10.0 * DEGREE)],
+        .likely(-0.17, 0.17)],
     twins: &["torque_scale", "preload_scale", "preload_loss"],
     action: Action::Contact(act),
 };

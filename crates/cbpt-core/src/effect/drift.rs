@@ -5,7 +5,7 @@
 use super::dual::Dual;
 use super::port::{Action, Row};
 use super::spec::{Class, Parameter, Port, Reducers, Spec};
-use crate::units::{ARCSEC, Quantity};
+use crate::units::Quantity;
 
 /// The effect.
 pub static SPEC: Spec = Spec {
@@ -19,10 +19,10 @@ pub static SPEC: Spec = Spec {
     parameters: &[
         Parameter::size("rate", Quantity::AnglePerTime, "drift c_t with time")
             .within(-1e-2, 1e-2)
-            .likely(-0.05 * ARCSEC, 0.05 * ARCSEC),
+            .likely(-1e-7, 1e-7),
         Parameter::size("rate", Quantity::AnglePerTemperature, "drift c_T with temperature")
             .within(-1e-2, 1e-2)
-            .likely(-20.0 * ARCSEC, 20.0 * ARCSEC),
+            .likely(-3e-5, 3e-5),
     ],
     twins: &[],
     action: Action::Reading(act),

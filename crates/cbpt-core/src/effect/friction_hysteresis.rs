@@ -36,7 +36,7 @@ pub static SPEC: Spec = Spec {
             "angle alpha_p over which the friction builds up",
         )
         .within(1e-3 * ARCSEC, 1e6 * ARCSEC)
-        .likely(2.0 * ARCSEC, 40.0 * ARCSEC)
+        .likely(1.0 * ARCSEC, 60.0 * ARCSEC)
         .log(),
         Parameter::size(
             "friction_torque",

@@ -5,7 +5,7 @@
 use super::dual::Dual;
 use super::port::{Action, Row};
 use super::spec::{Class, Parameter, Port, Reducers, Spec};
-use crate::units::Quantity;
+use crate::units::{ARCSEC, Quantity};
 
 /// The effect.
 pub static SPEC: Spec = Spec {
@@ -16,14 +16,14 @@ pub static SPEC: Spec = Spec {
     equation: "reading = alpha + c2 alpha^2 + c3 alpha^3",
     source: "data sheets of eddy-current sensors: quadratic and cubic departures from the straight line",
     tell_tale: "the residual depends on the angle alone, whatever the load",
-    // 20 arcsec at a reading of 60 arcsec is the largest that is likely.
+    // The largest that is likely is about 17 arcsec at a reading of 60 arcsec, for each of the two.
     parameters: &[
         Parameter::size("quadratic", Quantity::PerAngle, "coefficient c2 of the squared angle")
             .within(-1e6, 1e6)
-            .likely(-1.2e3, 1.2e3),
+            .likely(-1e3, 1e3),
         Parameter::size("cubic", Quantity::PerAngleSquared, "coefficient c3 of the cubed angle")
             .within(-1e10, 1e10)
-            .likely(-4e6, 4e6),
+            .likely(-1e3 / (60.0 * ARCSEC), 1e3 / (60.0 * ARCSEC)),
     ],
     twins: &[],
     action: Action::Reading(act),

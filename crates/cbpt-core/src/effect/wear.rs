@@ -19,10 +19,10 @@ pub static SPEC: Spec = Spec {
     parameters: &[Parameter::size(
         "lost_share",
         Quantity::PerTime,
-        "share w of the preload that is lost per second",
+        "share w of the preload that is lost per unit of time",
     )
     .within(0.0, 1.0)
-    .likely(0.0, 1e-4)],
+    .likely(0.0, 1e-3)],
     twins: &[],
     action: Action::Load(act),
 };

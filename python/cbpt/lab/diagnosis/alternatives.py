@@ -16,8 +16,8 @@ import numpy as np
 
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
 from cbpt.lab.model.priors import LOT, TWINS, Variant
-from cbpt.lab.selection.decision import ODDS_LIMIT
 from cbpt.lab.selection.linear_screen import Screen
+from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording.numbers import display, shown
 
 # What an effect may leave of the change that a moved number made, in standard uncertainties of the
@@ -65,7 +65,7 @@ def smallest(d: DiagnosisData) -> list[Smallest]:
     """
     screen, fitter = _screen(d), d.competition.fitter
     # Odds of 20 : 1 after prior odds of 1 : 50 and the price of a free size.
-    need = np.sqrt(2 * (np.log(ODDS_LIMIT) + np.log(50.0) + 3.0))
+    need = np.sqrt(2 * (np.log(RULES.rival_odds) + np.log(50.0) + 3.0))
     best: dict[str, tuple[float, Smallest]] = {}
     for m, s in enumerate(screen.signatures):
         effect, lot = s.variant.effect, bool(s.variant.spread)

@@ -22,6 +22,7 @@ from cbpt.lab.diagnosis.diagnose import diagnosed
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.inference.estimates import parameters_of
 from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.inference.residuals import rmse_of
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.selection.fit_effects import best_fit
 from cbpt.lab.wording.numbers import in_words
@@ -58,6 +59,13 @@ class DividedDiagnosis:
                     found.setdefault(f"{effect}.{name}", {})[level] = entry
         return found
 
+    def rmse_arcsec(self) -> dict[str, float]:
+        """Root mean square residual of the fit at each level, as in the answers of the levels."""
+        return {
+            level: rmse_of(self.answers[level].competition.campaign, fit)
+            for level, fit in self.fits.items()
+        }
+
     def to_dict(self) -> dict[str, Any]:
         """As plain values, the same that `to_json` writes."""
         levels = {
@@ -74,7 +82,7 @@ class DividedDiagnosis:
             "by": self.by,
             "levels": levels,
             "effects_fitted_at_every_level": list(self.effects),
-            "rmse_arcsec": {level: fit.rmse_arcsec for level, fit in self.fits.items()},
+            "rmse_arcsec": self.rmse_arcsec(),
             "parameters": self.parameters(),
             "failed": self.failed,
         }
@@ -109,7 +117,7 @@ class DividedDiagnosis:
                 label = f"{effect} {head}" if name else label
                 cells.append(value)
             rows.append([label, *cells])
-        rmse = [f"{fit.rmse_arcsec:.3g}" for fit in self.fits.values()]
+        rmse = [f"{value:.3g}" for value in self.rmse_arcsec().values()]
         yield text_table([self.by, *self.fits], [*rows, ["rmse_arcsec", *rmse]])
 
     def __repr__(self) -> str:
@@ -191,4 +199,4 @@ def _fitted(d: Diagnosis, effects: tuple[str, ...]) -> Fit | None:
         found = best_fit(d.competition.fitter, effects)
     except (InvalidInputError, ReadingsError):
         return None
-    return found if np.isfinite(found.rmse_arcsec) else None
+    return found if np.isfinite(found.residual_arcsec).all() else None

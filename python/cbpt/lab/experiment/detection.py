@@ -8,7 +8,7 @@ uncertainties, once the numbers of the drive, the calibrations and the zeros hav
 misfit it explains is d^2, worth a little less than half of that because the scatter is not known
 beforehand; the price of its free size is that of `library.log_size_prior`, and where its shape is
 free as well there is a price for that. A reading of d scatters by 1, so an effect at exactly the
-size at which the odds reach the limit (`verdict.ODDS_LIMIT`) is told half the time.
+size at which the odds reach the limit (`DecisionRules.rival_odds`) is told half the time.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from numpy.typing import NDArray
 
 from cbpt.lab.covariance.fit_noise import STATED_DOF
 from cbpt.lab.model.priors import Variant, log_density
-from cbpt.lab.selection.decision import ODDS_LIMIT
+from cbpt.lab.selection.rules import RULES
 from cbpt.lab.selection.setting import prior
 
 Floats = NDArray[np.float64]
 
-LIMIT = float(np.log(ODDS_LIMIT))
+LIMIT = float(np.log(RULES.rival_odds))
 """Log odds against nothing from which an effect is told."""
 
 

@@ -28,10 +28,10 @@ from cbpt.lab.experiment.plan import Plan, PlannedRun
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.model.dataset import Campaign
-from cbpt.lab.selection.decision import ODDS_LIMIT
+from cbpt.lab.selection.rules import RULES
 
 Floats = NDArray[np.float64]
-LIMIT = float(np.log(ODDS_LIMIT))
+LIMIT = float(np.log(RULES.rival_odds))
 """Log odds that decide between two hypotheses."""
 # Spread of the offset of a further run over the noise: it is not known at all.
 _ZERO_PER_U = 100.0

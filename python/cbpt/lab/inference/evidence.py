@@ -76,11 +76,6 @@ class Fit:
         """Of the hypothesis, up to a constant that all share."""
         return self.log_marginal + self.log_size_prior + self.log_forms
 
-    @property
-    def rmse_arcsec(self) -> float:
-        """Of the residual."""
-        return float(np.sqrt(np.mean(self.residual_arcsec**2)))
-
 
 @dataclass(frozen=True, eq=False)
 class Discrepancy:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,17 +80,30 @@ class Variant:
         return f"{self.effect}:{self.name}" if self.name else self.effect
 
 
-_EXPONENT = Shape("exponent", 0.6, 1.0, (2 / 3, 0.9))
-_ENGAGEMENT = Shape(
+_PARAMETERS = {spec.id: {p.name: p for p in spec.parameters} for spec in effect_specs()}
+
+
+def _shape(effect: str, name: str, grid: tuple[float, ...], log: bool = False) -> Shape:
+    """A shape over the core's plausible range."""
+    return Shape(name, *_PARAMETERS[effect][name].range, grid, log)
+
+
+def _largest(effect: str, size: str) -> float:
+    """The largest plausible size, off neutral, by the core's range."""
+    p = _PARAMETERS[effect][size]
+    return max(abs(end - p.neutral) for end in p.range)
+
+
+EXPONENT = _shape("eccentric_bearing", "exponent", (2 / 3, 0.9))
+_ENGAGEMENT = _shape(
+    "friction_hysteresis",
     "engagement_angle_rad",
-    1 * ARCSEC,
-    60 * ARCSEC,
     tuple(a * ARCSEC for a in (2.0, 4.5, 10.0, 22.0)),
     log=True,
 )
 CREEP = ("compliance_rad_per_Nm", ""), ("superposed_compliance_rad_per_Nm", "superposed")
 """Size and name of each form of creep."""
-_TIME = Shape("time_constant_s", 1.0, 1e4, (2.0, 10.0, 50.0, 400.0), log=True)
+_TIME = _shape("creep", "time_constant_s", (2.0, 10.0, 50.0, 400.0), log=True)
 
 
 def _ring(*sizes: float) -> tuple[tuple[float, float], ...]:
@@ -99,82 +112,85 @@ def _ring(*sizes: float) -> tuple[tuple[float, float], ...]:
     return tuple((size * c, size * s) for size in sizes for c, s in phases)
 
 
+def _of(
+    effect: str,
+    sizes: tuple[str, ...],
+    low: float,
+    *,
+    signed: bool = False,
+    shapes: tuple[Shape, ...] = (),
+    name: str = "",
+    needs: str = "",
+) -> Variant:
+    """A variant with the core's largest plausible size; `low` is the least that could matter."""
+    high = _largest(effect, sizes[0])
+    return Variant(effect, sizes, low, high, signed, shapes, name=name, needs=needs)
+
+
 def _all() -> Iterator[Variant]:
-    yield Variant("contact_stiffness", ("stiffness_scale",), 0.02, 1.0, signed=True)
-    yield Variant("contact_angle", ("contact_angle_shift_rad",), 0.002, 0.17, signed=True)
+    yield _of("contact_stiffness", ("stiffness_scale",), 0.02, signed=True)
+    yield _of("contact_angle", ("contact_angle_shift_rad",), 0.002, signed=True)
     for effect, name in (
         ("torque_scale", "torque_gain"),
         ("preload_scale", "preload_gain"),
         ("sensor_gain", "sensor_gain"),
     ):
-        yield Variant(effect, (name,), 0.005, 0.4, signed=True)
-    # A coefficient of 10 per rad is an error of 0.17 arcsec at 60 arcsec; the cubic one counts per
-    # 60 arcsec.
-    yield Variant(
-        "sensor_nonlinearity",
-        ("quadratic_per_rad", "cubic_per_rad2"),
-        2.0,
-        1e3,
+        yield _of(effect, (name,), 0.005, signed=True)
+    # A coefficient of 10 per rad is an error of 0.17 arcsec at 60 arcsec.
+    curve = _of("sensor_nonlinearity", ("quadratic_per_rad", "cubic_per_rad2"), 2.0, signed=True)
+    cubic = _largest(curve.effect, curve.sizes[1])
+    yield replace(curve, ratios=(1.0, cubic / curve.high))
+    yield _of("drift", ("rate_rad_per_s",), 1e-11, signed=True, name="time", needs="time_s")
+    yield _of(
+        "drift",
+        ("rate_rad_per_K",),
+        1e-8,
         signed=True,
-        ratios=(1.0, 1 / (60 * ARCSEC)),
+        name="temperature",
+        needs="temperature_degC",
     )
-    yield Variant("drift", ("rate_rad_per_s",), 1e-11, 1e-7, True, name="time", needs="time_s")
-    yield Variant(
-        "drift", ("rate_rad_per_K",), 1e-8, 3e-5, True, name="temperature", needs="temperature_degC"
-    )
-    yield Variant("eccentric_bearing", ("reference_deflection_m",), 2e-8, 2e-5, shapes=(_EXPONENT,))
-    yield Variant("bearing_play", ("clearance_m",), 2e-8, 2e-5)
-    yield Variant("output_torsion", ("compliance_rad_per_Nm",), 1e-7, 1e-4)
-    yield Variant("friction_hysteresis", ("friction_radius_m",), 1e-6, 5e-3, shapes=(_ENGAGEMENT,))
+    yield _of("eccentric_bearing", ("reference_deflection_m",), 2e-8, shapes=(EXPONENT,))
+    yield _of("bearing_play", ("clearance_m",), 2e-8)
+    yield _of("output_torsion", ("compliance_rad_per_Nm",), 1e-7)
+    yield _of("friction_hysteresis", ("friction_radius_m",), 1e-6, shapes=(_ENGAGEMENT,))
     share, force = "lost_share", "lost_force_N"
-    yield Variant("preload_loss", (share,), 0.005, 0.6)
-    yield Variant("preload_loss", (force,), 2.0, 500.0, name="force")
+    yield _of("preload_loss", (share,), 0.005)
+    yield _of("preload_loss", (force,), 2.0, name="force")
     # A force counts as much as the share that it is of 800 N.
-    both = (share, force)
-    yield Variant("preload_loss", both, 0.005, 0.6, name="share and force", ratios=(1.0, 800.0))
-    yield Variant("preload_spring", ("spring_rate_N_per_m",), 1e6, 2e9)
-    yield Variant(
-        "thermal_preload", ("rate_N_per_K",), 0.1, 100.0, signed=True, needs="temperature_degC"
-    )
+    both = _of("preload_loss", (share, force), 0.005, name="share and force")
+    yield replace(both, ratios=(1.0, 800.0))
+    yield _of("preload_spring", ("spring_rate_N_per_m",), 1e6)
+    yield _of("thermal_preload", ("rate_N_per_K",), 0.1, signed=True, needs="temperature_degC")
     sine, cosine = "offset_sine_m", "offset_cosine_m"
-    yield Variant("eccentricity_error", (sine, cosine), 2e-8, 2e-5, True, name="fixed plate")
-    yield Variant(
-        "eccentricity_error",
-        (f"planet_{sine}", f"planet_{cosine}"),
-        2e-8,
-        2e-5,
-        signed=True,
-        name="planet",
-    )
+    yield _of("eccentricity_error", (sine, cosine), 2e-8, signed=True, name="fixed plate")
+    planet = (f"planet_{sine}", f"planet_{cosine}")
+    yield _of("eccentricity_error", planet, 2e-8, signed=True, name="planet")
     for harmonic in range(2, 9):
         for groove in ("", "planet_"):
-            yield Variant(
+            pitch = _of(
                 "groove_pitch_error",
                 (f"{groove}cosine_m", f"{groove}sine_m"),
                 1e-7,
-                1e-5,
                 signed=True,
-                far=_ring(1e-6, 4e-6),
-                fixed=(("harmonic", float(harmonic)),),
                 name=f"{'planet' if groove else 'fixed groove'}, harmonic {harmonic}",
             )
+            far, fixed = _ring(1e-6, 4e-6), (("harmonic", float(harmonic)),)
+            yield replace(pitch, far=far, fixed=fixed)
     for where in ("", "housing_"):
-        yield Variant(
+        tilt = _of(
             "plate_tilt",
             (f"{where}tilt_cosine_rad", f"{where}tilt_sine_rad"),
             1e-6,
-            1e-3,
             signed=True,
-            secants=_ring(1e-5, 4e-5, 1.5e-4),
             name="in the housing" if where else "with the crank",
         )
-    yield Variant("rough_contact", ("exponent",), 0.02, 1.0, signed=True)
+        yield replace(tilt, secants=_ring(1e-5, 4e-5, 1.5e-4))
+    yield _of("rough_contact", ("exponent",), 0.02, signed=True)
     for name, needs in (("permanent_set", ""), ("permanent_set_of_run", ""), ("settled", "cycle")):
-        size = (f"{name}_rad",)
-        yield Variant("run_in", size, 0.1 * ARCSEC, 30 * ARCSEC, name=name, needs=needs)
-    yield Variant("wear", ("lost_share_per_s",), 1e-7, 1e-3, needs="time_s")
+        yield _of("run_in", (f"{name}_rad",), 0.1 * ARCSEC, name=name, needs=needs)
+    yield _of("wear", ("lost_share_per_s",), 1e-7, needs="time_s")
     for parameter, name in CREEP:
-        yield Variant("creep", (parameter,), 1e-9, 1e-5, shapes=(_TIME,), needs="time_s", name=name)
+        yield _of("creep", (parameter,), 1e-9, shapes=(_TIME,), name=name, needs="time_s")
 
 
 VARIANTS: tuple[Variant, ...] = tuple(_all())

@@ -15,7 +15,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from cbpt.lab.model.dataset import Campaign
-from cbpt.lab.model.priors import CREEP, VARIANTS, Shape, Variant
+from cbpt.lab.model.priors import CREEP, EXPONENT, VARIANTS, Shape, Variant
 from cbpt.results import solve_many
 
 
@@ -78,9 +78,8 @@ def _of_spring(campaign: Campaign) -> Iterator[Variant]:
     radius = spring.get("reference_radius_m")
     if radius is not None:
         at_100_N = angle * radius * (100 * radius / torque) ** 0.9
-        exponent = Shape("exponent", 0.6, 1.0, (2 / 3, 0.9))
         yield _with(
-            of("eccentric_bearing", ("reference_deflection_m",), at_100_N, 1e-3, 1.0), (exponent,)
+            of("eccentric_bearing", ("reference_deflection_m",), at_100_N, 1e-3, 1.0), (EXPONENT,)
         )
         offset = ("offset_sine_m", "offset_cosine_m")
         yield _signed(of("eccentricity_error", offset, angle * radius, 1e-3, 1.0))

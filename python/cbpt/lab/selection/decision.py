@@ -26,35 +26,8 @@ from cbpt.lab.model.discrepancy import FORM_ODDS
 from cbpt.lab.model.priors import CLASSES, PRIORS, TWINS
 from cbpt.lab.selection.lack_of_fit import Pattern
 from cbpt.lab.selection.model_comparison import Competition
+from cbpt.lab.selection.rules import RULES, DecisionRules
 from cbpt.lab.selection.setting import Names
-
-ODDS_LIMIT = 20.0
-"""Posterior odds beyond which a rival is out."""
-UNKNOWN_LIMIT = 1.5
-"""The same for a pattern without a name, whose evidence is that of its best amplitude."""
-FORM_AHEAD = 0.0
-"""Log odds by which a pattern without a name is ahead of an effect that keeps its form badly, to be
-the answer."""
-WEAK_ODDS, WEAK_P = 3.0, 0.01
-"""With less than the limit of odds against nothing, an effect is still told at these odds if chance
-hardly shows as much."""
-P_LIMIT = 0.02
-"""Largest chance, by simulation, of an effect that is called found."""
-MOVED_SIGMA = 2.0
-"""A number that has to move further than this is a finding of its own."""
-# A pattern left over may carry this share of what the effects explain and still be called their
-# form.
-_FORM_SHARE = 0.06
-# In log likelihood: what scatter beyond that of the readings may cost before a fit is strained.
-_STRAIN = 8.0
-# Log odds that the best of the patterns gains in noise alone, its own price given back.
-_BY_CHANCE = 2.0
-# A shaft joint that stiffens by a tenth reads like a bearing's exponent; where each run has its own
-# angle, runout is a zero of each run.
-KIN = (("eccentric_bearing", "output_torsion"), ("eccentricity_error", "run_offset"))
-_KIN_REACH = 3.0
-# Calibrations known worse than this many times the usual share a shift with the drive.
-_LOOSE_CALIBRATION = 3.0
 
 
 @dataclass(frozen=True)
@@ -86,31 +59,33 @@ class Verdict:
     noise: tuple[str, ...] = field(default=("white",))
 
 
-def judge(competition: Competition) -> Verdict:
-    """The rules above."""
+def judge(competition: Competition, rules: DecisionRules = RULES) -> Verdict:
+    """The verdict on a competition, by the rules above."""
     sets = weighed(competition)
-    limit = float(np.log(ODDS_LIMIT))
+    limit = float(np.log(rules.rival_odds))
     best = max(sets, key=lambda n: sets[n])
     named = {n: o for n, o in sets.items() if UNKNOWN not in n}
     first = max(named, key=lambda n: named[n])
     # The best of many patterns gains something in noise alone. An effect that must depart far from
     # its form to explain the readings is hardly a name for what is at work.
-    ahead = limit + _BY_CHANCE if _keeps_form(competition, first) else FORM_AHEAD
+    ahead = rules.unknown_over_departed
+    if _keeps_form(competition, first):
+        ahead = limit + rules.unknown_by_chance
     beaten = UNKNOWN in best and sets[best] > named[first] + ahead
-    if beaten and not _only_form(best, sets[best], sets.get(_less(best, UNKNOWN), -np.inf)):
+    if beaten and not _only_form(best, sets[best], sets.get(_less(best, UNKNOWN), -np.inf), rules):
         return _unknown(competition, best)
     reach = limit if _keeps_form(competition, first) else 2 * limit
-    near = {n: o for n, o in named.items() if o > named[first] - reach - _kinship(n, first)}
+    near = {n: o for n, o in named.items() if o > named[first] - reach - _kinship(n, first, rules)}
     within = {n: o for n, o in near.items() if n}
     alone = {n: o for n, o in sets.items() if UNKNOWN in n and set(n) <= {UNKNOWN, OFFSET}}
     offsets_only = all(n == (OFFSET,) for n in within)
-    strange = max(alone.values(), default=-np.inf) > 1 + named[first]
-    if not _demanded(competition, first, named) or (offsets_only and not strange):
-        return _no_effect(competition, limit)
+    strange = max(alone.values(), default=-np.inf) > rules.unknown_over_offsets + named[first]
+    if not _demanded(competition, first, named, rules) or (offsets_only and not strange):
+        return _no_effect(competition, rules)
     # A pattern alone counts as a rival where it explains about as well; sooner where the named
     # effect leaves more scatter than there is, or keeps its form badly.
-    sound = _keeps_form(competition, first) and not _strained(competition, first)
-    fair = float(np.log(UNKNOWN_LIMIT)) if sound else limit
+    sound = _keeps_form(competition, first) and not _strained(competition, first, rules)
+    fair = float(np.log(rules.unknown_odds)) if sound else limit
     within |= {n: o for n, o in alone.items() if o > max(sets.values()) - fair}
     # The fewest effects that do: a set with more than another one that does needs no mention.
     least = {n: o for n, o in within.items() if not any(set(m) < set(n) for m in within)}
@@ -120,27 +95,29 @@ def judge(competition: Competition) -> Verdict:
     either = (OFFSET,) in least and len(least) > 1
     numbers_only = all(n in PRIORS for n in effects)
     # Numbers alone, but far better with their priors widened: that is a finding like an effect.
-    numbers_only = numbers_only and named[first] - named.get((), -np.inf) < _STRAIN
-    if not either and (numbers_only or _p_value(competition, effects) > P_LIMIT):
-        return _no_effect(competition, limit)
-    return _effects(competition, least, chosen)
+    numbers_only = numbers_only and named[first] - named.get((), -np.inf) < rules.strain
+    if not either and (numbers_only or _p_value(competition, effects) > rules.largest_chance):
+        return _no_effect(competition, rules)
+    return _effects(competition, least, chosen, rules)
 
 
-def _kinship(names: Names, best: Names) -> float:
+def _kinship(names: Names, best: Names, rules: DecisionRules) -> float:
     """How much further a set is a rival because an effect of it differs from one of the best only
     in a shape that real parts do not keep exactly."""
     ours, theirs = set(names) - set(best), set(best) - set(names)
-    kin = any({a, b} == set(pair) for a in ours for b in theirs for pair in KIN)
-    return _KIN_REACH if kin and len(ours) == len(theirs) == 1 else 0.0
+    kin = any({a, b} == set(pair) for a in ours for b in theirs for pair in rules.kin)
+    return rules.kin_reach if kin and len(ours) == len(theirs) == 1 else 0.0
 
 
-def _demanded(competition: Competition, first: Names, named: dict[Names, float]) -> bool:
+def _demanded(
+    competition: Competition, first: Names, named: dict[Names, float], rules: DecisionRules
+) -> bool:
     """Whether the best set is called for: far likelier than nothing, or likelier and no chance."""
     over = named[first] - named.get((), -np.inf)
-    if over >= np.log(ODDS_LIMIT):
+    if over >= np.log(rules.rival_odds):
         return True
     chance = _p_value(competition, _less(first, OFFSET))
-    return bool(over > np.log(WEAK_ODDS) and chance <= WEAK_P)
+    return bool(over > np.log(rules.weak_odds) and chance <= rules.weak_chance)
 
 
 def _keeps_form(competition: Competition, names: Names) -> bool:
@@ -149,11 +126,11 @@ def _keeps_form(competition: Competition, names: Names) -> bool:
     return fit is None or fit.form_sd < FORM_ODDS[-1][0]
 
 
-def _strained(competition: Competition, names: Names) -> bool:
+def _strained(competition: Competition, names: Names, rules: DecisionRules) -> bool:
     """Whether a set leaves more scatter than a fit that may follow the whole library."""
     fit = competition.fits[_less(names, OFFSET)]
     grown = np.log(fit.noise.scale / competition.flexible.scale)
-    return bool(len(competition.campaign) * grown > _STRAIN)
+    return bool(len(competition.campaign) * grown > rules.strain)
 
 
 UNKNOWN, OFFSET = "unknown", "run_offset"
@@ -191,14 +168,14 @@ def _p_value(competition: Competition, names: Names) -> float:
 # --- 1 ---
 
 
-def _only_form(best: Names, top: float, rest: float) -> bool:
+def _only_form(best: Names, top: float, rest: float, rules: DecisionRules) -> bool:
     """Whether what is left without a name is small beside what the named effects of the set
     explain.
     """
     if len(best) == 1 or not np.isfinite(rest):
         return False
     # The odds of the named part against nothing, its price given back.
-    return top - rest < _FORM_SHARE * (rest + 5.0 * (len(best) - 1))
+    return top - rest < rules.departure_share * (rest + rules.effect_price * (len(best) - 1))
 
 
 def _unknown(competition: Competition, best: Names) -> Verdict:
@@ -212,13 +189,13 @@ def _unknown(competition: Competition, best: Names) -> Verdict:
 # --- 2 ---
 
 
-def _no_effect(competition: Competition, limit: float) -> Verdict:
+def _no_effect(competition: Competition, rules: DecisionRules) -> Verdict:
     fits, odds = competition.fits, competition.log_odds
     null = fits[()]
     noise = noise_words(competition, null.noise)
     moved = shifts(null)
-    inadequate = _nominal_rejected(competition, null)
-    rests = _rests(null, moved) if inadequate else ()
+    inadequate = _nominal_rejected(competition, null, rules)
+    rests = _rests(null, moved, rules) if inadequate else ()
 
     def verdict(
         kind: str,
@@ -231,10 +208,10 @@ def _no_effect(competition: Competition, limit: float) -> Verdict:
         return Verdict(kind, effects, groups, share, rests, within_uncertainty, (), None, noise)
 
     # The readings leave a shift open by a quarter of a sigma or so; that counts for the number.
-    strained = {n: z for n, z in moved.items() if abs(z) > MOVED_SIGMA + 0.25}
+    strained = {n: z for n, z in moved.items() if abs(z) > rules.moved_sigma + rules.moved_slack}
     if inadequate and strained:
         wide = max(strained, key=lambda n: abs(strained[n]))
-        near = max(odds.values()) - limit
+        near = max(odds.values()) - np.log(rules.rival_odds)
         named = {n for names, o in odds.items() if len(names) == 1 and o > near for n in names}
         if _at_end(null, wide):
             # Further off than a number of a drive can be: its twin is as likely to blame.
@@ -243,12 +220,12 @@ def _no_effect(competition: Competition, limit: float) -> Verdict:
             return verdict("ambiguous", rivals=tuple(sorted(named | {wide})))
         return verdict("rig" if _class_of(wide) == "rig" else "parameter", (wide,))
     if inadequate:
-        sharing = _sharing(competition, null)
+        sharing = _sharing(competition, null, rules)
         loose = [
             n
             for n in sharing
             if _class_of(n) == "rig"
-            and competition.campaign.priors[n] >= _LOOSE_CALIBRATION * DEFAULT_UNCERTAINTY[n]
+            and competition.campaign.priors[n] >= rules.loose_calibration * DEFAULT_UNCERTAINTY[n]
         ]
         if loose and len(sharing) > 1:
             return verdict("ambiguous", rivals=tuple(sharing), within_uncertainty=True)
@@ -274,7 +251,7 @@ def shifts(fit: Fit) -> dict[str, float]:
     }
 
 
-def _nominal_rejected(competition: Competition, null: Fit) -> bool:
+def _nominal_rejected(competition: Competition, null: Fit, rules: DecisionRules) -> bool:
     """Whether the readings demand that numbers move at all: the stated ones against the refit."""
     from scipy.special import chdtrc
 
@@ -282,10 +259,10 @@ def _nominal_rejected(competition: Competition, null: Fit) -> bool:
         return False
     nominal = competition.fitter.at_nominal(null)
     gain = max(nominal.margin.chi2 - null.margin.chi2, 0.0)
-    return bool(chdtrc(len(shifts(null)), gain) < 0.003)
+    return bool(chdtrc(len(shifts(null)), gain) < rules.nominal_chance)
 
 
-def _sharing(competition: Competition, null: Fit) -> list[str]:
+def _sharing(competition: Competition, null: Fit, rules: DecisionRules) -> list[str]:
     """Numbers that could each carry the shift alone, within the limit of odds, none beyond two
     sigma.
     """
@@ -300,14 +277,18 @@ def _sharing(competition: Competition, null: Fit) -> list[str]:
         alone[name] = (-0.5 * margin.chi2 + margin.log_volume, float(margin.mode[0]))
     top = max(v for v, _ in alone.values())
     return sorted(
-        n for n, (v, z) in alone.items() if v > top - np.log(ODDS_LIMIT) and abs(z) <= 2.5
+        n
+        for n, (v, z) in alone.items()
+        if v > top - np.log(rules.rival_odds) and abs(z) <= rules.shared_sigma
     )
 
 
 # --- 3 ---
 
 
-def _effects(competition: Competition, sets: dict[Names, float], chosen: Names) -> Verdict:
+def _effects(
+    competition: Competition, sets: dict[Names, float], chosen: Names, rules: DecisionRules
+) -> Verdict:
     certain = set(chosen).intersection(*map(set, sets))
     groups = _groups([set(n) - certain for n in sorted(sets, key=lambda n: -sets[n])])
     effects = tuple(sorted(certain))
@@ -326,7 +307,7 @@ def _effects(competition: Competition, sets: dict[Names, float], chosen: Names) 
         effects,
         tuple(tuple(sorted(g)) for g in groups),
         _share(competition, certain, groups),
-        _decided_by(competition, names),
+        _decided_by(competition, names, rules),
         False,
         names,
         None,
@@ -357,7 +338,7 @@ def _groups(remainders: list[set[str]]) -> list[set[str]]:
     return [g for g in groups if len(g) > 1]
 
 
-def _decided_by(competition: Competition, chosen: Names) -> tuple[Rest, ...]:
+def _decided_by(competition: Competition, chosen: Names, rules: DecisionRules) -> tuple[Rest, ...]:
     """Stated numbers without which another answer would be as good."""
     fits = competition.fits
     found = []
@@ -366,7 +347,7 @@ def _decided_by(competition: Competition, chosen: Names) -> tuple[Rest, ...]:
         if other is None or (number,) == chosen:
             continue
         # As good on the readings alone.
-        if other.log_marginal > fits[chosen].log_marginal - 6.0:
+        if other.log_marginal > fits[chosen].log_marginal - rules.decided_within:
             u = next(u for u in other.unknowns if u.name.startswith(number + "."))
             sd = competition.campaign.priors[number]
             if sd > 0:
@@ -374,9 +355,9 @@ def _decided_by(competition: Competition, chosen: Names) -> tuple[Rest, ...]:
     return tuple(found)
 
 
-def _rests(fit: Fit, moved: dict[str, float]) -> tuple[Rest, ...]:
+def _rests(fit: Fit, moved: dict[str, float], rules: DecisionRules) -> tuple[Rest, ...]:
     sds = {u.name: u.sd for u in fit.unknowns}
-    return tuple(Rest(n, float(sds[n]), z) for n, z in moved.items() if abs(z) > 0.3)
+    return tuple(Rest(n, float(sds[n]), z) for n, z in moved.items() if abs(z) > rules.told_sigma)
 
 
 def _share(

@@ -426,7 +426,7 @@ def _stop_says(d: Diagnosis, stop: int) -> str | None:
     if stop + 1 >= len(d.ladder):
         return None
     if d.verdict.pattern is not None:
-        return "no effect reduces the error further; the next rung is a lack of fit without a name"
+        return "no effect reduces the error further; below: a lack of fit"
     last, more = (r.held_out_rmse_arcsec for r in d.ladder[stop : stop + 2])
     if more >= last:
         return "stop: a further effect does not reduce the held-out error"
