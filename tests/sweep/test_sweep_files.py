@@ -175,7 +175,7 @@ def test_a_parquet_file_with_other_rows_is_not_taken_for_the_sweep(desk: Desk) -
     with parquet.ParquetFile(top / "t.parquet") as file:
         table = file.read()
     parquet.write_table(table.slice(0, 5), top / "t.parquet")
-    with pytest.raises(PlanError, match="holds 5 rows where the plan has 34"):
+    with pytest.raises(PlanError, match="the file has 5 rows, the plan 34"):
         sweep(top / "plan.toml", out="t.parquet")
 
 
@@ -224,7 +224,7 @@ def test_parts_of_another_parquet_sweep_are_not_taken_for_the_sweep(desk: Desk) 
     assert not (folder / "plan.json").exists()
     desk(SLOW)
     parts[0].write_bytes(b"garbled")
-    with pytest.raises(PlanError, match=r"0\.parquet: .* is no sweep.*--fresh"):
+    with pytest.raises(PlanError, match=r"0\.parquet: .* is not a sweep.*--fresh"):
         sweep(top / "plan.toml", out="t.parquet")
 
 

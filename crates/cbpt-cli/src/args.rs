@@ -42,9 +42,9 @@ pub enum Verb {
     #[command(mut_arg("out", |out| out.help(SWEEP_OUT)))]
     Sweep(Sweep),
     /// Derivatives of elastic angle and preload thresholds with respect to every design parameter
-    Sensitivity(Sensitivity),
+    Sensitivity(UnderLoad),
     /// Design findings: undercut, missing walls, touching balls, pressure
-    Check(Check),
+    Check(UnderLoad),
     /// The library of effects: equations, how they show in readings, parameters with their ranges
     Effects(Effects),
     /// JSON Schema of case files for editors, the table of keys, or an example
@@ -203,27 +203,13 @@ pub struct Sweep {
     pub output: OutputOptions,
 }
 
-/// `cbpt sensitivity`.
+/// `cbpt sensitivity` and `cbpt check`.
 #[derive(Debug, Args)]
-pub struct Sensitivity {
+pub struct UnderLoad {
     /// The case file.
     #[command(flatten)]
     pub case: CaseFile,
-    /// The load.
-    #[command(flatten)]
-    pub load: LoadOptions,
-    /// Form of the output.
-    #[command(flatten)]
-    pub output: OutputOptions,
-}
-
-/// `cbpt check`.
-#[derive(Debug, Args)]
-pub struct Check {
-    /// The case file.
-    #[command(flatten)]
-    pub case: CaseFile,
-    /// A load under which to check the pressure and the edge of the groove as well.
+    /// The load; `check` also does without.
     #[command(flatten)]
     pub load: LoadOptions,
     /// Form of the output.

@@ -31,6 +31,7 @@ type Columns<'py> = (
 /// called now and then with the number of loads solved.
 #[pyfunction]
 #[pyo3(signature = (drive, torque_Nm, preload_N, input_angle_rad, shape, progress = None))]
+#[expect(clippy::too_many_arguments, reason = "the columns of a table")]
 pub fn solve_angles<'py>(
     py: Python<'py>,
     drive: &Drive,

@@ -61,6 +61,10 @@ pub struct Case {
 }
 
 impl Case {
+    pub fn of(case: RustCase) -> Self {
+        Self { case }
+    }
+
     pub fn rust(&self) -> &RustCase {
         &self.case
     }

@@ -61,7 +61,7 @@ const COLUMNS: [&str; 10] = [
 /// and the names of its columns; NaN if there is no solution or a column is not wanted. Raises ``InvalidInputError`` for an
 /// unknown name; Ctrl-C stops it.
 #[pyfunction]
-#[allow(clippy::too_many_arguments)] // a load, and what is wanted
+#[expect(clippy::too_many_arguments, reason = "a load, and what is wanted")]
 pub fn judge_designs<'py>(
     py: Python<'py>,
     drive: &Drive,

@@ -261,7 +261,7 @@ impl Predictor {
 impl Predictor {
     #[new]
     #[pyo3(signature = (drive, effects, run, time_s, torque_Nm, preload_N, input_angle_rad, temperature_K = None, cycle = None))]
-    #[allow(clippy::too_many_arguments)] // the columns of a table
+    #[expect(clippy::too_many_arguments, reason = "the columns of a table")]
     fn new(
         py: Python<'_>,
         drive: &Drive,

@@ -87,10 +87,6 @@ pub struct SweepPlan {
     plan: Arc<Plan>,
 }
 
-fn told(py: Python<'_>, mistake: &Mistake) -> PyErr {
-    plan_error(py, &mistake.to_string())
-}
-
 impl SweepPlan {
     fn on_threads<T: Send>(
         py: Python<'_>,
@@ -127,8 +123,19 @@ impl SweepPlan {
         rows: Option<u64>,
         seed: u64,
     ) -> PyResult<Self> {
-        let plan = make(py, case.rust(), axes, design, rows, seed)?;
-        Ok(Self { plan: Arc::new(plan) })
+        let names: Vec<&str> = Design::ALL.iter().map(|(name, _)| *name).collect();
+        let Some((_, design)) = Design::ALL.iter().find(|(name, _)| *name == design) else {
+            return Err(plan_error(
+                py,
+                &format!("design = {design:?}: expected one of {}", names.join(", ")),
+            ));
+        };
+        let case = case.rust();
+        let axes: Result<Vec<Axis>, Mistake> =
+            axes.into_iter().map(|(name, values)| Axis::new(case, &name, values.into())).collect();
+        axes.and_then(|axes| Plan::new(case.clone(), axes, *design, rows, seed))
+            .map(|plan| Self { plan: Arc::new(plan) })
+            .map_err(|mistake| plan_error(py, &mistake.to_string()))
     }
 
     /// Reads a plan in TOML, with the case and the table that it names. Raises ``PlanError`` with file, line and key.
@@ -318,6 +325,7 @@ impl SweepPlan {
     /// Makes a plan from the state of ``__reduce__``.
     #[staticmethod]
     #[pyo3(signature = (case, axes: "list[tuple[str, tuple[float, float, bool] | NDArray[float64] | list[str]]]", design, rows, seed, first))]
+    #[expect(clippy::too_many_arguments, reason = "the state of a plan, one by one")]
     fn _of(
         py: Python<'_>,
         case: &str,
@@ -329,8 +337,8 @@ impl SweepPlan {
     ) -> PyResult<Self> {
         let case = RustCase::from_toml(case, "<plan>").map_err(|error| plan_error(py, &error.to_string()))?;
         let drawn = matches!(design, "random" | "latin_hypercube").then_some(rows);
-        let plan = make(py, &case, axes, design, drawn, seed)?;
-        Ok(Self { plan: Arc::new(plan.beginning_at(first, rows)) })
+        let whole = Self::new(py, &Case::of(case), axes, design, drawn, seed)?;
+        Ok(Self { plan: Arc::new(Arc::unwrap_or_clone(whole.plan).beginning_at(first, rows)) })
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<State<'py>> {
@@ -350,24 +358,6 @@ impl SweepPlan {
     fn __repr__(&self) -> String {
         format!("SweepPlan({}, {} rows over {})", self.design(), self.rows(), self.names().join(", "))
     }
-}
-
-fn make(
-    py: Python<'_>,
-    case: &RustCase,
-    axes: Vec<(String, AxisValues<'_>)>,
-    design: &str,
-    rows: Option<u64>,
-    seed: u64,
-) -> PyResult<Plan> {
-    let names: Vec<&str> = Design::ALL.iter().map(|(name, _)| *name).collect();
-    let Some((_, design)) = Design::ALL.iter().find(|(name, _)| *name == design) else {
-        return Err(plan_error(py, &format!("design = {design:?}: expected one of {}", names.join(", "))));
-    };
-    let axes: Result<Vec<Axis>, Mistake> =
-        axes.into_iter().map(|(name, values)| Axis::new(case, &name, values.into())).collect();
-    axes.and_then(|axes| Plan::new(case.clone(), axes, *design, rows, seed))
-        .map_err(|mistake| told(py, &mistake))
 }
 
 fn given<'py>(py: Python<'py>, values: &Values) -> GivenValues<'py> {

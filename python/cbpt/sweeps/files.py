@@ -146,8 +146,8 @@ class _Parquet:
             found = None
         if found is None:
             raise PlanError(
-                f"{path}: the file exists and is no sweep; give another --out, or --fresh to begin "
-                "anew in its place"
+                f"{path}: the file exists but is not a sweep; give another --out, or --fresh to "
+                "replace the file"
             )
         return str(found.decode())
 
@@ -158,7 +158,7 @@ class _Parquet:
         rows = self.parquet.read_metadata(path).num_rows
         if rows != self.plan.rows:
             raise PlanError(
-                f"{path}: holds {rows} rows where the plan has {self.plan.rows}, so it was changed "
+                f"{path}: the file has {rows} rows, the plan {self.plan.rows}, so the file was changed "
                 "after the sweep wrote it; give another --out, or --fresh to start again"
             )
 

@@ -12,7 +12,7 @@
 //! ```
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::design::Design;
 use super::{Axis, MOST_VALUES, Plan, Values};
@@ -77,43 +77,47 @@ fn wrong(key: &str, node: &Node, allowed: impl Into<String>) -> Mistake {
     Mistake { key: key.into(), found: node.written.clone(), allowed: allowed.into(), ..Mistake::default() }
 }
 
+/// The file that a key names, looked for beside the plan.
+fn beside(plan: &Path, node: &Node, key: &str, notes: &mut Notes<'_>) -> Option<PathBuf> {
+    if let Content::Text(name) = &node.content {
+        return Some(plan.parent().unwrap_or(Path::new("")).join(name));
+    }
+    notes.add(node.at, wrong(key, node, "expected the name of a file in quotes"));
+    None
+}
+
+/// The whole number of a key.
+fn whole(entry: Option<&Entry>, notes: &mut Notes<'_>) -> Option<u64> {
+    let Entry { key, node, .. } = entry?;
+    let number = match node.content {
+        Content::Number(number) => format!("{number}").parse::<u64>().ok(),
+        _ => None,
+    };
+    if number.is_none() {
+        notes.add(node.at, wrong(key, node, "expected a whole number, not negative"));
+    }
+    number
+}
+
 /// The plan of a file, if it can be made; mistakes of the plan are in the notes, those of its case are the error.
 fn plan(entries: &[Entry], path: &Path, notes: &mut Notes<'_>) -> Result<Option<Plan>, CaseError> {
     for entry in entries.iter().filter(|entry| !KEYS.contains(&&*entry.key)) {
         notes.add(entry.at, unknown(&entry.key, &entry.key, &KEYS));
     }
     let entry = |key: &str| entries.iter().find(|entry| entry.key == key);
-    let beside = |node: &Node, key: &str, notes: &mut Notes<'_>| {
-        if let Content::Text(name) = &node.content {
-            return Some(path.parent().unwrap_or(Path::new("")).join(name));
-        }
-        notes.add(node.at, wrong(key, node, "expected the name of a file in quotes"));
-        None
-    };
     let Some(case) = entry("case") else {
         let allowed = "name the case file: case = \"drive.toml\"";
         notes.add(None, super::mistake("case", "missing", allowed));
         return Ok(None);
     };
-    let Some(case_path) = beside(&case.node, "case", notes) else { return Ok(None) };
+    let Some(case_path) = beside(path, &case.node, "case", notes) else { return Ok(None) };
     let case = Case::read(&case_path)?;
-    let whole = |key: &str, notes: &mut Notes<'_>| {
-        let node = &entry(key)?.node;
-        let number = match node.content {
-            Content::Number(number) => format!("{number}").parse::<u64>().ok(),
-            _ => None,
-        };
-        if number.is_none() {
-            notes.add(node.at, wrong(key, node, "expected a whole number, not negative"));
-        }
-        number
-    };
-    let (rows, seed) = (whole("rows", notes), whole("seed", notes).unwrap_or(0));
+    let (rows, seed) = (whole(entry("rows"), notes), whole(entry("seed"), notes).unwrap_or(0));
     let design = design(entry("design"), entry("table"), notes);
     let (given, table) = (entry("axes"), entry("table"));
     let mut sources = vec![path.to_owned(), case_path];
     let axes = match (table, given) {
-        (Some(table), None) => match beside(&table.node, "table", notes) {
+        (Some(table), None) => match beside(path, &table.node, "table", notes) {
             Some(path) => {
                 let axes = table_axes(&case, &path)?;
                 sources.push(path);
@@ -369,13 +373,9 @@ fn table_axes(case: &Case, path: &Path) -> Result<Vec<Axis>, CaseError> {
     }
     let parameters: Vec<Result<Parameter, Mistake>> =
         names.iter().map(|name| Parameter::find(case, name)).collect();
-    let mut mistakes: Vec<Mistake> = Vec::new();
-    mistakes.extend(
-        parameters
-            .iter()
-            .filter_map(|found| found.as_ref().err())
-            .map(|mistake| Mistake { line: Some(1), ..mistake.clone() }),
-    );
+    let unknown = parameters.iter().filter_map(|found| found.as_ref().err());
+    let mut mistakes: Vec<Mistake> =
+        unknown.map(|mistake| Mistake { line: Some(1), ..mistake.clone() }).collect();
     let mut words: Vec<Vec<String>> = vec![Vec::new(); names.len()];
     let mut numbers: Vec<Vec<f64>> = vec![Vec::new(); names.len()];
     let mut rows = 0;

@@ -245,6 +245,7 @@ fn a_key_of_the_other_kind_says_so() {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a list of mistakes and their messages")]
 fn a_wrong_effect_is_told_what_is_expected() {
     let effect = |lines: &str| messages(&format!("{RING}[[effect]]\n{lines}\n"));
     let one = |lines: &str, expected: &str| {
