@@ -65,7 +65,7 @@ def test_the_scatter_has_no_more_degrees_of_freedom_than_readings_less_what_was_
     assert noise["u_dof"] <= 9 - 1
     assert "(8 degrees of freedom)" in noise["u_says"]
     # What is stated counts as well, which is told apart.
-    assert f"Weighed together they make {noise['u_estimated_arcsec']:.3g} arcsec" in noise["u_says"]
+    assert f"Combined, the two give {noise['u_estimated_arcsec']:.3g} arcsec" in noise["u_says"]
 
 
 @cache
@@ -110,7 +110,7 @@ def test_zeros_of_runs_are_no_error_anywhere() -> None:
     assert d.noise_floor_arcsec == pytest.approx(document["after"]["rmse_arcsec"], rel=0.05)
     for residual in (d.residual_before_arcsec, d.residual_after_arcsec):
         assert np.sqrt(np.mean(residual**2)) == pytest.approx(d.noise_floor_arcsec, rel=0.05)
-    assert "each run with a zero of its own" in document["noise"]["u_says"]
+    assert "with an offset for each run" in document["noise"]["u_says"]
 
 
 def test_a_noise_floor_is_claimed_only_of_a_model_that_holds_all() -> None:
@@ -143,7 +143,7 @@ def test_an_error_held_out_far_below_in_sample_is_explained_once(
     d = diagnosed(name)
     low = {r.added for r in d.ladder if r.held_out_rmse_arcsec < 0.8 * r.rmse_arcsec}
     assert low == loose
-    says = "far below in sample it says that the form does not hold"
+    says = "means that the stated form does not fit"
     assert words(d).count(says) == bool(loose)
     told = d.to_dict()["ladder_says"]
     assert says in told if loose else told is None
@@ -217,7 +217,7 @@ def test_a_number_that_moved_says_what_else_that_could_be() -> None:
     number = next(m for m in document["moved"] if m["number"] == "contact_stiffness")
     assert number["by_sigma"] == pytest.approx(-1.4, abs=0.2)
     assert "sensor_gain" in number["could_be"]
-    assert "What moved contact_stiffness could as well be " in words(d)
+    assert "The change of contact_stiffness could also be caused by " in words(d)
 
 
 @pytest.mark.parametrize("name", ["dev03", "dev11", "dev12"])

@@ -41,7 +41,7 @@ def test_the_plan_does_what_was_asked_and_no_run_can_be_spared() -> None:
         sizes=SIZES,
         max_runs=len(runs) - 1,
     )
-    assert not one_less.reached and "do not tell" in one_less.report()
+    assert not one_less.reached and "do not distinguish" in one_less.report()
 
 
 def test_the_check_that_is_not_linear_agrees() -> None:
@@ -70,7 +70,7 @@ def test_twins_are_told_apart_by_no_plan() -> None:
         CASE, ["preload_loss", "preload_scale"], u_elastic_angle_arcsec=0.3, limits=LIMITS
     )
     assert found.twins == (("preload_loss", "preload_scale"),)
-    assert "No plan tells preload_loss from preload_scale" in found.report()
+    assert "No plan can distinguish preload_loss from preload_scale" in found.report()
     assert {a.other for a in found.apart} == {""}
 
 
@@ -103,7 +103,7 @@ def test_the_verb_writes_a_plan(tmp_path: Path, capsys: pytest.CaptureFixture[st
     limits = ["--torque-Nm", "10", "--preload-N", "400", "1200"]
     limits += ["--size", "creep", "compliance_arcsec_per_Nm=0.2", "time_constant_s=20"]
     assert commands.main([*given, *limits, "--out", str(out)]) == 0
-    assert "apart 19 times of 20" in capsys.readouterr().out
+    assert "from no effect, 19 times out of 20" in capsys.readouterr().out
     assert read_plan(out).rows.u_elastic_angle_arcsec is not None
     assert commands.main(given) == 2 and "--torque-Nm MAX" in capsys.readouterr().err
     assert commands.main([*given, *limits, "--out", "x.csv"]) == 2

@@ -20,25 +20,20 @@ _TO_MEND = "to be mended"
 
 FILES = {"python/cbpt/_core.pyi": "made by the build"}
 FUNCTIONS = {
-    "python/cbpt/design/tolerance.py _told": _TO_MEND,
-    "python/cbpt/lab/diagnosis/report.py lines": _TO_MEND,
     "python/cbpt/lab/inference/prediction.py angle_at": _TO_MEND,
     "python/cbpt/lab/model/priors.py _all": _TO_MEND,
 }
 ARGUMENTS = {
+    "python/cbpt/lab/model/priors.py _of": _TO_MEND,
     "python/cbpt/lab/diagnosis/by_level.py diagnose_by": _PUBLIC,
     "python/cbpt/lab/diagnosis/compare.py compare": _PUBLIC,
     "python/cbpt/lab/diagnosis/diagnose.py diagnose": _PUBLIC,
     "python/cbpt/lab/experiment/shortest_plan.py shortest_plan": _PUBLIC,
     "python/cbpt/lab/readings/reader.py read_readings": _PUBLIC,
     "python/cbpt/sweeps/run.py sweep": _PUBLIC,
-    "python/cbpt/design/tolerance.py _told": _TO_MEND,
     "python/cbpt/lab/covariance/fit_noise.py fit_noise": _TO_MEND,
-    "python/cbpt/lab/diagnosis/compare.py _where": _TO_MEND,
     "python/cbpt/lab/inference/prediction.py angle_at": _TO_MEND,
     "python/cbpt/lab/selection/scan.py find_regions": _TO_MEND,
-    "python/cbpt/sweeps/run.py to_output": _TO_MEND,
-    "python/cbpt/sweeps/run.py _solved": _TO_MEND,
 }
 
 Function = ast.FunctionDef | ast.AsyncFunctionDef

@@ -28,7 +28,7 @@ def is_for_parquet(argv: Sequence[str]) -> bool:
 
 def sweep(argv: list[str]) -> int:
     """cbpt sweep PLAN --out FILE.parquet"""
-    from cbpt.sweeps.run import SweepPlan, open_output, to_output
+    from cbpt.sweeps.run import SweepPlan, Work, open_output, to_output
 
     parser = Parser(
         prog="cbpt sweep", description="Any parameter of drive, load or effects, to Parquet."
@@ -45,7 +45,8 @@ def sweep(argv: list[str]) -> int:
         for remark in [] if complete else plan.remarks:
             print(f"cbpt: {remark}", file=sys.stderr)
         tally = SweepTally(plan)
-        to_output(plan, output, chunk_rows=options.chunk_rows, progress=shown, tally=tally)
+        work = Work(chunk_rows=options.chunk_rows, progress=shown)
+        to_output(plan, output, work, tally)
     earlier = f", {found} of them found there" if 0 < found < plan.rows else ""
     unchecked = f"; {output.unchecked}" if output.unchecked else ""
     text = (

@@ -11,7 +11,7 @@ each by itself. Drives are drawn (Monte Carlo, JCGM 101) and held beside the exa
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from os import PathLike
 from typing import Any
@@ -213,9 +213,9 @@ class Tolerance:
             )
         heads = ["number", "nominal", "scatters by", "share_%", "share_drawn_%"]
         lines.append(text_table(heads, rows))
-        told = [(_ended(kind), count) for kind, count in self.status.items() if kind != "ok"]
-        told += [(name.replace("_", " "), count) for name, count in self.lost.items()]
-        for name, count in told:
+        lines_of = [(_ended(kind), count) for kind, count in self.status.items() if kind != "ok"]
+        lines_of += [(name.replace("_", " "), count) for name, count in self.lost.items()]
+        for name, count in lines_of:
             if count:
                 share, error = self.share_of(count)
                 lines.append(
@@ -288,18 +288,37 @@ def tolerance(
         else:
             drawn[:, place] = nominal[place] + size * generator.standard_normal(samples)
     judged = judge(case, names, drawn)
-    return _told(case, names, nominal, spreads, drawn, judged, seed)
+    return _summary(_Sample(case, names, nominal, spreads, drawn, judged), seed)
 
 
-def _told(
-    case: Case,
-    names: list[str],
-    nominal: Floats,
-    spreads: list[tuple[str, str, float]],
-    drawn: Floats,
-    judged: Judged,
-    seed: int,
-) -> Tolerance:
+@dataclass(frozen=True, eq=False)
+class _Sample:
+    """Drives that were drawn, and what became of them."""
+
+    case: Case
+    names: list[str]
+    nominal: Floats
+    spreads: list[tuple[str, str, float]]
+    """Name, distribution and size of each number that scatters."""
+    drawn: Floats
+    judged: Judged
+
+    @property
+    def u(self) -> Floats:
+        """Standard uncertainty of each number."""
+        return np.array([s / np.sqrt(3) if d == "uniform" else s for _, d, s in self.spreads])
+
+    @property
+    def ends(self) -> Floats:
+        """How far each number is taken off for the worst cases."""
+        return np.array(
+            [size if d == "uniform" else _STACKED_U * size for _, d, size in self.spreads]
+        )
+
+
+def _summary(sample: _Sample, seed: int) -> Tolerance:
+    """What the drawn drives say together."""
+    case, judged = sample.case, sample.judged
     angles = judged["elastic_angle_rad"] * ARCSEC_PER_RAD
     solved = np.isfinite(angles)
     kinds, counts = np.unique(judged.status, return_counts=True)
@@ -307,47 +326,19 @@ def _told(
     if not solved.any():
         found = ", ".join(f"{_ended(kind)} ({count})" for kind, count in status.items())
         raise NoSolutionError(f"none of {len(angles)} drawn drives has an elastic angle: {found}")
-    u = np.array([size / np.sqrt(3) if d == "uniform" else size for _, d, size in spreads])
-    ends = np.array([size if d == "uniform" else _STACKED_U * size for _, d, size in spreads])
-    slopes, before = _slopes(case, names)
+    slopes, before = _slopes(case, sample.names)
     good = angles[solved]
     n = len(good)
     sd = float(good.std(ddof=1)) if n > 1 else float("nan")
-    numbers = []
-    variance = None if slopes is None else float(np.sum((slopes * u) ** 2))
-    for place, (name, distribution, size) in enumerate(spreads):
-        own = drawn[solved, place]
-        slope = None if slopes is None else float(slopes[place])
-        share = None if slope is None or not variance else float((slope * u[place]) ** 2 / variance)
-        r = np.corrcoef(own, good)[0, 1] if n > 2 and own.std() > 0 and sd > 0 else np.nan
-        numbers.append(
-            Scatter(
-                name,
-                float(nominal[place]),
-                distribution,
-                size,
-                float(u[place]),
-                slope,
-                share,
-                _plain(r * r),
-            )
-        )
+    variance = None if slopes is None else float(np.sum((slopes * sample.u) ** 2))
     # The fourth moment tells how well the standard deviation is known; of a few it knows nothing
     # itself, and that of normal values stands for it.
     fourth = float(np.mean((good - good.mean()) ** 4)) / sd**4 if sd > 0 and n >= _MOMENT else 3.0
-    stacked = None
-    corners: tuple[float | None, float | None] = (None, None)
-    if slopes is not None and before is not None:
-        way = np.sign(slopes) * ends
-        reach = float(np.sum(np.abs(slopes) * ends))
-        stacked = (before - reach, before + reach)
-        both = judge(case, names, np.array([nominal - way, nominal + way]))["elastic_angle_rad"]
-        low, high = (_plain(angle * ARCSEC_PER_RAD) for angle in both)
-        corners = (low, high)
+    stacked, corners = _worst_cases(sample, slopes, before)
     return Tolerance(
         case=case,
         nominal_arcsec=before,
-        numbers=tuple(numbers),
+        numbers=tuple(_scatters(sample, slopes, solved, good)),
         mean_arcsec=float(good.mean()),
         mean_error_arcsec=sd / np.sqrt(n),
         sd_arcsec=sd,
@@ -363,6 +354,43 @@ def _told(
         seed=seed,
         angles_arcsec=angles,
     )
+
+
+def _scatters(
+    sample: _Sample, slopes: Floats | None, solved: NDArray[np.bool_], good: Floats
+) -> Iterator[Scatter]:
+    """Each number with its share of the variance; good: angles of the drives with a solution."""
+    n, u = len(good), sample.u
+    sd = float(good.std(ddof=1)) if n > 1 else float("nan")
+    variance = None if slopes is None else float(np.sum((slopes * u) ** 2))
+    for place, (name, distribution, size) in enumerate(sample.spreads):
+        own = sample.drawn[solved, place]
+        slope = None if slopes is None else float(slopes[place])
+        share = None if slope is None or not variance else float((slope * u[place]) ** 2 / variance)
+        r = np.corrcoef(own, good)[0, 1] if n > 2 and own.std() > 0 and sd > 0 else np.nan
+        yield Scatter(
+            name,
+            float(sample.nominal[place]),
+            distribution,
+            size,
+            float(u[place]),
+            slope,
+            share,
+            _plain(r * r),
+        )
+
+
+def _worst_cases(
+    sample: _Sample, slopes: Floats | None, before: float | None
+) -> tuple[tuple[float, float] | None, tuple[float | None, float | None]]:
+    """Least and greatest angle with every number at its limit: by the slopes, and solved."""
+    if slopes is None or before is None:
+        return None, (None, None)
+    way, reach = np.sign(slopes) * sample.ends, float(np.sum(np.abs(slopes) * sample.ends))
+    corners = np.array([sample.nominal - way, sample.nominal + way])
+    both = judge(sample.case, sample.names, corners)["elastic_angle_rad"]
+    low, high = (_plain(angle * ARCSEC_PER_RAD) for angle in both)
+    return (before - reach, before + reach), (low, high)
 
 
 def _ended(status: str) -> str:

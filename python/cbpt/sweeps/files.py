@@ -1,4 +1,4 @@
-"""Files that sweeps go to, chunk by chunk, each taken up again after a kill at any moment.
+"""Files that sweeps are written to, chunk by chunk; a killed sweep resumes where it stopped.
 
 CSV is the core's (`SweepCsv`: one file and a record beside it). A Parquet file cannot be appended
 to, so its chunks are files of their own in a folder beside it until all are there; then they are

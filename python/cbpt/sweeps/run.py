@@ -15,6 +15,7 @@ from collections import deque
 from collections.abc import Callable, Generator, Mapping
 from concurrent.futures import Executor, Future
 from contextlib import closing
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,7 @@ from cbpt.errors import CaseError, PlanError
 from cbpt.sweeps.files import Output, open_output
 from cbpt.sweeps.result import Rows, Sweep
 
-__all__ = ["Sweep", "SweepPlan", "open_output", "sweep", "to_output"]
+__all__ = ["Sweep", "SweepPlan", "Work", "open_output", "sweep", "to_output"]
 
 Report = Callable[[int, int], object]
 Span = tuple[int, int]
@@ -33,6 +34,16 @@ Chunks = Generator[tuple[Span, Any], None, None]
 
 MOST_ROWS_IN_MEMORY = 50_000_000
 """More rows than these, some 3 GB, go to a file."""
+
+
+@dataclass(frozen=True)
+class Work:
+    """How a sweep is carried out; all as in `sweep`."""
+
+    executor: Executor | None = None
+    in_flight: int | None = None
+    chunk_rows: int | None = None
+    progress: Report | bool | None = None
 
 
 def sweep(
@@ -99,6 +110,7 @@ def sweep(
         The case cannot be read.
     """
     plan, scalars = _plan(drive, axes, design, rows, seed)
+    work = Work(executor, in_flight, chunk_rows, progress)
     for remark in plan.remarks:
         warnings.warn(remark, stacklevel=2)
     if out is not None:
@@ -106,19 +118,12 @@ def sweep(
         with closing(open_output(plan, path, fresh)) as output:
             if output.unchecked:
                 warnings.warn(f"{path}: {output.unchecked}", stacklevel=2)
-            to_output(
-                plan,
-                output,
-                executor=executor,
-                in_flight=in_flight,
-                chunk_rows=chunk_rows,
-                progress=progress,
-            )
+            to_output(plan, output, work)
         return Sweep(plan, path, scalars, lambda: Rows.read(plan, path))
     if plan.rows > MOST_ROWS_IN_MEMORY:
         most = f"more than {MOST_ROWS_IN_MEMORY} go to a file: give out="
         raise PlanError(f"the sweep has {plan.rows} rows; {most}")
-    chunks = _solved(plan, 0, "rows", executor, in_flight, chunk_rows, progress)
+    chunks = _solved(plan, 0, "rows", work)
     with closing(chunks):
         whole = Rows.joined(Rows.of(plan, chunk) for _, chunk in chunks)
     return Sweep(plan, None, scalars, lambda: whole)
@@ -127,18 +132,14 @@ def sweep(
 def to_output(
     plan: SweepPlan,
     output: Output,
-    *,
-    executor: Executor | None = None,
-    in_flight: int | None = None,
-    chunk_rows: int | None = None,
-    progress: Report | bool | None = None,
+    work: Work,
     tally: SweepTally | None = None,
 ) -> None:
-    """Solve what is left of a plan and write it, and count how it ended; the rest as in `sweep`.
+    """Solve what is left of a plan, write it, and count how its rows ended.
 
     Lines of CSV have no statuses to be counted.
     """
-    chunks = _solved(plan, output.done, output.form, executor, in_flight, chunk_rows, progress)
+    chunks = _solved(plan, output.done, output.form, work)
     with closing(chunks):
         for (start, stop), chunk in chunks:
             if output.form == "csv":
@@ -151,22 +152,15 @@ def to_output(
     output.finish()
 
 
-def _solved(
-    plan: SweepPlan,
-    done: int,
-    form: str,
-    executor: Executor | None,
-    in_flight: int | None,
-    chunk_rows: int | None,
-    progress: Report | bool | None,
-) -> Chunks:
+def _solved(plan: SweepPlan, done: int, form: str, work: Work) -> Chunks:
     """The chunks that are not done yet, in their order."""
-    report: Report | None = _Line(done) if progress is True else progress or None
-    spans = plan.chunks(done, chunk_rows)
-    if executor is None:
+    report: Report | None = _Line(done) if work.progress is True else work.progress or None
+    spans = plan.chunks(done, work.chunk_rows)
+    if work.executor is None:
         chunks = _here(plan, spans, form, report)
     else:
-        chunks = _there(plan, spans, form, executor, in_flight or _most_in_flight(executor))
+        most = work.in_flight or _most_in_flight(work.executor)
+        chunks = _there(plan, spans, form, work.executor, most)
     with closing(chunks):
         for span, chunk in chunks:
             yield span, chunk

@@ -162,7 +162,11 @@ pub enum Variable {
 
 /// Every variable: its name in expressions and in tables of Python, and what it is.
 pub const VARIABLES: [(Variable, &str, &str); 11] = [
-    (Variable::Torque, "torque_Nm", "torque on the output; at the load port after the effects before this one"),
+    (
+        Variable::Torque,
+        "torque_Nm",
+        "torque on the output; at the load port after the effects before this one",
+    ),
     (Variable::Preload, "preload_N", "axial preload; at the load port after the effects before this one"),
     (Variable::InputAngle, "input_angle_rad", "angle of the input crank"),
     (Variable::Time, "time_s", "time since the table's first reading"),

@@ -224,6 +224,19 @@ def _model(
     return angles, predicted(case, readings).regime
 
 
+@dataclass(frozen=True)
+class _Known:
+    """What the readings themselves tell of their uncertainty."""
+
+    scatter: Scatter | None = None
+    repeats: Repeats | None = None
+
+    @property
+    def steady_repeats(self) -> Repeats | None:
+        """Repeats, unless they differ by far more than readings scatter inside their runs."""
+        return self.repeats if self.repeats and self.repeats.steady else None
+
+
 def _compared(
     readings: Readings,
     model: Angles | Prediction,
@@ -246,11 +259,11 @@ def _compared(
     best = float(np.average(residual[solved], weights=weight[solved])) if solved.any() else np.nan
     left = residual[solved] - best
     fitted = len(zeros) + getattr(model, "fitted", 0)
-    scatter, repeats = None, None
+    known = _Known()
     if solved.any():
         part = readings.select(solved)
         scatter = estimate(part, residual[solved])
-        repeats = pooled(part, residual[solved], scatter)
+        known = _Known(scatter, pooled(part, residual[solved], scatter))
     return Comparison(
         readings=readings,
         model=model,
@@ -263,13 +276,11 @@ def _compared(
         overall=misfit_of(readings, residual, solved, fitted),
         groups=tuple(groups_of(readings, residual, solved)),
         findings=findings,
-        scatter=scatter,
-        p_value_of_scatter=p_value_of(scatter, readings, residual, solved, fitted),
-        repeats=repeats,
-        p_value_of_repeats=p_value_of(
-            repeats if repeats and repeats.steady else None, readings, residual, solved, fitted
-        ),
-        where=_where(readings, residual, solved, regime, zero, scatter, repeats),
+        scatter=known.scatter,
+        p_value_of_scatter=p_value_of(known.scatter, readings, residual, solved, fitted),
+        repeats=known.repeats,
+        p_value_of_repeats=p_value_of(known.steady_repeats, readings, residual, solved, fitted),
+        where=_where(readings, residual, solved, regime, zero, known),
         hints=slips(
             (residual + model.elastic_angle_arcsec)[solved], model.elastic_angle_arcsec[solved]
         ),
@@ -284,13 +295,12 @@ def _where(
     solved: Mask,
     regime: NDArray[np.str_],
     zero: str,
-    scatter: Scatter | None,
-    repeats: Repeats | None,
+    known: _Known,
 ) -> tuple[Region, ...]:
     """Regions, judged by the larger of stated uncertainty and scatter; by repeats where none is
     stated."""
     stated = readings.u_elastic_angle_arcsec
-    repeats = repeats if repeats and repeats.steady else None
+    scatter, repeats = known.scatter, known.steady_repeats
     if not solved.any() or (stated is None and scatter is None and repeats is None):
         return ()
     from cbpt.lab.selection.scan import find_regions
@@ -301,9 +311,9 @@ def _where(
     part, order = readings.select(rows), Rows.of(readings.run_index[rows])
     noise = Noise()
     if stated is None:
-        known = repeats or scatter
-        assert known is not None
-        u = np.full(len(rows), known.u_arcsec)
+        estimated = repeats or scatter
+        assert estimated is not None
+        u = np.full(len(rows), estimated.u_arcsec)
     else:
         u = stated[rows]
         if (

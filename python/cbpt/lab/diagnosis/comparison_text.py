@@ -35,7 +35,7 @@ def lines(c: ComparisonData, angle_unit: str, say: Say) -> Iterator[str]:
     yield from _scatter(c, angle_unit)
     yield from _repeats(c, angle_unit)
     for hint in c.hints:
-        yield f"A likely slip: {hint}."
+        yield f"A likely mistake: {hint}."
     misfit = c.overall
     yield ""
     headers = ["", "readings", "share of\nmisfit", "bias", "excess", "rmse", "largest", "chi2/dof"]
@@ -86,9 +86,9 @@ def _verdict(c: ComparisonData, angle_unit: str) -> str:
     u = c.readings.u_elastic_angle_arcsec
     lost = len(c.readings) - c.overall.readings
     if u is None:
-        text = f"RMSE {rmse}; no uncertainty is stated, so whether that is small cannot be told."
+        text = f"RMSE {rmse}; no uncertainty is stated, so it is unknown whether that is small."
     elif c.p_value is None or c.overall.chi2_per_dof is None:
-        return f"RMSE {rmse}; the fitted zeros leave nothing to judge by: take more readings a run."
+        return f"RMSE {rmse}; the fitted offsets leave no degrees of freedom: measure more."
     else:
         stated = _angle(float(np.median(u)), angle_unit)
         chi2 = f"chi2 per degree of freedom {c.overall.chi2_per_dof:.3g}"
@@ -210,7 +210,7 @@ def _where(c: ComparisonData, angle_unit: str) -> Iterator[str]:
     factor = ANGLE_UNITS[angle_unit]
     if not c.where:
         if c.p_value is not None and c.p_value < 0.01:
-            yield "where: no region stands out, the misfit is alike everywhere or too small to tell"
+            yield "where: no region stands out; the misfit is alike everywhere, or too small"
         return
     yield "where the misfit stands out from the rest (p_value: the chance that noise alone does):"
     headers = ["region", "readings", "share of\nmisfit", "bias", "excess", "p_value"]

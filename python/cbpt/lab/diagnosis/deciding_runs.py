@@ -52,17 +52,21 @@ def rank(d: DiagnosisData, limits: Limits | None = None, most: int = CANDIDATES)
     if d.verdict.kind == "unknown":
         return RankedRuns({}, (), measure_next(d))
     if d.competition.campaign.drive.kind != "ball_drive":
-        why = "How far a torsion spring may be loaded is not known, so no run is suggested for one."
+        why = "No run is suggested for a torsion spring, because its permissible load is not known."
         return RankedRuns({}, (), why)
     hypotheses = open_hypotheses(d)
     if len(hypotheses) < 2:
-        why = "Nothing is open between hypotheses that predict a further run."
+        why = "No two hypotheses are left open between which a further run could decide."
         return RankedRuns({}, (), why)
     runs = candidates(d.competition.campaign.drive, limits or limits_of(d.readings), most)
     with threadpool_limits(1, user_api="blas"):
         view = prospect(hypotheses, runs)
         if view is None:
-            return RankedRuns({}, (), "The case has an effect that further runs would not show.")
+            return RankedRuns(
+                {},
+                (),
+                "No run is suggested: the case has an effect that a predicted run cannot show.",
+            )
         found = []
         for number, run in enumerate(runs):
             pairs = view.gains(view.rows.run_index == number)
@@ -76,7 +80,9 @@ def rank(d: DiagnosisData, limits: Limits | None = None, most: int = CANDIDATES)
     if not found:
         return RankedRuns(shares, (), "None of the runs within the limits has a solution.", twins)
     if found[0][0] < HARDLY:
-        why = "No run within the limits can decide; knowledge from outside the readings can."
+        why = (
+            "No run within the limits can decide; knowledge from elsewhere, such as a drawing, can."
+        )
         return RankedRuns(shares, (), why, twins)
     return RankedRuns(shares, ranked, "", twins)
 

@@ -130,7 +130,7 @@ def diagnosed(
     verdict = judge(competition)
     fold, held_by = folds(campaign)
     fits = competition.fits
-    notes += _told(campaign, competition, fits[verdict.names])
+    notes += _notes(campaign, competition, fits[verdict.names])
     nominal = competition.fitter.at_nominal(fits[verdict.names])
     return Diagnosis(
         case=case,
@@ -148,15 +148,15 @@ def diagnosed(
     )
 
 
-def _told(campaign: Campaign, competition: Competition, fit: Fit) -> Iterator[str]:
+def _notes(campaign: Campaign, competition: Competition, fit: Fit) -> Iterator[str]:
     """What a reader should know of the fit behind the answer."""
     zero = float(np.abs(fit.zeros_arcsec).max()) if campaign.zeros.shape[1] == 1 else 0.0
     if zero > 5 * float(np.median(campaign.u_arcsec)):
-        yield f"a common zero of {fit.zeros_arcsec[0]:.3g} arcsec was taken off the readings"
+        yield f"a common offset of {fit.zeros_arcsec[0]:.3g} arcsec was subtracted"
     if competition.looser is not None:
         lines = campaign.readings.line[competition.looser > 2.0].tolist()
         if 0 < len(lines) <= 0.05 * len(campaign):
-            yield f"{len(lines)} readings lie far off and count less: lines {lines[:8]}"[
+            yield f"{len(lines)} readings lie far off and have less weight: lines {lines[:8]}"[
                 :-1
             ].replace("[", "")
     yield from map(str, solutions(fit))
@@ -165,8 +165,8 @@ def _told(campaign: Campaign, competition: Competition, fit: Fit) -> Iterator[st
         at_end = value <= u.lower * (1 + 1e-6) or value >= u.upper * (1 - 1e-6)
         if at_end and u.name.partition(".")[0] in PRIORS:
             yield (
-                f"{u.name} stands at the end of what is plausible ({value:.3g}): is this the case "
-                "file of this drive?"
+                f"the fitted {u.name} is at the limit of its plausible range ({value:.3g}): check "
+                "that the case file is that of this drive"
             )
 
 
@@ -202,8 +202,8 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
     steps = campaign.readings.preload_step
     if steps is not None and len(np.unique(steps)) > 1:
         notes.append(
-            f"{len(np.unique(steps))} steps of the preload are taken as one reducer with one set "
-            "of numbers; --by preload_step (diagnose_by) judges each by itself"
+            f"{len(np.unique(steps))} preload steps are fitted together, with one set of numbers; "
+            "--by preload_step (diagnose_by) diagnoses each step separately"
         )
     n = len(campaign)
     if n > MOST:
@@ -231,8 +231,8 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
         campaign = _of_the_scatter(campaign, model)
     if campaign.step_arcsec:
         notes.append(
-            f"the angle comes in steps of {campaign.step_arcsec:g} arcsec, coarse against its "
-            "uncertainty; readings at one load round alike, so averaging them counts for little"
+            f"the angle is recorded in steps of {campaign.step_arcsec:g} arcsec, coarse against "
+            "its uncertainty; readings at one load round in the same way, so averaging gains little"
         )
         stated = campaign.readings.u_elastic_angle_arcsec
         if stated is not None and (campaign.u_reading_arcsec > stated).any():
@@ -242,8 +242,8 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
             )
     if not campaign.u_stated and not campaign.u_repeated:
         notes.append(
-            "no uncertainty is stated and no repeats tell it: it was estimated from the scatter, "
-            "so no misfit as small as that can be seen"
+            "no uncertainty is stated and no load was repeated, so the uncertainty was estimated "
+            "from the scatter; a misfit as small as that cannot be detected"
         )
     return campaign, notes
 
@@ -277,11 +277,11 @@ def _stop_if_too_little(campaign: Campaign, n: int, solved: int) -> None:
             "elastic_angle",
             f"{n} readings",
             f"at least {FEWEST}",
-            "with so few anything fits; measure more torques and preloads",
+            "measure more torques and preloads: any model fits so few readings",
         )
     for column, values, why in (
-        ("torque", r.torque_Nm, "at one torque no effect shows itself"),
-        ("elastic_angle", r.elastic_angle_arcsec, "an angle that does not move tells nothing"),
+        ("torque", r.torque_Nm, "vary the torque: a single torque identifies no effect"),
+        ("elastic_angle", r.elastic_angle_arcsec, "check the sensor: its angle never changes"),
     ):
         if np.ptp(values) <= 1e-9 * max(float(np.abs(values).max()), 1e-300):
             raise ReadingsError.of_column(

@@ -24,8 +24,9 @@ from cbpt.lab.selection.model_comparison import Competition
 Floats = NDArray[np.float64]
 FAR_BELOW = 0.8
 LOOSE = (
-    "Held out, numbers are refitted to the other readings and an effect may depart a little from "
-    "its form; far below in sample it says that the form does not hold."
+    "The held-out error is computed with parameters refitted to the other readings, and an effect "
+    "may then deviate a little from its stated form. A held-out error far below that in sample "
+    "means that the stated form does not fit."
 )
 """What an error held out far below the one in sample means."""
 

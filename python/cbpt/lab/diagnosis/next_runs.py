@@ -97,7 +97,10 @@ class NextRuns:
             shares = ", ".join(f"{name} {share:.2f}" for name, share in self.open.items())
             yield f"Open: {shares}."
         for one, other in self.twins:
-            yield f"No run on this rig can tell {one} from {other}: they are one to any reading."
+            yield (
+                f"No run on this rig can distinguish {one} from {other}: both change every reading "
+                "in the same way."
+            )
         if self.why_none:
             yield self.why_none
         if not self.ranked:
@@ -116,12 +119,12 @@ class NextRuns:
                     ", ".join(d["separates"]),
                 ]
             )
-        yield f"Expected log odds of what is true against the others ({LIMIT:.1f} decide):"
+        yield f"Expected log odds of the true hypothesis against the others ({LIMIT:.1f} decide):"
         headers = ["preload_N", "torque_Nm", "torque goes", "input_angle_deg", "gain", "separates"]
         yield text_table(headers, table)
         count = self.runs_like_it()
         if count is not None and count > 1:
-            yield f"About {count} such runs would decide between the closest two."
+            yield f"About {count} such runs would decide between the two closest hypotheses."
 
     def __repr__(self) -> str:
         return self.report()

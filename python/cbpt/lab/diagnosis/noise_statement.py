@@ -116,9 +116,9 @@ def statement(d: DiagnosisData) -> str:
     if d.verdict.pattern is None and abs(used / max(scatter, 1e-300) - 1) > 0.02:
         between = stated is not None and min(stated, scatter) < used < max(stated, scatter)
         text += (
-            f". Weighed together they make {used:.3g} arcsec"
+            f". Combined, the two give {used:.3g} arcsec"
             if between
-            else f". With loose readings and departures from form set apart it is {used:.3g} arcsec"
+            else f". Without outliers and deviations from the form it is {used:.3g} arcsec"
         )
     if c.repeats and not c.repeats.steady:
         text += (
@@ -132,8 +132,8 @@ def _about(d: DiagnosisData) -> str:
     """The scatter about the answer, with its own degrees of freedom."""
     scatter, dof = scatter_of(d.competition.fitter, d.after)
     if d.verdict.pattern is not None:
-        return f"the scatter that no model follows is {estimated(d):.3g} arcsec"
-    zeros = ", each run with a zero of its own" if d.noise.offset_arcsec else ""
+        return f"the scatter that no model explains is {estimated(d):.3g} arcsec"
+    zeros = ", with an offset for each run" if d.noise.offset_arcsec else ""
     return (
         f"the scatter about the answer gives {scatter:.3g} arcsec ({dof:.0f} degrees of freedom"
         f"{zeros})"

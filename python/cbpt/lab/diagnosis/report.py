@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from textwrap import wrap
 from typing import Any
 
@@ -32,7 +32,9 @@ def lines(d: DiagnosisData, document: Mapping[str, Any], say: Say) -> Iterator[s
     for number in document["moved"]:
         if number["could_be"]:
             other = listed(number["could_be"], "or")
-            yield from wrap(f"What moved {number['number']} could as well be {other}.", _WIDTH)
+            yield from wrap(
+                f"The change of {number['number']} could also be caused by {other}.", _WIDTH
+            )
     if not d.verdict.effects and not d.verdict.rivals and d.verdict.pattern is None:
         yield from _unseen(d)
     yield from wrap(document["noise"]["u_says"], _WIDTH)
@@ -50,22 +52,20 @@ def lines(d: DiagnosisData, document: Mapping[str, Any], say: Say) -> Iterator[s
     run = document["next_run"]
     if run:
         yield from wrap(_next_run(run), _WIDTH)
-    card = document["unknown"]
-    if card:
+    if document["unknown"]:
+        yield from _unknown(document["unknown"], run)
+    yield from _ladder(d)
+    yield from _ranking(document["ranking"][:6])
+    where = document["where"]
+    if where:
         yield ""
-        yield "What the misfit looks like:"
-        for line in card["shape"]:
-            yield from _wrapped(line)
-        if not run:
-            yield ""
-            yield from wrap(card["measure_next"], _WIDTH)
-        if card["expression"]:
-            yield ""
-            yield (
-                "A first draft of the missing term, to be added to the case and fitted (held-out "
-                f"error with it {card['expression_held_out_rmse_arcsec']:.3f} arcsec):"
-            )
-            yield from card["effect_toml"].splitlines()
+        yield "Where the drive as stated fails:"
+        for region in where[:4]:
+            yield f"  {_region(region)}"
+
+
+def _ladder(d: DiagnosisData) -> Iterator[str]:
+    """The error after each step of the model."""
     yield ""
     floor, of = noise_floor(d)
     noise = f"the noise floor {of}" if floor is None else f"noise {floor:.3f} arcsec"
@@ -82,7 +82,10 @@ def lines(d: DiagnosisData, document: Mapping[str, Any], say: Say) -> Iterator[s
     yield _table(["added", "rmse_arcsec", "held_out_arcsec", "chi2/dof"], rows)
     if d.ladder_says:
         yield from wrap(d.ladder_says, _WIDTH)
-    ranking = document["ranking"][:6]
+
+
+def _ranking(ranking: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    """Single effects with their probabilities and parameters."""
     if ranking:
         yield ""
         yield "Single effects, the most probable first (probability: that it is at work and alone):"
@@ -101,19 +104,31 @@ def lines(d: DiagnosisData, document: Mapping[str, Any], say: Say) -> Iterator[s
         )
         for row in ranking:
             yield from _wrapped(f"{row['effect']}: {_sizes(row['effect'], row['parameters'])}")
-    where = document["where"]
-    if where:
+
+
+def _unknown(card: Mapping[str, Any], run: Mapping[str, Any] | None) -> Iterator[str]:
+    """What is known of a misfit that no effect explains."""
+    yield ""
+    yield "What the misfit looks like:"
+    for line in card["shape"]:
+        yield from _wrapped(line)
+    if not run:
         yield ""
-        yield "Where the drive as stated fails:"
-        for region in where[:4]:
-            yield f"  {_region(region)}"
+        yield from wrap(card["measure_next"], _WIDTH)
+    if card["expression"]:
+        yield ""
+        yield (
+            "A first draft of the missing term, to be added to the case and fitted (held-out "
+            f"error with it {card['expression_held_out_rmse_arcsec']:.3f} arcsec):"
+        )
+        yield from card["effect_toml"].splitlines()
 
 
 def _unseen(d: DiagnosisData) -> Iterator[str]:
     """What could be there all the same."""
     found = unseen(d)
     if found:
-        yield from wrap(f"This campaign could not have seen {listed(found, 'or')}.", _WIDTH)
+        yield from wrap(f"This campaign could not have detected {listed(found, 'or')}.", _WIDTH)
 
 
 def _sizes(effect: str, parameters: dict[str, Any]) -> str:
@@ -127,8 +142,8 @@ def _wrapped(text: str) -> list[str]:
 def _next_run(run: dict[str, Any]) -> str:
     if run["gain"] < np.log(RULES.rival_odds):
         return (
-            "No single run like those so far would decide between them; knowledge from outside "
-            "the readings can."
+            "No single run like the previous ones would decide between them; knowledge from "
+            "elsewhere, such as a drawing, can."
         )
     return (
         f"A run that would tell {', '.join(run['separates'])} apart: "

@@ -13,7 +13,7 @@ from cbpt.lab.wording.names import called, columns_in_words
 from cbpt.lab.wording.numbers import in_words, listed
 
 _NOISE = {
-    "run_offset": "a zero of its own in every run",
+    "run_offset": "an offset of its own in every run",
     "correlated": "noise that is correlated from one reading to the next",
     "heavy_tailed": "noise with heavy tails",
     "outliers": "a few outliers",

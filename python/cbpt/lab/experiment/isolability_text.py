@@ -29,8 +29,8 @@ def lines(i: IsolabilityData) -> Iterator[str]:
     yield ""
     if i.seen:
         yield (
-            "Smallest size that a diagnosis would tell, numbers of drive and rig within their "
-            "uncertainty:"
+            "Smallest size of each effect that a diagnosis would detect while the numbers of drive "
+            "and rig move within their uncertainties:"
         )
         table = []
         for s in i.seen:
@@ -39,7 +39,7 @@ def lines(i: IsolabilityData) -> Iterator[str]:
             name, values = sized(s.form, numbers)
             most = f"{rival} ({r:.3f})" if rival and r is not None else ""
             table.append([s.label, name, *values, most])
-        headers = ["effect", "number", "half the time", "19 of 20", "plausible to"]
+        headers = ["effect", "parameter", "detected in 50 %", "in 95 %", "largest plausible"]
         yield text_table([*headers, "looks most like"], table)
     for effect, why in i.unseen.items():
         yield f"{effect}: {why}"
@@ -51,7 +51,7 @@ def lines(i: IsolabilityData) -> Iterator[str]:
     apart = sum(p.verdict == "apart" for p in i.pairs)
     if i.pairs:
         yield ""
-        yield f"{apart} of {len(i.pairs)} pairs are told apart as soon as they are seen."
+        yield f"{apart} of {len(i.pairs)} pairs are distinguished as soon as they are detected."
 
 
 def sized(form: Form, sizes: Sequence[float | None]) -> tuple[str, list[str]]:
@@ -76,17 +76,17 @@ def sized(form: Form, sizes: Sequence[float | None]) -> tuple[str, list[str]]:
 def _twins(i: IsolabilityData) -> Iterator[str]:
     pairs = [p for p in i.pairs if p.verdict == "twins"]
     if pairs:
-        yield "Twins, which no reading of this rig tells apart:"
+        yield "Pairs that no reading of this rig can distinguish:"
     for p in pairs:
         decided = [f"{k} = {i.priors[e]:.3g}" for e, k in PRIORS.items() if k in p.decided_by]
-        by = f"; what is known from outside decides ({', '.join(decided)})" if decided else ""
+        by = f"; their stated uncertainties decide ({', '.join(decided)})" if decided else ""
         yield from _wrapped(f"{p.effects[0]} and {p.effects[1]}{by}")
 
 
 def _not_here(i: IsolabilityData) -> Iterator[str]:
     pairs = [p for p in i.pairs if p.verdict == "not_here"]
     if pairs:
-        yield "Not told apart by this plan, however large within the plausible ranges:"
+        yield "Pairs that this plan does not distinguish at any plausible size:"
     for p in pairs:
         yield from _wrapped(_sides(i, p))
 
@@ -95,7 +95,7 @@ def _above(i: IsolabilityData) -> Iterator[str]:
     pairs = [p for p in i.pairs if p.verdict == "above"]
     if not pairs:
         return
-    yield "Told apart only when larger than the smallest size seen:"
+    yield "Pairs that this plan distinguishes only above the smallest size detected:"
     table = [
         [
             *(_from(i, e, size) for e, size in zip(p.effects, p.above, strict=True)),

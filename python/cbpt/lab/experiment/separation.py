@@ -83,11 +83,11 @@ def seen_in(sight: Sight, form: Form, left: Floats, odds: Floats) -> Seen:
             smallest[name] = crossing(size, log_odds(variant, stands, size, n, price))
     why = ""
     if smallest["even"] is None:
-        why = "not seen within its plausible range"
+        why = "not detected within its plausible range"
         if np.isnan(d).any():
-            why = "the preloads do not hold the torques before it is seen"
+            why = "the preloads no longer hold the torques at sizes that would be detected"
         elif np.nanmax(d) < 0.1:
-            why = "these runs do not show it at all"
+            why = "these runs are not sensitive to it"
     return Seen(variant.effect, form, d, left, smallest, why)
 
 

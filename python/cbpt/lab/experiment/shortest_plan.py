@@ -102,17 +102,21 @@ class Design:
             told = ", ".join(shown(effect, n, v, None) for n, v in values.items())
             yield f"{effect}: {told}"
         for one, other in self.twins:
-            yield f"No plan tells {one} from {other}: they are one to any reading of this rig."
+            yield (
+                f"No plan can distinguish {one} from {other}: both change every reading of this "
+                "rig in the same way."
+            )
         if self.plan is None:
             yield "None of the runs within the limits has a solution; raise the preloads."
             return
         names = listed(list(self.effects))
         runs = len(self.plan.runs)
         if self.reached:
-            yield f"{runs} run{'s' * (runs != 1)} of {len(self.plan.runs[0])} readings tell {names}"
-            yield "apart 19 times of 20, and each from nothing:"
+            size = f"{runs} run{'s' * (runs != 1)} of {len(self.plan.runs[0])} readings"
+            yield f"{size} distinguish {names}"
+            yield "from each other and from no effect, 19 times out of 20:"
         else:
-            yield f"{self.max_runs} runs do not tell {names} apart; the best of them:"
+            yield f"{self.max_runs} runs do not distinguish {names}; the best plan of that length:"
         table = [
             [
                 f"{run.preload_N:g}",

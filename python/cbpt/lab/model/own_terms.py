@@ -137,8 +137,8 @@ def _sizes(effect: OwnEffect, campaign: Campaign, parameters: Parameters) -> tup
 
     if vanishes(()):
         raise InvalidInputError(
-            f"effect {effect.id}: these readings do not depend on it; start its parameters where "
-            "it can be seen"
+            f"effect {effect.id}: at the start values of its parameters the model is the same with "
+            "and without it at every reading; choose start values at which it changes the model"
         )
     for count in range(1, len(parameters) + 1):
         for names in sorted(combinations(parameters, count), key=lambda n: _shifted(n, parameters)):

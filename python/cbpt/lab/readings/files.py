@@ -84,7 +84,7 @@ def read_file(path: str | os.PathLike[str], sheet: str | None, columns: Mapping[
     raw = read_bytes(source)
     for kind, what, magics, reader in _FORMATS:
         if raw.startswith(magics):
-            with _told(source, kind):
+            with _reading(source, kind):
                 parts = list(reader(source, raw, columns))
                 return _chosen(source, parts, what, sheet, columns)
     if raw.startswith(b"\x89HDF"):
@@ -101,13 +101,13 @@ def sheets_of(path: str | os.PathLike[str], columns: Mapping[str, str]) -> list[
     raw = read_bytes(source)
     for kind, _, magics, reader in _FORMATS:
         if raw.startswith(magics):
-            with _told(source, kind):
+            with _reading(source, kind):
                 return [(p.name, p.has_readings(columns)) for p in reader(source, raw, columns)]
     return []
 
 
 @contextmanager
-def _told(source: str, kind: str) -> Iterator[None]:
+def _reading(source: str, kind: str) -> Iterator[None]:
     """Whatever a library makes of a broken file, said in one sentence that names the file."""
     try:
         with warnings.catch_warnings():

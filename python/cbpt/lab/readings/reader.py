@@ -155,11 +155,11 @@ _COLUMNS = {quantity.column: quantity.key for quantity in CONTRACT}
 _POSITIVE = {"preload", "u_elastic_angle", "u_sensor_displacement"}
 _SENSOR = {"sensor_displacement": "elastic_angle", "u_sensor_displacement": "u_elastic_angle"}
 _WITHOUT = {
-    "run": "all rows are taken as one run, what differs from run to run cannot be told",
-    "time": "rows are taken in file order, drift and creep cannot be told",
-    "preload": "what acts on the preload cannot be told",
-    "input_angle": "the input is taken at 0 deg, what turns with it cannot be told",
-    "temperature": "thermal effects cannot be told",
+    "run": "all rows are taken as one run, what differs from run to run cannot be determined",
+    "time": "rows are taken in file order, drift and creep cannot be determined",
+    "preload": "what acts on the preload cannot be determined",
+    "input_angle": "the input is taken at 0 deg, what turns with it cannot be determined",
+    "temperature": "thermal effects cannot be determined",
     "u_elastic_angle": "the uncertainty of a reading has to be estimated",
 }
 _LARGEST_ANGLE_ARCSEC = 3600.0  # an elastic angle of a degree: a broken drive or a wrong unit
@@ -221,7 +221,7 @@ class _Reader:
         readings = self.in_time(readings, has_runs=run is not None)
         self.stop_if_wrong()
         if run and readings.run_index.max() == 0:
-            self.notes.append("one run: what differs from run to run cannot be told")
+            self.notes.append("one run: what differs from run to run cannot be determined")
         return dataclasses.replace(readings, notes=(*self.notes, *_remarks(readings)))
 
     def wrong(
@@ -535,12 +535,12 @@ def _remarks(readings: Readings) -> list[str]:
     if largest > _LARGEST_ANGLE_ARCSEC:
         notes.append(f"the largest elastic angle is {largest / 3600:.3g} deg: check its unit")
     if preload is not None and preload.min() == preload.max():
-        notes.append("one preload level: what depends on the preload cannot be told")
+        notes.append("one preload level: what depends on the preload cannot be determined")
     angles = len(np.unique(np.round(np.mod(readings.input_angle_deg, 360.0), 3)))
     if angles in (2, 3):
         what = ("phase, harmonic and plate", "harmonic and plate")[angles - 2]
         notes.append(
             f"{('two', 'three')[angles - 2]} input angles only: of what goes with the input angle, "
-            f"{what} cannot be told"
+            f"{what} cannot be determined"
         )
     return notes

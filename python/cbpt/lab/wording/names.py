@@ -20,7 +20,7 @@ NAMES = {
     "preload_scale": "a wrong gain of the preload readings",
     "sensor_gain": "a wrong gain of the angle sensor",
     "sensor_nonlinearity": "a nonlinear angle sensor",
-    "run_offset": "a zero that differs from run to run",
+    "run_offset": "an offset that differs from run to run",
     "drift": "a drift of the instrument",
     "eccentric_bearing": "compliance of the eccentric bearing",
     "bearing_play": "play in the bearing",
