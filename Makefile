@@ -7,7 +7,7 @@ CRATES := $(OUT)/crates
 export CARGO_TARGET_DIR := $(CURDIR)/target
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help build demo test rust python package wheel bench trial instructions setup-browser screenshots docs format clean
+.PHONY: help build demo test rust python package wheel bench trial trial-short instructions setup-browser screenshots docs format clean
 help:  ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
 
@@ -78,8 +78,11 @@ bench: build $(VENV)/benched $(VENV)/tested  ## speed beside fsolve, NumPy, numb
 	$(PYTHON) benches/diagnosis.py
 	$(PYTHON) benches/page.py
 
-trial: build  ## the diagnosis scored on campaigns with a hidden effect, at full length (an hour or two): docs/explanation/trial.md
+trial: build  ## the diagnosis scored on campaigns with a hidden effect, at full length (two to three hours): docs/explanation/trial.md
 	$(PYTHON) benches/trial --sets 60 --null-sets 400 --seed 5 --quiet --page docs/explanation/trial.md --json out/trial.json
+
+trial-short: build  ## the trial on some campaigns of each kind, for development: about ten minutes on two cores
+	$(PYTHON) benches/trial --short
 
 screenshots: build $(VENV)/tested  ## the picture of the page in the README, taken anew
 	$(PYTHON) docs/site/screenshots.py $(OUT)/screenshots

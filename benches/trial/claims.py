@@ -3,7 +3,7 @@
     accepted      for each hidden effect the ids that are right for it
     held, named   the truth is in the answer; it is the answer
     false_certain certain names that are not true
-    spoken_of     how many effects an answer speaks of
+    spoken        effects that an answer speaks of
     is_so         the event that the stated probability is the probability of
     misleads      the truth is not held, or a name that is certain is false
 
@@ -90,10 +90,11 @@ def false_certain(outcome: Outcome) -> set[str]:
     return set(outcome["answer"]["effects"]) - true - beside(outcome)
 
 
-def spoken_of(answer: Mapping[str, Any]) -> int:
-    """How many effects an answer speaks of: certain, rivals, perhaps."""
-    spoken = set(answer["effects"]) | set(answer.get("perhaps", ()))
-    return len(spoken.union(*map(set, answer["rivals"])) - {"unknown"})
+def spoken(outcome: Outcome) -> set[str]:
+    """Effects that an answer speaks of, certain, rivals or perhaps; not the noise beside them."""
+    answer = outcome["answer"]
+    certain = set(answer["effects"]) | set(answer.get("perhaps", ()))
+    return certain.union(*map(set, answer["rivals"])) - {"unknown"} - beside(outcome)
 
 
 def speaks_of_physics(outcome: Outcome) -> bool:
@@ -131,7 +132,7 @@ def is_so(outcome: Outcome) -> bool:
     open_ = true | beside(outcome) | ({"unknown"} if unnamed(outcome) else set())
     if not all(set(g) & open_ for g in answer["rivals"]):
         return False
-    if answer.get("probability_of") == "named" and spoken_of(answer):
+    if answer.get("probability_of") == "named" and spoken(outcome):
         return True
     if unnamed(outcome):
         return tells_unnamed(outcome)

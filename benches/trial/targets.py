@@ -4,8 +4,8 @@
     calibration  expected calibration error of each family
     NAMES        what the families are called in the table
 
-Shares have Wilson's interval, distances from the oracle that of the mean of paired differences,
-calibration errors one from 400 resamples.
+Shares have Wilson's interval, distances from the oracle that of paired shares, calibration errors
+one from 400 resamples.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from trial.adapter import NOTHING_MISSING
 from trial.claims import Outcome
 from trial.families import FAMILIES
 from trial.grades import true_statement
-from trial.score import Measure, mean, share
+from trial.score import Z95, Measure, mean, share
 
 STRONG = 8.0
 WORDS = {"white": "white", TOGETHER: "zeros and correlation"}
@@ -86,10 +86,19 @@ def by_oracle(event: Event) -> Event:
 def _behind(
     name: str, where: str, outcomes: Sequence[Outcome], event: Event, most: float | None
 ) -> Measure:
-    """How far the share stays behind the oracle's, on the same sets."""
+    """How far the share stays behind the oracle's, on the same sets (interval: Agresti, Min 2005,
+    half a set added to each of the four outcomes of a pair)."""
     asked = [o for o in outcomes if o.get("oracle")]
-    gap = [float(by_oracle(event)(o)) - float(event(o)) for o in asked]
-    return mean(f"  {name}, behind the oracle", where, gap, "%", most=most)
+    gaps = [int(by_oracle(event)(o)) - int(event(o)) for o in asked]
+    name = f"  {name}, behind the oracle"
+    n, lost, won = len(gaps), gaps.count(1), gaps.count(-1)
+    if not n:
+        return Measure(name, where, math.nan, math.nan, math.nan, 0, most=most)
+    middle = (lost - won) / (n + 2)
+    half = Z95 * math.sqrt(lost + won + 1 - (lost - won) ** 2 / (n + 2)) / (n + 2)
+    value = (lost - won) / n
+    low, high = min(middle - half, value), max(middle + half, value)
+    return Measure(name, where, value, max(low, -1.0), min(high, 1.0), n, most=most)
 
 
 def _three(
@@ -171,8 +180,8 @@ def _spoken(outcomes: Sequence[Outcome]) -> list[Measure]:
         ("triples", ("three",)),
         ("all of these", ("one", "two", "three")),
     ):
-        these = [o for o in _of(outcomes, *families) if claims.spoken_of(o["answer"])]
-        sizes = [claims.spoken_of(o["answer"]) / len(claims.accepted(o)) for o in these]
+        these = [(claims.spoken(o), claims.accepted(o)) for o in _of(outcomes, *families)]
+        sizes = [len(said) / len(hidden) for said, hidden in these if said]
         most = 1.5 if where == "all of these" else None
         found.append(mean("effects spoken of for each hidden", where, sizes, most=most))
     return found

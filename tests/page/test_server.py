@@ -27,7 +27,7 @@ import cbpt
 from cbpt.cli.main import main
 from cbpt.errors import ReadingsError
 from cbpt.page.document import campaign
-from cbpt.page.document.document import from_here
+from cbpt.page.document.source import from_here
 from cbpt.page.workbench.session import Session
 from common import PATIENCE_S
 from common.page_server import CASE, DATA, HEAD, ROWS, client_of, opened, own_effect, upload

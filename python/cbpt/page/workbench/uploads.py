@@ -35,6 +35,7 @@ from cbpt.lab.readings.headers import CONTRACT, read_header, units_of
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.text import Table
+from cbpt.page.document.source import Command
 
 MOST_BYTES = 64 << 20
 MOST_ROWS = 200_000
@@ -184,6 +185,11 @@ class Opened:
     upload: Upload | None = None
     data_words: str = ""
     flags: tuple[str, ...] = ()
+
+    @property
+    def command(self) -> Command:
+        """The command lines on these files."""
+        return Command(self.case_words, self.data_words, self.flags)
 
     def read(self) -> tuple[Readings | None, dict[str, Any]]:
         """The readings, where case and table are there; and what is missing or in doubt."""
