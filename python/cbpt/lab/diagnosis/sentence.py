@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
-from cbpt.lab.diagnosis.fit_text import moved, solutions
+from cbpt.lab.diagnosis.fit_text import moved_by, solutions
 from cbpt.lab.diagnosis.noise_statement import noise_floor
 from cbpt.lab.wording.names import called, columns_in_words
-from cbpt.lab.wording.numbers import listed, shown
+from cbpt.lab.wording.numbers import in_words, listed
 
 _NOISE = {
     "run_offset": "an offset of its own in every run",
@@ -19,12 +21,21 @@ _NOISE = {
 }
 
 
+Say = Callable[[str, str], str]
+"""How a number that was found is written, from its name and its value with the uncertainty."""
+
+
+def _plainly(name: str, value: str) -> str:
+    """As a case file would have it: `reference_deflection_um 0.209 +- 0.010`."""
+    return f"{name} {value}"
+
+
 def name_of(d: DiagnosisData, effect: str) -> str:
     """What an effect is called, of the reducer that this is about."""
     return called(effect, d.competition.campaign.drive.kind)
 
 
-def sentence(d: DiagnosisData) -> str:
+def sentence(d: DiagnosisData, say: Say = _plainly) -> str:
     """One or two sentences that say what is certain, what is open and how sure that is."""
     v = d.verdict
     sure = f"probability {v.probability:.2f}"
@@ -37,15 +48,15 @@ def sentence(d: DiagnosisData) -> str:
     if after > 0.97 * before:
         fall = f"the error stays at {after:.2f} arcsec"
     if v.kind == "unknown":
-        return _unknown(d, sure)
+        return _unknown(d, sure, say)
     if v.kind == "complete":
-        return _complete(d, sure, fall)
+        return _complete(d, sure, fall, say)
     if v.kind == "rig" and set(v.effects) <= {"run_offset"}:
         what = listed([_noise(d, n) for n in v.noise if n in _NOISE])
         return f"Nothing is missing in the model; the readings show {what} ({sure})."
     if v.kind == "ambiguous":
         return _ambiguous(d, sure, fall)
-    what = listed([_with_value(d, e) for e in v.effects])
+    what = listed([_with_value(d, e, say) for e in v.effects])
     kinds = {"parameter": "A number of the drive is off", "rig": "The instrument is off"}
     return f"{kinds.get(v.kind, 'Missing from the model')}: {what} ({sure}); {fall}."
 
@@ -63,28 +74,28 @@ def _noise(d: DiagnosisData, word: str) -> str:
     return _NOISE[word]
 
 
-def _unknown(d: DiagnosisData, sure: str) -> str:
+def _unknown(d: DiagnosisData, sure: str, say: Say) -> str:
     columns = d.verdict.pattern.columns if d.verdict.pattern else ()
     on = columns_in_words(columns)
     return (
         f"Something real is missing that no effect of the library explains ({sure}): the misfit "
-        f"depends on {on}." + _beside(d)
+        f"depends on {on}." + _beside(d, say)
     )
 
 
-def _beside(d: DiagnosisData) -> str:
+def _beside(d: DiagnosisData, say: Say) -> str:
     """What has a name beside a pattern that has none; of a reducer that is most of its loop."""
     named = d.verdict.names
     if not named or d.competition.campaign.drive.kind != "torsion_spring":
         return ""
-    what = listed([_with_value(d, e) for e in named])
+    what = listed([_with_value(d, e, say) for e in named])
     return (
         f" Beside it there is {what}: the error falls from {d.ladder[0].rmse_arcsec:.3g} to "
         f"{d.final_rung.rmse_arcsec:.3g} arcsec."
     )
 
 
-def _complete(d: DiagnosisData, sure: str, fall: str) -> str:
+def _complete(d: DiagnosisData, sure: str, fall: str, say: Say) -> str:
     v = d.verdict
     if not v.within_uncertainty:
         return (
@@ -92,7 +103,8 @@ def _complete(d: DiagnosisData, sure: str, fall: str) -> str:
             f"their noise of {noise_floor(d)[0]:.2f} arcsec."
         )
     null = d.competition.fits[()]
-    off = [moved(r.number, null) for r in v.rests_on if abs(r.needed_shift_sigma) > 0.8]
+    far = [r.number for r in v.rests_on if abs(r.needed_shift_sigma) > 0.8]
+    off = [say(number, moved_by(number, null)) for number in far]
     which = f" ({listed(off)})" if off else ""
     return (
         f"Nothing is missing ({sure}): with the numbers of the drive moved within their stated "
@@ -112,14 +124,14 @@ def _ambiguous(d: DiagnosisData, sure: str, fall: str) -> str:
     return f"{text[:1].upper()}{text[1:]} ({sure}); {fall}."
 
 
-def _with_value(d: DiagnosisData, effect: str) -> str:
+def _with_value(d: DiagnosisData, effect: str, say: Say) -> str:
     """An effect with the numbers that were found for it."""
     name = name_of(d, effect)
     found = d.parameters(d.after, effect)
     if not found:
         strained = {u.name: u for u in d.after.unknowns if u.name == effect}
-        return f"{name} ({moved(effect, d.after)})" if strained else name
-    values = [shown(effect, n, p["value"], p["u"], p["unit"]) for n, p in found.items()]
+        return f"{name} ({say(effect, moved_by(effect, d.after))})" if strained else name
+    values = [say(*in_words(effect, n, p["value"], p["u"], p["unit"])) for n, p in found.items()]
     if any(several.effect == effect for several in solutions(d.after)):
         values.append("or another solution, see the notes")
     return f"{name} ({', '.join(values)})"

@@ -3,7 +3,8 @@
 /** @import { Child } from "../lib/page.d.ts" */
 /** @import { PageDocument } from "../types.d.ts" */
 import { bar, bodyOf, byId, el, fill, svg } from "../lib/dom.js";
-import { nameOf, probability, readable, text } from "../lib/numbers.js";
+import { nameOf } from "../lib/names.js";
+import { probability, text } from "../lib/numbers.js";
 import { show } from "../lib/models.js";
 import { documentShown, modelOf, on, setModel, size, state } from "../lib/store.js";
 
@@ -79,7 +80,13 @@ function found(whole) {
   return el(
     "div",
     { class: "card" },
-    el("p", { class: "sentence", id: "sentence" }, worded(verdict.sentence)),
+    el(
+      "p",
+      { class: "sentence", id: "sentence" },
+      whole.sentence.map((part) =>
+        part.number ? el("span", { class: "aside" }, part.text) : part.text
+      ),
+    ),
     el(
       "dl",
       { class: "facts" },
@@ -164,13 +171,6 @@ function fact(name, value, more, picture) {
     {},
     el("dt", {}, name),
     el("dd", {}, value, picture, el("small", {}, more)),
-  );
-}
-
-/** The sentence with names for keys, the numbers of the effects lighter than what is found. @param {string} sentence */
-function worded(sentence) {
-  return readable(sentence.replaceAll("+-", "±")).split(/(\([^()]*±[^()]*\))/).map((part, k) =>
-    k % 2 ? el("span", { class: "aside" }, part) : part
   );
 }
 

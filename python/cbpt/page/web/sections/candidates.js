@@ -10,7 +10,8 @@ import { bar, bodyOf, el, fill, svg } from "../lib/dom.js";
 import { onTheme, saveDrawing, theme, thin } from "../lib/figure.js";
 import { markSwitches, switchOf } from "./bar.js";
 import { canSwitch, isOn, ROUGH } from "../lib/models.js";
-import { fixed, nameOf, plain, probability, withU } from "../lib/numbers.js";
+import { nameOf } from "../lib/names.js";
+import { fixed, plain, probability, withU } from "../lib/numbers.js";
 import { columnOf, documentShown, modelOf, on, size, state } from "../lib/store.js";
 
 const FIRST_CARDS = 6;

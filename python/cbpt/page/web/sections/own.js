@@ -55,7 +55,7 @@ let fit;
 function draw() {
   const whole = documentShown();
   const place = bodyOf("own");
-  const draft = whole.own.draft;
+  const draft = whole.own.draft, words = whole.command_words;
   // An invitation to write one is nothing for paper.
   byId("own").classList.toggle("no-print", !draft);
   const told_ = draft
@@ -91,7 +91,7 @@ function draw() {
           el(
             "code",
             {},
-            whole.command.replace("cbpt report", "cbpt workbench").replace(/ --out .*/, ""),
+            ["cbpt workbench", words.case, words.data, words.reading].join(" ").trim(),
           ),
           el("br"),
           "Or paste it into the case file and add its id after ",
