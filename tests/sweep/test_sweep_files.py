@@ -360,7 +360,7 @@ def test_what_a_plan_is_read_from_is_not_written_over(out: str, desk: Desk) -> N
     top = desk('case = "case.toml"\ntable = "rows.csv"\n')
     (top / "rows.csv").write_text("load.torque_Nm\n1\n")
     before = (top / out).read_bytes()
-    with pytest.raises(PlanError, match="would be lost"):
+    with pytest.raises(PlanError, match="would overwrite it"):
         sweep(top / "plan.toml", out=top / out, fresh=True)
     assert (top / out).read_bytes() == before
 

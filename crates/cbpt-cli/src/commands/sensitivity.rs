@@ -190,8 +190,8 @@ impl Answers {
         text += &of_angle.text();
         text += &format!(
             "\nangle/unit: change of the angle in {suffix} if the number changes by one of its units.\n\
-             %/%: change of the result in percent if the number changes by one percent. Ball counts are whole numbers,\n\
-             so there is no derivative with respect to {}.\n",
+             %/%: change of the result in percent if the number changes by one percent.\n\
+             Ball counts are whole numbers, so there is no derivative with respect to {}.\n",
             whole_numbers().join(", "),
         );
         text += &format!(

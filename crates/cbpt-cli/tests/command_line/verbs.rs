@@ -299,11 +299,11 @@ fn the_help_of_sweep_tells_files_and_chunks() {
     for flag in ["--help", "-h"] {
         let help = desk.cbpt(&format!("sweep {flag}")).out;
         let told = help.split_whitespace().collect::<Vec<_>>().join(" ");
-        for words in ["of a PLAN go to .csv or .parquet", "8192, which is the least", "[default: 65536]"] {
+        for words in ["For a PLAN: .csv, or .parquet", "8192, at least one block", "[default: 65536]"] {
             assert!(told.contains(words), "{words} in {help}");
         }
     }
-    assert!(desk.cbpt("solve --help").out.contains("FILE.csv or FILE.json as well"));
+    assert!(desk.cbpt("solve --help").out.contains("Also write to FILE.csv or FILE.json"));
 }
 
 #[test]
