@@ -131,7 +131,7 @@ class Upload:
                 "header": header,
                 "unit_below": below,
                 "column": quantity.column if quantity and not said.expected else None,
-                "unit": said.unit.symbol if said.unit else None,
+                "unit": said.unit.written if said.unit else None,
                 "stated": stated,
                 "doubt": bool(said.expected) and stated != "extra",
                 "expected": said.expected,
@@ -234,7 +234,7 @@ def quantities() -> list[dict[str, Any]]:
             "key": q.key,
             "column": q.column,
             "unit": q.unit,
-            "units": units_of(q.kind).split(", ") if q.kind else [],
+            "units": units_of(q.kind) if q.kind else [],
             "needed": q.key in needed,
         }
         for q in CONTRACT
