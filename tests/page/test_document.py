@@ -55,7 +55,8 @@ def stated_document() -> Any:
 def test_the_sentence_is_that_of_the_answer_with_names_and_units_in_print() -> None:
     parts = document("dev04")["sentence"]
     words = "".join(part["text"] for part in parts)
-    assert "friction radius 575.8 ± 9.8 µm" in [p["text"] for p in parts if p["number"]]
+    (aside,) = (p["text"] for p in parts if p["aside"])
+    assert aside.startswith("(friction radius 575.8 ± 9.8 µm, engagement angle ")
     assert "_" not in words
     same = words.replace("friction radius 575.8 ± 9.8 µm", "friction_radius_um 575.8 +- 9.8")
     told = document("dev04")["answer"]["verdict"]["sentence"]
@@ -139,6 +140,12 @@ def test_a_noise_floor_is_of_what_is_noise() -> None:
     floor, of = floor_of(replace(d, competition=replace(c, fitter=fitter)))
     assert floor is None
     assert "cannot be told" in of
+
+
+def test_a_lack_of_fit_is_named_in_words() -> None:
+    of = "any function of the torque and the input angle"
+    assert document("dev10")["ladder"]["rungs"][-1]["label"] == of
+    assert next(m["label"] for m in document("dev10")["models"] if m["key"] == "unknown") == of
 
 
 def test_a_ladder_says_why_it_stops() -> None:

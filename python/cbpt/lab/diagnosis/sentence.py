@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -21,13 +22,17 @@ _NOISE = {
 }
 
 
-Say = Callable[[str, str], str]
-"""How a number that was found is written, from its name and its value with the uncertainty."""
+@dataclass(frozen=True)
+class Say:
+    """How numbers that were found are written; without arguments as in a case file."""
+
+    number: Callable[[str, str], str] = "{} {}".format
+    """From its name and its value with the uncertainty: `exponent 0.914 +- 0.017`."""
+    aside: Callable[[str], str] = "({})".format
+    """All numbers of one effect."""
 
 
-def _plainly(name: str, value: str) -> str:
-    """As a case file would have it: `reference_deflection_um 0.209 +- 0.010`."""
-    return f"{name} {value}"
+_PLAINLY = Say()
 
 
 def name_of(d: DiagnosisData, effect: str) -> str:
@@ -35,7 +40,7 @@ def name_of(d: DiagnosisData, effect: str) -> str:
     return called(effect, d.competition.campaign.drive.kind)
 
 
-def sentence(d: DiagnosisData, say: Say = _plainly) -> str:
+def sentence(d: DiagnosisData, say: Say = _PLAINLY) -> str:
     """One or two sentences that say what is certain, what is open and how sure that is."""
     v = d.verdict
     sure = f"probability {v.probability:.2f}"
@@ -104,8 +109,8 @@ def _complete(d: DiagnosisData, sure: str, fall: str, say: Say) -> str:
         )
     null = d.competition.fits[()]
     far = [r.number for r in v.rests_on if abs(r.needed_shift_sigma) > 0.8]
-    off = [say(number, moved_by(number, null)) for number in far]
-    which = f" ({listed(off)})" if off else ""
+    off = [say.number(number, moved_by(number, null)) for number in far]
+    which = f" {say.aside(listed(off))}" if off else ""
     return (
         f"Nothing is missing ({sure}): with the numbers of the drive moved within their stated "
         f"uncertainty{which}, {fall}."
@@ -129,9 +134,11 @@ def _with_value(d: DiagnosisData, effect: str, say: Say) -> str:
     name = name_of(d, effect)
     found = d.parameters(d.after, effect)
     if not found:
-        strained = {u.name: u for u in d.after.unknowns if u.name == effect}
-        return f"{name} ({say(effect, moved_by(effect, d.after))})" if strained else name
-    values = [say(*in_words(effect, n, p["value"], p["u"], p["unit"])) for n, p in found.items()]
+        if effect not in {u.name for u in d.after.unknowns}:
+            return name
+        return f"{name} {say.aside(say.number(effect, moved_by(effect, d.after)))}"
+    words = (in_words(effect, n, p["value"], p["u"], p["unit"]) for n, p in found.items())
+    values = [say.number(*number) for number in words]
     if any(several.effect == effect for several in solutions(d.after)):
         values.append("or another solution, see the notes")
-    return f"{name} ({', '.join(values)})"
+    return f"{name} {say.aside(', '.join(values))}"

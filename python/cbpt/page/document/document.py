@@ -28,7 +28,7 @@ from cbpt.page.document.curves import BRANCHES, Curves
 from cbpt.page.document.plain import array, finite_numbers, numbers
 from cbpt.page.document.sentence import sentence_parts
 from cbpt.page.document.source import Source
-from cbpt.page.document.stated import REFITTED, STATED, UNKNOWN, key_of, stated
+from cbpt.page.document.stated import REFITTED, STATED, UNKNOWN, free_function, key_of, stated
 from cbpt.page.document.types import (
     Candidate,
     CaseFile,
@@ -339,6 +339,8 @@ class Found:
                 told["held_out_arcsec"] = further["held_out_rmse_arcsec"]
                 told["chi2_per_dof"] = further["chi2_per_dof"]
             rungs.append(told)
+        if d.verdict.pattern is not None:
+            rungs[-1]["label"] = free_function(d.verdict.pattern.columns)
         stop = next(i for i, r in enumerate(d.ladder) if r is final)
         if self.numbers_off:
             # They are in the rung of the refit already; left free they are no step further.

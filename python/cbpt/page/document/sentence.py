@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
-from cbpt.lab.diagnosis.sentence import sentence
+from cbpt.lab.diagnosis.sentence import Say, sentence
 from cbpt.page.document.types import SentencePart
 from cbpt.page.document.units import name_and_unit
 
@@ -14,10 +14,10 @@ _MARK = "\0"
 
 
 def sentence_parts(d: DiagnosisData) -> list[SentencePart]:
-    """Words and the numbers that were found, in turn; the numbers with names and units in print."""
-    text = sentence(d, lambda name, value: f"{_MARK}{_in_print(name, value)}{_MARK}")
+    """Words and numbers that were found, in turn; the numbers with names and units in print."""
+    text = sentence(d, Say(_in_print, f"{_MARK}({{}}){_MARK}".format))
     return [
-        {"text": part, "number": bool(k % 2)} for k, part in enumerate(text.split(_MARK)) if part
+        {"text": part, "aside": bool(k % 2)} for k, part in enumerate(text.split(_MARK)) if part
     ]
 
 

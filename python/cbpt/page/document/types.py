@@ -500,8 +500,8 @@ class SentencePart(TypedDict):
     """A part of the sentence of the answer."""
 
     text: str
-    number: bool
-    """Whether it is a number that was found, with its name, uncertainty and unit."""
+    aside: bool
+    """Whether it stands in parentheses: the numbers that were found."""
 
 
 class PageDocument(TypedDict):

@@ -476,8 +476,8 @@ export interface CommandWords {
 /** A part of the sentence of the answer. */
 export interface SentencePart {
   text: string;
-  /** Whether it is a number that was found, with its name, uncertainty and unit. */
-  number: boolean;
+  /** Whether it stands in parentheses: the numbers that were found. */
+  aside: boolean;
 }
 
 /** Every number on the page. */

@@ -84,7 +84,7 @@ function found(whole) {
       "p",
       { class: "sentence", id: "sentence" },
       whole.sentence.map((part) =>
-        part.number ? el("span", { class: "aside" }, part.text) : part.text
+        part.aside ? el("span", { class: "aside" }, part.text) : part.text
       ),
     ),
     el(
@@ -115,7 +115,9 @@ function found(whole) {
         size(floor),
         floor === null
           ? whole.noise.noise_floor_of
-          : `${state.unit}, ${whole.noise.noise_floor_of}; ${noise.model.map(nameOf).join(", ")}`,
+          : `${state.unit}, ${whole.noise.noise_floor_of}; noise model: ${
+            noise.model.map(nameOf).join(", ")
+          }`,
       ),
       fact(
         "χ² / dof",
@@ -198,7 +200,7 @@ function restsOn(numbers) {
     return el(
       "p",
       { class: "small quiet" },
-      "The answer does not depend on a stated number: an error in none of them explains the same residual.",
+      "The answer does not depend on the stated numbers: no error in one of them explains the same residual.",
     );
   }
   return el(

@@ -74,7 +74,7 @@ function draw() {
     combined.length > 0 && el(
       "p",
       { class: "small quiet" },
-      "Together: ",
+      "Combinations, each with its probability: ",
       combined.map((m) => `${m.label} (${probability(m.probability)})`).join("; "),
       ".",
     ),
@@ -159,7 +159,7 @@ function card(c) {
       el("b", {}, c.moved.replace("-", "−")),
     ),
     m && parameters(m),
-    el("p", { class: "tell" }, c.tell_tale),
+    c.tell_tale && el("p", { class: "tell" }, `Typical sign: ${c.tell_tale}`),
     m?.signature_arcsec && picture(c, m.signature_arcsec),
     el(
       "p",
