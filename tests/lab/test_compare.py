@@ -364,7 +364,7 @@ def test_the_load_of_the_case_fills_in_what_the_table_lacks(tmp_path: Path) -> N
     assert c.readings.preload_N is not None
     assert c.readings.preload_N.tolist() == [420, 420]
     assert c.readings.input_angle_deg.tolist() == [40, 40]
-    assert "no preload_N column: 420 is taken for every reading" in c.report()
+    assert "no preload_N column: 420 is used for every reading" in c.report()
 
 
 def test_angles_that_cannot_be_are_refused() -> None:

@@ -143,7 +143,7 @@ def _effects_of(case: Case | Drive) -> tuple[tuple[str, dict[str, float]], ...]:
     twice = next((i for i in ids if ids.count(i) > 1 and i != LOT), None)
     if twice:
         raise InvalidInputError(
-            f"effect {twice} stands in the case more than once, which the lab cannot fit; leave one"
+            f"effect {twice} is in the case more than once and cannot be fitted; keep one of them"
         )
     return found
 
