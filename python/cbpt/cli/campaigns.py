@@ -189,13 +189,8 @@ def plan(argv: list[str]) -> int:
         required=True,
         help="standard uncertainty of a reading, arcsec",
     )
-    parser.add_argument(
-        "--max-runs",
-        metavar="N",
-        type=int,
-        default=MAX_RUNS,
-        help=f"largest number of runs (default {MAX_RUNS})",
-    )
+    most = f"largest number of runs (default {MAX_RUNS})"
+    parser.add_argument("--max-runs", metavar="N", type=int, default=MAX_RUNS, help=most)
     parser.add_argument("--out", metavar="PLAN", type=Path, help="write the plan to PLAN.toml")
     options = parser.parse_args(argv)
     check_name(parser, "--out", options.out, ".toml")

@@ -192,8 +192,7 @@ class _Parquet:
         except BlockingIOError:
             self.close()
             raise PlanError(
-                f"{self.path}: another process is writing this file; wait for it, or give "
-                "another --out"
+                f"{self.path}: another process is writing it; wait for it, or give another --out"
             ) from None
 
     def _parts(self) -> list[Path]:
