@@ -390,7 +390,7 @@ class _Wanted:
                     self.looks[effect].append(list(range(at, at + guise.shape[1])))
                     at += guise.shape[1]
         wide = np.column_stack(columns)
-        per_run = sight.campaign.zeros.shape[1] > 1
+        per_run = sight.campaign.offsets.shape[1] > 1
         grams = []
         for run in range(len(self.runs)):
             rows = wide[self._rows(sight, run)]
