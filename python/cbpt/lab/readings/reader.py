@@ -1,10 +1,10 @@
 """A measurement: readings of the elastic angle under torque and preload.
 
-    read_readings   a file, a mapping of columns or a data frame -> Readings (in `measurement`)
+    read_readings   a file, a mapping of columns or a data frame -> Readings (in `readings`)
 
-What a header means is told in `units`, how a file becomes columns in `table` and `formats`; here is
-what a table of readings has to hold. Two rules: a unit is never guessed, and no row silently
-disappears.
+`headers` reads what a header means; `text`, `files` and `in_memory` make columns of a source; this
+module checks what a table of readings must hold. Two rules: a unit is never guessed, and no row
+silently disappears.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@
     read_bytes  what a file holds, or why it cannot be read
     read_text   a CSV-like file: encoding, separator, decimal mark, comments, row of units
 
-Columns in memory are in `columns`, files of other programs in `formats`. A million rows are
+Columns in memory are in `in_memory`, files of other programs in `files`. A million rows are
 ordinary, so cells are turned into numbers a column of a block at a time, and one by one only where
 that fails. What is no finite number is kept with its place (`Column.odd`): whether it is a mistake
 depends on the column, and that is for the caller to say.
