@@ -190,11 +190,11 @@ def test_a_parquet_file_that_was_changed_is_not_taken_for_the_sweep(
     capsys.readouterr()
     assert main(["sweep", "plan.toml", "--out", "t.parquet"]) == 2
     told = capsys.readouterr().err
-    assert "t.parquet: its contents are not those" in told and "--fresh" in told
+    assert "t.parquet: its contents differ" in told and "--fresh" in told
     beside.unlink()
     assert main(["sweep", "plan.toml", "--out", "t.parquet"]) == 0
-    assert "not checked: t.parquet.sweep is missing" in capsys.readouterr().out
-    with pytest.warns(UserWarning, match=r"t\.parquet: not checked: t\.parquet\.sweep is missing"):
+    assert "not checked, because t.parquet.sweep is missing" in capsys.readouterr().out
+    with pytest.warns(UserWarning, match="not checked, because t.parquet.sweep is missing"):
         sweep(top / "plan.toml", out="t.parquet")
     beside.write_text("{}")
     assert main(["sweep", "plan.toml", "--out", "t.parquet"]) == 2
@@ -224,7 +224,7 @@ def test_parts_of_another_parquet_sweep_are_not_taken_for_the_sweep(desk: Desk) 
     assert not (folder / "plan.json").exists()
     desk(SLOW)
     parts[0].write_bytes(b"garbled")
-    with pytest.raises(PlanError, match=r"0\.parquet: .* is not a sweep.*--fresh"):
+    with pytest.raises(PlanError, match=r"0\.parquet: .* is not the output of a sweep.*--fresh"):
         sweep(top / "plan.toml", out="t.parquet")
 
 
@@ -257,7 +257,10 @@ def test_half_a_chunk_beyond_the_record_is_cut_off(desk: Desk) -> None:
         (lambda text: text[:-10], "bytes, its record says"),
         (lambda text: text[:-10] + b"9" * 10, "the rows differ from those of its record"),
         # In the first row, far from the end, at the same length.
-        (lambda text: text.replace(b",ok\n", b",OK\n", 1), "the rows differ from those of its record"),
+        (
+            lambda text: text.replace(b",ok\n", b",OK\n", 1),
+            "the rows differ from those of its record",
+        ),
     ],
 )
 def test_a_file_that_was_changed_is_not_gone_on_with(
@@ -360,7 +363,7 @@ def test_what_a_plan_is_read_from_is_not_written_over(out: str, desk: Desk) -> N
     top = desk('case = "case.toml"\ntable = "rows.csv"\n')
     (top / "rows.csv").write_text("load.torque_Nm\n1\n")
     before = (top / out).read_bytes()
-    with pytest.raises(PlanError, match="would overwrite it"):
+    with pytest.raises(PlanError, match="would be overwritten"):
         sweep(top / "plan.toml", out=top / out, fresh=True)
     assert (top / out).read_bytes() == before
 
@@ -492,7 +495,10 @@ def test_a_table_beside_the_plan(desk: Desk) -> None:
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        (GRID.replace("step = 0.5", ""), "plan.toml:3: load.torque_Nm: no range; give the number of values"),
+        (
+            GRID.replace("step = 0.5", ""),
+            "plan.toml:3: load.torque_Nm: no range; give the number of values",
+        ),
         (GRID.replace("step = 0.5", "steps = 2"), "did you mean step?"),
         (GRID.replace("step = 0.5", "step = -1"), "must lead from one end to the other"),
         (GRID.replace("step = 0.5", "count = 1"), "count must be 2 or more"),

@@ -80,7 +80,7 @@ def _noise(d: DiagnosisData, word: str) -> str:
 
 
 def _unknown(d: DiagnosisData, sure: str, say: Say) -> str:
-    columns = d.verdict.pattern.columns if d.verdict.pattern else ()
+    columns = d.verdict.lack_of_fit.columns if d.verdict.lack_of_fit else ()
     on = columns_in_words(columns)
     return (
         f"Something real is missing that no effect of the library explains ({sure}): the misfit "
