@@ -85,7 +85,7 @@ def test_an_expression_is_an_entry_of_a_case_file() -> None:
         ("creep", "series", "a", {"a": 1.0}, "a built-in effect has this id"),
         ("unknown", "series", "a", {"a": 1.0}, "answers mean something else"),
         ("my effect", "series", "a", {"a": 1.0}, "letters, digits and _"),
-        ("mine", "series", "pi", {"pi": 1.0}, "means something else"),
+        ("mine", "series", "pi", {"pi": 1.0}, "has another meaning"),
         ("mine", "series", "a", {"a": float("nan")}, "a.start"),
         ("mine", "series", "a", {"a": {"start": 2.0, "max": 1.0}}, "must be in this order"),
         ("mine", "series", "a" * 5000, {"a": 1.0}, "longer than 1000 characters"),

@@ -187,7 +187,7 @@ def test_the_verb_writes_the_design(tmp_path: Path, capfd: pytest.CaptureFixture
         ({"free": {"deceleration": {"ball_radius_mm": [-1, 1]}}}, "greater than 0"),
         ({"free": {"deceleration": {"ball_count": [10.5, 12]}}}, "whole number"),
         ({"free": {"deceleration": {"output_plate": [1, 2]}}}, "is no number of a design"),
-        ({"free": {"measurement": {"lever_arm_mm": [1, 2]}}}, "has no part in the elastic angle"),
+        ({"free": {"measurement": {"lever_arm_mm": [1, 2]}}}, "does not change the elastic angle"),
         (
             {"free": {"load": {"preload_N": [1, 2]}}, "limits": {"outer_radius": 3}},
             "outer_radius_m",

@@ -175,7 +175,7 @@ def test_a_parquet_file_with_other_rows_is_not_taken_for_the_sweep(desk: Desk) -
     with parquet.ParquetFile(top / "t.parquet") as file:
         table = file.read()
     parquet.write_table(table.slice(0, 5), top / "t.parquet")
-    with pytest.raises(PlanError, match="holds 5 rows where the plan has 34"):
+    with pytest.raises(PlanError, match="the file has 5 rows, the plan 34"):
         sweep(top / "plan.toml", out="t.parquet")
 
 
@@ -218,13 +218,13 @@ def test_parts_of_another_parquet_sweep_are_not_taken_for_the_sweep(desk: Desk) 
     assert parts
     (folder / "plan.json").unlink()
     desk(SLOW.replace("seed = 5", "seed = 6"))
-    with pytest.raises(PlanError, match=r"0\.parquet: holds rows of another plan.*seed"):
+    with pytest.raises(PlanError, match=r"0\.parquet: the file holds rows of another plan.*seed"):
         sweep(top / "plan.toml", out="t.parquet")
     assert list(folder.glob("*.parquet")) == parts
     assert not (folder / "plan.json").exists()
     desk(SLOW)
     parts[0].write_bytes(b"garbled")
-    with pytest.raises(PlanError, match=r"0\.parquet: .* is not the output of a sweep.*--fresh"):
+    with pytest.raises(PlanError, match=r"0\.parquet: .* is not a sweep.*--fresh"):
         sweep(top / "plan.toml", out="t.parquet")
 
 
@@ -254,7 +254,7 @@ def test_half_a_chunk_beyond_the_record_is_cut_off(desk: Desk) -> None:
 @pytest.mark.parametrize(
     ("spoil", "told"),
     [
-        (lambda text: text[:-10], "bytes where its record says"),
+        (lambda text: text[:-10], "bytes, its record says"),
         (lambda text: text[:-10] + b"9" * 10, "rows are not those"),
         # In the first row, far from the end, at the same length.
         (lambda text: text.replace(b",ok\n", b",OK\n", 1), "rows are not those"),
@@ -287,7 +287,7 @@ def test_a_file_that_is_gone_is_told_and_none_is_left(desk: Desk) -> None:
     sweep(top / "plan.toml", out="t.csv")
     whole = (top / "t.csv").read_bytes()
     (top / "t.csv").unlink()
-    with pytest.raises(PlanError, match=r"t\.csv: is missing.*34 rows.*--fresh"):
+    with pytest.raises(PlanError, match=r"t\.csv: the file is missing.*34 rows.*--fresh"):
         sweep(top / "plan.toml", out="t.csv")
     assert not (top / "t.csv").exists()
     sweep(top / "plan.toml", out="t.csv", fresh=True)
@@ -298,7 +298,7 @@ def test_a_garbled_record_is_told(desk: Desk) -> None:
     top = desk(GRID)
     sweep(top / "plan.toml", out="t.csv")
     (top / "t.csv.sweep").write_text("{")
-    with pytest.raises(PlanError, match="is no record of a sweep"):
+    with pytest.raises(PlanError, match="is not a record of a sweep"):
         sweep(top / "plan.toml", out="t.csv")
 
 
@@ -317,7 +317,7 @@ def test_two_cannot_write_one_file(out: str, fresh: bool, desk: Desk) -> None:
     top = desk(GRID)
     with (
         closing(open_output(SweepPlan.from_file(top / "plan.toml"), top / out, False)),
-        pytest.raises(PlanError, match="another process is writing it"),
+        pytest.raises(PlanError, match="another process is writing this file"),
     ):
         sweep(top / "plan.toml", out=out, fresh=fresh)
     assert sweep(top / "plan.toml", out=out).has_solution.any()
@@ -360,7 +360,7 @@ def test_what_a_plan_is_read_from_is_not_written_over(out: str, desk: Desk) -> N
     top = desk('case = "case.toml"\ntable = "rows.csv"\n')
     (top / "rows.csv").write_text("load.torque_Nm\n1\n")
     before = (top / out).read_bytes()
-    with pytest.raises(PlanError, match="would be lost"):
+    with pytest.raises(PlanError, match="would overwrite it"):
         sweep(top / "plan.toml", out=top / out, fresh=True)
     assert (top / out).read_bytes() == before
 
@@ -377,7 +377,7 @@ def test_numbers_that_clash_are_told(desk: Desk, capfd: pytest.CaptureFixture[st
     found = sweep(top / "plan.toml")
     wrong = (found.status == "invalid_input").nonzero()[0]
     why = found.plan.reason(int(wrong[0]))
-    assert f"invalid_input: {len(wrong)} such as row {wrong[0] + 1}: {why}" in told[0]
+    assert f"invalid_input: {len(wrong)} rows, for example row {wrong[0] + 1}: {why}" in told[0]
     assert found.plan.reason(int((found.status == "ok").nonzero()[0][0])) is None
 
 
@@ -417,8 +417,10 @@ def test_drives_that_cannot_be_built_are_told(
     assert list(found[0].finding) == list(found[1].finding)
     wrong = (found[0].finding != "").nonzero()[0]
     assert 0 < len(wrong) < len(found[0])
-    assert f"of 12 rows solved now, {len(wrong)} are of drives that cannot be built" in told[0]
-    assert f" such as row {wrong[0] + 1}: {found[0].plan.finding(int(wrong[0]))}" in told[0]
+    assert f"of 12 rows solved now, {len(wrong)} have a drive that cannot be built" in told[0]
+    assert (
+        f" rows, for example row {wrong[0] + 1}: {found[0].plan.finding(int(wrong[0]))}" in told[0]
+    )
 
 
 def test_one_drive_that_cannot_be_built_is_told_before(
@@ -502,7 +504,7 @@ def test_a_table_beside_the_plan(desk: Desk) -> None:
         ("seeds = 1\n" + GRID, "plan.toml:1: seeds: unknown key; did you mean seed?"),
         ('design = "girds"\n' + GRID, "did you mean grid?"),
         ('design = "random"\n' + GRID, "rows: missing"),
-        ("rows = 5\n" + GRID, "rows: the axes of a grid say how many"),
+        ("rows = 5\n" + GRID, "rows: the axes of a grid fix the number of rows"),
         ("rows = -5\n" + GRID, "expected a whole number"),
         ('table = "rows.csv"\n' + GRID, "leave [axes] out"),
         (GRID.split("[axes]")[0], "say what is varied"),
@@ -525,9 +527,9 @@ def test_a_wrong_plan_is_told_with_its_line(text: str, told: str, desk: Desk) ->
         (["plan.toml"], "--out is missing"),
         (["plan.toml", "--out", "t.xlsx"], "must end in .csv or .parquet"),
         (["plan.toml", "--out", "t.csv", "--torque-Nm", "5"], "the axis load.torque_Nm"),
-        (["plan.toml", "--out", "t.csv", "--json"], "--json goes with a case"),
+        (["plan.toml", "--out", "t.csv", "--json"], "--json is for cases"),
         (["plan.toml", "--out", "t.csv", "--angle-unit", "deg"], "--angle-unit deg"),
-        (["case.toml", "--fresh"], "go with a plan"),
+        (["case.toml", "--fresh"], "are for plans"),
         (["case.toml", "--torque-Nm", "1,2", "--out", "t.parquet"], "case.toml is a case"),
         (["none.toml", "--out", "t.parquet"], "none.toml: file not found"),
     ],

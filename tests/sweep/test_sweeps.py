@@ -519,7 +519,7 @@ def test_what_memory_cannot_hold_goes_to_a_file() -> None:
 
 def test_a_table_of_unequal_columns_is_refused() -> None:
     axes = {"load.torque_Nm": [1, 2, 3], "load.preload_N": [500, 600]}
-    with pytest.raises(PlanError, match=r"load\.preload_N: has 2 values where another axis has 3"):
+    with pytest.raises(PlanError, match=r"load\.preload_N: has 2 values, another axis has 3"):
         sweep(case(), axes, design="table")
 
 

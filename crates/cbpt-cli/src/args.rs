@@ -19,7 +19,7 @@ fn unit_of(quantity: Quantity) -> impl TypedValueParser<Value = &'static Unit> {
     name = "cbpt",
     version,
     propagate_version = true,
-    after_help = "A CASE is a TOML file that describes the drive; `cbpt schema --example` prints one to start from.\n\
+    after_help = "A CASE is a TOML file that describes the drive; `cbpt schema --example` prints an example to start from.\n\
                   Exit codes: 0 done, 1 cannot write, 2 bad input, 3 no solution, 4 design error."
 )]
 pub struct Cli {
@@ -28,55 +28,55 @@ pub struct Cli {
     pub verb: Verb,
 }
 
-const SWEEP_OUT: &str = "Write to FILE: of a CASE .csv or .json, as well; the rows of a PLAN go to .csv or .parquet (Python \
-                         package) and nowhere else";
+const SWEEP_OUT: &str = "Write to FILE. For a CASE: .csv or .json, in addition to the screen. For a PLAN: .csv, or .parquet with the \
+                         Python package; a PLAN needs this flag";
 
 /// The verbs.
 #[derive(Debug, Subcommand)]
 pub enum Verb {
     /// Elastic angle under one load, with every meshing point
     Solve(Solve),
-    /// Preload that a torque needs: to hold, for continuous transmission, for zero backlash
+    /// Preload that a torque needs: to hold it, for continuous transmission, for zero backlash
     Preload(Preload),
-    /// Elastic angle over grids of loads of a CASE, or over any parameter by a PLAN, on all cores
+    /// Elastic angle over a grid of loads (CASE) or over any parameters (PLAN), on all cores
     #[command(mut_arg("out", |out| out.help(SWEEP_OUT)))]
     Sweep(Sweep),
-    /// How elastic angle and preload thresholds answer to every design number
-    Sensitivity(Sensitivity),
+    /// Derivatives of elastic angle and preload thresholds with respect to every design parameter
+    Sensitivity(UnderLoad),
     /// Design findings: undercut, missing walls, touching balls, pressure
-    Check(Check),
-    /// The library of effects: equations, tell-tales, numbers with their ranges
+    Check(UnderLoad),
+    /// The library of effects: equations, how they show in readings, parameters with their ranges
     Effects(Effects),
     /// JSON Schema of case files for editors, the table of keys, or an example
     Schema(Schema),
-    /// Model against a table of readings: bias, RMSE, where it fails (Python package)
+    /// Compare the model with a table of readings: bias, RMSE, where it fails (Python package)
     #[command(disable_help_flag = true)]
     Compare(Elsewhere),
-    /// Which effect the readings demand, or that none is needed, or that they cannot tell (Python package)
+    /// Find the effect that the readings need, or say that none is needed or that they cannot decide (Python package)
     #[command(disable_help_flag = true)]
     Diagnose(Elsewhere),
-    /// Effects fitted to readings, and the case with them in it (Python package)
+    /// Fit effects to readings and write the case with them (Python package)
     #[command(disable_help_flag = true)]
     Fit(Elsewhere),
-    /// What a planned campaign could see and tell apart, before any reading (Python package)
+    /// Effects that a planned campaign could detect and tell apart, before any reading (Python package)
     #[command(disable_help_flag = true)]
     Isolability(Elsewhere),
-    /// Readings that a planned campaign would give, with effects and noise (Python package)
+    /// Simulate the readings of a planned campaign, with effects and noise (Python package)
     #[command(disable_help_flag = true)]
     Simulate(Elsewhere),
-    /// The runs that would decide between what the readings leave open (Python package)
+    /// The runs that would decide between the explanations that the readings leave open (Python package)
     #[command(disable_help_flag = true)]
     NextRun(Elsewhere),
     /// The shortest campaign that tells effects apart (Python package)
     #[command(disable_help_flag = true)]
     Plan(Elsewhere),
-    /// The answer as one page that opens without a network: misfit, candidates, ladder, the drive (Python package)
+    /// The diagnosis as one HTML page that opens without a network (Python package)
     #[command(disable_help_flag = true)]
     Report(Elsewhere),
-    /// The same page live in the browser, served on this machine alone (Python package)
+    /// The same page, interactive in the browser and served on this machine only (Python package)
     #[command(disable_help_flag = true)]
     Workbench(Elsewhere),
-    /// What the drawing's tolerances make of the elastic angle (Python package)
+    /// Spread of the elastic angle that the tolerances of the drawing cause (Python package)
     #[command(disable_help_flag = true)]
     Tolerance(Elsewhere),
     /// The design with the smallest elastic angle within bounds (Python package)
@@ -106,7 +106,7 @@ pub struct OutputOptions {
     /// Print one JSON object instead of tables
     #[arg(long)]
     pub json: bool,
-    /// Write to FILE.csv or FILE.json as well
+    /// Also write to FILE.csv or FILE.json
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
     /// Unit of elastic angles
@@ -126,7 +126,7 @@ pub struct OutputOptions {
     pub pressure_unit: &'static Unit,
 }
 
-/// A load; what is not given comes from the case's `[load]`.
+/// A load; values that are not given come from the `[load]` section of the case.
 #[derive(Debug, Args)]
 pub struct LoadOptions {
     /// Resistance torque on the output, N m
@@ -135,7 +135,7 @@ pub struct LoadOptions {
     /// Axial preload, N
     #[arg(long = "preload-N", value_name = "F", allow_negative_numbers = true)]
     pub preload_N: Option<f64>,
-    /// Angle of the input crank from the line of centres, degrees [default: the case's, else 0]
+    /// Angle of the input crank from the line of centres, degrees [default: the value of the case, or 0]
     #[arg(long = "input-angle-deg", value_name = "A", allow_negative_numbers = true)]
     pub input_angle_deg: Option<f64>,
 }
@@ -152,7 +152,7 @@ pub struct Solve {
     /// List every meshing point
     #[arg(long)]
     pub points: bool,
-    /// Give the largest elastic angle over a period of the drive as well
+    /// Also give the largest elastic angle over a period of the drive
     #[arg(long)]
     pub over_period: bool,
     /// Form of the output.
@@ -169,7 +169,7 @@ pub struct Preload {
     /// Resistance torque on the output, N m
     #[arg(long = "torque-Nm", value_name = "T", allow_negative_numbers = true)]
     pub torque_Nm: Option<f64>,
-    /// Take the thresholds at this angle of the input crank, degrees, instead of the maxima over a period
+    /// Angle of the input crank, degrees, at which to take the thresholds instead of their maxima over a period
     #[arg(long = "input-angle-deg", value_name = "A", allow_negative_numbers = true)]
     pub input_angle_deg: Option<f64>,
     /// Form of the output.
@@ -180,7 +180,7 @@ pub struct Preload {
 /// `cbpt sweep`.
 #[derive(Debug, Args)]
 pub struct Sweep {
-    /// Case file (TOML), or a plan: a TOML file that names a case and has a table of axes
+    /// Case file (TOML), or a plan: a TOML file that names a case and a table of axes
     #[arg(value_name = "CASE|PLAN")]
     pub path: PathBuf,
     /// Torques, N m: a list `1,2,5`, a range `0:10:0.5` (start:stop:step), or both mixed
@@ -192,10 +192,10 @@ pub struct Sweep {
     /// Angles of the input crank, degrees, in the same form
     #[arg(long = "input-angle-deg", value_name = "LIST", allow_hyphen_values = true)]
     pub input_angle_deg: Option<String>,
-    /// Of a PLAN: rows that are solved and written at a time, in whole blocks of 8192, which is the least [default: 65536]
+    /// For a PLAN: number of rows to solve and write at a time, rounded to blocks of 8192, at least one block [default: 65536]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub chunk_rows: Option<u64>,
-    /// Of a PLAN: begin anew in the place of what --out holds
+    /// For a PLAN: start again and replace the file of --out
     #[arg(long)]
     pub fresh: bool,
     /// Form of the output.
@@ -203,27 +203,13 @@ pub struct Sweep {
     pub output: OutputOptions,
 }
 
-/// `cbpt sensitivity`.
+/// `cbpt sensitivity` and `cbpt check`.
 #[derive(Debug, Args)]
-pub struct Sensitivity {
+pub struct UnderLoad {
     /// The case file.
     #[command(flatten)]
     pub case: CaseFile,
-    /// The load.
-    #[command(flatten)]
-    pub load: LoadOptions,
-    /// Form of the output.
-    #[command(flatten)]
-    pub output: OutputOptions,
-}
-
-/// `cbpt check`.
-#[derive(Debug, Args)]
-pub struct Check {
-    /// The case file.
-    #[command(flatten)]
-    pub case: CaseFile,
-    /// A load, to check pressure and contact at the groove's edge as well.
+    /// The load; `check` also does without.
     #[command(flatten)]
     pub load: LoadOptions,
     /// Form of the output.
@@ -234,10 +220,10 @@ pub struct Check {
 /// `cbpt effects`.
 #[derive(Debug, Args)]
 pub struct Effects {
-    /// One effect in full; without it the list of all
+    /// Effect to describe in full; without an ID, all effects are listed
     #[arg(value_name = "ID")]
     pub id: Option<String>,
-    /// Print one JSON object instead, its numbers in SI
+    /// Print one JSON object instead, with numbers in SI
     #[arg(long)]
     pub json: bool,
     /// Print the page of the documentation (Markdown) instead

@@ -35,7 +35,7 @@ impl Exit {
     }
 }
 
-/// What stops a verb before it is done.
+/// Why a verb stopped before it was done.
 #[derive(Debug, thiserror::Error)]
 pub enum Failure {
     /// The case file is wrong.
@@ -64,7 +64,7 @@ impl Failure {
     /// A verb that lives in the Python package.
     pub fn needs_python(verb: &str) -> Self {
         Self::Usage(format!(
-            "`cbpt {verb}` comes with the Python package, whose `cbpt` command has every verb: pip install cbpt"
+            "`cbpt {verb}` needs the Python package, whose `cbpt` command has every verb: pip install cbpt"
         ))
     }
 
@@ -85,8 +85,10 @@ impl Failure {
 pub fn keep_input(out: &Path, inputs: &[impl AsRef<Path>]) -> Result<(), Failure> {
     let same = |input: &Path| matches!((out.canonicalize(), input.canonicalize()), (Ok(a), Ok(b)) if a == b);
     if inputs.iter().any(|input| same(input.as_ref())) {
-        let problem =
-            format!("--out {}: this file is read here and would be lost; give another name", out.display());
+        let problem = format!(
+            "--out {}: the command reads this file and would overwrite it; give another name",
+            out.display()
+        );
         return Err(Failure::Usage(problem));
     }
     Ok(())

@@ -1,4 +1,4 @@
-//! The bar that shows how far long work has come.
+//! The progress bar.
 
 use std::fmt::Write;
 use std::io::IsTerminal;

@@ -130,7 +130,7 @@ impl OutputOptions {
         ];
         match given.iter().find(|(_, unit)| *unit != unit.quantity.usual()) {
             Some((flag, unit)) => {
-                Err(Failure::Usage(format!("{flag} {} does not go with {what}", unit.symbol)))
+                Err(Failure::Usage(format!("{flag} {} is not available for {what}", unit.symbol)))
             }
             None => Ok(()),
         }

@@ -34,6 +34,49 @@ const SAMPLES: u32 = 24;
 /// Far more than any drive asks for; with hundreds of balls the samples become fewer instead (and the amplitude is nothing).
 const MOST_SOLUTIONS: u32 = 4000;
 
+/// The crank angles at which a period of the drive is sampled. The periods of both pairs divide it.
+struct Grid {
+    /// Period of the drive, rad.
+    period_rad: f64,
+    /// Samples in it.
+    count: usize,
+    /// Samples in a period of the deceleration pair.
+    per_deceleration: usize,
+    /// Samples in a period of the equal-speed pair.
+    per_equal_speed: usize,
+    /// Crank angle from one sample to the next, rad.
+    step_rad: f64,
+}
+
+impl Grid {
+    fn of(drive: &Drive) -> Self {
+        let pair = drive.deceleration();
+        let own_lobes = match pair.output_plate {
+            OutputPlate::Hypocycloid => pair.epicycloid_lobes(),
+            OutputPlate::Epicycloid => pair.hypocycloid_lobes(),
+        };
+        // Deceleration periods (q) and equal-speed periods (w) in one period of the drive.
+        let (q, w) = match drive.equal_speed() {
+            EqualSpeed::RingGroove(ring) => {
+                let other_lobes = 2 * pair.ball_count - own_lobes;
+                let common = greatest_common_divisor(other_lobes, ring.ball_count);
+                (other_lobes / common, ring.ball_count / common)
+            }
+            EqualSpeed::CrossSlide(_) if drive.equal_speed_period_rad().is_none() => (1, 1),
+            EqualSpeed::CrossSlide(_) => (own_lobes, 1),
+        };
+        let samples = (MOST_SOLUTIONS / (q + w)).clamp(1, SAMPLES);
+        let period_rad = TAU / f64::from(own_lobes) * f64::from(q);
+        Self {
+            period_rad,
+            count: (q * w * samples) as usize,
+            per_deceleration: (w * samples) as usize,
+            per_equal_speed: (q * samples) as usize,
+            step_rad: period_rad / f64::from(q * w * samples),
+        }
+    }
+}
+
 impl Drive {
     /// Largest elastic angle over a period of the drive at torque M0 (N m) and preload N_Z (N).
     ///
@@ -62,26 +105,7 @@ impl Drive {
     ) -> Result<(Status, Option<LargestAngle>), InvalidInput> {
         Load::new(torque_Nm, preload_N, 0.0)?;
         let sign = if torque_Nm < 0.0 { -1.0 } else { 1.0 };
-        let pair = self.deceleration();
-        let own_lobes = match pair.output_plate {
-            OutputPlate::Hypocycloid => pair.epicycloid_lobes(),
-            OutputPlate::Epicycloid => pair.hypocycloid_lobes(),
-        };
-        // Deceleration periods (q) and equal-speed periods (w) in one period of the drive.
-        let (q, w) = match self.equal_speed() {
-            EqualSpeed::RingGroove(ring) => {
-                let other_lobes = 2 * pair.ball_count - own_lobes;
-                let common = greatest_common_divisor(other_lobes, ring.ball_count);
-                (other_lobes / common, ring.ball_count / common)
-            }
-            EqualSpeed::CrossSlide(_) if self.equal_speed_period_rad().is_none() => (1, 1),
-            EqualSpeed::CrossSlide(_) => (own_lobes, 1),
-        };
-        let period_rad = TAU / f64::from(own_lobes) * f64::from(q);
-        let samples = (MOST_SOLUTIONS / (q + w)).clamp(1, SAMPLES);
-        let per_deceleration = (w * samples) as usize;
-        let per_equal_speed = (q * samples) as usize;
-        let step = period_rad / f64::from(q * w * samples);
+        let Grid { period_rad, count, per_deceleration, per_equal_speed, step_rad: step } = Grid::of(self);
         if undercuts(self) {
             return Ok((Status::Undercut, None));
         }
@@ -109,7 +133,6 @@ impl Drive {
             return Ok((status, None));
         }
         let total = |i: usize| decelerating[i % per_deceleration] + equal[i % per_equal_speed];
-        let count = (q * w * samples) as usize;
         let (mut best, mut least) = (0, 0);
         for i in 0..count {
             if total(i) > total(best) {

@@ -120,7 +120,11 @@ fn undercut(drive: &Drive, sizes: &Sizes) -> Option<Finding> {
              the contact angle) that its walls need: part of a wall is cut away{}",
             smallest_radius * 1e3,
             needed * 1e3,
-            if counted { "" } else { "; the tracks are taken as straight (track_curvature = \"neglect\")" },
+            if counted {
+                ""
+            } else {
+                "; the model treats the tracks as straight (track_curvature = \"neglect\")"
+            },
         ),
         remedy:
             "enlarge the rolling-circle radius, or lower the short-amplitude coefficient or the ball radius"
@@ -139,7 +143,7 @@ fn inside_wall(drive: &Drive, ring: &RingGroove, sizes: &Sizes) -> Option<Findin
         "the inside meshing points carry nothing; the pair still transmits on its outside walls, but only if bearings \
          take the in-plane force N_Z cot(beta) and the tilt couple M0 tan(beta)"
     } else {
-        "the walls are taken as straight all the same (track_curvature = \"neglect\")"
+        "the model treats the walls as straight nevertheless (track_curvature = \"neglect\")"
     };
     Some(Finding {
         code: "inside_wall_missing",

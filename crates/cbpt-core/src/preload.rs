@@ -22,7 +22,7 @@ use crate::pair::MeshingPoints;
 use crate::period;
 use crate::real::Real;
 
-/// The three preloads that a torque needs, N; infinite where no preload does it.
+/// The three preloads that a torque needs, N; infinite if no preload is enough.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PreloadThresholds {
     /// More than this holds the torque at all, N.

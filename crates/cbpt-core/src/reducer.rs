@@ -35,7 +35,7 @@ impl Reducer {
         match self {
             Self::BallDrive(_) if spec.suits_ball_drives() => None,
             Self::BallDrive(_) => {
-                Some("is about a torsion spring: the contacts of a ball drive take up their own play")
+                Some("is for torsion springs only: the contacts of a ball drive already model their play")
             }
             Self::TorsionSpring(spring) if spec.suits_springs(spring.reference_radius_m().is_some()) => None,
             Self::TorsionSpring(_) if spec.suits_springs(true) => Some(

@@ -84,25 +84,25 @@ impl fmt::Display for Status {
             ),
             Self::OutsideTable => write!(
                 f,
-                "solved, but the torque lies beyond the table of the torsion spring: the curve was carried on straight; \
-                 extend the table"
+                "solved, but the torque lies beyond the table of the torsion spring, where the curve continues as a straight \
+                 line; extend the table"
             ),
             Self::BeyondHold { hold_preload_N } if hold_preload_N.is_finite() => write!(
                 f,
-                "no solution: the torque is at or beyond what this preload can hold; more than {hold_preload_N:.6} N \
+                "no solution: the torque is at or above the limit that this preload can hold; more than {hold_preload_N:.6} N \
                  of preload is needed"
             ),
             Self::BeyondHold { .. } => {
                 write!(
                     f,
-                    "no solution: no preload can hold a torque in this direction, its walls are missing"
+                    "no solution: no preload can hold a torque in this direction, because its walls are missing"
                 )
             }
             Self::Undercut => write!(
                 f,
-                "no solution: a groove of the deceleration pair undercuts, part of its wall does not exist; enlarge the \
+                "no solution: a groove of the deceleration pair has an undercut, so part of its wall does not exist; enlarge the \
                  rolling circle, lower the short-amplitude coefficient or the ball radius, or set \
-                 track_curvature = \"neglect\" to take the tracks as straight"
+                 track_curvature = \"neglect\" to treat the tracks as straight"
             ),
             Self::Indeterminate => write!(
                 f,

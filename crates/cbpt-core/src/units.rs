@@ -42,7 +42,7 @@ pub struct Unit {
     pub symbol: &'static str,
     /// How it is written in a sentence, as in `5 N m`.
     pub written: &'static str,
-    /// Other spellings that are read, without blanks, dots and hyphens between their parts.
+    /// Other spellings that are accepted, written here without blanks, dots and hyphens between their parts.
     pub spellings: &'static [&'static str],
     /// SI value of 0 in this unit; only the degree Celsius has one.
     pub offset: f64,

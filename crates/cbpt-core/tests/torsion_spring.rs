@@ -243,10 +243,10 @@ fn what_a_reducer_cannot_have_is_refused() {
     assert!(refused(without_radius(), "bearing_play").contains("torsion_spring.reference_radius_mm"));
     let rows_with_preload = Rows::of_loads(&[Load::new(1.0, 600.0, 0.0).unwrap()]);
     let ball = Predictor::new(Drive::paper_base_case(), &["backlash"], rows_with_preload).unwrap_err();
-    assert!(ball.to_string().contains("is about a torsion spring"), "{ball}");
+    assert!(ball.to_string().contains("is for torsion springs only"), "{ball}");
     let mut friction = Predictor::new(linear(), &["friction_hysteresis"], rows()).unwrap();
     let mut values = friction.neutral();
     value(&friction, &mut values, "friction_hysteresis", "friction_radius", 1e-3);
     let message = friction.predict(&values, &[]).unwrap_err().to_string();
-    assert!(message.contains("no preload was read"), "{message}");
+    assert!(message.contains("the readings have no preload"), "{message}");
 }

@@ -23,15 +23,15 @@ type Columns<'py> = (
 /// Solves a drive for arrays of torque (N m), preload (N) and input angle (rad), all of shape (n,), on all cores;
 /// ``shape`` is that of the n loads in C order.
 ///
-/// A torsion spring takes a preload of 0 for none and has its whole angle in the first part.
+/// For a torsion spring, a preload of 0 means none, and the first part is the whole angle.
 ///
 /// Returns the parts of the deceleration and the equal-speed pair (rad), the scaled residual, the hold preload (N, NaN
-/// unless the status is ``beyond_hold``) and which of the names that follow is the status, each of length n; NaN where there
-/// is no solution. Raises
-/// ``InvalidInputError`` with the index of a number that cannot be; Ctrl-C stops it. ``progress``, where given, is called
-/// now and then with the number of loads solved.
+/// unless the status is ``beyond_hold``) and the status as an index into the names that follow, each of length n; NaN if
+/// there is no solution. Raises ``InvalidInputError`` with the index of an invalid number; Ctrl-C stops it. ``progress`` is
+/// called now and then with the number of loads solved.
 #[pyfunction]
 #[pyo3(signature = (drive, torque_Nm, preload_N, input_angle_rad, shape, progress = None))]
+#[expect(clippy::too_many_arguments, reason = "the columns of a table")]
 pub fn solve_angles<'py>(
     py: Python<'py>,
     drive: &Drive,

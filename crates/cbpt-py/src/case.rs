@@ -18,7 +18,7 @@ use crate::error::{about_ball_drives, case_error, invalid_input};
 use crate::given::{CasePath, case_from_dict, case_from_toml};
 use crate::own::OwnEffect;
 
-/// One entry of ``[[effect]]``: an id, its port and expression where it is the user's own, and its numbers.
+/// One entry of ``[[effect]]``: its id, port and expression (of an own effect only), and its numbers.
 #[pyclass(frozen, eq, get_all, module = "cbpt._core")]
 #[derive(Clone, PartialEq)]
 pub struct Effect {
@@ -53,7 +53,7 @@ impl Effect {
     }
 }
 
-/// A case file: the drive and, where they are given, load, measurement, uncertainties and effects.
+/// A case file: the drive and, if given, load, measurement, uncertainties and effects.
 #[pyclass(frozen, eq, module = "cbpt._core")]
 #[derive(Clone, PartialEq)]
 pub struct Case {
@@ -61,6 +61,10 @@ pub struct Case {
 }
 
 impl Case {
+    pub fn of(case: RustCase) -> Self {
+        Self { case }
+    }
+
     pub fn rust(&self) -> &RustCase {
         &self.case
     }
@@ -132,8 +136,8 @@ impl Case {
         self.case.measurement.lever_arm_m.map(|m| m * 1e3)
     }
 
-    /// The case with these effects in place of its own: ids of the library, each with numbers named as in a case file
-    /// (``{"reference_deflection_um": 2}``), what is not given has its default; or own effects, with the values of their
+    /// The case with these effects in place of its own: ids of the library, each with parameters named as in a case file
+    /// (``{"reference_deflection_um": 2}``), a parameter that is not given has its default; or own effects, with the values of their
     /// parameters. The same id of the library may stand more than once.
     ///
     /// Raises ``CaseError`` with key, what was found and what is allowed, and ``InvalidInputError`` for a function of Python,
@@ -160,7 +164,7 @@ impl Case {
 
     /// The case with other values of numbers of its drive and load, named in SI (``deceleration.ball_radius_m``).
     ///
-    /// Raises ``InvalidInputError`` for a name or a value that cannot be.
+    /// Raises ``InvalidInputError`` for an unknown name or an invalid value.
     #[pyo3(signature = (numbers: "dict[str, float]"))]
     fn with_numbers(&self, py: Python<'_>, numbers: BTreeMap<String, f64>) -> PyResult<Self> {
         let found: Result<Vec<_>, InvalidInput> =
@@ -169,10 +173,10 @@ impl Case {
         case.map(|case| Self { case }).map_err(|error| invalid_input(py, &error))
     }
 
-    /// How numbers of a ball drive under a load scatter, by ``[tolerance]`` or else ``[uncertainty]``: name in SI, ``uniform``
+    /// Spread of the numbers of a ball drive and its load, from ``[tolerance]`` or else ``[uncertainty]``: name in SI, ``uniform``
     /// or ``normal``, and the limit or standard uncertainty, SI.
     ///
-    /// Raises ``InvalidInputError`` for a spread of a common number whose two numbers differ.
+    /// Raises ``InvalidInputError`` for a spread that stands for two numbers whose values differ.
     fn spreads(&self, py: Python<'_>) -> PyResult<Vec<(&'static str, &'static str, f64)>> {
         let load = self.case.load;
         let stated = Load::new(load.torque_Nm.unwrap_or(0.0), load.preload_N.unwrap_or(1.0), 0.0);

@@ -14,10 +14,10 @@ use crate::drive::Drive;
 use crate::error::{invalid_input, raise};
 use crate::interrupt::without_gil;
 
-/// The number of a design that a case writes so (``deceleration.ball_radius_mm``): its name in SI, these values of it in SI,
-/// and whether it is whole.
+/// The design number with a key of case files (``deceleration.ball_radius_mm``): its name in SI, the values in SI,
+/// and whether it is a whole number.
 ///
-/// Raises ``InvalidInputError`` with the nearest right key, or for a value that cannot be.
+/// Raises ``InvalidInputError`` with the nearest key for an unknown one, or for an invalid value.
 #[pyfunction]
 pub fn design_number(
     py: Python<'_>,
@@ -30,7 +30,7 @@ pub fn design_number(
     Ok((number.name, values, number.whole))
 }
 
-/// Numbers of designs by their names in SI: for each its key in the usual unit, and one SI unit in that.
+/// Design numbers by their names in SI: the key in the usual unit, and the number of usual units in one SI unit.
 #[pyfunction]
 pub fn design_numbers() -> BTreeMap<&'static str, (String, f64)> {
     NUMBERS.iter().map(|number| (number.name, cbpt_cli::case::in_usual_unit(number))).collect()
@@ -55,14 +55,13 @@ const COLUMNS: [&str; 10] = [
 /// Judges many designs under a load (N m, N, rad) on all cores: ``values`` (n rows of the values of ``numbers``, named in
 /// SI, one after the other) take the place of the drive's own.
 ///
-/// ``threshold``: which one to tell as the needed preload, ``hold``, ``continuous`` or ``zero_backlash``; none where it is
-/// none of these.
+/// ``threshold``: the preload to return, ``hold``, ``continuous`` or ``zero_backlash``; none for any other word.
 ///
-/// Returns the status of each row as a place in the names that follow (``no_drive`` where the numbers make none), a table
-/// and the names of its columns; NaN where there is no solution or a column is not wanted. Raises ``InvalidInputError`` for a
-/// name that is none; Ctrl-C stops it.
+/// Returns the status of each row as an index into the names that follow (``no_drive`` if the numbers make no drive), a table
+/// and the names of its columns; NaN if there is no solution or a column is not wanted. Raises ``InvalidInputError`` for an
+/// unknown name; Ctrl-C stops it.
 #[pyfunction]
-#[allow(clippy::too_many_arguments)] // a load, and what is wanted
+#[expect(clippy::too_many_arguments, reason = "a load, and what is wanted")]
 pub fn judge_designs<'py>(
     py: Python<'py>,
     drive: &Drive,

@@ -87,7 +87,7 @@ impl Drive {
         }
     }
 
-    /// Input turns for one turn of the output, below 0 where they turn against each other.
+    /// Input turns for one turn of the output; negative if they turn in opposite directions.
     #[getter]
     fn transmission_ratio(&self, py: Python<'_>) -> PyResult<f64> {
         Ok(self.ball_drive(py, "transmission_ratio")?.transmission_ratio())
@@ -116,8 +116,8 @@ impl Drive {
     /// ``torque_Nm``: resistance torque on the output, either sign; ``preload_N``: axial preload, above 0, which a torsion
     /// spring does without;
     /// ``input_angle_deg``: angle of the input crank from the line of centres. Returns a :class:`Solution`, whose
-    /// ``status`` says whether there is one; its angles are ``None`` where there is not. Raises ``InvalidInputError``
-    /// for a number that cannot be.
+    /// ``status`` says whether there is one; its angles are ``None`` if there is not. Raises ``InvalidInputError``
+    /// for an invalid number.
     #[pyo3(signature = (torque_Nm, preload_N = None, input_angle_deg = 0.0))]
     fn solve(
         &self,
@@ -135,7 +135,7 @@ impl Drive {
     }
 
     /// Preload that a torque (N m) needs: to hold, for continuous transmission, for zero backlash, of each pair and of
-    /// the drive; maxima over a period, or at ``input_angle_deg`` where it is given.
+    /// the drive; maxima over a period, or the values at ``input_angle_deg`` if it is given.
     #[pyo3(signature = (torque_Nm, input_angle_deg = None))]
     fn preload(
         &self,
@@ -176,7 +176,7 @@ impl Drive {
         found.map_err(|error| invalid_input(py, &error))
     }
 
-    /// Largest elastic angle over a period of the drive at a torque (N m) and preload (N); ``None`` where some angle of
+    /// Largest elastic angle over a period of the drive at a torque (N m) and preload (N); ``None`` if some angle of
     /// the crank has no solution. Ctrl-C stops it.
     fn largest_elastic_angle(
         &self,

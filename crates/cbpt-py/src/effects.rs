@@ -24,7 +24,7 @@ pub struct EffectParameter {
     display_size: f64,
     /// What it is.
     meaning: String,
-    /// Where a size vanishes; for another parameter its default.
+    /// Value at which a size has no effect; for any other parameter its default.
     neutral: f64,
     /// Least value that has a meaning.
     lower: f64,
@@ -34,7 +34,7 @@ pub struct EffectParameter {
     range: (f64, f64),
     /// ``linear``, ``log``, or ``fixed`` for a whole number that is chosen, not fitted.
     scale: String,
-    /// Whether the effect vanishes where all its sizes are neutral.
+    /// Whether it is a size: an effect vanishes if all its sizes are neutral.
     is_size: bool,
 }
 
@@ -107,7 +107,7 @@ pub struct EffectSpec {
     tell_tale: String,
     /// Its parameters.
     parameters: Vec<EffectParameter>,
-    /// Ids of effects that no torque-angle data can tell from it once the contact stiffness is free.
+    /// Ids of effects that no torque-angle data can tell from this one when the contact stiffness is fitted as well.
     twins: Vec<String>,
     /// Kinds of reducer that can have it: ``ball_drive``, ``torsion_spring``.
     reducers: Vec<String>,
@@ -120,7 +120,7 @@ impl EffectSpec {
     }
 }
 
-/// Every effect of the library, in the order in which all documents list them.
+/// Every effect of the library, in the order of all documents.
 #[pyfunction]
 pub fn effect_specs() -> Vec<EffectSpec> {
     let spec = |spec: &effect::Spec| EffectSpec {
@@ -261,7 +261,7 @@ impl Predictor {
 impl Predictor {
     #[new]
     #[pyo3(signature = (drive, effects, run, time_s, torque_Nm, preload_N, input_angle_rad, temperature_K = None, cycle = None))]
-    #[allow(clippy::too_many_arguments)] // the columns of a table
+    #[expect(clippy::too_many_arguments, reason = "the columns of a table")]
     fn new(
         py: Python<'_>,
         drive: &Drive,

@@ -34,7 +34,7 @@ pub fn no_case_key(place: &str, key: &Bound<'_, PyAny>) -> PyErr {
 /// A path with a lone surrogate in it: `cbpt.errors.CaseError`.
 pub fn no_case_path(path: &Bound<'_, PyAny>) -> PyErr {
     let shown = path.repr().map_or_else(|_| "the path".into(), |text| text.to_string_lossy().into_owned());
-    raise(path.py(), "CaseError", &format!("{shown}: no file can have this name, check the path"))
+    raise(path.py(), "CaseError", &format!("{shown}: no file can have this name; check the path"))
 }
 
 /// A value that is in itself, or as good as: `cbpt.errors.CaseError`.
@@ -60,7 +60,7 @@ fn type_name(value: &Bound<'_, PyAny>) -> String {
 /// A case with effects where a drive alone is asked for: `cbpt.errors.CaseError`.
 pub fn drive_with_effect(py: Python<'_>, id: &str) -> PyErr {
     let message = format!(
-        "the case has the effect `{id}`, which a Drive has no place for: read it as a Case, whose .drive is the bare drive"
+        "the case has the effect `{id}`, which a Drive cannot hold; read it as a Case, whose .drive is the drive without effects"
     );
     raise(py, "CaseError", &message)
 }

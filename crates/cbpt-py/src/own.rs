@@ -19,7 +19,7 @@ use crate::given::json_of;
 /// Name, unit, start, least and greatest value of a parameter of an own effect.
 type ParameterFields = (String, String, f64, Option<f64>, Option<f64>);
 
-/// An effect of the user's own. Make one with :func:`cbpt.effects.expression` or :func:`cbpt.effects.own_effect`.
+/// An effect that the user defines. Make one with :func:`cbpt.effects.expression` or :func:`cbpt.effects.own_effect`.
 #[pyclass(frozen, module = "cbpt._core")]
 #[derive(Clone)]
 pub struct OwnEffect {
@@ -89,7 +89,7 @@ impl OwnEffect {
 
 #[pymethods]
 impl OwnEffect {
-    /// From the keys of an ``[[effect]]`` with an expression. Raises ``CaseError`` with key and place.
+    /// Makes an effect from the keys of an ``[[effect]]`` with an expression. Raises ``CaseError`` with key and place.
     #[staticmethod]
     #[pyo3(signature = (entry: "dict[str, Any]"))]
     fn from_entry(py: Python<'_>, entry: &Bound<'_, PyDict>) -> PyResult<Self> {
@@ -100,8 +100,8 @@ impl OwnEffect {
         formula.map(|formula| Self::of(&formula)).ok_or_else(|| invalid_input(py, &missing()))
     }
 
-    /// From a function of all columns (a dict of arrays) and the values of the parameters (a list) that returns an array
-    /// of one number a row; its attribute ``used`` is a set of the columns that it has looked at.
+    /// Makes an effect from a function of all columns (a dict of arrays) and the values of the parameters (a list). The
+    /// function returns an array of one number for each row; its attribute ``used`` is the set of columns that it has read.
     #[staticmethod]
     fn from_function(
         py: Python<'_>,
@@ -161,7 +161,7 @@ impl OwnEffect {
         self.own().parameters().iter().map(fields).collect()
     }
 
-    /// Whether it depends on a variable, for example ``time_s``; of a function, whether it has looked at that column.
+    /// Whether it depends on a variable, for example ``time_s``; for a function, whether it has read that column.
     fn uses(&self, variable: &str) -> bool {
         match &self.kind {
             Kind::Formula(formula) => Variable::find(variable).is_some_and(|found| formula.uses(found)),
@@ -169,7 +169,7 @@ impl OwnEffect {
         }
     }
 
-    /// The ``[[effect]]`` of a case file as TOML text. Raises ``InvalidInputError`` for a function, which has none.
+    /// The ``[[effect]]`` of a case file as TOML text. Raises ``InvalidInputError`` for a function.
     fn to_toml(&self, py: Python<'_>) -> PyResult<String> {
         let Kind::Formula(formula) = &self.kind else {
             let rule = "is a function of Python, which a case file cannot hold; write it as an expression";

@@ -5,15 +5,15 @@ use pyo3::prelude::*;
 
 use crate::Reduced;
 
-/// The three preloads that a torque needs, N; infinite where no preload does it.
+/// The three preloads that a torque needs, N; infinite if no preload is enough.
 #[pyclass(frozen, eq, get_all, from_py_object, module = "cbpt._core")]
 #[derive(Clone, Copy, PartialEq)]
 pub struct Thresholds {
-    /// More than this holds the torque at all.
+    /// The drive holds the torque at preloads above this one.
     hold_N: f64,
-    /// From here on no ball comes loose (the paper's minimum APF).
+    /// At this preload and above, no ball comes loose (the paper's minimum APF).
     continuous_N: f64,
-    /// From here on no meshing point parts.
+    /// At this preload and above, every meshing point stays in contact.
     zero_backlash_N: f64,
 }
 

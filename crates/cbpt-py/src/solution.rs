@@ -42,26 +42,26 @@ impl Solution {
 
 #[pymethods]
 impl Solution {
-    /// ``ok``, ``outside_small_displacements`` (a value of the equations, not of the drive), ``beyond_hold``,
+    /// ``ok``, ``outside_small_displacements`` (the linear geometry no longer holds), ``beyond_hold``,
     /// ``undercut``, ``indeterminate`` (too few points touch) or ``not_converged``.
     #[getter]
     fn status(&self) -> &'static str {
         self.solution.status.name()
     }
 
-    /// The status in words, with the preload that would hold where that is the matter.
+    /// The status in words; for ``beyond_hold`` with the preload that would hold.
     #[getter]
     fn message(&self) -> String {
         self.solution.status.to_string()
     }
 
-    /// Whether the angles are there.
+    /// Whether the load has a solution, so that the angles are numbers.
     #[getter]
     fn has_solution(&self) -> bool {
         self.solution.status.has_solution()
     }
 
-    /// Preload at which the torque would just slip, N, where the status is ``beyond_hold``.
+    /// Preload at which the torque would just slip, N, if the status is ``beyond_hold``; ``None`` otherwise.
     #[getter]
     fn hold_preload_N(&self) -> Option<f64> {
         match self.solution.status {
@@ -76,7 +76,7 @@ impl Solution {
         self.solution.load.torque_Nm()
     }
 
-    /// Axial preload, N; ``None`` where a torsion spring has none.
+    /// Axial preload, N; ``None`` for a torsion spring without one.
     #[getter]
     fn preload_N(&self) -> Option<f64> {
         Some(self.solution.load.preload_N()).filter(|preload| *preload > 0.0)
@@ -122,7 +122,7 @@ impl Solution {
         self.solution.torsional_stiffness_Nm_per_rad
     }
 
-    /// Largest residual of the equations, scaled by the preload and by what it can hold.
+    /// Largest residual of the equations, scaled by the preload and by the torque that it can hold.
     #[getter]
     fn residual(&self) -> Option<f64> {
         self.solution.angles.map(|angles| angles.residual)
@@ -167,7 +167,7 @@ impl Solution {
     }
 }
 
-/// A solved pair. Arrays have one element a diagonal of a ball (two meshing points that carry the same force), ball by
+/// A solved pair. Arrays have one element for each diagonal of a ball (two meshing points that carry the same force), ball by
 /// ball, plus before minus; arrays of the walls have two columns, first the wall of the driving plate.
 #[pyclass(frozen, module = "cbpt._core")]
 pub struct PairSolution {
@@ -305,7 +305,7 @@ impl PairSolution {
         self.column(py, |point| point.deformation_m)
     }
 
-    /// How far each diagonal has parted, m, never below 0, shape (n,).
+    /// Gap of each diagonal, m, never below 0, shape (n,).
     #[getter]
     fn gap_m<'py>(&self, py: Python<'py>) -> Column<'py, f64> {
         self.column(py, |point| point.gap_m)

@@ -76,19 +76,15 @@ type Columns<'py> = (
     Column<'py, u8>,
 );
 
-/// A sweep as data: a case, its axes, and how rows are laid over them. Each row is a function of the plan and its number, so
-/// any part can be solved anywhere.
+/// A sweep as data: a case, its axes, and the design of its rows. Each row depends only on the plan and on its number, so
+/// any process can solve any part.
 ///
 /// Axes are pairs of a name, which is a key of the case with its section, and values in the unit of that key. ``cbpt.sweep``
-/// takes them in a friendlier form.
+/// takes simpler forms of them.
 #[pyclass(frozen, module = "cbpt._core")]
 #[derive(Clone)]
 pub struct SweepPlan {
     plan: Arc<Plan>,
-}
-
-fn told(py: Python<'_>, mistake: &Mistake) -> PyErr {
-    plan_error(py, &mistake.to_string())
 }
 
 impl SweepPlan {
@@ -109,14 +105,14 @@ impl SweepPlan {
         }
         Err(plan_error(
             py,
-            &format!("rows {start} to {stop} are not among the {} of the plan", self.plan.rows()),
+            &format!("rows {start} to {stop} are not among the {} rows of the plan", self.plan.rows()),
         ))
     }
 }
 
 #[pymethods]
 impl SweepPlan {
-    /// Raises ``PlanError`` that names the axis, what was found and what is allowed.
+    /// Makes a plan. Raises ``PlanError`` with the axis, what was found and what is allowed.
     #[new]
     #[pyo3(signature = (case, axes: "list[tuple[str, tuple[float, float, bool] | NDArray[float64] | list[str]]]", design = "grid", rows = None, seed = 0))]
     fn new(
@@ -127,8 +123,19 @@ impl SweepPlan {
         rows: Option<u64>,
         seed: u64,
     ) -> PyResult<Self> {
-        let plan = make(py, case.rust(), axes, design, rows, seed)?;
-        Ok(Self { plan: Arc::new(plan) })
+        let names: Vec<&str> = Design::ALL.iter().map(|(name, _)| *name).collect();
+        let Some((_, design)) = Design::ALL.iter().find(|(name, _)| *name == design) else {
+            return Err(plan_error(
+                py,
+                &format!("design = {design:?}: expected one of {}", names.join(", ")),
+            ));
+        };
+        let case = case.rust();
+        let axes: Result<Vec<Axis>, Mistake> =
+            axes.into_iter().map(|(name, values)| Axis::new(case, &name, values.into())).collect();
+        axes.and_then(|axes| Plan::new(case.clone(), axes, *design, rows, seed))
+            .map(|plan| Self { plan: Arc::new(plan) })
+            .map_err(|mistake| plan_error(py, &mistake.to_string()))
     }
 
     /// Reads a plan in TOML, with the case and the table that it names. Raises ``PlanError`` with file, line and key.
@@ -150,7 +157,7 @@ impl SweepPlan {
         self.plan.design().name()
     }
 
-    /// What drawn rows are drawn from.
+    /// Seed of the random numbers of the designs ``random`` and ``latin_hypercube``.
     #[getter]
     fn seed(&self) -> u64 {
         self.plan.seed()
@@ -174,7 +181,7 @@ impl SweepPlan {
         self.plan.axes().iter().map(|axis| axis.parameter.meaning.clone()).collect()
     }
 
-    /// The words of each axis; none for one of numbers.
+    /// The words of each axis; empty for an axis of numbers.
     #[getter]
     fn words(&self) -> Vec<Vec<String>> {
         let words = |axis: &Axis| match &axis.values {
@@ -189,7 +196,7 @@ impl SweepPlan {
         self.plan.axes().iter().map(|axis| given(py, &axis.values)).collect()
     }
 
-    /// After how many rows the value of each axis of a grid changes: the load changes fastest, the drive slowest.
+    /// Number of rows after which the value of each axis of a grid changes: the load changes fastest, the drive slowest.
     #[getter]
     fn strides(&self) -> Vec<u64> {
         self.plan.strides().to_vec()
@@ -201,52 +208,56 @@ impl SweepPlan {
         self.plan.case().drive().is_some()
     }
 
-    /// Whether the drive varies, so that each row tells whether its own can be built.
+    /// Whether the drive varies; each row then says whether its drive can be built.
     #[getter]
     fn has_findings(&self) -> bool {
         self.plan.has_findings()
     }
 
-    /// What to know before: a range whose steps do not meet its end, or that the one drive of all rows cannot be built.
+    /// Remarks before the sweep: a range whose steps do not reach its end, or a drive of all rows that cannot be built.
     #[getter]
     fn remarks(&self) -> Vec<String> {
         self.plan.remarks()
     }
 
-    /// What the plan is, as JSON, to be kept beside its rows.
+    /// The plan as JSON, for the record beside its rows.
     #[getter]
     fn record(&self) -> String {
         format!("{:#}", self.plan.record())
     }
 
-    /// Raises ``PlanError`` that says what differs where a record found at ``path`` is that of another plan.
+    /// Raises ``PlanError`` with the differences if ``record``, found at ``path``, is the record of another plan.
     fn check_record(&self, py: Python<'_>, path: PathBuf, record: &str) -> PyResult<()> {
-        let there = serde_json::from_str(record)
-            .map_err(|error| plan_error(py, &format!("{}: no record of a sweep: {error}", path.display())))?;
+        let there = serde_json::from_str(record).map_err(|error| {
+            plan_error(py, &format!("{}: is not a record of a sweep: {error}", path.display()))
+        })?;
         same_plan(&path, &there, &self.plan.record()).map_err(|failure| sweep_failure(py, &failure))
     }
 
-    /// Raises ``PlanError`` where a file is one that the plan was read from.
+    /// Raises ``PlanError`` if the plan was read from the file ``path``.
     fn check_output(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         keep_input(&path, self.plan.sources()).map_err(|failure| sweep_failure(py, &failure))
     }
 
-    /// The parts, from a row on, in which a sweep is solved: whole blocks, at least so many rows each.
+    /// The parts (first row, row after the last) in which a sweep is solved after ``done`` rows: whole blocks of at least
+    /// ``chunk_rows`` rows.
     #[pyo3(signature = (done = 0, chunk_rows = None))]
     fn chunks(&self, done: u64, chunk_rows: Option<u64>) -> Vec<(u64, u64)> {
         let chunks = chunks(done, self.plan.rows(), chunk_rows.unwrap_or(CHUNK_ROWS));
         chunks.map(|chunk| (chunk.start, chunk.end)).collect()
     }
 
-    /// The plan as far as these rows need it: of a table only their part.
+    /// The plan reduced to what these rows need; a table keeps only their part.
     fn part(&self, py: Python<'_>, start: u64, stop: u64) -> PyResult<Self> {
         let rows = self.range(py, start, stop)?;
         Ok(Self { plan: Arc::new(self.plan.part(rows)) })
     }
 
-    /// Solves rows, on all cores or on so many threads of their own: the columns of the axes, then elastic angle, part of the
-    /// deceleration pair, part of the equal-speed pair (rad), residual, preload to hold (N), the place of the finding in
-    /// ``sweep_findings()`` (empty unless ``has_findings``) and that of the status in ``sweep_statuses()``. Ctrl-C stops it; ``progress``, where given, is called now and then with the rows done.
+    /// Solves rows on all cores, or on ``threads`` threads.
+    ///
+    /// Returns the columns of the axes, then elastic angle, part of the deceleration pair, part of the equal-speed pair (rad),
+    /// residual, preload to hold (N), index of the finding in ``sweep_findings()`` (empty unless ``has_findings``) and index
+    /// of the status in ``sweep_statuses()``. Ctrl-C stops it. ``progress`` is called now and then with the number of rows done.
     #[pyo3(signature = (start, stop, threads = None, progress = None))]
     fn solve<'py>(
         &self,
@@ -281,14 +292,14 @@ impl SweepPlan {
         ))
     }
 
-    /// Why the numbers of a row, counted from 0, cannot be together (``invalid_input``): the one that cannot be, its value in
-    /// SI and the rule; ``None`` where they can.
+    /// Why a row, counted from 0, has the status ``invalid_input``: the number that breaks a rule, its value in SI and the
+    /// rule; ``None`` if the row has another status.
     fn reason(&self, py: Python<'_>, row: u64) -> PyResult<Option<String>> {
         self.range(py, row, row.saturating_add(1))?;
         Ok(py.detach(|| self.plan.reason(row)).map(|why| why.to_string()))
     }
 
-    /// Why the drive of a row, counted from 0, cannot be built; ``None`` where it can.
+    /// Why the drive of a row, counted from 0, cannot be built; ``None`` if it can.
     fn finding(&self, py: Python<'_>, row: u64) -> PyResult<Option<String>> {
         self.range(py, row, row.saturating_add(1))?;
         Ok(py.detach(|| self.plan.finding(row)).map(|finding| finding.message))
@@ -311,9 +322,10 @@ impl SweepPlan {
         Ok(PyBytes::new(py, &lines))
     }
 
-    /// Makes a plan of what ``__reduce__`` keeps.
+    /// Makes a plan from the state of ``__reduce__``.
     #[staticmethod]
     #[pyo3(signature = (case, axes: "list[tuple[str, tuple[float, float, bool] | NDArray[float64] | list[str]]]", design, rows, seed, first))]
+    #[expect(clippy::too_many_arguments, reason = "the state of a plan, one by one")]
     fn _of(
         py: Python<'_>,
         case: &str,
@@ -325,8 +337,8 @@ impl SweepPlan {
     ) -> PyResult<Self> {
         let case = RustCase::from_toml(case, "<plan>").map_err(|error| plan_error(py, &error.to_string()))?;
         let drawn = matches!(design, "random" | "latin_hypercube").then_some(rows);
-        let plan = make(py, &case, axes, design, drawn, seed)?;
-        Ok(Self { plan: Arc::new(plan.beginning_at(first, rows)) })
+        let whole = Self::new(py, &Case::of(case), axes, design, drawn, seed)?;
+        Ok(Self { plan: Arc::new(Arc::unwrap_or_clone(whole.plan).beginning_at(first, rows)) })
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<State<'py>> {
@@ -348,24 +360,6 @@ impl SweepPlan {
     }
 }
 
-fn make(
-    py: Python<'_>,
-    case: &RustCase,
-    axes: Vec<(String, AxisValues<'_>)>,
-    design: &str,
-    rows: Option<u64>,
-    seed: u64,
-) -> PyResult<Plan> {
-    let names: Vec<&str> = Design::ALL.iter().map(|(name, _)| *name).collect();
-    let Some((_, design)) = Design::ALL.iter().find(|(name, _)| *name == design) else {
-        return Err(plan_error(py, &format!("design = {design:?}: expected one of {}", names.join(", "))));
-    };
-    let axes: Result<Vec<Axis>, Mistake> =
-        axes.into_iter().map(|(name, values)| Axis::new(case, &name, values.into())).collect();
-    axes.and_then(|axes| Plan::new(case.clone(), axes, *design, rows, seed))
-        .map_err(|mistake| told(py, &mistake))
-}
-
 fn given<'py>(py: Python<'py>, values: &Values) -> GivenValues<'py> {
     match values {
         Values::Between { from, to, log } => GivenValues::Between((*from, *to, *log)),
@@ -376,13 +370,13 @@ fn given<'py>(py: Python<'py>, values: &Values) -> GivenValues<'py> {
     }
 }
 
-/// Whether a file is a plan of a sweep rather than a case; one that cannot be read is none.
+/// Whether a file is a plan of a sweep and not a case; false for a file that cannot be read.
 #[pyfunction]
 pub fn is_sweep_plan(path: PathBuf) -> bool {
     is_plan(&path)
 }
 
-/// How rows of a sweep ended, counted, with the reasons of those whose numbers cannot be together.
+/// Counts how the rows of a sweep ended, with the reasons of those that have the status ``invalid_input``.
 #[pyclass(module = "cbpt._core")]
 pub struct SweepTally {
     plan: Arc<Plan>,
@@ -396,33 +390,33 @@ impl SweepTally {
         Self { plan: Arc::clone(&plan.plan), tally: Tally::default() }
     }
 
-    /// Counts rows, the first of which is ``start``, by the places of their statuses and findings.
+    /// Counts rows from row ``start`` on, by the indices of their statuses and findings.
     fn add(&mut self, py: Python<'_>, start: u64, status: Vec<u8>, finding: Vec<u8>) {
         py.detach(|| self.tally.add(&self.plan, start, &status, &finding));
     }
 
-    /// Some lines of text; ``None`` where every row has its numbers and a drive that can be built.
+    /// The summary as text; ``None`` if every row has a solution and a drive that can be built.
     fn text(&self) -> Option<String> {
         self.tally.text()
     }
 }
 
-/// Names of how a row can end, by their codes.
+/// Names of the statuses of a row, by their codes.
 #[pyfunction]
 pub fn sweep_statuses() -> Vec<&'static str> {
     STATUSES.to_vec()
 }
 
-/// Why the drive of a row cannot be built, by its code; the first, empty, says that it can.
+/// Reasons why the drive of a row cannot be built, by their codes; the first, empty, means that it can.
 #[pyfunction]
 pub fn sweep_findings() -> Vec<&'static str> {
     [""].into_iter().chain(UNBUILDABLE).collect()
 }
 
-/// A CSV file that grows chunk by chunk and is taken up again after a kill at any moment.
+/// A CSV file that grows chunk by chunk. A sweep that was interrupted continues where it stopped.
 ///
-/// Raises ``PlanError`` for an output of another plan, one that another process writes or that was changed since, and
-/// ``OSError`` where it cannot be written.
+/// Raises ``PlanError`` if the file belongs to another plan, if another process writes it or if it was changed since, and
+/// ``OSError`` if it cannot be written.
 #[pyclass(module = "cbpt._core")]
 pub struct SweepCsv {
     output: CsvOutput,

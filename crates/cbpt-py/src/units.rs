@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 
 use crate::Reduced;
 
-/// A unit: what it measures, how it is written and its exact way to SI.
+/// A unit: what it measures, how it is written and its exact conversion to SI.
 #[pyclass(frozen, eq, hash, module = "cbpt._core")]
 #[derive(Clone, PartialEq)]
 pub struct Unit {
@@ -21,7 +21,7 @@ impl std::hash::Hash for Unit {
 
 #[pymethods]
 impl Unit {
-    /// The unit of a symbol as ``units`` lists it; ``ValueError`` where there is none.
+    /// The unit with this symbol, as in ``units``; ``ValueError`` for an unknown symbol.
     #[new]
     fn new(symbol: &str) -> PyResult<Self> {
         let unit = units::all().find(|unit| unit.symbol == symbol);
@@ -47,7 +47,7 @@ impl Unit {
         self.unit.written
     }
 
-    /// Other spellings that are read, without blanks, dots and hyphens between their parts.
+    /// Other spellings that are accepted, written here without blanks, dots and hyphens between their parts.
     #[getter]
     fn spellings(&self) -> Vec<&'static str> {
         self.unit.spellings.to_vec()
@@ -67,8 +67,8 @@ impl Unit {
 
     /// Numbers ``(times, over, plus)``: a value in this unit is ``value * times / over + plus`` in ``to``.
     ///
-    /// ``times`` and ``over`` are whole numbers where pi is no part of the conversion, so that it is rounded once where one
-    /// of them is 1. ``ValueError`` where ``to`` measures another quantity.
+    /// ``times`` and ``over`` are whole numbers if the conversion has no factor pi; it is then rounded once if one of them
+    /// is 1. ``ValueError`` if ``to`` measures another quantity.
     fn conversion(&self, to: &Self) -> PyResult<(f64, f64, f64)> {
         let conversion = self.unit.conversion(to.unit).ok_or_else(|| {
             PyValueError::new_err(format!(

@@ -37,9 +37,7 @@ def sweep(argv: list[str]) -> int:
     parser.add_argument("plan", metavar="PLAN", help="TOML file that names a case and has [axes]")
     parser.add_argument("--out", required=True, metavar="FILE", help="file for the rows")
     parser.add_argument("--chunk-rows", type=_positive, metavar="N", help=CHUNK_ROWS)
-    parser.add_argument(
-        "--fresh", action="store_true", help="discard the rows already in FILE and start again"
-    )
+    parser.add_argument("--fresh", action="store_true", help="start again and replace FILE")
     options = parser.parse_args(argv)
     plan = SweepPlan.from_file(options.plan)
     with closing(open_output(plan, Path(options.out), options.fresh)) as output:
@@ -50,10 +48,10 @@ def sweep(argv: list[str]) -> int:
         tally = SweepTally(plan)
         work = Work(chunk_rows=options.chunk_rows, progress=shown)
         to_output(plan, output, work, tally)
-    earlier = f", {found} of them found there" if 0 < found < plan.rows else ""
+    earlier = f", {found} of them from an earlier sweep" if 0 < found < plan.rows else ""
     unchecked = f"; {output.unchecked}" if output.unchecked else ""
     text = (
-        f"{options.out}: all {plan.rows} rows are there already{unchecked}"
+        f"{options.out}: the file has all {plan.rows} rows already{unchecked}"
         if complete
         else f"{options.out}: {plan.rows} rows{earlier}; the status column says where there is no "
         "solution"

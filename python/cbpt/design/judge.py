@@ -125,4 +125,8 @@ def effects_of(case: Case) -> list[str]:
 def bare_drive_note(case: Case, what: str) -> list[str]:
     """A line that says so, where there are any."""
     ids = ", ".join(effects_of(case))
-    return [f"Note: {what} of the drive alone; not counted: {ids}."] if ids else []
+    return (
+        [f"Note: {what} of the drive alone; they leave out the effects of the case: {ids}."]
+        if ids
+        else []
+    )

@@ -1,4 +1,4 @@
-"""Files that sweeps are written to, chunk by chunk; a killed sweep resumes where it stopped.
+"""Files of sweeps, written chunk by chunk; an interrupted sweep continues where it stopped.
 
 CSV is the core's (`SweepCsv`: one file and a record beside it). A Parquet file cannot be appended
 to, so its chunks are files of their own in a folder beside it until all are there; then they are
@@ -146,8 +146,8 @@ class _Parquet:
             found = None
         if found is None:
             raise PlanError(
-                f"{path}: the file exists but is not the output of a sweep; give another --out, or "
-                "--fresh to overwrite it"
+                f"{path}: the file exists but is not a sweep; give another --out, or --fresh to "
+                "replace the file"
             )
         return str(found.decode())
 
@@ -158,7 +158,7 @@ class _Parquet:
         rows = self.parquet.read_metadata(path).num_rows
         if rows != self.plan.rows:
             raise PlanError(
-                f"{path}: holds {rows} rows where the plan has {self.plan.rows}, so it was changed "
+                f"{path}: the file has {rows} rows, the plan {self.plan.rows}, so the file was changed "
                 "after the sweep wrote it; give another --out, or --fresh to start again"
             )
 
@@ -170,9 +170,8 @@ class _Parquet:
             known = json.loads(self.sum.read_bytes())["sha256"]
         except (ValueError, KeyError, TypeError):
             raise PlanError(
-                f"{self.sum}: the file is not the record of a sweep; delete it to skip the "
-                "check of "
-                f"{self.path}, or give --fresh to start again"
+                f"{self.sum}: is not a record of a sweep; delete it to do without a check, or --fresh "
+                f"to begin {self.path} anew"
             ) from None
         if _sha256(self.path) != known:
             raise PlanError(
@@ -192,7 +191,8 @@ class _Parquet:
         except BlockingIOError:
             self.close()
             raise PlanError(
-                f"{self.path}: another process is writing it; wait for it, or give another --out"
+                f"{self.path}: another process is writing this file; wait for it, or give "
+                "another --out"
             ) from None
 
     def _parts(self) -> list[Path]:

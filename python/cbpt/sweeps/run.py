@@ -95,7 +95,7 @@ def sweep(
         A `.csv` or `.parquet` file to write rows to. A sweep that was stopped continues where it
         was.
     fresh : bool
-        Whether to begin anew where `out` holds another sweep.
+        Whether to start again and replace the sweep that `out` holds.
 
     Returns
     -------

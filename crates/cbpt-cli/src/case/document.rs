@@ -54,7 +54,7 @@ pub(crate) fn from_toml(text: &str, notes: &mut Notes<'_>) -> Option<Vec<Entry>>
         let line: String = line.into_iter().flatten().collect();
         let problem = format!("not valid TOML: {}, in `{}`", error.message(), shortened(line.trim()));
         let allowed = match error.message() {
-            "duplicate key" => "each key and each section stands once",
+            "duplicate key" => "write each key and each section once",
             _ if decimal_comma(before, after) => "write 1.5, not 1,5",
             _ => "",
         };

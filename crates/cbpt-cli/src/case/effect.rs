@@ -54,8 +54,8 @@ fn one(path: &str, at: Option<usize>, entries: &[Entry], notes: &mut Notes<'_>) 
     }
     reader.complete(section, path, at);
     if let Some(entry) = entry(PARAMETERS) {
-        let problem = "only an own effect, which has an expression, has parameters".into();
-        let allowed = "the numbers of a built-in effect are keys of its own".into();
+        let problem = "only own effects, which have an expression, have `parameters`".into();
+        let allowed = "write the parameters of a built-in effect as keys of [[effect]]".into();
         let key = dotted(path, &entry.key);
         reader.notes.add(entry.at, Mistake { key, problem, allowed, ..Mistake::default() });
     }
@@ -100,7 +100,7 @@ fn own(path: &str, at: Option<usize>, entries: &[Entry], notes: &mut Notes<'_>) 
     let parameters = entries.iter().find(|entry| entry.key == PARAMETERS);
     let parameters = parameters.map(|entry| own_parameters(path, entry, reader.notes)).unwrap_or_default();
     let Some(port) = port else {
-        let problem = "missing; an own effect must say where it acts".into();
+        let problem = "missing; an own effect needs the port where it acts".into();
         let allowed = "expected \"load\", \"series\" or \"reading\"".into();
         let key = dotted(path, "port");
         reader.notes.add(at, Mistake { key, problem, allowed, ..Mistake::default() });
@@ -144,7 +144,7 @@ fn check_id(id: &str, path: &str, node: Option<&Node>, notes: &mut Notes<'_>) {
     let (problem, allowed) = if EFFECTS.contains(&id) {
         ("a built-in effect has this id", "give the own effect another id, or leave out its expression")
     } else if TAKEN.contains(&id) {
-        ("answers mean something else by it", "give the own effect another id")
+        ("this id has another meaning in answers", "give the own effect another id")
     } else if !is_identifier(id) {
         ("the id of an own effect is a name: letters, digits and _, no digit first", "")
     } else {
@@ -193,8 +193,8 @@ fn own_parameter(path: &str, entry: &Entry, notes: &mut Notes<'_>) -> Option<Own
             "a parameter is named as in the expression: letters, digits and _, no digit first".into();
         notes.add(entry.at, Mistake { key: path.clone(), problem, ..Mistake::default() });
     } else if name == "pi" || Variable::find(&name).is_some() || Function::find(&name).is_some() {
-        let problem = "the expression means something else by this name".into();
-        let allowed = "give the parameter another one".into();
+        let problem = "this name has another meaning in expressions".into();
+        let allowed = "give the parameter another name".into();
         notes.add(entry.at, Mistake { key: path.clone(), problem, allowed, ..Mistake::default() });
     }
     let Content::Table(entries) = &entry.node.content else {

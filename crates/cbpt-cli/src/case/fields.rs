@@ -90,7 +90,7 @@ static SECTIONS: LazyLock<Vec<Section>> = LazyLock::new(|| {
         name: "",
         required: false,
         mechanics: true,
-        meaning: "One setting of the whole drive; it may as well stand in [deceleration] or in [equal_speed].",
+        meaning: "A setting of the whole drive; [deceleration] or [equal_speed] may hold it instead.",
         keys: vec![track_curvature().by_default()],
     };
     let [material, deceleration, equal_speed] = drive;
@@ -109,8 +109,8 @@ static SECTIONS: LazyLock<Vec<Section>> = LazyLock::new(|| {
 });
 
 fn track_curvature() -> Key {
-    let meaning = "whether the curvature of the grooves along their tracks counts; \"neglect\" takes every wall as \
-                   straight, which designs that undercut need";
+    let meaning = "whether the model includes the curvature of the grooves along their tracks; \"neglect\" treats every wall \
+                   as straight, which designs with undercut need";
     Key::choice("track_curvature", &["exact", "neglect"], meaning)
 }
 
@@ -128,20 +128,20 @@ fn material() -> Section {
         name: "material",
         required: false,
         mechanics: true,
-        meaning: "What balls and plates are made of; bearing steel where nothing is said.",
+        meaning: "Material of balls and plates; bearing steel by default.",
         keys: vec![
             modulus("youngs_modulus", "Young's modulus of balls and plates").by_default(),
             ratio("poissons_ratio", "Poisson's ratio of balls and plates").by_default(),
-            modulus("ball_youngs_modulus", "Young's modulus of the balls, where it is another"),
-            ratio("ball_poissons_ratio", "Poisson's ratio of the balls, where it is another"),
-            modulus("plate_youngs_modulus", "Young's modulus of the plates, where it is another"),
-            ratio("plate_poissons_ratio", "Poisson's ratio of the plates, where it is another"),
+            modulus("ball_youngs_modulus", "Young's modulus of the balls, if it differs"),
+            ratio("ball_poissons_ratio", "Poisson's ratio of the balls, if it differs"),
+            modulus("plate_youngs_modulus", "Young's modulus of the plates, if it differs"),
+            ratio("plate_poissons_ratio", "Poisson's ratio of the plates, if it differs"),
             Key::quantity(
                 "contact_pressure_limit",
                 Quantity::Stress,
                 "GPa",
                 limit,
-                "highest peak contact pressure before a finding is raised (ISO 76)",
+                "peak contact pressure above which a finding is reported (ISO 76)",
             )
             .by_default(),
         ],
@@ -197,10 +197,10 @@ fn equal_speed() -> Section {
         name: "equal_speed",
         required: true,
         mechanics: true,
-        meaning: "The pair that passes the planet's rotation on (ring grooves) or holds it (cross-slide).",
+        meaning: "The pair that passes the rotation of the planet to the output (ring grooves) or prevents it (cross-slide).",
         keys: vec![
             Key::choice("kind", &["ring_groove", "cross_slide"], "the kind of the pair"),
-            Key::balls(14, "number of balls, Zd or ZS; of one row for the cross-slide"),
+            Key::balls(14, "number of balls, Zd or ZS; for a cross-slide, of one row"),
             Key::quantity(
                 "pitch_radius",
                 Quantity::Length,
@@ -212,24 +212,24 @@ fn equal_speed() -> Section {
             groove_conformity,
             contact_angle("contact_angle", "angle between a contact normal and the plane of the plates")
                 .unless(&["outside_contact_angle", "inside_contact_angle"]),
-            contact_angle("outside_contact_angle", "contact angle at the outside walls, where it is another")
+            contact_angle("outside_contact_angle", "contact angle at the outside walls, if it differs")
                 .optional()
                 .only("ring_groove"),
-            contact_angle("inside_contact_angle", "contact angle at the inside walls, where it is another")
+            contact_angle("inside_contact_angle", "contact angle at the inside walls, if it differs")
                 .optional()
                 .only("ring_groove"),
             groove_depth,
             Key::choice(
                 "form",
                 &["balanced", "paper"],
-                "arms by statics, or as the 2017 paper has them, to compare with it",
+                "lever arms: from statics (balanced), or as in the 2017 paper, for comparison with it",
             )
             .by_default()
             .only("cross_slide"),
             Key::choice(
                 "torque_share",
                 &["carried", "paper"],
-                "torque and angle by statics, or as the 2017 paper has them, to compare with it",
+                "torque and angle: from statics (carried), or as in the 2017 paper, for comparison with it",
             )
             .by_default()
             .only("cross_slide"),
@@ -244,29 +244,29 @@ fn torsion_spring() -> Section {
         Quantity::TorquePerAngle,
         "Nm_per_arcmin",
         1e5,
-        "torsional stiffness k_t at the output, where one number says it",
+        "torsional stiffness k_t at the output, if it is constant",
     );
     let list = |stem, quantity, usual, example: [f64; 2], meaning| {
         Key::new(stem, Kind::Quantities(quantity, usual), Value::Reals(example.to_vec()), meaning).optional()
     };
-    let radius = "radius at which effects act that are lengths; without it they are not offered";
+    let radius = "radius at which effects given as lengths act; those effects need it";
     Section {
         name: SPRING,
         required: false,
         mechanics: true,
         meaning: "Any other reducer (gears, harmonic, pin cycloid) as a torsion spring, in place of [material], \
                   [deceleration] and [equal_speed]: one stiffness, or a smooth curve through a table of torque and angle. \
-                  A table from 0 at 0 on holds both ways; beyond it the curve goes on straight, with the status \
-                  `outside_table`.",
+                  A table that starts at torque 0 and angle 0 holds for both directions; beyond the table the curve continues \
+                  as a straight line, with the status `outside_table`.",
         keys: vec![
             stiffness.unless(&["torque", "elastic_angle"]),
-            list("torque", Quantity::Torque, "Nm", [0.0, 10.0], "torques of the table, rising"),
+            list("torque", Quantity::Torque, "Nm", [0.0, 10.0], "torques of the table, in rising order"),
             list(
                 "elastic_angle",
                 Quantity::Angle,
                 "arcsec",
                 [0.0, 1e-4],
-                "elastic angles of the table, rising, one for each torque",
+                "elastic angles of the table, in rising order, one for each torque",
             ),
             Key::quantity("reference_radius", Quantity::Length, "mm", 0.05, radius).optional(),
         ],
@@ -280,7 +280,7 @@ fn load() -> Section {
         name: "load",
         required: false,
         mechanics: true,
-        meaning: "The load where the command line or the table of readings says nothing else.",
+        meaning: "The load, unless the command line or the table of readings gives another.",
         keys: vec![
             Key::quantity("torque", Quantity::Torque, "Nm", 5.0, torque).within(ANY).optional(),
             Key::quantity("preload", Quantity::Force, "N", 600.0, "axial preload").optional(),
@@ -290,8 +290,8 @@ fn load() -> Section {
 }
 
 fn measurement() -> Section {
-    let zero = "one zero of the angle for all runs, or one for each run";
-    let lever = "radius at which the displacement sensor reads, needed for readings of displacement";
+    let zero = "whether all runs share one zero of the angle or each run has its own";
+    let lever = "radius at which the displacement sensor measures; readings of displacement need it";
     Section {
         name: "measurement",
         required: false,
@@ -320,14 +320,16 @@ fn uncertainty(drive: &[Section]) -> Section {
     ];
     for section in drive {
         keys.extend(section.keys.iter().filter(|key| uncertain_key(key)).map(|key| {
-            spread_key(section, key, &|what| format!("standard uncertainty of {what}, exact if absent"))
+            spread_key(section, key, &|what| {
+                format!("standard uncertainty of {what}; without it the value is exact")
+            })
         }));
     }
     Section {
         name: "uncertainty",
         required: false,
         mechanics: false,
-        meaning: "Standard uncertainties (k = 1) from outside the readings; every fit takes them as priors.",
+        meaning: "Standard uncertainties (k = 1) that are known independently of the readings; every fit uses them as priors.",
         keys,
     }
 }
@@ -346,15 +348,15 @@ fn spread_key(section: &Section, key: &Key, meaning: &dyn Fn(&str) -> String) ->
 fn tolerance<'a>(sections: impl Iterator<Item = &'a Section>) -> Section {
     let keys = |section: &'a Section| {
         let keys = section.keys.iter().filter(|key| tolerated_key(key));
-        keys.map(|key| spread_key(section, key, &|what| format!("limit of {what}, plus or minus")))
+        keys.map(|key| spread_key(section, key, &|what| format!("tolerance of {what}, plus or minus")))
     };
     Section {
         name: "tolerance",
         required: false,
         mechanics: false,
-        meaning: "Limits of the drawing, plus or minus about the nominal value; any value within them is as likely as any \
-                  other. Where a number has none, its standard uncertainty counts in `cbpt tolerance`; fits do not look \
-                  here.",
+        meaning: "Tolerances of the drawing: limits on both sides of the nominal value; all values between them are equally \
+                  likely. `cbpt tolerance` uses the standard uncertainty of a number that has no tolerance. Fits do not use \
+                  this section.",
         keys: sections.flat_map(keys).collect(),
     }
 }
@@ -364,17 +366,21 @@ fn effects() -> Section {
         name: "effect",
         required: false,
         mechanics: false,
-        meaning: "An effect to be added to the model, as often as needed. A built-in effect takes its numbers as \
-                  further keys, for example `reference_deflection_um = 2`; those that are not given have their \
-                  defaults. An own effect has an expression, a port and parameters.",
+        meaning: "An effect to add to the model; write the section once for each effect. The parameters of a built-in effect \
+                  are further keys, for example `reference_deflection_um = 2`; a parameter that is not given has its \
+                  default. An own effect has an expression, a port and parameters.",
         keys: vec![
-            Key::text("id", library::EFFECTS[0], "id of a built-in effect, or a new name for an own one"),
-            Key::choice("port", PORTS, "where the effect acts; an own one at load, series or reading")
-                .optional(),
+            Key::text("id", library::EFFECTS[0], "id of a built-in effect, or a new name for an own effect"),
+            Key::choice(
+                "port",
+                PORTS,
+                "where the effect acts; an own effect acts at load, series or reading",
+            )
+            .optional(),
             Key::choice(
                 "adds_to",
                 &["torque_Nm", "preload_N"],
-                "what an own effect at the load port adds to",
+                "quantity that an own effect at the load port adds to",
             )
             .optional(),
             Key::text(
@@ -399,7 +405,7 @@ static PARAMETER: LazyLock<Section> = LazyLock::new(|| Section {
     meaning: "One parameter of an own effect: `parameters = { a = { unit = \"rad/(N m)\", start = 1e-7 } }`.",
     keys: vec![
         Key::text("unit", "", "unit of the parameter, for reports; \"\" for a plain number"),
-        Key::number("start", 1.0, "value the fit starts from"),
+        Key::number("start", 1.0, "value from which a fit starts"),
         Key::number("min", 0.0, "least value").optional(),
         Key::number("max", 1.0, "greatest value").optional(),
     ],

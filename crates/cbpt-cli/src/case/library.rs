@@ -31,7 +31,7 @@ pub(super) fn parameters(section: &'static Section) -> impl Iterator<Item = &'st
 
 fn section(spec: &'static Spec) -> Section {
     let id = Key::text("id", spec.id, "id of the effect");
-    let port = Key::choice("port", PORTS, "where the effect acts, which its id says already").optional();
+    let port = Key::choice("port", PORTS, "where the effect acts; its id fixes it").optional();
     let numbers = spec.parameters.iter().map(key);
     Section {
         name: "effect",

@@ -165,7 +165,7 @@ impl Case {
     /// [`CaseError`] lists every mistake of the text with its line and what is allowed instead.
     pub fn from_toml(text: &str, name: &str) -> Result<Self, CaseError> {
         if text.len() > LARGEST {
-            return Err(CaseError::whole(name, "larger than 1 MiB, which no case file is"));
+            return Err(CaseError::whole(name, "the file is larger than 1 MiB, too large for a case file"));
         }
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let mut notes = error::Notes::of(text);

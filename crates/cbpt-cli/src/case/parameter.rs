@@ -159,7 +159,7 @@ fn of_section(case: &Case, name: &str, section_name: &str, key_name: &str) -> Re
         ..Mistake::default()
     };
     if !section.mechanics {
-        let problem = "has no part in the elastic angle";
+        let problem = "does not change the elastic angle";
         return Err(wrong(problem, "sweep a number of the drive, of [load] or of an effect"));
     }
     let Some((key, unit)) = section.find(key_name) else {
@@ -168,7 +168,7 @@ fn of_section(case: &Case, name: &str, section_name: &str, key_name: &str) -> Re
         return Err(Mistake { key: name.into(), nearest, ..mistake });
     };
     if matches!(key.kind, Kind::Quantities(..) | Kind::Text | Kind::Parameters) {
-        return Err(wrong("is no single number or word", "such a key cannot be an axis"));
+        return Err(wrong("is not a single number or word", "such a key cannot be an axis"));
     }
     let of_spring = section.name == fields::SPRING;
     match &case.reducer {
@@ -225,7 +225,7 @@ fn without_section(case: &Case, name: &str) -> Mistake {
     };
     Mistake {
         key: name.into(),
-        problem: "an axis is a key of the case with its section".into(),
+        problem: "an axis is a key of the case together with its section".into(),
         allowed: "for example load.torque_Nm or deceleration.ball_radius_mm; `cbpt schema --keys` lists them"
             .into(),
         nearest: there.map(|section| dotted(section.name, name)).or_else(near),
@@ -342,8 +342,8 @@ impl Variants {
             if let Some(special) = hiding {
                 return Err(Mistake {
                     key: parameter.name.clone(),
-                    problem: format!("{special} is given as well and stands before it"),
-                    allowed: "sweep the two single ones instead".into(),
+                    problem: format!("{special} is an axis as well and takes its place"),
+                    allowed: "sweep the two separate parameters instead".into(),
                     ..Mistake::default()
                 });
             }

@@ -91,7 +91,7 @@ impl Reader<'_, '_> {
                 let name = section.si_name(key);
                 self.values.remove(&name);
                 if let Some(Source { at, key, .. }) = self.sources.remove(&name) {
-                    let problem = format!("only a pair with kind = \"{only}\" has it");
+                    let problem = format!("only a pair with kind = \"{only}\" has this key");
                     let allowed = format!("this pair has kind = \"{kind}\"");
                     self.notes.add(at, Mistake { key, problem, allowed, ..Mistake::default() });
                 }
@@ -118,7 +118,7 @@ impl Reader<'_, '_> {
             (source("torsional_stiffness"), source("torque").or(source("elastic_angle")))
         {
             let (at, key) = (stiffness.at, stiffness.key.clone());
-            let problem = format!("{} says the stiffness as well", table.key);
+            let problem = format!("{} gives the stiffness as well", table.key);
             let allowed = "keep one of them".into();
             self.notes.add(at, Mistake { key, problem, allowed, ..Mistake::default() });
         }

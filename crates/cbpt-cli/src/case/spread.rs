@@ -48,7 +48,7 @@ impl Case {
     /// # Errors
     /// [`InvalidInput`] for a case of another reducer, and for a number or value that cannot be.
     pub fn with_numbers(&self, numbers: &[(&'static DesignNumber, f64)]) -> Result<Self, InvalidInput> {
-        let rule = "must be a ball drive, whose design has such numbers";
+        let rule = "must be a ball drive; a torsion spring has no such numbers";
         let drive = self.drive().ok_or_else(|| InvalidInput::new("case", "another reducer", rule))?;
         let mut load = self.load;
         let stated = Load::new(
@@ -88,7 +88,7 @@ impl Case {
             let Some(spread) = limit.or_else(normal).filter(|spread| spread.size() > 0.0) else { continue };
             design.suits(number)?;
             if design.get(number).is_none() {
-                let rule = "stands for two numbers that differ; state the spread of each";
+                let rule = "stands for two numbers that differ; give a spread for each of them";
                 return Err(InvalidInput::new(number.name, "a spread", rule));
             }
             found.push((number, spread));

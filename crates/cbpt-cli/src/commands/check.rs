@@ -4,13 +4,13 @@ use cbpt_core::{Drive, Finding, Severity};
 use serde_json::{Value, json};
 
 use super::{ball_drive, load, note_bare_drive};
-use crate::args::Check;
+use crate::args::UnderLoad;
 use crate::case::Case;
 use crate::exit::{Exit, Failure};
 use crate::report::{Report, Table, six_digits};
 
 /// Runs the verb.
-pub fn run(verb: &Check) -> Result<Exit, Failure> {
+pub fn run(verb: &UnderLoad) -> Result<Exit, Failure> {
     verb.output.check(&verb.case.path)?;
     let case = Case::read(&verb.case.path)?;
     let drive = ball_drive(&case, &verb.case.path, "findings are")?;

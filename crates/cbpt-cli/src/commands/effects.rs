@@ -26,7 +26,10 @@ pub fn run(verb: &Effects) -> Result<Exit, Failure> {
     let Some(spec) = find(id) else {
         let near = nearest_effect(id).map(|near| format!("did you mean {near}? ")).unwrap_or_default();
         let ids: Vec<&str> = LIBRARY.into_iter().map(|spec| spec.id).collect();
-        return Err(Failure::Usage(format!("no effect has the id {id}; {near}there are {}", ids.join(", "))));
+        return Err(Failure::Usage(format!(
+            "no effect has the id {id}; {near}the ids are {}",
+            ids.join(", ")
+        )));
     };
     let text = format!("{}\n{}", head(spec, "\n"), parameters(spec).text_within(WIDTH));
     deliver(verb, &Report { text, json: document(spec), table: Table::default() })
@@ -56,12 +59,12 @@ fn head(spec: &Spec, end: &str) -> String {
         format!("Source: {}", spec.source),
     ];
     match (spec.suits_ball_drives(), spec.suits_springs(false), spec.suits_springs(true)) {
-        (true, true, _) => lines.push("Of ball drives, and of torsion springs".to_owned()),
+        (true, true, _) => lines.push("For ball drives and torsion springs".to_owned()),
         (true, false, true) => {
-            lines.push("Of ball drives, and of torsion springs that have a reference_radius".to_owned());
+            lines.push("For ball drives, and for torsion springs that have a reference_radius".to_owned());
         }
-        (true, ..) => lines.push("Of ball drives only".to_owned()),
-        (false, ..) => lines.push("Of torsion springs only".to_owned()),
+        (true, ..) => lines.push("For ball drives only".to_owned()),
+        (false, ..) => lines.push("For torsion springs only".to_owned()),
     }
     lines.extend(twins(spec));
     lines.join(end)

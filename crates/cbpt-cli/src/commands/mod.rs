@@ -87,7 +87,10 @@ fn note_bare_drive(report: &mut Report, case: &Case, what: &str) {
         return;
     }
     let ids: Vec<&str> = case.effects.iter().map(|effect| &*effect.id).collect();
-    report.text += &format!("\nNote: {what} of the drive alone; not counted: {}.", ids.join(", "));
+    report.text += &format!(
+        "\nNote: {what} of the drive alone; they leave out the effects of the case: {}.",
+        ids.join(", ")
+    );
     if let serde_json::Value::Object(entries) = &mut report.json {
         entries.insert("effects_not_counted".to_owned(), serde_json::json!(ids));
     }
@@ -97,8 +100,8 @@ fn note_bare_drive(report: &mut Report, case: &Case, what: &str) {
 fn ball_drive<'a>(case: &'a Case, path: &Path, what: &str) -> Result<&'a Drive, Failure> {
     case.drive().ok_or_else(|| {
         Failure::Usage(format!(
-            "{}: {what} about the balls and grooves of a ball drive; this case has a [torsion_spring], for which there are \
-             solve, sweep, compare, diagnose and fit",
+            "{}: {what} about the balls and grooves of a ball drive, and this case has a [torsion_spring]; use solve, sweep, \
+             compare, diagnose or fit for it",
             path.display()
         ))
     })

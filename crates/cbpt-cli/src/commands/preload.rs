@@ -67,8 +67,8 @@ pub fn report(
         None => "as maxima over a period".to_owned(),
     };
     let text = format!(
-        "Preload needed for {} N m, {place}\n{}\nhold: below it the balls slip out.  continuous: below it balls come loose \
-         (the paper's minimum APF).\nzero_backlash: above it no meshing point parts.  The drive needs the larger of its pairs.",
+        "Preload needed for {} N m, {place}\n{}\nhold: below this preload the balls slip out.  continuous: below it balls come loose \
+         (the paper's minimum APF).\nzero_backlash: above it every meshing point stays in contact.  The drive needs the larger value of its two pairs.",
         six_digits(torque_Nm),
         table.text()
     );

@@ -1,4 +1,4 @@
-//! `cbpt sensitivity`: how elastic angle and preload thresholds answer to every design number.
+//! `cbpt sensitivity`: derivatives of elastic angle and preload thresholds with respect to every design number.
 
 use cbpt_core::design::{Design, DesignNumber, NUMBERS, numbers_of};
 use cbpt_core::sensitivity::{DriveSensitivities, Sensitivity};
@@ -6,13 +6,13 @@ use cbpt_core::{Drive, InvalidInput, Load};
 use serde_json::{Value, json};
 
 use super::{Units, ball_drive, load, note_bare_drive};
-use crate::args;
+use crate::args::UnderLoad;
 use crate::case::{Case, Spread, in_usual_unit};
 use crate::exit::{Exit, Failure};
 use crate::report::{Report, Table, number, object, six_digits};
 
 /// Runs the verb.
-pub fn run(verb: &args::Sensitivity) -> Result<Exit, Failure> {
+pub fn run(verb: &UnderLoad) -> Result<Exit, Failure> {
     verb.output.check(&verb.case.path)?;
     let case = Case::read(&verb.case.path)?;
     let drive = ball_drive(&case, &verb.case.path, "sensitivities are")?;
@@ -31,7 +31,7 @@ struct Asked {
     spread: Option<Spread>,
 }
 
-/// The numbers of a drive, and how its results answer to them.
+/// The numbers of a drive, and the derivatives of its results with respect to them.
 pub struct Answers {
     load: Load,
     asked: Vec<Asked>,
@@ -70,7 +70,7 @@ impl Answers {
         Ok(Self { load: *load, asked, found })
     }
 
-    /// How the results answer, in the order of [`Self::numbers`].
+    /// The derivatives, in the order of [`Self::numbers`].
     pub fn found(&self) -> &DriveSensitivities {
         &self.found
     }
@@ -88,7 +88,7 @@ impl Answers {
     }
 
     /// Results with their names: the angle, and the thresholds of the drive and of its pairs.
-    fn results(&self, units: &Units) -> Vec<(String, Option<&Sensitivity>, f64)> {
+    fn results(&self, units: &Units) -> Vec<Answer<'_>> {
         let angle = (
             format!("elastic_angle_{}", units.angle.symbol),
             self.found.elastic_angle.as_ref(),
@@ -128,47 +128,14 @@ impl Answers {
         ]);
         let (mut documents, mut tied) = (Vec::new(), Vec::new());
         for (place, asked) in self.asked.iter().enumerate() {
-            let (key, per_si) = in_usual_unit(asked.number);
-            let slope = |found: Option<&Sensitivity>| found.map(|found| found.slopes[place]);
-            // Of a result that is nothing but rounding no part can be told: nobody has an angle or a force of that size.
-            let relative = |found: Option<&Sensitivity>| {
-                found
-                    .filter(|found| found.value.abs() > 1e-14)
-                    .map(|found| found.slopes[place] * asked.value / found.value)
-            };
-            let u = asked.spread.map(|spread| spread.u() * per_si);
-            let mut row = vec![json!(key), json!(asked.value * per_si)];
-            row.push(number(slope(results[0].1).map(|slope| slope * results[0].2 / per_si)));
-            // What rounding leaves of nothing is nothing to a reader.
-            let shown = |found| relative(found).map(|share| if share.abs() < 1e-12 { 0.0 } else { share });
-            row.extend(results[..4].iter().map(|(_, found, _)| number(shown(*found))));
-            row.push(number(u));
-            row.push(number(share(parts[place]).map(|share| 100.0 * share)));
-            table.rows.push(row);
-            let one_sided: Vec<&str> = results
-                .iter()
-                .filter(|(_, found, _)| found.is_some_and(|found| found.tied[place]))
-                .map(|(name, ..)| &**name)
-                .collect();
+            let number = OfNumber { asked, place, results: &results, share: share(parts[place]) };
+            table.rows.push(number.row());
+            let one_sided = number.one_sided();
             if !one_sided.is_empty() {
-                tied.push(format!("{} by {key}", one_sided.join(", ")));
+                tied.push(format!("{} by {}", one_sided.join(", "), in_usual_unit(asked.number).0));
             }
-            let by_result = |value: &dyn Fn(Option<&Sensitivity>, f64) -> Option<f64>| {
-                object(results.iter().map(|(name, found, size)| (name.clone(), number(value(*found, *size)))))
-            };
-            documents.push(json!({
-                "number": key,
-                "value": asked.value * per_si,
-                "per_unit": by_result(&|found, size| slope(found).map(|slope| slope * size / per_si)),
-                "relative": by_result(&|found, _| relative(found)),
-                "one_sided": one_sided,
-                "distribution": asked.spread.map(Spread::name),
-                "u": u,
-                "share_of_variance": share(parts[place]),
-            }));
+            documents.push(number.document());
         }
-        let whole: Vec<&str> =
-            NUMBERS.iter().filter(|number| number.whole).map(|number| number.name).collect();
         let angle = self.found.elastic_angle.as_ref().map(|angle| angle.value * units.angle.per_si());
         let u_angle = (total > 0.0).then(|| total.sqrt() * units.angle.per_si());
         let mut document = vec![
@@ -183,21 +150,15 @@ impl Answers {
         document.extend(values);
         document.push((format!("u_elastic_angle_{suffix}"), number(u_angle)));
         document.push(("numbers".to_owned(), Value::Array(documents)));
-        document.push(("whole_numbers".to_owned(), json!(whole)));
-        Report {
-            text: self.text(&table, angle, u_angle, &tied, &whole, units),
-            json: object(document),
-            table,
-        }
+        document.push(("whole_numbers".to_owned(), json!(whole_numbers())));
+        Report { text: self.text(&table, [angle, u_angle], &tied, units), json: object(document), table }
     }
 
     fn text(
         &self,
         table: &Table,
-        angle: Option<f64>,
-        u_angle: Option<f64>,
+        [angle, u_angle]: [Option<f64>; 2],
         tied: &[String],
-        whole: &[&str],
         units: &Units,
     ) -> String {
         let suffix = units.angle.symbol;
@@ -209,7 +170,7 @@ impl Answers {
         );
         text += &match (angle, u_angle) {
             (Some(angle), Some(u)) => format!(
-                "Elastic angle: {} {suffix}, standard uncertainty {} {suffix} by the spreads stated\n",
+                "Elastic angle: {} {suffix}, standard uncertainty {} {suffix} from the stated spreads\n",
                 six_digits(angle),
                 six_digits(u)
             ),
@@ -220,7 +181,7 @@ impl Answers {
             Some(found) => {
                 format!("{name} {} {}", six_digits(found.value * units.force.per_si()), units.force.symbol)
             }
-            None => format!("{name}: no preload does it"),
+            None => format!("{name}: no preload is enough"),
         });
         let of_angle = shown(table, &ANGLE, |row| row[1..].iter().any(|cell| !cell.is_null()));
         let of_thresholds = shown(table, &OF_THRESHOLDS, |row| {
@@ -228,25 +189,94 @@ impl Answers {
         });
         text += &of_angle.text();
         text += &format!(
-            "\nangle/unit: {suffix} for one of the unit of the number.\n\
-             %/%: percent of the result for a percent of the number. A number of balls is whole: nothing has a\n\
-             derivative by {}.\n",
-            whole.join(", "),
+            "\nangle/unit: change of the angle in {suffix} if the number changes by one of its units.\n\
+             %/%: change of the result in percent if the number changes by one percent.\n\
+             Ball counts are whole numbers, so there is no derivative with respect to {}.\n",
+            whole_numbers().join(", "),
         );
         text += &format!(
             "Thresholds of the drive over a period:\n  {}",
             thresholds.collect::<Vec<_>>().join(", ")
         );
         if !of_thresholds.rows.is_empty() {
-            text += &format!("\n{}\nNo other number changes them.", of_thresholds.text());
+            text += &format!("\n{}\nThey do not depend on any other number.", of_thresholds.text());
         }
         if !tied.is_empty() {
             text += &format!(
-                "\nTo one side only, because contacts that decide alike answer differently:\n  {}.",
+                "\nOne-sided derivatives, because two contacts are critical at once and respond differently:\n  {}.",
                 tied.join(";\n  ")
             );
         }
         text
+    }
+}
+
+/// Names of the numbers that are whole, so that nothing has a derivative with respect to them.
+fn whole_numbers() -> Vec<&'static str> {
+    NUMBERS.iter().filter(|number| number.whole).map(|number| number.name).collect()
+}
+
+/// A result: its name, what was found of it, and how many of its units make one in SI.
+type Answer<'a> = (String, Option<&'a Sensitivity>, f64);
+
+/// The derivatives of all results with respect to one number.
+struct OfNumber<'a> {
+    asked: &'a Asked,
+    /// Place of the number among those that were asked for.
+    place: usize,
+    results: &'a [Answer<'a>],
+    /// Its share of the variance of the elastic angle.
+    share: Option<f64>,
+}
+
+impl OfNumber<'_> {
+    fn slope(&self, found: Option<&Sensitivity>) -> Option<f64> {
+        found.map(|found| found.slopes[self.place])
+    }
+
+    /// Change of the result for a change of the number, both as shares. None for a result that is nothing but rounding: no
+    /// angle or force has that size.
+    fn relative(&self, found: Option<&Sensitivity>) -> Option<f64> {
+        let found = found.filter(|found| found.value.abs() > 1e-14)?;
+        Some(found.slopes[self.place] * self.asked.value / found.value)
+    }
+
+    /// Names of the results whose derivative is one-sided.
+    fn one_sided(&self) -> Vec<&str> {
+        let tied = |found: Option<&Sensitivity>| found.is_some_and(|found| found.tied[self.place]);
+        self.results.iter().filter(|(_, found, _)| tied(*found)).map(|(name, ..)| &**name).collect()
+    }
+
+    fn row(&self) -> Vec<Value> {
+        let (key, per_si) = in_usual_unit(self.asked.number);
+        let mut row = vec![json!(key), json!(self.asked.value * per_si)];
+        let (_, angle, size) = &self.results[0];
+        row.push(number(self.slope(*angle).map(|slope| slope * size / per_si)));
+        // What rounding leaves of nothing is nothing to a reader.
+        let shown = |found| self.relative(found).map(|share| if share.abs() < 1e-12 { 0.0 } else { share });
+        row.extend(self.results[..4].iter().map(|(_, found, _)| number(shown(*found))));
+        row.push(number(self.asked.spread.map(|spread| spread.u() * per_si)));
+        row.push(number(self.share.map(|share| 100.0 * share)));
+        row
+    }
+
+    fn document(&self) -> Value {
+        let (key, per_si) = in_usual_unit(self.asked.number);
+        let by_result = |value: &dyn Fn(Option<&Sensitivity>, f64) -> Option<f64>| {
+            object(
+                self.results.iter().map(|(name, found, size)| (name.clone(), number(value(*found, *size)))),
+            )
+        };
+        json!({
+            "number": key,
+            "value": self.asked.value * per_si,
+            "per_unit": by_result(&|found, size| self.slope(found).map(|slope| slope * size / per_si)),
+            "relative": by_result(&|found, _| self.relative(found)),
+            "one_sided": self.one_sided(),
+            "distribution": self.asked.spread.map(Spread::name),
+            "u": self.asked.spread.map(|spread| spread.u() * per_si),
+            "share_of_variance": self.share,
+        })
     }
 }
 

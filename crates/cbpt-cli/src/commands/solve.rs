@@ -6,7 +6,7 @@ use cbpt_core::hertz::LoadedContact;
 use cbpt_core::pair::Diagonal;
 use cbpt_core::predict::Contribution;
 use cbpt_core::predict::loads::{Effects, LoadDetail, solve_load};
-use cbpt_core::{Finding, Load, Reducer, Solution, Status};
+use cbpt_core::{Angles, Finding, Load, Reducer, Solution, Status};
 use serde_json::{Value, json};
 
 use super::check::finding_text;
@@ -41,8 +41,8 @@ pub fn run(verb: &Solve) -> Result<Exit, Failure> {
     }
     if verb.points && solution.status.has_solution() {
         report.text.push_str(
-            "\n\nMeshing points (one row a diagonal: the two points at its ends carry the same force; --out FILE.csv has \
-             the ellipses too)\n",
+            "\n\nMeshing points (one row for each diagonal: the two points at its ends carry the same force; --out FILE.csv adds \
+             the contact ellipses)\n",
         );
         report.text.push_str(&report.table.narrowed(|column| !column.starts_with("wall")).text());
     }
@@ -128,62 +128,73 @@ pub fn text(
         units.torque.written,
         six_digits(load.input_angle_rad().to_degrees()),
     )];
-    let pairs = reducer.ball_drive().is_some();
     match &solution.angles {
-        Some(angles) => {
-            let angle =
-                |rad: f64| format!("{} {}", six_digits(rad * units.angle.per_si()), units.angle.symbol);
-            let shown = detail.and_then(|detail| detail.angle_rad);
-            lines.push(match shown {
-                Some(shown) => {
-                    format!("Elastic angle: {} as the instrument shows it, with effects", angle(shown))
-                }
-                None => format!("Elastic angle: {}", angle(angles.elastic_angle_rad())),
-            });
-            if pairs {
-                lines.push(format!(
-                    "  deceleration pair {}, equal-speed pair {} (the part that reaches the output)",
-                    angle(angles.deceleration_rad),
-                    angle(angles.equal_speed_rad)
-                ));
-            }
-            if let Some(detail) = detail.filter(|_| !pairs) {
-                let torque = six_digits(detail.mesh_load[0] * units.torque.per_si());
-                lines.push(format!("  carried by the spring: {torque} {}", units.torque.written));
-            }
-            if let Some(detail) = detail.filter(|_| pairs) {
-                let [torque_Nm, preload_N] = detail.mesh_load;
-                lines.push(format!(
-                    "  at the meshing points: torque {} {}, preload {}",
-                    six_digits(torque_Nm * units.torque.per_si()),
-                    units.torque.written,
-                    force(preload_N),
-                ));
-            }
-            if let Some(stiffness) = solution.torsional_stiffness_Nm_per_rad {
-                let (_, value) = stiffness_unit(units, stiffness);
-                let unit = format!("{}/{}", units.torque.written, units.angle.symbol);
-                let of = match detail {
-                    Some(_) if pairs => " of the meshing points",
-                    Some(_) => " of the spring",
-                    None => "",
-                };
-                lines.push(format!("Torsional stiffness{of} at this load: {} {unit}", six_digits(value)));
-            }
-            if pairs {
-                lines.push(format!("Status: {} (scaled residual {:.1e})", solution.status, angles.residual));
-                lines.push(String::new());
-                lines.push(pair_table(solution, units).text());
-            } else {
-                lines.push(format!("Status: {}", solution.status));
-            }
-            lines.extend(detail.map(|detail| contribution_table(detail, units).text()));
-        }
+        Some(angles) => lines.extend(answer_lines(reducer, solution, angles, detail, units)),
         None => lines.push(format!("Status: {}", solution.status)),
     }
     // A finding about the load itself is what the status line says already.
     lines.extend(findings.iter().filter(|finding| finding.pair != "drive").map(finding_text));
     lines.join("\n")
+}
+
+/// Angles, stiffness, status and contributions of a load that has a solution.
+fn answer_lines(
+    reducer: &Reducer,
+    solution: &Solution,
+    angles: &Angles,
+    detail: Option<&LoadDetail>,
+    units: &Units,
+) -> Vec<String> {
+    let pairs = reducer.ball_drive().is_some();
+    let mut lines = Vec::new();
+    let angle = |rad: f64| format!("{} {}", six_digits(rad * units.angle.per_si()), units.angle.symbol);
+    let shown = detail.and_then(|detail| detail.angle_rad);
+    lines.push(match shown {
+        Some(shown) => {
+            format!("Elastic angle: {} as the instrument shows it, with effects", angle(shown))
+        }
+        None => format!("Elastic angle: {}", angle(angles.elastic_angle_rad())),
+    });
+    if pairs {
+        lines.push(format!(
+            "  deceleration pair {}, equal-speed pair {} (the part that reaches the output)",
+            angle(angles.deceleration_rad),
+            angle(angles.equal_speed_rad)
+        ));
+    }
+    if let Some(detail) = detail.filter(|_| !pairs) {
+        let torque = six_digits(detail.mesh_load[0] * units.torque.per_si());
+        lines.push(format!("  carried by the spring: {torque} {}", units.torque.written));
+    }
+    if let Some(detail) = detail.filter(|_| pairs) {
+        let [torque_Nm, preload_N] = detail.mesh_load;
+        lines.push(format!(
+            "  at the meshing points: torque {} {}, preload {} {}",
+            six_digits(torque_Nm * units.torque.per_si()),
+            units.torque.written,
+            six_digits(preload_N * units.force.per_si()),
+            units.force.written,
+        ));
+    }
+    if let Some(stiffness) = solution.torsional_stiffness_Nm_per_rad {
+        let (_, value) = stiffness_unit(units, stiffness);
+        let unit = format!("{}/{}", units.torque.written, units.angle.symbol);
+        let of = match detail {
+            Some(_) if pairs => " of the meshing points",
+            Some(_) => " of the spring",
+            None => "",
+        };
+        lines.push(format!("Torsional stiffness{of} at this load: {} {unit}", six_digits(value)));
+    }
+    if pairs {
+        lines.push(format!("Status: {} (scaled residual {:.1e})", solution.status, angles.residual));
+        lines.push(String::new());
+        lines.push(pair_table(solution, units).text());
+    } else {
+        lines.push(format!("Status: {}", solution.status));
+    }
+    lines.extend(detail.map(|detail| contribution_table(detail, units).text()));
+    lines
 }
 
 fn stiffness_unit(units: &Units, stiffness_Nm_per_rad: f64) -> (String, f64) {

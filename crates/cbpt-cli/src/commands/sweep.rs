@@ -32,7 +32,7 @@ pub fn run(verb: &Sweep) -> Result<Exit, Failure> {
     verb.output.check(&verb.path)?;
     if verb.fresh || verb.chunk_rows.is_some() {
         let problem =
-            format!("--fresh and --chunk-rows go with a plan, and {} is a case", verb.path.display());
+            format!("--fresh and --chunk-rows are for plans, and {} is a case", verb.path.display());
         return Err(Failure::Usage(problem));
     }
     let case = Case::read(&verb.path)?;
@@ -50,7 +50,7 @@ pub fn run(verb: &Sweep) -> Result<Exit, Failure> {
     let rows = torques.len().saturating_mul(preloads.len()).saturating_mul(angles.len());
     if rows > MOST_ROWS {
         return Err(Failure::Usage(format!(
-            "the sweep has {rows} rows; {MOST_ROWS} is the most: take larger steps"
+            "the sweep has {rows} rows and may have at most {MOST_ROWS}; take larger steps"
         )));
     }
     let mut loads = Vec::with_capacity(rows);
@@ -94,8 +94,8 @@ fn for_parquet(case: &Path) -> String {
     let name = case.file_name().unwrap_or_default().to_string_lossy();
     let case = case.display();
     format!(
-        "{case} is a case, whose rows go to --out FILE.csv or FILE.json. For Parquet write a plan, say plan.toml beside the \
-         case, and sweep that in place of it:\n  case = \"{name}\"\n  [axes]\n  load.torque_Nm = {{ from = 0, to = 10, step = \
+        "{case} is a case, whose rows go to --out FILE.csv or FILE.json. For Parquet, write a plan such as plan.toml beside \
+         the case and sweep the plan:\n  case = \"{name}\"\n  [axes]\n  load.torque_Nm = {{ from = 0, to = 10, step = \
          0.5 }}\n  load.preload_N = [400, 600]"
     )
 }
@@ -138,7 +138,7 @@ fn report(loads: &[Load], solved: &[LoadOutcome], pairs: bool, units: &Units) ->
     shown.rows.truncate(MOST_ROWS_ON_SCREEN);
     let mut text = shown.text();
     if table.rows.len() > MOST_ROWS_ON_SCREEN {
-        text += &format!("\n... {} rows in all; --out FILE.csv writes them", table.rows.len());
+        text += &format!("\n... {} rows in all; --out FILE.csv writes all of them", table.rows.len());
     }
     if failed > 0 {
         text += &format!("\n{failed} of {} loads have no solution; the status column says why", solved.len());
@@ -176,7 +176,7 @@ fn axis(flag: Option<&str>, default: Option<f64>, name: &str, key: &str) -> Resu
                 let (start, stop, step) = (number(start)?, number(stop)?, number(step)?);
                 let count = ((stop - start) / step + 1e-9).floor();
                 if step == 0.0 || !(0.0..1e8).contains(&count) {
-                    return Err(wrong(part, "is not a range that its step leads through"));
+                    return Err(wrong(part, "is not a range: the step does not lead from start to stop"));
                 }
                 // Checked to lie between 0 and 1e8 just above.
                 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]

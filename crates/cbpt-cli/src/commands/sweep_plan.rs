@@ -22,12 +22,10 @@ pub fn run(verb: &Sweep) -> Result<Exit, Failure> {
         (verb.input_angle_deg.is_some(), "--input-angle-deg", "load.input_angle_deg"),
     ];
     if let Some((_, flag, axis)) = flags.iter().find(|(given, _, _)| *given) {
-        return Err(Failure::Usage(format!("{flag} goes with a case; in a plan it is the axis {axis}")));
+        return Err(Failure::Usage(format!("{flag} is for cases; in a plan, write the axis {axis} instead")));
     }
     if verb.output.json {
-        return Err(Failure::Usage(
-            "--json goes with a case; the rows of a plan go to --out FILE.csv".into(),
-        ));
+        return Err(Failure::Usage("--json is for cases; the rows of a plan go to --out FILE.csv".into()));
     }
     verb.output.only_usual_units("a plan, whose columns are arcsec and what its axes say")?;
     let path = output_path(verb)?;
@@ -35,7 +33,7 @@ pub fn run(verb: &Sweep) -> Result<Exit, Failure> {
     let mut output = CsvOutput::open(&plan, path, verb.fresh)?;
     let found = output.done();
     if output.is_complete() {
-        let text = format!("{}: all {} rows are there already", path.display(), plan.rows());
+        let text = format!("{}: the file has all {} rows already", path.display(), plan.rows());
         return print(&text).map(|()| Exit::Success);
     }
     for text in plan.remarks() {
@@ -44,9 +42,9 @@ pub fn run(verb: &Sweep) -> Result<Exit, Failure> {
     let tally = with_progress_bar(found, plan.rows(), |progress| {
         stream::to_csv(&plan, &mut output, verb.chunk_rows.unwrap_or(CHUNK_ROWS), progress)
     })?;
-    let earlier = if found > 0 { format!(", {found} of them found there") } else { String::new() };
+    let earlier = if found > 0 { format!(", {found} of them from an earlier sweep") } else { String::new() };
     print(&format!(
-        "{}: {} rows{earlier}; the status column says where there is no solution",
+        "{}: {} rows{earlier}; the status column says which rows have no solution",
         path.display(),
         plan.rows()
     ))?;
@@ -60,7 +58,7 @@ pub fn run(verb: &Sweep) -> Result<Exit, Failure> {
 fn output_path(verb: &Sweep) -> Result<&Path, Failure> {
     let Some(path) = verb.output.out.as_deref() else {
         return Err(Failure::Usage(
-            "--out is missing: the rows of a plan go to a file, --out result.csv".into(),
+            "--out is missing: the rows of a plan go to a file, for example --out result.csv".into(),
         ));
     };
     match path.extension().and_then(|ending| ending.to_str()).map(str::to_ascii_lowercase).as_deref() {

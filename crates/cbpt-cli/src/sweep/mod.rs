@@ -3,7 +3,7 @@
 //!
 //! - here: [`Plan`] and its [`Axis`]; [`design`]: where the rows lie; `read`: plans in TOML and tables of rows;
 //! - [`rows`]: rows solved, those of one geometry together; `csv`: their text; [`tally`]: how they ended;
-//! - [`output`]: a file that grows chunk by chunk and is taken up again after a kill at any moment;
+//! - [`output`]: a file that grows chunk by chunk; a sweep that was interrupted continues where it stopped;
 //! - [`stream`]: a plan to its file.
 //!
 //! Results are made in blocks of [`BLOCK_ROWS`] rows, counted from the first row of the sweep, so they do not depend on who
@@ -208,7 +208,7 @@ impl Plan {
     /// A plan over axes of a case; rows and seed are those of designs that are drawn.
     ///
     /// # Errors
-    /// Axes that cannot be together, a load that is not complete, and rows that cannot be counted.
+    /// Axes that contradict each other, an incomplete load, and a number of rows that is missing or too large.
     pub fn new(
         case: Case,
         axes: Vec<Axis>,
@@ -222,7 +222,7 @@ impl Plan {
         for axis in axes.iter().filter(|_| !design.is_drawn()) {
             if axis.values.count().is_none() {
                 let allowed = match design {
-                    Design::Grid => "say into how many values: count = 41, or step = 0.5",
+                    Design::Grid => "give the number of values, count = 41, or their distance, step = 0.5",
                     _ => "a table has one value for each row",
                 };
                 return Err(mistake(&axis.parameter.name, "is a range, not a list of values", allowed));
@@ -389,7 +389,9 @@ fn load_is_complete(case: &Case, axes: &[Axis]) -> Result<(), Mistake> {
     let varied = |acts_on| axes.iter().any(|axis| axis.parameter.acts_on == acts_on);
     let missing = |name: &str| {
         let key = name.split_once('.').map_or(name, |(_, key)| key);
-        let allowed = format!("make it an axis, one value will do, or give `{key}` under [load] in the case");
+        let allowed = format!(
+            "make it an axis, of a single value for example, or give `{key}` under [load] in the case"
+        );
         Err(mistake(name, "missing", &allowed))
     };
     if case.load.torque_Nm.is_none() && !varied(ActsOn::Torque) {
@@ -419,8 +421,12 @@ fn rows_of(design: Design, axes: &[Axis], rows: Option<u64>, strides: &[u64]) ->
     let counts = || axes.iter().filter_map(|axis| axis.values.count());
     let found = match (design, rows) {
         (Design::Grid | Design::Table, Some(_)) => {
-            let allowed = "leave it out: rows is for designs that are drawn, random and latin_hypercube";
-            return Err(mistake("rows", &format!("the axes of a {} say how many", design.name()), allowed));
+            let allowed = "leave it out: rows is for the designs random and latin_hypercube";
+            return Err(mistake(
+                "rows",
+                &format!("the axes of a {} fix the number of rows", design.name()),
+                allowed,
+            ));
         }
         (Design::Grid, None) => axes.iter().zip(strides).fold(1, |most, (axis, stride)| {
             most.max(stride.saturating_mul(axis.values.count().unwrap_or(1) as u64))
@@ -431,14 +437,18 @@ fn rows_of(design: Design, axes: &[Axis], rows: Option<u64>, strides: &[u64]) ->
                 axes.iter().find(|axis| ![Some(1), Some(longest)].contains(&axis.values.count()))
             {
                 let found = axis.values.count().unwrap_or(0);
-                let problem = format!("has {found} values where another axis has {longest}");
-                return Err(mistake(&axis.parameter.name, &problem, "a table has one for each row"));
+                let problem = format!("has {found} values, another axis has {longest}");
+                return Err(mistake(
+                    &axis.parameter.name,
+                    &problem,
+                    "every axis of a table needs one value for each row",
+                ));
             }
             longest as u64
         }
         (_, Some(rows)) => rows,
         (_, None) => {
-            let allowed = "say how many: rows = 100000";
+            let allowed = "give the number of rows: rows = 100000";
             return Err(mistake("rows", &format!("missing; a design {} needs it", design.name()), allowed));
         }
     };

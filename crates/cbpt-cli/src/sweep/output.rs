@@ -1,9 +1,9 @@
-//! A CSV file that grows chunk by chunk, and is taken up again after a kill at any moment.
+//! A CSV file that grows chunk by chunk. A sweep that was interrupted continues where it stopped.
 //!
 //! Beside `result.csv` stands `result.csv.sweep`, a record of the plan, of the rows that are done and of the length and the
 //! SHA-256 of the file up to them. A chunk is written and flushed to the disk before the record says so, and the record is replaced whole;
-//! so what the record says is there, and what is there beyond it is cut off when the sweep goes on. Beyond the rows of a
-//! finished sweep nothing can be the sweep's own, so it is refused.
+//! so the file always holds at least the rows of the record, and a sweep that continues cuts off anything beyond them.
+//! A file with more than the rows of a finished sweep was changed by someone else, so it is refused.
 
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -47,8 +47,8 @@ impl CsvOutput {
             is_there(path, record)?;
         } else if there && !fresh {
             return Err(Failure::Usage(format!(
-                "{}: the file exists and has no record of a sweep beside it; give another --out, or --fresh to begin anew \
-                 in its place",
+                "{}: the file exists but has no record of a sweep beside it; give another --out, or --fresh to replace \
+                 the file",
                 path.display()
             )));
         }
@@ -57,7 +57,7 @@ impl CsvOutput {
         let file = options().map_err(written)?;
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
             return Err(Failure::Usage(format!(
-                "{}: another process is writing it; wait for it, or give another --out",
+                "{}: another process is writing this file; wait for it, or give another --out",
                 path.display()
             )));
         }
@@ -99,20 +99,20 @@ impl CsvOutput {
         let length = self.file.metadata().map_err(|error| self.cannot(error))?.len();
         let changed = |what: &str| {
             Failure::Usage(format!(
-                "{}: {what}, so it was changed after the sweep wrote it; give another --out, or --fresh to begin anew",
+                "{}: {what}, so the file was changed after the sweep wrote it; give another --out, or --fresh to start again",
                 self.path.display()
             ))
         };
         if length < self.bytes {
-            return Err(changed(&format!("has {length} bytes where its record says {}", self.bytes)));
+            return Err(changed(&format!("the file has {length} bytes, its record says {}", self.bytes)));
         }
         self.sum = self.read_sum().map_err(|error| self.cannot(error))?;
         if record["sha256"] != self.digits() {
-            return Err(changed("its rows are not those that its record says"));
+            return Err(changed("the rows differ from those of its record"));
         }
         if length > self.bytes && self.is_complete() {
             let more = length - self.bytes;
-            return Err(changed(&format!("has {more} bytes beyond the rows of the finished sweep")));
+            return Err(changed(&format!("the file has {more} bytes after the rows of the finished sweep")));
         }
         if length > self.bytes {
             self.file.set_len(self.bytes).map_err(|error| self.cannot(error))?;
@@ -123,7 +123,7 @@ impl CsvOutput {
     /// Adds the lines of the next rows, and returns when they are on disk.
     ///
     /// # Errors
-    /// Where they cannot be written; what was there before stays, to be taken up again.
+    /// Where they cannot be written; the rows written before stay, and a later sweep continues after them.
     pub fn append(&mut self, lines: &[u8], rows: u64) -> Result<(), Failure> {
         let write = |file: &mut File| {
             file.seek(SeekFrom::Start(self.bytes))?;
@@ -201,7 +201,7 @@ fn read_record(path: &Path) -> Result<Option<Value>, Failure> {
     match found.filter(|found| found["plan"].is_object()) {
         Some(found) => Ok(Some(found)),
         None => Err(Failure::Usage(format!(
-            "{}: is no record of a sweep; give another --out, or --fresh to begin anew",
+            "{}: is not a record of a sweep; give another --out, or --fresh to start again",
             record.display()
         ))),
     }
@@ -214,7 +214,7 @@ fn is_there(path: &Path, record: &Value) -> Result<(), Failure> {
         return Ok(());
     }
     Err(Failure::Usage(format!(
-        "{}: is missing, though its record {} says that {} rows were written; put it back, or --fresh to begin anew",
+        "{}: the file is missing, but its record {} says that {} rows were written; put the file back, or give --fresh to start again",
         path.display(),
         record_path(path).display(),
         record["rows_done"]
@@ -239,7 +239,7 @@ pub fn same_plan(path: &Path, there: &Value, wanted: &Value) -> Result<(), Failu
         })
         .collect();
     Err(Failure::Usage(format!(
-        "{}: holds rows of another plan, which differs in {}; give another --out, or --fresh to begin anew in its place",
+        "{}: the file holds rows of another plan, which differs in {}; give another --out, or --fresh to replace the file",
         path.display(),
         if differing.is_empty() { "its record".to_owned() } else { differing.join(", ") }
     )))

@@ -12,7 +12,7 @@
 //! ```
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::design::Design;
 use super::{Axis, MOST_VALUES, Plan, Values};
@@ -59,9 +59,10 @@ fn text_of(path: &Path, what: &str) -> Result<String, CaseError> {
     let name = path.display().to_string();
     match std::fs::metadata(path) {
         Ok(data) if data.is_dir() => Err(CaseError::whole(&name, format!("is a directory, not a {what}"))),
-        Ok(data) if data.len() > LARGEST && what == "plan" => {
-            Err(CaseError::whole(&name, "larger than 64 MiB, which no plan is: name a table instead"))
-        }
+        Ok(data) if data.len() > LARGEST && what == "plan" => Err(CaseError::whole(
+            &name,
+            "the file is larger than 64 MiB, too large for a plan; put the values into a table",
+        )),
         _ => std::fs::read_to_string(path).map_err(|error| {
             let problem = match error.kind() {
                 std::io::ErrorKind::NotFound => "file not found".into(),
@@ -76,43 +77,47 @@ fn wrong(key: &str, node: &Node, allowed: impl Into<String>) -> Mistake {
     Mistake { key: key.into(), found: node.written.clone(), allowed: allowed.into(), ..Mistake::default() }
 }
 
+/// The file that a key names, looked for beside the plan.
+fn beside(plan: &Path, node: &Node, key: &str, notes: &mut Notes<'_>) -> Option<PathBuf> {
+    if let Content::Text(name) = &node.content {
+        return Some(plan.parent().unwrap_or(Path::new("")).join(name));
+    }
+    notes.add(node.at, wrong(key, node, "expected the name of a file in quotes"));
+    None
+}
+
+/// The whole number of a key.
+fn whole(entry: Option<&Entry>, notes: &mut Notes<'_>) -> Option<u64> {
+    let Entry { key, node, .. } = entry?;
+    let number = match node.content {
+        Content::Number(number) => format!("{number}").parse::<u64>().ok(),
+        _ => None,
+    };
+    if number.is_none() {
+        notes.add(node.at, wrong(key, node, "expected a whole number, not negative"));
+    }
+    number
+}
+
 /// The plan of a file, if it can be made; mistakes of the plan are in the notes, those of its case are the error.
 fn plan(entries: &[Entry], path: &Path, notes: &mut Notes<'_>) -> Result<Option<Plan>, CaseError> {
     for entry in entries.iter().filter(|entry| !KEYS.contains(&&*entry.key)) {
         notes.add(entry.at, unknown(&entry.key, &entry.key, &KEYS));
     }
     let entry = |key: &str| entries.iter().find(|entry| entry.key == key);
-    let beside = |node: &Node, key: &str, notes: &mut Notes<'_>| {
-        if let Content::Text(name) = &node.content {
-            return Some(path.parent().unwrap_or(Path::new("")).join(name));
-        }
-        notes.add(node.at, wrong(key, node, "expected the name of a file in quotes"));
-        None
-    };
     let Some(case) = entry("case") else {
         let allowed = "name the case file: case = \"drive.toml\"";
         notes.add(None, super::mistake("case", "missing", allowed));
         return Ok(None);
     };
-    let Some(case_path) = beside(&case.node, "case", notes) else { return Ok(None) };
+    let Some(case_path) = beside(path, &case.node, "case", notes) else { return Ok(None) };
     let case = Case::read(&case_path)?;
-    let whole = |key: &str, notes: &mut Notes<'_>| {
-        let node = &entry(key)?.node;
-        let number = match node.content {
-            Content::Number(number) => format!("{number}").parse::<u64>().ok(),
-            _ => None,
-        };
-        if number.is_none() {
-            notes.add(node.at, wrong(key, node, "expected a whole number, not negative"));
-        }
-        number
-    };
-    let (rows, seed) = (whole("rows", notes), whole("seed", notes).unwrap_or(0));
+    let (rows, seed) = (whole(entry("rows"), notes), whole(entry("seed"), notes).unwrap_or(0));
     let design = design(entry("design"), entry("table"), notes);
     let (given, table) = (entry("axes"), entry("table"));
     let mut sources = vec![path.to_owned(), case_path];
     let axes = match (table, given) {
-        (Some(table), None) => match beside(&table.node, "table", notes) {
+        (Some(table), None) => match beside(path, &table.node, "table", notes) {
             Some(path) => {
                 let axes = table_axes(&case, &path)?;
                 sources.push(path);
@@ -122,13 +127,12 @@ fn plan(entries: &[Entry], path: &Path, notes: &mut Notes<'_>) -> Result<Option<
         },
         (Some(_), Some(axes)) => {
             let allowed = "the columns of the table are the axes: leave [axes] out";
-            notes.add(axes.at, super::mistake("axes", "there is a table as well", allowed));
+            notes.add(axes.at, super::mistake("axes", "the plan names a table as well", allowed));
             Vec::new()
         }
         (None, Some(axes)) => axes_of(&case, axes, design, notes),
         (None, None) => {
-            let allowed =
-                "say what is varied: [axes] with load.torque_Nm = { from = 0, to = 10, count = 41 }";
+            let allowed = "name what varies: [axes] with load.torque_Nm = { from = 0, to = 10, count = 41 }";
             notes.add(None, super::mistake("axes", "missing", allowed));
             Vec::new()
         }
@@ -287,7 +291,7 @@ fn range(
     let (count, step) = (number("count"), number("step"));
     let values = match (count, step) {
         (None, None) if design.is_drawn() => Ok(Values::Between { from, to, log }),
-        (None, None) => Err("say into how many values: count = 41, or step = 0.5"),
+        (None, None) => Err("give the number of values, count = 41, or their distance, step = 0.5"),
         (Some(_), Some(_)) => Err("give count or step, not both"),
         (None, Some(_)) if log => Err("a logarithmic scale needs count, not step"),
         (None, Some(step)) => stepped(from, to, step).map(Values::Numbers),
@@ -308,7 +312,7 @@ fn short_of_end(plan: &Plan, name: &str, entry: &Entry) -> Option<String> {
     let Values::Numbers(numbers) = &axis.values else { return None };
     let last = *numbers.last()?;
     ((to - last).abs() > 1e-6 * step.abs())
-        .then(|| format!("{name}: last value {last}, not {to}, which steps of {step} do not meet"))
+        .then(|| format!("{name}: the last value is {last}, not {to}, because {to} is not a whole number of steps of {step} away"))
 }
 
 /// From one number to the other in steps, as far as they lead.
@@ -356,7 +360,8 @@ fn table_axes(case: &Case, path: &Path) -> Result<Vec<Axis>, CaseError> {
     let bytes = text_of(path, "table")?;
     let text = bytes.strip_prefix('\u{feff}').unwrap_or(&bytes);
     let mut reader = ::csv::ReaderBuilder::new().trim(::csv::Trim::All).from_reader(text.as_bytes());
-    let broken = |error: ::csv::Error| CaseError::whole(&name, format!("is no table in CSV: {error}"));
+    let broken =
+        |error: ::csv::Error| CaseError::whole(&name, format!("the file is not a table in CSV: {error}"));
     let names: Vec<String> = reader.headers().map_err(broken)?.iter().map(str::to_owned).collect();
     if let Some(separator) =
         [';', '\t'].into_iter().find(|&other| names.len() == 1 && names[0].contains(other))
@@ -368,13 +373,9 @@ fn table_axes(case: &Case, path: &Path) -> Result<Vec<Axis>, CaseError> {
     }
     let parameters: Vec<Result<Parameter, Mistake>> =
         names.iter().map(|name| Parameter::find(case, name)).collect();
-    let mut mistakes: Vec<Mistake> = Vec::new();
-    mistakes.extend(
-        parameters
-            .iter()
-            .filter_map(|found| found.as_ref().err())
-            .map(|mistake| Mistake { line: Some(1), ..mistake.clone() }),
-    );
+    let unknown = parameters.iter().filter_map(|found| found.as_ref().err());
+    let mut mistakes: Vec<Mistake> =
+        unknown.map(|mistake| Mistake { line: Some(1), ..mistake.clone() }).collect();
     let mut words: Vec<Vec<String>> = vec![Vec::new(); names.len()];
     let mut numbers: Vec<Vec<f64>> = vec![Vec::new(); names.len()];
     let mut rows = 0;

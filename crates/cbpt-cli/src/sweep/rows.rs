@@ -209,7 +209,7 @@ impl Plan {
         Solved { outcomes, finding }
     }
 
-    /// Why the numbers of a row cannot be together; `None` where they can. The row is looked at anew, so that solving need
+    /// Why the numbers of a row contradict each other; `None` if they do not. The row is looked at anew, so that solving need
     /// not keep a sentence for each.
     pub fn reason(&self, row: u64) -> Option<InvalidInput> {
         let axes = self.row(row);

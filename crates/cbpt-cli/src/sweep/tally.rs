@@ -1,5 +1,5 @@
-//! How the rows of a sweep ended, for people: how many without solution, of numbers that cannot be together why, and how many
-//! of drives that cannot be built.
+//! Summary of a sweep for people: how many rows have no solution, why the numbers of a row contradict each other, and how
+//! many rows have a drive that cannot be built.
 
 use std::collections::BTreeMap;
 
@@ -94,7 +94,7 @@ impl Tally {
         }
     }
 
-    /// Some lines; nothing where every row has its numbers and a drive that can be built.
+    /// Some lines; `None` if every row has a solution and a drive that can be built.
     pub fn text(&self) -> Option<String> {
         let texts: Vec<String> = [self.ended(), self.findings()].into_iter().flatten().collect();
         (!texts.is_empty()).then(|| texts.join("\n"))
@@ -104,12 +104,12 @@ impl Tally {
         let found: Vec<&Unbuildable> = self.unbuildable.iter().flatten().collect();
         let (all, rows) = (self.counts.iter().sum::<u64>(), found.iter().map(|each| each.rows).sum::<u64>());
         let mut lines = vec![format!(
-            "of {all} rows solved now, {rows} are of drives that cannot be built, whatever their status; the finding column \
-             says which"
+            "of {all} rows solved now, {rows} have a drive that cannot be built, whatever their status; the finding column \
+             marks them"
         )];
         lines.extend(found.iter().map(|Unbuildable { rows, first, finding }| {
             format!(
-                "  {}: {rows} such as row {}: {} ({})",
+                "  {}: {rows} rows, for example row {}: {} ({})",
                 finding.code,
                 first + 1,
                 finding.message,
@@ -129,10 +129,10 @@ impl Tally {
         let mut reasons: Vec<&Reason> = self.reasons.values().collect();
         reasons.sort_by_key(|reason| (std::cmp::Reverse(reason.rows), reason.first));
         for Reason { rows, first, why } in reasons.iter().take(MOST_REASONS) {
-            lines.push(format!("  {INVALID_INPUT}: {rows} such as row {}: {why}", first + 1));
+            lines.push(format!("  {INVALID_INPUT}: {rows} rows, for example row {}: {why}", first + 1));
         }
         if reasons.len() > MOST_REASONS {
-            lines.push(format!("  {INVALID_INPUT}: {} further reasons", reasons.len() - MOST_REASONS));
+            lines.push(format!("  {INVALID_INPUT}: {} other reasons", reasons.len() - MOST_REASONS));
         }
         Some(lines.join("\n"))
     }

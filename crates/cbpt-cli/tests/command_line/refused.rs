@@ -194,7 +194,11 @@ fn an_input_is_not_written_over() {
     for name in ["case.csv", "./case.csv"] {
         desk.write("case.csv", EXAMPLE);
         for verb in ["solve", "preload", "sweep", "sensitivity", "check"] {
-            desk.cbpt(&format!("{verb} case.csv --out {name}")).refused(&["--out", name, "would be lost"]);
+            desk.cbpt(&format!("{verb} case.csv --out {name}")).refused(&[
+                "--out",
+                name,
+                "would overwrite it",
+            ]);
             assert_eq!(desk.read("case.csv"), EXAMPLE, "{verb}");
         }
     }
@@ -202,7 +206,7 @@ fn an_input_is_not_written_over() {
     desk.write("rows.csv", "load.torque_Nm\n1\n2\n");
     for fresh in ["", "--fresh"] {
         let ran = desk.cbpt(&format!("sweep plan.toml --out rows.csv {fresh}"));
-        ran.refused(&["--out rows.csv", "would be lost"]);
+        ran.refused(&["--out rows.csv", "would overwrite it"]);
     }
     assert_eq!(desk.read("rows.csv"), "load.torque_Nm\n1\n2\n");
 }

@@ -299,11 +299,11 @@ fn the_help_of_sweep_tells_files_and_chunks() {
     for flag in ["--help", "-h"] {
         let help = desk.cbpt(&format!("sweep {flag}")).out;
         let told = help.split_whitespace().collect::<Vec<_>>().join(" ");
-        for words in ["of a PLAN go to .csv or .parquet", "8192, which is the least", "[default: 65536]"] {
+        for words in ["For a PLAN: .csv, or .parquet", "8192, at least one block", "[default: 65536]"] {
             assert!(told.contains(words), "{words} in {help}");
         }
     }
-    assert!(desk.cbpt("solve --help").out.contains("FILE.csv or FILE.json as well"));
+    assert!(desk.cbpt("solve --help").out.contains("Also write to FILE.csv or FILE.json"));
 }
 
 #[test]
@@ -319,7 +319,7 @@ fn numbers_that_clash_are_told_with_their_rows() {
     let rows: Vec<&str> = csv.lines().skip(1).collect();
     let invalid: Vec<usize> = (0..rows.len()).filter(|&row| rows[row].ends_with("invalid_input")).collect();
     let first = invalid[0] + 1;
-    let told = format!("invalid_input: {} such as row {first}: ", invalid.len());
+    let told = format!("invalid_input: {} rows, for example row {first}: ", invalid.len());
     assert!(ran.err.contains(&told) && ran.err.contains("equal_speed"), "{told} in {}", ran.err);
     assert!(ran.err.contains(&format!("of {} rows solved now: ", rows.len())), "{}", ran.err);
     assert!(ran.err.contains("beyond_hold "), "{}", ran.err);
@@ -476,9 +476,9 @@ fn effects_of_the_case_are_part_of_the_answer() {
         assert!(
             desk.cbpt(&format!("{verb} with.toml"))
                 .out
-                .contains("of the drive alone; not counted: sensor_gain")
+                .contains("of the drive alone; they leave out the effects of the case: sensor_gain")
         );
-        assert!(!desk.cbpt(&format!("{verb} case.toml")).out.contains("not counted"));
+        assert!(!desk.cbpt(&format!("{verb} case.toml")).out.contains("leave out"));
     }
 }
 

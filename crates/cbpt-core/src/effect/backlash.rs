@@ -14,9 +14,9 @@ pub static SPEC: Spec = Spec {
     class: Class::Effect,
     port: Port::Contact,
     reducers: Reducers::TorsionSprings,
-    equation: "alpha += (j/2) m/sqrt(m^2 + m_t^2), m the torque carried",
+    equation: "alpha += (j/2) m/sqrt(m^2 + m_t^2), where m is the torque that the spring carries",
     source: "lost motion as makers of reducers state it: the angle between both flanks at next to no torque",
-    tell_tale: "a steep part about zero torque, at other torques on the way up than on the way down under friction",
+    tell_tale: "the angle changes steeply near zero torque; with friction, the steep part lies at different torques for loading and unloading",
     parameters: &[
         Parameter::size("play", Quantity::Angle, "angle j between both flanks")
             .within(0.0, 1.0)

@@ -12,9 +12,9 @@ pub static SPEC: Spec = Spec {
     class: Class::Effect,
     port: Port::Gap,
     reducers: Reducers::BallDrives,
-    equation: "g_i, one ball of the deceleration pair an instance",
+    equation: "g_i = oversize of ball i of the deceleration pair; one entry for each ball",
     source: "lot variation of ball diameters, ISO 3290",
-    tell_tale: "period of the ball ring, stronger at low preload",
+    tell_tale: "the residual repeats with the period of the ball ring and is larger at low preload",
     parameters: &[
         Parameter::chosen("ball", 0.0, "number of the ball, from 0").within(0.0, 999.0).likely(0.0, 999.0),
         Parameter::size("oversize", Quantity::Length, "excess of the ball's diameter")

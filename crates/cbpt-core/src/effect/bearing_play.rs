@@ -15,7 +15,7 @@ pub static SPEC: Spec = Spec {
     reducers: Reducers::AllByRadius,
     equation: "alpha += sgn(M0) (c/2)/(Zo e)",
     source: "geometry of a bearing with diametral clearance",
-    tell_tale: "a step where the torque reverses",
+    tell_tale: "the angle steps where the torque reverses",
     parameters: &[Parameter::size("clearance", Quantity::Length, "diametral clearance c")
         .within(0.0, 1e-3)
         .likely(0.0, 20e-6)],

@@ -1,4 +1,4 @@
-//! Contact angle: every contact angle is off by the same amount.
+//! Contact angle: every contact angle differs from its nominal value by the same amount.
 //!
 //! beta -> beta + d beta in geometry and contact alike, so undercut and missing walls follow it.
 
@@ -13,9 +13,9 @@ pub static SPEC: Spec = Spec {
     class: Class::Parameter,
     port: Port::Contact,
     reducers: Reducers::BallDrives,
-    equation: "beta -> beta + d_beta, at every contact",
+    equation: "beta -> beta + d_beta at every contact",
     source: "geometry of the groove section",
-    tell_tale: "moves the onset of contact loss",
+    tell_tale: "the onset of contact loss moves to another torque",
     parameters: &[Parameter::size("contact_angle_shift", Quantity::Angle, "added to every contact angle")
         .shown("deg")
         .within(-40.0 * DEGREE, 40.0 * DEGREE)

@@ -1,6 +1,6 @@
-//! Contact stiffness: every k is scaled by one number.
+//! Contact stiffness: one factor scales every stiffness k.
 //!
-//! k -> s k. The scale takes in material, conformity and finish alike; a log-normal prior suits it.
+//! k -> s k. The factor covers errors of material, conformity and finish; a log-normal prior suits it.
 
 use super::dual::Dual;
 use super::port::{Action, Contact};
@@ -12,9 +12,9 @@ pub static SPEC: Spec = Spec {
     class: Class::Parameter,
     port: Port::Contact,
     reducers: Reducers::All,
-    equation: "k -> s k, one scale for all pairs",
+    equation: "k -> s k, with one factor s for all pairs",
     source: "scaling of Hertz's solution: Johnson, Contact Mechanics (1985), section 4.2",
-    tell_tale: "residual over angle is constant at low torque",
+    tell_tale: "the residual is a constant share of the angle at low torque",
     parameters: &[Parameter::gain("stiffness_scale", "factor s on the stiffness of every contact")
         .within(1e-2, 1e2)
         .likely(0.3, 2.0)],

@@ -3,8 +3,8 @@
 //! alpha += c M0 ln(1 + t/tau) + c_s sum of (M_j - M_(j-1)) ln(1 + (t - t_j)/tau), t since the run began.
 //!
 //! The first term is the creep after one step of torque, whatever the torque does later: that of runs that stay at one
-//! torque. The second superposes it from every step (Boltzmann): what a torque once began goes on when the torque is gone,
-//! as in a linear viscoelastic material. A run begins unloaded, and a torque is held from its reading to the next; so
+//! torque. The second sums the creep after every step of torque (Boltzmann): creep that a torque started continues when the
+//! torque is gone, as in a linear viscoelastic material. A run begins unloaded, and a torque is held from its reading to the next; so
 //! where a run has one torque, the two terms are the same.
 
 use super::dual::Dual;
@@ -18,9 +18,9 @@ pub static SPEC: Spec = Spec {
     class: Class::Effect,
     port: Port::Series,
     reducers: Reducers::All,
-    equation: "alpha += c M0 ln(1 + t/tau), t since the run began; or from every step of torque, c_s sum of dM_j ln(1 + (t - t_j)/tau)",
+    equation: "alpha += c M0 ln(1 + t/tau) + c_s sum of dM_j ln(1 + (t - t_j)/tau), where t is the time since the run began and the torque changed by dM_j at t_j",
     source: "logarithmic creep: Phillips, Phil. Mag. 9 (1905) 513; superposition: Boltzmann, Ann. Phys. Erg. 7 (1876) 624",
-    tell_tale: "grows at constant torque",
+    tell_tale: "the angle grows with time at constant torque",
     parameters: &[
         compliance("compliance", "growth c of the compliance since the run began"),
         Parameter::shape("time_constant", Quantity::Time, 20.0, "time tau after which the growth slows")

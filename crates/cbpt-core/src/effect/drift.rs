@@ -13,9 +13,9 @@ pub static SPEC: Spec = Spec {
     class: Class::Rig,
     port: Port::Reading,
     reducers: Reducers::All,
-    equation: "reading = alpha + c_t t + c_T (T - T0)",
+    equation: "reading = alpha + c_t t + c_T (T - T0), where T0 is the first temperature of the table",
     source: "zero drift as sensors' data sheets state it",
-    tell_tale: "goes with time or temperature, not with load",
+    tell_tale: "the residual follows time or temperature and does not depend on load",
     parameters: &[
         Parameter::size("rate", Quantity::AnglePerTime, "drift c_t with time")
             .within(-1e-2, 1e-2)

@@ -16,9 +16,9 @@ pub static SPEC: Spec = Spec {
     class: Class::Effect,
     port: Port::Series,
     reducers: Reducers::AllByRadius,
-    equation: "F = M0/(Zo e), u = u_ref (F/100 N)^q, alpha += sgn(M0) u/(Zo e)",
+    equation: "alpha += sgn(M0) u/(Zo e), u = u_ref (|F|/100 N)^q, F = M0/(Zo e)",
     source: "Palmgren, Ball and Roller Bearing Engineering (1959): exponents 2/3 for balls, 0.9 for rollers",
-    tell_tale: "grows with torque, blind to preload",
+    tell_tale: "the residual grows with torque and does not depend on preload",
     parameters: &[
         Parameter::size("reference_deflection", Quantity::Length, "deflection u_ref at a force of 100 N")
             .within(0.0, 1e-3)

@@ -1,4 +1,4 @@
-//! Runout: the centre of a groove is off that of its plate.
+//! Runout: the centre of a groove lies away from the centre of its plate.
 //!
 //! An offset of the fixed plate turns the output by (de/(Zo e)) sin(theta + phase); one of the planet goes with theta Z1/Z3
 //! (Z3/Z1 with the epicycloid plate as output). Written with the amplitudes of sine and cosine, which are smooth where
@@ -15,9 +15,9 @@ pub static SPEC: Spec = Spec {
     class: Class::Effect,
     port: Port::Series,
     reducers: Reducers::AllByRadius,
-    equation: "alpha += (s sin(theta) + c cos(theta))/(Zo e); of the planet with theta Z1/Z3",
+    equation: "alpha += (s sin(theta) + c cos(theta))/(Zo e); for an offset of the planet, theta Z1/Z3 takes the place of theta",
     source: "kinematics of an eccentric groove",
-    tell_tale: "once a turn at any load; gone if the angle is zeroed at each input angle",
+    tell_tale: "the residual repeats with each turn and does not depend on load; it vanishes if the angle is set to zero at each input angle",
     parameters: &[
         amplitude("offset_sine", "offset of the fixed plate, in phase with sin(theta)"),
         amplitude("offset_cosine", "offset of the fixed plate, in phase with cos(theta)"),

@@ -1,4 +1,4 @@
-//! Friction that resists the output's rotation and remembers.
+//! Friction that resists the rotation of the output and depends on the history of the run.
 //!
 //! The meshing points carry M0 - Tf. Tf = Tf0 z with the limit Tf0 = (mu_T N_Z + T0)(1 + g |M0|): a part that follows the
 //! preload, one that does not, both growing with the load where g is not 0. dz/dalpha = (1 - sgn(dalpha) z)/alpha_p
@@ -19,12 +19,12 @@ pub static SPEC: Spec = Spec {
     reducers: Reducers::All,
     equation: "M_mesh = M0 - Tf, dTf/dalpha = (Tf0/alpha_p)(1 - sgn(dalpha) Tf/Tf0), Tf0 = (mu_T N_Z + T0)(1 + g |M0|)",
     source: "Dahl, A Solid Friction Model, Aerospace Corporation TOR-0158(3107-18)-1 (1968)",
-    tell_tale: "a loop whose width grows with preload where friction follows it; the first loading of a run reads stiffer",
+    tell_tale: "loading and unloading form a loop, which is wider at higher preload if mu_T is not 0; the first loading of a run looks stiffer",
     parameters: &[
         Parameter::size(
             "friction_radius",
             Quantity::Length,
-            "largest friction torque over the preload, mu_T",
+            "largest friction torque divided by the preload, mu_T",
         )
         .within(0.0, 1.0)
         .likely(1e-6, 5e-3)
@@ -41,7 +41,7 @@ pub static SPEC: Spec = Spec {
         Parameter::size(
             "friction_torque",
             Quantity::Torque,
-            "largest friction torque at no preload and no load, T0",
+            "largest friction torque without preload and load, T0",
         )
         .within(0.0, 1e6)
         .likely(1e-4, 10.0)

@@ -13,9 +13,9 @@ pub static SPEC: Spec = Spec {
     class: Class::Effect,
     port: Port::Gap,
     reducers: Reducers::BallDrives,
-    equation: "p_i = c cos(h t_i) + s sin(h t_i), t_i along the fixed groove or the planet's",
+    equation: "p_i = c cos(h t_i) + s sin(h t_i), where t_i is the angle of ball i along the fixed groove or the planet's groove",
     source: "Fourier series of the pitch error",
-    tell_tale: "higher orders of the crank, weak with load",
+    tell_tale: "the residual has several waves per turn of the crank and depends little on load",
     parameters: &[
         Parameter::chosen("harmonic", 2.0, "waves h round the groove").within(1.0, 1000.0).likely(2.0, 8.0),
         amplitude("cosine", "amplitude of cos(h t)"),

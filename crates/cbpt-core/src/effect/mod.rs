@@ -1,9 +1,9 @@
-//! The library of effects: what a nominal drive on an ideal rig leaves out, one physical term a file.
+//! The library of effects that a nominal drive on an ideal rig leaves out: one physical term per file.
 //!
 //! Each file holds one effect: equation, source, tell-tale, parameters, and its two tests, of a value and of the limit
 //! where it vanishes. [`LIBRARY`] is the one table of them; case files, Python, the page and the documentation follow it.
 //!
-//! - [`spec`]: what is told of an effect and its parameters;
+//! - [`spec`]: the description of an effect and of its parameters;
 //! - [`port`]: what it is given and may change where it acts;
 //! - [`dual`]: numbers that carry derivatives, in which all formulas are written;
 //! - [`own`]: effects of the user's own, which are no part of the table.

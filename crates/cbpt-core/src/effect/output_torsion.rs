@@ -13,9 +13,9 @@ pub static SPEC: Spec = Spec {
     class: Class::Effect,
     port: Port::Series,
     reducers: Reducers::All,
-    equation: "alpha += M0/k_t, compliance 1/k_t",
+    equation: "alpha += M0/k_t",
     source: "torsion of an elastic shaft",
-    tell_tale: "linear in torque, blind to preload, no loop",
+    tell_tale: "the residual is proportional to torque, does not depend on preload and has no loop",
     parameters: &[Parameter::size("compliance", Quantity::AnglePerTorque, "torsional compliance 1/k_t")
         .within(0.0, 1.0)
         .likely(1e-7, 1e-4)

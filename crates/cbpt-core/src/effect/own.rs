@@ -1,6 +1,6 @@
-//! Effects of the user's own: what they see, what they add to, and the trait behind all of them.
+//! Effects that the user defines: what they can read, what they add to, and the trait that all of them implement.
 //!
-//! An own effect adds one number a reading at its port: a torque or a preload at the load port, an angle at the series and
+//! An own effect adds one number for each reading at its port: a torque or a preload at the load port, an angle at the series and
 //! the reading port. It acts after the library's effects of its port; own effects among themselves in the order given.
 //! A formula in Rust implements [`OwnEffect`]; expressions of case files and functions of Python do the same:
 //!
@@ -174,21 +174,25 @@ pub const VARIABLES: [(Variable, &str, &str); 11] = [
     (
         Variable::TemperatureDifference,
         "temperature_difference_K",
-        "temperature less that of the table's first reading",
+        "temperature minus the temperature of the table's first reading",
     ),
-    (Variable::CyclesDone, "cycles_done", "load cycles that were complete before the reading"),
+    (Variable::CyclesDone, "cycles_done", "load cycles completed before the reading"),
     (
         Variable::Direction,
         "direction",
-        "1 where the torque rises in the run, -1 where it falls, 0 where it holds",
+        "1 if the torque rises in the run, -1 if it falls, 0 if it stays the same",
     ),
-    (Variable::Angle, "alpha_rad", "the elastic angle so far; not at the load port"),
+    (
+        Variable::Angle,
+        "alpha_rad",
+        "the elastic angle after the effects before this one; not available at the load port",
+    ),
     (
         Variable::PitchArm,
         "pitch_arm_m",
-        "drive: Zo e, from the centre of the output plate to the pitch point",
+        "drive: Zo e, distance from the centre of the output plate to the pitch point",
     ),
-    (Variable::PlanetTurn, "planet_turn", "drive: turn of the planet's groove for one turn of the crank"),
+    (Variable::PlanetTurn, "planet_turn", "drive: turns of the planet's groove for one turn of the crank"),
 ];
 
 impl Variable {

@@ -1,7 +1,7 @@
-//! Preload held back on its way to the meshing points.
+//! Part of the preload does not reach the meshing points.
 //!
-//! N_Z -> (1 - eta) N_Z - F, the friction of an axial guide by the law of two terms: one in proportion to what presses, one
-//! that is there without it. Wedging of the balls along the axis alone can hold back about mu cot(beta); F is the drag of
+//! N_Z -> (1 - eta) N_Z - F, the friction of an axial guide by the law of two terms: one is proportional to the preload, the other does
+//! not depend on it. Wedging of the balls along the axis alone can hold back about mu cot(beta); F is the drag of
 //! a seal or the pull of a return spring. The less the preload, the larger the share that F takes. At F = 0 the loss is a
 //! constant share.
 
@@ -18,15 +18,23 @@ pub static SPEC: Spec = Spec {
     reducers: Reducers::BallDrives,
     equation: "N_Z -> (1 - eta) N_Z - F",
     source: "friction of two terms in the axial guide: Coulomb (1785); Derjaguin, Z. Phys. 88 (1934) 661",
-    tell_tale: "looks like a lower preload; with F, at low preload above all",
+    tell_tale: "the readings look as if the preload were lower; with F, mainly at low preload",
     parameters: &[
-        Parameter::size("lost_share", Quantity::Number, "share eta of the preload that is held back")
-            .within(0.0, 0.99)
-            .likely(0.0, 0.6),
-        Parameter::size("lost_force", Quantity::Force, "force F that is held back at any preload")
-            .within(0.0, 1e6)
-            .likely(0.0, 500.0)
-            .without_twin(),
+        Parameter::size(
+            "lost_share",
+            Quantity::Number,
+            "share eta of the preload that does not reach the meshing points",
+        )
+        .within(0.0, 0.99)
+        .likely(0.0, 0.6),
+        Parameter::size(
+            "lost_force",
+            Quantity::Force,
+            "force F that does not reach the meshing points, at any preload",
+        )
+        .within(0.0, 1e6)
+        .likely(0.0, 500.0)
+        .without_twin(),
     ],
     twins: &["preload_scale", "torque_scale", "contact_angle"],
     action: Action::Load(act),

@@ -14,8 +14,8 @@ pub static SPEC: Spec = Spec {
     reducers: Reducers::BallDrives,
     equation: "N_Z = g N_read",
     source: "calibration of the preload sensor",
-    tell_tale: "moves the onset of contact loss; an exact twin of a preload_loss in proportion",
-    parameters: &[Parameter::gain("preload_gain", "true preload over the reading")
+    tell_tale: "the onset of contact loss moves to another torque; the readings cannot tell it from a preload_loss without lost_force",
+    parameters: &[Parameter::gain("preload_gain", "true preload divided by the reading")
         .within(0.1, 10.0)
         .likely(0.7, 1.4)],
     twins: &["preload_loss", "torque_scale", "contact_angle"],

@@ -1,4 +1,4 @@
-//! A preload that falls as the plates part.
+//! A preload that falls as the plates move apart.
 //!
 //! N_Z -> N_Z - k_c (d - d0) at each pair by its own approach d; d0 is that without torque.
 
@@ -13,13 +13,13 @@ pub static SPEC: Spec = Spec {
     class: Class::Effect,
     port: Port::Load,
     reducers: Reducers::BallDrives,
-    equation: "N_Z -> N_Z - k_c (d - d0), of each pair",
+    equation: "N_Z -> N_Z - k_c (d - d0), where d is the axial approach of each pair and d0 the approach without torque",
     source: "elasticity of the clearance mediation mechanism",
-    tell_tale: "straightens the knee of the curve",
+    tell_tale: "the bend of the torque-angle curve at the onset of contact loss is weaker",
     parameters: &[Parameter::size(
         "spring_rate",
         Quantity::ForcePerLength,
-        "stiffness k_c of what holds the preload",
+        "stiffness k_c of the mechanism that applies the preload",
     )
     .within(0.0, 1e12)
     .likely(0.0, 2e9)],

@@ -16,10 +16,14 @@ pub static SPEC: Spec = Spec {
     reducers: Reducers::BallDrives,
     equation: "N = k delta_0^1.5 (delta/delta_0)^n, delta_0 = 1 um",
     source: "rough surfaces in contact: Greenwood and Tripp, J. Appl. Mech. 34 (1967) 153",
-    tell_tale: "soft at low preload",
+    tell_tale: "the drive is softer at low preload",
     parameters: &[Parameter {
         neutral: HERTZ_EXPONENT,
-        ..Parameter::size("exponent", Quantity::Number, "exponent n of force by deformation, 1.5 by Hertz")
+        ..Parameter::size(
+            "exponent",
+            Quantity::Number,
+            "exponent n of force as a function of deformation; 1.5 for a Hertz contact",
+        )
     }
     .within(1.1, 4.0)
     .likely(1.3, 2.5)],

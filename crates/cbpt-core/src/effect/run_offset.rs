@@ -1,7 +1,7 @@
-//! A zero of its own in each run.
+//! An offset of its own in each run.
 //!
-//! A variance component: the zeros of the runs are drawn with one spread. Nothing is added to the mean; statistics handle
-//! the spread, and the table knows its range.
+//! A variance component: the offsets of the runs are drawn from one distribution. The model adds nothing to the mean; the
+//! statistics use the spread, and this table states its range.
 
 use super::port::Action;
 use super::spec::{Class, Parameter, Port, Reducers, Spec};
@@ -13,12 +13,16 @@ pub static SPEC: Spec = Spec {
     class: Class::Rig,
     port: Port::Reading,
     reducers: Reducers::All,
-    equation: "reading = alpha + z_run, z_run normal with the spread",
+    equation: "reading = alpha + z_run, where z_run is normally distributed with the spread as standard deviation",
     source: "zeroing of the instrument at the start of a run",
-    tell_tale: "constant within a run",
-    parameters: &[Parameter::size("spread", Quantity::Angle, "standard deviation of the zeros of the runs")
-        .within(0.0, 1.0)
-        .likely(0.0, 10.0 * ARCSEC)],
+    tell_tale: "the residual is constant within a run and differs between runs",
+    parameters: &[Parameter::size(
+        "spread",
+        Quantity::Angle,
+        "standard deviation of the offsets of the runs",
+    )
+    .within(0.0, 1.0)
+    .likely(0.0, 10.0 * ARCSEC)],
     twins: &[],
     action: Action::Spread,
 };

@@ -14,8 +14,8 @@ pub static SPEC: Spec = Spec {
     reducers: Reducers::All,
     equation: "reading = g alpha",
     source: "calibration of the angle sensor and of its lever arm",
-    tell_tale: "scales every angle; the onset of contact loss does not move",
-    parameters: &[Parameter::gain("sensor_gain", "reading over the true angle")
+    tell_tale: "every angle changes by the same factor; the onset of contact loss stays at the same torque",
+    parameters: &[Parameter::gain("sensor_gain", "reading divided by the true angle")
         .within(0.1, 10.0)
         .likely(0.7, 1.4)],
     twins: &["contact_stiffness"],

@@ -15,8 +15,8 @@ pub static SPEC: Spec = Spec {
     reducers: Reducers::All,
     equation: "reading = alpha + c2 alpha^2 + c3 alpha^3",
     source: "data sheets of eddy-current sensors: quadratic and cubic departures from the straight line",
-    tell_tale: "a function of the reading alone",
-    // The largest that is likely is about 17 arcsec at a reading of 60 arcsec, be it quadratic or cubic.
+    tell_tale: "the residual depends on the angle alone, whatever the load",
+    // The largest that is likely is about 17 arcsec at a reading of 60 arcsec, for each of the two.
     parameters: &[
         Parameter::size("quadratic", Quantity::PerAngle, "coefficient c2 of the squared angle")
             .within(-1e6, 1e6)

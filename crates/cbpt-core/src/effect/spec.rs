@@ -1,4 +1,4 @@
-//! What is told of an effect and of its parameters; the case file, Python, the page and the documentation share it.
+//! Description of an effect and of its parameters. The case file, Python, the page and the documentation use it.
 
 use super::port::Action;
 use crate::units::{Quantity, Unit};
@@ -14,7 +14,7 @@ pub struct Spec {
     pub port: Port,
     /// Which reducers can have it.
     pub reducers: Reducers,
-    /// Its equation, in words of the theory page.
+    /// Its equation, in the symbols of the theory page.
     pub equation: &'static str,
     /// Where the equation comes from.
     pub source: &'static str,
@@ -22,8 +22,8 @@ pub struct Spec {
     pub tell_tale: &'static str,
     /// Its parameters.
     pub parameters: &'static [Parameter],
-    /// Ids of effects that no torque-angle data can tell from it once the contact stiffness is free, but for its sizes that are
-    /// [`Parameter::twinless`].
+    /// Ids of effects that no torque-angle data can tell from this one when the contact stiffness is fitted as well. Sizes
+    /// that are [`Parameter::twinless`] are an exception.
     pub twins: &'static [&'static str],
     /// What it does.
     pub action: Action,
@@ -61,7 +61,7 @@ pub enum Reducers {
 /// What kind of cause an effect is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Class {
-    /// A number of the drive is other than stated.
+    /// A number of the drive differs from the stated one.
     Parameter,
     /// The rig or its instruments.
     Rig,
@@ -130,7 +130,7 @@ pub struct Parameter {
     pub(super) shown: Option<&'static str>,
     /// What it is.
     pub meaning: &'static str,
-    /// Where a size vanishes; for another parameter its default.
+    /// Value at which a size has no effect; for any other parameter its default.
     pub neutral: f64,
     /// Least value that has a meaning.
     pub lower: f64,
@@ -140,7 +140,7 @@ pub struct Parameter {
     pub range: (f64, f64),
     /// How it is spread over them.
     pub scale: Scale,
-    /// Whether the effect vanishes where all its sizes are neutral.
+    /// Whether it is a size: an effect vanishes if all its sizes are neutral.
     pub is_size: bool,
     /// Whether it tells an effect from its twins wherever it is not neutral.
     pub twinless: bool,

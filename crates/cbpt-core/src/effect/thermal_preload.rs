@@ -13,12 +13,16 @@ pub static SPEC: Spec = Spec {
     class: Class::Effect,
     port: Port::Load,
     reducers: Reducers::BallDrives,
-    equation: "N_Z -> N_Z + c (T - T0)",
-    source: "unlike thermal expansion of shaft and housing",
-    tell_tale: "follows the temperature",
-    parameters: &[Parameter::size("rate", Quantity::ForcePerTemperature, "change c of the preload")
-        .within(-1e5, 1e5)
-        .likely(-100.0, 100.0)],
+    equation: "N_Z -> N_Z + c (T - T0), where T0 is the first temperature of the table",
+    source: "difference in thermal expansion between shaft and housing",
+    tell_tale: "the readings look as if the preload followed the temperature",
+    parameters: &[Parameter::size(
+        "rate",
+        Quantity::ForcePerTemperature,
+        "change c of the preload per kelvin",
+    )
+    .within(-1e5, 1e5)
+    .likely(-100.0, 100.0)],
     twins: &[],
     action: Action::Load(act),
 };

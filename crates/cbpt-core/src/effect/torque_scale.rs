@@ -14,8 +14,8 @@ pub static SPEC: Spec = Spec {
     reducers: Reducers::All,
     equation: "M0 = g M_read",
     source: "calibration of the torque sensor",
-    tell_tale: "moves the onset of contact loss",
-    parameters: &[Parameter::gain("torque_gain", "true torque over the reading")
+    tell_tale: "the onset of contact loss moves to another torque",
+    parameters: &[Parameter::gain("torque_gain", "true torque divided by the reading")
         .within(0.1, 10.0)
         .likely(0.7, 1.4)],
     twins: &["preload_scale", "preload_loss", "contact_angle"],

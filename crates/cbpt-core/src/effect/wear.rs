@@ -13,13 +13,13 @@ pub static SPEC: Spec = Spec {
     class: Class::Effect,
     port: Port::Load,
     reducers: Reducers::BallDrives,
-    equation: "N_Z -> N_Z (1 - w t)",
+    equation: "N_Z -> N_Z (1 - w t), where t is the time since the first reading of the table",
     source: "linear wear: Archard, J. Appl. Phys. 24 (1953) 981",
-    tell_tale: "a slow trend one way",
+    tell_tale: "the residual grows slowly over the whole table",
     parameters: &[Parameter::size(
         "lost_share",
         Quantity::PerTime,
-        "share w of the preload lost in a second",
+        "share w of the preload that is lost per unit of time",
     )
     .within(0.0, 1.0)
     .likely(0.0, 1e-3)],

@@ -32,15 +32,9 @@ pub fn meshing_points(
         let angle = TAU * f64::from(ball) / f64::from(pair.ball_count);
         let arm = pair.pitch_radius_m * angle.cos() + added;
         for diagonal in [Diagonal::Plus, Diagonal::Minus] {
-            points.push(MeshingPoint::new(
-                ball as usize,
-                diagonal,
-                arm,
-                [sin_beta, cos_beta],
-                [wall; 2],
-                [0.0; 2],
-                [0.0, -1.0],
-            ));
+            let point =
+                MeshingPoint::new(ball as usize, diagonal, arm, [sin_beta, cos_beta], [0.0; 2], [0.0, -1.0]);
+            points.push(point.with_walls([wall; 2]));
         }
     }
     MeshingPoints {

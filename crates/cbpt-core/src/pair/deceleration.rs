@@ -36,7 +36,6 @@ pub fn meshing_points(
                 diagonal,
                 on_tracks.arm_m,
                 contact_direction,
-                [None; 2],
                 curvatures,
                 on_tracks.to_pitch_point,
             ));

@@ -77,13 +77,12 @@ pub struct MeshingPoint {
 }
 
 impl MeshingPoint {
-    /// A meshing point without offsets; its stiffness is that of its two walls in series.
+    /// A meshing point without offsets. Its walls are missing until [`Self::with_walls`] adds them.
     pub fn new(
         ball: usize,
         diagonal: Diagonal,
         arm_m: f64,
         [sin_beta, cos_beta]: [f64; 2],
-        walls: [Option<HertzContact>; 2],
         track_curvatures_per_m: [f64; 2],
         direction: [f64; 2],
     ) -> Self {
@@ -93,14 +92,21 @@ impl MeshingPoint {
             arm_m,
             sin_beta,
             cos_beta,
-            stiffness: in_series(walls),
-            walls,
+            stiffness: 0.0,
+            walls: [None; 2],
             track_curvatures_per_m,
             direction,
             axial_offset_m: 0.0,
             normal_offset_m: 0.0,
             in_plane_offset_m: 0.0,
         }
+    }
+
+    /// The point with the contacts at its two ends; its stiffness is that of both in series.
+    #[must_use]
+    pub fn with_walls(mut self, walls: [Option<HertzContact>; 2]) -> Self {
+        self.set_walls(walls);
+        self
     }
 
     /// Puts the contacts at its two ends, which make its stiffness.

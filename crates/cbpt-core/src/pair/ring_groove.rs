@@ -35,15 +35,9 @@ pub fn meshing_points(
         for (diagonal, (seen, wall), contact_direction) in
             [(Diagonal::Plus, outside, outside_direction), (Diagonal::Minus, inside, inside_direction)]
         {
-            points.push(MeshingPoint::new(
-                ball as usize,
-                diagonal,
-                arm,
-                contact_direction,
-                [wall; 2],
-                [seen; 2],
-                [1.0, 0.0],
-            ));
+            let point =
+                MeshingPoint::new(ball as usize, diagonal, arm, contact_direction, [seen; 2], [1.0, 0.0]);
+            points.push(point.with_walls([wall; 2]));
         }
     }
     MeshingPoints::new(points, pair.groove.ball_radius_m)

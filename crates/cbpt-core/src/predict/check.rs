@@ -18,10 +18,10 @@ pub fn suited(reducer: &Reducer, place: usize, effect: &Effect, rows: &Rows) -> 
         }
         Effect::Own(own) => own,
     };
-    let rule = "is an effect of the library; give the own effect another id";
+    let rule = "is the id of an effect of the library; give the own effect another id";
     require(effect::find(own.id()).is_none(), "effect", own.id(), rule)?;
     let thermal = own.uses(Variable::TemperatureDifference);
-    let rule = "depends on temperature_difference_K, and no temperature was read";
+    let rule = "depends on temperature_difference_K, but the readings have no temperature";
     require(!thermal || rows.has_temperature(), "effect", own.id(), rule)
 }
 
@@ -49,14 +49,19 @@ impl Predictor {
             let thermal =
                 matches!(parameter.quantity, Quantity::AnglePerTemperature | Quantity::ForcePerTemperature);
             if thermal && !self.rows.has_temperature() {
-                require(*value == 0.0, field(), value, "must be 0 where no temperature was read")?;
+                require(
+                    *value == 0.0,
+                    field(),
+                    value,
+                    "must be 0, because the readings have no temperature",
+                )?;
             }
             if parameter.stem == "friction_radius" && !self.rows.has_preload() {
                 require(
                     *value == 0.0,
                     field(),
                     value,
-                    "must be 0 where no preload was read; friction_torque_Nm does without",
+                    "must be 0, because the readings have no preload; friction_torque_Nm needs none",
                 )?;
             }
             if parameter.stem.starts_with("planet_") && self.reducer.torsion_spring().is_some() {
@@ -64,7 +69,7 @@ impl Predictor {
                     *value == 0.0,
                     field(),
                     value,
-                    "must be 0: a torsion spring has no planet that is known",
+                    "must be 0: the model of a torsion spring has no planet",
                 )?;
             }
         }
@@ -77,12 +82,7 @@ impl Predictor {
             let rule = format!("must be below the number of parameters, {}", self.slots.len());
             require(slot < self.slots.len(), &field, slot, &rule)?;
             let fitted = self.slots[slot].parameter.scale() != Scale::Fixed;
-            require(
-                fitted,
-                &field,
-                slot,
-                "is a whole number that is chosen, so the angle has no derivative by it",
-            )?;
+            require(fitted, &field, slot, "is a whole number, so there is no derivative with respect to it")?;
         }
         Ok(())
     }

@@ -262,8 +262,7 @@ impl Predictor {
         self.check_values(values)?;
         self.check_wanted(wanted)?;
         let plain = self.chain(values, &[], on);
-        let contact = plain.contact();
-        let shift_rad = contact.contact_angle_shift_rad.value;
+        let shift_rad = plain.contact().contact_angle_shift_rad.value;
         let asked = self.asked(wanted);
         let at_shift = self.tables_at(shift_rad, asked.is_some_and(|asked| asked.contact_angle))?;
         if self.tables[at_shift].undercuts {
@@ -271,8 +270,7 @@ impl Predictor {
         }
         let gap_slots = self.gap_slots(values, wanted, on);
         self.renew_gaps(values, &gap_slots);
-        let spring = self.spring(&plain);
-        let sites = self.sites(&self.tables[at_shift].at_angle, &contact, spring, values, &gap_slots, wanted);
+        let sites = self.sites(&self.tables[at_shift].at_angle, &plain, values, &gap_slots, wanted);
         let friction = self.remembers(&plain, wanted);
         let groups = self.groups(friction);
         let (rows, angle_of_row) = (self.rows.by_run(), &self.angle_of_row);
@@ -474,15 +472,16 @@ impl Predictor {
     fn sites<'t>(
         &'t self,
         tables: &'t [Tables],
-        contact: &effect::port::Contact,
-        spring_N_per_m: f64,
+        plain: &Chain,
         values: &[f64],
         gap_slots: &[usize],
         wanted: &[usize],
     ) -> Vec<Site<'t>> {
+        let contact = &plain.contact();
         if let Reducer::TorsionSpring(curve) = &self.reducer {
             return vec![Site::Spring(Spring::new(curve, contact)); self.angles_rad.len()];
         }
+        let spring_N_per_m = self.spring(plain);
         let gaps_of = |slot: usize| self.gaps.iter().find(|gaps| gaps.slot == slot);
         tables
             .par_iter()

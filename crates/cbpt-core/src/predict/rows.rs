@@ -113,7 +113,7 @@ impl Rows {
                     columns.time_s[place] >= columns.time_s[before],
                     format_args!("time_s[{place}]"),
                     columns.time_s[place],
-                    "must not be before the reading above it of the same run",
+                    "must not be earlier than the reading before it in the same run",
                 )?;
             }
             runs[number].push(place);

@@ -124,7 +124,7 @@ impl Drive {
     ) -> Result<DriveSensitivities, InvalidInput> {
         let design = Design::of(self, load);
         for number in numbers {
-            let rule = "is a number of balls, which is whole: nothing has a derivative by it";
+            let rule = "is a number of balls, a whole number, so there is no derivative with respect to it";
             require(!number.whole, "number", number.name, rule)?;
             design.suits(number)?;
         }

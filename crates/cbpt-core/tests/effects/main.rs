@@ -482,7 +482,7 @@ fn numbers_that_cannot_be_are_named() {
     assert!(message(table.rows()).starts_with("preload_N[3] = 0"));
     let mut table = campaign();
     table.time_s[2] = -1.0;
-    assert!(message(table.rows()).starts_with("time_s[2] = -1: must not be before"));
+    assert!(message(table.rows()).starts_with("time_s[2] = -1: must not be earlier"));
     let mut table = campaign();
     table.torque_Nm.pop();
     assert!(message(table.rows()).starts_with("torque_Nm = 41 entries"));

@@ -231,7 +231,7 @@ fn one_reading_finds_all_mistakes_in_the_order_of_the_file() {
 fn a_key_of_the_other_kind_says_so() {
     assert_eq!(
         message(&edited("ball_count = 12", "ball_count = 12\nform = \"paper\"")),
-        "drive.toml:16: equal_speed.form: only a pair with kind = \"cross_slide\" has it; \
+        "drive.toml:16: equal_speed.form: only a pair with kind = \"cross_slide\" has this key; \
          this pair has kind = \"ring_groove\""
     );
     let slide = RING.replace("ring_groove", "cross_slide");
@@ -245,6 +245,7 @@ fn a_key_of_the_other_kind_says_so() {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a list of mistakes and their messages")]
 fn a_wrong_effect_is_told_what_is_expected() {
     let effect = |lines: &str| messages(&format!("{RING}[[effect]]\n{lines}\n"));
     let one = |lines: &str, expected: &str| {
@@ -294,10 +295,10 @@ fn a_wrong_effect_is_told_what_is_expected() {
         "drive.toml:26: effect[0].harmonic = 2.5: expected a whole number",
     );
     of("creep", "port = \"load\"", "drive.toml:26: effect[0].port = \"load\": creep acts at the port series");
-    one("id = \"creep\"\nparameters = {}", "drive.toml:26: effect[0].parameters: only an own effect");
+    one("id = \"creep\"\nparameters = {}", "drive.toml:26: effect[0].parameters: only own effects");
     one(
         "id = \"mine\"\nexpression = \"1\"",
-        "drive.toml:24: effect[0].port: missing; an own effect must say",
+        "drive.toml:24: effect[0].port: missing; an own effect needs the port",
     );
     let own = "id = \"mine\"\nport = \"series\"\nexpression = \"1e-6 * torque_Nm\"";
     one(
@@ -348,7 +349,7 @@ fn syntax_errors_have_their_line() {
         (
             "poissons_ratio = 0.3",
             "youngs_modulus_GPa = 1",
-            "drive.toml:3: not valid TOML: duplicate key, in `youngs_modulus_GPa = 1`; each key and each section stands once",
+            "drive.toml:3: not valid TOML: duplicate key, in `youngs_modulus_GPa = 1`; write each key and each section once",
         ),
     ] {
         assert_eq!(message(&edited(line, by)), expected);
@@ -383,7 +384,7 @@ fn a_file_that_cannot_be_read_says_why() {
     );
     assert_eq!(
         refused(&written("large.toml", &vec![b'\n'; LARGEST + 1])),
-        "FILE: larger than 1 MiB, which no case file is"
+        "FILE: the file is larger than 1 MiB, too large for a case file"
     );
     fs::remove_dir_all(folder).unwrap();
 }
@@ -408,7 +409,7 @@ fn a_torsion_spring_is_no_ball_drive() {
     assert!(messages(&format!("{RING}{spring}"))[0].contains("[material]: is about a ball drive"));
     assert_eq!(
         message(&format!("{spring}torque_Nm = [0, 1]\nelastic_angle_rad = [0, 1]\n")),
-        "drive.toml:2: torsion_spring.torsional_stiffness_Nm_per_rad: torsion_spring.torque_Nm says the stiffness as \
+        "drive.toml:2: torsion_spring.torsional_stiffness_Nm_per_rad: torsion_spring.torque_Nm gives the stiffness as \
          well; keep one of them"
     );
     assert!(message("[torsion_spring]\ntorque_Nm = [0, 1]\n").contains("torsional_stiffness: missing"));

@@ -55,6 +55,7 @@ fn a_drive_is_read_in_si() {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "one case that has every key")]
 fn everything_a_case_may_hold() {
     let case = read(
         r#"
