@@ -13,7 +13,7 @@ __all__ = ["Case", "Drive", "Effect", "EffectParameter", "EffectSpec", "Finding"
 @final
 class Case:
     """
-    A case file: the drive and, where they are given, load, measurement, uncertainties and effects.
+    A case file: the drive and, if given, load, measurement, uncertainties and effects.
     """
     def __eq__(self, value: object, /) -> bool: ...
     def __hash__(self, /) -> int: ...
@@ -67,10 +67,10 @@ class Case:
         """
     def spreads(self, /) -> list[tuple[str, str, float]]:
         """
-        How numbers of a ball drive under a load scatter, by ``[tolerance]`` or else ``[uncertainty]``: name in SI, ``uniform``
+        Spread of the numbers of a ball drive and its load, from ``[tolerance]`` or else ``[uncertainty]``: name in SI, ``uniform``
         or ``normal``, and the limit or standard uncertainty, SI.
 
-        Raises ``InvalidInputError`` for a spread of a common number whose two numbers differ.
+        Raises ``InvalidInputError`` for a spread that stands for two numbers whose values differ.
         """
     def to_toml(self, /) -> str:
         """
@@ -83,8 +83,8 @@ class Case:
         """
     def with_effects(self, /, effects: "list[tuple[str, dict[str, float]]] | list[tuple[str | OwnEffect, dict[str, float]]]") -> Case:
         """
-        The case with these effects in place of its own: ids of the library, each with numbers named as in a case file
-        (``{"reference_deflection_um": 2}``), what is not given has its default; or own effects, with the values of their
+        The case with these effects in place of its own: ids of the library, each with parameters named as in a case file
+        (``{"reference_deflection_um": 2}``), a parameter that is not given has its default; or own effects, with the values of their
         parameters. The same id of the library may stand more than once.
 
         Raises ``CaseError`` with key, what was found and what is allowed, and ``InvalidInputError`` for a function of Python,
@@ -94,7 +94,7 @@ class Case:
         """
         The case with other values of numbers of its drive and load, named in SI (``deceleration.ball_radius_m``).
 
-        Raises ``InvalidInputError`` for a name or a value that cannot be.
+        Raises ``InvalidInputError`` for an unknown name or an invalid value.
         """
     @property
     def zero(self, /) -> str:
@@ -164,13 +164,13 @@ class Drive:
         """
     def largest_elastic_angle(self, /, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex) -> LargestAngle | None:
         """
-        Largest elastic angle over a period of the drive at a torque (N m) and preload (N); ``None`` where some angle of
+        Largest elastic angle over a period of the drive at a torque (N m) and preload (N); ``None`` if some angle of
         the crank has no solution. Ctrl-C stops it.
         """
     def preload(self, /, torque_Nm: SupportsFloat | SupportsIndex, input_angle_deg: SupportsFloat | SupportsIndex | None = None) -> PreloadThresholds:
         """
         Preload that a torque (N m) needs: to hold, for continuous transmission, for zero backlash, of each pair and of
-        the drive; maxima over a period, or at ``input_angle_deg`` where it is given.
+        the drive; maxima over a period, or the values at ``input_angle_deg`` if it is given.
         """
     def sensitivities(self, /, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex, input_angle_deg: SupportsFloat | SupportsIndex = 0.0, also: SupportsGetItem[int, str] = ...) -> Sensitivities:
         """
@@ -185,8 +185,8 @@ class Drive:
         ``torque_Nm``: resistance torque on the output, either sign; ``preload_N``: axial preload, above 0, which a torsion
         spring does without;
         ``input_angle_deg``: angle of the input crank from the line of centres. Returns a :class:`Solution`, whose
-        ``status`` says whether there is one; its angles are ``None`` where there is not. Raises ``InvalidInputError``
-        for a number that cannot be.
+        ``status`` says whether there is one; its angles are ``None`` if there is not. Raises ``InvalidInputError``
+        for an invalid number.
         """
     def to_toml(self, /) -> str:
         """
@@ -195,13 +195,13 @@ class Drive:
     @property
     def transmission_ratio(self, /) -> float:
         """
-        Input turns for one turn of the output, below 0 where they turn against each other.
+        Input turns for one turn of the output; negative if they turn in opposite directions.
         """
 
 @final
 class Effect:
     """
-    One entry of ``[[effect]]``: an id, its port and expression where it is the user's own, and its numbers.
+    One entry of ``[[effect]]``: its id, port and expression (of an own effect only), and its numbers.
     """
     def __eq__(self, value: object, /) -> bool: ...
     def __ne__(self, value: object, /) -> bool: ...
@@ -248,7 +248,7 @@ class EffectParameter:
     @property
     def is_size(self, /) -> bool:
         """
-        Whether the effect vanishes where all its sizes are neutral.
+        Whether it is a size: an effect vanishes if all its sizes are neutral.
         """
     @property
     def lower(self, /) -> float:
@@ -268,7 +268,7 @@ class EffectParameter:
     @property
     def neutral(self, /) -> float:
         """
-        Where a size vanishes; for another parameter its default.
+        Value at which a size has no effect; for any other parameter its default.
         """
     @property
     def range(self, /) -> tuple[float, float]:
@@ -335,7 +335,7 @@ class EffectSpec:
     @property
     def twins(self, /) -> list[str]:
         """
-        Ids of effects that no torque-angle data can tell from it once the contact stiffness is free.
+        Ids of effects that no torque-angle data can tell from this one when the contact stiffness is fitted as well.
         """
 
 @final
@@ -408,7 +408,7 @@ class LargestAngle:
 @final
 class OwnEffect:
     """
-    An effect of the user's own. Make one with :func:`cbpt.effects.expression` or :func:`cbpt.effects.own_effect`.
+    An effect that the user defines. Make one with :func:`cbpt.effects.expression` or :func:`cbpt.effects.own_effect`.
     """
     def __repr__(self, /) -> str: ...
     @property
@@ -424,13 +424,13 @@ class OwnEffect:
     @staticmethod
     def from_entry(entry: "dict[str, Any]") -> OwnEffect:
         """
-        From the keys of an ``[[effect]]`` with an expression. Raises ``CaseError`` with key and place.
+        Makes an effect from the keys of an ``[[effect]]`` with an expression. Raises ``CaseError`` with key and place.
         """
     @staticmethod
     def from_function(id: str, port: str, adds_to: str | None, function: Any, parameters: SupportsGetItem[int, tuple[str, str, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex | None, SupportsFloat | SupportsIndex | None]]) -> OwnEffect:
         """
-        From a function of all columns (a dict of arrays) and the values of the parameters (a list) that returns an array
-        of one number a row; its attribute ``used`` is a set of the columns that it has looked at.
+        Makes an effect from a function of all columns (a dict of arrays) and the values of the parameters (a list). The
+        function returns an array of one number for each row; its attribute ``used`` is the set of columns that it has read.
         """
     @property
     def id(self, /) -> str:
@@ -449,17 +449,17 @@ class OwnEffect:
         """
     def to_toml(self, /) -> str:
         """
-        The ``[[effect]]`` of a case file as TOML text. Raises ``InvalidInputError`` for a function, which has none.
+        The ``[[effect]]`` of a case file as TOML text. Raises ``InvalidInputError`` for a function.
         """
     def uses(self, /, variable: str) -> bool:
         """
-        Whether it depends on a variable, for example ``time_s``; of a function, whether it has looked at that column.
+        Whether it depends on a variable, for example ``time_s``; for a function, whether it has read that column.
         """
 
 @final
 class PairSolution:
     """
-    A solved pair. Arrays have one element a diagonal of a ball (two meshing points that carry the same force), ball by
+    A solved pair. Arrays have one element for each diagonal of a ball (two meshing points that carry the same force), ball by
     ball, plus before minus; arrays of the walls have two columns, first the wall of the driving plate.
     """
     def __reduce__(self, /) -> tuple[Any, tuple[Solution]]:
@@ -515,7 +515,7 @@ class PairSolution:
     @property
     def gap_m(self, /) -> NDArray[float64]:
         """
-        How far each diagonal has parted, m, never below 0, shape (n,).
+        Gap of each diagonal, m, never below 0, shape (n,).
         """
     @property
     def in_plane_force_across_N(self, /) -> float:
@@ -848,12 +848,12 @@ class Solution:
     @property
     def has_solution(self, /) -> bool:
         """
-        Whether the angles are there.
+        Whether the load has a solution, so that the angles are numbers.
         """
     @property
     def hold_preload_N(self, /) -> float | None:
         """
-        Preload at which the torque would just slip, N, where the status is ``beyond_hold``.
+        Preload at which the torque would just slip, N, if the status is ``beyond_hold``; ``None`` otherwise.
         """
     @property
     def input_angle_deg(self, /) -> float:
@@ -863,22 +863,22 @@ class Solution:
     @property
     def message(self, /) -> str:
         """
-        The status in words, with the preload that would hold where that is the matter.
+        The status in words; for ``beyond_hold`` with the preload that would hold.
         """
     @property
     def preload_N(self, /) -> float | None:
         """
-        Axial preload, N; ``None`` where a torsion spring has none.
+        Axial preload, N; ``None`` for a torsion spring without one.
         """
     @property
     def residual(self, /) -> float | None:
         """
-        Largest residual of the equations, scaled by the preload and by what it can hold.
+        Largest residual of the equations, scaled by the preload and by the torque that it can hold.
         """
     @property
     def status(self, /) -> str:
         """
-        ``ok``, ``outside_small_displacements`` (a value of the equations, not of the drive), ``beyond_hold``,
+        ``ok``, ``outside_small_displacements`` (the linear geometry no longer holds), ``beyond_hold``,
         ``undercut``, ``indeterminate`` (too few points touch) or ``not_converged``.
         """
     def to_json(self, /) -> str:
@@ -899,10 +899,10 @@ class Solution:
 @final
 class SweepCsv:
     """
-    A CSV file that grows chunk by chunk and is taken up again after a kill at any moment.
+    A CSV file that grows chunk by chunk. A sweep that was interrupted continues where it stopped.
 
-    Raises ``PlanError`` for an output of another plan, one that another process writes or that was changed since, and
-    ``OSError`` where it cannot be written.
+    Raises ``PlanError`` if the file belongs to another plan, if another process writes it or if it was changed since, and
+    ``OSError`` if it cannot be written.
     """
     def __new__(cls, /, plan: SweepPlan, path: str | PathLike[str], fresh: bool = False) -> SweepCsv: ...
     def append(self, /, lines: bytes, rows: SupportsIndex) -> None:
@@ -918,34 +918,35 @@ class SweepCsv:
 @final
 class SweepPlan:
     """
-    A sweep as data: a case, its axes, and how rows are laid over them. Each row is a function of the plan and its number, so
-    any part can be solved anywhere.
+    A sweep as data: a case, its axes, and the design of its rows. Each row depends only on the plan and on its number, so
+    any process can solve any part.
 
     Axes are pairs of a name, which is a key of the case with its section, and values in the unit of that key. ``cbpt.sweep``
-    takes them in a friendlier form.
+    takes simpler forms of them.
     """
     def __new__(cls, /, case: Case, axes: "list[tuple[str, tuple[float, float, bool] | NDArray[float64] | list[str]]]", design: str = "grid", rows: SupportsIndex | None = None, seed: SupportsIndex = 0) -> SweepPlan:
         """
-        Raises ``PlanError`` that names the axis, what was found and what is allowed.
+        Makes a plan. Raises ``PlanError`` with the axis, what was found and what is allowed.
         """
     def __reduce__(self, /) -> tuple[Any, tuple[str, list[tuple[str, tuple[float, float, bool] | NDArray[float64] | list[str]]], str, int, int, int]]: ...
     def __repr__(self, /) -> str: ...
     @staticmethod
     def _of(case: str, axes: "list[tuple[str, tuple[float, float, bool] | NDArray[float64] | list[str]]]", design: str, rows: SupportsIndex, seed: SupportsIndex, first: SupportsIndex) -> SweepPlan:
         """
-        Makes a plan of what ``__reduce__`` keeps.
+        Makes a plan from the state of ``__reduce__``.
         """
     def check_output(self, /, path: str | PathLike[str]) -> None:
         """
-        Raises ``PlanError`` where a file is one that the plan was read from.
+        Raises ``PlanError`` if the plan was read from the file ``path``.
         """
     def check_record(self, /, path: str | PathLike[str], record: str) -> None:
         """
-        Raises ``PlanError`` that says what differs where a record found at ``path`` is that of another plan.
+        Raises ``PlanError`` with the differences if ``record``, found at ``path``, is the record of another plan.
         """
     def chunks(self, /, done: SupportsIndex = 0, chunk_rows: SupportsIndex | None = None) -> list[tuple[int, int]]:
         """
-        The parts, from a row on, in which a sweep is solved: whole blocks, at least so many rows each.
+        The parts (first row, row after the last) in which a sweep is solved after ``done`` rows: whole blocks of at least
+        ``chunk_rows`` rows.
         """
     def csv(self, /, start: SupportsIndex, stop: SupportsIndex, threads: SupportsIndex | None = None, progress: Any | None = None) -> bytes:
         """
@@ -958,7 +959,7 @@ class SweepPlan:
         """
     def finding(self, /, row: SupportsIndex) -> str | None:
         """
-        Why the drive of a row, counted from 0, cannot be built; ``None`` where it can.
+        Why the drive of a row, counted from 0, cannot be built; ``None`` if it can.
         """
     @staticmethod
     def from_file(path: str | PathLike[str]) -> SweepPlan:
@@ -968,7 +969,7 @@ class SweepPlan:
     @property
     def has_findings(self, /) -> bool:
         """
-        Whether the drive varies, so that each row tells whether its own can be built.
+        Whether the drive varies; each row then says whether its drive can be built.
         """
     @property
     def has_pairs(self, /) -> bool:
@@ -987,22 +988,22 @@ class SweepPlan:
         """
     def part(self, /, start: SupportsIndex, stop: SupportsIndex) -> SweepPlan:
         """
-        The plan as far as these rows need it: of a table only their part.
+        The plan reduced to what these rows need; a table keeps only their part.
         """
     def reason(self, /, row: SupportsIndex) -> str | None:
         """
-        Why the numbers of a row, counted from 0, cannot be together (``invalid_input``): the one that cannot be, its value in
-        SI and the rule; ``None`` where they can.
+        Why a row, counted from 0, has the status ``invalid_input``: the number that breaks a rule, its value in SI and the
+        rule; ``None`` if the row has another status.
         """
     @property
     def record(self, /) -> str:
         """
-        What the plan is, as JSON, to be kept beside its rows.
+        The plan as JSON, for the record beside its rows.
         """
     @property
     def remarks(self, /) -> list[str]:
         """
-        What to know before: a range whose steps do not meet its end, or that the one drive of all rows cannot be built.
+        Remarks before the sweep: a range whose steps do not reach its end, or a drive of all rows that cannot be built.
         """
     @property
     def rows(self, /) -> int:
@@ -1012,18 +1013,20 @@ class SweepPlan:
     @property
     def seed(self, /) -> int:
         """
-        What drawn rows are drawn from.
+        Seed of the random numbers of the designs ``random`` and ``latin_hypercube``.
         """
     def solve(self, /, start: SupportsIndex, stop: SupportsIndex, threads: SupportsIndex | None = None, progress: Any | None = None) -> tuple[list[NDArray[float64]], NDArray[float64], NDArray[float64], NDArray[float64], NDArray[float64], NDArray[float64], NDArray[uint8], NDArray[uint8]]:
         """
-        Solves rows, on all cores or on so many threads of their own: the columns of the axes, then elastic angle, part of the
-        deceleration pair, part of the equal-speed pair (rad), residual, preload to hold (N), the place of the finding in
-        ``sweep_findings()`` (empty unless ``has_findings``) and that of the status in ``sweep_statuses()``. Ctrl-C stops it; ``progress``, where given, is called now and then with the rows done.
+        Solves rows on all cores, or on ``threads`` threads.
+
+        Returns the columns of the axes, then elastic angle, part of the deceleration pair, part of the equal-speed pair (rad),
+        residual, preload to hold (N), index of the finding in ``sweep_findings()`` (empty unless ``has_findings``) and index
+        of the status in ``sweep_statuses()``. Ctrl-C stops it. ``progress`` is called now and then with the number of rows done.
         """
     @property
     def strides(self, /) -> list[int]:
         """
-        After how many rows the value of each axis of a grid changes: the load changes fastest, the drive slowest.
+        Number of rows after which the value of each axis of a grid changes: the load changes fastest, the drive slowest.
         """
     @property
     def units(self, /) -> list[str]:
@@ -1037,28 +1040,28 @@ class SweepPlan:
     @property
     def words(self, /) -> list[list[str]]:
         """
-        The words of each axis; none for one of numbers.
+        The words of each axis; empty for an axis of numbers.
         """
 
 @final
 class SweepTally:
     """
-    How rows of a sweep ended, counted, with the reasons of those whose numbers cannot be together.
+    Counts how the rows of a sweep ended, with the reasons of those that have the status ``invalid_input``.
     """
     def __new__(cls, /, plan: SweepPlan) -> SweepTally: ...
     def add(self, /, start: SupportsIndex, status: SupportsGetItem[int, SupportsIndex], finding: SupportsGetItem[int, SupportsIndex]) -> None:
         """
-        Counts rows, the first of which is ``start``, by the places of their statuses and findings.
+        Counts rows from row ``start`` on, by the indices of their statuses and findings.
         """
     def text(self, /) -> str | None:
         """
-        Some lines of text; ``None`` where every row has its numbers and a drive that can be built.
+        The summary as text; ``None`` if every row has a solution and a drive that can be built.
         """
 
 @final
 class Thresholds:
     """
-    The three preloads that a torque needs, N; infinite where no preload does it.
+    The three preloads that a torque needs, N; infinite if no preload is enough.
     """
     def __eq__(self, value: object, /) -> bool: ...
     def __ne__(self, value: object, /) -> bool: ...
@@ -1068,30 +1071,30 @@ class Thresholds:
     @property
     def continuous_N(self, /) -> float:
         """
-        From here on no ball comes loose (the paper's minimum APF).
+        At this preload and above, no ball comes loose (the paper's minimum APF).
         """
     @property
     def hold_N(self, /) -> float:
         """
-        More than this holds the torque at all.
+        The drive holds the torque at preloads above this one.
         """
     @property
     def zero_backlash_N(self, /) -> float:
         """
-        From here on no meshing point parts.
+        At this preload and above, every meshing point stays in contact.
         """
 
 @final
 class Unit:
     """
-    A unit: what it measures, how it is written and its exact way to SI.
+    A unit: what it measures, how it is written and its exact conversion to SI.
     """
     def __eq__(self, value: object, /) -> bool: ...
     def __hash__(self, /) -> int: ...
     def __ne__(self, value: object, /) -> bool: ...
     def __new__(cls, /, symbol: str) -> Unit:
         """
-        The unit of a symbol as ``units`` lists it; ``ValueError`` where there is none.
+        The unit with this symbol, as in ``units``; ``ValueError`` for an unknown symbol.
         """
     def __reduce__(self, /) -> tuple[Any, tuple[str]]: ...
     def __repr__(self, /) -> str: ...
@@ -1099,8 +1102,8 @@ class Unit:
         """
         Numbers ``(times, over, plus)``: a value in this unit is ``value * times / over + plus`` in ``to``.
 
-        ``times`` and ``over`` are whole numbers where pi is no part of the conversion, so that it is rounded once where one
-        of them is 1. ``ValueError`` where ``to`` measures another quantity.
+        ``times`` and ``over`` are whole numbers if the conversion has no factor pi; it is then rounded once if one of them
+        is 1. ``ValueError`` if ``to`` measures another quantity.
         """
     @property
     def offset(self, /) -> float:
@@ -1120,7 +1123,7 @@ class Unit:
     @property
     def spellings(self, /) -> list[str]:
         """
-        Other spellings that are read, without blanks, dots and hyphens between their parts.
+        Other spellings that are accepted, written here without blanks, dots and hyphens between their parts.
         """
     @property
     def symbol(self, /) -> str:
@@ -1135,20 +1138,20 @@ class Unit:
 
 def design_number(case: Case, key: str, values: SupportsGetItem[int, SupportsFloat | SupportsIndex]) -> tuple[str, list[float], bool]:
     """
-    The number of a design that a case writes so (``deceleration.ball_radius_mm``): its name in SI, these values of it in SI,
-    and whether it is whole.
+    The design number with a key of case files (``deceleration.ball_radius_mm``): its name in SI, the values in SI,
+    and whether it is a whole number.
 
-    Raises ``InvalidInputError`` with the nearest right key, or for a value that cannot be.
+    Raises ``InvalidInputError`` with the nearest key for an unknown one, or for an invalid value.
     """
 
 def design_numbers() -> dict[str, tuple[str, float]]:
     """
-    Numbers of designs by their names in SI: for each its key in the usual unit, and one SI unit in that.
+    Design numbers by their names in SI: the key in the usual unit, and the number of usual units in one SI unit.
     """
 
 def effect_specs() -> list[EffectSpec]:
     """
-    Every effect of the library, in the order in which all documents list them.
+    Every effect of the library, in the order of all documents.
     """
 
 def example_case() -> str:
@@ -1158,7 +1161,7 @@ def example_case() -> str:
 
 def is_sweep_plan(path: str | PathLike[str]) -> bool:
     """
-    Whether a file is a plan of a sweep rather than a case; one that cannot be read is none.
+    Whether a file is a plan of a sweep and not a case; false for a file that cannot be read.
     """
 
 def judge_designs(drive: Drive, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex, input_angle_rad: SupportsFloat | SupportsIndex, numbers: SupportsGetItem[int, str], values: NDArray[float64], pressures: bool, threshold: str | None) -> tuple[NDArray[uint8], list[str], NDArray[float64], list[str]]:
@@ -1166,12 +1169,11 @@ def judge_designs(drive: Drive, torque_Nm: SupportsFloat | SupportsIndex, preloa
     Judges many designs under a load (N m, N, rad) on all cores: ``values`` (n rows of the values of ``numbers``, named in
     SI, one after the other) take the place of the drive's own.
 
-    ``threshold``: which one to tell as the needed preload, ``hold``, ``continuous`` or ``zero_backlash``; none where it is
-    none of these.
+    ``threshold``: the preload to return, ``hold``, ``continuous`` or ``zero_backlash``; none for any other word.
 
-    Returns the status of each row as a place in the names that follow (``no_drive`` where the numbers make none), a table
-    and the names of its columns; NaN where there is no solution or a column is not wanted. Raises ``InvalidInputError`` for a
-    name that is none; Ctrl-C stops it.
+    Returns the status of each row as an index into the names that follow (``no_drive`` if the numbers make no drive), a table
+    and the names of its columns; NaN if there is no solution or a column is not wanted. Raises ``InvalidInputError`` for an
+    unknown name; Ctrl-C stops it.
     """
 
 def own_effect_variables() -> list[tuple[str, str]]:
@@ -1189,23 +1191,22 @@ def solve_angles(drive: Drive, torque_Nm: NDArray[float64], preload_N: NDArray[f
     Solves a drive for arrays of torque (N m), preload (N) and input angle (rad), all of shape (n,), on all cores;
     ``shape`` is that of the n loads in C order.
 
-    A torsion spring takes a preload of 0 for none and has its whole angle in the first part.
+    For a torsion spring, a preload of 0 means none, and the first part is the whole angle.
 
     Returns the parts of the deceleration and the equal-speed pair (rad), the scaled residual, the hold preload (N, NaN
-    unless the status is ``beyond_hold``) and which of the names that follow is the status, each of length n; NaN where there
-    is no solution. Raises
-    ``InvalidInputError`` with the index of a number that cannot be; Ctrl-C stops it. ``progress``, where given, is called
-    now and then with the number of loads solved.
+    unless the status is ``beyond_hold``) and the status as an index into the names that follow, each of length n; NaN if
+    there is no solution. Raises ``InvalidInputError`` with the index of an invalid number; Ctrl-C stops it. ``progress`` is
+    called now and then with the number of loads solved.
     """
 
 def sweep_findings() -> list[str]:
     """
-    Why the drive of a row cannot be built, by its code; the first, empty, says that it can.
+    Reasons why the drive of a row cannot be built, by their codes; the first, empty, means that it can.
     """
 
 def sweep_statuses() -> list[str]:
     """
-    Names of how a row can end, by their codes.
+    Names of the statuses of a row, by their codes.
     """
 
 def text_table(columns: SupportsGetItem[int, str], rows: SupportsGetItem[int, SupportsGetItem[int, bool | SupportsIndex | SupportsFloat | str | None]]) -> str:
