@@ -39,6 +39,7 @@ from cbpt.lab.readings.unit_check import slips
 from cbpt.lab.selection.decision import Verdict, judge
 from cbpt.lab.selection.lack_of_fit import LackOfFit, held_out_with_lack_of_fit
 from cbpt.lab.selection.model_comparison import Competition, Progress, compete
+from cbpt.lab.selection.rules import RULES
 from cbpt.lab.selection.setting import Names
 from cbpt.results import solve_many
 
@@ -154,7 +155,7 @@ def _notes(campaign: Campaign, competition: Competition, fit: Fit) -> Iterator[s
     if zero > 5 * float(np.median(campaign.u_arcsec)):
         yield f"a common offset of {fit.offsets_arcsec[0]:.3g} arcsec was subtracted"
     if competition.inflation is not None:
-        lines = campaign.readings.line[competition.inflation > 2.0].tolist()
+        lines = campaign.readings.line[competition.inflation > RULES.far_reading].tolist()
         if 0 < len(lines) <= 0.05 * len(campaign):
             yield f"{len(lines)} readings lie far off and have less weight: lines {lines[:8]}"[
                 :-1

@@ -6,8 +6,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from textwrap import wrap
 from typing import Any
 
-import numpy as np
-
 from cbpt._core import text_table
 from cbpt.errors import Say, said
 from cbpt.lab.diagnosis.alternatives import unseen
@@ -140,7 +138,7 @@ def _wrapped(text: str) -> list[str]:
 
 
 def _next_run(run: dict[str, Any]) -> str:
-    if run["gain"] < np.log(RULES.rival_odds):
+    if run["gain"] < RULES.log_rival_odds:
         return (
             "No single run like the previous ones would decide between them; knowledge from "
             "elsewhere, such as a drawing, can."

@@ -8,6 +8,7 @@ column         a column of the table, or one made from it, as numbers
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -23,11 +24,20 @@ from cbpt.lab.wording.names import columns_in_words
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-_MOST_LEVELS = 12
-_STRETCHES = 6
-_MOST_LINES = 16
-# Their values are labels, or a rate: where they lie tells people nothing.
-_NO_PLACE = ("run", "preload_step", "torque_rate")
+
+
+@dataclass(frozen=True)
+class _Shown:
+    """How much is listed."""
+
+    most_levels: int = 12
+    stretches: int = 6
+    most_lines: int = 16
+    no_place: tuple[str, ...] = ("run", "preload_step", "torque_rate")
+    """Their values are labels, or a rate: where they lie tells people nothing."""
+
+
+_SHOWN = _Shown()
 
 
 def card(d: DiagnosisData) -> dict[str, Any]:
@@ -48,7 +58,7 @@ def card(d: DiagnosisData) -> dict[str, Any]:
         "noise_arcsec": _noise_arcsec(d),
         "strong_where": {name: list(ends) for name, ends in _strong_where(d).items()},
         "measure_next": measure_next(d),
-        "shape": list(_shape(d, columns, f))[:_MOST_LINES],
+        "shape": list(_shape(d, columns, f))[: _SHOWN.most_lines],
     }
 
 
@@ -57,7 +67,7 @@ def measure_next(d: DiagnosisData) -> str:
     pattern = d.verdict.lack_of_fit
     assert pattern is not None
     columns, f = list(pattern.columns), np.abs(pattern.fitted_arcsec)
-    placed = {c: column(d, c) for c in columns if c not in _NO_PLACE}
+    placed = {c: column(d, c) for c in columns if c not in _SHOWN.no_place}
     most = int(np.argmax(f))
     spot = label_of({c: (float(v[most]), float(v[most])) for c, v in placed.items()}, None)
     strong = _strong_where(d)
@@ -141,11 +151,11 @@ def _cells(d: DiagnosisData, columns: list[str]) -> Iterator[tuple[str, Mask]]:
 def _parts(values: Floats) -> Iterator[tuple[str, Mask]]:
     """The levels of a column, or stretches of it where there are many."""
     found = levels_of(values)
-    if len(found) <= _MOST_LEVELS:
+    if len(found) <= _SHOWN.most_levels:
         for number, level in enumerate(found.value):
             yield f"{level:g}", found.index == number
         return
-    edges = np.unique(np.quantile(values, np.linspace(0, 1, _STRETCHES + 1))) + 0.0  # no -0
+    edges = np.unique(np.quantile(values, np.linspace(0, 1, _SHOWN.stretches + 1))) + 0.0  # no -0
     for number, (low, high) in enumerate(pairwise(edges)):
         above = values > low if number else values >= low
         yield f"{low:.3g} to {high:.3g}", above & (values <= high)

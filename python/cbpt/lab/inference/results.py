@@ -35,12 +35,20 @@ from cbpt.lab.wording.numbers import display, name_of_size, rounded, with_uncert
 
 Floats = NDArray[np.float64]
 
-# Correlations smaller than this are not told.
-_LARGE = 0.7
-# A prior with so much of the variance is all there is.
-_ALL = 0.9
-_FEWEST_LEFT = 3
-_WIDTH = 100
+
+@dataclass(frozen=True)
+class _Shown:
+    """What a table of results shows."""
+
+    large: float = 0.7
+    """Correlations smaller than this are not told."""
+    all: float = 0.9
+    """A prior with so much of the variance is all there is."""
+    fewest_left: int = 3
+    width: int = 100
+
+
+_SHOWN = _Shown()
 
 
 @dataclass(frozen=True)
@@ -146,9 +154,9 @@ class Results:
         lines = [text_table(headers, table)]
         for row in self.rows:
             text = f"{row.name}: {_basis(row)}"
-            lines += wrap(text, _WIDTH, initial_indent="  ", subsequent_indent="    ")
+            lines += wrap(text, _SHOWN.width, initial_indent="  ", subsequent_indent="    ")
         for note in self.notes:
-            lines += wrap(note, _WIDTH)
+            lines += wrap(note, _SHOWN.width)
         return "\n".join(lines)
 
     def __repr__(self) -> str:
@@ -248,7 +256,7 @@ def _of_unknown(budget: Budget, unknown: Unknown) -> tuple[Result, Floats]:
         return replace(row, why_no_u=why), gradient
     row = _with(row, budget.combined(gradient), size)
     ranges = {range_of(each) for each in budget.fit.unknowns}
-    if max((share for source, share in row.rests_on if source in ranges), default=0.0) > _ALL:
+    if max((share for source, share in row.rests_on if source in ranges), default=0.0) > _SHOWN.all:
         row = _without(row, "the readings do not tell it from its plausible range")
     return row, gradient
 
@@ -287,7 +295,7 @@ def _correlated(
         if other is row or row.u is None or other.u is None:
             continue
         r = budget.correlation(gradient, g)
-        if abs(r) >= _LARGE:
+        if abs(r) >= _SHOWN.large:
             yield other.name, r
 
 
@@ -321,7 +329,7 @@ def _noise(fitter: Fitter, fit: Fit, budget: Budget) -> Iterator[Result]:
     """The uncertainty of a reading, known to so many degrees of freedom, and its structure."""
     u = fit.noise.scale * float(np.sqrt(np.mean(fitter.campaign.u_arcsec**2)))
     row = Result("u of a reading", "noise", u, "arcsec")
-    if budget.dof < _FEWEST_LEFT or fitter.campaign.step_arcsec:
+    if budget.dof < _SHOWN.fewest_left or fitter.campaign.step_arcsec:
         coarse = "the step of the display is coarser than it"
         few = "too few readings are left over"
         yield replace(row, why_no_u=coarse if fitter.campaign.step_arcsec else few)

@@ -30,6 +30,7 @@ from cbpt.lab.model.own_terms import campaign_of, chosen
 from cbpt.lab.model.priors import Variant
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.selection.linear_screen import Screen, Signatures
+from cbpt.lab.selection.rules import RULES
 from cbpt.lab.selection.starts import places, start_values
 
 Floats = NDArray[np.float64]
@@ -139,7 +140,9 @@ def best_fit(fitter: Fitter, effects: Sequence[str]) -> Fit:
         raise InvalidInputError(
             f"{' + '.join(effects)}: it cannot be fitted; these readings do not depend on it"
         )
-    return with_modes(fitter, best, [v for variants in forms for v in variants])
+    return with_modes(
+        fitter, best, RULES.log_rival_odds, [v for variants in forms for v in variants]
+    )
 
 
 def _forms(effect: str, fitter: Fitter) -> list[Variant]:
