@@ -52,7 +52,8 @@ class Parser(argparse.ArgumentParser):
                 continue
             if any(path and Path(path).exists() and Path(path).samefile(out) for path in inputs):
                 self.error(
-                    f"--{flag} {out}: the command reads this file and would overwrite it; give another name"
+                    f"--{flag} {out}: the command reads this file and would overwrite it; give "
+                    "another name"
                 )
         return options
 

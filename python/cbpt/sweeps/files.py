@@ -158,8 +158,8 @@ class _Parquet:
         rows = self.parquet.read_metadata(path).num_rows
         if rows != self.plan.rows:
             raise PlanError(
-                f"{path}: the file has {rows} rows, the plan {self.plan.rows}, so the file was changed "
-                "after the sweep wrote it; give another --out, or --fresh to start again"
+                f"{path}: the file has {rows} rows, the plan {self.plan.rows}, so the file was "
+                "changed after the sweep wrote it; give another --out, or --fresh to start again"
             )
 
     def _unchanged(self) -> str:
@@ -170,8 +170,8 @@ class _Parquet:
             known = json.loads(self.sum.read_bytes())["sha256"]
         except (ValueError, KeyError, TypeError):
             raise PlanError(
-                f"{self.sum}: is not a record of a sweep; delete it to do without a check, or --fresh "
-                f"to begin {self.path} anew"
+                f"{self.sum}: the file is not the record of a sweep; delete it to skip the check, or "
+                f"give --fresh to start {self.path} again"
             ) from None
         if _sha256(self.path) != known:
             raise PlanError(
