@@ -170,8 +170,8 @@ class _Parquet:
             known = json.loads(self.sum.read_bytes())["sha256"]
         except (ValueError, KeyError, TypeError):
             raise PlanError(
-                f"{self.sum}: the file is not the record of a sweep; delete it to skip the check, or "
-                f"give --fresh to start {self.path} again"
+                f"{self.sum}: the file is not the record of a sweep; delete it to skip the check, "
+                f"or give --fresh to start {self.path} again"
             ) from None
         if _sha256(self.path) != known:
             raise PlanError(
