@@ -37,7 +37,7 @@ def key_of(effects: Sequence[str]) -> str:
 def stop_if_taken(id: str) -> None:
     """Raises `InvalidInputError` for the id of an own effect that is the key of a model."""
     if id in (STATED, REFITTED, UNKNOWN):
-        raise InvalidInputError(f'id = "{id}": the page calls a model so; take another name')
+        raise InvalidInputError(f'id = "{id}": this id is reserved by the page; choose another')
 
 
 def rows_of(
