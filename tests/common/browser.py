@@ -121,13 +121,14 @@ def workbench(*files: Path, port: int | None = None) -> Iterator[str]:
 def undiagnosed(case: Path, table: Path, folder: Path) -> str:
     """A report of readings beside the model as stated alone: quick to make."""
     import cbpt
-    from cbpt.page.document.document import Source, page_document
+    from cbpt.page.document.document import page_document
+    from cbpt.page.document.source import Source
     from cbpt.page.report import report
 
     path = folder / "report.html"
     name, text = case.name, case.read_text(encoding="utf-8")
     readings = cbpt.read_readings(table, need_preload=False)
-    source = Source(name, table.name, text, "cbpt report")
+    source = Source.of_files(name, table.name, text)
     found = page_document(cbpt.Case.from_toml(text), readings, source)
     path.write_text(report(found), encoding="utf-8")
     return path.as_uri()

@@ -311,7 +311,7 @@ def test_sizes_shapes_and_ranges_are_seen() -> None:
         ("1e-6 * torque_Nm", {}, "has 0 parameters"),
         ("1e-6 * exp(-a * run_time_s)", {"a": 1.0}, "must vanish where"),
         ("a * cycles_done * 0", {"a": 1.0}, "cycle"),
-        ("a * 0", {"a": 1.0}, "do not depend on it"),
+        ("a * 0", {"a": 1.0}, "choose start values"),
         ("a * torque_Nm", {"a": 0.0}, "state its max"),
     ],
 )

@@ -20,7 +20,14 @@ from cbpt.lab.covariance.fit_noise import (
     fit_noise,
     log_scale_prior,
 )
-from cbpt.lab.covariance.linear_gaussian import Margin, Noise, Rows, Whitener, log_likelihood
+from cbpt.lab.covariance.linear_gaussian import (
+    Linear,
+    Margin,
+    Noise,
+    Rows,
+    Whitener,
+    log_likelihood,
+)
 from common.drives import examples
 from common.simulated import Floats, dense, sample
 
@@ -174,7 +181,7 @@ ONE, FLAT = np.ones((396, 1)), np.zeros(1)
 
 
 def found(y: Floats, start: Noise | None = None, structures: bool = True) -> Noise:
-    return fit_noise(y, ONE, FLAT, U, TWELVE, start or Noise(), structures=structures)[0]
+    return fit_noise(Linear(y, ONE, FLAT), U, TWELVE, start or Noise(), structures=structures)[0]
 
 
 def many(noise: Noise, seeds: int = 8) -> list[Noise]:
@@ -248,7 +255,7 @@ ROWS_3 = Rows.of(np.repeat(np.arange(3), 33))
 def test_no_other_noise_is_much_likelier(noise: Noise) -> None:
     """The search on a coarse grid comes near the top of the likelihood."""
     y = sample(noise, U[:99], ROWS_3, np.random.default_rng(11))
-    got, value = fit_noise(y, ONE[:99], FLAT, U[:99], ROWS_3, Noise())
+    got, value = fit_noise(Linear(y, ONE[:99], FLAT), U[:99], ROWS_3, Noise())
     top = most_likely(y)
     assert top - 2 * PRICE - 0.5 < value <= top - PRICE * got.numbers + 0.01
 
@@ -276,7 +283,7 @@ def test_without_structures_only_the_scale_is_free() -> None:
 def test_a_single_reading_a_run_has_no_structure() -> None:
     rows = Rows.of(np.arange(30))
     y = 0.3 * np.random.default_rng(3).standard_normal(30)
-    noise, _ = fit_noise(y, np.ones((30, 1)), FLAT, U[:30], rows, Noise())
+    noise, _ = fit_noise(Linear(y, np.ones((30, 1)), FLAT), U[:30], rows, Noise())
     assert noise.numbers == 0
 
 
@@ -286,7 +293,7 @@ def test_the_value_is_the_dense_likelihood_less_its_price(noise: Noise) -> None:
     y = sample(noise, U, TWELVE, rng) + 2.0
     x = np.column_stack([ONE, np.sin(np.arange(396.0))])
     precision = np.array([0.0, 0.5])
-    got, value = fit_noise(y, x, precision, U, TWELVE, Noise())
+    got, value = fit_noise(Linear(y, x, precision), U, TWELVE, Noise())
     inverse = np.linalg.inv(dense(got, U, TWELVE))
     a = x.T @ inverse @ x + np.diag(precision)
     chi2 = y @ inverse @ y - (x.T @ inverse @ y) @ np.linalg.solve(a, x.T @ inverse @ y)
@@ -321,7 +328,7 @@ def test_a_scale_far_below_what_is_stated_is_not_believed() -> None:
 
 def test_nothing_stated_leaves_the_scale_to_the_readings() -> None:
     y = sample(Noise(50.0), U, TWELVE, np.random.default_rng(7))
-    noise, _ = fit_noise(y, ONE, FLAT, U, TWELVE, Noise(), stated_dof=1e-3)
+    noise, _ = fit_noise(Linear(y, ONE, FLAT), U, TWELVE, Noise(), stated_dof=1e-3)
     assert noise.scale == pytest.approx(float(np.std(y, ddof=1)) / 0.3, rel=1e-4)
     assert log_scale_prior(1.0, STATED_DOF) == 0.0
     assert log_scale_prior(0.5, STATED_DOF) < 0 and log_scale_prior(2.0, STATED_DOF) < 0
@@ -332,6 +339,6 @@ def test_a_fixed_scale_is_not_made_smaller_by_correlation() -> None:
     rows, u = Rows.of(np.repeat(np.arange(4), 25)), np.full(100, 0.3)
     y = 0.25 * u * np.random.default_rng(3).standard_normal(100)
     none = np.zeros((100, 0)), np.zeros(0)
-    fixed, _ = fit_noise(y, *none, u, rows, Noise(), FIXED_DOF)
+    fixed, _ = fit_noise(Linear(y, *none), u, rows, Noise(), FIXED_DOF)
     assert fixed.correlation == 0 and fixed.offset_arcsec == 0
     assert fixed.scale == pytest.approx(1, abs=1e-3)

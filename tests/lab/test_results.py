@@ -21,7 +21,7 @@ from cbpt.cli import main as commands
 from cbpt.lab.inference.budget import READINGS, Budget
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
-from cbpt.lab.inference.prediction import angle_at
+from cbpt.lab.inference.prediction import Load, angle_at
 from cbpt.lab.inference.residuals import rmse_of
 from cbpt.lab.inference.results import Result, Results, results_of
 from cbpt.lab.model.priors import PRIORS
@@ -60,7 +60,10 @@ def example(exact: bool = False) -> tuple[Fitter, Fit]:
 def table(exact: bool = False) -> Results:
     fitter, fit = example(exact)
     return results_of(
-        fitter, fit, [("rmse", rmse_of(fitter.campaign, fit))], angle_at(fitter, fit, 5.0, 600.0)
+        fitter,
+        fit,
+        [("rmse", rmse_of(fitter.campaign, fit))],
+        angle_at(fitter, fit, Load(5.0, 600.0)),
     )
 
 
@@ -155,7 +158,7 @@ def test_at_the_loads_of_the_readings_it_is_the_model() -> None:
     fitter, fit = example(True)
     r = fitter.campaign.readings
     assert r.preload_N is not None
-    at = angle_at(fitter, fit, r.torque_Nm, r.preload_N, r.input_angle_deg)
+    at = angle_at(fitter, fit, Load(r.torque_Nm, r.preload_N, r.input_angle_deg))
     model = fitter.campaign.y_arcsec - fit.residual_arcsec - fit.zeros_arcsec[0]
     np.testing.assert_allclose(at.elastic_angle_arcsec, model, rtol=1e-9, atol=1e-9)
     assert at.inside.all() and (at.u_elastic_angle_arcsec[np.abs(r.torque_Nm) > 0] > 0).all()
@@ -169,7 +172,7 @@ def test_the_interval_covers_the_truth() -> None:
         rng = np.random.default_rng([29, seed])
         numbers = drawn_numbers(plan("dev03"), rng)
         fitter, fit = fitted(numbers | PLANTED, seed)
-        at = angle_at(fitter, fit, torque, preload)
+        at = angle_at(fitter, fit, Load(torque, preload))
         own = {
             key: value
             for key, value in numbers.items()
@@ -198,7 +201,7 @@ def test_the_interval_covers_the_truth() -> None:
 
 def test_beyond_the_readings_is_told() -> None:
     fitter, fit = example()
-    at = angle_at(fitter, fit, [1.0, 1.0, 500.0], [600.0, 5000.0, 600.0])
+    at = angle_at(fitter, fit, Load([1.0, 1.0, 500.0], [600.0, 5000.0, 600.0]))
     assert at.inside.tolist() == [True, False, False]
     assert np.isnan(at.elastic_angle_arcsec[2]) and np.isnan(at.u_elastic_angle_arcsec[2])
     assert at.status[2] == "beyond_hold"
@@ -220,7 +223,7 @@ def test_beyond_the_readings_is_told() -> None:
 )
 def test_loads_that_cannot_be(load: tuple[float, float, float], found: str) -> None:
     with pytest.raises(InvalidInputError, match=found.replace("(", r"\(")):
-        angle_at(*example(), *load)
+        angle_at(*example(), Load(*load))
 
 
 # --- why there is no uncertainty ----------------------------------------------------------

@@ -29,7 +29,7 @@ from cbpt.lab.covariance.within_run import estimate
 from cbpt.lab.readings.points import points_of
 from cbpt.lab.readings.set_points import levels_of
 from cbpt.lab.readings.unit_check import slips
-from cbpt.lab.selection.scan import REGIMES, Region, find_regions
+from cbpt.lab.selection.scan import REGIMES, Region, Scanned, find_regions
 from common.drives import examples
 
 CAMPAIGNS = Path(__file__).parents[1] / "data" / "hidden_effect"
@@ -66,7 +66,7 @@ def regions_of(
     whitener = Whitener.of(Noise(), readings.u_elastic_angle_arcsec, Rows.of(readings.run_index))
     zero = whitener(np.ones((len(readings), 1)))
     rng = np.random.default_rng([seed, 1])
-    return find_regions(readings, residual, whitener, zero, regime, rng, **how)
+    return find_regions(Scanned(readings, residual, whitener, zero, regime), rng, **how)
 
 
 def noise_of(readings: Readings, seed: int) -> Floats:
@@ -175,7 +175,7 @@ def test_what_was_refitted_is_no_region() -> None:
     rows = Rows.of(r.run_index)
     whitener = Whitener.of(Noise(), r.u_elastic_angle_arcsec, rows)
     zeros = whitener((rows.run_index[:, None] == np.arange(rows.runs)).astype(np.float64))
-    assert find_regions(r, residual, whitener, zeros, None, np.random.default_rng(0)) == ()
+    assert find_regions(Scanned(r, residual, whitener, zeros), np.random.default_rng(0)) == ()
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 5])

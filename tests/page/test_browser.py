@@ -215,7 +215,7 @@ def a_pattern_is_no_case(live: Any) -> None:
     assert "does not explain the readings" in live.text_content("#answer .facts")
     assert "→" not in live.text_content("#answer .facts")
     assert "the answer stops here" not in live.text_content("#ladder")
-    assert "depart a little from its form" in live.text_content("#ladder")
+    assert "deviate a little from its stated form" in live.text_content("#ladder")
     live.click("#show-pattern")
     assert number(live, "#rmse") < 1
     assert live.is_disabled("#save-case")

@@ -22,15 +22,17 @@ from cbpt.effects import expression
 from cbpt.errors import InvalidInputError
 from cbpt.lab.diagnosis.noise_statement import floor_of
 from cbpt.lab.readings.inputs import case_and_readings
-from cbpt.page.document.document import SCHEMA, Source, from_here, page_document
+from cbpt.page.document.document import SCHEMA, page_document
 from cbpt.page.document.models import Models
 from cbpt.page.document.plain import to_json
+from cbpt.page.document.source import Source, from_here
 from cbpt.page.document.types import Candidate, Model, PageDocument
 from cbpt.page.document.typescript import TARGET, declarations
+from cbpt.page.document.units import name_and_unit
 from cbpt.page.workbench.session import Session
 from common.hidden import FOLDER, case_of, diagnosed, table_of
 
-SOURCE = Source("case.toml", "data.csv", "", "cbpt report case.toml data.csv")
+SOURCE = Source.of_files("case.toml", "data.csv")
 
 
 @cache
@@ -48,6 +50,18 @@ def document(name: str) -> Any:
 @cache
 def stated_document() -> Any:
     return page_document(*case_and_readings(FOLDER / "dev04.toml", FOLDER / "dev04.csv"), SOURCE)
+
+
+def test_the_sentence_is_that_of_the_answer_with_names_and_units_in_print() -> None:
+    parts = document("dev04")["sentence"]
+    words = "".join(part["text"] for part in parts)
+    (aside,) = (p["text"] for p in parts if p["aside"])
+    assert aside.startswith("(friction radius 575.8 ± 9.8 µm, engagement angle ")
+    assert "_" not in words
+    same = words.replace("friction radius 575.8 ± 9.8 µm", "friction_radius_um 575.8 +- 9.8")
+    told = document("dev04")["answer"]["verdict"]["sentence"]
+    assert same.partition(",")[0] == told.partition(",")[0]
+    assert stated_document()["sentence"] == []
 
 
 def choice(name: str, effects: list[str]) -> Any:
@@ -128,9 +142,15 @@ def test_a_noise_floor_is_of_what_is_noise() -> None:
     assert "is unknown" in of
 
 
+def test_a_lack_of_fit_is_named_in_words() -> None:
+    of = "any function of the torque and the input angle"
+    assert document("dev10")["ladder"]["rungs"][-1]["label"] == of
+    assert next(m["label"] for m in document("dev10")["models"] if m["key"] == "unknown") == of
+
+
 def test_a_ladder_says_why_it_stops() -> None:
     ladder = document("dev10")["ladder"]
-    assert "without a name" in ladder["stop_says"]
+    assert "lack of fit" in ladder["stop_says"]
     ladder = document("dev04")["ladder"]
     last, more = ladder["rungs"][ladder["stop"] :]
     assert more["held_out_arcsec"] < last["held_out_arcsec"]
@@ -415,6 +435,28 @@ def test_report_writes_the_document_and_the_command_that_makes_it(tmp_path: Path
     assert found["answer"]["source"] == found["isolability"]["source"] == "dev11.csv"
     assert found["answer"]["seed"] == 3
     assert found["isolability"]["schema"] == "cbpt.isolability/1"
+
+
+def test_the_words_for_other_verbs_hold_no_flag_of_the_diagnosis() -> None:
+    # compare and fit know no --seed.
+    source = Source.of_files("a case.toml", "t.csv", "", ["--column", "M=torque"], ["--seed", "3"])
+    assert source.command.words() == {
+        "case": "'a case.toml'",
+        "data": "t.csv",
+        "reading": "--column M=torque",
+    }
+    assert source.command.report.endswith("--column M=torque --seed 3 --out report.html")
+
+
+@pytest.mark.parametrize("key", ["torque_Nm", "rate_urad_per_K", "stiffness_Nm_per_rad", "share"])
+def test_a_unit_at_the_end_of_a_key_is_written_as_in_print(key: str) -> None:
+    found = {
+        "torque_Nm": ("torque", "N m"),
+        "rate_urad_per_K": ("rate", "µrad/K"),
+        "stiffness_Nm_per_rad": ("stiffness", "N m/rad"),
+        "share": ("share", ""),
+    }
+    assert name_and_unit(key) == found[key]
 
 
 @pytest.mark.parametrize("inside", [True, False])

@@ -12,12 +12,13 @@ import pytest
 import cbpt
 from cbpt.errors import InvalidInputError
 from cbpt.lab.readings.inputs import case_and_readings
-from cbpt.page.document.document import Source, page_document
+from cbpt.page.document.document import page_document
 from cbpt.page.document.drive import drive_section, redrawn
 from cbpt.page.document.plain import to_json
+from cbpt.page.document.source import Source
 from common.hidden import table_of
 
-SOURCE = Source("case.toml", "data.csv", "", "cbpt report case.toml data.csv")
+SOURCE = Source.of_files("case.toml", "data.csv")
 
 
 def array(values: list[float | None]) -> Any:

@@ -6,6 +6,7 @@ Groups: the report, what is drawn, names that attack, who cannot see or has no m
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
@@ -15,7 +16,8 @@ import pytest
 
 import cbpt
 from cbpt.cli.main import main
-from cbpt.page.document.document import Source, page_document
+from cbpt.page.document.document import page_document
+from cbpt.page.document.source import Command, Source
 from cbpt.page.report import report
 from common.browser import DRAWN, number, saved, undiagnosed, watched
 from common.hidden import FOLDER, case_of
@@ -46,7 +48,7 @@ def test_a_number_that_is_the_answer_is_one_model_and_its_case_is_saved(
 ) -> None:
     case, data = FOLDER / "dev12.toml", FOLDER / "dev12.csv"
     d = cbpt.diagnose(case, data)
-    source = Source(case.name, data.name, case.read_text(encoding="utf-8"))
+    source = Source.of_files(case.name, data.name, case.read_text(encoding="utf-8"))
     path = tmp_path / "report.html"
     path.write_text(report(page_document(d.case, d.readings, source, d)), encoding="utf-8")
     switch = "#missing [data-effect=contact_stiffness]"
@@ -228,7 +230,9 @@ def test_names_from_files_are_shown_as_text(browser: Any, tmp_path: Path) -> Non
     )
     case = cbpt.Case.from_toml(case_of("dev04"))
     readings = cbpt.read_readings(table)
-    source = Source(f"{ATTACK}.toml", f"{ATTACK}.csv", f"# {ATTACK}\u2028", ATTACK)
+    source = Source(
+        f"{ATTACK}.toml", f"{ATTACK}.csv", f"# {ATTACK}\u2028", Command(ATTACK, "data.csv")
+    )
     document = page_document(case, readings, source)
     for model in document["models"]:
         model["label"] = ATTACK
@@ -238,7 +242,8 @@ def test_names_from_files_are_shown_as_text(browser: Any, tmp_path: Path) -> Non
         page.goto(path.as_uri())
         page.wait_for_selector(DRAWN)
         assert ATTACK in page.text_content("#what")
-        assert page.text_content("#command") == ATTACK
+        assert page.text_content("#command") == document["command"]
+        assert shlex.quote(ATTACK) in document["command"]
         page.evaluate(
             """import('cbpt/lib/store.js').then(
               ({ select }) => select(Array.from({ length: 30 }, (_, i) => i)))"""

@@ -11,7 +11,8 @@ from functools import cache
 import pytest
 
 import cbpt
-from cbpt.page.document.document import Source, page_document
+from cbpt.page.document.document import page_document
+from cbpt.page.document.source import Command, Source
 from cbpt.page.report import WEB, inside_script, plotly_path, report
 from common.hidden import FOLDER
 
@@ -22,7 +23,7 @@ ATTACK = "</script><script>alert(1)</script><!--\u2028\u2029"
 def page() -> str:
     case = cbpt.Case.from_file(FOLDER / "dev04.toml")
     readings = cbpt.read_readings(FOLDER / "dev04.csv")
-    source = Source(ATTACK, "dev04.csv", f"# {ATTACK}", "cbpt report")
+    source = Source(ATTACK, "dev04.csv", f"# {ATTACK}", Command("dev04.toml", "dev04.csv"))
     return report(page_document(case, readings, source))
 
 

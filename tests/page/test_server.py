@@ -27,7 +27,7 @@ import cbpt
 from cbpt.cli.main import main
 from cbpt.errors import ReadingsError
 from cbpt.page.document import campaign
-from cbpt.page.document.document import from_here
+from cbpt.page.document.source import from_here
 from cbpt.page.workbench.session import Session
 from common import PATIENCE_S
 from common.page_server import CASE, DATA, HEAD, ROWS, client_of, opened, own_effect, upload
@@ -117,7 +117,7 @@ def test_an_own_effect_is_checked_as_it_is_typed_fitted_and_exported(
     for formula, why in (
         ("a * log(torque_Nm)", "no number at 216 of 396 readings, first at line 2 (torque 0 N m"),
         ("a * torque_Nm / (time_s - time_s)", "no number at 396 of 396"),
-        ("a * 0 * torque_Nm", "do not depend on it"),
+        ("a * 0 * torque_Nm", "choose start values"),
     ):
         other = effect | {"expression": formula}
         told = client.post("/api/own/check", json=other).json()

@@ -12,7 +12,7 @@ import pickle
 import numpy as np
 import pytest
 
-from cbpt.lab.readings.headers import find_unit, read_header
+from cbpt.lab.readings.headers import converted, find_unit, read_header
 from cbpt.lab.readings.reader import Readings, read_readings
 from common.tables import CAMPAIGNS, PLAIN, TABLE, Write, refused, same
 
@@ -126,8 +126,8 @@ def test_encodings(write: Write, encoding: str) -> None:
 def test_units(unit: str, kind: str, in_own: float) -> None:
     own = {"torque": "Nm", "force": "N", "angle": "arcsec", "time": "s", "temperature": "degC"}
     found, to = find_unit(unit, kind), find_unit(own.get(kind, "um"), kind)
-    assert found is not None and to is not None and found.kind == kind
-    np.testing.assert_allclose(found.convert(np.ones(1), to), in_own, rtol=1e-14)
+    assert found is not None and to is not None and found.quantity == kind
+    np.testing.assert_allclose(converted(np.ones(1), found, to), in_own, rtol=1e-14)
 
 
 @pytest.mark.parametrize(
@@ -184,7 +184,7 @@ def test_own_units_are_read_exactly(write: Write) -> None:
 def test_headers(header: str, key: str, symbol: str) -> None:
     said = read_header(header)
     assert said.quantity is not None and said.quantity.key == key
-    assert said.unit is not None and said.unit.symbol == symbol
+    assert said.unit is not None and said.unit.written == symbol
     assert not said.expected
 
 
@@ -200,9 +200,9 @@ def test_headers_of_other_things(header: str) -> None:
 @pytest.mark.parametrize(
     ("header", "below", "expected"),
     [
-        ("torque", "", "a unit for torque (N m, kN m, N cm, mN m)"),
+        ("torque", "", "a unit for torque (N m, N cm, N mm, mN m, kN m)"),
         ("T", "", "a unit for time or torque or temperature"),
-        ("torque [lbf in]", "", "one of N m, kN m, N cm, mN m as the unit of torque"),
+        ("torque [lbf in]", "", "one of N m, N cm, N mm, mN m, kN m as the unit of torque"),
         ("torque [N]", "", "as the unit of torque"),
         ("preload / t", "", "as the unit of preload"),
         ("torque_Nm", "kNm", "one unit, not 'Nm' in the header and 'kNm' under it"),

@@ -69,7 +69,7 @@ def test_a_row_of_too_few_or_too_many_cells_is_mended_differently(
             1,
             "alpha",
             "'alpha'",
-            "a unit for elastic_angle (arcsec, arcmin, deg, rad, mrad, urad)",
+            "a unit for elastic_angle (rad, mrad, urad, deg, arcmin, arcsec)",
         ),
         ("torque,preload_N,alpha_deg\nlbf,N,deg\n1,2,3\n", 1, "torque", "over 'lbf'", "N cm"),
         ("torque_Nm;preload_N;alpha_deg\n1,5;6;7\n1.5;6;7\n", 3, "torque_Nm", "'1.5'", "comma"),

@@ -44,8 +44,9 @@ def report(argv: list[str]) -> int:
     from cbpt.lab.diagnosis.diagnose import diagnose
     from cbpt.lab.readings.inputs import case_and_readings
     from cbpt.page.document.campaign import campaign_isolability
-    from cbpt.page.document.document import Source, named, page_document
+    from cbpt.page.document.document import page_document
     from cbpt.page.document.plain import to_json
+    from cbpt.page.document.source import Source, named
 
     case, readings = case_and_readings(
         options.case, options.data, columns or None, options.sheet, only_of(parser, options)
@@ -54,7 +55,11 @@ def report(argv: list[str]) -> int:
     diagnosis = diagnose(case, readings, effects=options.effects, seed=options.seed)
     isolability = campaign_isolability(diagnosis)
     source = Source.of_files(
-        str(options.case), str(options.data), _text(options.case), *_flags(options)
+        str(options.case),
+        str(options.data),
+        _text(options.case),
+        _reading(options),
+        _judging(options),
     )
     document = page_document(
         case,
@@ -108,7 +113,7 @@ def workbench(argv: list[str]) -> int:
     else:
         columns, only = columns_of(parser, options), only_of(parser, options)
         session = Session.of_files(
-            options.case, options.data, columns, options.sheet, only, _flags(options)
+            options.case, options.data, columns, options.sheet, only, _reading(options)
         )
     serve(session, options.host, options.port, not options.no_browser)
     return SUCCESS
@@ -118,14 +123,17 @@ def _text(path: Path) -> str:
     return path.read_text(encoding="utf-8")
 
 
-def _flags(options: argparse.Namespace) -> list[str]:
-    """What was given beside CASE, DATA and --out, to be said again."""
+def _reading(options: argparse.Namespace) -> list[str]:
+    """The flags that say how the table is read, to be said again."""
     found = []
     for flag, values in (("--column", options.column), ("--only", options.only)):
         found += [word for value in values for word in (flag, value)]
     if options.sheet is not None:
         found += ["--sheet", options.sheet]
-    if getattr(options, "effects", []):
-        found += ["--with", *options.effects]
-    seed = getattr(options, "seed", 0)
-    return found + (["--seed", str(seed)] if seed else [])
+    return found
+
+
+def _judging(options: argparse.Namespace) -> list[str]:
+    """The flags of the diagnosis, to be said again."""
+    found = ["--with", *options.effects] if options.effects else []
+    return found + (["--seed", str(options.seed)] if options.seed else [])

@@ -12,7 +12,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.covariance.linear_gaussian import Margin, Noise, Rows, Whitener, log_likelihood
+from cbpt.lab.covariance.linear_gaussian import (
+    Linear,
+    Margin,
+    Noise,
+    Rows,
+    Whitener,
+    log_likelihood,
+)
 
 Floats = NDArray[np.float64]
 
@@ -46,9 +53,7 @@ def log_scale_prior(scale: float, stated_dof: float) -> float:
 
 
 def fit_noise(
-    y: Floats,
-    x: Floats,
-    precision: Floats,
+    linear: Linear,
     u_arcsec: Floats,
     rows: Rows,
     start: Noise,
@@ -60,6 +65,7 @@ def fit_noise(
     The price of each number of the noise is taken off, so noises of different structure compare.
     Flat unknowns (precision 0) count as degrees of freedom used up.
     """
+    y, x, precision = linear
     u = u_arcsec * (1.0 if start.looser is None else start.looser)
     typical = float(np.median(u_arcsec))
     flat = int(np.count_nonzero(precision == 0))

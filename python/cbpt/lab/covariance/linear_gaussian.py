@@ -2,6 +2,7 @@
 
 Rows            which readings follow each other in which run
 Noise           scale of the stated uncertainties, correlation, offsets of runs, inflation factors
+Linear          readings, columns and the precisions of their unknowns
 Whitener        turns readings into independent ones of unit variance
 Margin          the likelihood of readings with linear unknowns of normal priors integrated out
 log_likelihood  of the readings, from misfit and volume
@@ -16,6 +17,7 @@ rank-one step a run.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,6 +78,17 @@ class Noise:
     def numbers(self) -> int:
         """How many numbers it has beside its scale."""
         return int(self.correlation != 0) + int(self.offset_arcsec != 0)
+
+
+class Linear(NamedTuple):
+    """The model y = x p + noise, p normal about 0."""
+
+    y: Floats
+    """Shape (n,)."""
+    x: Floats
+    """Columns, shape (n, p)."""
+    precision: Floats
+    """Of the prior of each unknown, shape (p,); 0 where it is flat."""
 
 
 @dataclass(frozen=True)

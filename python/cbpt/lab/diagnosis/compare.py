@@ -303,7 +303,7 @@ def _where(
     scatter, repeats = known.scatter, known.steady_repeats
     if not solved.any() or (stated is None and scatter is None and repeats is None):
         return ()
-    from cbpt.lab.selection.scan import find_regions
+    from cbpt.lab.selection.scan import Scanned, find_regions
 
     rows = np.flatnonzero(solved)
     if len(rows) > _SEARCHED:
@@ -329,7 +329,7 @@ def _where(
     if zero == "per_run":
         zeros = whitener((order.run_index[:, None] == np.arange(order.runs)).astype(np.float64))
     found = find_regions(
-        part, residual[rows], whitener, zeros, regime[rows], np.random.default_rng(0)
+        Scanned(part, residual[rows], whitener, zeros, regime[rows]), np.random.default_rng(0)
     )
     if len(rows) == len(readings):
         return found

@@ -27,11 +27,11 @@ from cbpt.lab.diagnosis.ranking import ranking
 from cbpt.lab.diagnosis.report import lines
 from cbpt.lab.diagnosis.sentence import sentence
 from cbpt.lab.diagnosis.unexplained import card
-from cbpt.lab.inference.prediction import AtLoad, angle_at, load_of_choice
+from cbpt.lab.inference.prediction import AtLoad, Load, angle_at, load_of_choice
 from cbpt.lab.inference.results import Results, results_of
 from cbpt.lab.model.priors import ODDS, PRIORS
 from cbpt.lab.readings.points import points_of
-from cbpt.lab.selection.scan import find_regions
+from cbpt.lab.selection.scan import Scanned, find_regions
 from cbpt.lab.wording.versions import versions
 
 SCHEMA = "cbpt.diagnosis/1"
@@ -92,9 +92,7 @@ class Diagnosis(DiagnosisData):
         return angle_at(
             self.competition.fitter,
             self.after,
-            torque_Nm,
-            preload_N,
-            input_angle_deg,
+            Load(torque_Nm, preload_N, input_angle_deg),
             why_no_u=self._why_no_u,
             rivals=dict(sorted(rivals.items())),
         )
@@ -133,7 +131,7 @@ class Diagnosis(DiagnosisData):
                 ("rmse of the answer", final.rmse_arcsec),
                 ("rmse of the answer, held out", final.held_out_rmse_arcsec),
             ),
-            self.predict(*load) if load else None,
+            self.predict(load.torque_Nm, load.preload_N, load.input_angle_deg) if load else None,
             self._why_no_u or "",
         )
 
@@ -177,7 +175,7 @@ class Diagnosis(DiagnosisData):
         model = self.competition.fitter.model
         regime = model.regimes(model.neutral)
         regions = find_regions(
-            self.readings, fit.residual_arcsec, fit.whitener, fit.margin.x, regime, rng
+            Scanned(self.readings, fit.residual_arcsec, fit.whitener, fit.margin.x, regime), rng
         )
         return [r.to_dict() for r in regions]
 

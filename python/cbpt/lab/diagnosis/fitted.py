@@ -23,7 +23,7 @@ from cbpt.lab.inference.cross_validation import folds
 from cbpt.lab.inference.estimates import parameters_of
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
-from cbpt.lab.inference.prediction import AtLoad, angle_at, load_of_choice
+from cbpt.lab.inference.prediction import AtLoad, Load, angle_at, load_of_choice
 from cbpt.lab.inference.results import Results, results_of
 from cbpt.lab.model.own_terms import campaign_of, chosen
 from cbpt.lab.model.priors import PRIORS
@@ -90,7 +90,7 @@ class Fitted:
         AtLoad
             Elastic angles and standard uncertainties (k = 1) in arcsec, shape (n,).
         """
-        return angle_at(self.fitter, self.result, torque_Nm, preload_N, input_angle_deg)
+        return angle_at(self.fitter, self.result, Load(torque_Nm, preload_N, input_angle_deg))
 
     def results(
         self,
@@ -121,7 +121,12 @@ class Fitted:
             ("rmse fitted", self.after.rmse_arcsec),
             ("rmse fitted, held out", self.after.held_out_rmse_arcsec),
         )
-        return results_of(self.fitter, self.result, errors, self.predict(*load) if load else None)
+        return results_of(
+            self.fitter,
+            self.result,
+            errors,
+            angle_at(self.fitter, self.result, load) if load else None,
+        )
 
     def report(self, say: Say = str) -> str:
         """As text; `say` says the steps of notes, else they are Python."""

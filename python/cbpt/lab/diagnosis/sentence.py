@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+
 import numpy as np
 
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
-from cbpt.lab.diagnosis.fit_text import moved, solutions
+from cbpt.lab.diagnosis.fit_text import moved_by, solutions
 from cbpt.lab.diagnosis.noise_statement import noise_floor
 from cbpt.lab.wording.names import called, columns_in_words
-from cbpt.lab.wording.numbers import listed, shown
+from cbpt.lab.wording.numbers import in_words, listed
 
 _NOISE = {
     "run_offset": "an offset that differs from run to run",
@@ -19,12 +22,25 @@ _NOISE = {
 }
 
 
+@dataclass(frozen=True)
+class Say:
+    """How numbers that were found are written; without arguments as in a case file."""
+
+    number: Callable[[str, str], str] = "{} {}".format
+    """From its name and its value with the uncertainty: `exponent 0.914 +- 0.017`."""
+    aside: Callable[[str], str] = "({})".format
+    """All numbers of one effect."""
+
+
+_PLAINLY = Say()
+
+
 def name_of(d: DiagnosisData, effect: str) -> str:
     """What an effect is called, of the reducer that this is about."""
     return called(effect, d.competition.campaign.drive.kind)
 
 
-def sentence(d: DiagnosisData) -> str:
+def sentence(d: DiagnosisData, say: Say = _PLAINLY) -> str:
     """One or two sentences that say what is certain, what is open and how sure that is."""
     v = d.verdict
     sure = f"probability {v.probability:.2f}"
@@ -37,15 +53,15 @@ def sentence(d: DiagnosisData) -> str:
     if after > 0.97 * before:
         fall = f"the error stays at {after:.2f} arcsec"
     if v.kind == "unknown":
-        return _unknown(d, sure)
+        return _unknown(d, sure, say)
     if v.kind == "complete":
-        return _complete(d, sure, fall)
+        return _complete(d, sure, fall, say)
     if v.kind == "rig" and set(v.effects) <= {"run_offset"}:
         what = listed([_noise(d, n) for n in v.noise if n in _NOISE])
         return f"No effect is missing from the model: the readings show {what} ({sure})."
     if v.kind == "ambiguous":
         return _ambiguous(d, sure, fall)
-    what = listed([_with_value(d, e) for e in v.effects])
+    what = listed([_with_value(d, e, say) for e in v.effects])
     kinds = {
         "parameter": "A parameter of the drive differs from the case",
         "rig": "The measurement has an error",
@@ -66,28 +82,28 @@ def _noise(d: DiagnosisData, word: str) -> str:
     return _NOISE[word]
 
 
-def _unknown(d: DiagnosisData, sure: str) -> str:
+def _unknown(d: DiagnosisData, sure: str, say: Say) -> str:
     columns = d.verdict.pattern.columns if d.verdict.pattern else ()
     on = columns_in_words(columns)
     return (
         f"An effect is missing that is not in the library ({sure}): the misfit depends on {on}."
-        + _beside(d)
+        + _beside(d, say)
     )
 
 
-def _beside(d: DiagnosisData) -> str:
+def _beside(d: DiagnosisData, say: Say) -> str:
     """What has a name beside a pattern that has none; of a reducer that is most of its loop."""
     named = d.verdict.names
     if not named or d.competition.campaign.drive.kind != "torsion_spring":
         return ""
-    what = listed([_with_value(d, e) for e in named])
+    what = listed([_with_value(d, e, say) for e in named])
     return (
         f" In addition there is {what}: the error falls from {d.ladder[0].rmse_arcsec:.3g} to "
         f"{d.final_rung.rmse_arcsec:.3g} arcsec."
     )
 
 
-def _complete(d: DiagnosisData, sure: str, fall: str) -> str:
+def _complete(d: DiagnosisData, sure: str, fall: str, say: Say) -> str:
     v = d.verdict
     if not v.within_uncertainty:
         return (
@@ -95,8 +111,9 @@ def _complete(d: DiagnosisData, sure: str, fall: str) -> str:
             f"their noise of {noise_floor(d)[0]:.2f} arcsec."
         )
     null = d.competition.fits[()]
-    off = [moved(r.number, null) for r in v.rests_on if abs(r.needed_shift_sigma) > 0.8]
-    which = f" ({listed(off)})" if off else ""
+    far = [r.number for r in v.rests_on if abs(r.needed_shift_sigma) > 0.8]
+    off = [say.number(number, moved_by(number, null)) for number in far]
+    which = f" {say.aside(listed(off))}" if off else ""
     return (
         f"No effect is missing ({sure}): with the parameters of the drive changed within their "
         f"stated uncertainty{which}, {fall}."
@@ -115,14 +132,16 @@ def _ambiguous(d: DiagnosisData, sure: str, fall: str) -> str:
     return f"{text[:1].upper()}{text[1:]} ({sure}); {fall}."
 
 
-def _with_value(d: DiagnosisData, effect: str) -> str:
+def _with_value(d: DiagnosisData, effect: str, say: Say) -> str:
     """An effect with the numbers that were found for it."""
     name = name_of(d, effect)
     found = d.parameters(d.after, effect)
     if not found:
-        strained = {u.name: u for u in d.after.unknowns if u.name == effect}
-        return f"{name} ({moved(effect, d.after)})" if strained else name
-    values = [shown(effect, n, p["value"], p["u"], p["unit"]) for n, p in found.items()]
+        if effect not in {u.name for u in d.after.unknowns}:
+            return name
+        return f"{name} {say.aside(say.number(effect, moved_by(effect, d.after)))}"
+    words = (in_words(effect, n, p["value"], p["u"], p["unit"]) for n, p in found.items())
+    values = [say.number(*number) for number in words]
     if any(several.effect == effect for several in solutions(d.after)):
         values.append("or another solution, see the notes")
-    return f"{name} ({', '.join(values)})"
+    return f"{name} {say.aside(', '.join(values))}"

@@ -27,7 +27,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from cbpt._core import Case, Drive
 from cbpt.errors import PlanError
-from cbpt.lab.readings.headers import CONTRACT, find_unit, read_header, unit_at_end, units_of
+from cbpt.lab.readings.headers import (
+    CONTRACT,
+    converted,
+    find_unit,
+    read_header,
+    unit_at_end,
+    units_of,
+)
 from cbpt.lab.readings.reader import Readings, read_readings
 from cbpt.lab.wording.numbers import significant
 
@@ -361,15 +368,16 @@ class _Reader:
         assert second is not None
         if stem in _TIMES:
             known = find_unit(unit, "time") if unit else None
-            if known is None or known.kind != "time":
-                raise self.wrong(place, key, value, f"a key {stem}_s; units: {units_of('time')}")
+            if known is None or known.quantity != "time":
+                times = ", ".join(units_of("time"))
+                raise self.wrong(place, key, value, f"a key {stem}_s; units: {times}")
             return f"{stem}_s", known.size / second.size
         if stem == "rate":
             over, per, under = unit.partition("_per_")
             torque = find_unit(over, "torque") if per else None
             time = find_unit(under, "time") if per else None
             newton_metre = find_unit("N m", "torque")
-            if not torque or not time or (torque.kind, time.kind) != ("torque", "time"):
+            if not torque or not time or (torque.quantity, time.quantity) != ("torque", "time"):
                 raise self.wrong(place, key, value, "a key rate_Nm_per_s")
             assert newton_metre is not None
             return "rate_Nm_per_s", torque.size / newton_metre.size * second.size / time.size
@@ -460,9 +468,9 @@ class _Reader:
                 expected = f"{some}, a list of them or {{ to, points, shape }}"
             raise self.wrong(place, key, value, expected)
         said = read_header(key)
-        own = find_unit(_OWN[said.quantity.key].unit, said.unit.kind)  # type: ignore[union-attr]
+        own = find_unit(_OWN[said.quantity.key].unit, said.unit.quantity)  # type: ignore[union-attr]
         assert said.unit is not None and own is not None
-        return tuple(said.unit.convert(np.array(values, dtype=np.float64), own).tolist())
+        return tuple(converted(np.array(values, dtype=np.float64), said.unit, own).tolist())
 
     def range(self, place: str, key: str, name: str, entry: Mapping[str, Any]) -> tuple[float, ...]:
         unknown = next((k for k in entry if k not in _RANGE), None)

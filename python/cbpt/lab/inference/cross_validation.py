@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.covariance.linear_gaussian import Margin, Noise, Whitener
+from cbpt.lab.covariance.linear_gaussian import Linear, Margin, Noise, Whitener
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.model.dataset import Campaign
@@ -48,11 +48,11 @@ def held_out_residual(fitter: Fitter, fit: Fit, fold: NDArray[np.int64]) -> Floa
 
 def held_out_by(
     c: Campaign,
-    problem: tuple[Floats, Floats, Floats],
+    problem: Linear,
     noise: Noise,
     fold: NDArray[np.int64],
 ) -> Floats:
-    """The same by a linear problem: readings, columns, prior precisions."""
+    """The same by a linear problem."""
     y, x, precision = problem
     out = np.full(len(y), np.nan)
     numbers = np.unique(fold)

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.covariance.fit_noise import PRICE, log_scale_prior
-from cbpt.lab.covariance.linear_gaussian import Margin, Noise, Whitener, log_likelihood
+from cbpt.lab.covariance.linear_gaussian import Linear, Margin, Noise, Whitener, log_likelihood
 from cbpt.lab.inference.gauss_newton import Problem
 from cbpt.lab.inference.hypothesis import Hypothesis, Unknown
 from cbpt.lab.model.discrepancy import form_columns
@@ -101,7 +101,7 @@ def may_depart(hypothesis: Hypothesis, unknowns: tuple[Unknown, ...]) -> list[li
 
 def linearised(
     problem: Problem, hypothesis: Hypothesis, point: Point, discrepancy: Discrepancy
-) -> tuple[Floats, Floats, Floats]:
+) -> Linear:
     """Readings less model, columns of unknowns, discrepancies and offsets, prior precisions; in
     arcsec."""
     y, columns, precision = problem.linear(point)
@@ -114,7 +114,8 @@ def linearised(
     departures = np.column_stack(found)
     offsets = problem.campaign.zeros
     x = np.column_stack([columns, departures, offsets])
-    return y, x, np.r_[precision, np.ones(departures.shape[1]), np.zeros(offsets.shape[1])]
+    priors = precision, np.ones(departures.shape[1]), np.zeros(offsets.shape[1])
+    return Linear(y, x, np.concatenate(priors))
 
 
 def evaluated(

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.covariance.fit_noise import FIXED_DOF, STATED_DOF, fit_noise
-from cbpt.lab.covariance.linear_gaussian import Noise
+from cbpt.lab.covariance.linear_gaussian import Linear, Noise
 from cbpt.lab.inference.evidence import Discrepancy, Fit, evaluated, linearised, may_depart
 from cbpt.lab.inference.gauss_newton import Problem, point_at, search
 from cbpt.lab.inference.hypothesis import Hypothesis, Unknown, unknown_of_shape
@@ -177,7 +177,7 @@ class Fitter:
         for _ in range(2 if free_noise and reached < bound else int(free_noise)):
             before = noise
             noise, _ = fit_noise(
-                *linearised(problem, hypothesis, point, exact),
+                linearised(problem, hypothesis, point, exact),
                 self.campaign.u_arcsec,
                 self.campaign.rows,
                 noise,
@@ -204,7 +204,7 @@ class Fitter:
             loose = self._departed(exact, exact.noise, sd)
             if loose.log_marginal > exact.log_marginal + _NOISE_WORTH:
                 noise, _ = fit_noise(
-                    *self.linear(loose), c.u_arcsec, c.rows, exact.noise, self.stated_dof
+                    self.linear(loose), c.u_arcsec, c.rows, exact.noise, self.stated_dof
                 )
                 loose = self._departed(exact, noise, sd)
             seen.append(loose)
@@ -250,7 +250,7 @@ class Fitter:
             self.stated_dof,
         )
 
-    def linear(self, fit: Fit) -> tuple[Floats, Floats, Floats]:
+    def linear(self, fit: Fit) -> Linear:
         """Readings less model, columns of unknowns and zeros, prior precisions, about a fit; in
         arcsec.
         """

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.covariance.linear_gaussian import Margin, Noise, Whitener
+from cbpt.lab.covariance.linear_gaussian import Linear, Margin, Noise, Whitener
 from cbpt.lab.inference.hypothesis import Unknown
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.forward import Assembled, Point
@@ -113,12 +113,12 @@ class Problem:
         then += float(self.precision @ np.where(self.precision > 0, start + step, 0.0) ** 2)
         return step, now - then
 
-    def linear(self, point: Point) -> tuple[Floats, Floats, Floats]:
+    def linear(self, point: Point) -> Linear:
         """The problem linearised here: y, columns, precision; unknowns count from the mean of their
         priors."""
         columns = self.columns(point)
         y = self.campaign.y_arcsec - point.angle_arcsec + columns @ self.off(point)
-        return y, columns, self.precision
+        return Linear(y, columns, self.precision)
 
 
 def search(problem: Problem, point: Point, steps: int, bound: float = np.inf) -> tuple[Point, bool]:

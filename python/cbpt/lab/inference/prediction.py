@@ -1,5 +1,6 @@
 """The elastic angle of the drive at loads of choice, with its uncertainty.
 
+    Load           the loads that are asked for
     AtLoad         the angles, as arrays
     angle_at       what a fit says of them
     load_of_choice the load that a user states, completed from the case
@@ -23,11 +24,30 @@ from cbpt.lab.covariance.linear_gaussian import Rows
 from cbpt.lab.inference.budget import Budget, Combined
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
+from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.priors import CLASSES
 from cbpt.lab.readings.reader import Readings
 
 Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Load:
+    """Loads of choice, in N m, N and degrees; they broadcast against each other."""
+
+    torque_Nm: ArrayLike
+    preload_N: ArrayLike | None = None
+    input_angle_deg: ArrayLike = 0.0
+
+    def arrays(self, drive: Drive) -> tuple[Floats, Floats, Floats]:
+        """Torque, preload and input angle, each of shape (n,); a preload of NaN where a torsion
+        spring has none. Raises `InvalidInputError` for a load that cannot be.
+        """
+        spring = drive.kind == "torsion_spring" and self.preload_N is None
+        preload = 1.0 if spring else self.preload_N
+        torque, preload, angle = _checked(self.torque_Nm, preload, self.input_angle_deg)
+        return torque, np.full(len(torque), np.nan) if spring else preload, angle
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,30 +79,19 @@ class AtLoad:
 def angle_at(
     fitter: Fitter,
     fit: Fit,
-    torque_Nm: ArrayLike,
-    preload_N: ArrayLike | None = None,
-    input_angle_deg: ArrayLike = 0.0,
+    load: Load,
     *,
     why_no_u: str | None = None,
     rivals: Mapping[str, Fit] | None = None,
 ) -> AtLoad:
-    """Loads broadcast against each other. Raises `InvalidInputError` for one that cannot be."""
-    spring = fitter.campaign.drive.kind == "torsion_spring" and preload_N is None
-    torque, preload, input_angle = _checked(
-        torque_Nm, 1.0 if spring else preload_N, input_angle_deg
+    """What a fit and its rivals say of the loads; `why_no_u` where no uncertainty can be given.
+
+    Raises `InvalidInputError` for a load that cannot be.
+    """
+    torque, preload, input_angle = load.arrays(fitter.campaign.drive)
+    model = Assembled(
+        _fresh_campaign(fitter.campaign, torque, preload, input_angle), fitter.effects
     )
-    if spring:
-        preload = np.full(len(torque), np.nan)
-    n = len(torque)
-    campaign = replace(
-        fitter.campaign,
-        readings=_fresh(fitter.campaign.readings, torque, preload, input_angle),
-        y_arcsec=np.zeros(n),
-        u_arcsec=np.ones(n),
-        rows=Rows.of(np.arange(n)),
-        zeros=np.ones((n, 1)),
-    )
-    model = Assembled(campaign, fitter.effects)
     instrument = np.zeros(len(model.nothing), dtype=bool)
     for (instance, _), place in model.places.items():
         instrument[place] = CLASSES[model.effects[instance]] == "rig"
@@ -94,17 +103,13 @@ def angle_at(
     budget = Budget.of(fitter, fit)
     log = np.array([fit.value(u) if u.log else 1.0 for u in fit.unknowns])
     own = np.array([not instrument[u.index] for u in fit.unknowns], dtype=float)
-    gradients = np.zeros((n, len(budget.covariance)))
+    gradients = np.zeros((len(torque), len(budget.covariance)))
     gradients[:, : len(fit.unknowns)] = np.nan_to_num(point.slopes) * log * own
     solved = np.isfinite(point.angle_arcsec)
     parts = tuple(
         budget.combined(g) if ok and why_no_u is None else None
         for g, ok in zip(gradients, solved, strict=True)
     )
-    r = fitter.campaign.readings
-    inside = (torque >= r.torque_Nm.min()) & (torque <= r.torque_Nm.max())
-    if r.preload_N is not None and not spring:
-        inside &= (preload >= r.preload_N.min()) & (preload <= r.preload_N.max())
     return AtLoad(
         torque_Nm=torque,
         preload_N=preload,
@@ -112,7 +117,7 @@ def angle_at(
         elastic_angle_arcsec=point.angle_arcsec,
         u_elastic_angle_arcsec=np.array([np.nan if p is None else p.u for p in parts]),
         status=model.states(values(fit))[1],
-        inside=inside,
+        inside=_inside(fitter.campaign.readings, torque, preload),
         why_no_u=why_no_u,
         by_rival_arcsec={
             name: model.at(values(rival)).angle_arcsec for name, rival in (rivals or {}).items()
@@ -127,7 +132,7 @@ def load_of_choice(
     torque_Nm: ArrayLike | None,
     preload_N: ArrayLike | None,
     input_angle_deg: ArrayLike | None,
-) -> tuple[ArrayLike, ArrayLike | None, ArrayLike] | None:
+) -> Load | None:
     """The load, completed from `[load]` of the case; None if neither gives a torque."""
     in_case = case if isinstance(case, Case) else None
     if in_case and torque_Nm is None:
@@ -147,8 +152,7 @@ def load_of_choice(
         )
     if in_case and input_angle_deg is None:
         input_angle_deg = in_case.input_angle_deg
-    input_angle_deg = 0.0 if input_angle_deg is None else input_angle_deg
-    return torque_Nm, preload_N, input_angle_deg
+    return Load(torque_Nm, preload_N, 0.0 if input_angle_deg is None else input_angle_deg)
 
 
 def _checked(*loads: ArrayLike | None) -> tuple[Floats, ...]:
@@ -169,6 +173,28 @@ def _checked(*loads: ArrayLike | None) -> tuple[Floats, ...]:
             least = " above 0" if name == "preload_N" else ""
             raise InvalidInputError(f"{name} = {array[bad][0]:g}: expected a finite number{least}")
     return tuple(np.array(array).reshape(-1) for array in arrays)
+
+
+def _inside(readings: Readings, torque: Floats, preload: Floats) -> NDArray[np.bool_]:
+    """Whether torque and preload (of any size where it is NaN) lie within those of the readings."""
+    r = readings
+    inside = (torque >= r.torque_Nm.min()) & (torque <= r.torque_Nm.max())
+    if r.preload_N is not None:
+        inside &= ~((preload < r.preload_N.min()) | (preload > r.preload_N.max()))
+    return np.asarray(inside)
+
+
+def _fresh_campaign(c: Campaign, torque: Floats, preload: Floats, angle: Floats) -> Campaign:
+    """The drive under each load, with one offset and nothing read."""
+    n = len(torque)
+    return replace(
+        c,
+        readings=_fresh(c.readings, torque, preload, angle),
+        y_arcsec=np.zeros(n),
+        u_arcsec=np.ones(n),
+        rows=Rows.of(np.arange(n)),
+        zeros=np.ones((n, 1)),
+    )
 
 
 def _fresh(readings: Readings, torque: Floats, preload: Floats, angle: Floats) -> Readings:

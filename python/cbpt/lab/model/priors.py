@@ -11,7 +11,6 @@ Names and ranges of parameters come from the core's table; here is only how they
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -112,88 +111,112 @@ def _ring(*sizes: float) -> tuple[tuple[float, float], ...]:
     return tuple((size * c, size * s) for size in sizes for c, s in phases)
 
 
-def _of(
-    effect: str,
-    sizes: tuple[str, ...],
-    low: float,
-    *,
-    signed: bool = False,
-    shapes: tuple[Shape, ...] = (),
-    name: str = "",
-    needs: str = "",
-) -> Variant:
-    """A variant with the core's largest plausible size; `low` is the least that could matter."""
-    high = _largest(effect, sizes[0])
-    return Variant(effect, sizes, low, high, signed, shapes, name=name, needs=needs)
+_OF_CORE = math.nan
+"""Stands for the core's largest plausible size."""
+_SPAN_OF_CURVE = [
+    _largest("sensor_nonlinearity", name) for name in ("quadratic_per_rad", "cubic_per_rad2")
+]
+_LOST_SHARE, _LOST_FORCE = "lost_share", "lost_force_N"
 
-
-def _all() -> Iterator[Variant]:
-    yield _of("contact_stiffness", ("stiffness_scale",), 0.02, signed=True)
-    yield _of("contact_angle", ("contact_angle_shift_rad",), 0.002, signed=True)
-    for effect, name in (
-        ("torque_scale", "torque_gain"),
-        ("preload_scale", "preload_gain"),
-        ("sensor_gain", "sensor_gain"),
-    ):
-        yield _of(effect, (name,), 0.005, signed=True)
-    # A coefficient of 10 per rad is an error of 0.17 arcsec at 60 arcsec.
-    curve = _of("sensor_nonlinearity", ("quadratic_per_rad", "cubic_per_rad2"), 2.0, signed=True)
-    cubic = _largest(curve.effect, curve.sizes[1])
-    yield replace(curve, ratios=(1.0, cubic / curve.high))
-    yield _of("drift", ("rate_rad_per_s",), 1e-11, signed=True, name="time", needs="time_s")
-    yield _of(
+_TABLE: tuple[Variant, ...] = (
+    Variant("contact_stiffness", ("stiffness_scale",), 0.02, _OF_CORE, signed=True),
+    Variant("contact_angle", ("contact_angle_shift_rad",), 0.002, _OF_CORE, signed=True),
+    Variant("torque_scale", ("torque_gain",), 0.005, _OF_CORE, signed=True),
+    Variant("preload_scale", ("preload_gain",), 0.005, _OF_CORE, signed=True),
+    Variant("sensor_gain", ("sensor_gain",), 0.005, _OF_CORE, signed=True),
+    Variant(
+        "sensor_nonlinearity",
+        ("quadratic_per_rad", "cubic_per_rad2"),
+        2.0,  # a coefficient of 10 per rad is an error of 0.17 arcsec at 60 arcsec
+        _OF_CORE,
+        signed=True,
+        ratios=(1.0, _SPAN_OF_CURVE[1] / _SPAN_OF_CURVE[0]),
+    ),
+    Variant(
+        "drift", ("rate_rad_per_s",), 1e-11, _OF_CORE, signed=True, name="time", needs="time_s"
+    ),
+    Variant(
         "drift",
         ("rate_rad_per_K",),
         1e-8,
+        _OF_CORE,
         signed=True,
         name="temperature",
         needs="temperature_degC",
-    )
-    yield _of("eccentric_bearing", ("reference_deflection_m",), 2e-8, shapes=(EXPONENT,))
-    yield _of("bearing_play", ("clearance_m",), 2e-8)
-    yield _of("output_torsion", ("compliance_rad_per_Nm",), 1e-7)
-    yield _of("friction_hysteresis", ("friction_radius_m",), 1e-6, shapes=(_ENGAGEMENT,))
-    share, force = "lost_share", "lost_force_N"
-    yield _of("preload_loss", (share,), 0.005)
-    yield _of("preload_loss", (force,), 2.0, name="force")
-    # A force counts as much as the share that it is of 800 N.
-    both = _of("preload_loss", (share, force), 0.005, name="share and force")
-    yield replace(both, ratios=(1.0, 800.0))
-    yield _of("preload_spring", ("spring_rate_N_per_m",), 1e6)
-    yield _of("thermal_preload", ("rate_N_per_K",), 0.1, signed=True, needs="temperature_degC")
-    sine, cosine = "offset_sine_m", "offset_cosine_m"
-    yield _of("eccentricity_error", (sine, cosine), 2e-8, signed=True, name="fixed plate")
-    planet = (f"planet_{sine}", f"planet_{cosine}")
-    yield _of("eccentricity_error", planet, 2e-8, signed=True, name="planet")
-    for harmonic in range(2, 9):
-        for groove in ("", "planet_"):
-            pitch = _of(
-                "groove_pitch_error",
-                (f"{groove}cosine_m", f"{groove}sine_m"),
-                1e-7,
-                signed=True,
-                name=f"{'planet' if groove else 'fixed groove'}, harmonic {harmonic}",
-            )
-            far, fixed = _ring(1e-6, 4e-6), (("harmonic", float(harmonic)),)
-            yield replace(pitch, far=far, fixed=fixed)
-    for where in ("", "housing_"):
-        tilt = _of(
+    ),
+    Variant("eccentric_bearing", ("reference_deflection_m",), 2e-8, _OF_CORE, shapes=(EXPONENT,)),
+    Variant("bearing_play", ("clearance_m",), 2e-8, _OF_CORE),
+    Variant("output_torsion", ("compliance_rad_per_Nm",), 1e-7, _OF_CORE),
+    Variant("friction_hysteresis", ("friction_radius_m",), 1e-6, _OF_CORE, shapes=(_ENGAGEMENT,)),
+    Variant("preload_loss", (_LOST_SHARE,), 0.005, _OF_CORE),
+    Variant("preload_loss", (_LOST_FORCE,), 2.0, _OF_CORE, name="force"),
+    Variant(
+        "preload_loss",
+        (_LOST_SHARE, _LOST_FORCE),
+        0.005,
+        _OF_CORE,
+        name="share and force",
+        ratios=(1.0, 800.0),  # a force counts as much as the share that it is of 800 N
+    ),
+    Variant("preload_spring", ("spring_rate_N_per_m",), 1e6, _OF_CORE),
+    Variant(
+        "thermal_preload", ("rate_N_per_K",), 0.1, _OF_CORE, signed=True, needs="temperature_degC"
+    ),
+    *(
+        Variant(
+            "eccentricity_error",
+            (f"{where}offset_sine_m", f"{where}offset_cosine_m"),
+            2e-8,
+            _OF_CORE,
+            signed=True,
+            name="planet" if where else "fixed plate",
+        )
+        for where in ("", "planet_")
+    ),
+    *(
+        Variant(
+            "groove_pitch_error",
+            (f"{groove}cosine_m", f"{groove}sine_m"),
+            1e-7,
+            _OF_CORE,
+            signed=True,
+            fixed=(("harmonic", float(harmonic)),),
+            name=f"{'planet' if groove else 'fixed groove'}, harmonic {harmonic}",
+            far=_ring(1e-6, 4e-6),
+        )
+        for harmonic in range(2, 9)
+        for groove in ("", "planet_")
+    ),
+    *(
+        Variant(
             "plate_tilt",
             (f"{where}tilt_cosine_rad", f"{where}tilt_sine_rad"),
             1e-6,
+            _OF_CORE,
             signed=True,
             name="in the housing" if where else "with the crank",
+            secants=_ring(1e-5, 4e-5, 1.5e-4),
         )
-        yield replace(tilt, secants=_ring(1e-5, 4e-5, 1.5e-4))
-    yield _of("rough_contact", ("exponent",), 0.02, signed=True)
-    for name, needs in (("permanent_set", ""), ("permanent_set_of_run", ""), ("settled", "cycle")):
-        yield _of("run_in", (f"{name}_rad",), 0.1 * ARCSEC, name=name, needs=needs)
-    yield _of("wear", ("lost_share_per_s",), 1e-7, needs="time_s")
-    for parameter, name in CREEP:
-        yield _of("creep", (parameter,), 1e-9, shapes=(_TIME,), name=name, needs="time_s")
+        for where in ("", "housing_")
+    ),
+    Variant("rough_contact", ("exponent",), 0.02, _OF_CORE, signed=True),
+    *(
+        Variant("run_in", (f"{name}_rad",), 0.1 * ARCSEC, _OF_CORE, name=name, needs=needs)
+        for name, needs in (
+            ("permanent_set", ""),
+            ("permanent_set_of_run", ""),
+            ("settled", "cycle"),
+        )
+    ),
+    Variant("wear", ("lost_share_per_s",), 1e-7, _OF_CORE, needs="time_s"),
+    *(
+        Variant("creep", (size,), 1e-9, _OF_CORE, shapes=(_TIME,), name=name, needs="time_s")
+        for size, name in CREEP
+    ),
+)
+"""All forms of all effects; `low` is the least size that could matter."""
 
-
-VARIANTS: tuple[Variant, ...] = tuple(_all())
+VARIANTS = tuple(replace(v, high=_largest(v.effect, v.sizes[0])) for v in _TABLE)
 
 
 def lots(balls: int) -> tuple[Variant, ...]:

@@ -1,6 +1,7 @@
 """What a column header says: a quantity and the unit it is given in.
 
-    Unit, find_unit      spellings of units and what they are worth
+    find_unit, units_of  units by their spellings, and those of a kind (the table is the core's)
+    converted            values in another unit
     Quantity, CONTRACT   the columns a table of readings may have, and the names they go by
     read_header          "T (N·m)" -> torque in N m; or what is missing before it can be read
 
@@ -10,7 +11,6 @@ names it only together with a unit of the right kind, because letters mean other
 
 from __future__ import annotations
 
-import math
 import re
 import unicodedata
 from dataclasses import dataclass
@@ -18,13 +18,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cbpt._core import Unit, units
 from cbpt.errors import TakeColumn, Words
 
 __all__ = [
     "CONTRACT",
     "Header",
     "Quantity",
-    "Unit",
+    "converted",
     "find_unit",
     "plain",
     "read_header",
@@ -33,63 +34,16 @@ __all__ = [
 ]
 
 
-@dataclass(frozen=True, slots=True)
-class Unit:
-    """A unit: what it measures, how it is written, and value * size + zero in the base unit."""
-
-    kind: str
-    symbol: str
-    size: float
-    zero: float = 0.0
-
-    def convert(self, values: NDArray[np.float64], to: Unit) -> NDArray[np.float64]:
-        """The same quantities in another unit of the same kind; unchanged if it is this one."""
-        if self == to:
-            return values
-        # Sizes are chosen so that one is mostly a whole multiple of the other: dividing by that
-        # whole number rounds once where multiplying by its inverse rounds twice.
-        if self.size >= to.size:
-            values = values * (self.size / to.size)
-        else:
-            values = values / (to.size / self.size)
-        # The degree Celsius alone has a zero of its own, and the size of a kelvin.
-        return values + (self.zero - to.zero) if self.zero != to.zero else values
-
-
-# Kind, symbol, size, zero, other spellings. Spellings are compared without blanks, dots and
-# hyphens, so "N m", "N·m", "N.m" and "N-m" are all "Nm".
-_TABLE: tuple[tuple[str, str, float, float, str], ...] = (
-    ("torque", "N m", 1e3, 0, "Nm newtonmetre newtonmetres newtonmeter newtonmeters"),
-    ("torque", "kN m", 1e6, 0, "kNm"),
-    ("torque", "N cm", 10, 0, "Ncm cNm"),
-    ("torque", "mN m", 1, 0, "mNm Nmm"),
-    ("force", "N", 1e3, 0, "N newton newtons"),
-    ("force", "kN", 1e6, 0, "kN kilonewton kilonewtons"),
-    ("force", "mN", 1, 0, "mN millinewton millinewtons"),
-    ("angle", "arcsec", 1, 0, "arcsec arcsecs arcsecond arcseconds asec ′′ '' \""),
-    ("angle", "arcmin", 60, 0, "arcmin arcmins arcminute arcminutes amin ′ '"),
-    ("angle", "deg", 3600, 0, "deg degs degree degrees °"),
-    ("angle", "rad", 648000 / math.pi, 0, "rad rads radian radians"),
-    ("angle", "mrad", 648 / math.pi, 0, "mrad milliradian milliradians"),
-    ("angle", "urad", 0.648 / math.pi, 0, "urad μrad microrad microradian microradians"),
-    ("time", "s", 1e3, 0, "s sec secs second seconds"),
-    ("time", "ms", 1, 0, "ms msec millisecond milliseconds"),
-    ("time", "min", 6e4, 0, "min mins minute minutes"),
-    ("time", "h", 3.6e6, 0, "h hr hrs hour hours"),
-    ("temperature", "degC", 1, 273.15, "degC °C C celsius degcelsius"),
-    ("temperature", "K", 1, 0, "K kelvin"),
-    ("length", "m", 1e9, 0, "m metre metres meter meters"),
-    ("length", "mm", 1e6, 0, "mm millimetre millimetres millimeter millimeters"),
-    ("length", "um", 1e3, 0, "um μm micron microns micrometre micrometres micrometer"),
-    ("length", "nm", 1, 0, "nm nanometre nanometres nanometer nanometers"),
-)
-_UNITS: dict[str, dict[str, Unit]] = {}
-for _kind, _symbol, _size, _zero, _spellings in _TABLE:
-    for _spelling in _spellings.split():
-        _UNITS.setdefault(_kind, {})[_spelling] = Unit(_kind, _symbol, _size, _zero)
+# What a column may measure, in the order in which an unknown unit is looked for.
+_KINDS = ("torque", "force", "angle", "time", "temperature", "length")
+_OF_KIND = {kind: [unit for unit in units() if unit.quantity == kind] for kind in _KINDS}
+_UNITS: dict[str, dict[str, Unit]] = {
+    kind: {spelling: unit for unit in known for spelling in (unit.symbol, *unit.spellings)}
+    for kind, known in _OF_KIND.items()
+}
 _ANY_CASE = {
-    kind: {spelling.casefold(): unit for spelling, unit in units.items()}
-    for kind, units in _UNITS.items()
+    kind: {spelling.casefold(): unit for spelling, unit in known.items()}
+    for kind, known in _UNITS.items()
 }
 # Written in capitals these could be mega as well as milli: only the exact spelling will do.
 _MILLI = {"mnm", "mn", "mrad", "ms"}
@@ -115,12 +69,20 @@ def find_unit(text: str, kind: str | None = None) -> Unit | None:
             unit = _ANY_CASE[kind].get(folded)
         if unit is not None:
             return unit
-    return next((units[spelled] for units in _UNITS.values() if spelled in units), None)
+    return next((known[spelled] for known in _UNITS.values() if spelled in known), None)
 
 
-def units_of(kind: str) -> str:
-    """The units of a kind, for people: "N m, kN m, N cm, mN m"."""
-    return ", ".join(dict.fromkeys(unit.symbol for unit in _UNITS[kind].values()))
+def units_of(kind: str) -> list[str]:
+    """The units of a kind as people write them: N m, N cm, ..."""
+    return [unit.written for unit in _OF_KIND[kind]]
+
+
+def converted(values: NDArray[np.float64], unit: Unit, to: Unit) -> NDArray[np.float64]:
+    """The same quantities in another unit of the same kind; unchanged if it is this one."""
+    if unit == to:
+        return values
+    times, over, plus = unit.conversion(to)
+    return values * times / over + plus if plus else values * times / over
 
 
 @dataclass(frozen=True, slots=True)
@@ -321,7 +283,7 @@ def read_header(header: str, unit_below: str | None = None) -> Header:
         return Header(None, None, candidates, expected, _rename(header, candidates))
     if not stated:
         names = " or ".join(each.key for each in candidates)
-        kinds = "; ".join(dict.fromkeys(units_of(each.kind) for each in candidates))
+        kinds = "; ".join(dict.fromkeys(", ".join(units_of(each.kind)) for each in candidates))
         only = candidates[0] if len(candidates) == 1 else None
         expected = f"a unit for {names} ({kinds})"
         return Header(only, None, candidates, expected, _rename(header, candidates))
@@ -329,13 +291,15 @@ def read_header(header: str, unit_below: str | None = None) -> Header:
     fits = [
         (each, unit)
         for each in candidates
-        if (unit := find_unit(stated[0], each.kind)) is not None and unit.kind == each.kind
+        if (unit := find_unit(stated[0], each.kind)) is not None and unit.quantity == each.kind
     ]
     if not fits:
         reason = f"{stated[0]!r} is no unit of {' or '.join(each.key for each in candidates)}"
         if not sure:
             return Header(hint=reason)
-        expected = f"one of {units_of(candidates[0].kind)} as the unit of {candidates[0].key}"
+        expected = (
+            f"one of {', '.join(units_of(candidates[0].kind))} as the unit of {candidates[0].key}"
+        )
         return Header(candidates[0], None, candidates, expected, _rename(header, candidates))
     quantity, unit = fits[0]
     for other in stated[1:]:

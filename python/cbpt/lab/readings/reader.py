@@ -21,13 +21,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from cbpt._core import Unit
 from cbpt.errors import Mistake, ReadingsError, Setting, TakeColumn, Words
 from cbpt.lab.readings.files import read_file
 from cbpt.lab.readings.headers import (
     CONTRACT,
     Header,
     Quantity,
-    Unit,
+    converted,
     find_unit,
     plain,
     read_header,
@@ -272,7 +273,7 @@ class _Reader:
             else:
                 uses[said.quantity.key] = _Use(index, name, said.quantity, said.unit)
                 if said.unit and name != said.quantity.column:
-                    told.append(f"{name!r} as {said.quantity.key} in {said.unit.symbol}")
+                    told.append(f"{name!r} as {said.quantity.key} in {said.unit.written}")
         for sensor, angle in _SENSOR.items():
             if sensor in uses and angle in uses:
                 spare = uses.pop(sensor)
@@ -344,7 +345,7 @@ class _Reader:
         near = list(dict.fromkeys(typos + shared))
         header = near[0] if near else "your header"
         unit = find_unit(unit_at_end(header), quantity.kind)
-        fits = unit is not None and unit.kind == quantity.kind
+        fits = unit is not None and unit.quantity == quantity.kind
         column = f"{quantity.key}_{unit_at_end(header)}" if fits else quantity.column
         remedy = Words(
             "give a column that name, or ", TakeColumn(header, column), " in the unit it has"
@@ -393,7 +394,8 @@ class _Reader:
         """The numbers of a column in its standard unit."""
         column = loaded.columns[use.index]
         unit = _UNIT["time"] if column.clock else use.unit
-        return unit.convert(column.numbers, _UNIT[use.quantity.key]) if unit else column.numbers
+        own = _UNIT.get(use.quantity.key)
+        return converted(column.numbers, unit, own) if unit and own else column.numbers
 
     @staticmethod
     def labels(column: Column) -> NDArray[Any]:

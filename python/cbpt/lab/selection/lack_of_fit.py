@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.covariance.fit_noise import fit_noise
-from cbpt.lab.covariance.linear_gaussian import Margin, Noise, Whitener
+from cbpt.lab.covariance.linear_gaussian import Linear, Margin, Noise, Whitener
 from cbpt.lab.inference.cross_validation import held_out_by
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
@@ -259,9 +259,7 @@ class Patterned:
         """Log evidence, and the noise that suits it."""
         c = self.fitter.campaign
         noise, value = fit_noise(
-            self.y,
-            self.columns,
-            self.prior(amplitude),
+            Linear(self.y, self.columns, self.prior(amplitude)),
             c.u_arcsec,
             c.rows,
             self.start,
@@ -342,4 +340,5 @@ def held_out_with_pattern(pattern: Pattern, fold: NDArray[np.int64]) -> Floats:
     """Readings less what the other folds predict of them with the pattern, arcsec, shape (n,)."""
     p = pattern.problem
     precision = p.prior(pattern.amplitude)
-    return held_out_by(p.fitter.campaign, (p.y, p.columns, precision), pattern.noise, fold)
+    linear = Linear(p.y, p.columns, precision)
+    return held_out_by(p.fitter.campaign, linear, pattern.noise, fold)

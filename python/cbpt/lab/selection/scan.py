@@ -1,6 +1,7 @@
 """Where a model fails: regions of a table in which the residual stands out from the rest.
 
     Region          ranges of columns, what lies in them, the chance that noise shows as much
+    Scanned         the table and what a model leaves of it
     find_regions    scans a table for them
     REGIMES         names of the regimes of the meshing points
 
@@ -30,7 +31,7 @@ from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.set_points import levels_of
 from cbpt.units import unit_at_end
 
-__all__ = ["REGIMES", "Region", "find_regions"]
+__all__ = ["REGIMES", "Region", "Scanned", "find_regions"]
 
 Floats = NDArray[np.float64]
 Columns = NDArray[np.floating[Any]]
@@ -148,12 +149,23 @@ def _range_text(column: str, low: float, high: float) -> str:
     return f"{name.replace('_', ' ')} {text} {unit.written if unit else ''}".rstrip()
 
 
+@dataclass(frozen=True, eq=False)
+class Scanned:
+    """A table of n readings and what a model leaves of it."""
+
+    readings: Readings
+    residual_arcsec: Floats
+    """Reading minus model, finite, shape (n,)."""
+    whitener: Whitener
+    """The noise."""
+    free: Floats
+    """Whitened columns (n, p) of what was refitted, offsets too; p may be 0."""
+    regime: Sequence[str] | NDArray[np.str_] | None = None
+    """Of each reading, one of `REGIMES` (others count for none); None where it is not known."""
+
+
 def find_regions(
-    readings: Readings,
-    residual_arcsec: Floats,
-    whitener: Whitener,
-    free: Floats,
-    regime: Sequence[str] | NDArray[np.str_] | None,
+    scanned: Scanned,
     rng: np.random.Generator,
     replicates: int = 400,
     *,
@@ -162,13 +174,9 @@ def find_regions(
 ) -> tuple[Region, ...]:
     """Regions in which the residual stands out, the most telling first; none where it is noise.
 
-    residual_arcsec: reading minus model, finite, shape (n,).
-    whitener: the noise.
-    free: whitened columns (n, p) of what was refitted, zeros too; p may be 0.
-    regime: of each reading, one of `REGIMES` (others count for none); None where it is not known.
     limit: a region with a larger p-value is not told. most: as many regions as this are told.
     """
-    scan = _Scan(readings, residual_arcsec, whitener, free, regime)
+    scan = _Scan(scanned)
     if not scan.blocks:
         return ()
     null = scan.null(rng, replicates)
@@ -386,14 +394,9 @@ class _Best:
 class _Scan:
     """All regions of one table, through one noise and one refit."""
 
-    def __init__(
-        self,
-        readings: Readings,
-        residual_arcsec: Floats,
-        whitener: Whitener,
-        free: Floats,
-        regime: Sequence[str] | NDArray[np.str_] | None,
-    ) -> None:
+    def __init__(self, scanned: Scanned) -> None:
+        readings, residual_arcsec = scanned.readings, scanned.residual_arcsec
+        whitener, free, regime = scanned.whitener, scanned.free, scanned.regime
         self.readings, self.residual = readings, residual_arcsec
         self.n = len(readings)
         self.sign = np.sign(readings.torque_Nm)

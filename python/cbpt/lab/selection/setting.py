@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.covariance.fit_noise import fit_noise
-from cbpt.lab.covariance.linear_gaussian import Noise, Whitener
+from cbpt.lab.covariance.linear_gaussian import Linear, Noise, Whitener
 from cbpt.lab.covariance.outliers import looseness
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
@@ -174,9 +174,11 @@ def _flexible_noise(fitter: Fitter, fit: Fit, signatures: list[Signature], start
     columns = columns[:, size > 1e-9] / size[size > 1e-9]
     # Each signature may be as strong as a hundred standard deviations of the whole table.
     noise, _ = fit_noise(
-        y,
-        np.column_stack([x, columns]),
-        np.r_[precision, np.full(columns.shape[1], 1e-4)],
+        Linear(
+            y,
+            np.column_stack([x, columns]),
+            np.r_[precision, np.full(columns.shape[1], 1e-4)],
+        ),
         c.u_arcsec,
         c.rows,
         start,

@@ -1,8 +1,7 @@
 """The page's document: every number on the page, in the report as in the workbench, comes from it.
 
     page_document   a case, its readings and what was found -> a `PageDocument`
-    Source          names and texts of the files, as the document tells them
-    named           readings without the folder that they come from
+    Isolability     what the campaign could see, or why that is not known
 
 What it holds is typed in `types`: `PageDocument` and its parts.
 """
@@ -10,11 +9,8 @@ What it holds is typed in `types`: `PageDocument` and its parts.
 from __future__ import annotations
 
 import hashlib
-import shlex
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
@@ -30,7 +26,9 @@ from cbpt.lab.wording.names import called, tell_tale
 from cbpt.lab.wording.versions import product_version
 from cbpt.page.document.curves import BRANCHES, Curves
 from cbpt.page.document.plain import array, finite_numbers, numbers
-from cbpt.page.document.stated import REFITTED, STATED, UNKNOWN, key_of, stated
+from cbpt.page.document.sentence import sentence_parts
+from cbpt.page.document.source import Source
+from cbpt.page.document.stated import REFITTED, STATED, UNKNOWN, free_function, key_of, stated
 from cbpt.page.document.types import (
     Candidate,
     CaseFile,
@@ -46,13 +44,13 @@ from cbpt.page.document.types import (
     Rung,
     Where,
 )
-from cbpt.results import ANGLE_UNITS
+from cbpt.page.document.units import ANGLE_SIZES, at_ends
 
 if TYPE_CHECKING:
     from cbpt.lab.diagnosis.diagnosis import Diagnosis
     from cbpt.page.document.models import Models
 
-__all__ = ["SCHEMA", "Isolability", "Source", "from_here", "named", "page_document"]
+__all__ = ["SCHEMA", "Isolability", "page_document"]
 
 SCHEMA = "cbpt-page-1"
 Floats = NDArray[np.float64]
@@ -63,12 +61,6 @@ PORTS = {
     "reading": "adds an angle to the reading of the instrument, rad",
 }
 """Where an own effect may act."""
-UNITS = {
-    **{unit: 1.0 / ANGLE_UNITS[unit] for unit in ("arcsec", "arcmin")},
-    "mdeg": 1e-3 / ANGLE_UNITS["deg"],
-    "urad": 1.0 / ANGLE_UNITS["urad"],
-}
-"""Units of angle that the page can be read in, each with its size in arcsec."""
 _NOT_YET = "the readings have not been diagnosed yet"
 _COLUMNS: tuple[tuple[str, str, str, Literal["number", "angle", "category"]], ...] = (
     ("torque_Nm", "torque", "N m", "number"),
@@ -84,48 +76,11 @@ _COLUMNS: tuple[tuple[str, str, str, Literal["number", "angle", "category"]], ..
 )
 
 
-@dataclass(frozen=True)
-class Source:
-    """What the document tells of its files, and the command line that makes it."""
-
-    case_name: str
-    data_name: str
-    case_text: str = ""
-    command: str = ""
-
-    @classmethod
-    def of_files(cls, case: str, data: str, case_text: str, *flags: str) -> Source:
-        """Of files on disk."""
-        words = ["cbpt", "report", from_here(case), from_here(data), *flags]
-        names = PurePath(case).name, PurePath(data).name
-        return cls(*names, case_text, shlex.join([*words, "--out", "report.html"]))
-
-
 class Isolability(NamedTuple):
     """What the campaign could see: its document; or None, and why there is none."""
 
     document: dict[str, Any] | None
     why: str | None
-
-
-def from_here(path: str) -> str:
-    """A file as a command line names it on a page that may be sent on: from where it is run, and
-    without what lies above that."""
-    here = Path.cwd()
-    file = Path(path)
-    if not file.is_absolute():
-        return path
-    return str(file.relative_to(here)) if file.is_relative_to(here) else file.name
-
-
-def as_word(name: str) -> str:
-    """A file's name in a command line, never taken for an option."""
-    return f"./{name}" if name.startswith("-") else name
-
-
-def named(readings: Readings, path: str, name: str) -> Readings:
-    """Readings of a file by its name alone: where it lies is nobody else's business."""
-    return replace(readings, source=readings.source.replace(path, name, 1))
 
 
 def page_document(
@@ -161,9 +116,11 @@ def page_document(
         "product": {"name": "CBPT", "version": product_version()},
         "case": _case_file(case, source),
         "data": _data(readings, source, answer),
-        "command": source.command,
+        "command": source.command.report,
+        "command_words": source.command.words(),
         "answer": answer,
         "answer_key": found.key,
+        "sentence": [] if diagnosis is None else sentence_parts(diagnosis),
         "readings": columns_of_readings(readings, regimes, found),
         "regimes": names,
         "regimes_full": [name == REGIMES[0] for name in names],
@@ -180,7 +137,8 @@ def page_document(
         "next_run": answer["next_run"] if answer else None,
         "isolability": isolability.document if isolability else None,
         "drive": drive_section(case, readings),
-        "units": UNITS,
+        "units": ANGLE_SIZES,
+        "units_of_keys": at_ends(),
         "reasons": dict(_reasons(found, isolability)),
     }
 
@@ -381,6 +339,8 @@ class Found:
                 told["held_out_arcsec"] = further["held_out_rmse_arcsec"]
                 told["chi2_per_dof"] = further["chi2_per_dof"]
             rungs.append(told)
+        if d.verdict.pattern is not None:
+            rungs[-1]["label"] = free_function(d.verdict.pattern.columns)
         stop = next(i for i, r in enumerate(d.ladder) if r is final)
         if self.numbers_off:
             # They are in the rung of the refit already; left free they are no step further.

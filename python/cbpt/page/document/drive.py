@@ -30,14 +30,15 @@ from cbpt.page.document.types import (
     Slider,
     Sliders,
 )
-from cbpt.results import solve_many
+from cbpt.results import ARCSEC_PER_RAD, solve_many
+from cbpt.units import UNITS
 
 _CURVE_POINTS = 81
 _WHY_NO_DRAWING = (
     "a torsion spring is described by its stiffness alone: it has no grooves, balls or preload "
     "thresholds to draw"
 )
-_RAD, _M = float(np.deg2rad(1.0)), 1e-3
+_RAD, _M, _PA = (UNITS[unit].size for unit in ("deg", "mm", "GPa"))
 
 # Section, key in SI, label, unit shown and its SI value, range: factors of the value, or ends.
 _DESIGN: tuple[tuple[str, str, str, str, float, str, float, float], ...] = (
@@ -70,7 +71,7 @@ _DESIGN: tuple[tuple[str, str, str, str, float, str, float, float], ...] = (
         1.3,
     ),
     ("equal_speed", "contact_angle_rad", "contact angle, equal-speed", "deg", _RAD, "ends", 20, 70),
-    ("material", "youngs_modulus_Pa", "Young's modulus", "GPa", 1e9, "times", 0.3, 1.6),
+    ("material", "youngs_modulus_Pa", "Young's modulus", "GPa", _PA, "times", 0.3, 1.6),
 )
 _SHOWN = {"mm": ("_m", "_mm"), "deg": ("_rad", "_deg"), "GPa": ("_Pa", "_GPa")}
 
@@ -159,7 +160,7 @@ def _solution(s: Solution) -> DriveSolution:
         "equal_speed_arcsec": s.alpha_equal_speed_arcsec,
         "torsional_stiffness_Nm_per_arcsec": None
         if stiffness is None
-        else float(stiffness * np.pi / 648000),
+        else stiffness / ARCSEC_PER_RAD,
         "hold_preload_N": s.hold_preload_N,
     }
 
@@ -198,12 +199,11 @@ def _angle_curve(drive: Drive, torque: float, preload: float | None, angle: floa
     reach = 1.25 * abs(torque) or 1.0
     grid = np.linspace(-reach, reach, _CURVE_POINTS)
     found = solve_many(drive, grid, 0.0 if preload is None else preload, angle)
-    per_rad = 648000.0 / np.pi
     return {
         "torque_Nm": finite_numbers(grid),
         "elastic_angle_arcsec": numbers(found.elastic_angle_arcsec),
-        "deceleration_arcsec": numbers(found.alpha_deceleration_rad * per_rad),
-        "equal_speed_arcsec": numbers(found.alpha_equal_speed_rad * per_rad),
+        "deceleration_arcsec": numbers(found.alpha_deceleration_rad * ARCSEC_PER_RAD),
+        "equal_speed_arcsec": numbers(found.alpha_equal_speed_rad * ARCSEC_PER_RAD),
         "status": found.status.tolist(),
     }
 

@@ -35,7 +35,15 @@ from cbpt.lab.wording.numbers import display, shown
 from cbpt.page.document.bench import Bench
 from cbpt.page.document.curves import Curves
 from cbpt.page.document.plain import array, numbers
-from cbpt.page.document.stated import STATED, UNKNOWN, key_of, rows_of, stop_if_taken, with_zeros
+from cbpt.page.document.stated import (
+    STATED,
+    UNKNOWN,
+    free_function,
+    key_of,
+    rows_of,
+    stop_if_taken,
+    with_zeros,
+)
 from cbpt.page.document.types import Choice, FittedNumber, Model, Parameter, Role, Rung
 
 Floats = NDArray[np.float64]
@@ -177,7 +185,7 @@ class Models:
         model = np.full(len(self.readings), np.nan)
         residual = pattern.problem.residual(pattern.amplitude, pattern.noise)
         model[self.used] = d.competition.campaign.y_arcsec - residual
-        label = f"a free-form function of {' and '.join(pattern.columns)}"
+        label = free_function(pattern.columns)
         entry = rows_of(UNKNOWN, "unknown", label, (), self._whole.y_arcsec, model)
         return entry | {
             "held_out_rmse_arcsec": d.ladder[-1].held_out_rmse_arcsec,

@@ -4,6 +4,7 @@ stated         the case as it is, but for the best zero: its entry of the docume
 rows_of        what every entry has: the model and the residual row by row, and the error
 with_zeros     a model with the zeros that fit best
 key_of         the key of the model with some effects
+free_function  what the model of a lack of fit is called
 stop_if_taken  refuses an own effect that is called as a model is
 """
 
@@ -20,6 +21,7 @@ from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.own_terms import campaign_of
 from cbpt.lab.readings.reader import Readings
+from cbpt.lab.wording.names import columns_in_words
 from cbpt.page.document.plain import finite, numbers
 from cbpt.page.document.types import Model, Role
 
@@ -32,6 +34,11 @@ STATED, REFITTED, UNKNOWN = "stated", "refitted", "unknown"
 def key_of(effects: Sequence[str]) -> str:
     """The key of the model with some effects."""
     return "+".join(sorted(effects)) or REFITTED
+
+
+def free_function(columns: Sequence[str]) -> str:
+    """What the model of a lack of fit is called: a free-form function of the torque and the cycle."""
+    return f"a free-form function of {columns_in_words(columns)}"
 
 
 def stop_if_taken(id: str) -> None:

@@ -487,6 +487,23 @@ class DriveSection(TypedDict):
     why_no_drawing: str | None
 
 
+class CommandWords(TypedDict):
+    """Parts of a command line on these files, each quoted for a shell."""
+
+    case: str
+    data: str
+    reading: str
+    """Flags that say how the table is read; empty where there are none."""
+
+
+class SentencePart(TypedDict):
+    """A part of the sentence of the answer."""
+
+    text: str
+    aside: bool
+    """Whether it stands in parentheses: the numbers that were found."""
+
+
 class PageDocument(TypedDict):
     """Every number on the page."""
 
@@ -498,8 +515,11 @@ class PageDocument(TypedDict):
     data: Data
     command: str
     """The command line that makes this report."""
+    command_words: CommandWords
     answer: Any
     """What `cbpt diagnose --json` writes, or null before a diagnosis."""
+    sentence: list[SentencePart]
+    """The sentence of the answer; empty before a diagnosis."""
     answer_key: str | None
     """Key of the model that the answer offers; null where none explains the readings."""
     readings: ReadingColumns
@@ -526,6 +546,8 @@ class PageDocument(TypedDict):
     drive: DriveSection
     units: dict[str, float]
     """Units of angle on the page, each with its size in arcsec."""
+    units_of_keys: dict[str, str]
+    """How the unit in which a key ends is written: N m for Nm of `torque_Nm`."""
     reasons: dict[str, str]
 
 

@@ -465,6 +465,21 @@ export interface DriveSection {
   why_no_drawing: string | null;
 }
 
+/** Parts of a command line on these files, each quoted for a shell. */
+export interface CommandWords {
+  case: string;
+  data: string;
+  /** Flags that say how the table is read; empty where there are none. */
+  reading: string;
+}
+
+/** A part of the sentence of the answer. */
+export interface SentencePart {
+  text: string;
+  /** Whether it stands in parentheses: the numbers that were found. */
+  aside: boolean;
+}
+
 /** Every number on the page. */
 export interface PageDocument {
   /** Which of the files that a workbench has shown; a report has no such number. */
@@ -475,8 +490,11 @@ export interface PageDocument {
   data: Data;
   /** The command line that makes this report. */
   command: string;
+  command_words: CommandWords;
   /** What `cbpt diagnose --json` writes, or null before a diagnosis. */
   answer: Any;
+  /** The sentence of the answer; empty before a diagnosis. */
+  sentence: SentencePart[];
   /** Key of the model that the answer offers; null where none explains the readings. */
   answer_key: string | null;
   readings: ReadingColumns;
@@ -503,5 +521,7 @@ export interface PageDocument {
   drive: DriveSection;
   /** Units of angle on the page, each with its size in arcsec. */
   units: Record<string, number>;
+  /** How the unit in which a key ends is written: N m for Nm of `torque_Nm`. */
+  units_of_keys: Record<string, string>;
   reasons: Record<string, string>;
 }

@@ -1,12 +1,12 @@
-"""Models that are likely to be asked for next, fitted while nobody asks for anything.
+"""Models that the user is likely to ask for next, fitted while the server is idle.
 
-    Turns    what somebody waits for goes before what is worked out meanwhile
-    Ahead    prepared models, as the text that is sent, and who prepares them
+    Turns    the order of work: requests first, preparation after them
+    Ahead    the prepared models as JSON text, and the thread that prepares them
 
-Prepared are the sets one switch away from the model shown: with one effect more, the likeliest
-first, then with one less; after them, while nothing else is to be done at all, those two switches
-away, for who is quicker than what follows on the first. A prepared model is the one that would be
-fitted when asked, since the fit of a set does not depend on what was fitted before (see `bench`).
+First come the sets of effects one switch away from the model shown: with one effect more, the
+likeliest first, then with one less. When nothing else is to be done, the sets two switches away
+follow, for a user who switches again before the first are ready. A prepared model equals the one
+that would be fitted on request: the fit of a set does not depend on earlier fits (see `bench`).
 """
 
 from __future__ import annotations
@@ -91,8 +91,10 @@ class Turns:
             self._gate.notify_all()
 
     def pause(self, pause_s: float, spare: Callable[[], bool] = lambda: False) -> bool:
-        """Wait until nobody has asked for some time; False at the end of all. spare: whether what
-        is to be done then is of the last rank."""
+        """Wait until there was no request for some time; False once the server ends.
+
+        spare: whether the work to be done then is of the last rank.
+        """
         with self._gate:
             while not self.ended:
                 left = self._last_s + pause_s - time.monotonic()
@@ -103,7 +105,7 @@ class Turns:
         return False
 
     def last(self) -> bool:
-        """Wait until nothing is asked for and nothing prepared; False at the end of all."""
+        """Wait until no request is served and nothing is prepared; False once the server ends."""
         with self._gate:
             self._gate.wait_for(
                 lambda: self.ended or not (self.asked or self._under_way["prepared"])
@@ -111,7 +113,7 @@ class Turns:
         return not self.ended
 
     def end(self) -> None:
-        """Nobody waits any more."""
+        """End all waiting."""
         with self._gate:
             self.ended = True
             self._gate.notify_all()
@@ -205,7 +207,7 @@ class Ahead:
             self._turns.prepare(1 if preparing else -1)
 
     def forget(self) -> None:
-        """What was prepared holds no longer, and nothing is wanted."""
+        """Drop all prepared models and all that are wanted."""
         with self._lock:
             self._version += 1
             self._texts.clear()
@@ -213,7 +215,7 @@ class Ahead:
             self._want([])
 
     def end(self) -> None:
-        """Nothing is prepared any more."""
+        """Stop preparing."""
         self._ended = True
         self.forget()
 

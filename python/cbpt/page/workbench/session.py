@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import json
 import re
-import shlex
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -24,16 +23,10 @@ from cbpt.effects import doubtful_names, expression
 from cbpt.errors import CaseError, CbptError, InvalidInputError
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.reader import Readings
-from cbpt.page.document.document import (
-    Isolability,
-    Source,
-    as_word,
-    from_here,
-    named,
-    page_document,
-)
+from cbpt.page.document.document import Isolability, page_document
 from cbpt.page.document.drive import redrawn
 from cbpt.page.document.plain import to_json
+from cbpt.page.document.source import Source, as_word, from_here, named
 from cbpt.page.document.stated import stop_if_taken
 from cbpt.page.document.tables import csv_of
 from cbpt.page.document.types import DriveSection, PageDocument
@@ -185,13 +178,7 @@ class Session:
         assert shown.case is not None
         assert shown.upload is not None
         assert self._readings is not None
-        words = ["cbpt", "report", shown.case_words, shown.data_words, *shown.flags]
-        source = Source(
-            shown.case_name,
-            shown.upload.name,
-            shown.case_text,
-            shlex.join([*words, "--out", "report.html"]),
-        )
+        source = Source(shown.case_name, shown.upload.name, shown.case_text, shown.command)
         document = page_document(
             shown.case,
             self._readings,
@@ -454,10 +441,8 @@ class Session:
     def _command(self, effects: Sequence[str]) -> str:
         """The command line that gives the same: of a model, with the case file as exported, since
         a fit anew may end elsewhere."""
-        case, *others = self._shown.case_words, self._shown.data_words, *self._shown.flags
-        if not effects:
-            return shlex.join(["cbpt", "report", case, *others, "--out", "report.html"])
-        return shlex.join(["cbpt", "compare", f"{self._stem()}_case.toml", *others])
+        command = self._shown.command
+        return command.compare(f"{self._stem()}_case.toml") if effects else command.report
 
     def _stem(self) -> str:
         assert self._shown.upload is not None

@@ -35,6 +35,7 @@ from cbpt.lab.readings.headers import CONTRACT, read_header, units_of
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.text import Table
+from cbpt.page.document.source import Command
 
 MOST_BYTES = 64 << 20
 MOST_ROWS = 200_000
@@ -130,7 +131,7 @@ class Upload:
                 "header": header,
                 "unit_below": below,
                 "column": quantity.column if quantity and not said.expected else None,
-                "unit": said.unit.symbol if said.unit else None,
+                "unit": said.unit.written if said.unit else None,
                 "stated": stated,
                 "doubt": bool(said.expected) and stated != "extra",
                 "expected": said.expected,
@@ -185,6 +186,11 @@ class Opened:
     data_words: str = ""
     flags: tuple[str, ...] = ()
 
+    @property
+    def command(self) -> Command:
+        """The command lines on these files."""
+        return Command(self.case_words, self.data_words, self.flags)
+
     def read(self) -> tuple[Readings | None, dict[str, Any]]:
         """The readings, where case and table are there; and what is missing or in doubt."""
         found: dict[str, Any] = {"ready": False, "message": "", "columns": [], "quantities": []}
@@ -228,7 +234,7 @@ def quantities() -> list[dict[str, Any]]:
             "key": q.key,
             "column": q.column,
             "unit": q.unit,
-            "units": units_of(q.kind).split(", ") if q.kind else [],
+            "units": units_of(q.kind) if q.kind else [],
             "needed": q.key in needed,
         }
         for q in CONTRACT

@@ -65,54 +65,6 @@ export function percent(share) {
   return `${(100 * share).toFixed(share < 0.0995 ? 1 : 0)} %`;
 }
 
-/** Units as they stand at the ends of keys, and as they are written. */
-const UNITS = /** @type {Record<string, string>} */ ({
-  Nm: "N m",
-  degC: "°C",
-  deg: "°",
-  um: "µm",
-  urad: "µrad",
-  arcsec2: "arcsec²",
-  ...Object.fromEntries("N s h K m mm GPa rad arcsec arcmin".split(" ").map((u) => [u, u])),
-});
-const KEY = new RegExp(
-  `^(.*?)_(?:(${Object.keys(UNITS).join("|")})(?:_per_(${Object.keys(UNITS).join("|")}))?|per_(${
-    Object.keys(UNITS).join("|")
-  }))$`,
-);
-
-/**
- * A quantity's name from its key: `torque_Nm` is "torque (N m)".
- * @param {string} key
- */
-export function nameOf(key) {
-  const { name, unit } = parted(key);
-  return unit ? `${name} (${unit})` : name;
-}
-
-/** A key's name and the unit at its end. @param {string} key */
-function parted(key) {
-  const [, name, unit, per, only] = KEY.exec(key) ?? [];
-  if (name === undefined) return { name: key.replaceAll("_", " "), unit: "" };
-  const written = only ? `1/${UNITS[only]}` : per ? `${UNITS[unit]}/${UNITS[per]}` : UNITS[unit];
-  return { name: name.replaceAll("_", " "), unit: written };
-}
-
-/**
- * A sentence with its keys as words: `friction_torque_Nm 1.296 ± 0.017` is "friction torque
- * 1.296 ± 0.017 N m".
- * @param {string} sentence
- */
-export function readable(sentence) {
-  return sentence.replace(
-    /\b([a-z]\w*_\w+) ([+-]?\d[\d.]*(?:e-?\d+)?(?: ± \d[\d.]*(?:e-?\d+)?)?)/g,
-    (_, key, number) => {
-      const { name, unit } = parted(key);
-      return `${name} ${number.replaceAll("-", "−")}${unit && ` ${unit}`}`;
-    },
-  );
-}
-
 /** @param {readonly (number | null)[]} values */
 export function rms(values) {
   let sum = 0, count = 0;

@@ -3,7 +3,8 @@
 /** @import { Child } from "../lib/page.d.ts" */
 /** @import { PageDocument } from "../types.d.ts" */
 import { bar, bodyOf, byId, el, fill, svg } from "../lib/dom.js";
-import { nameOf, probability, readable, text } from "../lib/numbers.js";
+import { nameOf } from "../lib/names.js";
+import { probability, text } from "../lib/numbers.js";
 import { show } from "../lib/models.js";
 import { documentShown, modelOf, on, setModel, size, state } from "../lib/store.js";
 
@@ -79,7 +80,13 @@ function found(whole) {
   return el(
     "div",
     { class: "card" },
-    el("p", { class: "sentence", id: "sentence" }, worded(verdict.sentence)),
+    el(
+      "p",
+      { class: "sentence", id: "sentence" },
+      whole.sentence.map((part) =>
+        part.aside ? el("span", { class: "aside" }, part.text) : part.text
+      ),
+    ),
     el(
       "dl",
       { class: "facts" },
@@ -108,7 +115,9 @@ function found(whole) {
         size(floor),
         floor === null
           ? whole.noise.noise_floor_of
-          : `${state.unit}, ${whole.noise.noise_floor_of}; ${noise.model.map(nameOf).join(", ")}`,
+          : `${state.unit}, ${whole.noise.noise_floor_of}; noise model: ${
+            noise.model.map(nameOf).join(", ")
+          }`,
       ),
       fact(
         "χ² / dof",
@@ -167,13 +176,6 @@ function fact(name, value, more, picture) {
   );
 }
 
-/** The sentence with names for keys, the numbers of the effects lighter than what is found. @param {string} sentence */
-function worded(sentence) {
-  return readable(sentence.replaceAll("+-", "±")).split(/(\([^()]*±[^()]*\))/).map((part, k) =>
-    k % 2 ? el("span", { class: "aside" }, part) : part
-  );
-}
-
 /**
  * Two bars, of the error before and after, and the noise across them.
  * @param {number | null} before @param {number | null} after @param {number | null} floor
@@ -198,7 +200,7 @@ function restsOn(numbers) {
     return el(
       "p",
       { class: "small quiet" },
-      "The answer does not depend on a stated number: an error in none of them explains the same residual.",
+      "The answer does not depend on the stated numbers: no error in one of them explains the same residual.",
     );
   }
   return el(

@@ -10,7 +10,8 @@ import { bar, bodyOf, el, fill, svg } from "../lib/dom.js";
 import { onTheme, saveDrawing, theme, thin } from "../lib/figure.js";
 import { markSwitches, switchOf } from "./bar.js";
 import { canSwitch, isOn, ROUGH } from "../lib/models.js";
-import { fixed, nameOf, plain, probability, withU } from "../lib/numbers.js";
+import { nameOf } from "../lib/names.js";
+import { fixed, plain, probability, withU } from "../lib/numbers.js";
 import { columnOf, documentShown, modelOf, on, size, state } from "../lib/store.js";
 
 const FIRST_CARDS = 6;
@@ -73,7 +74,7 @@ function draw() {
     combined.length > 0 && el(
       "p",
       { class: "small quiet" },
-      "Together: ",
+      "Combinations, each with its probability: ",
       combined.map((m) => `${m.label} (${probability(m.probability)})`).join("; "),
       ".",
     ),
@@ -158,7 +159,7 @@ function card(c) {
       el("b", {}, c.moved.replace("-", "−")),
     ),
     m && parameters(m),
-    el("p", { class: "tell" }, c.tell_tale),
+    c.tell_tale && el("p", { class: "tell" }, `Typical sign: ${c.tell_tale}`),
     m?.signature_arcsec && picture(c, m.signature_arcsec),
     el(
       "p",

@@ -188,7 +188,7 @@ function drawFacts() {
       `${plain(shown.load.torque_Nm)} N m`,
       [
         shown.load.preload_N !== null && `${plain(shown.load.preload_N)} N preload`,
-        hasBalls() && `${plain(shown.load.input_angle_deg)}° input`,
+        hasBalls() && `input angle ${plain(shown.load.input_angle_deg)}°`,
       ].filter(Boolean).join(", "),
     ),
   );
@@ -209,13 +209,15 @@ function drawDesign() {
         "h3",
         {},
         t
-          ? `Preload in N that ${plain(Math.abs(t.torque_Nm))} N m needs over a whole turn`
+          ? `Preload (N) that a torque of ${
+            plain(Math.abs(t.torque_Nm))
+          } N m needs over a whole turn`
           : "Thresholds",
       ),
       t
         ? table(
           "Preload thresholds in N",
-          [{ text: "of the" }, { text: "to hold", number: true }, {
+          [{ text: "part" }, { text: "to hold", number: true }, {
             text: "continuous",
             number: true,
           }, {
@@ -348,7 +350,7 @@ function drawPictures() {
         type: "button",
         class: "text small",
         onclick: () => saveDrawing(section, `${pair.pair}_section`),
-      }, "SVG of the cut"),
+      }, "SVG of the section"),
     ),
   );
 }

@@ -112,12 +112,12 @@ function noCase(m) {
  */
 function commands(saved) {
   const whole = documentShown(), m = modelShown();
-  const report = whole.command.replace(/ --out \S+$/, "");
+  const { case: stated, data, reading } = whole.command_words;
+  /** @param {string[]} words */
+  const line = (...words) => words.filter(Boolean).join(" ");
   /** @type {[string, string, string][]} */
   const found = [["This page", whole.command, "command"]];
   if (m.key === "stated" || caseWith(whole, m) === null) return found;
-  const compare = report.replace(/^cbpt report ('[^']*'|\S+)/, `cbpt compare ${saved}`)
-    .replace(/ --with( [^\s-]\S*)+/, "").replace(/ --seed \d+/, "");
   const zero = m.zero_arcsec
     ? `; the page subtracts the offset that fits best (${
       text(m.zero_arcsec * scale(), 3)
@@ -125,19 +125,24 @@ function commands(saved) {
     : "";
   found.push([
     `The model shown, from the case file saved above${zero}`,
-    compare,
+    line("cbpt compare", saved, data, reading),
     "command-of-model",
   ]);
   if (m.effects.length && m.effects.every((e) => /^\w+$/.test(e))) {
     const known = whole.library.map((e) => e.effect);
     const own = m.effects.some((e) => !known.includes(e));
-    // A case that knows the own effect.
-    const inputs = own ? report.replace(/^cbpt report ('[^']*'|\S+)/, `cbpt fit ${saved}`) : report;
     found.push([
       "The same effects fitted again; noise and start values are found anew, so the result may differ",
-      `${inputs.replace(/^cbpt report/, "cbpt fit")} --with ${
-        m.effects.join(" ")
-      } --out case_with.toml`,
+      line(
+        "cbpt fit",
+        // The case that is saved knows the own effect.
+        own ? saved : stated,
+        data,
+        reading,
+        "--with",
+        ...m.effects,
+        "--out case_with.toml",
+      ),
       "command-of-fit",
     ]);
   }

@@ -4,7 +4,8 @@
 import { get, isLive } from "../lib/api.js";
 import { bodyOf, el, fill, table } from "../lib/dom.js";
 import { Figure, safe } from "../lib/figure.js";
-import { fixed, nameOf, plain, text } from "../lib/numbers.js";
+import { nameOf } from "../lib/names.js";
+import { fixed, plain, text } from "../lib/numbers.js";
 import { documentShown, hasBalls, on, state } from "../lib/store.js";
 
 const SIGNS =

@@ -55,7 +55,7 @@ let fit;
 function draw() {
   const whole = documentShown();
   const place = bodyOf("own");
-  const draft = whole.own.draft;
+  const draft = whole.own.draft, words = whole.command_words;
   // An invitation to write one is nothing for paper.
   byId("own").classList.toggle("no-print", !draft);
   const told_ = draft
@@ -87,14 +87,18 @@ function draw() {
         el(
           "p",
           { class: "small quiet" },
-          "The workbench lets you edit the draft, checks it as you type and fits it: ",
+          `The workbench ${
+            draft ? "lets you edit the draft" : "has an editor"
+          }, checks the formula as you type and fits it: `,
           el(
             "code",
             {},
-            whole.command.replace("cbpt report", "cbpt workbench").replace(/ --out .*/, ""),
+            ["cbpt workbench", words.case, words.data, words.reading].join(" ").trim(),
           ),
           el("br"),
-          "Or paste it into the case file and add its id after ",
+          draft
+            ? "Or paste the draft into the case file and add its id after "
+            : "Or write an [[effect]] into the case file and add its id after ",
           el("code", {}, "--with"),
           ".",
         ),
@@ -153,7 +157,7 @@ function draw() {
           el(
             "label",
             { class: "field" },
-            el("span", {}, "Acts"),
+            el("span", {}, "Where it acts"),
             el(
               "select",
               { id: "own-port", onchange: (e) => ((effect.port = e.target.value), changed()) },

@@ -10,7 +10,8 @@
 /** @import { Branch } from "../types.d.ts" */
 import { bodyOf, byId, el, fill, svg, table } from "../lib/dom.js";
 import { Figure, MOST_POINTS, onTheme, safe, theme, thin } from "../lib/figure.js";
-import { fixed, nameOf, plain } from "../lib/numbers.js";
+import { nameOf } from "../lib/names.js";
+import { fixed, plain } from "../lib/numbers.js";
 import {
   columnOf,
   decimals,

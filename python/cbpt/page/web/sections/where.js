@@ -66,7 +66,7 @@ export function setUpWhere() {
     const regions = (where?.regions ?? []).length > 0, ofShown = where?.of === modelShown().key;
     fill(
       note,
-      hasBalls() && "Hatched: some readings have lost contact. ",
+      hasBalls() && "Hatched: at some of these readings balls have lost contact. ",
       regions &&
         (ofShown
           ? "Outlined: the regions listed here. "
@@ -386,7 +386,7 @@ function drawRegions() {
               percent(region.share_of_misfit)
             } of the misfit in ${region.readings} readings; bias ${
               size(region.bias_arcsec, true)
-            } ${state.unit}, p ${text(region.p_value, 2)}`,
+            } ${state.unit}, p = ${text(region.p_value, 2)}`,
           ),
           el("div", {
             class: "bar",

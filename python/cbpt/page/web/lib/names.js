@@ -1,0 +1,18 @@
+/** Keys of the document as people read them. */
+
+import { documentShown } from "./store.js";
+
+/**
+ * A quantity's name from its key: `torque_Nm` is "torque (N m)".
+ * @param {string} key
+ */
+export function nameOf(key) {
+  const units = documentShown().units_of_keys;
+  const words = key.split("_");
+  // The first that fits is the longest: N m/rad is no 1/rad.
+  for (let k = 1; k < words.length; k++) {
+    const unit = words[k - 1] === "per" ? undefined : units[words.slice(k).join("_")];
+    if (unit) return `${words.slice(0, k).join(" ")} (${unit})`;
+  }
+  return words.join(" ");
+}
