@@ -209,4 +209,4 @@ def test_the_diagnosis_says_what_it_judges_by() -> None:
     assert "estimated from repeated readings" in noise["u_says"] and noise["u_dof"] > 60
     noise = noise_of(noisy(campaign(1), 0.2))
     assert (noise["u_from"], noise["repeats"]) == ("scatter", None)
-    assert "was estimated: the scatter about the answer" in noise["u_says"]
+    assert "was estimated: the residuals of the answer" in noise["u_says"]

@@ -306,7 +306,7 @@ def test_a_diagnosis_has_results() -> None:
     assert results["elastic angle at 3 N m, 600 N, 0 deg"].u is not None
     assert results["rmse as stated"].value == a.ladder[0].rmse_arcsec
     assert [r["name"] for r in a.to_dict()["results"]] == [r.name for r in a.results()]
-    with pytest.raises(InvalidInputError, match="state the preload too"):
+    with pytest.raises(InvalidInputError, match="give the preload at which"):
         a.results(3)
     with pytest.raises(InvalidInputError, match="state the torque too"):
         a.results(preload_N=600)

@@ -143,7 +143,7 @@ def test_a_noise_floor_is_of_what_is_noise() -> None:
 
 
 def test_a_lack_of_fit_is_named_in_words() -> None:
-    of = "any function of the torque and the input angle"
+    of = "a free-form function of the torque and the input angle"
     assert document("dev10")["ladder"]["rungs"][-1]["label"] == of
     assert next(m["label"] for m in document("dev10")["models"] if m["key"] == "unknown") == of
 

@@ -354,7 +354,7 @@ def _notes(load: AtLoad | None) -> Iterator[str]:
     if load is None:
         return
     if not load.inside.all():
-        yield "Loads beyond those of the readings are extrapolated; u does not cover this."
+        yield "Loads beyond those of the readings are extrapolated; u does not cover that."
     for name, angles in load.by_rival_arcsec.items():
         there = ", ".join(rounded(angle, 4) for angle in angles)
         yield f"If {name} is the cause instead: {there} arcsec."

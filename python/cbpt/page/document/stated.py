@@ -37,7 +37,7 @@ def key_of(effects: Sequence[str]) -> str:
 
 
 def free_function(columns: Sequence[str]) -> str:
-    """What the model of a lack of fit is called: a free-form function of the torque and the cycle."""
+    """The label of a lack of fit: a free-form function of the torque and the cycle."""
     return f"a free-form function of {columns_in_words(columns)}"
 
 
