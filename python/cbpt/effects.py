@@ -46,7 +46,9 @@ class Columns(Mapping[str, NDArray[np.float64]]):
         found = self._columns.get(name)
         if found is None:
             there = ", ".join(self._columns)
-            raise InvalidInputError(f"no column {name!r} at this port; there are {there}")
+            raise InvalidInputError(
+                f"no column {name!r} for an effect at this port; there are {there}"
+            )
         self._used.add(name)
         return found
 
@@ -182,7 +184,9 @@ def doubtful_names(effect: OwnEffect) -> list[str]:
     for name, *_ in effect.parameters:
         near = get_close_matches(name, VARIABLES, 1, 0.8)
         if near:
-            told.append(f"`{name}` is taken as a parameter; did you mean `{near[0]}`?")
+            told.append(
+                f"`{name}` is treated as a parameter; did you mean the variable `{near[0]}`?"
+            )
     return told
 
 

@@ -211,8 +211,8 @@ def _real(name: str, values: ArrayLike) -> NDArray[np.float64]:
     if masked.any():
         place = ", ".join(map(str, np.argwhere(masked)[0].tolist()))
         found = f"{name}[{place}] is masked" if place else f"{name} is masked"
-        raise InvalidInputError(f"{found}, must be a number: fill it or leave such loads out")
+        raise InvalidInputError(f"{found}, but must be a number: fill it or leave such loads out")
     array = np.asarray(values)
     if np.iscomplexobj(array):
-        raise InvalidInputError(f"{name} is complex, must be real numbers: take its real part")
+        raise InvalidInputError(f"{name} is complex, but must be real: take its real part")
     return np.asarray(array, dtype=np.float64)

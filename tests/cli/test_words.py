@@ -153,7 +153,7 @@ def test_readings_of_displacement(desk: Path, capsys: pytest.CaptureFixture[str]
     table = desk / "t.csv"
     table.write_text("torque_Nm,preload_N,sensor_displacement_mm,u_dh_um\n1,600,0.0012,0.1\n")
     assert commands.main(["compare", "case.toml", str(table)]) == 2
-    assert "lever_arm_mm under [measurement] of the case" in capsys.readouterr().err
+    assert "lever_arm_mm under [measurement] in the case" in capsys.readouterr().err
     with (desk / "case.toml").open("a") as case:
         case.write("\n[measurement]\nlever_arm_mm = 100\n")
     assert commands.main(["compare", "case.toml", str(table)]) == 0

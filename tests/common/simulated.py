@@ -78,7 +78,7 @@ def dense(noise: Noise, u_arcsec: Floats, rows: Rows) -> Floats:
         place[own] = np.arange(np.count_nonzero(own))
     same = rows.run_index[:, None] == rows.run_index[None, :]
     apart = np.abs(place[:, None] - place[None, :])
-    d = noise.scale * u_arcsec * (np.ones(n) if noise.looser is None else noise.looser)
+    d = noise.scale * u_arcsec * (np.ones(n) if noise.inflation is None else noise.inflation)
     correlated = np.where(same, float(noise.correlation) ** apart, 0.0)
     return np.asarray(d[:, None] * correlated * d + noise.offset_arcsec**2 * same)
 

@@ -73,8 +73,11 @@ def test_readings_need_no_preload_and_keep_its_step() -> None:
     assert [g.label for g in steps] == ["1", "2"]
     part = cbpt.compare(CASE, data, only={"design": "split", "preload_step": 2.0}).readings
     assert set(part.run.tolist()) == {2}
-    assert part.notes[-1] == "64 of 128 readings, those of design = split, preload_step = 2.0"
-    with pytest.raises(cbpt.ReadingsError, match="readings of design = flat"):
+    assert (
+        part.notes[-1]
+        == "64 of 128 readings are used, those with design = split, preload_step = 2.0"
+    )
+    with pytest.raises(cbpt.ReadingsError, match="readings with design = flat"):
         cbpt.compare(CASE, data, only={"design": "flat"})
     with pytest.raises(cbpt.ReadingsError, match="no such column"):
         cbpt.compare(CASE, data, only={"desing": "conic"})

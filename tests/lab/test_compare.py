@@ -364,12 +364,12 @@ def test_the_load_of_the_case_fills_in_what_the_table_lacks(tmp_path: Path) -> N
     assert c.readings.preload_N is not None
     assert c.readings.preload_N.tolist() == [420, 420]
     assert c.readings.input_angle_deg.tolist() == [40, 40]
-    assert "no preload_N column: 420 is taken for every reading" in c.report()
+    assert "no preload_N column: 420 is used for every reading" in c.report()
 
 
 def test_angles_that_cannot_be_are_refused() -> None:
     data = {"torque_Nm": [1.0], "preload_N": [600.0], "elastic_angle_arcsec": [1e200]}
-    with pytest.raises(cbpt.ReadingsError, match="half a turn"):
+    with pytest.raises(cbpt.ReadingsError, match="180 deg"):
         compare(EXAMPLES / "campaign.toml", data)
 
 

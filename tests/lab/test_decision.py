@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.inference.hypothesis import Unknown
 from cbpt.lab.model.dataset import DEFAULT_UNCERTAINTY
-from cbpt.lab.model.discrepancy import FORM_ODDS
+from cbpt.lab.model.discrepancy import DISCREPANCY_ODDS
 from cbpt.lab.model.priors import PRIORS
 from cbpt.lab.selection.decision import Verdict, calibrated, judge, weighed
 from cbpt.lab.selection.model_comparison import Competition
@@ -47,7 +47,7 @@ class MadeUpFit:
     values: dict[str, tuple[float, float, float]] = field(default_factory=dict)
     """Mean, standard deviation of the prior, value; by unknown."""
     chi2: float = 300.0
-    form_sd: float = 0.0
+    discrepancy_sd: float = 0.0
 
     @property
     def unknowns(self) -> tuple[Unknown, ...]:
@@ -98,7 +98,7 @@ class Around:
 
 def competition(
     odds: Odds,
-    patterns: Odds | None = None,
+    lacks_of_fit: Odds | None = None,
     noises: Mapping[Any, Noise] | None = None,
     null: MadeUpFit | None = None,
     marginals: Mapping[Any, MadeUpFit] | None = None,
@@ -111,7 +111,7 @@ def competition(
     fits |= dict(marginals or {})
     campaign = Table()
     campaign.priors |= around.calibrations
-    found = {tuple(sorted(n)): o for n, o in (patterns or {}).items()}
+    found = {tuple(sorted(n)): o for n, o in (lacks_of_fit or {}).items()}
     return Competition(
         fitter=cast(
             Any,
@@ -123,13 +123,13 @@ def competition(
         ),
         fits=cast(Any, fits),
         log_odds=all_odds,
-        patterns=cast(Any, tuple(SimpleNamespace(base=n, noise=Noise()) for n in found)),
-        pattern_log_odds=tuple(found.values()),
+        lacks_of_fit=cast(Any, tuple(SimpleNamespace(base=n, noise=Noise()) for n in found)),
+        lack_of_fit_log_odds=tuple(found.values()),
         library=cast(Any, None),
         names={},
         null_maximum=np.full(400, around.null_maximum),
         flexible=around.flexible,
-        looser=None,
+        inflation=None,
     )
 
 
@@ -366,7 +366,7 @@ def test_a_pattern_far_ahead_is_unknown() -> None:
     ahead = LIMIT + BY_CHANCE + 0.1
     verdict = judge(competition({(FRICTION,): 30}, {(): 30 + ahead}))
     assert said(verdict) == ("unknown", (), ())
-    assert verdict.names == () and verdict.pattern is not None
+    assert verdict.names == () and verdict.lack_of_fit is not None
     assert verdict.probability == pytest.approx(calibrated(sigmoid(ahead, 0.0)), rel=1e-6)
 
 
@@ -400,7 +400,7 @@ def test_a_strained_effect_has_the_pattern_for_a_rival_sooner() -> None:
 
 def departed(odds: Any, patterns: Any) -> Competition:
     """Friction that explains the readings only far from its form."""
-    fits = {(FRICTION,): MadeUpFit(form_sd=FORM_ODDS[-1][0])}
+    fits = {(FRICTION,): MadeUpFit(discrepancy_sd=DISCREPANCY_ODDS[-1][0])}
     return competition(odds, patterns, marginals=fits)
 
 
@@ -422,7 +422,7 @@ def test_a_pattern_on_top_of_an_effect_is_unknown() -> None:
     verdict = judge(competition({(FRICTION,): 30}, {(): 20, (FRICTION,): 45}))
     assert said(verdict) == ("unknown", (), ())
     assert verdict.names == (FRICTION,)
-    assert verdict.pattern is not None and verdict.pattern.base == (FRICTION,)
+    assert verdict.lack_of_fit is not None and verdict.lack_of_fit.base == (FRICTION,)
 
 
 def test_a_little_left_over_is_the_form_of_the_effect() -> None:
@@ -499,8 +499,8 @@ def test_an_effect_as_likely_as_a_number_is_its_rival() -> None:
         (Noise(scale=1.3), ("misstated",)),
         (Noise(scale=0.7), ("misstated",)),
         (Noise(scale=1.05), ("white",)),
-        (Noise(looser=np.r_[np.full(4, 5.0), np.ones(392)]), ("outliers",)),
-        (Noise(looser=np.r_[np.full(60, 2.2), np.ones(336)]), ("heavy_tailed",)),
+        (Noise(inflation=np.r_[np.full(4, 5.0), np.ones(392)]), ("outliers",)),
+        (Noise(inflation=np.r_[np.full(60, 2.2), np.ones(336)]), ("heavy_tailed",)),
         (Noise(0.25, 0.5, 0.4), ("misstated",)),
         (Noise(1.3, 0.5, 0.4), ("run_offset", "correlated", "misstated")),
     ],

@@ -13,7 +13,7 @@ from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.hypothesis import Hypothesis
 from cbpt.lab.model.dataset import Campaign
-from cbpt.lab.model.discrepancy import FORM_ODDS, form_columns, modulations
+from cbpt.lab.model.discrepancy import DISCREPANCY_ODDS, discrepancy_columns, modulations
 from cbpt.lab.selection.fit_effects import best_fit
 from common.simulated import plan, truth, variant_of
 
@@ -43,7 +43,7 @@ def fitted(campaign: Campaign) -> Fit:
 def test_columns_leave_the_mean_and_have_the_size_of_the_effect(seed: int, scale: float) -> None:
     rng = np.random.default_rng(seed)
     contribution, functions = scale * rng.standard_normal(50), rng.standard_normal((50, 4))
-    columns = form_columns(contribution, functions)
+    columns = discrepancy_columns(contribution, functions)
     assert columns.shape == (50, 4)
     assert contribution @ columns == pytest.approx(np.zeros(4), abs=1e-9 * scale**2)
     size = np.linalg.norm(contribution)
@@ -52,29 +52,29 @@ def test_columns_leave_the_mean_and_have_the_size_of_the_effect(seed: int, scale
 
 def test_no_effect_has_no_form() -> None:
     functions = modulations(plan("dev03").readings)
-    assert form_columns(np.zeros(len(functions)), functions).shape[1] == 0
+    assert discrepancy_columns(np.zeros(len(functions)), functions).shape[1] == 0
     # A function that is the same wherever the effect acts tells nothing.
     only = np.where(np.arange(len(functions)) < 2, 1.0, 0.0)
-    assert form_columns(only, np.ones((len(functions), 1))).shape[1] == 0
+    assert discrepancy_columns(only, np.ones((len(functions), 1))).shape[1] == 0
 
 
 def test_odds_of_departures_are_odds() -> None:
-    assert FORM_ODDS[0][0] == 0
-    assert sum(share for _, share in FORM_ODDS) == pytest.approx(1)
+    assert DISCREPANCY_ODDS[0][0] == 0
+    assert sum(share for _, share in DISCREPANCY_ODDS) == pytest.approx(1)
 
 
 def test_an_exact_form_is_taken_for_exact() -> None:
     found = fitted(campaign_with(0.0))
-    assert found.form_sd == 0
+    assert found.discrepancy_sd == 0
     # No more is paid for the doubt than the share of those who hold the form for exact.
-    assert np.log(FORM_ODDS[0][1]) <= found.log_forms < 0.1
+    assert np.log(DISCREPANCY_ODDS[0][1]) <= found.log_discrepancy < 0.1
 
 
 def test_a_departure_is_no_noise() -> None:
     """Without it the noise would have to be taken for larger than it is."""
     found = fitted(campaign_with(0.06))
-    assert found.form_sd > 0
-    exact = replace(found, form_sd=0.0)
+    assert found.discrepancy_sd > 0
+    exact = replace(found, discrepancy_sd=0.0)
     assert (
         Fitter(campaign_with(0.06), []).look(exact, found.noise).log_marginal
         < found.log_marginal - 5
@@ -83,4 +83,4 @@ def test_a_departure_is_no_noise() -> None:
 
 def test_the_drive_alone_has_no_form() -> None:
     found = Fitter(plan("dev03"), []).fit(Hypothesis())
-    assert found is not None and found.form_sd == 0 and found.log_forms == 0
+    assert found is not None and found.discrepancy_sd == 0 and found.log_discrepancy == 0

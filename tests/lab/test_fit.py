@@ -136,7 +136,7 @@ def test_zeros_are_free() -> None:
     shifted = replace(campaign, y_arcsec=campaign.y_arcsec + 7.25)
     found = Fitter(shifted, []).fit(Hypothesis(), free_noise=False)
     assert found is not None
-    assert found.zeros_arcsec == pytest.approx([7.25], abs=1e-6)
+    assert found.offsets_arcsec == pytest.approx([7.25], abs=1e-6)
     assert np.abs(found.residual_arcsec).max() < 1e-5
 
 
@@ -405,5 +405,5 @@ def test_other_angles_share_the_model_and_change_the_fit() -> None:
     other = fitter.with_angles(campaign.y_arcsec + 0.5)
     first, second = (f.fit(Hypothesis(), free_noise=False) for f in (fitter, other))
     assert first is not None and second is not None
-    assert second.zeros_arcsec[0] == pytest.approx(first.zeros_arcsec[0] + 0.5, abs=1e-9)
+    assert second.offsets_arcsec[0] == pytest.approx(first.offsets_arcsec[0] + 0.5, abs=1e-9)
     assert fitter.campaign is campaign and other.model is fitter.model

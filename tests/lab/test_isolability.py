@@ -145,7 +145,7 @@ def test_the_verb(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "bearing_play" in capsys.readouterr().out
     assert json.loads(out.read_text())["noise"]["run_offset_per_u"] == 1
     assert commands.main([*given[:3], "--effects", "bearing"]) == 2
-    assert "is bearing_play meant?" in capsys.readouterr().err
+    assert "did you mean bearing_play?" in capsys.readouterr().err
     table = tmp_path / "loads.csv"
     table.write_text("torque_Nm,preload_N,u_elastic_angle_arcsec\n900,500,1\n1,500,1\n")
     assert commands.main([*given[:2], str(table)]) == 3

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from cbpt import read_readings
 from cbpt.lab.covariance.linear_gaussian import Noise, Whitener
-from cbpt.lab.covariance.outliers import looseness
+from cbpt.lab.covariance.outliers import inflation_of
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.hypothesis import Hypothesis
@@ -214,7 +214,7 @@ def around() -> tuple[Campaign, Floats, Floats, Floats]:
 def loose(y: Floats) -> Floats | None:
     campaign, model, _, field = around()
     whitener = Whitener.of(Noise(), campaign.u_arcsec, campaign.rows)
-    return looseness(y - model, campaign.zeros, [field], whitener)
+    return inflation_of(y - model, campaign.offsets, [field], whitener)
 
 
 def noise_of(seed: int) -> Floats:
@@ -258,7 +258,7 @@ def test_an_effect_is_not_taken_for_loose_readings(
     campaign, model, numbers, _ = around()
     size = next(iter(values))
     step = truth(campaign, {(effect, p): v for p, v in values.items()}) - model
-    x = np.column_stack([numbers, campaign.zeros])
+    x = np.column_stack([numbers, campaign.offsets])
     left = step - x @ np.linalg.lstsq(x, step, rcond=None)[0]
     share = length / float(np.linalg.norm(left / campaign.u_arcsec))
     made = values | {size: share * values[size]}

@@ -74,7 +74,7 @@ def diagnosed(of: Set) -> Diagnosis:
 
 def holds_truth(found: Fit, effect: str, true: dict[str, float]) -> bool:
     """Whether one of the solutions is the truth, to 3.3 standard uncertainties."""
-    for solution in (found, *found.others):
+    for solution in (found, *found.other_modes):
         own = {u.name: (solution.value(u), solution.u(u)) for u in solution.unknowns}
         pairs = [(own.get(f"{effect}.{name}"), value) for name, value in true.items()]
         if all(o is not None and abs(o[0] - value) < 3.3 * o[1] for o, value in pairs):
@@ -94,7 +94,7 @@ def test_a_tilt_of_either_sign_is_told(of: Set, true: float) -> None:
     d = diagnosed(of)
     assert d.verdict.effects == ("plate_tilt",)
     assert holds_truth(d.after, "plate_tilt", {"tilt_cosine_rad": true, "tilt_sine_rad": 0.0})
-    signs = {np.sign(f.value(f.unknowns[-2])) for f in (d.after, *d.after.others)}
+    signs = {np.sign(f.value(f.unknowns[-2])) for f in (d.after, *d.after.other_modes)}
     assert signs == {-1.0, 1.0}
     found = d.parameters(d.after, "plate_tilt")
     assert all(p["u"] is None and "another value" in p["why_no_u"] for p in found.values())
@@ -112,7 +112,7 @@ def test_a_fit_finds_the_solutions_that_the_diagnosis_finds() -> None:
 def test_a_form_that_was_asked_for_is_kept() -> None:
     form = "groove_pitch_error:planet, harmonic 2"
     found = fit(Case.from_toml(DRIVE), readings_of(LARGE_PITCH), form)
-    for solution in (found.result, *found.result.others):
+    for solution in (found.result, *found.result.other_modes):
         assert [v.label for v in solution.hypothesis.variants] == [form]
 
 
@@ -132,7 +132,7 @@ def test_forms_that_two_angles_cannot_tell_apart_are_told() -> None:
     d = diagnosed(LARGE_PITCH)
     assert d.verdict.effects == ("groove_pitch_error",)
     assert holds_truth(d.after, "groove_pitch_error", {"cosine_m": 4e-6, "sine_m": 0.0})
-    forms = {f.hypothesis.variants[0].name for f in (d.after, *d.after.others)}
+    forms = {f.hypothesis.variants[0].name for f in (d.after, *d.after.other_modes)}
     assert {"fixed groove, harmonic 3", "planet, harmonic 3"} <= forms
     again = fit(Case.from_toml(DRIVE), readings_of(LARGE_PITCH), "groove_pitch_error")
     assert again.result.hypothesis == d.after.hypothesis

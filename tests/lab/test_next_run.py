@@ -174,7 +174,7 @@ def test_the_advice_names_places_where_there_are_any(
     )
     campaign = SimpleNamespace(u_arcsec=np.ones(6))
     d: Any = SimpleNamespace(
-        verdict=SimpleNamespace(pattern=pattern),
+        verdict=SimpleNamespace(lack_of_fit=pattern),
         competition=SimpleNamespace(campaign=campaign),
         readings=readings,
     )

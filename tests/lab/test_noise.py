@@ -67,12 +67,12 @@ def test_selected_rows_follow_each_other_across_what_is_gone() -> None:
 def noises(draw: st.DrawFn) -> tuple[Noise, Floats, Rows]:
     runs = draw(RUNS)
     rng = np.random.default_rng(draw(st.integers(0, 10**6)))
-    looser = np.exp(rng.uniform(0, 2, len(runs))) if draw(st.booleans()) else None
+    inflation = np.exp(rng.uniform(0, 2, len(runs))) if draw(st.booleans()) else None
     noise = Noise(
         scale=draw(st.floats(0.1, 10)),
         correlation=draw(st.sampled_from([0.0, -0.5, 0.2, 0.6, 0.95])),
         offset_arcsec=draw(st.sampled_from([0.0, 0.01, 1.0, 30.0])),
-        looser=looser,
+        inflation=inflation,
     )
     return noise, rng.uniform(0.1, 3.0, len(runs)), Rows.of(runs)
 
@@ -266,11 +266,11 @@ def test_white_stays_white() -> None:
 
 
 def test_loose_readings_are_taken_as_given() -> None:
-    looser = np.ones(396)
-    looser[::20] = 8.0
-    y = sample(Noise(1.2, looser=looser), U, TWELVE, np.random.default_rng(1))
-    told, untold = found(y, Noise(looser=looser)), found(y)
-    assert told.looser is looser
+    inflation = np.ones(396)
+    inflation[::20] = 8.0
+    y = sample(Noise(1.2, inflation=inflation), U, TWELVE, np.random.default_rng(1))
+    told, untold = found(y, Noise(inflation=inflation)), found(y)
+    assert told.inflation is inflation
     assert told.scale == pytest.approx(1.2, rel=0.1)
     assert untold.scale > 1.7
 

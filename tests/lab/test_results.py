@@ -75,8 +75,8 @@ def test_the_budget_is_the_formula_written_down() -> None:
     fitter, fit = example()
     c = fitter.campaign
     inverse = np.linalg.inv(dense(fit.noise, c.u_arcsec, c.rows))
-    x = np.column_stack([fit.point.slopes, c.zeros])
-    prior = np.diag(np.r_[[u.sd**-2.0 for u in fit.unknowns], np.zeros(c.zeros.shape[1])])
+    x = np.column_stack([fit.point.slopes, c.offsets])
+    prior = np.diag(np.r_[[u.sd**-2.0 for u in fit.unknowns], np.zeros(c.offsets.shape[1])])
     seen = x.T @ inverse @ x
     covariance = np.linalg.inv(seen + prior)
     from_readings = covariance @ seen @ covariance
@@ -159,7 +159,7 @@ def test_at_the_loads_of_the_readings_it_is_the_model() -> None:
     r = fitter.campaign.readings
     assert r.preload_N is not None
     at = angle_at(fitter, fit, Load(r.torque_Nm, r.preload_N, r.input_angle_deg))
-    model = fitter.campaign.y_arcsec - fit.residual_arcsec - fit.zeros_arcsec[0]
+    model = fitter.campaign.y_arcsec - fit.residual_arcsec - fit.offsets_arcsec[0]
     np.testing.assert_allclose(at.elastic_angle_arcsec, model, rtol=1e-9, atol=1e-9)
     assert at.inside.all() and (at.u_elastic_angle_arcsec[np.abs(r.torque_Nm) > 0] > 0).all()
 
@@ -308,7 +308,7 @@ def test_a_diagnosis_has_results() -> None:
     assert [r["name"] for r in a.to_dict()["results"]] == [r.name for r in a.results()]
     with pytest.raises(InvalidInputError, match="give the preload at which"):
         a.results(3)
-    with pytest.raises(InvalidInputError, match="state the torque too"):
+    with pytest.raises(InvalidInputError, match="give the torque at which"):
         a.results(preload_N=600)
 
 

@@ -77,14 +77,14 @@ def test_twins_are_told_apart_by_no_plan() -> None:
 @pytest.mark.parametrize(
     ("effects", "more", "told"),
     [
-        ([], {}, "name those"),
-        (["bearing"], {}, "is bearing_play meant"),
-        (["ball_diameter_lot"], {}, "nearly everything"),
-        (["creep"], {"limits": Limits(5, (400, 900), dwell_s=None)}, "needs a time_s"),
+        ([], {}, "name the effects"),
+        (["bearing"], {}, "did you mean bearing_play"),
+        (["ball_diameter_lot"], {}, "nearly every other effect"),
+        (["creep"], {"limits": Limits(5, (400, 900), dwell_s=None)}, "depends on time_s"),
         (["creep"], {"limits": None}, r"no \[load\]"),
         (["creep"], {"max_runs": 0}, "max_runs: found 0"),
-        (["creep"], {"sizes": {"wear": {}}}, "wear is none of the effects"),
-        (["creep"], {"sizes": {"creep": {"time_constant_s": 5.0}}}, "does nothing"),
+        (["creep"], {"sizes": {"wear": {}}}, "wear is not one of the effects"),
+        (["creep"], {"sizes": {"creep": {"time_constant_s": 5.0}}}, "has no influence"),
     ],
 )
 def test_what_is_refused(effects: list[str], more: dict[str, object], told: str) -> None:
@@ -103,7 +103,7 @@ def test_the_verb_writes_a_plan(tmp_path: Path, capsys: pytest.CaptureFixture[st
     limits = ["--torque-Nm", "10", "--preload-N", "400", "1200"]
     limits += ["--size", "creep", "compliance_arcsec_per_Nm=0.2", "time_constant_s=20"]
     assert commands.main([*given, *limits, "--out", str(out)]) == 0
-    assert "from no effect, 19 times out of 20" in capsys.readouterr().out
+    assert "from no effect with a probability of 95 %" in capsys.readouterr().out
     assert read_plan(out).rows.u_elastic_angle_arcsec is not None
     assert commands.main(given) == 2 and "--torque-Nm MAX" in capsys.readouterr().err
     assert commands.main([*given, *limits, "--out", "x.csv"]) == 2

@@ -163,5 +163,5 @@ def test_an_own_effect_comes_with_the_case() -> None:
     own = cbpt.effects.expression("mine", "series", "a * torque_Nm", {"a": 1e-6})
     with pytest.raises(cbpt.InvalidInputError, match=r"\[\[effect\]\]"):
         cbpt.simulate("examples/campaign.toml", "examples/plan.toml", effects=[own])  # type: ignore[list-item]
-    with pytest.raises(cbpt.InvalidInputError, match="ids of the library"):
+    with pytest.raises(cbpt.InvalidInputError, match="ids of effects"):
         cbpt.isolability("examples/campaign.toml", "examples/plan.toml", effects=[own])  # type: ignore[list-item]

@@ -10,7 +10,7 @@ from typing import Any
 import xlsxwriter
 from starlette.testclient import TestClient
 
-from common.browser import PATIENCE_MS, open_campaign, watched, workbench
+from common.browser import DRAWN, PATIENCE_MS, open_campaign, watched, workbench
 from common.hidden import FOLDER
 from common.page_server import CASE, opened, upload
 
@@ -77,6 +77,8 @@ def test_a_model_of_files_that_are_shown_no_more_is_dropped(browser: Any) -> Non
     with workbench() as address, watched(browser) as page:
         page.goto(address)
         open_campaign(page, FOLDER, "dev07")
+        # Plots out of sight wait for a model that is under way, and this one never comes.
+        page.wait_for_selector(DRAWN)
         held: list[Any] = []
         page.route(re.compile("api/model"), lambda route: held.append(route))
         with page.expect_request(re.compile("api/model")):

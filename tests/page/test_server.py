@@ -112,12 +112,12 @@ def test_an_own_effect_is_checked_as_it_is_typed_fitted_and_exported(
         "parameters": [*effect["parameters"], slip],
     }
     told = client.post("/api/own/check", json=misspelt).json()
-    said = "`torqe_Nm` is taken as a parameter; did you mean `torque_Nm`?"
+    said = "`torqe_Nm` is treated as a parameter; did you mean the variable `torque_Nm`?"
     assert (told["ok"], told["notes"]) == (True, [said])
     for formula, why in (
         ("a * log(torque_Nm)", "no number at 216 of 396 readings, first at line 2 (torque 0 N m"),
         ("a * torque_Nm / (time_s - time_s)", "no number at 396 of 396"),
-        ("a * 0 * torque_Nm", "choose start values"),
+        ("a * 0 * torque_Nm", "choose other start values"),
     ):
         other = effect | {"expression": formula}
         told = client.post("/api/own/check", json=other).json()

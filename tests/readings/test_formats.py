@@ -346,7 +346,7 @@ def test_units_of_channels(tmp_path: Path) -> None:
     np.testing.assert_allclose(read.elastic_angle_arcsec, angle, rtol=1e-14)
     assert list(read.extra) == ["Voltage"]
     tdms(tmp_path / "t.tdms", columns, units | {"Torque": "lbf in"})
-    assert "'Torque' over 'lbf in'" in str(refused(tmp_path / "t.tdms"))
+    assert "'Torque' with the unit 'lbf in'" in str(refused(tmp_path / "t.tdms"))
 
 
 @pytest.mark.parametrize("clock", [False, True])
@@ -358,7 +358,7 @@ def test_waveforms_bring_their_time(tmp_path: Path, clock: bool) -> None:
     assert read.time_s is not None
     expected = CAMPAIGN["time_s"] if clock else 2 + 0.05 * np.arange(N)
     np.testing.assert_allclose(read.time_s, expected, rtol=1e-15)
-    assert any("0.05 s from one to the next" in note for note in read.notes) is not clock
+    assert any("0.05 s between readings" in note for note in read.notes) is not clock
 
 
 def test_groups_and_lengths(tmp_path: Path) -> None:
@@ -393,7 +393,7 @@ def test_units_of_fields(tmp_path: Path) -> None:
     assert read.time_s is not None and read.time_s.tolist() == [0, 1.5, 0]
     assert read.run.tolist() == ["a", "a", "b"]
     notes = str(read_readings(tmp_path / "t.parquet").notes)
-    assert "ignored column 'when': dates" in notes and "columns={'when': 'time_s'}" in notes
+    assert "ignored column 'when': it has dates" in notes and "columns={'when': 'time_s'}" in notes
 
 
 def test_gaps_and_lists(tmp_path: Path) -> None:
@@ -486,4 +486,4 @@ def test_a_missing_library_is_named(
 
 
 def test_a_text_table_has_no_sheets(tmp_path: Path) -> None:
-    assert "the sheet 'A', but a text table has none" in str(refused(CAMPAIGNS[0], sheet="A"))
+    assert "a file with the sheet 'A'" in str(refused(CAMPAIGNS[0], sheet="A"))

@@ -205,7 +205,7 @@ def test_headers_of_other_things(header: str) -> None:
         ("torque [lbf in]", "", "one of N m, N cm, N mm, mN m, kN m as the unit of torque"),
         ("torque [N]", "", "as the unit of torque"),
         ("preload / t", "", "as the unit of preload"),
-        ("torque_Nm", "kNm", "one unit, not 'Nm' in the header and 'kNm' under it"),
+        ("torque_Nm", "kNm", "one unit, not both 'Nm' and 'kNm'"),
         ("U_elastic_angle_arcsec", "", "standard uncertainty"),
         ("U [arcsec]", "", "standard uncertainty"),
         ("run [Nm]", "", "no unit for run"),
@@ -245,7 +245,7 @@ def test_absent_columns_are_told(write: Write) -> None:
         "temperature_degC",
         "u_elastic_angle_arcsec",
     ):
-        assert any(note.startswith(f"no {name} column") for note in read.notes), name
+        assert any(note.startswith(f"the table has no {name} column") for note in read.notes), name
 
 
 def test_other_columns(write: Write) -> None:
@@ -257,7 +257,7 @@ def test_other_columns(write: Write) -> None:
     assert read.extra.keys() == {"column 1", "humidity", "T_oil"}
     np.testing.assert_array_equal(read.extra["humidity"], [40, math.nan, 42])
     np.testing.assert_array_equal(read.extra["T_oil"], [math.nan, math.nan, 31])
-    assert "ignored column 'operator': line 2 has 'Ann'" in read.notes
+    assert "ignored column 'operator': line 2 has 'Ann', which is no number" in read.notes
 
 
 @pytest.mark.parametrize(
@@ -265,8 +265,8 @@ def test_other_columns(write: Write) -> None:
     [
         ("0,600,3\n0,700,4\n", "the torque is 0 in every row"),
         ("5,600,3\n5,700,4\n", "the torque is 5 N m in every row"),
-        ("1,600,3\n2,700,7200\n", "the largest elastic angle is 2 deg: check its unit"),
-        ("1,600,3\n2,600,4\n", "one preload level"),
+        ("1,600,3\n2,700,7200\n", "the largest elastic angle is 2 deg, more than usual: check"),
+        ("1,600,3\n2,600,4\n", "the preload is the same in every row"),
         (
             "1,600,3\n# pause\n2,700,4\n",
             "comment lines (#) after the headers were skipped (line 3)",
@@ -304,7 +304,7 @@ def test_the_angle_goes_before_the_sensor(write: Write) -> None:
     read = read_readings(path)
     assert read.elastic_angle_arcsec.tolist() == [3]
     assert read.extra["sensor_displacement_um"].tolist() == [1.5]
-    assert any("'sensor_displacement_um' is kept as extra" in note for note in read.notes)
+    assert any("'sensor_displacement_um' is not used" in note for note in read.notes)
 
 
 # --- time and direction -------------------------------------------------------------------

@@ -191,7 +191,11 @@ def test_campaigns(path: Path) -> None:
     assert set(read.u_elastic_angle_arcsec) == {0.1 if path.stem == "dev06" else 0.3}
     assert read.time_s is not None and read.temperature_degC is not None and read.extra == {}
     assert set(read.direction()) == ({1} if path.stem == "dev11" else {-1, 1})
-    few = "one preload level" if path.stem == "dev11" else "three input angles only"
+    few = (
+        "the preload is the same in every row"
+        if path.stem == "dev11"
+        else "only three input angles"
+    )
     assert [note for note in read.notes if few in note] == list(read.notes)[-1:]
     assert bool(read.notes) == (path.stem != "dev07")
     np.testing.assert_array_equal(

@@ -25,7 +25,7 @@ from common.tables import GOOD, HEAD, PLAIN, TABLE, Write, refused, same
     ("row", "remedy"),
     [
         ("1,2,3,600\n", "complete the row or remove it"),
-        ("1,2,3,600,9,0.3,7\n", "put a cell that holds the separator in double quotes"),
+        ("1,2,3,600,9,0.3,7\n", "put each cell that contains the separator in double quotes"),
     ],
 )
 def test_a_row_of_too_few_or_too_many_cells_is_mended_differently(
@@ -46,11 +46,11 @@ def test_a_row_of_too_few_or_too_many_cells_is_mended_differently(
         (HEAD + GOOD + "1,2,3,1e999,9,0.3\n", 4, "preload_N", "'1e999'", "a finite number"),
         (HEAD + GOOD + "1,2,3,0,9,0.3\n", 4, "preload_N", "'0'", "a number above 0"),
         (HEAD + GOOD + "1,2,3,600,9,-0.3\n", 4, "u_elastic_angle_arcsec", "'-0.3'", "above 0"),
-        (HEAD + GOOD + " ,2,3,600,9,0.3\n", 4, "run", "an empty cell", "the label of a run"),
+        (HEAD + GOOD + " ,2,3,600,9,0.3\n", 4, "run", "an empty cell", "a label for the run"),
         (HEAD + GOOD + "\n#\n1,1,3,600,9,0.3\n", 3, "time_s", "1 s twice in run 1", "different"),
         (HEAD + GOOD + "1,2,3,600\n", 4, "", "4 cells", "6, one for each header"),
         (HEAD + GOOD + "1,2,3,600,9,0.3,7\n", 4, "", "7 cells", "6, one for each header"),
-        (HEAD + GOOD + '1,2,"3,600,9,0.3\n', 4, "", "unexpected end of data", "closed quotes"),
+        (HEAD + GOOD + '1,2,"3,600,9,0.3\n', 4, "", "unexpected end of data", "a closing quote"),
         (HEAD, 1, "", "no rows under the headers", "a row for each reading"),
         ("1,2,3\n4,5,6\n", 1, "1", "'1'", "a line of headers"),
         ("a,b,a\n1,2,3\n", 1, "a", "same header in columns 1 and 3", "one column of each name"),
@@ -62,7 +62,7 @@ def test_a_row_of_too_few_or_too_many_cells_is_mended_differently(
             1,
             "M [kNm]",
             "'torque_Nm' and 'M [kNm]'",
-            "one column of torque",
+            "only one column for torque",
         ),
         (
             "torque_Nm,preload_N,alpha\n1,2,3\n",
@@ -71,10 +71,22 @@ def test_a_row_of_too_few_or_too_many_cells_is_mended_differently(
             "'alpha'",
             "a unit for elastic_angle (rad, mrad, urad, deg, arcmin, arcsec)",
         ),
-        ("torque,preload_N,alpha_deg\nlbf,N,deg\n1,2,3\n", 1, "torque", "over 'lbf'", "N cm"),
+        (
+            "torque,preload_N,alpha_deg\nlbf,N,deg\n1,2,3\n",
+            1,
+            "torque",
+            "with the unit 'lbf'",
+            "N cm",
+        ),
         ("torque_Nm;preload_N;alpha_deg\n1,5;6;7\n1.5;6;7\n", 3, "torque_Nm", "'1.5'", "comma"),
         ("torque_Nm;preload_N;alpha_deg\n1.234,5;6;7\n", 2, "torque_Nm", "'1.234,5'", "a number"),
-        ("time_s,torque_Nm,preload_N,alpha_deg\n5,1,2,3\n4,1,2,3\n", 3, "time_s", "4 s", "rises"),
+        (
+            "time_s,torque_Nm,preload_N,alpha_deg\n5,1,2,3\n4,1,2,3\n",
+            3,
+            "time_s",
+            "4 s",
+            "increases",
+        ),
         ("torque_Nm,preload_N,dh_um\n1,2,3\n", 1, "dh_um", "no lever arm", "lever_arm_mm"),
     ],
 )
@@ -119,9 +131,9 @@ def test_many_mistakes_are_counted(write: Write) -> None:
     [
         ("torqe_Nm,preload_N,alpha_deg", "columns={'torqe_Nm': 'torque_Nm'}"),
         ("torque_Nm,preload_N,angle_deg", "columns={'angle_deg': 'elastic_angle_deg'}"),
-        ("T [lbf in],preload_N,alpha_deg", "'lbf in' is no unit of"),
-        ("torque_Nm,preload_mark,alpha_deg", "'mark' is no unit of it"),
-        ("torque_Nm preload_N alpha_deg", "separated by commas, semicolons or tabs"),
+        ("T [lbf in],preload_N,alpha_deg", "'lbf in' is not a unit of"),
+        ("torque_Nm,preload_mark,alpha_deg", "'mark' is not a unit of it"),
+        ("torque_Nm preload_N alpha_deg", "by commas, semicolons or tabs"),
         ("torque,preload_N,alpha_deg", "columns={'torque': 'torque_Nm'}"),
         ("#torque_Nm,preload_N,alpha_deg", "remove the # if"),
     ],
@@ -169,7 +181,7 @@ def test_files_that_are_no_table(write: Write, content: bytes, found: str) -> No
     error = refused(write(content, "t.xlsx"))
     assert found in error.value and error.line is None and "t.xlsx" in str(error)
     if content.startswith(b"PK"):
-        assert "save it anew, or export the table to CSV" in str(error)
+        assert "save it again, or export the table to CSV" in str(error)
 
 
 def test_paths_that_are_no_file(tmp_path: Path) -> None:
@@ -263,9 +275,9 @@ def test_clocks_are_seconds(kind: str, unit: str) -> None:
     [
         ({}, "no columns"),
         (TABLE | {"torque_Nm": [1, 2]}, "2 values"),
-        (TABLE | {"torque_Nm": 1.0}, "no single column of values"),
-        (TABLE | {"torque_Nm": [[1, 2], [3, 4], [5, 6]]}, "no single column of values"),
-        (TABLE | {"torque_Nm": [[1, 2], [3], [5]]}, "no single column of values"),
+        (TABLE | {"torque_Nm": 1.0}, "not a single column"),
+        (TABLE | {"torque_Nm": [[1, 2], [3, 4], [5, 6]]}, "not a single column"),
+        (TABLE | {"torque_Nm": [[1, 2], [3], [5]]}, "not a single column"),
         (Frame({"a": [1]}), "only the headers 'a'"),
         ({name: [] for name in TABLE}, "no rows"),
     ],

@@ -190,11 +190,11 @@ def test_a_parquet_file_that_was_changed_is_not_taken_for_the_sweep(
     capsys.readouterr()
     assert main(["sweep", "plan.toml", "--out", "t.parquet"]) == 2
     told = capsys.readouterr().err
-    assert "t.parquet: its contents are not those" in told and "--fresh" in told
+    assert "t.parquet: its contents differ" in told and "--fresh" in told
     beside.unlink()
     assert main(["sweep", "plan.toml", "--out", "t.parquet"]) == 0
-    assert "not checked: t.parquet.sweep is missing" in capsys.readouterr().out
-    with pytest.warns(UserWarning, match=r"t\.parquet: not checked: t\.parquet\.sweep is missing"):
+    assert "not checked, because t.parquet.sweep is missing" in capsys.readouterr().out
+    with pytest.warns(UserWarning, match="not checked, because t.parquet.sweep is missing"):
         sweep(top / "plan.toml", out="t.parquet")
     beside.write_text("{}")
     assert main(["sweep", "plan.toml", "--out", "t.parquet"]) == 2
@@ -224,7 +224,7 @@ def test_parts_of_another_parquet_sweep_are_not_taken_for_the_sweep(desk: Desk) 
     assert not (folder / "plan.json").exists()
     desk(SLOW)
     parts[0].write_bytes(b"garbled")
-    with pytest.raises(PlanError, match=r"0\.parquet: .* is no sweep.*--fresh"):
+    with pytest.raises(PlanError, match=r"0\.parquet: .* is not the output of a sweep.*--fresh"):
         sweep(top / "plan.toml", out="t.parquet")
 
 

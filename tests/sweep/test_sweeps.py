@@ -43,14 +43,14 @@ def test_a_case_may_be_the_name_of_its_file(tmp_path: Path) -> None:
     wanted = sweep(case(), axes).elastic_angle_arcsec
     for name in (path, str(path)):
         assert list(sweep(name, axes).elastic_angle_arcsec) == list(wanted)
-    with pytest.raises(PlanError, match="say what is varied"):
+    with pytest.raises(PlanError, match="give what varies"):
         sweep(path)
     with pytest.raises(CaseError, match=r"none\.toml: file not found"):
         sweep(tmp_path / "none.toml", axes)
     plan = tmp_path / "plan.toml"
     plan.write_text('case = "case.toml"\n[axes]\nload.torque_Nm = [1, 2]\n')
     assert len(sweep(plan)) == 2
-    with pytest.raises(PlanError, match="its own axes"):
+    with pytest.raises(PlanError, match="already has axes"):
         sweep(plan, axes)
 
 
@@ -471,7 +471,7 @@ def test_units_are_those_of_udunits(suffix: str, unit: str) -> None:
         ({"load.torque_Nm": [[1, 2]]}, ["2 dimensions"]),
         ({"load.torque_Nm": [1j]}, ["complex"]),
         ({"load.torque_Nm": [1], "load.torque_Nmm": [1]}, ["same value as load.torque_Nm"]),
-        ({}, ["no axis"]),
+        ({}, ["no axes"]),
     ],
 )
 def test_a_wrong_axis_is_told_with_the_remedy(axes: dict[str, Any], told: list[str]) -> None:
@@ -513,7 +513,7 @@ def test_a_load_must_be_complete() -> None:
 
 
 def test_what_memory_cannot_hold_goes_to_a_file() -> None:
-    with pytest.raises(PlanError, match="give out="):
+    with pytest.raises(PlanError, match="name a file with out="):
         sweep(case(), AXES, design="random", rows=10**9)
 
 

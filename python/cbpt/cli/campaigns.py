@@ -1,9 +1,9 @@
 """The lab's verbs about campaigns to come.
 
 simulate      readings that a plan would give
-isolability   what a plan could see and tell apart
-next_run      the runs that would decide what readings leave open
-plan          the shortest campaign that tells effects apart
+isolability   what a plan could detect and distinguish
+next_run      the runs that would decide between the effects that remain possible
+plan          the shortest campaign that distinguishes effects
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from cbpt.cli.options import (
 if TYPE_CHECKING:
     from cbpt.lab.experiment.candidates import Limits
 
-PLAN = ("PLAN", "runs to come (TOML), or a table of loads (CSV)")
+PLAN = ("PLAN", "planned runs (TOML), or a table of loads (CSV)")
 
 
 def simulate(argv: list[str]) -> int:
@@ -40,7 +40,7 @@ def simulate(argv: list[str]) -> int:
 
     parser = inputs(
         "cbpt simulate",
-        "Readings that a campaign would give: the model with the effects of the case, and noise.",
+        "Simulate the readings of a campaign: the model with the effects of the case, plus noise.",
         epilog=noises(),
         table=PLAN,
     )
@@ -51,12 +51,12 @@ def simulate(argv: list[str]) -> int:
         action="append",
         default=[],
         dest="effects",
-        help="an effect of the library with its numbers, as in a case file: "
-        "eccentric_bearing reference_deflection_um=2; repeatable",
+        help="an effect of the library to add, with its parameters as in a case file: "
+        "eccentric_bearing reference_deflection_um=2; may be repeated",
     )
     add_instrument(parser)
     add_seed(parser, "readings")
-    parser.add_argument("--out", metavar="FILE", type=Path, help="write FILE.csv, not the terminal")
+    parser.add_argument("--out", metavar="FILE", type=Path, help="write FILE.csv")
     options = parser.parse_args(argv)
     columns = columns_of(parser, options)
     check_name(parser, "--out", options.out, ".csv")
@@ -89,13 +89,13 @@ def isolability(argv: list[str]) -> int:
 
     parser = inputs(
         "cbpt isolability",
-        "Before any reading: which effects a campaign could see, from which size, and which it "
-        "could tell apart.",
+        "Find out before any reading is taken which effects a campaign could detect, from which "
+        "size, and which it could distinguish.",
         epilog=noises(),
         table=PLAN,
     )
     parser.add_argument(
-        "--effects", metavar="EFFECT", nargs="+", help="ids of the library, see cbpt effects; all"
+        "--effects", metavar="EFFECT", nargs="+", help="ids of effects (default: all)"
     )
     add_instrument(parser)
     add_json(parser)
@@ -126,17 +126,17 @@ def next_run(argv: list[str]) -> int:
 
     parser = inputs(
         "cbpt next-run",
-        "Diagnose the readings, then rank the runs that could decide what they leave open, by the "
-        "log odds that each is expected to bring under the posterior.",
+        "Diagnose the readings, then rank further runs by how much each is expected to help decide "
+        "between the explanations that remain possible (expected log odds under the posterior).",
     )
     parser.add_argument(
         "--candidates",
         metavar="N",
         type=int,
         default=CANDIDATES,
-        help=f"how many runs to choose among ({CANDIDATES})",
+        help=f"number of runs to choose from (default {CANDIDATES})",
     )
-    add_limits(parser, "a fourth beyond what the readings have")
+    add_limits(parser, "default: 25 %% beyond the readings")
     add_json(parser)
     parser.add_argument("--out", metavar="PLAN", type=Path, help="write the best run to PLAN.toml")
     add_seed(parser, "answer")
@@ -162,15 +162,15 @@ def plan(argv: list[str]) -> int:
 
     parser = of_case(
         "cbpt plan",
-        "Find the shortest campaign that tells effects apart, and each of them from none, 19 times "
-        "out of 20; or find that no campaign can.",
+        "Find the shortest campaign that distinguishes effects from each other and from no effect "
+        "with a probability of 95 %, or find that no campaign can.",
     )
     parser.add_argument(
         "--separate",
         metavar="EFFECT",
         nargs="+",
         required=True,
-        help="ids of the library, see cbpt effects",
+        help="ids of the effects to distinguish (cbpt effects lists them)",
     )
     parser.add_argument(
         "--size",
@@ -178,21 +178,20 @@ def plan(argv: list[str]) -> int:
         nargs="+",
         action="append",
         default=[],
-        help="size at which an effect is to be told, named as in a case file: eccentric_bearing "
-        "reference_deflection_um=0.2; repeatable; the middle of the plausible range",
+        help="size at which an effect must be distinguished, as in a case file: eccentric_bearing "
+        "reference_deflection_um=0.2; may be repeated (default: the middle of the plausible range)",
     )
-    add_limits(parser, "around the [load] of the case")
+    add_limits(parser, "default: from the [load] of the case")
     parser.add_argument(
         "--u-arcsec",
         metavar="U",
         type=float,
         required=True,
-        help="standard uncertainty of a reading",
+        help="standard uncertainty of a reading, arcsec",
     )
-    parser.add_argument(
-        "--max-runs", metavar="N", type=int, default=MAX_RUNS, help=f"at most so many ({MAX_RUNS})"
-    )
-    parser.add_argument("--out", metavar="PLAN", type=Path, help="write it to PLAN.toml")
+    most = f"largest number of runs (default {MAX_RUNS})"
+    parser.add_argument("--max-runs", metavar="N", type=int, default=MAX_RUNS, help=most)
+    parser.add_argument("--out", metavar="PLAN", type=Path, help="write the plan to PLAN.toml")
     options = parser.parse_args(argv)
     check_name(parser, "--out", options.out, ".toml")
     case = case_of(options.case)
@@ -223,7 +222,7 @@ def noises() -> str:
     from cbpt.lab.experiment.simulate import NOISES
 
     kinds = "; ".join(f"{kind}={size:g} ({told})" for kind, (_, size, told) in NOISES.items())
-    return f"Kinds of noise, with the size each has where none is stated: {kinds}."
+    return f"Kinds of noise, each with its default size: {kinds}."
 
 
 def add_instrument(parser: argparse.ArgumentParser) -> None:
@@ -233,27 +232,27 @@ def add_instrument(parser: argparse.ArgumentParser) -> None:
         metavar="KIND",
         nargs="+",
         default=["white"],
-        help="white (default), none, or any of those below, KIND=SIZE for another size",
+        help="white (default), none, or any of the kinds below; KIND=SIZE sets the size",
     )
     parser.add_argument(
         "--u-arcsec",
         metavar="U",
         type=float,
-        help="standard uncertainty of a reading, in place of what the plan says",
+        help="standard uncertainty of a reading, arcsec (default: that of the plan)",
     )
 
 
 def add_limits(parser: argparse.ArgumentParser, usual: str) -> None:
     """Flags of what the rig can do."""
     parser.add_argument(
-        "--torque-Nm", metavar="MAX", type=float, help=f"largest torque of the rig; {usual}"
+        "--torque-Nm", metavar="MAX", type=float, help=f"largest torque of the rig ({usual})"
     )
     parser.add_argument(
         "--preload-N",
         metavar=("LOW", "HIGH"),
         type=float,
         nargs=2,
-        help=f"lowest and highest preload; {usual}",
+        help=f"lowest and highest preload of the rig ({usual})",
     )
 
 

@@ -1,6 +1,6 @@
 """The verbs about drives that are still to be built.
 
-tolerance   what the tolerances of the drawing make of the elastic angle
+tolerance   how the elastic angle varies within the tolerances of the drawing
 optimise    the design with the smallest elastic angle within bounds
 """
 
@@ -30,11 +30,16 @@ def tolerance(argv: list[str]) -> int:
 
     parser = of_case(
         "cbpt tolerance",
-        "Draw drives within the tolerances that the case states ([tolerance], else [uncertainty]) "
-        "and solve each: mean, spread, quantiles, worst cases, and the share of each number.",
+        "Draw random drives within the tolerances of the case ([tolerance], else [uncertainty]) "
+        "and "
+        "solve each: mean, spread, quantiles, worst cases, and the share of each parameter.",
     )
     parser.add_argument(
-        "--samples", metavar="N", type=int, default=SAMPLES, help=f"drives to draw ({SAMPLES})"
+        "--samples",
+        metavar="N",
+        type=int,
+        default=SAMPLES,
+        help=f"number of drives (default {SAMPLES})",
     )
     add_load(parser)
     add_seed(parser, "answer")
@@ -66,13 +71,16 @@ def optimise(argv: list[str]) -> int:
     parser = of_case(
         "cbpt optimise",
         "Find the design with the smallest elastic angle at a load, within bounds on its "
-        "numbers, size, preload, contact pressure, walls and spacings.",
-        epilog="BOUNDS has [free], keys of a case with their least and greatest value, and "
-        "[limits]: outer_radius_mm, contact_pressure_GPa, preload (hold, continuous or "
+        "parameters, size, preload, contact pressure, walls and clearances.",
+        epilog="BOUNDS has two tables: [free] gives keys of the case with their smallest and "
+        "largest value; [limits] may have outer_radius_mm, contact_pressure_GPa, preload (hold, "
+        "continuous or "
         "zero_backlash), undercut_margin, inside_wall_margin, ball_clearance_mm, "
         "ring_clearance_mm.",
     )
-    parser.add_argument("bounds", metavar="BOUNDS", type=Path, help="what may change (TOML)")
+    parser.add_argument(
+        "bounds", metavar="BOUNDS", type=Path, help="free parameters and limits (TOML)"
+    )
     add_load(parser)
     add_seed(parser, "answer")
     add_json(parser)

@@ -1,4 +1,4 @@
-"""The verbs that hold a model against readings; those about campaigns to come are in `campaigns`.
+"""The verbs that compare a model with readings; those about planned campaigns are in `campaigns`.
 
 compare     model against a table of readings, with effects fitted where asked
 diagnose    which effect is missing
@@ -47,14 +47,14 @@ def compare(argv: list[str]) -> int:
 
     parser = inputs(
         "cbpt compare",
-        "Solve the model at every reading; report how far off it is, and where.",
-        epilog="The table's columns: run, time_s, torque_Nm, preload_N, input_angle_deg, "
+        "Solve the model at every reading and report where and by how much it differs from them.",
+        epilog="Columns of the table: run, time_s, torque_Nm, preload_N, input_angle_deg, "
         "temperature_degC, elastic_angle_arcsec, u_elastic_angle_arcsec; torque, preload and "
-        "angle are needed. Other names and units are read where they are clear.",
+        "angle are required. Other names and units are accepted if their meaning is clear.",
     )
     add_effects(
         parser,
-        "effects of the library, or own effects of the case, to fit to the readings; the report "
+        "effects to fit to the readings (of the library, or own effects of the case); the report "
         "shows the misfit before and after",
     )
     add_plot(parser)
@@ -105,7 +105,7 @@ def diagnose(argv: list[str]) -> int:
     """cbpt diagnose CASE DATA"""
     parser = inputs(
         "cbpt diagnose",
-        "Find the effect that is missing in the model, or find that none is needed, or that these "
+        "Find the effect that is missing from the model, or show that none is needed or that these "
         "readings cannot decide.",
     )
     add_json(parser)
@@ -114,8 +114,8 @@ def diagnose(argv: list[str]) -> int:
     parser.add_argument(
         "--by",
         metavar="COLUMN",
-        help="diagnose the readings of each value of COLUMN by themselves, and show how the "
-        "numbers change",
+        help="diagnose the readings of each value of COLUMN separately, and show how the "
+        "parameters change",
     )
     add_seed(parser, "answer")
     add_results(parser)
@@ -123,7 +123,7 @@ def diagnose(argv: list[str]) -> int:
     check_results(parser, options)
     if options.by and (options.plot or options.results):
         parser.error(
-            "--plot and --results are of one diagnosis: choose a value with --only, not --by"
+            "--plot and --results need a single diagnosis: choose a value with --only, not --by"
         )
     check_plot(options)
     given = {
@@ -154,7 +154,7 @@ def _diagnose(options: argparse.Namespace, given: dict[str, Any]) -> int:
             progress=counter.share,
             **given,
         )
-        counter.share("what the answer rests on", 0.98)
+        counter.share("what the answer depends on", 0.98)
         answer.to_dict()  # made once and kept
     show_answer(answer, options.json, lambda: answer.report(in_flags))
     if options.json != "-" or options.results not in (None, "-"):
@@ -171,11 +171,13 @@ def fit(argv: list[str]) -> int:
 
     parser = inputs(
         "cbpt fit",
-        "Fit effects to readings while the numbers of the drive may move within their stated "
-        "uncertainties, and write the case with the effects in it.",
+        "Fit effects to readings, with the parameters of the drive free within their stated "
+        "uncertainties, and write the case with the fitted effects.",
     )
     add_effects(
-        parser, "ids of effects, see cbpt effects, or of own effects of the case", required=True
+        parser,
+        "ids of effects (cbpt effects lists them) or of own effects of the case",
+        required=True,
     )
     parser.add_argument("--out", metavar="CASE2", type=Path, help="write the case with the effects")
     add_results(parser)
@@ -196,5 +198,5 @@ def fit(argv: list[str]) -> int:
     print(found.report(in_flags))
     show_results(found, options)
     if options.out:
-        print(f"Wrote {options.out}: the case with the effect in it.")
+        print(f"Wrote {options.out}: the case with the fitted effects.")
     return SUCCESS

@@ -41,7 +41,7 @@ _OUTPUTS = ("out", "json", "plot", "results")
 
 
 class Parser(argparse.ArgumentParser):
-    """Tells the nearest flag where one is misspelt, and lets no verb write over what it reads."""
+    """Suggests the nearest flag for a misspelt one, and lets no verb overwrite its inputs."""
 
     def parse_args(self, args: Sequence[str]) -> argparse.Namespace:  # type: ignore[override]
         options = super().parse_args(args)
@@ -52,7 +52,8 @@ class Parser(argparse.ArgumentParser):
                 continue
             if any(path and Path(path).exists() and Path(path).samefile(out) for path in inputs):
                 self.error(
-                    f"--{flag} {out}: this file is read here and would be lost; give another name"
+                    f"--{flag} {out}: this file is an input and would be overwritten; give "
+                    "another name"
                 )
         return options
 
@@ -87,20 +88,20 @@ def inputs(
         metavar="HEADER=NAME",
         action="append",
         default=[],
-        help="what a header means, for example Moment=torque_Nm; repeatable",
+        help="meaning of a header, for example Moment=torque_Nm; may be repeated",
     )
     parser.add_argument(
         "--sheet",
         metavar="NAME",
-        help="sheet of a workbook, struct of a MATLAB file or group of a TDMS file; else the first "
-        "with readings",
+        help="sheet of a workbook, struct of a MATLAB file or group of a TDMS file (default: the "
+        "first with readings)",
     )
     parser.add_argument(
         "--only",
         metavar="COLUMN=VALUE",
         action="append",
         default=[],
-        help="take these readings alone, for example preload_step=3; repeatable",
+        help="use only these readings, for example preload_step=3; may be repeated",
     )
     return parser
 
@@ -110,7 +111,9 @@ def inputs(
 
 def add_plot(parser: argparse.ArgumentParser) -> None:
     """The flag that draws."""
-    parser.add_argument("--plot", metavar="FILE", type=Path, help="draw to FILE.svg, .png or .pdf")
+    parser.add_argument(
+        "--plot", metavar="FILE", type=Path, help="draw a plot to FILE.svg, .png or .pdf"
+    )
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
@@ -120,14 +123,17 @@ def add_json(parser: argparse.ArgumentParser) -> None:
         metavar="OUT",
         nargs="?",
         const="-",
-        help="write the whole answer to OUT.json; without a name, print it in place of the text",
+        help="write the complete answer to OUT.json; without a name, print it instead of the text",
     )
 
 
 def add_angle_unit(parser: argparse.ArgumentParser) -> None:
     """The flag for the unit of angles."""
     parser.add_argument(
-        "--angle-unit", choices=list(ANGLE_UNITS), default="arcsec", help="unit of text and plot"
+        "--angle-unit",
+        choices=list(ANGLE_UNITS),
+        default="arcsec",
+        help="unit of angles in text and plot",
     )
 
 
@@ -137,7 +143,7 @@ def add_seed(parser: argparse.ArgumentParser, same: str) -> None:
         "--seed",
         type=int,
         default=0,
-        help=f"seed of the random numbers (0): the same seed gives the same {same}",
+        help=f"seed of the random numbers (default 0); the same seed gives the same {same}",
     )
 
 
@@ -148,7 +154,7 @@ def add_load(parser: argparse.ArgumentParser, at: str = "") -> None:
         ("--preload-N", "F", "axial preload"),
         ("--input-angle-deg", "A", "angle of the input crank"),
     ):
-        words = f"{what}{at}, in place of that of the case"
+        words = f"{what}{at}, instead of that of the case"
         parser.add_argument(flag, metavar=metavar, type=float, help=words)
 
 
@@ -166,7 +172,7 @@ def add_effects(parser: argparse.ArgumentParser, what: str, required: bool = Fal
     )
 
 
-COMPETING = "own effects of the case that compete, in place of being taken as given"
+COMPETING = "own effects of the case to test as the missing effect, instead of assuming them"
 """What --with names in a diagnosis."""
 
 
@@ -177,8 +183,8 @@ def add_results(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         nargs="?",
         const="-",
-        help="print a table of all numbers with their uncertainties and what these rest on, or "
-        "write it to FILE.csv, .md or .json",
+        help="print a table of all parameters with their uncertainties and what these depend on, "
+        "or write it to FILE.csv, .md or .json",
     )
     add_load(parser, " at which the results state the elastic angle")
 

@@ -26,15 +26,15 @@ def report(argv: list[str]) -> int:
     """cbpt report CASE DATA --out report.html"""
     parser = inputs(
         "cbpt report",
-        "Diagnose readings and write the answer as one page that opens without a network: the "
-        "misfit, where it stands out, what could be missing, what to measure next, the drive.",
+        "Diagnose readings and write the answer as one page that needs no network: the misfit, "
+        "where it is largest, what could be missing, what to measure next, the drive.",
     )
     parser.add_argument(
         "--out",
         metavar="FILE",
         type=Path,
         required=True,
-        help="FILE.html, or FILE.json for the page's document alone",
+        help="FILE.html, or FILE.json for the data of the page alone",
     )
     add_effects(parser, COMPETING)
     add_seed(parser, "page")
@@ -85,26 +85,28 @@ def workbench(argv: list[str]) -> int:
     """cbpt workbench [CASE DATA]"""
     parser = inputs(
         "cbpt workbench",
-        "The page live, in the browser: open a case and readings, see the misfit, switch effects "
-        "on, write your own. It is served on this machine alone; Ctrl-C ends it.",
+        "Work with the page in the browser: open a case and readings, see the misfit, switch "
+        "effects on, write your own. Only this machine can reach it; Ctrl-C ends it.",
         needed=False,
     )
     parser.add_argument(
-        "--port", type=int, help="port to listen on; else 8327, or any that is free (0: any)"
+        "--port",
+        type=int,
+        help="port to listen on (default: 8327, or any free port; 0: any free port)",
     )
     parser.add_argument(
         "--host",
         default="127.0.0.1",
-        help="address to listen on; anything but 127.0.0.1 lets others in the network reach it",
+        help="address to listen on; any other than 127.0.0.1 lets others in the network reach it",
     )
     parser.add_argument(
-        "--no-browser", action="store_true", help="print the address and open no browser"
+        "--no-browser", action="store_true", help="print the address and do not open a browser"
     )
     options = parser.parse_args(argv)
     if options.port is not None and not 0 <= options.port < 65536:
         parser.error(f"--port {options.port}: expected 0 to 65535")
     if (options.case is None) != (options.data is None):
-        parser.error("give both CASE and DATA, or open them in the browser")
+        parser.error("give both CASE and DATA, or neither and open them in the browser")
     from cbpt.page.workbench.serve import serve
     from cbpt.page.workbench.session import Session
 

@@ -31,12 +31,15 @@ def sweep(argv: list[str]) -> int:
     from cbpt.sweeps.run import SweepPlan, Work, open_output, to_output
 
     parser = Parser(
-        prog="cbpt sweep", description="Any parameter of drive, load or effects, to Parquet."
+        prog="cbpt sweep",
+        description="Vary any parameter of drive, load or effects; rows to Parquet.",
     )
     parser.add_argument("plan", metavar="PLAN", help="TOML file that names a case and has [axes]")
-    parser.add_argument("--out", required=True, metavar="FILE", help="the file of the rows")
+    parser.add_argument("--out", required=True, metavar="FILE", help="file for the rows")
     parser.add_argument("--chunk-rows", type=_positive, metavar="N", help=CHUNK_ROWS)
-    parser.add_argument("--fresh", action="store_true", help="begin anew in the place of FILE")
+    parser.add_argument(
+        "--fresh", action="store_true", help="discard the rows already in FILE and start again"
+    )
     options = parser.parse_args(argv)
     plan = SweepPlan.from_file(options.plan)
     with closing(open_output(plan, Path(options.out), options.fresh)) as output:

@@ -146,8 +146,8 @@ class _Parquet:
             found = None
         if found is None:
             raise PlanError(
-                f"{path}: the file exists and is no sweep; give another --out, or --fresh to begin "
-                "anew in its place"
+                f"{path}: the file exists but is not the output of a sweep; give another --out, or "
+                "--fresh to overwrite it"
             )
         return str(found.decode())
 
@@ -159,25 +159,25 @@ class _Parquet:
         if rows != self.plan.rows:
             raise PlanError(
                 f"{path}: holds {rows} rows where the plan has {self.plan.rows}, so it was changed "
-                "after the sweep wrote it; give another --out, or --fresh to begin anew"
+                "after the sweep wrote it; give another --out, or --fresh to start again"
             )
 
     def _unchanged(self) -> str:
         """Refuses a file that is not the one that was written; says so where no sum can tell."""
         if not self.sum.exists():
-            return f"not checked: {self.sum.name} is missing"
+            return f"contents not checked, because {self.sum.name} is missing"
         try:
             known = json.loads(self.sum.read_bytes())["sha256"]
         except (ValueError, KeyError, TypeError):
             raise PlanError(
-                f"{self.sum}: is no record of a sweep; delete it to do without a check, or --fresh "
-                f"to begin {self.path} anew"
+                f"{self.sum}: the file is not the record of a sweep; delete it to skip the "
+                "check of "
+                f"{self.path}, or give --fresh to start again"
             ) from None
         if _sha256(self.path) != known:
             raise PlanError(
-                f"{self.path}: its contents are not those that its record {self.sum.name} says, so "
-                "it was changed after the sweep wrote it; give another --out, or --fresh to begin "
-                "anew"
+                f"{self.path}: its contents differ from its record {self.sum.name}, so it was "
+                "changed after the sweep wrote it; give another --out, or --fresh to start again"
             )
         return ""
 

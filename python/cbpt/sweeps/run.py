@@ -121,7 +121,7 @@ def sweep(
             to_output(plan, output, work)
         return Sweep(plan, path, scalars, lambda: Rows.read(plan, path))
     if plan.rows > MOST_ROWS_IN_MEMORY:
-        most = f"more than {MOST_ROWS_IN_MEMORY} go to a file: give out="
+        most = f"at most {MOST_ROWS_IN_MEMORY} are kept in memory: name a file with out="
         raise PlanError(f"the sweep has {plan.rows} rows; {most}")
     chunks = _solved(plan, 0, "rows", work)
     with closing(chunks):
@@ -185,10 +185,10 @@ def _plan(
             drive = Case.from_file(path)
     if isinstance(drive, SweepPlan):
         if axes is not None or rows is not None:
-            raise PlanError("a plan has its own axes and rows: leave them out")
+            raise PlanError("the plan already has axes and rows: leave out axes and rows")
         return drive, frozenset()
     if not axes:
-        raise PlanError('no axis: say what is varied, for example {"load.torque_Nm": [1, 2, 5]}')
+        raise PlanError('no axes: give what varies, for example axes={"load.torque_Nm": [1, 2, 5]}')
     case = Case.from_toml(drive.to_toml()) if isinstance(drive, Drive) else drive
     drawn = design in ("random", "latin_hypercube")
     given = [(name, _values(name, values, drawn)) for name, values in axes.items()]

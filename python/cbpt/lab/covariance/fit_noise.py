@@ -66,7 +66,7 @@ def fit_noise(
     Flat unknowns (precision 0) count as degrees of freedom used up.
     """
     y, x, precision = linear
-    u = u_arcsec * (1.0 if start.looser is None else start.looser)
+    u = u_arcsec * (1.0 if start.inflation is None else start.inflation)
     typical = float(np.median(u_arcsec))
     flat = int(np.count_nonzero(precision == 0))
 
@@ -86,7 +86,7 @@ def fit_noise(
             scale = new
         value = log_likelihood(margin.chi2, whitener, margin.log_volume)
         value += log_scale_prior(scale, stated_dof) - PRICE * noise.numbers
-        return value, replace(noise, looser=start.looser)
+        return value, replace(noise, inflation=start.inflation)
 
     best = rated(0.0, 0.0)
     # Where the scale may not shrink, correlation would only stand in for a smaller one.

@@ -65,14 +65,14 @@ class Rows:
 @dataclass(frozen=True, eq=False)
 class Noise:
     """One noise. scale: true over stated uncertainty; correlation: rho from a reading to the next
-    of its run; offset_arcsec: spread of the runs' zeros; looser: factor on each reading's standard
-    deviation, 1 for most.
+    of its run; offset_arcsec: spread of the runs' offsets; inflation: factor on each reading's
+    standard deviation, 1 for most.
     """
 
     scale: float = 1.0
     correlation: float = 0.0
     offset_arcsec: float = 0.0
-    looser: Floats | None = None
+    inflation: Floats | None = None
 
     @property
     def numbers(self) -> int:
@@ -106,7 +106,7 @@ class Whitener:
     @classmethod
     def of(cls, noise: Noise, u_arcsec: Floats, rows: Rows) -> Whitener:
         """For readings with the stated uncertainties `u_arcsec`."""
-        sd = noise.scale * u_arcsec * (1.0 if noise.looser is None else noise.looser)
+        sd = noise.scale * u_arcsec * (1.0 if noise.inflation is None else noise.inflation)
         plain = cls(rows, 1 / sd, noise.correlation, np.zeros(0), np.zeros(0), 0.0)
         followers = int(np.count_nonzero(rows.before >= 0))
         log_det = 2 * float(np.log(sd).sum()) + followers * np.log1p(-(noise.correlation**2))

@@ -1,7 +1,7 @@
-"""Readings that are looser than the rest: outliers and heavy tails, told before any cause is
+"""Readings that scatter more than the rest: outliers and heavy tails, told before any cause is
 named.
 
-    looseness   factor on each reading's standard deviation, or None where all are alike
+    inflation_of  factor on each reading's standard deviation, or None where all are alike
 
 Each reading is predicted from all others by a smooth field that can follow every effect of the
 library and every pattern of the table (a Gaussian process; leave-one-out in closed form, Rasmussen
@@ -27,7 +27,7 @@ _KURTOSIS = 1.2
 _AMPLITUDES = (0.0, 1.0, 4.0, 16.0, 64.0)
 
 
-def looseness(
+def inflation_of(
     y: Floats, certain: Floats, fields: Sequence[Floats], whitener: Whitener
 ) -> Floats | None:
     """y: misfit of the readings, (n,); certain: columns that are surely free; fields: groups of

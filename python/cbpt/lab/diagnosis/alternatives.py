@@ -105,7 +105,7 @@ def moved(d: DiagnosisData) -> Iterator[dict[str, Any]]:
     c, fit = d.competition, d.after
     stated = c.campaign.priors
     signatures = [s for s in _screen(d).signatures if not s.variant.spread]
-    zeros = fit.whitener(c.campaign.zeros)
+    zeros = fit.whitener(c.campaign.offsets)
     for i, u in enumerate(fit.unknowns):
         if u.name not in stated or not np.isfinite(u.sd):
             continue

@@ -37,7 +37,7 @@ from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.unit_check import slips
 from cbpt.lab.selection.decision import Verdict, judge
-from cbpt.lab.selection.lack_of_fit import Pattern, held_out_with_pattern
+from cbpt.lab.selection.lack_of_fit import LackOfFit, held_out_with_lack_of_fit
 from cbpt.lab.selection.model_comparison import Competition, Progress, compete
 from cbpt.lab.selection.setting import Names
 from cbpt.results import solve_many
@@ -151,11 +151,11 @@ def diagnosed(
 
 def _notes(campaign: Campaign, competition: Competition, fit: Fit) -> Iterator[str]:
     """What a reader should know of the fit behind the answer."""
-    zero = float(np.abs(fit.zeros_arcsec).max()) if campaign.zeros.shape[1] == 1 else 0.0
+    zero = float(np.abs(fit.offsets_arcsec).max()) if campaign.offsets.shape[1] == 1 else 0.0
     if zero > 5 * float(np.median(campaign.u_arcsec)):
-        yield f"a common offset of {fit.zeros_arcsec[0]:.3g} arcsec was subtracted"
-    if competition.looser is not None:
-        lines = campaign.readings.line[competition.looser > 2.0].tolist()
+        yield f"a common offset of {fit.offsets_arcsec[0]:.3g} arcsec was subtracted"
+    if competition.inflation is not None:
+        lines = campaign.readings.line[competition.inflation > 2.0].tolist()
         if 0 < len(lines) <= 0.05 * len(campaign):
             shown = ", ".join(map(str, lines[:8]))
             yield f"{len(lines)} readings are outliers and were given less weight: lines {shown}"
@@ -176,7 +176,7 @@ def _ladder(
     """From the drive as stated to the answer, and one step further."""
     fitter, fits, names = competition.fitter, competition.fits, verdict.names
     # One noise judges every rung: a fit without the effect may take the effect for noise.
-    pattern = verdict.pattern
+    pattern = verdict.lack_of_fit
     noise = fits[names].noise if pattern is None else pattern.noise
 
     def seen(added: str, fit: Fit) -> Rung:
@@ -191,7 +191,7 @@ def _ladder(
         added = next(iter(set(further) - set(names)))
         yield seen(added, fits[further])
     if pattern is not None:
-        yield _rung_of_pattern(pattern, fold)
+        yield _rung_of_lack_of_fit(pattern, fold)
 
 
 def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
@@ -392,12 +392,12 @@ def rung(fitter: Fitter, added: str, fit: Fit, fold: NDArray[np.int64]) -> Rung:
     return Rung(added, rmse_of(fitter.campaign, fit), rms(held), chi2_of(fitter, fit), named)
 
 
-def _rung_of_pattern(pattern: Pattern, fold: NDArray[np.int64]) -> Rung:
+def _rung_of_lack_of_fit(pattern: LackOfFit, fold: NDArray[np.int64]) -> Rung:
     """The error with a pattern that has no name, in place of the last addition."""
     c = pattern.problem.fitter.campaign
     residual = pattern.problem.residual(pattern.amplitude, pattern.noise)
     residual = without_zeros(c, residual, pattern.noise)
-    held = held_out_with_pattern(pattern, fold)
+    held = held_out_with_lack_of_fit(pattern, fold)
     chi2 = float(np.mean((residual / u_judging(c, pattern.noise)) ** 2))
     added = f"a free-form function of {' and '.join(pattern.columns)}"
     return Rung(added, rms(residual), rms(held), chi2)

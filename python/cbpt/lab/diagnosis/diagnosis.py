@@ -87,7 +87,7 @@ class Diagnosis(DiagnosisData):
                 if names in self.competition.fits:
                     rivals[" + ".join(names)] = self.competition.fits[names]
         named = " + ".join(self.verdict.names)
-        for number, other in enumerate(self.after.others, 2):
+        for number, other in enumerate(self.after.other_modes, 2):
             rivals[f"{named}, solution {number}"] = other
         return angle_at(
             self.competition.fitter,
@@ -137,7 +137,7 @@ class Diagnosis(DiagnosisData):
 
     @property
     def _why_no_u(self) -> str | None:
-        if self.verdict.pattern is None:
+        if self.verdict.lack_of_fit is None:
             return None
         return "the model lacks an effect that these readings show"
 
@@ -158,7 +158,7 @@ class Diagnosis(DiagnosisData):
 
     def unknown(self) -> dict[str, Any] | None:
         """What the misfit depends on, where nothing in the library explains it."""
-        pattern = self.verdict.pattern
+        pattern = self.verdict.lack_of_fit
         if pattern is None:
             return None
         return card(self)

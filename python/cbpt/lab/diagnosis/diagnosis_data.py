@@ -96,7 +96,9 @@ class DiagnosisData:
     def noise(self) -> Noise:
         """The noise of the answer, through which all models are looked at: a fit without an effect
         may take the effect for noise."""
-        return self.after.noise if self.verdict.pattern is None else self.verdict.pattern.noise
+        return (
+            self.after.noise if self.verdict.lack_of_fit is None else self.verdict.lack_of_fit.noise
+        )
 
     @property
     def ladder_says(self) -> str | None:

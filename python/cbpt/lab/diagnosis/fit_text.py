@@ -62,8 +62,8 @@ class Several:
 
 def solutions(fit: Fit) -> Iterator[Several]:
     """Effects that fit about as well with other values or in another form."""
-    for effect in fit.hypothesis.effects if fit.others else ():
-        found = tuple(dict.fromkeys(_solution(f, effect) for f in (fit, *fit.others)))
+    for effect in fit.hypothesis.effects if fit.other_modes else ():
+        found = tuple(dict.fromkeys(_solution(f, effect) for f in (fit, *fit.other_modes)))
         if len(found) > 1:
             yield Several(effect, found)
 

@@ -54,7 +54,7 @@ def estimated(d: DiagnosisData) -> float:
     """What a reading is known to under the noise of the answer, arcsec; what is stated counts as
     some degrees of freedom beside those of the scatter."""
     c = d.competition.campaign
-    if c.step_arcsec and d.verdict.pattern is None:
+    if c.step_arcsec and d.verdict.lack_of_fit is None:
         # A coarse display has the noise that it has; what is judged by is more.
         return scatter_of(d.competition.fitter, d.after)[0]
     return float(d.noise.scale * np.sqrt(np.mean(c.u_reading_arcsec**2)))
@@ -68,7 +68,7 @@ def noise_floor(d: DiagnosisData) -> tuple[float | None, str]:
     """
     from cbpt.lab.selection.decision import UNKNOWN
 
-    if d.verdict.pattern is None and not any(UNKNOWN in group for group in d.verdict.rivals):
+    if d.verdict.lack_of_fit is None and not any(UNKNOWN in group for group in d.verdict.rivals):
         return estimated(d), "scatter about the answer"
     return None, "is unknown: no model explains all of the misfit"
 
@@ -113,7 +113,7 @@ def statement(d: DiagnosisData) -> str:
     if c.repeats and c.u_stated and c.repeats.steady:
         text += f", repeated readings give {c.repeats.u_arcsec:.3g} arcsec ({c.repeats})"
     scatter = scatter_of(d.competition.fitter, d.after)[0]
-    if d.verdict.pattern is None and abs(used / max(scatter, 1e-300) - 1) > 0.02:
+    if d.verdict.lack_of_fit is None and abs(used / max(scatter, 1e-300) - 1) > 0.02:
         between = stated is not None and min(stated, scatter) < used < max(stated, scatter)
         text += (
             f". Combined, the two give {used:.3g} arcsec"
@@ -131,7 +131,7 @@ def statement(d: DiagnosisData) -> str:
 def _about(d: DiagnosisData) -> str:
     """The scatter about the answer, with its own degrees of freedom."""
     scatter, dof = scatter_of(d.competition.fitter, d.after)
-    if d.verdict.pattern is not None:
+    if d.verdict.lack_of_fit is not None:
         return f"the scatter that no model explains is {estimated(d):.3g} arcsec"
     zeros = ", with an offset for each run" if d.noise.offset_arcsec else ""
     return (

@@ -52,7 +52,7 @@ def ranking(d: DiagnosisData) -> list[dict[str, Any]]:
 
 def log_total(c: Competition) -> float:
     """Logarithm of the sum of all odds."""
-    all_odds = np.array([*c.log_odds.values(), *c.pattern_log_odds[:1]])
+    all_odds = np.array([*c.log_odds.values(), *c.lack_of_fit_log_odds[:1]])
     top = float(all_odds.max())
     return top + float(np.log(np.exp(all_odds - top).sum()))
 

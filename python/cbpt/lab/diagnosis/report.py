@@ -36,7 +36,7 @@ def lines(d: DiagnosisData, document: Mapping[str, Any], say: Say) -> Iterator[s
             yield from wrap(
                 f"The change of {number['number']} could also be caused by {other}.", _WIDTH
             )
-    if not d.verdict.effects and not d.verdict.rivals and d.verdict.pattern is None:
+    if not d.verdict.effects and not d.verdict.rivals and d.verdict.lack_of_fit is None:
         yield from _unseen(d)
     yield from wrap(document["noise"]["u_says"], _WIDTH)
     joint = sum(r.number not in d.verdict.effects for r in d.verdict.rests_on) > 1

@@ -83,7 +83,7 @@ def _noise(d: DiagnosisData, word: str) -> str:
 
 
 def _unknown(d: DiagnosisData, sure: str, say: Say) -> str:
-    columns = d.verdict.pattern.columns if d.verdict.pattern else ()
+    columns = d.verdict.lack_of_fit.columns if d.verdict.lack_of_fit else ()
     on = columns_in_words(columns)
     return (
         f"An effect is missing that is not in the library ({sure}): the misfit depends on {on}."

@@ -62,7 +62,7 @@ class Draft:
 
 def draft(d: DiagnosisData, id: str = "my_effect") -> Draft | None:
     """Of what a diagnosis calls unknown."""
-    pattern = d.verdict.pattern
+    pattern = d.verdict.lack_of_fit
     assert pattern is not None
     fitter, c = d.competition.fitter, d.competition.campaign
     fit = d.competition.fits[pattern.base]
@@ -76,8 +76,8 @@ def draft(d: DiagnosisData, id: str = "my_effect") -> Draft | None:
 
     def problem(rows: Mask) -> _Problem:
         noise = pattern.noise
-        if noise.looser is not None:
-            noise = replace(noise, looser=noise.looser[rows])
+        if noise.inflation is not None:
+            noise = replace(noise, inflation=noise.inflation[rows])
         whitener = Whitener.of(noise, c.u_arcsec[rows], c.rows.select(rows))
         return _Problem(whitener(y[rows]), whitener(x[rows]), precision, whitener(columns[rows]))
 
@@ -93,7 +93,7 @@ def draft(d: DiagnosisData, id: str = "my_effect") -> Draft | None:
             mode = part.solved(path[:k])
             shown = np.column_stack([x[held], columns[held][:, path[:k]]])
             errors[k, held] = y[held] - shown @ mode
-    if pattern.noise.offset_arcsec or c.zeros.shape[1] > 1:
+    if pattern.noise.offset_arcsec or c.offsets.shape[1] > 1:
         # A zero of its own that each run has cannot be predicted.
         for error in errors:
             error -= (np.bincount(c.rows.run_index, error) / np.bincount(c.rows.run_index))[

@@ -32,7 +32,7 @@ _NO_PLACE = ("run", "preload_step", "torque_rate")
 
 def card(d: DiagnosisData) -> dict[str, Any]:
     """Columns it depends on, where it is strongest, harmonic of the input angle, shape in words."""
-    pattern = d.verdict.pattern
+    pattern = d.verdict.lack_of_fit
     assert pattern is not None
     f = pattern.fitted_arcsec
     columns = list(pattern.columns)
@@ -54,7 +54,7 @@ def card(d: DiagnosisData) -> dict[str, Any]:
 
 def measure_next(d: DiagnosisData) -> str:
     """Advice in place of a computed run, which needs a known effect."""
-    pattern = d.verdict.pattern
+    pattern = d.verdict.lack_of_fit
     assert pattern is not None
     columns, f = list(pattern.columns), np.abs(pattern.fitted_arcsec)
     placed = {c: column(d, c) for c in columns if c not in _NO_PLACE}
@@ -82,14 +82,14 @@ def measure_next(d: DiagnosisData) -> str:
 
 def _noise_arcsec(d: DiagnosisData) -> float:
     """Noise of a reading beside the pattern."""
-    pattern = d.verdict.pattern
+    pattern = d.verdict.lack_of_fit
     assert pattern is not None
     return pattern.noise.scale * float(np.median(d.competition.campaign.u_arcsec))
 
 
 def _strong_where(d: DiagnosisData) -> dict[str, tuple[float, float]]:
     """Lowest and highest value of each column where the pattern is more than twice the noise."""
-    pattern = d.verdict.pattern
+    pattern = d.verdict.lack_of_fit
     assert pattern is not None
     strong = np.abs(pattern.fitted_arcsec) > 2 * _noise_arcsec(d)
     return {c: _ends(column(d, c)[strong]) for c in pattern.columns if strong.any()}

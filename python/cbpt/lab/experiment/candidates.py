@@ -136,4 +136,4 @@ def described(run: PlannedRun) -> str:
         return "up, down, through zero and back"
     steps = np.diff(torque)
     way = "to " + ("the negative peak" if torque.min() < 0 else "the peak")
-    return f"{way}, and held" if np.count_nonzero(steps) == 1 else f"{way} and back"
+    return f"{way}, then held" if np.count_nonzero(steps) == 1 else f"{way} and back"

@@ -134,8 +134,8 @@ def of_ball_drives(case: Case | Drive) -> None:
     drive = case if isinstance(case, Drive) else case.drive
     if drive.kind != "ball_drive":
         raise InvalidInputError(
-            "a torsion spring says too little of what is plausible before there are readings; "
-            "plans are judged for ball drives"
+            "plans can be judged for ball drives only: for a torsion spring the plausible sizes of "
+            "effects are known only from readings"
         )
 
 
@@ -146,14 +146,16 @@ def known(effects: Sequence[str] | None) -> tuple[str, ...]:
         return every
     wrong = next((e for e in effects if e not in every), None)
     if wrong is not None and not isinstance(wrong, str):
-        raise InvalidInputError(f"effects: found {wrong!r}, expected ids of the library")
+        raise InvalidInputError(
+            f"effects: found {wrong!r}, expected ids of effects (cbpt effects lists them)"
+        )
     if wrong is not None:
         import difflib
 
         near = difflib.get_close_matches(wrong, every, 1)
-        hint = f"; is {near[0]} meant?" if near else ""
+        hint = f"; did you mean {near[0]}?" if near else ""
         if wrong == "run_offset":
-            hint = "; zeros of runs are a noise: run_offset=SIZE"
+            hint = "; an offset of each run is a kind of noise: --noise run_offset=SIZE (noise=)"
         raise InvalidInputError(
             f"effects: found {wrong!r}, expected any of {', '.join(every)}{hint}"
         )
@@ -178,7 +180,10 @@ def _isolability(
     campaign = sight.campaign
     every = (*VARIANTS, *lots(campaign.balls))
     there, lacking = possible(campaign, [v for v in every if v.effect in effects])
-    unseen = {effect: f"needs a {column} that varies" for effect, column in lacking.items()}
+    unseen = {
+        effect: f"not detectable, because {column} is missing or does not vary"
+        for effect, column in lacking.items()
+    }
     tell = progress or (lambda what, share: None)
     variants: dict[str, list[Variant]] = {}
     for variant in there:

@@ -1,4 +1,4 @@
-"""What a campaign could see, in words and tables, for a terminal."""
+"""What a campaign could detect and distinguish, as text and tables for a terminal."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ def lines(i: IsolabilityData) -> Iterator[str]:
     assert u is not None
     yield (
         f"{len(rows)} readings in {int(rows.run_index.max()) + 1} runs of {rows.source}, "
-        f"u {float(np.median(u)):g} arcsec"
+        f"standard uncertainty {float(np.median(u)):g} arcsec"
     )
     yield from (f"Note: {note}" for note in rows.notes)
     yield ""
     if i.seen:
         yield (
-            "Smallest size of each effect that a diagnosis would detect while the numbers of drive "
-            "and rig move within their uncertainties:"
+            "Smallest size of each effect that a diagnosis would detect, with the parameters of "
+            "drive and rig known within their uncertainties:"
         )
         table = []
         for s in i.seen:
@@ -39,8 +39,8 @@ def lines(i: IsolabilityData) -> Iterator[str]:
             name, values = sized(s.form, numbers)
             most = f"{rival} ({r:.3f})" if rival and r is not None else ""
             table.append([s.label, name, *values, most])
-        headers = ["effect", "parameter", "detected in 50 %", "in 95 %", "largest plausible"]
-        yield text_table([*headers, "looks most like"], table)
+        headers = ["effect", "parameter", "50 % detected", "95 % detected", "largest plausible"]
+        yield text_table([*headers, "most similar effect"], table)
     for effect, why in i.unseen.items():
         yield f"{effect}: {why}"
     for kind in (_twins, _not_here, _above):
@@ -51,7 +51,10 @@ def lines(i: IsolabilityData) -> Iterator[str]:
     apart = sum(p.verdict == "apart" for p in i.pairs)
     if i.pairs:
         yield ""
-        yield f"{apart} of {len(i.pairs)} pairs are distinguished as soon as they are detected."
+        yield (
+            f"{apart} of {len(i.pairs)} pairs are distinguished at every size at which they "
+            "are detected."
+        )
 
 
 def sized(form: Form, sizes: Sequence[float | None]) -> tuple[str, list[str]]:
@@ -79,7 +82,11 @@ def _twins(i: IsolabilityData) -> Iterator[str]:
         yield "Pairs that no reading of this rig can distinguish:"
     for p in pairs:
         decided = [f"{k} = {i.priors[e]:.3g}" for e, k in PRIORS.items() if k in p.decided_by]
-        by = f"; their stated uncertainties decide ({', '.join(decided)})" if decided else ""
+        by = (
+            f": only the stated uncertainty distinguishes them ({', '.join(decided)})"
+            if decided
+            else ""
+        )
         yield from _wrapped(f"{p.effects[0]} and {p.effects[1]}{by}")
 
 
@@ -95,7 +102,10 @@ def _above(i: IsolabilityData) -> Iterator[str]:
     pairs = [p for p in i.pairs if p.verdict == "above"]
     if not pairs:
         return
-    yield "Pairs that this plan distinguishes only above the smallest size detected:"
+    yield (
+        "Pairs that this plan distinguishes only if they are larger than the smallest size "
+        "detected:"
+    )
     table = [
         [
             *(_from(i, e, size) for e, size in zip(p.effects, p.above, strict=True)),
@@ -107,14 +117,14 @@ def _above(i: IsolabilityData) -> Iterator[str]:
 
 
 def _sides(i: IsolabilityData, p: Pair) -> str:
-    """From which size each is told from the other."""
+    """From which size each is distinguished from the other."""
     parts = [_from(i, e, size) for e, size in zip(p.effects, p.above, strict=True)]
     return f"{listed(parts)}; correlation {p.correlation:.4f}"
 
 
 def _from(i: IsolabilityData, effect: str, size: float | None) -> str:
     name, (value,) = sized(i.effect(effect).form, [size])
-    return f"{effect} never" if size is None else f"{effect} from {name} {value}"
+    return f"{effect} at no size" if size is None else f"{effect} with {name} >= {value}"
 
 
 def _wrapped(text: str) -> list[str]:

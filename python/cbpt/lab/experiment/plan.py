@@ -131,7 +131,7 @@ class Plan:
         which columns there are.
         """
         if not runs:
-            raise PlanError(f"{source}: no runs; a plan has a [[run]] for each")
+            raise PlanError(f"{source}: no runs; write a [[run]] for each")
         total = sum(map(len, runs))
         if total > _MOST_ROWS:
             raise PlanError(f"{source}: {total} readings, expected at most {_MOST_ROWS}")
@@ -148,7 +148,7 @@ class Plan:
                     remedy = "state dwell_s or rate_Nm_per_s" if name == "time_s" else "state it"
                     raise PlanError(
                         f"{source}: run {has} has {name} and run {lacks} has none; "
-                        f"{remedy} above the first run to have it everywhere"
+                        f"{remedy} above the first [[run]] to give it to every run"
                     )
         joined = {name: np.concatenate([t[name] for t in tables]) for name in tables[0]}
         return cls(_as_rows(joined, source), tuple(runs))
@@ -166,7 +166,10 @@ class Plan:
     def to_toml(self) -> str:
         """The runs as a plan file; raises `PlanError` where the plan is a table."""
         if not self.runs:
-            raise PlanError(f"{self.rows.source}: a table has no list of runs; write it as CSV")
+            raise PlanError(
+                f"{self.rows.source}: a plan that was read from a table has no list of runs; "
+                "write it as CSV"
+            )
         return "\n".join(run.to_toml() for run in self.runs)
 
     def with_u(self, u_elastic_angle_arcsec: float | None) -> Plan:
@@ -340,9 +343,14 @@ class _Reader:
     @staticmethod
     def notes(rows: Readings) -> Iterator[str]:
         if rows.time_s is None:
-            yield "no dwell_s and no rate_Nm_per_s: drift and creep cannot be told"
+            yield (
+                "no dwell_s and no rate_Nm_per_s: without times drift and creep cannot be detected"
+            )
         if len(np.unique(rows.torque_Nm)) == 1:
-            yield "one torque: what depends on the torque cannot be told"
+            yield (
+                "the torque is the same in every row, so effects that depend on it cannot be "
+                "detected"
+            )
 
     def wrong(self, place: str, key: str, value: object, expected: str) -> PlanError:
         found = "nothing" if value is None else repr(value)
@@ -356,7 +364,9 @@ class _Reader:
         for key, value in entry.items():
             name, factor = self.meaning(place, key, value)
             if name in found:
-                raise self.wrong(place, key, value, f"{name} once; {found[name][0]} says it too")
+                raise self.wrong(
+                    place, key, value, f"{name} only once; {found[name][0]} states it too"
+                )
             found[name] = key, value, factor
         return found
 
@@ -384,9 +394,9 @@ class _Reader:
         said = read_header(key)
         if said.quantity is None or said.unit is None or said.quantity.key not in _QUANTITIES:
             near = difflib.get_close_matches(key, _KEYS, 1, 0.5)
-            hint = f"; is {near[0]} meant?" if near else ""
+            hint = f"; did you mean {near[0]}?" if near else ""
             if said.candidates and not unit_at_end(key):
-                hint = f"; a unit is never guessed: {said.candidates[0].column}"
+                hint = f"; add the unit to the key: {said.candidates[0].column}"
             raise self.wrong(place, key, value, f"one of {', '.join(_KEYS)}{hint}")
         return said.quantity.column, 1.0  # units of offset zero need more than a factor
 
@@ -419,7 +429,7 @@ class _Reader:
         )
         if run.timed and np.any(np.diff(run.columns()["time_s"]) <= 0):
             key = keys["rate_Nm_per_s"][0]
-            expected = "dwell_s as well, because the torque holds from one reading to the next"
+            expected = "dwell_s as well: two readings in succession have the same torque"
             raise self.wrong(place, key, run.rate_Nm_per_s, expected)
         for preload in preloads or (self.load.get("preload_N"),):
             yield from [replace(run, preload_N=preload)] * (self.count(place, keys, "repeats") or 1)
@@ -475,14 +485,14 @@ class _Reader:
     def range(self, place: str, key: str, name: str, entry: Mapping[str, Any]) -> tuple[float, ...]:
         unknown = next((k for k in entry if k not in _RANGE), None)
         if unknown is not None:
-            raise self.wrong(place, f"{key}.{unknown}", entry[unknown], f"{', '.join(_RANGE)} only")
+            raise self.wrong(place, f"{key}.{unknown}", entry[unknown], f"only {', '.join(_RANGE)}")
         for bound in ("from", "to"):
             if not _is_number(entry.get(bound, 0.0 if bound == "from" else None)):
                 raise self.wrong(place, f"{key}.{bound}", entry.get(bound), "a number")
         points = entry.get("points", 2 if name == "temperature_degC" else None)
         whole = isinstance(points, int) and not isinstance(points, bool)
         if not whole or not 2 <= points <= _MOST_POINTS:
-            expected = f"how many from the start to the peak, 2 to {_MOST_POINTS}"
+            expected = f"the number of readings from the start to the peak, 2 to {_MOST_POINTS}"
             raise self.wrong(place, f"{key}.points", entry.get("points"), expected)
         shape = entry.get("shape", "up")
         allowed = SHAPES if name == "torque_Nm" else SHAPES[:1]
@@ -490,7 +500,7 @@ class _Reader:
             raise self.wrong(place, f"{key}.shape", shape, f"one of {', '.join(allowed)}")
         start, to = entry.get("from"), float(entry["to"])
         if shape == "loop" and to == 0:
-            raise self.wrong(place, f"{key}.to", entry["to"], "the peak of the loop, not 0")
+            raise self.wrong(place, f"{key}.to", entry["to"], "the peak torque of the loop, not 0")
         return sequence(shape, to, points, None if start is None else float(start))
 
 

@@ -85,7 +85,7 @@ def seen_in(sight: Sight, form: Form, left: Floats, odds: Floats) -> Seen:
     if smallest["even"] is None:
         why = "not detected within its plausible range"
         if np.isnan(d).any():
-            why = "the preloads no longer hold the torques at sizes that would be detected"
+            why = "at detectable sizes the preload no longer holds the torque"
         elif np.nanmax(d) < 0.1:
             why = "these runs are not sensitive to it"
     return Seen(variant.effect, form, d, left, smallest, why)

@@ -107,14 +107,14 @@ class Design:
                 "rig in the same way."
             )
         if self.plan is None:
-            yield "None of the runs within the limits has a solution; raise the preloads."
+            yield "The model has no solution for any run within the limits: raise the preloads."
             return
         names = listed(list(self.effects))
         runs = len(self.plan.runs)
         if self.reached:
             size = f"{runs} run{'s' * (runs != 1)} of {len(self.plan.runs[0])} readings"
             yield f"{size} distinguish {names}"
-            yield "from each other and from no effect, 19 times out of 20:"
+            yield "from each other and from no effect with a probability of 95 %:"
         else:
             yield f"{self.max_runs} runs do not distinguish {names}; the best plan of that length:"
         table = [
@@ -122,23 +122,23 @@ class Design:
                 f"{run.preload_N:g}",
                 f"{max(run.torque_Nm, key=abs):g}",
                 described(run),
-                f"{run.input_angle_deg[0]:g}" if len(run.input_angle_deg) == 1 else "a turn",
+                f"{run.input_angle_deg[0]:g}" if len(run.input_angle_deg) == 1 else "full turn",
             ]
             for run in self.plan.runs
         ]
-        headers = ["preload_N", "torque_Nm", "torque goes", "input_angle_deg"]
+        headers = ["preload_N", "torque_Nm", "torque sequence", "input_angle_deg"]
         yield text_table(headers, table)
         rows = [
-            [a.effect, a.other or "nothing", f"{a.d:.1f}", f"{a.needed:.1f}"]
+            [a.effect, a.other or "no effect", f"{a.d:.1f}", f"{a.needed:.1f}"]
             for a in sorted(self.apart, key=lambda a: a.d / a.needed)
         ]
-        yield "How far each is from the other, in standard uncertainties, the closest first:"
-        yield text_table(["effect", "from", "apart", "needed"], rows[:10])
+        yield "Distance of each effect from the other, in standard uncertainties, closest first:"
+        yield text_table(["effect", "other", "distance", "needed"], rows[:10])
         for now, best in zip(self.apart, self.at_best, strict=True):
             if not now.enough:
-                what = f"{now.effect} from {now.other or 'nothing'}"
-                more = "more runs would" if best.enough else "no number of such runs would"
-                yield f"{what}: {more}, at this size."
+                what = f"{now.effect} and {now.other or 'no effect'}"
+                more = "more" if best.enough else "no number of"
+                yield f"{what}: {more} such runs would distinguish them at this size."
 
     def __repr__(self) -> str:
         return self.report()
@@ -154,9 +154,9 @@ def shortest_plan(
     max_runs: int = MAX_RUNS,
     most: int | None = None,
 ) -> Design:
-    """Search for the shortest plan that tells effects apart.
+    """Search for the shortest plan that distinguishes effects.
 
-    The plan tells every two effects apart, and each effect from nothing, with a probability of
+    The plan distinguishes every two effects, and each effect from no effect, with a probability of
     0.95. The search exchanges runs one by one, so it may miss a shorter plan.
 
     Parameters
@@ -170,7 +170,7 @@ def shortest_plan(
     limits : Limits, optional
         What the rig can do. Without it, limits around the load of the case.
     sizes : mapping of str to mapping, optional
-        Parameters of effects, named as in a case file, at which the effects are to be told apart.
+        Parameters of effects, named as in a case file, at which the effects must be distinguished.
         Without it, the geometric middle of their plausible range, at every shape.
     max_runs : int
         The largest number of runs.
@@ -180,7 +180,7 @@ def shortest_plan(
     Returns
     -------
     Design
-        The plan, and the pairs of effects that it does not tell apart.
+        The plan, and the pairs of effects that it does not distinguish.
 
     Raises
     ------
@@ -194,8 +194,12 @@ def shortest_plan(
     names = known(effects)
     if not effects or LOT in names:
         raise InvalidInputError(
-            "effects: name those to be told apart, see cbpt effects"
-            + (f"; {LOT} can look like nearly everything" if effects else "")
+            "effects: name the effects to distinguish (cbpt effects lists them)"
+            + (
+                f"; {LOT} is not possible, because it can imitate nearly every other effect"
+                if effects
+                else ""
+            )
         )
     if not 1 <= max_runs <= 100:
         raise InvalidInputError(f"max_runs: found {max_runs}, expected 1 to 100")
@@ -239,7 +243,7 @@ def limits_of_case(case: Case | Drive) -> Limits:
     preload = case.preload_N if isinstance(case, Case) else None
     if torque is None or preload is None:
         raise InvalidInputError(
-            "limits: the case states no [load]; say what the rig can do with --torque-Nm MAX and "
+            "limits: the case has no [load]; give the range of the rig with --torque-Nm MAX and "
             "--preload-N LOW HIGH (limits=)"
         )
     return Limits(abs(torque), (0.6 * preload, 1.6 * preload))
@@ -264,7 +268,7 @@ def _sizes(
 ) -> dict[str, Truth]:
     stray = next((e for e in sizes if e not in effects), None)
     if stray is not None:
-        raise InvalidInputError(f"sizes: {stray} is none of the effects to be told apart")
+        raise InvalidInputError(f"sizes: {stray} is not one of the effects to distinguish")
     found = {}
     for effect in effects:
         forms = [v for v in VARIANTS if v.effect == effect]
@@ -300,7 +304,7 @@ def _at(
                 replace(s, grid=(values[s.name],)) if s.name in stated else s for s in form.shapes
             )
             return replace(form, shapes=shapes), size
-    raise InvalidInputError(f"sizes: {effect} does nothing with {dict(values)}; give it a size")
+    raise InvalidInputError(f"sizes: {effect} has no influence with {dict(values)}; give it a size")
 
 
 def _stem(key: str) -> str:
@@ -356,8 +360,8 @@ class _Wanted:
             there, lacking = possible(sight.campaign, [variant])
             if not there:
                 raise InvalidInputError(
-                    f"effects: {effect} needs a {lacking[effect]} that varies, which these runs do "
-                    "not have"
+                    f"effects: {effect} depends on {lacking[effect]}, which is missing or does not "
+                    "vary in these runs"
                 )
             found[effect] = forms_of(sight.campaign, there, np.array([size]))
         return found
@@ -390,7 +394,7 @@ class _Wanted:
                     self.looks[effect].append(list(range(at, at + guise.shape[1])))
                     at += guise.shape[1]
         wide = np.column_stack(columns)
-        per_run = sight.campaign.zeros.shape[1] > 1
+        per_run = sight.campaign.offsets.shape[1] > 1
         grams = []
         for run in range(len(self.runs)):
             rows = wide[self._rows(sight, run)]

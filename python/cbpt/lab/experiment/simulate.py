@@ -33,12 +33,20 @@ __all__ = ["NOISES", "Instrument", "simulate"]
 Floats = NDArray[np.float64]
 
 NOISES: dict[str, tuple[str, float, str]] = {
-    "correlated": ("correlation", 0.6, "correlation from a reading to the next of its run"),
-    "run_offset": ("run_offset_per_u", 3.0, "spread of the runs' zeros over u"),
-    "heavy_tailed": ("degrees_of_freedom", 3.0, "of Student's t, scaled to the standard deviation"),
-    "outliers": ("outlier_share", 0.02, "share of readings that lie 8 to 20 u off"),
-    "misstated": ("scale", 1.3, "true over stated uncertainty"),
-    "quantised": ("step_per_u", 3.0, "step of the display over u, at most 3.4; u includes it"),
+    "correlated": ("correlation", 0.6, "correlation between successive readings of a run"),
+    "run_offset": (
+        "run_offset_per_u",
+        3.0,
+        "standard deviation of the offsets of the runs, divided by u",
+    ),
+    "heavy_tailed": ("degrees_of_freedom", 3.0, "degrees of freedom of Student's t distribution"),
+    "outliers": ("outlier_share", 0.02, "share of readings that are off by 8 to 20 u"),
+    "misstated": ("scale", 1.3, "true divided by stated uncertainty"),
+    "quantised": (
+        "step_per_u",
+        3.0,
+        "display step divided by u, at most 3.46, because u includes the rounding error",
+    ),
 }
 """Name -> number of `Instrument`, its size, its meaning. `white` and `none` have none."""
 _LARGEST_STEP = math.sqrt(12.0)
@@ -63,9 +71,17 @@ class Instrument:
             "scale": (0.0, 1e3, "a number from 0 to 1000"),
             "correlation": (-0.99, 0.99, "a number from -0.99 to 0.99"),
             "run_offset_per_u": (0.0, 1e6, "a number from 0 to 1e6"),
-            "degrees_of_freedom": (2.1, math.inf, "a number above 2, which a variance needs"),
+            "degrees_of_freedom": (
+                2.1,
+                math.inf,
+                "a number above 2, else the variance is infinite",
+            ),
             "outlier_share": (0.0, 0.5, "a share from 0 to 0.5"),
-            "step_per_u": (0.0, _LARGEST_STEP, "a number from 0 to 3.46, whose rounding u covers"),
+            "step_per_u": (
+                0.0,
+                _LARGEST_STEP,
+                "a number from 0 to 3.46, as u includes the rounding",
+            ),
         }
         for part in fields(self):
             value = getattr(self, part.name)
@@ -87,8 +103,7 @@ class Instrument:
             if kind not in NOISES:
                 raise InvalidInputError(
                     f"noise: found {entry!r}, expected white, none or any of "
-                    f"{', '.join(NOISES)}, each with its size if not the usual one, as in "
-                    "run_offset=2"
+                    f"{', '.join(NOISES)}, if needed with a size, as in run_offset=2"
                 )
             name, usual, meaning = NOISES[kind]
             try:
@@ -191,8 +206,8 @@ def with_effects(
     for effect in effects:
         if not (isinstance(effect, tuple | list) and len(effect) == 2):
             raise InvalidInputError(
-                f"effects: found {effect!r}, expected (id, numbers) of an effect of the library; "
-                "an effect of your own comes with the case, as an [[effect]] with an expression"
+                f"effects: found {effect!r}, expected (id, parameters) of an effect of the "
+                "library; put an own effect in the case, as an [[effect]] with an expression"
             )
     own = [(effect.id, dict(effect.values)) for effect in case.effects]
     twice = next((e for e, _ in effects if e in [i for i, _ in own]), None)
@@ -208,8 +223,9 @@ _REMEDY = {
     "undercut": "A groove of the drive cuts its own wall away at any load: enlarge the rolling "
     "circle, lower the short-amplitude coefficient or the ball radius, or set track_curvature = "
     '"neglect", see cbpt check',
-    "effect_not_finite": "Keep divisions, logarithms, roots and powers of the own effect away from "
-    "where they have no value",
+    "effect_not_finite": "The own effect has no finite value there: check its divisions, "
+    "logarithms, "
+    "roots and powers",
 }
 """By status of the first row without a solution."""
 
@@ -229,5 +245,5 @@ def stop_without_solution(
     raise NoSolutionError(
         f"{rows.source}: the model has no solution at {len(wrong)} of {len(rows)} rows ({shown}); "
         f"the first has {rows.torque_Nm[first]:g} N m{preload} in run {rows.run[first]}: "
-        f"{status[first]}. {_REMEDY.get(str(status[first]), 'See cbpt solve')}"
+        f"{status[first]}. {_REMEDY.get(str(status[first]), 'Run cbpt solve at this load')}"
     )

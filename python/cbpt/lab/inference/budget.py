@@ -114,7 +114,7 @@ def dof_of(fitter: Fitter, fit: Fit) -> float:
     """Degrees of freedom of the scatter: those of the readings about the fit, and those that what
     was known before counts as. What is correlated is fewer independent readings."""
     free = sum(bool(np.isinf(u.sd)) for u in fit.unknowns)
-    left = max(len(fitter.campaign) - fit.zeros_arcsec.size - free, 0)
+    left = max(len(fitter.campaign) - fit.offsets_arcsec.size - free, 0)
     rho = fit.noise.correlation
     return float(left * (1 - rho) / (1 + rho) + fitter.stated_dof)
 

@@ -60,19 +60,19 @@ def held_out_by(
         held = fold == number
         # One fold alone has nothing to be predicted from; then nothing is held out.
         kept = ~held if len(numbers) > 1 else held
-        looser = noise.looser
-        part = noise if looser is None else replace(noise, looser=looser[kept])
+        inflation = noise.inflation
+        part = noise if inflation is None else replace(noise, inflation=inflation[kept])
         whitener = Whitener.of(part, c.u_arcsec[kept], c.rows.select(kept))
         # The hair of precision is for zeros of runs that are held back: their columns are empty.
         margin = Margin.of(whitener(y[kept]), whitener(x[kept]), precision + 1e-12)
         out[held] = y[held] - x[held] @ margin.mode
-    if noise.offset_arcsec or c.zeros.shape[1] > 1:
+    if noise.offset_arcsec or c.offsets.shape[1] > 1:
         mean = np.bincount(c.rows.run_index, out) / np.bincount(c.rows.run_index)
         out = out - mean[c.rows.run_index]
     return out
 
 
-def rms(values: Floats, looser: Floats | None = None) -> float:
+def rms(values: Floats, inflation: Floats | None = None) -> float:
     """Root mean square; loose readings count less, as they do in the fits."""
-    weight = np.ones(len(values)) if looser is None else looser**-2.0
+    weight = np.ones(len(values)) if inflation is None else inflation**-2.0
     return float(np.sqrt(np.sum(weight * values**2) / np.sum(weight)))

@@ -75,7 +75,7 @@ def _elsewhere(fit: Fit, u: Unknown) -> bool:
         return False
     sizes = [own for own in fit.unknowns if own.size_of == u.size_of]
     form = fit.hypothesis.variants[u.size_of]
-    for other in fit.others:
+    for other in fit.other_modes:
         if form not in other.hypothesis.variants:
             return True
         there = {o.name: o for o in other.unknowns}

@@ -22,7 +22,7 @@ from cbpt.lab.covariance.fit_noise import PRICE, log_scale_prior
 from cbpt.lab.covariance.linear_gaussian import Linear, Margin, Noise, Whitener, log_likelihood
 from cbpt.lab.inference.gauss_newton import Problem
 from cbpt.lab.inference.hypothesis import Hypothesis, Unknown
-from cbpt.lab.model.discrepancy import form_columns
+from cbpt.lab.model.discrepancy import discrepancy_columns
 from cbpt.lab.model.forward import Point
 from cbpt.lab.model.priors import PRIORS, log_size_prior
 
@@ -42,7 +42,7 @@ class Fit:
     """Residual and columns, whitened; the last columns are the zeros."""
     covariance: Floats = field(repr=False)
     """Of the unknowns, SI (of logarithms where they are logarithmic)."""
-    zeros_arcsec: Floats
+    offsets_arcsec: Floats
     residual_arcsec: Floats
     """Reading minus model minus zeros."""
     log_marginal: float
@@ -50,13 +50,13 @@ class Fit:
     log_size_prior: float
     """What turns that into evidence: the prior density of the sizes."""
     converged: bool
-    form_sd: float = 0.0
-    """How far the effects may depart from their forms; see `forms`."""
-    log_forms: float = 0.0
+    discrepancy_sd: float = 0.0
+    """How far the effects may depart from their forms; see `discrepancy`."""
+    log_discrepancy: float = 0.0
     """Log prior of that departure, and what the others add to the evidence."""
-    others: tuple[Fit, ...] = field(default=(), repr=False)
-    """The same effects with other values or forms that the readings do not exclude; see `peaks`."""
-    solved: bool = False
+    other_modes: tuple[Fit, ...] = field(default=(), repr=False)
+    """The same effects with other values or forms that the readings do not exclude; see `modes`."""
+    modes_searched: bool = False
     """Whether others were looked for."""
     reached: float = np.inf
     """Misfit with priors at the end of the search under the noise that it began with."""
@@ -74,7 +74,7 @@ class Fit:
     @property
     def log_evidence(self) -> float:
         """Of the hypothesis, up to a constant that all share."""
-        return self.log_marginal + self.log_size_prior + self.log_forms
+        return self.log_marginal + self.log_size_prior + self.log_discrepancy
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,9 +110,9 @@ def linearised(
         size = (problem.coordinates(point) - problem.mean) / problem.unit
         for at in may_depart(hypothesis, problem.unknowns):
             contribution = columns[:, at] @ size[at]
-            found.append(discrepancy.sd * form_columns(contribution, discrepancy.functions))
+            found.append(discrepancy.sd * discrepancy_columns(contribution, discrepancy.functions))
     departures = np.column_stack(found)
-    offsets = problem.campaign.zeros
+    offsets = problem.campaign.offsets
     x = np.column_stack([columns, departures, offsets])
     priors = precision, np.ones(departures.shape[1]), np.zeros(offsets.shape[1])
     return Linear(y, x, np.concatenate(priors))
@@ -139,7 +139,9 @@ def evaluated(
     inverse = np.linalg.inv(margin.factor)
     covariance = (inverse.T @ inverse)[:p, :p] * np.outer(problem.unit, problem.unit)
     r = c.y_arcsec - point.angle_arcsec
-    zeros = Margin.of(problem.whitener(r), problem.zeros, np.zeros(problem.zeros.shape[1])).mode
+    offsets = Margin.of(
+        problem.whitener(r), problem.offsets, np.zeros(problem.offsets.shape[1])
+    ).mode
     marginal = log_likelihood(margin.chi2, problem.whitener, margin.log_volume)
     marginal += log_scale_prior(problem.noise.scale, stated_dof)
     marginal -= PRICE * problem.noise.numbers
@@ -154,12 +156,12 @@ def evaluated(
         whitener=problem.whitener,
         margin=margin,
         covariance=covariance,
-        zeros_arcsec=zeros,
-        residual_arcsec=r - c.zeros @ zeros,
+        offsets_arcsec=offsets,
+        residual_arcsec=r - c.offsets @ offsets,
         log_marginal=marginal,
         log_size_prior=sum(_log_prior_of_sizes(problem, hypothesis, point, covariance)),
         converged=converged,
-        form_sd=discrepancy.sd,
+        discrepancy_sd=discrepancy.sd,
     )
 
 

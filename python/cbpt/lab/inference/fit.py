@@ -24,7 +24,7 @@ from cbpt.lab.inference.evidence import Discrepancy, Fit, evaluated, linearised,
 from cbpt.lab.inference.gauss_newton import Problem, point_at, search
 from cbpt.lab.inference.hypothesis import Hypothesis, Unknown, unknown_of_shape
 from cbpt.lab.model.dataset import Campaign
-from cbpt.lab.model.discrepancy import FORM_ODDS, modulations
+from cbpt.lab.model.discrepancy import DISCREPANCY_ODDS, modulations
 from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.priors import LOT, VARIANTS, Variant, lots
 from cbpt.lab.model.spring_priors import library_of
@@ -200,7 +200,7 @@ class Fitter:
         """
         c = self.campaign
         seen = [exact]
-        for sd, _ in FORM_ODDS[1:]:
+        for sd, _ in DISCREPANCY_ODDS[1:]:
             loose = self._departed(exact, exact.noise, sd)
             if loose.log_marginal > exact.log_marginal + _NOISE_WORTH:
                 noise, _ = fit_noise(
@@ -209,18 +209,19 @@ class Fitter:
                 loose = self._departed(exact, noise, sd)
             seen.append(loose)
         odds = [
-            f.log_evidence + np.log(share) for f, (_, share) in zip(seen, FORM_ODDS, strict=True)
+            f.log_evidence + np.log(share)
+            for f, (_, share) in zip(seen, DISCREPANCY_ODDS, strict=True)
         ]
         best = int(np.argmax(odds))
         total = float(np.logaddexp.reduce(odds))
-        return replace(seen[best], log_forms=total - seen[best].log_evidence)
+        return replace(seen[best], log_discrepancy=total - seen[best].log_evidence)
 
-    def _departed(self, fit: Fit, noise: Noise, form_sd: float) -> Fit:
+    def _departed(self, fit: Fit, noise: Noise, discrepancy_sd: float) -> Fit:
         return evaluated(
             self._problem(fit.unknowns, noise),
             fit.hypothesis,
             (fit.point, fit.converged),
-            Discrepancy(self.functions, form_sd),
+            Discrepancy(self.functions, discrepancy_sd),
             self.stated_dof,
         )
 
@@ -237,7 +238,9 @@ class Fitter:
 
     def look(self, fit: Fit, noise: Noise) -> Fit:
         """The same values through another noise."""
-        return replace(self._departed(fit, noise, fit.form_sd), log_forms=fit.log_forms)
+        return replace(
+            self._departed(fit, noise, fit.discrepancy_sd), log_discrepancy=fit.log_discrepancy
+        )
 
     def at_nominal(self, fit: Fit) -> Fit:
         """The drive exactly as stated but for its zeros, seen through the noise of a fit."""
@@ -255,7 +258,7 @@ class Fitter:
         arcsec.
         """
         problem = self._problem(fit.unknowns, fit.noise)
-        discrepancy = Discrepancy(self.functions, fit.form_sd)
+        discrepancy = Discrepancy(self.functions, fit.discrepancy_sd)
         return linearised(problem, fit.hypothesis, fit.point, discrepancy)
 
     def place(self, effect: str, name: str) -> int:

@@ -41,7 +41,7 @@ class Problem:
         self.campaign, self.model = campaign, model
         self.unknowns, self.noise = unknowns, noise
         self.whitener = Whitener.of(noise, campaign.u_arcsec, campaign.rows)
-        self.zeros = self.whitener(campaign.zeros)
+        self.offsets = self.whitener(campaign.offsets)
         self.mean = np.array([u.mean for u in unknowns])
         self.unit = np.array([u.unit for u in unknowns])
         self.precision = np.array([(u.unit / u.sd) ** 2 for u in unknowns])
@@ -68,7 +68,7 @@ class Problem:
     def objective(self, point: Point) -> float:
         """Whitened misfit after the best zeros, and priors."""
         r = self.whitener(self.campaign.y_arcsec - point.angle_arcsec)
-        margin = Margin.of(r, self.zeros, np.zeros(self.zeros.shape[1]))
+        margin = Margin.of(r, self.offsets, np.zeros(self.offsets.shape[1]))
         return margin.chi2 + float(self.precision @ self.off(point) ** 2)
 
     def moved(self, point: Point, step: Floats) -> Point | None:
@@ -91,8 +91,8 @@ class Problem:
         start = self.off(point)
         for _ in range(p + 1):
             # The prior's own pull: its residual is where the unknown stands now.
-            x = np.column_stack([j[:, free], self.zeros])
-            precision = np.r_[self.precision[free], np.zeros(self.zeros.shape[1])]
+            x = np.column_stack([j[:, free], self.offsets])
+            precision = np.r_[self.precision[free], np.zeros(self.offsets.shape[1])]
             held = y - j[:, ~free] @ step[~free]
             a = x.T @ x + np.diag(precision)
             a[np.diag_indices_from(a)] *= 1 + 1e-10
@@ -106,10 +106,10 @@ class Problem:
                 break
             step[out] = (np.clip(goal, self.low, self.high) - at)[out] / self.unit[out]
             free &= ~out
-        now = Margin.of(y, self.zeros, np.zeros(self.zeros.shape[1])).chi2 + float(
+        now = Margin.of(y, self.offsets, np.zeros(self.offsets.shape[1])).chi2 + float(
             self.precision @ start**2
         )
-        then = Margin.of(y - j @ step, self.zeros, np.zeros(self.zeros.shape[1])).chi2
+        then = Margin.of(y - j @ step, self.offsets, np.zeros(self.offsets.shape[1])).chi2
         then += float(self.precision @ np.where(self.precision > 0, start + step, 0.0) ** 2)
         return step, now - then
 

@@ -1,6 +1,6 @@
 """Other solutions: the same effects at another phase, sign or size, or in another form.
 
-solved      a fit as the best of all solutions of its effects, with those as good in `others`
+with_modes  the best mode of the effects of a fit, with those as good in `other_modes`
 apart       whether two fits are two solutions, not one that was reached twice
 
 Of a tilt, a pitch error or an offset the linear problem knows one phase; the readings may allow
@@ -35,7 +35,7 @@ _MOST = 8
 _APART = 3.0
 
 
-def solved(fitter: Fitter, fit: Fit, forms: Sequence[Variant] = ()) -> Fit:
+def with_modes(fitter: Fitter, fit: Fit, forms: Sequence[Variant] = ()) -> Fit:
     """The best solution of the effects of a fit, over phases and forms, and the others as good.
 
     forms: those to choose from; all of the library where empty.
@@ -46,16 +46,16 @@ def solved(fitter: Fitter, fit: Fit, forms: Sequence[Variant] = ()) -> Fit:
         if variant.directed and fit.hypothesis.effects.count(variant.effect) == 1:
             rough += _rough(race, fit, variant, forms or fitter.variants)
     if not rough:
-        return replace(fit, solved=True)
+        return replace(fit, modes_searched=True)
     rough.sort(key=lambda f: -f.log_evidence)
     top = rough[0].log_evidence
     near = _distinct([f for f in rough if f.log_evidence > top - _POLISHED_WITHIN])[:_MOST]
     fine = (race.fit(f.hypothesis, f.point.values) for f in near)
     found = [fit, *(f for f in fine if f is not None and np.isfinite(f.log_evidence))]
     found.sort(key=lambda f: -f.log_evidence)
-    best, *others = _distinct(found)
-    as_good = [f for f in others if f.log_evidence > best.log_evidence - AS_GOOD]
-    return replace(best, others=tuple(as_good), solved=True)
+    best, *other_modes = _distinct(found)
+    as_good = [f for f in other_modes if f.log_evidence > best.log_evidence - AS_GOOD]
+    return replace(best, other_modes=tuple(as_good), modes_searched=True)
 
 
 def _rough(race: Race, fit: Fit, variant: Variant, forms: Sequence[Variant]) -> Iterator[Fit]:

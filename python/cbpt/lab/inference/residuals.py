@@ -33,8 +33,8 @@ def without_zeros(campaign: Campaign, residual_arcsec: Floats, noise: Noise) -> 
     if not noise.offset_arcsec:
         return residual_arcsec
     index, weight = campaign.rows.run_index, campaign.u_arcsec**-2.0
-    if noise.looser is not None:
-        weight = weight / noise.looser**2
+    if noise.inflation is not None:
+        weight = weight / noise.inflation**2
     zero = np.bincount(index, weight * residual_arcsec) / np.bincount(index, weight)
     return np.asarray(residual_arcsec - zero[index])
 
@@ -59,7 +59,7 @@ def u_judging(campaign: Campaign, noise: Noise) -> Floats:
 def free_of(fitter: Fitter, fit: Fit) -> int:
     """Readings less what was fitted to them: numbers without a prior, and zeros."""
     c = fitter.campaign
-    zeros = c.rows.runs if fit.noise.offset_arcsec else c.zeros.shape[1]
+    zeros = c.rows.runs if fit.noise.offset_arcsec else c.offsets.shape[1]
     return max(len(c) - zeros - sum(bool(np.isinf(u.sd)) for u in fit.unknowns), 0)
 
 
@@ -69,6 +69,6 @@ def scatter_of(fitter: Fitter, fit: Fit) -> tuple[float, float]:
     """
     c, noise = fitter.campaign, fit.noise
     u, free, rho = c.u_reading_arcsec, free_of(fitter, fit), noise.correlation
-    off = left_by(c, fit) / (u if noise.looser is None else u * noise.looser)
+    off = left_by(c, fit) / (u if noise.inflation is None else u * noise.inflation)
     sd = np.sqrt(np.sum(off**2) / max(free, 1)) * np.sqrt(np.mean(u**2))
     return float(sd), free * (1 - rho) / (1 + rho)

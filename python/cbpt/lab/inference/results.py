@@ -255,10 +255,10 @@ def _of_unknown(budget: Budget, unknown: Unknown) -> tuple[Result, Floats]:
 def _zeros(budget: Budget) -> Iterator[tuple[Result, Floats]]:
     """The common zero; those of runs are no quantities that anyone wants to know."""
     fit = budget.fit
-    if len(fit.zeros_arcsec) == 1:
+    if len(fit.offsets_arcsec) == 1:
         gradient = np.zeros(len(budget.covariance))
         gradient[-1] = 1.0
-        row = Result("zero of the readings", "zero", float(fit.zeros_arcsec[0]), "arcsec")
+        row = Result("zero of the readings", "zero", float(fit.offsets_arcsec[0]), "arcsec")
         yield _with(row, budget.combined(gradient)), gradient
 
 

@@ -39,7 +39,7 @@ class Campaign:
     """What each reading counts by; see `u_reading_arcsec`."""
     u_stated: bool
     rows: Rows
-    zeros: Floats
+    offsets: Floats
     """Columns (n, z) of the zeros that are always free: one, or one for each run."""
     priors: dict[str, float]
     """Standard uncertainty of each number that is a `PRIORS` effect, by effect id."""
@@ -80,9 +80,9 @@ class Campaign:
             stated = np.sqrt(with_step(stated, step) ** 2 + (repeats - 1) * step**2 / 12)
         rows = Rows.of(readings.run_index)
         per_run = isinstance(case, Case) and case.zero == "per_run"
-        zeros = np.ones((len(readings), 1))
+        offsets = np.ones((len(readings), 1))
         if per_run:
-            zeros = (rows.run_index[:, None] == np.arange(rows.runs)).astype(np.float64)
+            offsets = (rows.run_index[:, None] == np.arange(rows.runs)).astype(np.float64)
         return cls(
             drive=drive,
             readings=readings,
@@ -93,7 +93,7 @@ class Campaign:
             own={own.id: own for own in case.own_effects} if isinstance(case, Case) else {},
             step_arcsec=step if coarse else 0.0,
             rows=rows,
-            zeros=zeros,
+            offsets=offsets,
             priors=stated_uncertainty(case),
         )
 
@@ -123,15 +123,15 @@ class Campaign:
         """Some of the readings; history along a run is then that of the rows that are left."""
         readings = self.readings.select(rows)
         order = self.rows.select(rows)
-        zeros = self.zeros[rows]
-        zeros = zeros[:, zeros.any(axis=0)]
+        offsets = self.offsets[rows]
+        offsets = offsets[:, offsets.any(axis=0)]
         return replace(
             self,
             readings=readings,
             y_arcsec=self.y_arcsec[rows],
             u_arcsec=self.u_arcsec[rows],
             rows=order,
-            zeros=zeros,
+            offsets=offsets,
         )
 
 
@@ -143,7 +143,7 @@ def _effects_of(case: Case | Drive) -> tuple[tuple[str, dict[str, float]], ...]:
     twice = next((i for i in ids if ids.count(i) > 1 and i != LOT), None)
     if twice:
         raise InvalidInputError(
-            f"effect {twice} stands in the case more than once, which the lab cannot fit; leave one"
+            f"effect {twice} is in the case more than once and cannot be fitted; keep one of them"
         )
     return found
 

@@ -1,8 +1,8 @@
 """Real parts keep no textbook form exactly: how far an effect may look other than its equation.
 
-    modulations     what the share of an effect may vary with, over the rows of a table
-    form_columns    what an effect may show beside its form
-    FORM_ODDS       how much an effect is believed to depart from its form
+    modulations          what the share of an effect may vary with, over the rows of a table
+    discrepancy_columns  what an effect may show beside its form
+    DISCREPANCY_ODDS     how much an effect is believed to depart from its form
 
 An effect of contribution c(x) may be c(x) (1 + sum_j w_j b_j(x)) with small normal w_j; b_j are
 smooth functions of load, angle and time, of mean 0 and variance 1 where the effect acts (the
@@ -21,7 +21,7 @@ from cbpt.lab.readings.reader import Readings
 
 Floats = NDArray[np.float64]
 
-FORM_ODDS: tuple[tuple[float, float], ...] = ((0.0, 0.5), (0.02, 0.4), (0.08, 0.1))
+DISCREPANCY_ODDS: tuple[tuple[float, float], ...] = ((0.0, 0.5), (0.02, 0.4), (0.08, 0.1))
 """Standard deviation of each w_j, and how likely that is."""
 # A function that hardly varies where the effect acts says nothing of its form.
 _LEAST_SPREAD = 0.02
@@ -59,7 +59,7 @@ def _from_start(time_s: Floats, group: NDArray[np.int64]) -> Floats:
     return np.asarray(since / max(float(since.max()), 1e-300))
 
 
-def form_columns(contribution: Floats, functions: Floats) -> Floats:
+def discrepancy_columns(contribution: Floats, functions: Floats) -> Floats:
     """c (b_j - its mean) / its spread where the effect c acts, shape (n, k)."""
     weight = contribution**2
     total = float(weight.sum())

@@ -54,7 +54,9 @@ def chosen(
     for effect in listed:
         found = of_case.get(effect) if isinstance(effect, str) else effect
         if found is not None and own.setdefault(found.id, found) is not found:
-            raise InvalidInputError(f"effect {found.id}: two own effects have this id")
+            raise InvalidInputError(
+                f"effect {found.id}: two own effects have this id; rename one of them"
+            )
         ids.append(found.id if found is not None else str(effect))
     return list(dict.fromkeys(ids)), list(own.values())
 
@@ -87,7 +89,9 @@ def campaign_of(case: Case | Drive, readings: Readings, own: Sequence[OwnEffect]
 def _stop_if_a_column_lacks(effect: OwnEffect, readings: Readings) -> None:
     for variable, column in COLUMNS.items():
         if effect.uses(variable) and getattr(readings, column) is None:
-            raise ReadingsError.of_table(readings.source, column, f"what {effect.id} depends on")
+            raise ReadingsError.of_table(
+                readings.source, column, f"this column, because effect {effect.id} depends on it"
+            )
 
 
 def variant_of(effect: OwnEffect, campaign: Campaign) -> Variant:
@@ -137,16 +141,17 @@ def _sizes(effect: OwnEffect, campaign: Campaign, parameters: Parameters) -> tup
 
     if vanishes(()):
         raise InvalidInputError(
-            f"effect {effect.id}: at the start values of its parameters the model is the same with "
-            "and without it at every reading; choose start values at which it changes the model"
+            f"effect {effect.id} does not change the computed angle of any reading at the start "
+            "values of its parameters; choose other start values (not zero), or check that the "
+            "readings vary what it depends on"
         )
     for count in range(1, len(parameters) + 1):
         for names in sorted(combinations(parameters, count), key=lambda n: _shifted(n, parameters)):
             if vanishes(names):
                 return names
     raise InvalidInputError(
-        f"effect {effect.id}: it must vanish where one or more of its parameters are 0; give the "
-        "term a factor"
+        f"effect {effect.id} must have no influence when one (or several) of its parameters is 0; "
+        "multiply the term by a parameter"
     )
 
 
@@ -168,7 +173,7 @@ def _span(
     largest = max(bounds, default=100 * abs(start))
     if not largest:
         raise InvalidInputError(
-            f"effect {effect.id}: {name} starts at 0 without a range; state its max"
+            f"effect {effect.id}: parameter {name} starts at 0 and has no range; state its max"
         )
     least = low if low and low > 0 else -high if high and high < 0 else _SPAN * largest
     return min(least, 0.1 * abs(start) or least, 0.5 * largest), largest
@@ -179,7 +184,8 @@ def _shape(
 ) -> Shape:
     if start == 0 and (low is None or high is None):
         raise InvalidInputError(
-            f"effect {effect.id}: {name} starts at 0 without a range; state its min and max"
+            f"effect {effect.id}: parameter {name} starts at 0 and has no range; state its min "
+            "and max"
         )
     ends = sorted((start / 30, start * 30))
     first, last = ends[0] if low is None else low, ends[1] if high is None else high

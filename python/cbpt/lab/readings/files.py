@@ -90,7 +90,9 @@ def read_file(path: str | os.PathLike[str], sheet: str | None, columns: Mapping[
     if raw.startswith(b"\x89HDF"):
         raise wrong(source, "", "an HDF5 file", "a table of readings", "export it to CSV")
     if sheet is not None:
-        raise wrong(source, "", f"the sheet {sheet!r}, but a text table has none", "no sheet")
+        remedy = Words("leave out ", Setting("sheet"))
+        expected = f"a file with the sheet {sheet!r}"
+        raise wrong(source, "", "a text table, which has no sheets", expected, remedy)
     return read_text(source, raw)
 
 
@@ -122,8 +124,8 @@ def _reading(source: str, kind: str) -> Iterator[None]:
     except BaseException as error:  # a panic in a library of Rust is no Exception
         why = (str(error).strip() or type(error).__name__).splitlines()[0][:200]
         found = f"{kind} that cannot be read ({why})"
-        remedy = "save it anew, or export the table to CSV"
-        raise wrong(source, "", found, "a file that is whole", remedy) from None
+        remedy = "save it again, or export the table to CSV"
+        raise wrong(source, "", found, "a complete file", remedy) from None
 
 
 def _chosen(
@@ -144,7 +146,7 @@ def _chosen(
         raise wrong(source, "", f"no {what} {sheet!r}", f"one of {names}")
     fitting = [part for part in parts if part.has_readings(columns)]
     if not fitting and len(parts) > 1:
-        expected = f"a {what} with readings, with a column torque_Nm"
+        expected = f"a {what} of readings with a column torque_Nm"
         remedy = Words(
             f"choose a {what} (for example ",
             ChooseSheet(parts[0].name),
@@ -176,7 +178,13 @@ def _has_readings(headers: Sequence[str], below: Sequence[str], columns: Mapping
 def _stop_if_large(source: str, cells: int) -> None:
     if cells > _MOST_CELLS.get():
         expected = f"at most {_MOST_CELLS.get():,}"
-        raise wrong(source, "", f"{cells:,} cells", expected, "keep the rows and columns needed")
+        raise wrong(
+            source,
+            "",
+            f"{cells:,} cells",
+            expected,
+            "keep only the rows and columns that are needed",
+        )
 
 
 def _part_of_arrays(
@@ -222,7 +230,7 @@ def _stop_if_bomb(source: str, archive: zipfile.ZipFile) -> None:
     unpacked = sum(each.file_size for each in archive.infolist())
     most = _MOST_BYTES.get()
     if unpacked > most:
-        raise wrong(source, "", f"{unpacked:,} bytes once unpacked", f"at most {most:,}")
+        raise wrong(source, "", f"{unpacked:,} bytes when unpacked", f"at most {most:,}")
     for each in archive.namelist():
         if re.fullmatch(r"xl/worksheets/[^/]*\.xml", each):
             rows = columns = 0
@@ -357,8 +365,8 @@ def _tables_of(
         key, matrix = next(iter(matrices.items()))
         found = f"a matrix of {matrix.shape[1]} columns without names"
         remedy = (
-            "save a cell array of the names beside it, in order (names = {'torque_Nm', ...}), or a "
-            "struct with a vector for each column"
+            "save the names of its columns, in order, as a cell array in the same file "
+            "(names = {'torque_Nm', ...}), or save a struct with a vector for each column"
         )
         raise wrong(source, key, found, "a name for each column", remedy)
 
@@ -390,10 +398,14 @@ def _equally_long(
     n = max(set(lengths), key=lengths.count)
     kept = {key: value for key, value in vectors.items() if len(value) == n or telling[key]}
     left = [key for key in vectors if key not in kept]
-    notes = [f"{', '.join(left)}: not read, another length than the readings"] if left else []
+    notes = (
+        [f"{', '.join(left)}: not read, because the length is not that of the readings"]
+        if left
+        else []
+    )
     single = [key for key in level if telling[key] and key not in vectors]
     if single:
-        notes.append(f"{', '.join(single)}: not read, no vector with a value for each reading")
+        notes.append(f"{', '.join(single)}: not read, because it has no value for each reading")
     return kept, notes
 
 
@@ -407,7 +419,7 @@ def _tdms(source: str, raw: bytes, columns: Mapping[str, str]) -> Iterator[Part]
         for group in file.groups():
             channels = {channel.name: channel for channel in group.channels()}
             notes = [
-                f"channel {name!r} is empty and not read"
+                f"channel {name!r} is empty and was not read"
                 for name, channel in channels.items()
                 if not len(channel)
             ]
@@ -424,7 +436,9 @@ def _tdms(source: str, raw: bytes, columns: Mapping[str, str]) -> Iterator[Part]
             ):
                 values, units = {"time_s": time} | values, ["", *units]
                 step = channels[next(iter(channels))].properties["wf_increment"]
-                notes.append(f"time_s is that of the waveforms, {step:g} s from one to the next")
+                notes.append(
+                    f"time_s comes from the clock of the waveforms: {step:g} s between readings"
+                )
             yield _part_of_arrays(group.name, source, raw, values, units, notes)
 
 

@@ -294,7 +294,7 @@ def read_header(header: str, unit_below: str | None = None) -> Header:
         if (unit := find_unit(stated[0], each.kind)) is not None and unit.quantity == each.kind
     ]
     if not fits:
-        reason = f"{stated[0]!r} is no unit of {' or '.join(each.key for each in candidates)}"
+        reason = f"{stated[0]!r} is not a unit of {' or '.join(each.key for each in candidates)}"
         if not sure:
             return Header(hint=reason)
         expected = (
@@ -304,10 +304,10 @@ def read_header(header: str, unit_below: str | None = None) -> Header:
     quantity, unit = fits[0]
     for other in stated[1:]:
         if find_unit(other, quantity.kind) != unit:
-            expected = f"one unit, not {stated[0]!r} in the header and {other!r} under it"
+            expected = f"one unit, not both {stated[0]!r} and {other!r}"
             return Header(quantity, None, candidates, expected, _rename(header, (quantity,)))
     if quantity.key.startswith("u_") and _capital_u(name):
-        expected = "the standard uncertainty u (k = 1); a capital U mostly means the expanded one"
+        expected = "the standard uncertainty u (k = 1); a capital U usually means the expanded one"
         return Header(quantity, None, candidates, expected, _rename(header, (quantity,)))
     return Header(quantity, unit, (quantity,))
 
@@ -316,11 +316,11 @@ def _rename(header: str, candidates: tuple[Quantity, ...]) -> str:
     """How a user states what a header means."""
     first = candidates[0]
     if not first.unit:
-        return f"name the column {first.key}"
+        return f"rename the column to {first.key}"
     return Words(
         f"state its unit in the header, as in {first.column} or {first.key} [{first.unit}], or ",
         TakeColumn(header, first.column),
-        "; to set the column aside, ",
+        "; to leave the column out, ",
         TakeColumn(header, "extra"),
     )
 
@@ -332,5 +332,5 @@ def _near(header: str) -> str:
         quantities, sure = _named(" ".join(parts[:count]))
         if quantities and sure:
             rest = " ".join(parts[count:])
-            return f"begins like {quantities[0].column}, but {rest!r} is no unit of it"
+            return f"it begins like {quantities[0].column}, but {rest!r} is not a unit of it"
     return ""

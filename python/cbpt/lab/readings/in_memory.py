@@ -114,7 +114,7 @@ def array_of(source: str, name: str, values: Any) -> NDArray[Any]:
     except ValueError:  # rows of different lengths
         array = np.empty((0, 0))
     if array.ndim != 1:
-        raise wrong(source, name, "no single column of values", "one value for each row")
+        raise wrong(source, name, "values that are not a single column", "one value for each row")
     if array.dtype.kind in "mM":
         return array
     return array.astype(np.float64 if array.dtype.kind in "fiub" else object)

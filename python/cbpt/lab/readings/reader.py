@@ -128,13 +128,13 @@ def _only(readings: Readings, only: Mapping[str, Any]) -> Readings:
         if not (rows & same).any():
             found = ", ".join(dict.fromkeys(labels[rows].tolist()))
             raise ReadingsError.of_column(
-                readings.source, column, f"only {found}", f"readings of {column} = {wanted}"
+                readings.source, column, f"only {found}", f"readings with {column} = {wanted}"
             )
         rows &= same
     if rows.all():
         return readings
     told = ", ".join(f"{column} = {wanted}" for column, wanted in only.items())
-    note = f"{np.count_nonzero(rows)} of {len(rows)} readings, those of {told}"
+    note = f"{np.count_nonzero(rows)} of {len(rows)} readings are used, those with {told}"
     return dataclasses.replace(readings.select(rows), notes=(*readings.notes, note))
 
 
@@ -156,11 +156,12 @@ _COLUMNS = {quantity.column: quantity.key for quantity in CONTRACT}
 _POSITIVE = {"preload", "u_elastic_angle", "u_sensor_displacement"}
 _SENSOR = {"sensor_displacement": "elastic_angle", "u_sensor_displacement": "u_elastic_angle"}
 _WITHOUT = {
-    "run": "all rows are taken as one run, what differs from run to run cannot be determined",
-    "time": "rows are taken in file order, drift and creep cannot be determined",
-    "preload": "what acts on the preload cannot be determined",
-    "input_angle": "the input is taken at 0 deg, what turns with it cannot be determined",
-    "temperature": "thermal effects cannot be determined",
+    "run": "all rows are treated as one run, so differences between runs cannot be detected",
+    "time": "the rows are used in file order, and drift and creep cannot be detected",
+    "preload": "effects on the preload cannot be detected",
+    "input_angle": "0 deg is used for every row, so effects that vary with the input angle "
+    "cannot be detected",
+    "temperature": "thermal effects cannot be detected",
     "u_elastic_angle": "the uncertainty of a reading has to be estimated",
 }
 _LARGEST_ANGLE_ARCSEC = 3600.0  # an elastic angle of a degree: a broken drive or a wrong unit
@@ -222,7 +223,9 @@ class _Reader:
         readings = self.in_time(readings, has_runs=run is not None)
         self.stop_if_wrong()
         if run and readings.run_index.max() == 0:
-            self.notes.append("one run: what differs from run to run cannot be determined")
+            self.notes.append(
+                "the table has one run, so differences between runs cannot be detected"
+            )
         return dataclasses.replace(readings, notes=(*self.notes, *_remarks(readings)))
 
     def wrong(
@@ -261,15 +264,15 @@ class _Reader:
             said = self.understand(name, below)
             if said.expected:
                 asked |= {quantity.key for quantity in said.candidates}
-                found = f"{name!r} over {below!r}" if below else repr(name)
+                found = f"{name!r} with the unit {below!r}" if below else repr(name)
                 self.wrong(name, found, said.expected, said.remedy)
             if said.quantity is None:
                 hints[name] = said.hint
             elif said.quantity.key in uses:
                 key = said.quantity.key
                 found = f"{uses[key].header!r} and {name!r}"
-                remedy = Words("to set one aside, ", TakeColumn(name, "extra"))
-                self.wrong(name, found, f"one column of {key}", remedy)
+                remedy = Words("to leave one out, ", TakeColumn(name, "extra"))
+                self.wrong(name, found, f"only one column for {key}", remedy)
             else:
                 uses[said.quantity.key] = _Use(index, name, said.quantity, said.unit)
                 if said.unit and name != said.quantity.column:
@@ -277,10 +280,14 @@ class _Reader:
         for sensor, angle in _SENSOR.items():
             if sensor in uses and angle in uses:
                 spare = uses.pop(sensor)
-                self.notes.append(f"{spare.header!r} is kept as extra: {angle} is given as well")
+                self.notes.append(
+                    f"column {spare.header!r} is not used: the table also has {angle}"
+                )
         self.require(uses, asked, hints)
         self.notes += [f"read {', '.join(told)}"] if told else []
-        self.notes += [f"{name!r} is kept as extra: {hint}" for name, hint in hints.items() if hint]
+        self.notes += [
+            f"column {name!r} is not used: {hint}" for name, hint in hints.items() if hint
+        ]
         return uses
 
     def columns_kept(self, uses: dict[str, _Use]) -> dict[str, int]:
@@ -317,8 +324,11 @@ class _Reader:
         given = uses.keys() | asked
         sensor = uses.get("sensor_displacement") or uses.get("u_sensor_displacement")
         if sensor and self.lever_arm_mm is None:
-            expected = "lever_arm_mm under [measurement] of the case: the radius of the sensor"
-            remedy = Words("or, to set the column aside, ", TakeColumn(sensor.header, "extra"))
+            expected = (
+                "lever_arm_mm under [measurement] in the case (the radius at which the "
+                "sensor reads)"
+            )
+            remedy = Words("or, to leave the column out, ", TakeColumn(sensor.header, "extra"))
             self.wrong(sensor.header, "no lever arm", expected, remedy)
         given |= {_SENSOR[key] for key in given & _SENSOR.keys()}
         for key in ["torque", "elastic_angle"] + ["preload"] * self.need_preload:
@@ -329,8 +339,8 @@ class _Reader:
                 continue
             column = _QUANTITY[key].column
             if key in self.fill:
-                lost = f"{self.fill[key]:g} is taken for every reading"
-            self.notes.append(f"no {column} column: {lost}")
+                lost = f"{self.fill[key]:g} is used for every reading"
+            self.notes.append(f"the table has no {column} column: {lost}")
 
     def missing(self, quantity: Quantity, hints: dict[str, str]) -> None:
         """A mistake that names the free headers which may have been meant."""
@@ -348,13 +358,13 @@ class _Reader:
         fits = unit is not None and unit.quantity == quantity.kind
         column = f"{quantity.key}_{unit_at_end(header)}" if fits else quantity.column
         remedy = Words(
-            "give a column that name, or ", TakeColumn(header, column), " in the unit it has"
+            "rename a column, or ", TakeColumn(header, column), " with the unit that the column has"
         )
         if near:
             told = [f"{name!r}" + f" ({hints[name]})" * bool(hints[name]) for name in near]
-            remedy = Words(remedy, f"; nearest: {', '.join(told)}")
+            remedy = Words(remedy, f"; similar headers: {', '.join(told)}")
         if len(self.table.headers) == 1:
-            remedy = Words(remedy, "; columns are separated by commas, semicolons or tabs")
+            remedy = Words(remedy, "; separate the columns by commas, semicolons or tabs")
         found = ", ".join(map(repr, self.table.headers))
         self.wrong(
             quantity.column, f"only the headers {found}", f"a column {quantity.column}", remedy
@@ -371,7 +381,7 @@ class _Reader:
         for row, cell in column.odd.items():
             if key in {"run", "preload_step"}:
                 if cell == "" or cell.casefold() == "nan":
-                    wrong.setdefault(f"the label of a {key.replace('_', ' ')}", []).append(row)
+                    wrong.setdefault(f"a label for the {key.replace('_', ' ')}", []).append(row)
             elif _is_boundless(cell):
                 wrong.setdefault("a finite number", []).append(row)
             else:
@@ -382,7 +392,7 @@ class _Reader:
         remedy = Words("correct the cell or remove the row")
         if key not in {"torque", "elastic_angle", "preload", "sensor_displacement"}:
             remedy = Words(
-                remedy, "; to set the whole column aside, ", TakeColumn(use.header, "extra")
+                remedy, "; to leave the whole column out, ", TakeColumn(use.header, "extra")
             )
         for expected, rows in wrong.items():
             first = column.odd.get(rows[0], f"{column.numbers[rows[0]]:g}")
@@ -422,12 +432,16 @@ class _Reader:
             if text is not None and index in kept:
                 continue
             if column.clock:
-                note = f"ignored column {name!r}: dates or durations; if it is the time of the "
+                note = (
+                    f"ignored column {name!r}: it has dates or durations; if it is the time of the "
+                )
                 self.notes.append(Words(note, "readings, ", TakeColumn(name, "time_s")))
                 continue
             if text is not None:
                 where = f"{self.table.place} {loaded.lines[text]}"
-                self.notes.append(f"ignored column {name!r}: {where} has {filled[text]!r}")
+                self.notes.append(
+                    f"ignored column {name!r}: {where} has {filled[text]!r}, which is no number"
+                )
                 continue
             for row, cell in filled.items():  # nan and inf
                 column.numbers[row] = float(cell)
@@ -480,7 +494,7 @@ class _Reader:
             found = np.abs(values.get(key, np.ones(0)))
             rows = np.flatnonzero((found > half_a_turn) | (found < least))
             if len(rows):
-                expected = f"an angle below half a turn{', above 1e-9 arcsec' if least else ''}"
+                expected = f"an angle below 180 deg{' and above 1e-9 arcsec' if least else ''}"
                 value = f"{found[rows[0]]:g} arcsec"
                 remedy = "check the unit of the column"
                 column = _QUANTITY[key].column
@@ -498,14 +512,14 @@ class _Reader:
         for k in np.flatnonzero((t[1:] == t[:-1]) & (run[1:] == run[:-1])).tolist():
             twice = f"{t[k]:g} s twice in run {readings.run[by_time[k]]}"
             lines = sorted(line[k : k + 2].tolist())
-            self.wrong("time_s", twice, "readings of a run at different times", lines=lines)
+            self.wrong("time_s", twice, "a different time for each reading of a run", lines=lines)
         moved = readings.line[rows[rows != by_time]]
         if len(moved) and not has_runs:
             # A clock that starts anew for each loop looks just so: sorting would mix the loops.
             late = rows[1:][np.diff(time[rows]) < 0][0]
             remedy = "add a run column, or sort the rows by time if they are one run"
             back = f"{time[late]:g} s after {time[late - 1]:g} s"
-            expected = "time that rises from row to row"
+            expected = "a time that increases from row to row"
             self.wrong("time_s", back, expected, remedy, [int(readings.line[late])])
         if not len(moved) or self.mistakes:
             return readings
@@ -535,14 +549,20 @@ def _remarks(readings: Readings) -> list[str]:
         notes.append(f"the torque is {torque[0]:g} N m in every row")
     largest = np.abs(readings.elastic_angle_arcsec).max()
     if largest > _LARGEST_ANGLE_ARCSEC:
-        notes.append(f"the largest elastic angle is {largest / 3600:.3g} deg: check its unit")
+        notes.append(
+            f"the largest elastic angle is {largest / 3600:.3g} deg, more than usual: check the "
+            "unit of the column"
+        )
     if preload is not None and preload.min() == preload.max():
-        notes.append("one preload level: what depends on the preload cannot be determined")
+        notes.append(
+            "the preload is the same in every row, so effects that depend on it cannot be detected"
+        )
     angles = len(np.unique(np.round(np.mod(readings.input_angle_deg, 360.0), 3)))
     if angles in (2, 3):
         what = ("phase, harmonic and plate", "harmonic and plate")[angles - 2]
         notes.append(
-            f"{('two', 'three')[angles - 2]} input angles only: of what goes with the input angle, "
-            f"{what} cannot be determined"
+            f"the readings have only {('two', 'three')[angles - 2]} input angles: of an effect "
+            "that "
+            f"varies with the input angle, {what} cannot be determined"
         )
     return notes

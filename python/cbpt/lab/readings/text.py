@@ -124,7 +124,9 @@ def read_text(source: str, raw: bytes) -> Table:
         unit_row = next(rows, [])
     except csv.Error as error:
         line = numbers[body]
-        raise wrong(source, "", str(error), "cells with closed quotes", line=line) from None
+        raise wrong(
+            source, "", str(error), "a closing quote after each opening one", line=line
+        ) from None
     line = numbers[0]
     stop_if_wide(source, header, line)
     check_headers(source, header, line, lines)
@@ -167,7 +169,7 @@ def stop_if_wide(source: str, headers: Sequence[str], line: int | None = None) -
     count = sum(map(bool, headers))
     if count > MOST_COLUMNS:
         found, expected = f"{count:,} columns", f"at most {MOST_COLUMNS:,}"
-        raise wrong(source, "", found, expected, "keep the columns needed", line)
+        raise wrong(source, "", found, expected, "keep only the columns that are needed", line)
 
 
 def _at(lines: Sequence[int]) -> str:
@@ -202,7 +204,7 @@ def _decode(source: str, raw: bytes) -> tuple[str, tuple[str, ...]]:
     try:
         text = raw.decode(encoding)
     except UnicodeDecodeError:
-        text, notes = raw.decode("latin-1"), ("not UTF-8: read as Latin-1",)
+        text, notes = raw.decode("latin-1"), ("the file is not UTF-8 text and was read as Latin-1",)
     if _CONTROL.search(text):
         raise wrong(source, "", "a binary file", _TEXT_TABLE, "export the table to CSV")
     return text.replace("\N{MINUS SIGN}", "-"), notes
@@ -247,7 +249,7 @@ def check_headers(source: str, header: list[str], line: int, lines: Sequence[str
         remedy = "add a line of headers such as run,time_s,torque_Nm,preload_N,..."
         above = [text.strip() for text in lines[: line - 1] if text.lstrip().startswith("#")]
         if line and above:
-            remedy = f"remove the # if {above[-1]!r} is meant as the headers, else {remedy}"
+            remedy = f"remove the # if {above[-1]!r} is the line of headers, otherwise {remedy}"
         mistake = Mistake(at, names[0], repr(names[0]), "a line of headers", remedy)
         raise ReadingsError(source, [mistake])
     mistakes = []
@@ -320,7 +322,9 @@ def _load_text(
                 else:
                     ragged.setdefault(len(row), []).append(line)
         except csv.Error as error:
-            mistakes.append(Mistake((numbers[here],), "", str(error), "cells with closed quotes"))
+            mistakes.append(
+                Mistake((numbers[here],), "", str(error), "a closing quote after each opening one")
+            )
             break
         if rows:
             cells = enumerate(zip(*rows, strict=True))
@@ -328,7 +332,7 @@ def _load_text(
         at = here
     for count, where in ragged.items():
         expected = f"{width}, one for each header"
-        remedy = "put a cell that holds the separator in double quotes"
+        remedy = "put each cell that contains the separator in double quotes"
         if count < width:
             remedy = "complete the row or remove it"
         mistakes.append(Mistake(tuple(where), "", f"{count} cells", expected, remedy))

@@ -17,20 +17,20 @@ _NEAR = 0.4
 
 _ARCMIN, _MRAD, _URAD, _RAD = 1 / 60, np.pi / 648, np.pi / 0.648, np.pi / 648000
 
-# Readings over model, and what that looks like. 57.3, the degrees of a radian, is too near to 60 to
-# be told from it.
+# Readings divided by model, and what that is a sign of. 57.3, the degrees of a radian, is too
+# near to 60 to be distinguished from it.
 _FACTORS = (
-    (_ARCMIN, "look like they are in arcmin where arcsec are stated, or rad where deg are"),
-    (1 / 3600, "look like they are in deg where arcsec are stated"),
-    (_MRAD, "look like they are in mrad where arcsec are stated"),
-    (_URAD, "look like they are in urad where arcsec are stated"),
-    (_RAD, "look like they are in rad where arcsec are stated"),
-    (1 / _ARCMIN, "look like they are in arcsec where arcmin are stated, or deg where rad are"),
-    (3600.0, "look like they are in arcsec where deg are stated"),
-    (1 / _MRAD, "look like they are in arcsec where mrad are stated"),
-    (1 / _URAD, "look like they are in arcsec where urad are stated"),
-    (1000.0, "are 1000 times too large: look for milli, micro or kilo in the units"),
-    (0.001, "are 1000 times too small: look for milli, micro or kilo in the units"),
+    (_ARCMIN, "are probably in arcmin, not in arcsec as stated (or in rad, not in deg)"),
+    (1 / 3600, "are probably in deg, not in arcsec as stated"),
+    (_MRAD, "are probably in mrad, not in arcsec as stated"),
+    (_URAD, "are probably in urad, not in arcsec as stated"),
+    (_RAD, "are probably in rad, not in arcsec as stated"),
+    (1 / _ARCMIN, "are probably in arcsec, not in arcmin as stated (or in deg, not in rad)"),
+    (3600.0, "are probably in arcsec, not in deg as stated"),
+    (1 / _MRAD, "are probably in arcsec, not in mrad as stated"),
+    (1 / _URAD, "are probably in arcsec, not in urad as stated"),
+    (1000.0, "are about 1000 times too large: check the units for milli, micro or kilo"),
+    (0.001, "are about 1000 times too small: check the units for milli, micro or kilo"),
     (1.0, ""),
 )
 
@@ -54,7 +54,5 @@ def slips(reading_arcsec: Floats, model_arcsec: Floats) -> tuple[str, ...]:
         return ()
     told = [words] if words else []
     if factor < 0:
-        told.append(
-            "have the opposite sign of the model: torque and angle count in opposite directions"
-        )
+        told.append("have the opposite sign of the model: check the signs of torque and angle")
     return tuple(f"the readings {text} (they are {factor:.4g} times the model)" for text in told)

@@ -22,9 +22,9 @@ from cbpt.lab.covariance.fit_noise import LEAST_SCALE
 from cbpt.lab.covariance.linear_gaussian import Margin, Noise
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.model.dataset import DEFAULT_UNCERTAINTY
-from cbpt.lab.model.discrepancy import FORM_ODDS
+from cbpt.lab.model.discrepancy import DISCREPANCY_ODDS
 from cbpt.lab.model.priors import CLASSES, PRIORS, TWINS
-from cbpt.lab.selection.lack_of_fit import Pattern
+from cbpt.lab.selection.lack_of_fit import LackOfFit
 from cbpt.lab.selection.model_comparison import Competition
 from cbpt.lab.selection.rules import RULES, DecisionRules
 from cbpt.lab.selection.setting import Names
@@ -54,7 +54,7 @@ class Verdict:
     """`complete`, but only after numbers moved within what is stated of them."""
     names: Names
     """The set of effects that the answer is drawn with."""
-    pattern: Pattern | None
+    lack_of_fit: LackOfFit | None
     """What is left without a name, where it matters."""
     noise: tuple[str, ...] = field(default=("white",))
 
@@ -123,7 +123,7 @@ def _demanded(
 def _keeps_form(competition: Competition, names: Names) -> bool:
     """Whether the effects of a set explain the readings about as the library has them."""
     fit = competition.fits.get(_less(names, OFFSET))
-    return fit is None or fit.form_sd < FORM_ODDS[-1][0]
+    return fit is None or fit.discrepancy_sd < DISCREPANCY_ODDS[-1][0]
 
 
 def _strained(competition: Competition, names: Names, rules: DecisionRules) -> bool:
@@ -148,7 +148,9 @@ def weighed(competition: Competition) -> dict[Names, float]:
 
     for names, odds in competition.log_odds.items():
         add((*names, *_offset(competition.fits[names].noise)), odds)
-    for pattern, odds in zip(competition.patterns, competition.pattern_log_odds, strict=True):
+    for pattern, odds in zip(
+        competition.lacks_of_fit, competition.lack_of_fit_log_odds, strict=True
+    ):
         add((*pattern.base, *_offset(pattern.noise), UNKNOWN), odds)
     return found
 
@@ -179,7 +181,9 @@ def _only_form(best: Names, top: float, rest: float, rules: DecisionRules) -> bo
 
 
 def _unknown(competition: Competition, best: Names) -> Verdict:
-    pattern = next(p for p in competition.patterns if set(best) - {UNKNOWN, OFFSET} == set(p.base))
+    pattern = next(
+        p for p in competition.lacks_of_fit if set(best) - {UNKNOWN, OFFSET} == set(p.base)
+    )
     names = pattern.base
     noise = noise_words(competition, pattern.noise)
     share = _share(competition, [UNKNOWN])
@@ -408,11 +412,11 @@ def noise_words(competition: Competition, noise: Noise) -> tuple[str, ...]:
         words.append("run_offset")
     if noise.correlation:
         words.append("correlated")
-    if noise.looser is not None:
-        far = np.count_nonzero(noise.looser > 2.0)
+    if noise.inflation is not None:
+        far = np.count_nonzero(noise.inflation > 2.0)
         words.append(
             "outliers"
-            if far <= 0.05 * len(noise.looser) and noise.looser.max() > 2.5
+            if far <= 0.05 * len(noise.inflation) and noise.inflation.max() > 2.5
             else "heavy_tailed"
         )
     dof = len(competition.campaign)

@@ -24,7 +24,7 @@ from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.hypothesis import Hypothesis
-from cbpt.lab.inference.modes import solved
+from cbpt.lab.inference.modes import with_modes
 from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.own_terms import campaign_of, chosen
 from cbpt.lab.model.priors import Variant
@@ -132,7 +132,7 @@ def best_fit(fitter: Fitter, effects: Sequence[str]) -> Fit:
         if null is None:
             break
         for start in _starts(fitter, null, variants):
-            got = fitter.fit(Hypothesis(variants), start, Noise(looser=null.noise.looser))
+            got = fitter.fit(Hypothesis(variants), start, Noise(inflation=null.noise.inflation))
             if got is not None and (best is None or got.log_evidence > best.log_evidence):
                 best = got
     if best is None:
@@ -140,7 +140,7 @@ def best_fit(fitter: Fitter, effects: Sequence[str]) -> Fit:
             f"{' + '.join(effects)} cannot be fitted: the computed angles of these readings do not "
             "depend on the parameters"
         )
-    return solved(fitter, best, [v for variants in forms for v in variants])
+    return with_modes(fitter, best, [v for variants in forms for v in variants])
 
 
 def _forms(effect: str, fitter: Fitter) -> list[Variant]:

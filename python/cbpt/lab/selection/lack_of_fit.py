@@ -1,12 +1,12 @@
 """Lack of fit: what a residual depends on, asked without naming a cause.
 
-Component              a family of patterns: any function of torque, of torque at each angle, ...
-components             all families that a table can show
-Structure              how much of a residual each of them explains
-Pattern                one family on top of a hypothesis, at its most favourable amplitude
-patterns_on            the families that stand out in the residual of a fit, weighed like effects
-says_no_more           whether a pattern is only what a fit has a name for
-held_out_with_pattern  readings less what the others and a pattern predict of them
+Component                  a family of patterns: a function of torque, of torque at angles, ...
+components                 all families that a table can show
+Structure                  how much of a residual each of them explains
+LackOfFit                  one family on top of a hypothesis, at its most favourable amplitude
+lacks_of_fit_on            the families that stand out in the residual of a fit, with their evidence
+says_no_more               whether a pattern is only what a fit has a name for
+held_out_with_lack_of_fit  readings less what the others and a pattern predict of them
 
 Each family is a set of overlapping hats (or levels, or powers) and their products, so it holds any
 not too rough function of its columns. What a family explains is a sum of squares over its rank.
@@ -26,7 +26,7 @@ from cbpt.lab.covariance.linear_gaussian import Linear, Margin, Noise, Whitener
 from cbpt.lab.inference.cross_validation import held_out_by
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
-from cbpt.lab.model.discrepancy import FORM_ODDS
+from cbpt.lab.model.discrepancy import DISCREPANCY_ODDS
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.set_points import levels_of
 from cbpt.lab.selection.ranking import ranked
@@ -218,7 +218,7 @@ def _axes(seen: Floats) -> Floats:
 
 
 @dataclass(frozen=True, eq=False)
-class Pattern:
+class LackOfFit:
     """Something real without a name, on top of a hypothesis.
 
     base: the effects of the hypothesis; columns: what the pattern depends on; amplitude: in
@@ -285,15 +285,15 @@ class Patterned:
         return np.asarray(self.y - self.columns @ self.mode(amplitude, noise))
 
 
-def patterns_on(
+def lacks_of_fit_on(
     fitter: Fitter, fit: Fit, families: Sequence[Component], noise: Noise
-) -> Iterator[Pattern]:
+) -> Iterator[LackOfFit]:
     """The families that stand out most, each with the amplitude and noise that suit it.
 
     Looked at through two noises: that of the fit, which may have taken the pattern for noise, and
     `noise`, as a fit sees it that can follow the whole library.
     """
-    start = replace(noise, looser=fit.noise.looser)
+    start = replace(noise, inflation=fit.noise.inflation)
     tried: dict[int, Component] = {}
     for seen in (fit, fitter.look(fit, start)):
         structure = Structure(families, seen.whitener, seen.margin)
@@ -313,10 +313,10 @@ def patterns_on(
         value, suited = problem.rated(amplitude, structures=True)
         value += fit.log_size_prior
         names = fit.hypothesis.effects
-        yield Pattern(names, family.columns, value, amplitude, suited, problem)
+        yield LackOfFit(names, family.columns, value, amplitude, suited, problem)
 
 
-def says_no_more(pattern: Pattern, fit: Fit) -> bool:
+def says_no_more(pattern: LackOfFit, fit: Fit) -> bool:
     """Whether effects with names follow the readings as well, and could follow any such pattern.
 
     At two or three input angles an offset of a centre is any function of the angle: a pattern with
@@ -325,7 +325,10 @@ def says_no_more(pattern: Pattern, fit: Fit) -> bool:
     sizes = sum(u.size_of >= 0 for u in fit.unknowns)
     problem = pattern.problem
     patterns = problem.columns[:, len(problem.precision) :]
-    if not set(pattern.base) < set(fit.hypothesis.effects) or fit.form_sd > FORM_ODDS[1][0]:
+    if (
+        not set(pattern.base) < set(fit.hypothesis.effects)
+        or fit.discrepancy_sd > DISCREPANCY_ODDS[1][0]
+    ):
         return False
     if np.linalg.matrix_rank(patterns) > sizes:
         return False
@@ -336,7 +339,7 @@ def says_no_more(pattern: Pattern, fit: Fit) -> bool:
     return bool(problem.fitter.look(fit, pattern.noise).margin.chi2 - free < _AS_WELL)
 
 
-def held_out_with_pattern(pattern: Pattern, fold: NDArray[np.int64]) -> Floats:
+def held_out_with_lack_of_fit(pattern: LackOfFit, fold: NDArray[np.int64]) -> Floats:
     """Readings less what the other folds predict of them with the pattern, arcsec, shape (n,)."""
     p = pattern.problem
     precision = p.prior(pattern.amplitude)

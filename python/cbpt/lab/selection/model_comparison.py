@@ -23,10 +23,10 @@ from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter, Race
 from cbpt.lab.inference.hypothesis import Hypothesis
-from cbpt.lab.inference.modes import solved
+from cbpt.lab.inference.modes import with_modes
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.priors import ODDS
-from cbpt.lab.selection.lack_of_fit import Pattern, patterns_on, says_no_more
+from cbpt.lab.selection.lack_of_fit import LackOfFit, lacks_of_fit_on, says_no_more
 from cbpt.lab.selection.linear_screen import Gain, Screen, Signature, Signatures
 from cbpt.lab.selection.ranking import ranked
 from cbpt.lab.selection.setting import Names, Setting, prepare, prior
@@ -71,9 +71,9 @@ class Competition:
     """The best form of every set of effects that was fitted; () is the drive as stated."""
     log_odds: dict[Names, float]
     """Posterior log odds of each against the drive as stated."""
-    patterns: tuple[Pattern, ...]
+    lacks_of_fit: tuple[LackOfFit, ...]
     """Unnamed patterns, the most probable first."""
-    pattern_log_odds: tuple[float, ...]
+    lack_of_fit_log_odds: tuple[float, ...]
     library: Signatures = field(repr=False)
     names: dict[int, tuple[str, str]] = field(repr=False)
     """(effect, parameter) of each value of the fits."""
@@ -81,7 +81,7 @@ class Competition:
     """Largest log odds of any effect in noise alone."""
     flexible: Noise
     """The noise as a fit sees it that may follow the whole library."""
-    looser: Floats | None = field(repr=False)
+    inflation: Floats | None = field(repr=False)
 
     @property
     def campaign(self) -> Campaign:
@@ -167,7 +167,7 @@ class _Contest:
         best = max(self.score(n) for n in self.fits) - _EFFORT.modes_room
         least = max(best, self.setting.score(self.setting.null))
         for names in [n for n in self.fits if self.score(n) > least]:
-            self.fits[names] = solved(self.fitter, self.fits[names])
+            self.fits[names] = with_modes(self.fitter, self.fits[names])
 
     def fit_pairs(self) -> None:
         """Pairs that may beat every single one."""
@@ -210,10 +210,10 @@ class _Contest:
     def find_modes_of_best(self) -> None:
         """Other modes of the best set, where they were not searched for yet."""
         top = max(self.fits, key=self.score)
-        if not self.fits[top].solved:
-            self.fits[top] = solved(self.fitter, self.fits[top])
+        if not self.fits[top].modes_searched:
+            self.fits[top] = with_modes(self.fitter, self.fits[top])
 
-    def unnamed(self) -> list[tuple[float, Pattern]]:
+    def unnamed(self) -> list[tuple[float, LackOfFit]]:
         """Lack of fit without a name on the drive as stated and on the best set, with log odds, the
         most probable first."""
         setting, fits = self.setting, self.fits
@@ -229,13 +229,13 @@ class _Contest:
                 p,
             )
             for base in sorted({(), best})
-            for p in patterns_on(self.fitter, fits[base], setting.families, setting.flexible)
+            for p in lacks_of_fit_on(self.fitter, fits[base], setting.families, setting.flexible)
             if not says_no_more(p, fits[best])
         ]
         return sorted(found, key=lambda f: -f[0])
 
     def competition(
-        self, unnamed: Sequence[tuple[float, Pattern]], rng: np.random.Generator
+        self, unnamed: Sequence[tuple[float, LackOfFit]], rng: np.random.Generator
     ) -> Competition:
         """The outcome, with what chance alone would show."""
         setting, null = self.setting, self.score(())
@@ -253,7 +253,7 @@ class _Contest:
             setting.names,
             screen.null_of_maximum(weights, _EFFORT.replicates, rng),
             setting.flexible,
-            setting.plain.looser,
+            setting.plain.inflation,
         )
 
     def _promising_pairs(self) -> list[_Pair]:
@@ -286,7 +286,7 @@ class _Contest:
         setting = self.setting
         about = setting.library.about(base, setting.names, secants=False)
         # As the library has it: a discrepancy of the first effect may be the second one.
-        seen = self.fitter.look(replace(base, form_sd=0.0), setting.flexible)
+        seen = self.fitter.look(replace(base, discrepancy_sd=0.0), setting.flexible)
         screen, level = Screen(seen, about), setting.score(seen)
         for m, s in enumerate(about):
             if screen.usable(m) and s.variant.effect not in base.hypothesis.effects:

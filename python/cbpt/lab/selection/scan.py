@@ -114,7 +114,7 @@ class Region:
             if column == "input_angle_deg":
                 values = low + np.mod(values - low, 360.0)
             rows &= (values >= low) & (values <= high)
-        return _told(self.ranges, self.regime, rows, residual_arcsec, readings, self.p_value)
+        return _region(self.ranges, self.regime, rows, residual_arcsec, readings, self.p_value)
 
     def to_dict(self) -> dict[str, Any]:
         """As in the JSON document."""
@@ -493,10 +493,10 @@ class _Scan:
                 ranges["torque_Nm"] = float(torque.min()), float(torque.max())
             elif len(np.unique(axis.cell[rows])) < axis.cells:
                 ranges[axis.column] = axis.ends(rows)
-        return _told(ranges, regime, rows, self.residual, self.readings, p_value)
+        return _region(ranges, regime, rows, self.residual, self.readings, p_value)
 
 
-def _told(
+def _region(
     ranges: dict[str, tuple[float, float]],
     regime: str | None,
     rows: Mask,

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from cbpt.lab.covariance.fit_noise import fit_noise
 from cbpt.lab.covariance.linear_gaussian import Linear, Noise, Whitener
-from cbpt.lab.covariance.outliers import looseness
+from cbpt.lab.covariance.outliers import inflation_of
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.hypothesis import Hypothesis
@@ -98,7 +98,7 @@ def prepare(fitter: Fitter) -> Setting:
     families = components(campaign.readings)
     library = Signatures(campaign, fitter.variants)
     signatures = library.about(first, names)
-    plain = Noise(looser=_inflation(fitter, first, signatures, families))
+    plain = Noise(inflation=_inflation(fitter, first, signatures, families))
     null = fitter.fit(nothing, noise=plain)
     assert null is not None
     flexible = _flexible_noise(fitter, null, signatures, plain)
@@ -133,8 +133,8 @@ def _inflation(
     seen = [np.where(np.isfinite(s.columns), s.columns, 0.0) for s in signatures]
     fields = [numbers, *seen, *(f.patterns for f in families)]
     y = c.y_arcsec - fit.point.angle_arcsec
-    looser = looseness(y, c.zeros, fields, Whitener.of(Noise(), c.u_arcsec, c.rows))
-    return None if looser is None or _of_one_place(c, looser > 1.5) else looser
+    inflation = inflation_of(y, c.offsets, fields, Whitener.of(Noise(), c.u_arcsec, c.rows))
+    return None if inflation is None or _of_one_place(c, inflation > 1.5) else inflation
 
 
 def _of_one_place(campaign: Campaign, loose: NDArray[np.bool_]) -> bool:

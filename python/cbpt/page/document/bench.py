@@ -129,7 +129,7 @@ class Bench:
 
     def _further(self, fit: Fit) -> Fit:
         found = self._polished(fit.hypothesis, fit.point.values)
-        return self.fitter.look(replace(found, form_sd=fit.form_sd), self.noise)
+        return self.fitter.look(replace(found, discrepancy_sd=fit.discrepancy_sd), self.noise)
 
     def _with(self, base: Fit, effect: str) -> Fit:
         """A fit with one more effect."""
@@ -137,7 +137,7 @@ class Bench:
         variants = [v for v in fitter.variants if v.effect == effect]
         if not variants:
             raise InvalidInputError(f"{effect} cannot be fitted to these readings")
-        look = replace(fitter.look(base, self.noise), form_sd=0.0)
+        look = replace(fitter.look(base, self.noise), discrepancy_sd=0.0)
         # What is there already has to be in the model that the slopes are taken of.
         there = [replace(v, shapes=(), secants=()) for v in base.hypothesis.variants]
         library = Signatures(fitter.campaign, [*variants, *there])

@@ -252,9 +252,9 @@ class Found:
     def kept(self, n: int) -> NDArray[np.bool_]:
         """False where a reading lies far off and counts less."""
         kept = np.ones(n, dtype=bool)
-        looser = None if self.diagnosis is None else self.diagnosis.competition.looser
-        if looser is not None:
-            kept[self.used(n)] = looser <= 2.0
+        inflation = None if self.diagnosis is None else self.diagnosis.competition.inflation
+        if inflation is not None:
+            kept[self.used(n)] = inflation <= 2.0
         return kept
 
     def candidates(self) -> Iterator[Candidate]:
@@ -339,8 +339,8 @@ class Found:
                 told["held_out_arcsec"] = further["held_out_rmse_arcsec"]
                 told["chi2_per_dof"] = further["chi2_per_dof"]
             rungs.append(told)
-        if d.verdict.pattern is not None:
-            rungs[-1]["label"] = free_function(d.verdict.pattern.columns)
+        if d.verdict.lack_of_fit is not None:
+            rungs[-1]["label"] = free_function(d.verdict.lack_of_fit.columns)
         stop = next(i for i, r in enumerate(d.ladder) if r is final)
         if self.numbers_off:
             # They are in the rung of the refit already; left free they are no step further.
@@ -385,7 +385,7 @@ def _stop_says(d: Diagnosis, stop: int) -> str | None:
     """Why the ladder goes no further by name; None where it goes no further at all."""
     if stop + 1 >= len(d.ladder):
         return None
-    if d.verdict.pattern is not None:
+    if d.verdict.lack_of_fit is not None:
         return "no effect reduces the error further; below: a lack of fit"
     last, more = (r.held_out_rmse_arcsec for r in d.ladder[stop : stop + 2])
     if more >= last:

@@ -81,7 +81,7 @@ class Models:
             yield self._of_set(names, self._bench, self._bench.fit(names))
         for number in self.numbers_named:
             yield self._of_set((number,), self._bench, self._bench.fit([number]))
-        if d.verdict.pattern is not None:
+        if d.verdict.lack_of_fit is not None:
             yield self._of_pattern()
 
     @property
@@ -118,7 +118,7 @@ class Models:
             # The folds are refitted by one linear step, which means nothing far from the best.
             "held_out_rmse_arcsec": rms(held) if fit.converged else None,
             "chi2_per_dof": chi2_of(bench.fitter, look),
-            "zero_arcsec": float(look.zeros_arcsec[0]) if len(look.zeros_arcsec) == 1 else None,
+            "zero_arcsec": float(look.offsets_arcsec[0]) if len(look.offsets_arcsec) == 1 else None,
             "parameters": list(_parameters(fit, effects)),
             "numbers": list(_numbers(fit)),
             "probability": float(np.exp(c.log_odds[names] - log_total(c))) if known else None,
@@ -147,8 +147,8 @@ class Models:
         if self.used.all():
             return self._whole.y_arcsec - fit.residual_arcsec
         angle = self._model(bench).at(fit.point.values).angle_arcsec
-        if len(fit.zeros_arcsec) == 1 and self._whole.zeros.shape[1] == 1:
-            return np.asarray(angle + fit.zeros_arcsec[0])
+        if len(fit.offsets_arcsec) == 1 and self._whole.offsets.shape[1] == 1:
+            return np.asarray(angle + fit.offsets_arcsec[0])
         return with_zeros(self._whole, angle)[0]
 
     def _model(self, bench: Bench) -> Assembled:
@@ -180,7 +180,7 @@ class Models:
     def _of_pattern(self) -> Model:
         """What is left without a name, followed as closely as it can be; no model of it."""
         d = self.diagnosis
-        pattern = d.verdict.pattern
+        pattern = d.verdict.lack_of_fit
         assert pattern is not None
         model = np.full(len(self.readings), np.nan)
         residual = pattern.problem.residual(pattern.amplitude, pattern.noise)

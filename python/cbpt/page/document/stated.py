@@ -91,5 +91,5 @@ def with_zeros(campaign: Campaign, angle: Floats) -> tuple[Floats, float]:
     weight = np.where(np.isfinite(angle), campaign.u_arcsec**-2.0, 0.0)
     off = np.where(np.isfinite(angle), campaign.y_arcsec - angle, 0.0)
     # Zeros are columns without overlap: one for all, or one for each run.
-    zero = (campaign.zeros.T @ (weight * off)) / np.maximum(campaign.zeros.T @ weight, 1e-300)
-    return angle + campaign.zeros @ zero, float(zero[0]) if len(zero) == 1 else np.nan
+    zero = (campaign.offsets.T @ (weight * off)) / np.maximum(campaign.offsets.T @ weight, 1e-300)
+    return angle + campaign.offsets @ zero, float(zero[0]) if len(zero) == 1 else np.nan

@@ -82,22 +82,22 @@ class Guard:
             return found
         if not self._is_token(headers.get(TOKEN_HEADER) or self._of_cookie(headers)):
             words = "open the address that `cbpt workbench` has printed: it holds the key"
-            return _told(scope, words, 403)
+            return _refusal(scope, words, 403)
         return self._foreign(scope, headers)
 
     def _foreign(self, scope: Scope, headers: Mapping[str, str]) -> Response | None:
         """A request that another page has made, or could have."""
         origin = headers.get("origin")
         if origin is not None and origin != f"http://{headers.get('host')}":
-            return _told(scope, "another page may not ask here", 403)
+            return _refusal(scope, "another page may not ask here", 403)
         # A link may lead here, but to the page alone.
         to_page = scope["path"] == "/" and scope["method"] == "GET"
         if not to_page and headers.get("sec-fetch-site", "none") not in ("none", "same-origin"):
-            return _told(scope, "another page may not ask here", 403)
+            return _refusal(scope, "another page may not ask here", 403)
         if scope["method"] not in ("GET", "HEAD"):
             kind = headers.get("content-type", "").partition(";")[0].strip().lower()
             if kind not in _TYPES:
-                return _told(scope, f"expected {' or '.join(sorted(_TYPES))}", 415)
+                return _refusal(scope, f"expected {' or '.join(sorted(_TYPES))}", 415)
         return None
 
     def _is_ours(self, host: str) -> bool:
@@ -126,7 +126,7 @@ class Guard:
         return found.value if found else ""
 
 
-def _told(scope: Scope, words: str, status: int) -> Response:
+def _refusal(scope: Scope, words: str, status: int) -> Response:
     if scope["path"].startswith("/api/"):
         return JSONResponse({"error": words}, status)
     return PlainTextResponse(words, status)
