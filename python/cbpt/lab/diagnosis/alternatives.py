@@ -1,7 +1,7 @@
-"""What an answer may have overlooked: effects that the readings could hardly show, and what else a
-number that moved could be.
+"""What an answer may have overlooked: effects that the readings could hardly show, and effects
+that a changed parameter could stand for.
 
-    smallest    the smallest size of each effect that would have been seen, about the final fit
+    smallest    the smallest size of each effect that would have been detected, about the final fit
     unseen      those effects whose smallest size lies beyond half of what is likely
     moved       numbers of drive and rig that moved, with the effects that look like it
 """
@@ -57,11 +57,11 @@ class Smallest:
     def says(self) -> str:
         """In the unit that people read."""
         if not self.neutral:
-            return f"{self.effect} below {shown(self.effect, self.name, self.value, None)}"
+            return f"{self.effect} smaller than {shown(self.effect, self.name, self.value, None)}"
         label, size = display(self.effect, self.name)
         off = abs(self.value - self.neutral) / size
         which = "" if label == self.effect else f" with {label}"
-        return f"{self.effect}{which} within {self.neutral / size:g} +- {off:.2g}"
+        return f"{self.effect}{which} less than {off:.2g} from {self.neutral / size:g}"
 
 
 def _screen(d: DiagnosisData) -> Screen:
@@ -105,7 +105,7 @@ def unseen(d: DiagnosisData) -> list[str]:
     known = {one.effect for one in found} | set(d.verdict.names)
     blind = {v.effect for v in d.competition.fitter.variants} - known
     return [one.says for one in found if one.share > 0.5] + [
-        f"{effect} at all" for effect in sorted(blind)
+        f"{effect} of any likely size" for effect in sorted(blind)
     ]
 
 

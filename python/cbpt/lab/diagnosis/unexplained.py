@@ -63,7 +63,7 @@ def card(d: DiagnosisData) -> dict[str, Any]:
 
 
 def measure_next(d: DiagnosisData) -> str:
-    """Advice, as nothing without a name predicts what a further run would read."""
+    """Advice in place of a computed run, which needs a known effect."""
     pattern = d.verdict.lack_of_fit
     assert pattern is not None
     columns, f = list(pattern.columns), np.abs(pattern.fitted_arcsec)
@@ -73,21 +73,21 @@ def measure_next(d: DiagnosisData) -> str:
     strong = _strong_where(d)
     part = {c: strong[c] for c, v in placed.items() if strong and strong[c] != _ends(v)}
     said = (
-        "What is missing has no name and so predicts no further run. In these readings it depends "
-        f"on {columns_in_words(columns)}"
+        "No known effect explains the misfit, so no further run can be computed from it. In these "
+        f"readings it depends on {columns_in_words(columns)}"
     )
     said += f" and is largest near {spot}" if spot else ""
     if part:
-        said += f"; more than twice the noise only within {label_of(part, None)}"
+        said += f"; it exceeds twice the noise only within {label_of(part, None)}"
     if not strong:
-        said += "; nowhere is it twice the noise, so repeat readings first"
+        said += "; it exceeds twice the noise nowhere, so repeat readings first"
     free = [c for c in columns if c != "run"]
     if not free:
-        return f"{said}. Repeat a run as it was, to see whether the same comes back."
-    where = "Measure more there, and vary" if spot else "Vary"
+        return f"{said}. Repeat a run unchanged, to see whether the misfit is the same."
+    where = "Measure more readings there, and vary" if spot else "Vary"
     alone = "one at a time" if len(free) > 1 else "alone"
-    wait = " (time: hold a load and wait)" if {"time_s", "run_time_s"} & set(free) else ""
-    return f"{said}. {where} {columns_in_words(free)} {alone}, all else held{wait}."
+    wait = " (for time: hold a load and wait)" if {"time_s", "run_time_s"} & set(free) else ""
+    return f"{said}. {where} {columns_in_words(free)} {alone}, with all else constant{wait}."
 
 
 def _noise_arcsec(d: DiagnosisData) -> float:

@@ -114,10 +114,10 @@ def compete(
     contest.fit_pairs()
     if campaign.drive.kind == "torsion_spring":
         contest.fit_together()
-    report("patterns without a name", 0.85)
+    report("lack of fit", 0.85)
     contest.find_modes_of_best()
     unnamed = contest.unnamed()
-    report("what chance shows", 0.95)
+    report("p-values by simulation", 0.95)
     return contest.competition(unnamed, rng)
 
 
