@@ -83,7 +83,7 @@ def test_an_expression_is_an_entry_of_a_case_file() -> None:
         ("mine", "gap", "a", {"a": 1.0}, '"load", "series" or "reading"'),
         ("mine", "load", "a", {"a": 1.0}, '"torque_Nm" or "preload_N"'),
         ("creep", "series", "a", {"a": 1.0}, "a built-in effect has this id"),
-        ("unknown", "series", "a", {"a": 1.0}, "answers mean something else"),
+        ("unknown", "series", "a", {"a": 1.0}, "has another meaning in answers"),
         ("my effect", "series", "a", {"a": 1.0}, "letters, digits and _"),
         ("mine", "series", "pi", {"pi": 1.0}, "has another meaning"),
         ("mine", "series", "a", {"a": float("nan")}, "a.start"),

@@ -114,7 +114,7 @@ def test_a_spread_of_one_number_that_is_two_is_refused(
     )
     case.write_text(text + "\n[tolerance]\nmaterial_youngs_modulus_GPa = 5\n")
     assert main(["sensitivity", str(case)]) == 2
-    assert "state the spread of each" in capfd.readouterr().err
+    assert "give a spread for each of them" in capfd.readouterr().err
 
 
 def test_judging_keeps_rows_that_are_no_drive() -> None:

@@ -255,9 +255,12 @@ def test_half_a_chunk_beyond_the_record_is_cut_off(desk: Desk) -> None:
     ("spoil", "told"),
     [
         (lambda text: text[:-10], "bytes, its record says"),
-        (lambda text: text[:-10] + b"9" * 10, "rows are not those"),
+        (lambda text: text[:-10] + b"9" * 10, "the rows differ from those of its record"),
         # In the first row, far from the end, at the same length.
-        (lambda text: text.replace(b",ok\n", b",OK\n", 1), "rows are not those"),
+        (
+            lambda text: text.replace(b",ok\n", b",OK\n", 1),
+            "the rows differ from those of its record",
+        ),
     ],
 )
 def test_a_file_that_was_changed_is_not_gone_on_with(
@@ -277,7 +280,7 @@ def test_what_was_added_to_a_finished_file_is_not_cut_off(desk: Desk) -> None:
     sweep(top / "plan.toml", out="t.csv")
     with (top / "t.csv").open("a") as file:
         file.write("# mine\n")
-    with pytest.raises(PlanError, match=r"t\.csv: has 7 bytes beyond the rows.*--fresh"):
+    with pytest.raises(PlanError, match=r"t\.csv: the file has 7 bytes after the rows.*--fresh"):
         sweep(top / "plan.toml", out="t.csv")
     assert (top / "t.csv").read_text().endswith("# mine\n")
 
@@ -388,8 +391,8 @@ def test_steps_that_do_not_meet_the_end_are_told(
     for out in ("t.csv", "t.parquet"):
         assert main(["sweep", "plan.toml", "--out", out]) == 0
         told = capfd.readouterr().err
-        assert told.startswith("cbpt: note: load.torque_Nm: last value 6, not 8, ")
-    with pytest.warns(UserWarning, match="last value 6, not 8"):
+        assert told.startswith("cbpt: note: load.torque_Nm: the last value is 6, not 8, ")
+    with pytest.warns(UserWarning, match="the last value is 6, not 8"):
         assert set(sweep(top / "plan.toml").axis("load.torque_Nm")) == {0, 3, 6}
     desk(GRID.replace("to = 8, step = 0.5", "to = 0.3, step = 0.1"))
     assert SweepPlan.from_file(top / "plan.toml").remarks == []
@@ -492,7 +495,10 @@ def test_a_table_beside_the_plan(desk: Desk) -> None:
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        (GRID.replace("step = 0.5", ""), "plan.toml:3: load.torque_Nm: no range; say into how"),
+        (
+            GRID.replace("step = 0.5", ""),
+            "plan.toml:3: load.torque_Nm: no range; give the number of values",
+        ),
         (GRID.replace("step = 0.5", "steps = 2"), "did you mean step?"),
         (GRID.replace("step = 0.5", "step = -1"), "must lead from one end to the other"),
         (GRID.replace("step = 0.5", "count = 1"), "count must be 2 or more"),
@@ -507,7 +513,7 @@ def test_a_table_beside_the_plan(desk: Desk) -> None:
         ("rows = 5\n" + GRID, "rows: the axes of a grid fix the number of rows"),
         ("rows = -5\n" + GRID, "expected a whole number"),
         ('table = "rows.csv"\n' + GRID, "leave [axes] out"),
-        (GRID.split("[axes]")[0], "say what is varied"),
+        (GRID.split("[axes]")[0], "name what varies"),
         (GRID.split("\n", 1)[1], "name the case file"),
         (GRID.replace("case.toml", "cases.toml"), "cases.toml: file not found"),
         (GRID + "load.torque_Nmm = 5\n", "plan.toml:5: load.torque_Nmm: sets the same value"),

@@ -191,7 +191,7 @@ impl Answers {
         text += &format!(
             "\nangle/unit: change of the angle in {suffix} if the number changes by one of its units.\n\
              %/%: change of the result in percent if the number changes by one percent.\n\
-             Ball counts are whole numbers, so there is no derivative with respect to {}.\n",
+             No derivative with respect to whole numbers: {}.\n",
             whole_numbers().join(", "),
         );
         text += &format!(
