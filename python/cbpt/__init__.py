@@ -19,9 +19,8 @@ Map:
 - `read_plan` -> `Plan`: a campaign to come; `simulate` -> `Readings`: what it would read;
   `isolability` -> `Isolability`: what it could see and tell apart; `next_runs` -> `NextRuns`: what
   would decide; `shortest_plan` -> `Design`: a whole campaign;
-- `Drive.sensitivities` -> `Sensitivities`: derivatives of angle and thresholds by
-  every design number;
-  `tolerance` -> `Tolerance`: what the drawing's tolerances make of the angle; `optimise` ->
+- `Drive.sensitivities` -> `Sensitivities`: derivatives of angle and thresholds by every design
+  number; `tolerance` -> `Tolerance`: what the drawing's tolerances make of the angle; `optimise` ->
   `Optimum`: the design with the smallest angle within bounds;
 - `errors`: everything that can be raised, under `CbptError`.
 

@@ -481,7 +481,7 @@ def test_no_verb_writes_over_what_it_reads(
     words = line.format(case="case.toml", data="data.csv").split()
     words[-1] = str(desk / words[-1])
     assert commands.main(words) == 2
-    assert "would be overwritten" in capsys.readouterr().err
+    assert "would overwrite it" in capsys.readouterr().err
     assert (here.read_text(), data.read_text()) == (case, "precious")
 
 

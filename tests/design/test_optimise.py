@@ -137,9 +137,9 @@ def test_effects_that_are_not_counted_are_told(capfd: pytest.CaptureFixture[str]
     case = cbpt.Case.from_file(BASE).with_effects(effects)
     found = cbpt.optimise(case, {"free": {"load": {"preload_N": [500, 600]}}})
     assert found.to_dict()["not_counted"] == ["eccentric_bearing"]
-    assert "leave out the effects of the case: eccentric_bearing" in found.report()
+    assert "without the effects of the case: eccentric_bearing" in found.report()
     plain = cbpt.optimise(BASE, {"free": {"load": {"preload_N": [500, 600]}}})
-    assert plain.to_dict()["not_counted"] == [] and "leave out" not in plain.report()
+    assert plain.to_dict()["not_counted"] == [] and "without the effects" not in plain.report()
 
 
 def test_what_cannot_be_is_told_with_the_nearest(
@@ -152,7 +152,7 @@ def test_what_cannot_be_is_told_with_the_nearest(
     out = tmp_path / "best.toml"
     assert main(["optimise", str(BASE), str(bounds), "--out", str(out)]) == 3
     said = capfd.readouterr().out
-    assert "No design within the bounds" in said and "outer_radius_mm" in said
+    assert "No design meets the limits" in said and "outer_radius_mm" in said
     assert not out.exists()
     assert main(["optimise", str(BASE), str(bounds), "--json"]) == 3
     document = json.loads(capfd.readouterr().out)
@@ -169,7 +169,7 @@ def test_the_verb_writes_the_design(tmp_path: Path, capfd: pytest.CaptureFixture
         main(["optimise", str(BASE), str(bounds), "--out", str(out), "--angle-unit", "urad"]) == 0
     )
     said = capfd.readouterr().out
-    assert "At its bound: load.preload_N (greatest)" in said and "urad" in said
+    assert "Bounds reached: load.preload_N (greatest)" in said and "urad" in said
     assert main(["solve", str(out)]) == 0
     assert "900" in capfd.readouterr().out
 
@@ -177,7 +177,7 @@ def test_the_verb_writes_the_design(tmp_path: Path, capfd: pytest.CaptureFixture
 @pytest.mark.parametrize(
     ("bounds", "words"),
     [
-        ({}, "nothing is free"),
+        ({}, "no parameter is free"),
         ({"free": {"deceleration": {"ball_radius": [1, 2]}}}, "needs a unit"),
         (
             {"free": {"deceleration": {"bal_radius_mm": [1, 2]}}},
@@ -195,8 +195,8 @@ def test_the_verb_writes_the_design(tmp_path: Path, capfd: pytest.CaptureFixture
         ({"free": {"load": {"preload_N": [1, 2]}}, "limits": {"preload": "some"}}, "zero_backlash"),
         ({"free": {"load": {"preload_N": [1, 2]}}, "limits": {"outer_radius_mm": "a"}}, "finite"),
         ({"freedom": {}}, "expected the tables"),
-        ({"free": {"load": {"torque_Nm": [0, 5]}}}, "the load is stated"),
-        ({"free": {"load": {"input_angle_deg": [0, 5]}}}, "the load is stated"),
+        ({"free": {"load": {"torque_Nm": [0, 5]}}}, "only load.preload_N can be free"),
+        ({"free": {"load": {"input_angle_deg": [0, 5]}}}, "only load.preload_N can be free"),
         (
             {
                 "free": {
@@ -206,7 +206,7 @@ def test_the_verb_writes_the_design(tmp_path: Path, capfd: pytest.CaptureFixture
                     }
                 }
             },
-            "already free",
+            "frees this one too",
         ),
     ],
 )
@@ -265,7 +265,7 @@ def test_the_outcome_is_told_over_a_period() -> None:
     # The limit is kept at the input angle of the case, so it may be passed at others; that is told.
     pressure = of["contact_pressure_largest_GPa"]
     assert pressure is not None and pressure >= 2.4 - 1e-6
-    assert "(the limit is kept at 0 deg)" in found.report()
+    assert "(the limit is checked at 0 deg)" in found.report()
 
 
 def test_files_and_loads_that_cannot_be_are_refused(tmp_path: Path) -> None:

@@ -44,7 +44,7 @@ def test_only_the_complete_model_is_adequate(name: str) -> None:
     c = compared(name)
     assert adequate(c) == (TRUTH[name]["answer"]["kind"] == "complete")
     verdict = c.report().splitlines()[1]
-    assert verdict.startswith("The model agrees" if adequate(c) else "The model is off")
+    assert verdict.startswith("The model agrees" if adequate(c) else "The model disagrees")
 
 
 @UNLIKE

@@ -43,7 +43,7 @@ def test_the_model_agrees_with_itself() -> None:
     assert c.overall.rmse_arcsec == c.overall.bias_arcsec == c.overall.chi2_per_dof == 0
     assert c.p_value == 1
     assert [group.share_of_misfit for group in c.groups] == [0.0] * len(c.groups)
-    assert "scatter far less than their stated uncertainty" in c.report()
+    assert "residuals are far smaller than the stated uncertainty" in c.report()
 
 
 @pytest.mark.parametrize("offset", [0.25, -3.0])
@@ -165,7 +165,7 @@ def test_a_reading_beyond_hold_is_named_and_never_dropped() -> None:
     assert c.overall is not None and c.overall.readings == len(c.readings) - 2
     assert c.overall.bias_arcsec == pytest.approx(0.5)
     assert np.flatnonzero(np.isnan(c.residual_arcsec)).tolist() == [3, 20]
-    assert "No solution of the model at 2 readings (beyond_hold): rows 4, 21" in c.report()
+    assert "no solution at 2 readings (beyond_hold), which are left out: rows 4, 21" in c.report()
     assert re.search(r"largest error .* on row \d+;", c.report())
     names, rows = c.rows()
     gone = dict(zip(names, rows[3], strict=True))
@@ -182,7 +182,7 @@ def test_where_nothing_has_a_solution_it_says_so() -> None:
     c = compare(base(), columns)
     assert c.overall is None and c.groups == () and c.p_value is None and c.worst() is None
     assert len(c.without_solution["beyond_hold"]) == len(c.readings)
-    assert "Nothing to compare" in c.report()
+    assert "Nothing can be compared" in c.report()
     document = strictly(c.to_json())
     assert document["overall"] is None and document["best_common_zero_arcsec"] is None
 

@@ -131,7 +131,7 @@ def without(*names: str) -> Change:
 
 
 ANSWERED: dict[str, tuple[Change, str]] = {
-    "some readings beyond the preload": (some_beyond, "set aside"),
+    "some readings beyond the preload": (some_beyond, "left out"),
     "one preload level": (one_level, "one preload level"),
     "no uncertainty": (without(U), "uncertainty"),
     "no runs and no time": (without("run", "time_s", "temperature_degC"), "no run column"),
@@ -155,7 +155,7 @@ def test_answered(what: str, name: str) -> None:
 def test_readings_set_aside_are_told_by_line() -> None:
     found = outcome("dev03", some_beyond)
     assert isinstance(found, Diagnosis) and len(found.readings) < 396
-    note = next(n for n in found.notes if "set aside" in n)
+    note = next(n for n in found.notes if "left out" in n)
     assert "the preload does not hold the torque" in note and "11, 12" in note
 
 

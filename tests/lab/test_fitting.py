@@ -133,11 +133,11 @@ def test_a_wrong_effect_does_not_reach_the_noise() -> None:
 
 def test_an_effect_that_is_not_known_is_refused_with_the_near_one() -> None:
     for wrong in ("bearing", "eccentric_baering"):
-        with pytest.raises(InvalidInputError, match=r"\. Is eccentric_bearing meant\? "):
+        with pytest.raises(InvalidInputError, match=r"\. Did you mean eccentric_bearing\? "):
             cbpt.fit(case("dev03"), table("dev03"), [wrong])
     with pytest.raises(InvalidInputError, match='zero = "per_run"'):
         cbpt.fit(case("dev03"), table("dev03"), ["run_offset"])
-    with pytest.raises(InvalidInputError, match=r"'unknown' can be fitted\. These can: contact_"):
+    with pytest.raises(InvalidInputError, match=r"that can be fitted\. Expected one of: contact_"):
         cbpt.fit(case("dev03"), table("dev03"), ["unknown"])
 
 
@@ -223,7 +223,7 @@ WITH = ["--with", "eccentric_bearing"]
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (["fit", *BOTH, "--with", "bearing"], "Is eccentric_bearing meant?"),
+        (["fit", *BOTH, "--with", "bearing"], "Did you mean eccentric_bearing?"),
         (["fit", *BOTH], "--with"),
         (["fit", *BOTH, *WITH, "--out", "new.csv"], "must end in .toml"),
         (["fit", *BOTH[::-1], *WITH], "CASE comes first: cbpt fit " + BOTH[0]),

@@ -146,17 +146,18 @@ def test_where_nothing_has_a_name_all_say_where_to_measure_more() -> None:
     ("columns", "size", "said"),
     [
         (("torque_Nm", "direction"), [0, 0, 5, 9, 0, 0], "direction of loading and is largest near "
-         "torque 3 N m, torque rising; more than twice the noise only within torque 2 to 3 N m, "
-         "torque rising. Measure more there, and vary the torque and the direction of loading one "
-         "at a time, all else held."),
-        (("torque_Nm",), [1, 0, 0, 0, 0, 0], "near torque 0 N m; nowhere is it twice the noise, so "
-         "repeat readings first. Measure more there, and vary the torque alone, all else held."),
-        (("time_s",), [9, 0, 0, 0, 0, 9], "near time 0 s. Measure more there, and vary time alone, "
-         "all else held (time: hold a load and wait)."),
-        (("run",), [0, 0, 0, 9, 9, 9], "depends on the run. Repeat a run as it was, to see whether "
-         "the same comes back."),
+         "torque 3 N m, torque rising; it exceeds twice the noise only within torque 2 to 3 N m, "
+         "torque rising. Measure more readings there, and vary the torque and the direction of "
+         "loading one at a time, with all else constant."),
+        (("torque_Nm",), [1, 0, 0, 0, 0, 0], "near torque 0 N m; it exceeds twice the noise "
+         "nowhere, so repeat readings first. Measure more readings there, and vary the torque "
+         "alone, with all else constant."),
+        (("time_s",), [9, 0, 0, 0, 0, 9], "near time 0 s. Measure more readings there, and vary "
+         "time alone, with all else constant (for time: hold a load and wait)."),
+        (("run",), [0, 0, 0, 9, 9, 9], "depends on the run. Repeat a run unchanged, to see whether "
+         "the misfit is the same."),
         (("preload_step",), [0, 0, 0, 9, 9, 9], "depends on the preload step. Vary the preload "
-         "step alone, all else held."),
+         "step alone, with all else constant."),
     ],
 )  # fmt: skip
 def test_the_advice_names_places_where_there_are_any(
@@ -213,7 +214,10 @@ def test_the_verb_writes_the_run_as_a_plan(
 
 def test_the_report_names_what_is_open() -> None:
     report = suggested().report()
-    assert "Open: " in report and f"{LIMIT:.1f} decide" in report
+    assert (
+        "Open hypotheses with their probabilities: " in report
+        and f"{LIMIT:.1f} or more decide" in report
+    )
     assert set(open_hypotheses(suggested().diagnosis).fits) == set(suggested().open)
     d = suggested().diagnosis
     runs = candidates(d.competition.campaign.drive, limits_of(d.readings), 3)

@@ -50,14 +50,14 @@ def test_without_a_stated_uncertainty_chi2_is_held_against_the_estimate() -> Non
         assert part["chi2_per_dof"] == pytest.approx(1.0, abs=0.02)
     noise = document["noise"]
     assert noise["u_stated_arcsec"] is None and noise["u_from"] == "scatter"
-    assert noise["u_says"].startswith("No uncertainty is stated.")
+    assert noise["u_says"].startswith("No uncertainty is stated, so")
 
 
 def test_an_uncertainty_that_cannot_be_meant_is_not_what_was_used() -> None:
     noise = with_u(0.003).to_dict()["noise"]
     assert noise["u_stated_arcsec"] == pytest.approx(0.003) and noise["u_from"] == "scatter"
     assert "states an uncertainty of 0.003 arcsec, but" in noise["u_says"]
-    assert "used in its place" in noise["u_says"]
+    assert "used instead" in noise["u_says"]
 
 
 def test_the_scatter_has_no_more_degrees_of_freedom_than_readings_less_what_was_fitted() -> None:
@@ -82,7 +82,7 @@ def test_a_coarse_display_has_the_uncertainty_that_is_stated() -> None:
     assert noise["u_dof"] < len(d.readings)
     assert after["chi2_per_dof"] == pytest.approx((after["rmse_arcsec"] / 0.43) ** 2, rel=0.02)
     assert after["noise_floor_arcsec"] == noise["u_estimated_arcsec"] == d.noise_floor_arcsec
-    assert f"(noise {d.noise_floor_arcsec:.3f} arcsec)" in words(d)
+    assert f"; noise {d.noise_floor_arcsec:.3f} arcsec)" in words(d)
     assert "was added to it" not in words(d)
 
 
@@ -120,9 +120,9 @@ def test_a_noise_floor_is_claimed_only_of_a_model_that_holds_all() -> None:
     for part in ("before", "after"):
         assert document[part]["noise_floor_arcsec"] is None
         assert document[part]["noise_floor_of"] == (
-            "cannot be told: no model holds all that is at work"
+            "is unknown: no model explains all of the misfit"
         )
-    assert "the noise floor cannot be told: no model holds all that is at work)" in words(d)
+    assert "the noise floor is unknown: no model explains all of the misfit)" in words(d)
     assert "(noise" not in words(d)
     after = diagnosed("dev04").to_dict()["after"]
     assert after["noise_floor_arcsec"] > 0
@@ -152,7 +152,7 @@ def test_an_error_held_out_far_below_in_sample_is_explained_once(
 def test_only_an_effect_has_a_form_that_may_not_hold() -> None:
     assert Rung("creep", 1.0, 0.79, 1.0, of_effects=True).loose
     assert not Rung("creep", 1.0, 0.81, 1.0, of_effects=True).loose
-    assert not Rung("numbers refitted", 1.0, 0.5, 1.0).loose
+    assert not Rung("parameters refitted", 1.0, 0.5, 1.0).loose
     assert not Rung("creep", 1.0, float("nan"), 1.0, of_effects=True).loose
 
 
@@ -166,14 +166,14 @@ def test_what_rounding_hides_is_not_held_against_a_true_model(seed: int) -> None
     c = compare(case, readings)
     assert c.scatter is not None and c.scatter.step_arcsec == pytest.approx(0.99)
     assert c.scatter.u_arcsec >= 0.99 / np.sqrt(12) and not c.scatter.off
-    assert "is off" not in c.report() and "hide how they scatter" in c.report()
+    assert "disagrees" not in c.report() and "scatter is hardly known" in c.report()
 
 
 def test_a_wrong_model_is_off_in_spite_of_the_steps() -> None:
     case, plan = EXAMPLES / "campaign.toml", EXAMPLES / "plan.toml"
     readings = simulate(case, plan, noise="quantised=3.3", u_elastic_angle_arcsec=0.3)
     bent = replace(readings, elastic_angle_arcsec=readings.elastic_angle_arcsec * 4.0)
-    assert "even so the model is off" in compare(case, bent).report()
+    assert "even with this scatter the model disagrees" in compare(case, bent).report()
 
 
 # --- a case from the answer ---------------------------------------------------------------

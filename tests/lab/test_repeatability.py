@@ -171,11 +171,14 @@ def test_the_comparison_judges_by_repeats() -> None:
     document = c.to_dict()
     assert document["u_from"] == "repeats"
     assert document["repeats"]["u_arcsec"] == pytest.approx(0.2, rel=0.3)
-    assert "The uncertainty was estimated from repeats: 0." in c.report()
-    assert "By that the model agrees with the readings." in c.report()
+    assert "The uncertainty was estimated from repeated readings: 0." in c.report()
+    assert "With this uncertainty the model agrees with the readings." in c.report()
     bent = noisy(campaign(), 0.2)
     bent = replace(bent, elastic_angle_arcsec=bent.elastic_angle_arcsec * 1.1)
-    assert "By that the model is off." in cbpt.compare(case(), bent).report()
+    assert (
+        "With this uncertainty the model disagrees with the readings."
+        in cbpt.compare(case(), bent).report()
+    )
 
 
 def test_the_comparison_says_what_it_judges_by() -> None:
@@ -184,7 +187,7 @@ def test_the_comparison_says_what_it_judges_by() -> None:
     stated = replace(readings, u_elastic_angle_arcsec=np.full(len(readings), 0.2))
     assert cbpt.compare(case(), stated).u_from == "stated"
     assert (
-        "Repeats agree to"
+        "Repeated readings agree to"
         in cbpt.compare(
             case(), replace(noisy(campaign(), 0.2), u_elastic_angle_arcsec=np.full(99, 0.2))
         ).report()
@@ -203,7 +206,7 @@ def test_the_diagnosis_says_what_it_judges_by() -> None:
     assert (noise["u_from"], noise["u_stated_arcsec"]) == ("repeats", None)
     assert noise["u_estimated_arcsec"] == pytest.approx(0.2, rel=0.25)
     assert noise["repeats"]["dof"] == 3 * len(LOOP) - len(LOOP) - 2
-    assert "estimated from repeats" in noise["u_says"] and noise["u_dof"] > 60
+    assert "estimated from repeated readings" in noise["u_says"] and noise["u_dof"] > 60
     noise = noise_of(noisy(campaign(1), 0.2))
     assert (noise["u_from"], noise["repeats"]) == ("scatter", None)
-    assert "was estimated: the scatter about the answer" in noise["u_says"]
+    assert "was estimated: the residuals of the answer" in noise["u_says"]

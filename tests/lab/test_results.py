@@ -217,7 +217,7 @@ def test_beyond_the_readings_is_told() -> None:
         ((np.nan, 600.0, 0.0), "torque_Nm = nan"),
         ((1.0, 0.0, 0.0), "preload_N = 0: expected a finite number above 0"),
         ((1.0, 600.0, np.inf), "input_angle_deg = inf"),
-        (([1.0, 2.0], [1.0, 2.0, 3.0], 0.0), "arrays of one shape"),
+        (([1.0, 2.0], [1.0, 2.0, 3.0], 0.0), "arrays of the same shape"),
         (("a", 600.0, 0.0), "expected numbers"),
     ],
 )
@@ -238,7 +238,7 @@ def test_every_quantity_has_an_uncertainty_or_a_reason() -> None:
 
 def test_a_number_stated_as_exact_says_so() -> None:
     row = table(True)["contact_angle.contact_angle_shift_deg"]
-    assert row.why_no_u == "stated as exact (contact_angle_rad = 0)" and row.value == 0
+    assert row.why_no_u == "the case states it as exact (contact_angle_rad = 0)" and row.value == 0
 
 
 def test_what_was_chosen_says_so() -> None:
@@ -260,7 +260,7 @@ def test_at_the_end_of_the_range_says_so() -> None:
     fit = fitter.fit(hypothesis_of("bearing_play"), fitter.start(hypothesis_of("bearing_play"), {}))
     assert fit is not None
     row = results_of(fitter, fit)["bearing_play.clearance_um"]
-    assert row.u is None and "end of the allowed range" in row.why_no_u
+    assert row.u is None and "end of its allowed range" in row.why_no_u
 
 
 def test_where_something_has_no_name_nothing_has_an_uncertainty() -> None:
@@ -286,7 +286,7 @@ def test_the_table_in_all_its_forms() -> None:
     lines = results.to_markdown().splitlines()
     assert lines[1] == "|" + "---|" * 7 and lines[2].startswith("| output_torsion.compliance")
     assert max(map(len, results.report().splitlines())) <= 100
-    with pytest.raises(KeyError, match="there are output_torsion"):
+    with pytest.raises(KeyError, match="which are: output_torsion"):
         results["no such"]
 
 
@@ -306,9 +306,9 @@ def test_a_diagnosis_has_results() -> None:
     assert results["elastic angle at 3 N m, 600 N, 0 deg"].u is not None
     assert results["rmse as stated"].value == a.ladder[0].rmse_arcsec
     assert [r["name"] for r in a.to_dict()["results"]] == [r.name for r in a.results()]
-    with pytest.raises(InvalidInputError, match="state the preload too"):
+    with pytest.raises(InvalidInputError, match="give the preload at which"):
         a.results(3)
-    with pytest.raises(InvalidInputError, match="state the torque too"):
+    with pytest.raises(InvalidInputError, match="give the torque at which"):
         a.results(preload_N=600)
 
 

@@ -318,7 +318,7 @@ def test_a_misstated_uncertainty_is_told_from_a_misfit(factor: float) -> None:
     del columns["u_elastic_angle_arcsec"]
     bare = compare(CAMPAIGNS / "dev01.toml", columns)
     assert bare.p_value is None and bare.p_value_of_scatter == pytest.approx(c.p_value_of_scatter)
-    assert "by that the model agrees" in bare.report()
+    assert "with this scatter the model agrees" in bare.report()
 
 
 def test_scatter_of_correlated_readings() -> None:
@@ -384,7 +384,7 @@ def test_an_effect_that_is_there_takes_the_misfit_away(
     assert found.u is not None and abs(found.value - value) < 3 * found.u
     document = json.loads(c.to_json())
     assert document["before"]["overall"] and document["effects"][0]["effect"] == effect
-    assert f"With {effect} fitted the RMSE goes from" in c.report()
+    assert f"With {effect} fitted, the RMSE changes from" in c.report()
 
 
 def test_an_effect_on_the_command_line(capsys: pytest.CaptureFixture[str]) -> None:
@@ -392,7 +392,7 @@ def test_an_effect_on_the_command_line(capsys: pytest.CaptureFixture[str]) -> No
     assert main(["compare", case, data, "--with", "preload_loss"]) == 0
     assert "lost_share" in capsys.readouterr().out
     assert main(["compare", case, data, "--with", "friction"]) == 2
-    assert "friction_hysteresis meant?" in capsys.readouterr().err
+    assert "Did you mean friction_hysteresis?" in capsys.readouterr().err
 
 
 def test_an_effect_that_the_table_cannot_show_is_refused() -> None:

@@ -222,7 +222,7 @@ def a_pattern_is_no_case(live: Any) -> None:
     assert "no case file: a lack of fit" in live.text_content("#export")
     live.click("#model-bar >> text=as stated")
     advice = live.text_content("#next .card")
-    assert advice.startswith("Where to measure moreWhat is missing has no name")
+    assert advice.startswith("Where to measure moreNo known effect explains the misfit")
     assert "near torque 8 N m, input angle 130 deg" in advice
 
 

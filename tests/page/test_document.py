@@ -139,11 +139,11 @@ def test_a_noise_floor_is_of_what_is_noise() -> None:
     fitter.campaign = replace(c.campaign, u_stated=False)
     floor, of = floor_of(replace(d, competition=replace(c, fitter=fitter)))
     assert floor is None
-    assert "cannot be told" in of
+    assert "is unknown" in of
 
 
 def test_a_lack_of_fit_is_named_in_words() -> None:
-    of = "any function of the torque and the input angle"
+    of = "a free-form function of the torque and the input angle"
     assert document("dev10")["ladder"]["rungs"][-1]["label"] == of
     assert next(m["label"] for m in document("dev10")["models"] if m["key"] == "unknown") == of
 
@@ -388,11 +388,11 @@ def test_a_number_that_is_the_answer_is_one_thing_in_sentence_card_and_ladder() 
     (number,) = (n for n in refitted["numbers"] if n["number"] == "contact_stiffness")
     assert f"{100 * (number['value'] - number['stated']):+.1f} %" in card["moved"]
     ladder = found["ladder"]
-    assert ladder["rungs"][ladder["stop"]]["label"] == "numbers refitted (contact stiffness)"
+    assert ladder["rungs"][ladder["stop"]]["label"] == "parameters refitted (contact stiffness)"
     assert [r["key"] for r in ladder["rungs"]].count("contact_stiffness") == 0
     assert ladder["stop_says"] is None
     # Rivals are left free each, and nothing else is renamed.
-    assert document("dev08")["ladder"]["rungs"][1]["label"] == "numbers refitted"
+    assert document("dev08")["ladder"]["rungs"][1]["label"] == "parameters refitted"
 
 
 def test_what_cannot_be_switched_on_is_told() -> None:

@@ -61,7 +61,7 @@ def test_a_number_that_is_the_answer_is_one_model_and_its_case_is_saved(
         off = re.search(r"-[\d.]+ %", said)
         assert off
         assert off[0] in card.replace("\N{MINUS SIGN}", "-")
-        assert "numbers refitted (contact stiffness)" in page.text_content("#ladder tr.shown")
+        assert "parameters refitted (contact stiffness)" in page.text_content("#ladder tr.shown")
         saved_case = saved(page, "#save-case", tmp_path)
         page.click(switch)
         page.wait_for_selector(f"{switch}[aria-checked=false]")

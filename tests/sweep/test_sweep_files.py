@@ -224,7 +224,7 @@ def test_parts_of_another_parquet_sweep_are_not_taken_for_the_sweep(desk: Desk) 
     assert not (folder / "plan.json").exists()
     desk(SLOW)
     parts[0].write_bytes(b"garbled")
-    with pytest.raises(PlanError, match=r"0\.parquet: .* is not the output of a sweep.*--fresh"):
+    with pytest.raises(PlanError, match=r"0\.parquet: .* is not a sweep.*--fresh"):
         sweep(top / "plan.toml", out="t.parquet")
 
 
@@ -363,7 +363,7 @@ def test_what_a_plan_is_read_from_is_not_written_over(out: str, desk: Desk) -> N
     top = desk('case = "case.toml"\ntable = "rows.csv"\n')
     (top / "rows.csv").write_text("load.torque_Nm\n1\n")
     before = (top / out).read_bytes()
-    with pytest.raises(PlanError, match="would be overwritten"):
+    with pytest.raises(PlanError, match="would overwrite it"):
         sweep(top / "plan.toml", out=top / out, fresh=True)
     assert (top / out).read_bytes() == before
 

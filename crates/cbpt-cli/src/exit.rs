@@ -86,7 +86,7 @@ pub fn keep_input(out: &Path, inputs: &[impl AsRef<Path>]) -> Result<(), Failure
     let same = |input: &Path| matches!((out.canonicalize(), input.canonicalize()), (Ok(a), Ok(b)) if a == b);
     if inputs.iter().any(|input| same(input.as_ref())) {
         let problem = format!(
-            "--out {}: this file is an input and would be overwritten; give another name",
+            "--out {}: the command reads this file and would overwrite it; give another name",
             out.display()
         );
         return Err(Failure::Usage(problem));

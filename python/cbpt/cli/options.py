@@ -52,7 +52,7 @@ class Parser(argparse.ArgumentParser):
                 continue
             if any(path and Path(path).exists() and Path(path).samefile(out) for path in inputs):
                 self.error(
-                    f"--{flag} {out}: this file is an input and would be overwritten; give "
+                    f"--{flag} {out}: the command reads this file and would overwrite it; give "
                     "another name"
                 )
         return options

@@ -37,9 +37,7 @@ def sweep(argv: list[str]) -> int:
     parser.add_argument("plan", metavar="PLAN", help="TOML file that names a case and has [axes]")
     parser.add_argument("--out", required=True, metavar="FILE", help="file for the rows")
     parser.add_argument("--chunk-rows", type=_positive, metavar="N", help=CHUNK_ROWS)
-    parser.add_argument(
-        "--fresh", action="store_true", help="discard the rows already in FILE and start again"
-    )
+    parser.add_argument("--fresh", action="store_true", help="start again and replace FILE")
     options = parser.parse_args(argv)
     plan = SweepPlan.from_file(options.plan)
     with closing(open_output(plan, Path(options.out), options.fresh)) as output:

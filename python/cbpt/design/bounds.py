@@ -146,11 +146,13 @@ def _bounds(tables: Mapping[str, Any], source: str, case: Case) -> Bounds:
     for key, value in _flat(tables.get("free", {}), source):
         found = _free(key, value, source, case)
         if any(_same(found.number, other.number) for other in free):
-            raise InvalidInputError(f"{source}: free.{key}: the number is already free; keep one")
+            raise InvalidInputError(
+                f"{source}: free.{key}: another key frees this one too; keep one"
+            )
         free.append(found)
     if not free:
         raise InvalidInputError(
-            f"{source}: nothing is free; expected [free] with keys of a case and their range, "
+            f"{source}: no parameter is free: add [free] with keys of a case and their ranges, "
             "for example deceleration.rolling_circle_radius_mm = [3, 5]"
         )
     stated = tables.get("limits", {})
@@ -203,8 +205,8 @@ def _free(key: str, value: Any, source: str, case: Case) -> Free:
         raise InvalidInputError(f"{source}: free.{error}") from None
     if number.startswith("load.") and number != "load.preload_N":
         raise InvalidInputError(
-            f"{source}: free.{key}: the load is stated, in the case or by its flag, not designed; "
-            "of it load.preload_N may be free"
+            f"{source}: free.{key}: of the load only load.preload_N can be free; give the "
+            "rest under [load] in the case or by its flag"
         )
     return Free(number, low, high, whole)
 
@@ -213,7 +215,9 @@ def _limit(key: str, value: Any, source: str) -> tuple[str, Any]:
     if key == "preload":
         if value not in THRESHOLDS:
             expected = ", ".join(THRESHOLDS)
-            raise InvalidInputError(f"{source}: limits.preload = {value!r}: one of {expected}")
+            raise InvalidInputError(
+                f"{source}: limits.preload = {value!r}: expected one of {expected}"
+            )
         return key, value
     known = {kind + unit: (kind, unit) for kind, (units, *_) in _KINDS.items() for unit in units}
     if key not in known:

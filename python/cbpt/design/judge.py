@@ -5,7 +5,7 @@
     at_load    the case with its load completed
     value_of   a number as the case has it
     shown      a number by its key in the usual unit
-    effects_of, bare_drive_note   what of the case is not counted here
+    effects_of, bare_drive_note   effects of the case, which are left out here
 
 Numbers are named in SI as in a case file: `deceleration.ball_radius_m`.
 """
@@ -92,7 +92,7 @@ def at_load(
     whole = whole.with_numbers({name: value for name, value in stated.items() if value is not None})
     for name, value in (("torque_Nm", whole.torque_Nm), ("preload_N", whole.preload_N)):
         if value is None:
-            raise InvalidInputError(f"{name}: state it, here or under [load] in the case")
+            raise InvalidInputError(f"{name} is missing: give it here or under [load] in the case")
     return whole
 
 
@@ -118,7 +118,7 @@ def shown(number: str, value: float) -> tuple[str, float]:
 
 
 def effects_of(case: Case) -> list[str]:
-    """Ids of the effects of a case, none of which is counted here."""
+    """Ids of the effects of a case, all of which are left out here."""
     return [effect.id for effect in case.effects] + [own.id for own in case.own_effects]
 
 
@@ -126,7 +126,7 @@ def bare_drive_note(case: Case, what: str) -> list[str]:
     """A line that says so, where there are any."""
     ids = ", ".join(effects_of(case))
     return (
-        [f"Note: {what} of the drive alone; they leave out the effects of the case: {ids}."]
+        [f"Note: {what} computed for the drive alone, without the effects of the case: {ids}."]
         if ids
         else []
     )

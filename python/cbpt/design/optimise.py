@@ -131,12 +131,12 @@ class Optimum:
         c = self.case
         lines = [
             f"Elastic angle at {c.torque_Nm:g} N m, input angle {c.input_angle_deg or 0:g} deg: "
-            f"{angle(self.after_arcsec)}; the case as it was: {angle(self.before_arcsec)}"
+            f"{angle(self.after_arcsec)}; before: {angle(self.before_arcsec)}"
         ]
         if not self.found:
             lines = [
-                f"No design within the bounds of {self.source} was found "
-                f"({self.designs} designs judged); the nearest violates:",
+                f"No design meets the limits of {self.source} ({self.designs} designs computed); "
+                "the nearest one violates:",
                 *(f"  {sentence}" for sentence in self.violated),
                 *lines,
             ]
@@ -147,25 +147,28 @@ class Optimum:
         lines.append(text_table(["number", "before", "now"], rows))
         lines.append(self._of_period(angle))
         if self.found:
-            at = ", ".join(self.binds) or "none; the smallest angle lies inside the bounds"
-            lines.append(f"At its bound: {at}.")
+            at = (
+                ", ".join(self.binds)
+                or "none, the smallest angle lies inside the ranges and limits"
+            )
+            lines.append(f"Bounds reached: {at}.")
         if self.found and self.violated_before:
-            lines.append(f"The case as it was violates: {'; '.join(self.violated_before)}.")
-        lines.append(f"{self.designs} designs judged, seed {self.seed}.")
-        lines += bare_drive_note(self.case, "these are angles")
+            lines.append(f"The original case violates: {'; '.join(self.violated_before)}.")
+        lines.append(f"{self.designs} designs computed, seed {self.seed}.")
+        lines += bare_drive_note(self.case, "the angles are")
         return "\n".join(lines)
 
     def _of_period(self, angle: Callable[[float | None], str]) -> str:
         of = self.over_period
         least, largest = (of[f"elastic_angle_{end}_arcsec"] for end in ("least", "largest"))
         if least is None:
-            return "Over a period of the drive some input angles have no solution."
+            return "At some input angles within a period of the drive there is no solution."
         told = f"Over a period of the drive: {angle(least)} to {angle(largest)}"
         pressure = of.get("contact_pressure_largest_GPa")
         if pressure is not None:
             told += f", contact pressure at most {pressure:.6g} GPa"
             if self.found:
-                told += f" (the limit is kept at {self.case.input_angle_deg or 0:g} deg)"
+                told += f" (the limit is checked at {self.case.input_angle_deg or 0:g} deg)"
         return f"{told}."
 
     def __repr__(self) -> str:
@@ -447,7 +450,7 @@ class _Search:
                 told.append(f"{limit.key} = {found:.6g}, {least} {limit.value:g}")
         if excess[-1] > 0:
             more = 100 * float(excess[-1])
-            told.append(f"preload: {self.bounds.threshold} needs {more:.3g} % more of it")
+            told.append(f"preload: {self.bounds.threshold} needs {more:.3g} % more preload")
         return tuple(told)
 
     def outside(self, was: Floats) -> list[str]:

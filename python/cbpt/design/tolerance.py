@@ -173,7 +173,7 @@ class Tolerance:
             return "no solution" if arcsec is None else f"{arcsec * one:.6g}"
 
         def with_error(arcsec: float, error: float) -> str:
-            known = f"{error * one:.2g}" if np.isfinite(error) else "unknown: too few drives"
+            known = f"{error * one:.2g}" if np.isfinite(error) else "unknown, too few drives"
             return f"{arcsec * one:.6g} (standard error {known})"
 
         c = self.case
@@ -181,12 +181,12 @@ class Tolerance:
         of_those = f", of the {solved} drives that have a solution" if solved < self.samples else ""
         lines = [
             f"Elastic angle at {c.torque_Nm:g} N m, {c.preload_N:g} N, input angle "
-            f"{c.input_angle_deg or 0:g} deg, in {angle_unit}; {self.samples} drives drawn, seed "
+            f"{c.input_angle_deg or 0:g} deg, in {angle_unit}; {self.samples} random drives, seed "
             f"{self.seed}",
             f"  nominal {angle(self.nominal_arcsec)}",
             f"  mean {with_error(self.mean_arcsec, self.mean_error_arcsec)}{of_those}",
-            f"  standard deviation {with_error(self.sd_arcsec, self.sd_error_arcsec)}; by the "
-            f"sensitivities {angle(self.linear_u_arcsec)}",
+            f"  standard deviation {with_error(self.sd_arcsec, self.sd_error_arcsec)}; linear "
+            f"estimate {angle(self.linear_u_arcsec)}",
         ]
         lines += [
             f"  {100 * p:g} % lie below {with_error(*found)}"
@@ -196,7 +196,7 @@ class Tolerance:
             linear = " to ".join(angle(end) for end in self.stacked_linear_arcsec)
             exact = " to ".join(angle(end) for end in self.stacked_arcsec)
             lines.append(
-                f"  every number at its limit: by the sensitivities {linear}; solved there: {exact}"
+                f"  worst case, every number at its limit: linear estimate {linear}; exact {exact}"
             )
         rows = []
         for n in self.numbers:
@@ -222,7 +222,7 @@ class Tolerance:
                     f"{name}: {count} of the drives, {100 * share:.3g} % "
                     f"(standard error {100 * error:.2g})"
                 )
-        lines += bare_drive_note(self.case, "these are angles")
+        lines += bare_drive_note(self.case, "the angles are")
         return "\n".join(lines)
 
     def __repr__(self) -> str:
@@ -325,7 +325,7 @@ def _summary(sample: _Sample, seed: int) -> Tolerance:
     status = {str(kind): int(count) for kind, count in zip(kinds, counts, strict=True)}
     if not solved.any():
         found = ", ".join(f"{_ended(kind)} ({count})" for kind, count in status.items())
-        raise NoSolutionError(f"none of {len(angles)} drawn drives has an elastic angle: {found}")
+        raise NoSolutionError(f"no solution for any of {len(angles)} random drives: {found}")
     slopes, before = _slopes(case, sample.names)
     good = angles[solved]
     n = len(good)
@@ -396,7 +396,7 @@ def _worst_cases(
 def _ended(status: str) -> str:
     """How a drawn drive without a solution ended, in words."""
     if status == "no_drive":
-        return "numbers that make no drive"
+        return "numbers that describe no possible drive"
     return f"no solution: {status.replace('_', ' ')}"
 
 

@@ -128,7 +128,8 @@ def _draw_regions(c: ComparisonPicture, axes: Axes, factor: float) -> None:
         )
     lines = [f"{i}: {r.label} ({r.share_of_misfit:.0%})" for i, r in enumerate(c.regions, 1)]
     axes.annotate(
-        "boxes: where the misfit stands out (share of it)\n" + "\n".join(lines),
+        "boxes: where the misfit is larger than elsewhere (share of the misfit)\n"
+        + "\n".join(lines),
         (0, 0),
         xytext=(0, -34),
         xycoords="axes fraction",

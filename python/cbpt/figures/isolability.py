@@ -31,7 +31,7 @@ def draw_isolability(pairs: Sequence[Pair], path: str | os.PathLike[str]) -> Non
     size = 2.6 + 0.42 * len(names)
     figure = new_figure(path, size + 1.2, size)
     if not names:
-        raise PlotError("nothing to draw: this plan shows fewer than two effects")
+        raise PlotError("nothing to draw: fewer than two effects are detectable with this plan")
     place = {name: k for k, name in enumerate(names)}
     matrix = np.full((len(names), len(names)), np.nan)
     axes = figure.subplots()
@@ -44,14 +44,15 @@ def draw_isolability(pairs: Sequence[Pair], path: str | os.PathLike[str]) -> Non
         axes.text(one, other, sign, ha="center", va="center", fontsize=6.5, color=shade)
     shown = axes.imshow(matrix, vmin=0, vmax=1, cmap="cividis_r")
     figure.colorbar(
-        shown, label="correlation after the refit, at the smallest size seen", shrink=0.6
+        shown, label="correlation after refitting, at the smallest detectable size", shrink=0.6
     )
     axes.set_xticks(range(len(names)), names, rotation=90, fontsize=8)
     axes.set_yticks(range(len(names)), names, fontsize=8)
     axes.spines[:].set_visible(False)
     axes.set_title(
-        "larger: told apart only above the smallest size seen; no: not by this plan; twins: never; "
-        "blank: not both are seen",
+        "larger: distinguishable only above the smallest detectable size; "
+        "no: not distinguishable with this plan;\n"
+        "twins: not distinguishable by any plan; blank: one of the two is not detectable",
         fontsize=8,
     )
     save(figure, path)

@@ -60,8 +60,8 @@ def draw_tolerance(t: Drawn, path: str | os.PathLike[str], angle_unit: str = "ar
     numbers = sorted(t.numbers, key=lambda n: n.share or 0.0)
     places = np.arange(len(numbers))
     for shift, label, colour, values in (
-        (0.2, "by the sensitivities", "C0", [n.share for n in numbers]),
-        (-0.2, "drawn", "0.65", [n.share_drawn for n in numbers]),
+        (0.2, "linear estimate", "C0", [n.share for n in numbers]),
+        (-0.2, "random drives", "0.65", [n.share_drawn for n in numbers]),
     ):
         percent = [100 * (value or 0.0) for value in values]
         shares.barh(places + shift, percent, height=0.4, label=label, color=colour)

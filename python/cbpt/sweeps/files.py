@@ -146,8 +146,8 @@ class _Parquet:
             found = None
         if found is None:
             raise PlanError(
-                f"{path}: the file exists but is not the output of a sweep; give another --out, or "
-                "--fresh to overwrite it"
+                f"{path}: the file exists but is not a sweep; give another --out, or --fresh to "
+                "replace the file"
             )
         return str(found.decode())
 
@@ -170,9 +170,8 @@ class _Parquet:
             known = json.loads(self.sum.read_bytes())["sha256"]
         except (ValueError, KeyError, TypeError):
             raise PlanError(
-                f"{self.sum}: the file is not the record of a sweep; delete it to skip the "
-                "check of "
-                f"{self.path}, or give --fresh to start again"
+                f"{self.sum}: the file is not the record of a sweep; delete it to skip the check, "
+                f"or give --fresh to start {self.path} again"
             ) from None
         if _sha256(self.path) != known:
             raise PlanError(

@@ -88,7 +88,7 @@ fn note_bare_drive(report: &mut Report, case: &Case, what: &str) {
     }
     let ids: Vec<&str> = case.effects.iter().map(|effect| &*effect.id).collect();
     report.text += &format!(
-        "\nNote: {what} of the drive alone; they leave out the effects of the case: {}.",
+        "\nNote: {what} computed for the drive alone, without the effects of the case: {}.",
         ids.join(", ")
     );
     if let serde_json::Value::Object(entries) = &mut report.json {

@@ -197,7 +197,7 @@ fn an_input_is_not_written_over() {
             desk.cbpt(&format!("{verb} case.csv --out {name}")).refused(&[
                 "--out",
                 name,
-                "would be overwritten",
+                "would overwrite it",
             ]);
             assert_eq!(desk.read("case.csv"), EXAMPLE, "{verb}");
         }
@@ -206,7 +206,7 @@ fn an_input_is_not_written_over() {
     desk.write("rows.csv", "load.torque_Nm\n1\n2\n");
     for fresh in ["", "--fresh"] {
         let ran = desk.cbpt(&format!("sweep plan.toml --out rows.csv {fresh}"));
-        ran.refused(&["--out rows.csv", "would be overwritten"]);
+        ran.refused(&["--out rows.csv", "would overwrite it"]);
     }
     assert_eq!(desk.read("rows.csv"), "load.torque_Nm\n1\n2\n");
 }

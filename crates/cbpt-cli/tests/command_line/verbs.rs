@@ -476,7 +476,7 @@ fn effects_of_the_case_are_part_of_the_answer() {
         assert!(
             desk.cbpt(&format!("{verb} with.toml"))
                 .out
-                .contains("of the drive alone; they leave out the effects of the case: sensor_gain")
+                .contains("computed for the drive alone, without the effects of the case: sensor_gain")
         );
         assert!(!desk.cbpt(&format!("{verb} case.toml")).out.contains("leave out"));
     }

@@ -13,6 +13,7 @@ for a loose reading.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,10 +22,18 @@ from cbpt.lab.covariance.linear_gaussian import Whitener
 
 Floats = NDArray[np.float64]
 
-_DEGREES = 4.0
-_FAR = 4.2
-_KURTOSIS = 1.2
-_AMPLITUDES = (0.0, 1.0, 4.0, 16.0, 64.0)
+
+@dataclass(frozen=True)
+class _Limits:
+    """Numbers of the search for outliers."""
+
+    degrees: float = 4.0
+    far: float = 4.2
+    kurtosis: float = 1.2
+    amplitudes: tuple[float, ...] = (0.0, 1.0, 4.0, 16.0, 64.0)
+
+
+_LIMITS = _Limits()
 
 
 def inflation_of(
@@ -43,9 +52,11 @@ def inflation_of(
     z = y
     for turn in range(4):
         if turn < 2:
-            amplitude = max(_AMPLITUDES, key=lambda a: _likelihood(y, base + a * smooth, loose))
+            amplitude = max(
+                _LIMITS.amplitudes, key=lambda a: _likelihood(y, base + a * smooth, loose)
+            )
         z = _left_out(y, base + amplitude * smooth, loose)
-        new = np.sqrt(np.maximum((_DEGREES + z**2) / (_DEGREES + 1), 1.0))
+        new = np.sqrt(np.maximum((_LIMITS.degrees + z**2) / (_LIMITS.degrees + 1), 1.0))
         if np.abs(new - loose).max() < 0.05 * new.max():
             break
         loose = new
@@ -57,7 +68,9 @@ def inflation_of(
 def _alike(z: Floats) -> bool:
     """Whether no reading is far and the tails are those of a normal distribution."""
     kurtosis = float(np.mean(z**4) / np.mean(z**2) ** 2 - 3)
-    return bool(np.abs(z).max() < _FAR and kurtosis < max(_KURTOSIS, 5 * np.sqrt(24 / len(z))))
+    return bool(
+        np.abs(z).max() < _LIMITS.far and kurtosis < max(_LIMITS.kurtosis, 5 * np.sqrt(24 / len(z)))
+    )
 
 
 def _kernel(groups: Sequence[Floats]) -> Floats:

@@ -30,9 +30,17 @@ __all__ = ["Repeats", "pooled"]
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-_FEWEST_DOF = 5
-# Conditions times runs: a table of counts that fits into memory with ease.
-_MOST_CELLS = 4_000_000
+
+@dataclass(frozen=True)
+class _Limits:
+    """Numbers of the estimate."""
+
+    fewest_dof: int = 5
+    most_cells: int = 4_000_000
+    """Conditions times runs: a table of counts that fits into memory with ease."""
+
+
+_LIMITS = _Limits()
 
 
 @dataclass(frozen=True)
@@ -76,7 +84,7 @@ def pooled(
     condition = np.unique(condition[again], return_inverse=True)[1]
     run = np.unique(readings.run_index[again], return_inverse=True)[1]
     y, conditions, runs = y[again], int(condition.max()) + 1, int(run.max()) + 1
-    if conditions * runs > _MOST_CELLS:
+    if conditions * runs > _LIMITS.most_cells:
         return None
     # Runs' zeros as they look once each condition's mean is taken off.
     counts = np.zeros((conditions, runs))
@@ -86,7 +94,7 @@ def pooled(
     gram = np.diag(counts.sum(axis=0)) - counts.T @ (counts / size[:, None])
     free = int(np.linalg.matrix_rank(gram, tol=1e-9 * len(y), hermitian=True))
     dof = len(y) - conditions - free
-    if dof < _FEWEST_DOF:
+    if dof < _LIMITS.fewest_dof:
         return None
     push = np.bincount(run, off, runs)
     zeros = np.linalg.lstsq(gram, push, rcond=1e-9)[0]

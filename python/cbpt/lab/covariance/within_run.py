@@ -25,23 +25,36 @@ from cbpt.lab.readings.set_points import levels_of
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-_LONGEST = 10
-_FEWEST_DOF = 6
-_STRETCHES = 400
-_CORRELATIONS = (0.0, 0.2, 0.4, 0.6, 0.8)
-# A stretch whose variance is further above the typical one than this, in standard deviations, holds
-# more than scatter.
-_KINKED = 2.6
-# What a correlation has to gain in log-likelihood.
-_PRICE = 3.0
-# A median of variances is known as well as a mean of this share of the degrees of freedom.
-_EFFICIENCY = 0.6
-# Degrees of freedom behind a scatter that a coarse display hides.
-_HIDDEN_DOF = 3.0
-# A display is coarse from so many standard deviations a step.
-_COARSE = 1.5
-# Rounding leaves more than this part of a step; what follows a curve closer is no display's.
-_FINEST = 12.0
+
+@dataclass(frozen=True)
+class _Limits:
+    """Numbers of the estimate."""
+
+    longest: int = 10
+    fewest_dof: int = 6
+    stretches: int = 400
+    correlations: tuple[float, ...] = (0.0, 0.2, 0.4, 0.6, 0.8)
+    kinked: float = 2.6
+    """A stretch whose variance is further above the typical one than this, in standard
+    deviations, holds more than scatter.
+    """
+    price: float = 3.0
+    """What a correlation has to gain in log-likelihood."""
+    efficiency: float = 0.6
+    """A median of variances is known as well as a mean of this share of the degrees of
+    freedom.
+    """
+    hidden_dof: float = 3.0
+    """Degrees of freedom behind a scatter that a coarse display hides."""
+    coarse: float = 1.5
+    """A display is coarse from so many standard deviations a step."""
+    finest: float = 12.0
+    """Rounding leaves more than this part of a step; what follows a curve closer is no
+    display's.
+    """
+
+
+_LIMITS = _Limits()
 
 
 @dataclass(frozen=True)
@@ -78,24 +91,24 @@ def estimate(readings: Readings, residual_arcsec: Floats) -> Scatter | None:
     u = readings.u_elastic_angle_arcsec
     weighted = residual_arcsec if u is None else residual_arcsec / u
     stretches = _stretches(readings)
-    if len(stretches) > _STRETCHES:
-        chosen = np.linspace(0, len(stretches) - 1, _STRETCHES).round().astype(int)
+    if len(stretches) > _LIMITS.stretches:
+        chosen = np.linspace(0, len(stretches) - 1, _LIMITS.stretches).round().astype(int)
         stretches = [stretches[i] for i in chosen]
     groups = _by_length(stretches)
     dof = sum(rows.shape[0] * _free(rows.shape[1]) for rows in groups)
-    if dof < _FEWEST_DOF:
+    if dof < _LIMITS.fewest_dof:
         return None
     smooth = _smooth(groups, weighted)
-    gains = [_rated(smooth, weighted, c)[0] - _PRICE * (c > 0) for c in _CORRELATIONS]
-    correlation = _CORRELATIONS[int(np.argmax(gains))]
+    gains = [_rated(smooth, weighted, c)[0] - _LIMITS.price * (c > 0) for c in _LIMITS.correlations]
+    correlation = _LIMITS.correlations[int(np.argmax(gains))]
     scale = float(np.sqrt(_typical(_rated(smooth, weighted, correlation)[1], smooth)))
     # What is correlated is fewer independent readings, and the parabola takes more of it away.
-    known = dof * _EFFICIENCY * ((1 - correlation) / (1 + correlation)) ** 2
+    known = dof * _LIMITS.efficiency * ((1 - correlation) / (1 + correlation)) ** 2
     typical = 1.0 if u is None else float(np.median(u))
     step = display_step(readings.elastic_angle_arcsec)
-    if _COARSE * scale * typical < step < _FINEST * scale * typical:
+    if _LIMITS.coarse * scale * typical < step < _LIMITS.finest * scale * typical:
         scale = max(scale, step / 12**0.5 / typical)
-        known, correlation = min(known, _HIDDEN_DOF), 0.0
+        known, correlation = min(known, _LIMITS.hidden_dof), 0.0
     else:
         step = 0.0
     return Scatter(scale * typical, None if u is None else scale, known, correlation, step)
@@ -129,7 +142,9 @@ def _stretches(readings: Readings) -> list[Ints]:
     side = np.where((side == 0) & ~first, np.r_[0.0, side[:-1]], side)
     turned = (np.diff(way) != 0) | ((np.diff(side) != 0) & (side[:-1] != 0))
     parts = np.split(order, np.flatnonzero(~same | turned) + 1)
-    return [piece for part in parts for piece in np.array_split(part, -(-len(part) // _LONGEST))]
+    return [
+        piece for part in parts for piece in np.array_split(part, -(-len(part) // _LIMITS.longest))
+    ]
 
 
 def _free(length: int) -> int:
@@ -154,7 +169,7 @@ def _smooth(groups: list[Ints], values: Floats) -> list[Ints]:
         kept = []
         for rows, v in zip(groups, variances, strict=True):
             part = 2 / (9 * _free(rows.shape[1]))
-            kept.append(v <= typical * (1 - part + _KINKED * part**0.5) ** 3)
+            kept.append(v <= typical * (1 - part + _LIMITS.kinked * part**0.5) ** 3)
         if all(k.all() for k in kept):
             break
         groups = [rows[k] for rows, k in zip(groups, kept, strict=True)]

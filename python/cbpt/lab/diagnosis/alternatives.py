@@ -1,7 +1,7 @@
-"""What an answer may have overlooked: effects that the readings could hardly show, and what else a
-number that moved could be.
+"""What an answer may have overlooked: effects that the readings could hardly show, and effects
+that a changed parameter could stand for.
 
-    smallest    the smallest size of each effect that would have been seen, about the final fit
+    smallest    the smallest size of each effect that would have been detected, about the final fit
     unseen      those effects whose smallest size lies beyond half of what is likely
     moved       numbers of drive and rig that moved, with the effects that look like it
 """
@@ -20,11 +20,21 @@ from cbpt.lab.selection.linear_screen import Screen
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording.numbers import display, shown
 
-# What an effect may leave of the change that a moved number made, in standard uncertainties of the
-# readings: about what can be told half the time without a price for having looked.
-_ALIKE = 3.0
-# A number that moved by less than this, in standard uncertainties, is not worth a word.
-_MOVED = 0.8
+
+@dataclass(frozen=True)
+class _Limits:
+    """When a moved number is an alternative."""
+
+    alike: float = 3.0
+    """What an effect may leave of the change that a moved number made, in standard
+    uncertainties of the readings: about what can be told half the time without a price for
+    having looked.
+    """
+    moved: float = 0.8
+    """A number that moved by less than this, in standard uncertainties, is not worth a word."""
+
+
+_LIMITS = _Limits()
 
 
 @dataclass(frozen=True)
@@ -47,11 +57,11 @@ class Smallest:
     def says(self) -> str:
         """In the unit that people read."""
         if not self.neutral:
-            return f"{self.effect} below {shown(self.effect, self.name, self.value, None)}"
+            return f"{self.effect} smaller than {shown(self.effect, self.name, self.value, None)}"
         label, size = display(self.effect, self.name)
         off = abs(self.value - self.neutral) / size
         which = "" if label == self.effect else f" with {label}"
-        return f"{self.effect}{which} within {self.neutral / size:g} +- {off:.2g}"
+        return f"{self.effect}{which} less than {off:.2g} from {self.neutral / size:g}"
 
 
 def _screen(d: DiagnosisData) -> Screen:
@@ -65,7 +75,7 @@ def smallest(d: DiagnosisData) -> list[Smallest]:
     """
     screen, fitter = _screen(d), d.competition.fitter
     # Odds of 20 : 1 after prior odds of 1 : 50 and the price of a free size.
-    need = np.sqrt(2 * (np.log(RULES.rival_odds) + np.log(50.0) + 3.0))
+    need = np.sqrt(2 * (RULES.log_rival_odds + np.log(50.0) + 3.0))
     best: dict[str, tuple[float, Smallest]] = {}
     for m, s in enumerate(screen.signatures):
         effect, lot = s.variant.effect, bool(s.variant.spread)
@@ -95,7 +105,7 @@ def unseen(d: DiagnosisData) -> list[str]:
     known = {one.effect for one in found} | set(d.verdict.names)
     blind = {v.effect for v in d.competition.fitter.variants} - known
     return [one.says for one in found if one.share > 0.5] + [
-        f"{effect} at all" for effect in sorted(blind)
+        f"{effect} of any likely size" for effect in sorted(blind)
     ]
 
 
@@ -110,7 +120,7 @@ def moved(d: DiagnosisData) -> Iterator[dict[str, Any]]:
         if u.name not in stated or not np.isfinite(u.sd):
             continue
         sigma = (fit.value(u) - u.mean) / u.sd
-        if abs(sigma) <= _MOVED:
+        if abs(sigma) <= _LIMITS.moved:
             continue
         change = sigma * _without(zeros, fit.margin.x[:, i])
         length = float(np.linalg.norm(change))
@@ -119,7 +129,7 @@ def moved(d: DiagnosisData) -> Iterator[dict[str, Any]]:
             if s.variant.effect == u.name or not np.isfinite(s.columns).all() or not length:
                 continue
             left = _without(_without(zeros, fit.whitener(s.columns)), change)
-            if float(np.linalg.norm(left)) < min(_ALIKE, 0.5 * length):
+            if float(np.linalg.norm(left)) < min(_LIMITS.alike, 0.5 * length):
                 like.add(s.variant.effect)
         yield {"number": u.name, "by_sigma": float(sigma), "could_be": sorted(like)}
 

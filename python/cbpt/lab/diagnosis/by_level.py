@@ -98,12 +98,14 @@ class DividedDiagnosis:
     def _lines(self) -> Iterator[str]:
         for level, d in self.answers.items():
             yield f"{self.by} {level} ({len(d.readings)} readings): {d.sentence}"
-        yield from (f"{self.by} {level}: not judged. {why}" for level, why in self.failed.items())
+        yield from (
+            f"{self.by} {level}: not diagnosed. {why}" for level, why in self.failed.items()
+        )
         if not self.fits:
             return
         yield ""
         added = ", ".join(self.effects) or "no effect"
-        yield f"Numbers at each {self.by}, all with the same model ({added}):"
+        yield f"Parameters at each {self.by}, with the same model everywhere ({added}):"
         rows = []
         for number, by_level in self.parameters().items():
             effect, _, name = number.partition(".")
@@ -168,7 +170,8 @@ def diagnose_by(
     levels = list(dict.fromkeys(labels.tolist()))
     if len(levels) > _MOST_LEVELS:
         raise InvalidInputError(
-            f"by = {by!r}: {len(levels)} levels, {_MOST_LEVELS} at most; name a column of settings"
+            f"by = {by!r}: the column has {len(levels)} different values, at most "
+            f"{_MOST_LEVELS} are possible; choose a column of set points, such as preload_step"
         )
     answers: dict[str, Diagnosis] = {}
     failed: dict[str, str] = {}

@@ -22,12 +22,12 @@ def lines(c: ComparisonData, angle_unit: str, say: Say) -> Iterator[str]:
     for status, lines in c.without_solution.items():
         shown = ", ".join(map(str, lines[:8])) + (", ..." if len(lines) > 8 else "")
         yield (
-            f"No solution of the model at {len(lines)} readings ({status}): "
+            f"The model has no solution at {len(lines)} readings ({status}), which are left out: "
             f"{c.readings.place}s {shown}"
         )
     yield from c.findings
     if c.overall is None:
-        yield "Nothing to compare: the model has no solution at any reading."
+        yield "Nothing can be compared: the model has no solution at any reading."
         return
     if c.before is not None:
         yield from _added(c, c.before, angle_unit)
@@ -35,7 +35,7 @@ def lines(c: ComparisonData, angle_unit: str, say: Say) -> Iterator[str]:
     yield from _scatter(c, angle_unit)
     yield from _repeats(c, angle_unit)
     for hint in c.hints:
-        yield f"A likely mistake: {hint}."
+        yield f"Likely mistake: {hint}."
     misfit = c.overall
     yield ""
     headers = ["", "readings", "share of\nmisfit", "bias", "excess", "rmse", "largest", "chi2/dof"]
@@ -52,17 +52,17 @@ def lines(c: ComparisonData, angle_unit: str, say: Say) -> Iterator[str]:
     yield from _where(c, angle_unit)
     yield (
         f"largest error {_angle(misfit.largest_error_arcsec, angle_unit, 4)} on "
-        f"{c.readings.place} {misfit.largest_error_line}; excess: residual in the direction of the "
-        "torque, above 0 the drive is softer than the model"
+        f"{c.readings.place} {misfit.largest_error_line}; excess: residual counted in the "
+        "direction of the torque; above 0 the drive is softer than the model"
     )
     if c.zero == "common":
         yield (
-            f"zero: as in the readings; a common zero of "
-            f"{_angle(c.best_common_zero_arcsec, angle_unit, 4)} would leave an RMSE of "
+            f"offset: none subtracted; subtracting a common offset of "
+            f"{_angle(c.best_common_zero_arcsec, angle_unit, 4)} would give an RMSE of "
             f"{_angle(c.rmse_with_best_zero_arcsec, angle_unit, 4)}"
         )
     else:
-        yield f"zero: one for each of {len(c.zero_arcsec)} runs, fitted and taken off"
+        yield f"offset: one fitted for each of {len(c.zero_arcsec)} runs and subtracted"
     for note in c.readings.notes:
         yield f"Note: {said(note, say)}"
 
@@ -86,27 +86,30 @@ def _verdict(c: ComparisonData, angle_unit: str) -> str:
     u = c.readings.u_elastic_angle_arcsec
     lost = len(c.readings) - c.overall.readings
     if u is None:
-        text = f"RMSE {rmse}; no uncertainty is stated, so it is unknown whether that is small."
+        text = f"RMSE {rmse}; no uncertainty is stated, so it is unknown whether this is small."
     elif c.p_value is None or c.overall.chi2_per_dof is None:
-        return f"RMSE {rmse}; the fitted offsets leave no degrees of freedom: measure more."
+        return (
+            f"RMSE {rmse}; the fitted offsets leave no degrees of freedom, so agreement cannot be "
+            "judged: measure more readings."
+        )
     else:
         stated = _angle(float(np.median(u)), angle_unit)
         chi2 = f"chi2 per degree of freedom {c.overall.chi2_per_dof:.3g}"
         numbers = f"RMSE {rmse}, stated uncertainty {stated}, {chi2}."
         if lost:
             text = (
-                f"The model cannot carry {lost} of {len(c.readings)} readings that the rig did: "
-                f"check the units of torque and preload.\nAt the others: {numbers}"
+                f"The model has no solution at {lost} of {len(c.readings)} measured loads: check "
+                f"the units of torque and preload.\nAt the others: {numbers}"
             )
         elif c.p_value >= 0.01:
             if c.p_value > 1 - 1e-6:
                 return (
-                    f"The readings scatter far less than their stated uncertainty: {numbers}\nThe "
-                    "model lies within it, but so would a wrong one: check the uncertainty."
+                    f"The residuals are far smaller than the stated uncertainty: {numbers}\n"
+                    "A wrong model would agree as well: check the uncertainty."
                 )
             return f"The model agrees with the readings: {numbers}"
         else:
-            text = f"The model is off: {numbers}"
+            text = f"The model disagrees with the readings: {numbers}"
     worst = c.worst()
     if worst is None or (lost and c.p_value is not None and c.p_value >= 0.01):
         return text
@@ -114,7 +117,7 @@ def _verdict(c: ComparisonData, angle_unit: str) -> str:
     m = worst.misfit
     side = "beyond" if m.excess_arcsec > 0 else "short of"
     return (
-        f"{text}\nIt is worst at {worst.column} {worst.label}: "
+        f"{text}\nThe error is largest at {worst.column} {worst.label}: "
         f"RMSE {_angle(m.rmse_arcsec, angle_unit)}, "
         f"the readings lie {_angle(abs(m.excess_arcsec), angle_unit)} {side} the model in "
         f"the direction of the torque ({worst.share_of_misfit:.0%} of the misfit, "
@@ -130,7 +133,8 @@ def _added(c: ComparisonData, before: ComparisonData, angle_unit: str) -> Iterat
         return
     then, now = (m.rmse_arcsec * factor for m in (before.overall, c.overall))
     text = (
-        f"With {' and '.join(names)} fitted the RMSE goes from {then:.3g} to {now:.3g} {angle_unit}"
+        f"With {' and '.join(names)} fitted, the RMSE changes from {then:.3g} to {now:.3g} "
+        f"{angle_unit}"
     )
     if before.overall.chi2_per_dof is not None and c.overall.chi2_per_dof is not None:
         text += (
@@ -152,33 +156,35 @@ def _scatter(c: ComparisonData, angle_unit: str) -> Iterator[str]:
         return
     found = _angle(scatter.u_arcsec, angle_unit)
     along = (
-        f" (correlation {scatter.correlation:g} from one to the next)"
+        f" (correlation {scatter.correlation:g} between successive readings)"
         if scatter.correlation
         else ""
     )
-    judged = "agrees with the readings" if p >= 0.01 else "is off"
+    judged = "agrees with the readings" if p >= 0.01 else "disagrees with the readings"
     found += along
     if scatter.step_arcsec:
         step = _angle(scatter.step_arcsec, angle_unit)
         text = (
-            f"The readings come in steps of {step}, which hide how they scatter: by about {found}, "
-            "hardly known"
+            f"The angles are recorded in steps of {step}, so their scatter is hardly known: about "
+            f"{found}"
         )
         if p < 0.01:
-            text += "; even so the model is off"
+            text += "; even with this scatter the model disagrees with the readings"
         elif scatter.ratio is None:
-            text += "; by that the model agrees with the readings"
+            text += "; with this scatter the model agrees with the readings"
         yield f"{text}."
     elif scatter.ratio is None:
-        yield f"Inside their runs the readings scatter by {found}; by that the model {judged}."
+        yield (
+            f"Within runs the readings scatter by {found}; with this scatter the model {judged}."
+        )
     elif scatter.off:
         which = "small" if scatter.ratio > 1 else "large"
         yield (
-            f"The stated uncertainty looks too {which}: inside their runs the readings scatter by "
-            f"{found}, {scatter.ratio:.2g} times as much. By that the model {judged}."
+            f"The stated uncertainty looks too {which}: within runs the readings scatter by "
+            f"{found}, {scatter.ratio:.2g} times as much. With this scatter the model {judged}."
         )
     else:
-        yield f"Inside their runs the readings scatter by {found}, in keeping with what is stated."
+        yield f"Within runs the readings scatter by {found}, as the stated uncertainty says."
 
 
 def _repeats(c: ComparisonData, angle_unit: str) -> Iterator[str]:
@@ -189,15 +195,15 @@ def _repeats(c: ComparisonData, angle_unit: str) -> Iterator[str]:
     u = _angle(found.u_arcsec, angle_unit)
     if not found.steady:
         yield (
-            f"Repeats differ by {u} ({found}), far more than readings scatter inside their runs: "
-            "something changes between them."
+            f"Repeated readings differ by {u} ({found}), far more than the readings scatter within "
+            "runs: something changes between the repeats."
         )
     elif p is not None and found.ratio is None:
-        judged = "agrees with the readings" if p >= 0.01 else "is off"
-        yield f"The uncertainty was estimated from repeats: {u} ({found})."
-        yield f"By that the model {judged}."
+        judged = "agrees with the readings" if p >= 0.01 else "disagrees with the readings"
+        yield f"The uncertainty was estimated from repeated readings: {u} ({found})."
+        yield f"With this uncertainty the model {judged}."
     elif p is not None:
-        yield f"Repeats agree to {u} ({found})."
+        yield f"Repeated readings agree to {u} ({found})."
 
 
 def _angle(arcsec: float, unit: str, digits: int = 3) -> str:
@@ -210,9 +216,12 @@ def _where(c: ComparisonData, angle_unit: str) -> Iterator[str]:
     factor = ANGLE_UNITS[angle_unit]
     if not c.where:
         if c.p_value is not None and c.p_value < 0.01:
-            yield "where: no region stands out; the misfit is alike everywhere, or too small"
+            yield "where: no region has a larger misfit than the others"
         return
-    yield "where the misfit stands out from the rest (p_value: the chance that noise alone does):"
+    yield (
+        "where the misfit is larger than elsewhere (p_value: the probability that noise alone "
+        "causes this):"
+    )
     headers = ["region", "readings", "share of\nmisfit", "bias", "excess", "p_value"]
     headers[3:5] = [f"{name}\n{angle_unit}" for name in headers[3:5]]
     rows: list[list[str | float]] = [

@@ -56,7 +56,7 @@ def rank(d: DiagnosisData, limits: Limits | None = None, most: int = CANDIDATES)
         return RankedRuns({}, (), why)
     hypotheses = open_hypotheses(d)
     if len(hypotheses) < 2:
-        why = "No two hypotheses are left open between which a further run could decide."
+        why = "No further run is needed to decide: only one hypothesis is left."
         return RankedRuns({}, (), why)
     runs = candidates(d.competition.campaign.drive, limits or limits_of(d.readings), most)
     with threadpool_limits(1, user_api="blas"):
@@ -65,7 +65,7 @@ def rank(d: DiagnosisData, limits: Limits | None = None, most: int = CANDIDATES)
             return RankedRuns(
                 {},
                 (),
-                "No run is suggested: the case has an effect that a predicted run cannot show.",
+                "No run is suggested: an effect of the case cannot be computed for a further run.",
             )
         found = []
         for number, run in enumerate(runs):
@@ -78,10 +78,13 @@ def rank(d: DiagnosisData, limits: Limits | None = None, most: int = CANDIDATES)
     shares = dict(zip(view.names, view.share.tolist(), strict=True))
     twins = tuple(p for p in combinations(view.names, 2) if p[1] in TWINS.get(p[0], []))
     if not found:
-        return RankedRuns(shares, (), "None of the runs within the limits has a solution.", twins)
+        return RankedRuns(
+            shares, (), "The model has no solution for any run within the limits.", twins
+        )
     if found[0][0] < HARDLY:
         why = (
-            "No run within the limits can decide; knowledge from elsewhere, such as a drawing, can."
+            "No run within the limits can decide between the hypotheses; other knowledge, such as "
+            "a drawing, can."
         )
         return RankedRuns(shares, (), why, twins)
     return RankedRuns(shares, ranked, "", twins)

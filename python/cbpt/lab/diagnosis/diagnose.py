@@ -39,6 +39,7 @@ from cbpt.lab.readings.unit_check import slips
 from cbpt.lab.selection.decision import Verdict, judge
 from cbpt.lab.selection.lack_of_fit import LackOfFit, held_out_with_lack_of_fit
 from cbpt.lab.selection.model_comparison import Competition, Progress, compete
+from cbpt.lab.selection.rules import RULES
 from cbpt.lab.selection.setting import Names
 from cbpt.results import solve_many
 
@@ -111,7 +112,8 @@ def _own(case: Case | Drive, effects: Sequence[str | OwnEffect]) -> list[OwnEffe
     ids, own = chosen(case, effects)
     for other in set(ids) - {effect.id for effect in own}:
         raise InvalidInputError(
-            f"effect {other!r}: no own effect of the case has this id; the library competes anyway"
+            f"effect {other!r}: the case has no own effect with this id; give ids of own effects "
+            "only, because the effects of the library are always compared"
         )
     return own
 
@@ -123,7 +125,7 @@ def diagnosed(
     own: Sequence[OwnEffect] = (),
     progress: Progress | None = None,
 ) -> Diagnosis:
-    """The same of what was read already."""
+    """The diagnosis of readings that are already read."""
     campaign, notes = prepared(campaign_of(case, readings, own))
     rng = np.random.default_rng(seed)
     competition = compete(campaign, rng, progress)
@@ -154,11 +156,10 @@ def _notes(campaign: Campaign, competition: Competition, fit: Fit) -> Iterator[s
     if zero > 5 * float(np.median(campaign.u_arcsec)):
         yield f"a common offset of {fit.offsets_arcsec[0]:.3g} arcsec was subtracted"
     if competition.inflation is not None:
-        lines = campaign.readings.line[competition.inflation > 2.0].tolist()
+        lines = campaign.readings.line[competition.inflation > RULES.far_reading].tolist()
         if 0 < len(lines) <= 0.05 * len(campaign):
-            yield f"{len(lines)} readings lie far off and have less weight: lines {lines[:8]}"[
-                :-1
-            ].replace("[", "")
+            shown = ", ".join(map(str, lines[:8]))
+            yield f"{len(lines)} readings are outliers and were given less weight: lines {shown}"
     yield from map(str, solutions(fit))
     for u in fit.unknowns:
         value = fit.value(u)
@@ -183,7 +184,7 @@ def _ladder(
         return rung(fitter, added, fitter.look(fit, noise), fold)
 
     yield seen("", nominal)
-    yield seen("numbers refitted", fits[()])
+    yield seen("parameters refitted", fits[()])
     for reached, added in path(names, fits):
         yield seen(added, fits[reached])
     further = _one_more(competition, names)
@@ -202,7 +203,7 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
     steps = campaign.readings.preload_step
     if steps is not None and len(np.unique(steps)) > 1:
         notes.append(
-            f"{len(np.unique(steps))} preload steps are fitted together, with one set of numbers; "
+            f"{len(np.unique(steps))} preload steps are fitted together, with the same parameters; "
             "--by preload_step (diagnose_by) diagnoses each step separately"
         )
     n = len(campaign)
@@ -215,7 +216,7 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
         lines = campaign.readings.line[~solved]
         shown = ", ".join(map(str, lines[:8].tolist())) + (", ..." if len(lines) > 8 else "")
         notes.append(
-            f"{len(lines)} readings were set aside because the model has no solution there (the "
+            f"{len(lines)} readings were left out because the model has no solution there (the "
             "preload does not hold the torque, see cbpt compare): lines " + shown
         )
         if solved.any():
@@ -231,19 +232,21 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
         campaign = _of_the_scatter(campaign, model)
     if campaign.step_arcsec:
         notes.append(
-            f"the angle is recorded in steps of {campaign.step_arcsec:g} arcsec, coarse against "
-            "its uncertainty; readings at one load round in the same way, so averaging gains little"
+            f"the angle is recorded in steps of {campaign.step_arcsec:g} arcsec, which is coarse "
+            "compared with its uncertainty; readings at the same load round to the same value, so "
+            "averaging them gains little"
         )
         stated = campaign.readings.u_elastic_angle_arcsec
         if stated is not None and (campaign.u_reading_arcsec > stated).any():
             notes.append(
-                "the stated uncertainty is below that of rounding (step / sqrt(12) = "
+                "the stated uncertainty is smaller than the rounding error (step / sqrt(12) = "
                 f"{campaign.step_arcsec / 12**0.5:.3g} arcsec), which was added to it"
             )
     if not campaign.u_stated and not campaign.u_repeated:
         notes.append(
             "no uncertainty is stated and no load was repeated, so the uncertainty was estimated "
-            "from the scatter; a misfit as small as that cannot be detected"
+            "from the scatter; an error of the model that is as small as this scatter cannot be "
+            "detected"
         )
     return campaign, notes
 
@@ -269,7 +272,7 @@ def _stop_if_too_little(campaign: Campaign, n: int, solved: int) -> None:
                 source,
                 "torque",
                 f"torques that the preload does not hold at {n - solved} of {n} readings",
-                f"a solution of the model at half of them and at {FEWEST} at least",
+                f"a solution of the model at half of the readings, and at {FEWEST} or more",
                 "check the units of torque and preload, and the drive",
             )
         raise ReadingsError.of_column(
@@ -298,8 +301,8 @@ def _stop_if_a_slip(campaign: Campaign, model: Floats) -> None:
             campaign.readings.source,
             "elastic_angle",
             "; ".join(found),
-            "readings of about the model's size and sign",
-            "name the unit in the header, or turn the sign of the torque or of the angle",
+            "readings of the sign and about the size that the model computes",
+            "write the unit in the header, or reverse the sign of the torque or of the angle",
         )
 
 
@@ -327,7 +330,7 @@ def _stop_if_it_does_not_follow(campaign: Campaign, model: Floats) -> None:
                 raise ReadingsError.of_column(
                     r.source,
                     name,
-                    f"loads that fit the angles once multiplied by {factor:g}",
+                    f"values that agree with the angles only if they are multiplied by {factor:g}",
                     f"the {name} in the unit of its header",
                     "check the unit",
                 )
@@ -335,8 +338,8 @@ def _stop_if_it_does_not_follow(campaign: Campaign, model: Floats) -> None:
         raise ReadingsError.of_column(
             r.source,
             "elastic_angle",
-            "angles that do not follow the torque",
-            "readings of which the model explains at least a part",
+            "angles that do not change with the torque",
+            "angles that the model explains at least in part",
             "check which column is the angle, and the case file",
         )
 
@@ -352,8 +355,8 @@ def _believed(campaign: Campaign, model: Floats) -> tuple[Campaign, list[str]]:
     if found is None or found.ratio is None or found.dof < 30 or found.ratio < 5:
         return campaign, []
     told = (
-        f"the readings scatter by {found.u_arcsec:.3g} arcsec inside their runs, {found.ratio:.3g} "
-        "times what is stated; the scatter was used in its place: check the unit of the uncertainty"
+        f"the readings scatter by {found.u_arcsec:.3g} arcsec within runs, {found.ratio:.3g} times "
+        "the stated uncertainty; the scatter was used instead: check the unit of the uncertainty"
     )
     scaled = replace(campaign, u_arcsec=campaign.u_arcsec * found.ratio, u_believed=found.ratio)
     return scaled, [told]
@@ -397,7 +400,7 @@ def _rung_of_lack_of_fit(pattern: LackOfFit, fold: NDArray[np.int64]) -> Rung:
     residual = without_zeros(c, residual, pattern.noise)
     held = held_out_with_lack_of_fit(pattern, fold)
     chi2 = float(np.mean((residual / u_judging(c, pattern.noise)) ** 2))
-    added = f"any function of {' and '.join(pattern.columns)}"
+    added = f"a free-form function of {' and '.join(pattern.columns)}"
     return Rung(added, rms(residual), rms(held), chi2)
 
 

@@ -139,7 +139,7 @@ class Diagnosis(DiagnosisData):
     def _why_no_u(self) -> str | None:
         if self.verdict.lack_of_fit is None:
             return None
-        return "something is at work that the model does not hold"
+        return "the model lacks an effect that these readings show"
 
     # --- parts of the document ---
 

@@ -1,8 +1,8 @@
-"""What a fit found, in words: numbers that moved, and effects with more than one solution.
+"""What a fit found, in words: parameters that it changed, and effects with several solutions.
 
-moved            how far a number of drive or rig moved
-moved_numbers    all that moved by more than their standard uncertainty
-Several          an effect that other values, or another form, fit about as well
+moved            how far the fit changed a parameter of the drive or the instruments
+moved_numbers    all parameters that changed by more than their standard uncertainty
+Several          an effect that fits about as well with other values or in another form
 solutions        the effects of a fit of which that holds
 """
 
@@ -43,7 +43,7 @@ def moved_numbers(fit: Fit, priors: Mapping[str, float]) -> str:
 
 @dataclass(frozen=True)
 class Several:
-    """An effect with several solutions, which the readings cannot tell apart."""
+    """An effect with several solutions, which the readings cannot distinguish."""
 
     effect: str
     solutions: tuple[str, ...]
@@ -54,8 +54,9 @@ class Several:
         text = "; or ".join(self.solutions[:_SHOWN_SOLUTIONS])
         rest = f", and {more} more" if more > 0 else ""
         return (
-            f"{self.effect} has {len(self.solutions)} solutions that these readings cannot tell "
-            f"apart (odds within 20 : 1): {text}{rest}. So its parameters have no uncertainty"
+            f"{self.effect} has {len(self.solutions)} solutions that these readings cannot "
+            f"distinguish (odds within 20 : 1): {text}{rest}. No uncertainty is given for its "
+            "parameters"
         )
 
 

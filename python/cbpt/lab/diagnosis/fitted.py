@@ -142,12 +142,12 @@ class Fitted:
             yield f"{effect}: {values}"
         moved = moved_numbers(self.result, self.priors)
         if moved:
-            yield f"Numbers of drive and rig that moved, now in the case: {moved}."
+            yield f"Parameters of drive and rig changed by the fit, now in the case: {moved}."
         rows = [
             [name, f"{r.rmse_arcsec:.3f}", f"{r.held_out_rmse_arcsec:.3f}", f"{r.chi2_per_dof:.2f}"]
             for name, r in (("as given", self.before), ("fitted", self.after))
         ]
-        yield f"Error, in sample and held out by {self.held_out_by}:"
+        yield f"Error, in sample and held out (cross-validation by {self.held_out_by}):"
         yield text_table(["", "rmse_arcsec", "held_out_arcsec", "chi2/dof"], rows)
 
     def __repr__(self) -> str:

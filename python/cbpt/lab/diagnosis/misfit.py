@@ -22,10 +22,18 @@ from cbpt.lab.readings.set_points import levels_of
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-# As many values of a quantity as this are told one by one, more are told in ranges.
-_MOST_LEVELS = 12
-_MOST_TORQUES = 7
-_RANGES = 6
+
+@dataclass(frozen=True)
+class _Shown:
+    """How much is listed."""
+
+    most_levels: int = 12
+    """As many values of a quantity as this are told one by one, more are told in ranges."""
+    most_torques: int = 7
+    ranges: int = 6
+
+
+_SHOWN = _Shown()
 
 
 @dataclass(frozen=True)
@@ -126,18 +134,18 @@ Division = tuple[str, str, float | None, float | None, Mask]
 
 def _divisions(readings: Readings) -> Iterator[Division]:
     if readings.preload_N is not None:
-        yield from _of_numbers("preload_N", readings.preload_N, _MOST_LEVELS)
+        yield from _of_numbers("preload_N", readings.preload_N, _SHOWN.most_levels)
     if readings.preload_step is not None:
         for step in np.unique(readings.preload_step):
             rows = readings.preload_step == step
             if not rows.all():
                 yield "preload_step", str(step), None, None, rows
-    yield from _of_numbers("torque_Nm", readings.torque_Nm, _MOST_TORQUES)
+    yield from _of_numbers("torque_Nm", readings.torque_Nm, _SHOWN.most_torques)
     direction = readings.direction()
     for value, label in ((1, "rising"), (-1, "falling"), (0, "held")):
         if np.any(direction == value) and np.any(direction != value):
             yield "direction", label, float(value), float(value), direction == value
-    yield from _of_numbers("input_angle_deg", readings.input_angle_deg, _MOST_LEVELS)
+    yield from _of_numbers("input_angle_deg", readings.input_angle_deg, _SHOWN.most_levels)
     for index in np.unique(readings.run_index):
         rows = readings.run_index == index
         if not rows.all():
@@ -151,8 +159,8 @@ def _of_numbers(column: str, values: Floats, most: int) -> Iterator[Division]:
     index = levels.index
     single = len(levels) <= most
     if not single:
-        edges = np.linspace(levels.value[0], levels.value[-1], _RANGES + 1)
-        part = np.clip(np.searchsorted(edges, levels.value, side="right") - 1, 0, _RANGES - 1)
+        edges = np.linspace(levels.value[0], levels.value[-1], _SHOWN.ranges + 1)
+        part = np.clip(np.searchsorted(edges, levels.value, side="right") - 1, 0, _SHOWN.ranges - 1)
         index = part[index]
     for i in np.unique(index).tolist():
         rows = index == i

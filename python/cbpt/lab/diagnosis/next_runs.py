@@ -95,7 +95,7 @@ class NextRuns:
         yield self.diagnosis.sentence
         if self.open:
             shares = ", ".join(f"{name} {share:.2f}" for name, share in self.open.items())
-            yield f"Open: {shares}."
+            yield f"Open hypotheses with their probabilities: {shares}."
         for one, other in self.twins:
             yield (
                 f"No run on this rig can distinguish {one} from {other}: both change every reading "
@@ -119,7 +119,10 @@ class NextRuns:
                     ", ".join(d["separates"]),
                 ]
             )
-        yield f"Expected log odds of the true hypothesis against the others ({LIMIT:.1f} decide):"
+        yield (
+            "gain: expected log odds of the true hypothesis against the others "
+            f"({LIMIT:.1f} or more decide):"
+        )
         headers = ["preload_N", "torque_Nm", "torque goes", "input_angle_deg", "gain", "separates"]
         yield text_table(headers, table)
         count = self.runs_like_it()

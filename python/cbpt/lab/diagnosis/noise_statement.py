@@ -70,7 +70,7 @@ def noise_floor(d: DiagnosisData) -> tuple[float | None, str]:
 
     if d.verdict.lack_of_fit is None and not any(UNKNOWN in group for group in d.verdict.rivals):
         return estimated(d), "scatter about the answer"
-    return None, "cannot be told: no model holds all that is at work"
+    return None, "is unknown: no model explains all of the misfit"
 
 
 def floor_of(d: DiagnosisData) -> tuple[float | None, str]:
@@ -84,10 +84,10 @@ def floor_of(d: DiagnosisData) -> tuple[float | None, str]:
     c = d.competition.campaign
     u = float(np.sqrt(np.mean(c.u_reading_arcsec**2)))
     if c.u_stated:
-        return u, "stated uncertainty" if c.u_believed == 1 else "scatter inside runs"
+        return u, "stated uncertainty" if c.u_believed == 1 else "scatter within runs"
     if c.u_repeated:
         return u, "repeats"
-    return None, f"{of}, no uncertainty is stated, no repeats tell it"
+    return None, f"{of}, no uncertainty is stated and no load was repeated"
 
 
 def statement(d: DiagnosisData) -> str:
@@ -96,34 +96,34 @@ def statement(d: DiagnosisData) -> str:
     about, used = _about(d), estimated(d)
     if stated is not None and c.u_believed != 1:
         text = (
-            f"The table states an uncertainty of {stated:.3g} arcsec, but inside their runs the "
-            f"readings scatter by {stated * c.u_believed:.3g} arcsec, which was used in its place; "
+            f"The table states an uncertainty of {stated:.3g} arcsec, but within runs the "
+            f"readings scatter by {stated * c.u_believed:.3g} arcsec, which was used instead; "
             f"{about}"
         )
     elif stated is not None:
-        text = f"The uncertainty of a reading is stated, {stated:.3g} arcsec; {about}"
+        text = f"The stated uncertainty of a reading is {stated:.3g} arcsec; {about}"
     elif c.u_repeated:
         assert c.repeats is not None
         text = (
-            f"The uncertainty of a reading was estimated from repeats, {c.repeats.u_arcsec:.3g} "
-            f"arcsec ({c.repeats}); {about}"
+            f"The uncertainty of a reading was estimated from repeated readings, "
+            f"{c.repeats.u_arcsec:.3g} arcsec ({c.repeats}); {about}"
         )
     else:
-        text = f"No uncertainty is stated. That of a reading was estimated: {about}"
+        text = f"No uncertainty is stated, so that of a reading was estimated: {about}"
     if c.repeats and c.u_stated and c.repeats.steady:
-        text += f", repeats {c.repeats.u_arcsec:.3g} arcsec ({c.repeats})"
+        text += f", repeated readings give {c.repeats.u_arcsec:.3g} arcsec ({c.repeats})"
     scatter = scatter_of(d.competition.fitter, d.after)[0]
     if d.verdict.lack_of_fit is None and abs(used / max(scatter, 1e-300) - 1) > 0.02:
         between = stated is not None and min(stated, scatter) < used < max(stated, scatter)
         text += (
             f". Combined, the two give {used:.3g} arcsec"
             if between
-            else f". Without outliers and deviations from the form it is {used:.3g} arcsec"
+            else f". Without outliers and model discrepancy it is {used:.3g} arcsec"
         )
     if c.repeats and not c.repeats.steady:
         text += (
-            f". Repeats differ by {c.repeats.u_arcsec:.3g} arcsec ({c.repeats}), far more than "
-            "readings scatter inside their runs: something changes between them"
+            f". Repeated readings differ by {c.repeats.u_arcsec:.3g} arcsec ({c.repeats}), far "
+            "more than the readings scatter within runs: something changes between the repeats"
         )
     return f"{text}."
 
@@ -135,6 +135,6 @@ def _about(d: DiagnosisData) -> str:
         return f"the scatter that no model explains is {estimated(d):.3g} arcsec"
     zeros = ", with an offset for each run" if d.noise.offset_arcsec else ""
     return (
-        f"the scatter about the answer gives {scatter:.3g} arcsec ({dof:.0f} degrees of freedom"
+        f"the residuals of the answer give {scatter:.3g} arcsec ({dof:.0f} degrees of freedom"
         f"{zeros})"
     )

@@ -6,8 +6,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from textwrap import wrap
 from typing import Any
 
-import numpy as np
-
 from cbpt._core import text_table
 from cbpt.errors import Say, said
 from cbpt.lab.diagnosis.alternatives import unseen
@@ -28,7 +26,8 @@ def lines(d: DiagnosisData, document: Mapping[str, Any], say: Say) -> Iterator[s
     yield from wrap(document["verdict"]["sentence"], _WIDTH)
     moved = moved_numbers(d.after, d.competition.campaign.priors)
     if moved:
-        yield from wrap(f"Numbers of drive and rig that moved: {moved}.", _WIDTH)
+        text = f"Parameters of drive and rig changed by the fit: {moved}."
+        yield from wrap(text, _WIDTH)
     for number in document["moved"]:
         if number["could_be"]:
             other = listed(number["could_be"], "or")
@@ -39,14 +38,14 @@ def lines(d: DiagnosisData, document: Mapping[str, Any], say: Say) -> Iterator[s
         yield from _unseen(d)
     yield from wrap(document["noise"]["u_says"], _WIDTH)
     joint = sum(r.number not in d.verdict.effects for r in d.verdict.rests_on) > 1
-    together = ", the other numbers moving together with it within theirs" if joint else ""
+    together = ", with the other parameters within their uncertainties" if joint else ""
     for r in d.verdict.rests_on:
         own = r.number in d.verdict.effects
         if d.verdict.names and abs(r.needed_shift_sigma) > 2 and not own:
             yield (
-                f"This rests on {r.number}, stated to {_percent(r.number, r.prior)}: it would have "
-                "to be off by "
-                f"{abs(r.needed_shift_sigma):.0f} standard uncertainties to explain the same"
+                f"This depends on the stated uncertainty of {r.number} "
+                f"({_percent(r.number, r.prior)}): {r.number} would have to be off by "
+                f"{abs(r.needed_shift_sigma):.0f} standard uncertainties to explain the readings"
                 f"{together}."
             )
     run = document["next_run"]
@@ -59,7 +58,7 @@ def lines(d: DiagnosisData, document: Mapping[str, Any], say: Say) -> Iterator[s
     where = document["where"]
     if where:
         yield ""
-        yield "Where the drive as stated fails:"
+        yield "Where the model of the case disagrees with the readings:"
         for region in where[:4]:
             yield f"  {_region(region)}"
 
@@ -69,7 +68,7 @@ def _ladder(d: DiagnosisData) -> Iterator[str]:
     yield ""
     floor, of = noise_floor(d)
     noise = f"the noise floor {of}" if floor is None else f"noise {floor:.3f} arcsec"
-    yield f"Error, in sample and held out by {d.held_out_by} ({noise}):"
+    yield f"Error, in sample and held out (cross-validation by {d.held_out_by}; {noise}):"
     rows = [
         [
             r.added or "as stated",
@@ -88,9 +87,9 @@ def _ranking(ranking: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     """Single effects with their probabilities and parameters."""
     if ranking:
         yield ""
-        yield "Single effects, the most probable first (probability: that it is at work and alone):"
+        yield "Single effects, the most probable first (probability that it alone is missing):"
         yield _table(
-            ["effect", "probability", "held_out_arcsec", "p_value", "looks most like"],
+            ["effect", "probability", "held_out_arcsec", "p_value", "most similar to"],
             [
                 [
                     row["effect"],
@@ -109,7 +108,7 @@ def _ranking(ranking: Sequence[Mapping[str, Any]]) -> Iterator[str]:
 def _unknown(card: Mapping[str, Any], run: Mapping[str, Any] | None) -> Iterator[str]:
     """What is known of a misfit that no effect explains."""
     yield ""
-    yield "What the misfit looks like:"
+    yield "The misfit, in arcsec:"
     for line in card["shape"]:
         yield from _wrapped(line)
     if not run:
@@ -118,8 +117,8 @@ def _unknown(card: Mapping[str, Any], run: Mapping[str, Any] | None) -> Iterator
     if card["expression"]:
         yield ""
         yield (
-            "A first draft of the missing term, to be added to the case and fitted (held-out "
-            f"error with it {card['expression_held_out_rmse_arcsec']:.3f} arcsec):"
+            "A draft of the missing term, to be added to the case as an own effect and fitted "
+            f"(held-out error with it {card['expression_held_out_rmse_arcsec']:.3f} arcsec):"
         )
         yield from card["effect_toml"].splitlines()
 
@@ -128,7 +127,7 @@ def _unseen(d: DiagnosisData) -> Iterator[str]:
     """What could be there all the same."""
     found = unseen(d)
     if found:
-        yield from wrap(f"This campaign could not have detected {listed(found, 'or')}.", _WIDTH)
+        yield from wrap(f"Not detectable with these readings: {listed(found, 'or')}.", _WIDTH)
 
 
 def _sizes(effect: str, parameters: dict[str, Any]) -> str:
@@ -140,13 +139,13 @@ def _wrapped(text: str) -> list[str]:
 
 
 def _next_run(run: dict[str, Any]) -> str:
-    if run["gain"] < np.log(RULES.rival_odds):
+    if run["gain"] < RULES.log_rival_odds:
         return (
-            "No single run like the previous ones would decide between them; knowledge from "
-            "elsewhere, such as a drawing, can."
+            "No single run like the previous ones would decide between them; other knowledge, such "
+            "as a drawing, can."
         )
     return (
-        f"A run that would tell {', '.join(run['separates'])} apart: "
+        f"A run that would distinguish {listed(run['separates'])}: "
         f"preload {run['preload_N']:g} N, input angle {run['input_angle_deg']:g} deg, "
         f"torque to +-{run['torque_Nm']:g} N m ({run['direction']})."
     )
@@ -164,7 +163,7 @@ def _region(region: dict[str, object]) -> str:
     return (
         f"{', '.join(parts)}: {100 * float(str(region['share_of_misfit'])):.0f} % of the misfit, "
         f"bias {float(str(region['bias_arcsec'])):+.2f} arcsec "
-        f"(p {float(str(region['p_value'])):.3f})"
+        f"(p-value {float(str(region['p_value'])):.3f})"
     )
 
 

@@ -14,11 +14,11 @@ from cbpt.lab.wording.names import called, columns_in_words
 from cbpt.lab.wording.numbers import in_words, listed
 
 _NOISE = {
-    "run_offset": "an offset of its own in every run",
-    "correlated": "noise that is correlated from one reading to the next",
+    "run_offset": "an offset that differs from run to run",
+    "correlated": "noise that is correlated between successive readings",
     "heavy_tailed": "noise with heavy tails",
     "outliers": "a few outliers",
-    "misstated": "an uncertainty that is misstated",
+    "misstated": "a misstated uncertainty",
 }
 
 
@@ -45,7 +45,7 @@ def sentence(d: DiagnosisData, say: Say = _PLAINLY) -> str:
     v = d.verdict
     sure = f"probability {v.probability:.2f}"
     if v.probability < 0.5:
-        sure = f"the likeliest answer, but not a sure one: {sure}"
+        sure = f"the most probable answer, but uncertain: {sure}"
     before, after = d.ladder[0].rmse_arcsec, d.final_rung.rmse_arcsec
     floor = noise_floor(d)[0]
     noise = "" if floor is None else f" (noise {floor:.2f})"
@@ -58,11 +58,14 @@ def sentence(d: DiagnosisData, say: Say = _PLAINLY) -> str:
         return _complete(d, sure, fall, say)
     if v.kind == "rig" and set(v.effects) <= {"run_offset"}:
         what = listed([_noise(d, n) for n in v.noise if n in _NOISE])
-        return f"Nothing is missing in the model; the readings show {what} ({sure})."
+        return f"No effect is missing from the model: the readings show {what} ({sure})."
     if v.kind == "ambiguous":
         return _ambiguous(d, sure, fall)
     what = listed([_with_value(d, e, say) for e in v.effects])
-    kinds = {"parameter": "A number of the drive is off", "rig": "The instrument is off"}
+    kinds = {
+        "parameter": "A parameter of the drive differs from the case",
+        "rig": "The measurement has an error",
+    }
     return f"{kinds.get(v.kind, 'Missing from the model')}: {what} ({sure}); {fall}."
 
 
@@ -70,7 +73,7 @@ def _noise(d: DiagnosisData, word: str) -> str:
     """A kind of noise with its size."""
     c, noise = d.competition.campaign, d.after.noise
     if word == "run_offset":
-        return f"{_NOISE[word]} (spread {noise.offset_arcsec:.2g} arcsec)"
+        return f"{_NOISE[word]} (standard deviation {noise.offset_arcsec:.2g} arcsec)"
     if word == "misstated":
         u = float(np.median(c.u_arcsec))
         return f"{_NOISE[word]} (stated {u / c.u_believed:.2g}, found {u * noise.scale:.2g} arcsec)"
@@ -83,8 +86,8 @@ def _unknown(d: DiagnosisData, sure: str, say: Say) -> str:
     columns = d.verdict.lack_of_fit.columns if d.verdict.lack_of_fit else ()
     on = columns_in_words(columns)
     return (
-        f"Something real is missing that no effect of the library explains ({sure}): the misfit "
-        f"depends on {on}." + _beside(d, say)
+        f"An effect is missing that is not in the library ({sure}): the misfit depends on {on}."
+        + _beside(d, say)
     )
 
 
@@ -95,7 +98,7 @@ def _beside(d: DiagnosisData, say: Say) -> str:
         return ""
     what = listed([_with_value(d, e, say) for e in named])
     return (
-        f" Beside it there is {what}: the error falls from {d.ladder[0].rmse_arcsec:.3g} to "
+        f" In addition there is {what}: the error falls from {d.ladder[0].rmse_arcsec:.3g} to "
         f"{d.final_rung.rmse_arcsec:.3g} arcsec."
     )
 
@@ -104,7 +107,7 @@ def _complete(d: DiagnosisData, sure: str, fall: str, say: Say) -> str:
     v = d.verdict
     if not v.within_uncertainty:
         return (
-            f"Nothing is missing ({sure}): the model as stated explains the readings to within "
+            f"No effect is missing ({sure}): the model as stated explains the readings to within "
             f"their noise of {noise_floor(d)[0]:.2f} arcsec."
         )
     null = d.competition.fits[()]
@@ -112,8 +115,8 @@ def _complete(d: DiagnosisData, sure: str, fall: str, say: Say) -> str:
     off = [say.number(number, moved_by(number, null)) for number in far]
     which = f" {say.aside(listed(off))}" if off else ""
     return (
-        f"Nothing is missing ({sure}): with the numbers of the drive moved within their stated "
-        f"uncertainty{which}, {fall}."
+        f"No effect is missing ({sure}): with the parameters of the drive changed within their "
+        f"stated uncertainty{which}, {fall}."
     )
 
 
@@ -124,7 +127,7 @@ def _ambiguous(d: DiagnosisData, sure: str, fall: str) -> str:
         parts.append(f"{listed([name_of(d, e) for e in v.effects])} is certain")
     for group in v.rivals:
         names = listed([name_of(d, e) for e in group], "or")
-        parts.append(f"one of {names} is needed, and these readings cannot say which")
+        parts.append(f"one of {names} is needed, but these readings cannot distinguish them")
     text = "; ".join(parts)
     return f"{text[:1].upper()}{text[1:]} ({sure}); {fall}."
 

@@ -35,10 +35,18 @@ Mask = NDArray[np.bool_]
 Bounds = tuple[float, float, float, str]
 """Start, least and greatest value, unit."""
 
-_MOST_TERMS = 3
-_ENOUGH = 0.95
-"""A term more has to bring the held-out error below this share of what it was."""
-_MOST_ANGLES = 12
+
+@dataclass(frozen=True)
+class _Limits:
+    """How far terms are added."""
+
+    most_terms: int = 3
+    enough: float = 0.95
+    """A term more has to bring the held-out error below this share of what it was."""
+    most_angles: int = 12
+
+
+_LIMITS = _Limits()
 
 
 @dataclass(frozen=True)
@@ -81,7 +89,7 @@ def draft(d: DiagnosisData, id: str = "my_effect") -> Draft | None:
         whitener = Whitener.of(noise, c.u_arcsec[rows], c.rows.select(rows))
         return _Problem(whitener(y[rows]), whitener(x[rows]), precision, whitener(columns[rows]))
 
-    errors = np.zeros((_MOST_TERMS + 1, len(y)))
+    errors = np.zeros((_LIMITS.most_terms + 1, len(y)))
     numbers = np.unique(d.fold)
     if len(numbers) < 2:
         return None
@@ -89,7 +97,7 @@ def draft(d: DiagnosisData, id: str = "my_effect") -> Draft | None:
         held = d.fold == number
         part = problem(~held)
         path = part.path()
-        for k in range(_MOST_TERMS + 1):
+        for k in range(_LIMITS.most_terms + 1):
             mode = part.solved(path[:k])
             shown = np.column_stack([x[held], columns[held][:, path[:k]]])
             errors[k, held] = y[held] - shown @ mode
@@ -101,7 +109,7 @@ def draft(d: DiagnosisData, id: str = "my_effect") -> Draft | None:
             ]
     rmse = np.sqrt(np.mean(errors**2, axis=1))
     count = 0
-    while count < _MOST_TERMS and rmse[count + 1] < _ENOUGH * rmse[count]:
+    while count < _LIMITS.most_terms and rmse[count + 1] < _LIMITS.enough * rmse[count]:
         count += 1
     if not count:
         return None
@@ -128,7 +136,7 @@ class _Problem:
         """Terms in the order in which they take most misfit, each given those before it."""
         gram, projection = self.gram.copy(), self.projection.copy()
         taken: list[int] = []
-        for _ in range(_MOST_TERMS):
+        for _ in range(_LIMITS.most_terms):
             left = np.diag(gram)
             alive = left > 1e-4 * self.own
             gain = np.where(alive, projection**2 / np.where(alive, left, 1.0), -1.0)
@@ -200,7 +208,7 @@ def _wheres(r: Readings) -> Iterator[Factor]:
     if len(distinct) == 2:
         # All that two angles tell, in one number.
         yield Factor(f"cos(input_angle_rad - {distinct[0]:.4g})", "", np.cos(angle - distinct[0]))
-    if 2 < len(distinct) <= _MOST_ANGLES:
+    if 2 < len(distinct) <= _LIMITS.most_angles:
         gap = float(np.diff(np.r_[distinct, distinct[0] + 2 * np.pi]).min())
         sharp = significant(np.clip(4 / (1 - np.cos(gap)), 1.0, 200.0), 3)
         for centre in distinct:
@@ -232,7 +240,7 @@ def _wheres(r: Readings) -> Iterator[Factor]:
 def _bumps(name: str, unit: str, values: Floats) -> Iterator[Factor]:
     """Near one level of a column."""
     levels = levels_of(values).value
-    if not 2 < len(levels) <= _MOST_ANGLES:
+    if not 2 < len(levels) <= _LIMITS.most_angles:
         return
     for number, level in enumerate(levels):
         gap = float(np.abs(np.delete(levels, number) - level).min())

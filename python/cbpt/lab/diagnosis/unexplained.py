@@ -8,6 +8,7 @@ column         a column of the table, or one made from it, as numbers
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -23,11 +24,20 @@ from cbpt.lab.wording.names import columns_in_words
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-_MOST_LEVELS = 12
-_STRETCHES = 6
-_MOST_LINES = 16
-# Their values are labels, or a rate: where they lie tells people nothing.
-_NO_PLACE = ("run", "preload_step", "torque_rate")
+
+
+@dataclass(frozen=True)
+class _Shown:
+    """How much is listed."""
+
+    most_levels: int = 12
+    stretches: int = 6
+    most_lines: int = 16
+    no_place: tuple[str, ...] = ("run", "preload_step", "torque_rate")
+    """Their values are labels, or a rate: where they lie tells people nothing."""
+
+
+_SHOWN = _Shown()
 
 
 def card(d: DiagnosisData) -> dict[str, Any]:
@@ -48,36 +58,36 @@ def card(d: DiagnosisData) -> dict[str, Any]:
         "noise_arcsec": _noise_arcsec(d),
         "strong_where": {name: list(ends) for name, ends in _strong_where(d).items()},
         "measure_next": measure_next(d),
-        "shape": list(_shape(d, columns, f))[:_MOST_LINES],
+        "shape": list(_shape(d, columns, f))[: _SHOWN.most_lines],
     }
 
 
 def measure_next(d: DiagnosisData) -> str:
-    """Advice, as nothing without a name predicts what a further run would read."""
+    """Advice in place of a computed run, which needs a known effect."""
     pattern = d.verdict.lack_of_fit
     assert pattern is not None
     columns, f = list(pattern.columns), np.abs(pattern.fitted_arcsec)
-    placed = {c: column(d, c) for c in columns if c not in _NO_PLACE}
+    placed = {c: column(d, c) for c in columns if c not in _SHOWN.no_place}
     most = int(np.argmax(f))
     spot = label_of({c: (float(v[most]), float(v[most])) for c, v in placed.items()}, None)
     strong = _strong_where(d)
     part = {c: strong[c] for c, v in placed.items() if strong and strong[c] != _ends(v)}
     said = (
-        "What is missing has no name and so predicts no further run. In these readings it depends "
-        f"on {columns_in_words(columns)}"
+        "No known effect explains the misfit, so no further run can be computed from it. In these "
+        f"readings it depends on {columns_in_words(columns)}"
     )
     said += f" and is largest near {spot}" if spot else ""
     if part:
-        said += f"; more than twice the noise only within {label_of(part, None)}"
+        said += f"; it exceeds twice the noise only within {label_of(part, None)}"
     if not strong:
-        said += "; nowhere is it twice the noise, so repeat readings first"
+        said += "; it exceeds twice the noise nowhere, so repeat readings first"
     free = [c for c in columns if c != "run"]
     if not free:
-        return f"{said}. Repeat a run as it was, to see whether the same comes back."
-    where = "Measure more there, and vary" if spot else "Vary"
+        return f"{said}. Repeat a run unchanged, to see whether the misfit is the same."
+    where = "Measure more readings there, and vary" if spot else "Vary"
     alone = "one at a time" if len(free) > 1 else "alone"
-    wait = " (time: hold a load and wait)" if {"time_s", "run_time_s"} & set(free) else ""
-    return f"{said}. {where} {columns_in_words(free)} {alone}, all else held{wait}."
+    wait = " (for time: hold a load and wait)" if {"time_s", "run_time_s"} & set(free) else ""
+    return f"{said}. {where} {columns_in_words(free)} {alone}, with all else constant{wait}."
 
 
 def _noise_arcsec(d: DiagnosisData) -> float:
@@ -141,11 +151,11 @@ def _cells(d: DiagnosisData, columns: list[str]) -> Iterator[tuple[str, Mask]]:
 def _parts(values: Floats) -> Iterator[tuple[str, Mask]]:
     """The levels of a column, or stretches of it where there are many."""
     found = levels_of(values)
-    if len(found) <= _MOST_LEVELS:
+    if len(found) <= _SHOWN.most_levels:
         for number, level in enumerate(found.value):
             yield f"{level:g}", found.index == number
         return
-    edges = np.unique(np.quantile(values, np.linspace(0, 1, _STRETCHES + 1))) + 0.0  # no -0
+    edges = np.unique(np.quantile(values, np.linspace(0, 1, _SHOWN.stretches + 1))) + 0.0  # no -0
     for number, (low, high) in enumerate(pairwise(edges)):
         above = values > low if number else values >= low
         yield f"{low:.3g} to {high:.3g}", above & (values <= high)

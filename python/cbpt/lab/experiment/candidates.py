@@ -23,10 +23,19 @@ Floats = NDArray[np.float64]
 
 READINGS = 13
 """In every run, so that runs compare."""
-_LOOP = (0, 0.25, 0.5, 0.75, 1, 0.5, 0, -0.25, -0.5, -0.75, -1, -0.5, 0)
-_SHARES = (0.5, 0.85)
-"""Of the torque that the preload holds."""
-_DWELL_S = 10.0
+
+
+@dataclass(frozen=True)
+class _Runs:
+    """What candidate runs look like."""
+
+    loop: tuple[float, ...] = (0, 0.25, 0.5, 0.75, 1, 0.5, 0, -0.25, -0.5, -0.75, -1, -0.5, 0)
+    shares: tuple[float, ...] = (0.5, 0.85)
+    """Of the torque that the preload holds."""
+    dwell_s: float = 10.0
+
+
+_RUNS = _Runs()
 
 
 @dataclass(frozen=True)
@@ -38,7 +47,7 @@ class Limits:
     preload_N: tuple[float, float]
     """The lowest and the highest."""
     input_angle_deg: tuple[float, ...] = (0.0, 45.0, 90.0)
-    dwell_s: float | None = _DWELL_S
+    dwell_s: float | None = _RUNS.dwell_s
     """From one reading to the next; None where there are no times."""
     temperature_degC: float | None = None
     cycles: int | None = None
@@ -78,7 +87,7 @@ def _usual_step(r: Readings) -> float | None:
         return None
     order = np.lexsort((r.time_s, r.run_index))
     steps = np.diff(r.time_s[order])[np.diff(r.run_index[order]) == 0]
-    return float(np.median(steps)) if len(steps) and np.median(steps) > 0 else _DWELL_S
+    return float(np.median(steps)) if len(steps) and np.median(steps) > 0 else _RUNS.dwell_s
 
 
 def candidates(drive: Drive, limits: Limits, most: int | None = None) -> list[PlannedRun]:
@@ -106,7 +115,7 @@ def _every(drive: Drive, limits: Limits) -> Iterator[PlannedRun]:
         peaks = (
             # What a preload holds grows in proportion to it.
             min(limits.torque_Nm, share * limits.torque_Nm * preload / needed)
-            for share in _SHARES
+            for share in _RUNS.shares
         )
         for peak in dict.fromkeys(significant(p, 3) for p in peaks):
             at = replace(plain, preload_N=significant(preload, 4))
@@ -114,7 +123,7 @@ def _every(drive: Drive, limits: Limits) -> Iterator[PlannedRun]:
 
 
 def _runs(at: PlannedRun, peak: float, limits: Limits) -> Iterator[PlannedRun]:
-    loop = tuple(significant(peak * share, 6) for share in _LOOP)
+    loop = tuple(significant(peak * share, 6) for share in _RUNS.loop)
     for angle in limits.input_angle_deg:
         yield replace(at, torque_Nm=loop, input_angle_deg=(angle,))
     first = replace(at, input_angle_deg=limits.input_angle_deg[:1])

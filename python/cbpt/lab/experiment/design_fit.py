@@ -4,7 +4,7 @@ numbers of the drive, the calibrations and the zeros are refitted.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,10 +21,20 @@ from cbpt.lab.selection.fit_effects import predicted
 
 Floats = NDArray[np.float64]
 
-# A number that moves by more than this part of its uncertainty may leave the straight.
-_FAR = 0.1
-# What stands out by more than this is seen and told apart, whatever a finer fit would make of it.
-_PLAIN = 60.0
+
+@dataclass(frozen=True)
+class _Limits:
+    """When a finer fit is made."""
+
+    far: float = 0.1
+    """A number that moves by more than this part of its uncertainty may leave the straight."""
+    plain: float = 60.0
+    """What stands out by more than this is seen and told apart, whatever a finer fit would
+    make of it.
+    """
+
+
+_LIMITS = _Limits()
 
 
 class Sight:
@@ -68,7 +78,9 @@ class Sight:
         unknowns = self.numbers.unknowns(Hypothesis())
         places = [u.index for u in unknowns]
         last: Fit | None = None
-        for j in np.flatnonzero(solved & (np.abs(moved[: len(unknowns)]) > _FAR).any(axis=0)):
+        for j in np.flatnonzero(
+            solved & (np.abs(moved[: len(unknowns)]) > _LIMITS.far).any(axis=0)
+        ):
             changed = self.numbers.with_angles(self.campaign.y_arcsec + changes[:, j])
             start = self.numbers.start(Hypothesis(), {})
             if last is None:
@@ -81,7 +93,7 @@ class Sight:
                 continue
             m = last.margin
             left[:, j] = np.r_[m.y - m.x @ m.mode, -self.root * m.mode]
-            if np.linalg.norm(left[:, j]) > _PLAIN:
+            if np.linalg.norm(left[:, j]) > _LIMITS.plain:
                 break
         left[:, ~solved] = np.nan
         return left

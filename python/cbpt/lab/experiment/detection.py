@@ -25,7 +25,7 @@ from cbpt.lab.selection.setting import prior
 
 Floats = NDArray[np.float64]
 
-LIMIT = float(np.log(RULES.rival_odds))
+LIMIT = RULES.log_rival_odds
 """Log odds against nothing from which an effect is told."""
 
 

@@ -31,7 +31,7 @@ from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.selection.rules import RULES
 
 Floats = NDArray[np.float64]
-LIMIT = float(np.log(RULES.rival_odds))
+LIMIT = RULES.log_rival_odds
 """Log odds that decide between two hypotheses."""
 # Spread of the offset of a further run over the noise: it is not known at all.
 _ZERO_PER_U = 100.0

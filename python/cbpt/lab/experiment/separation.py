@@ -12,6 +12,7 @@ twins_unseen    twins of which a plan does not show both
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,11 +26,21 @@ from cbpt.lab.selection.setting import prior
 
 Floats = NDArray[np.float64]
 
-# Correlation from which two effects are one to any reading.
-_TWIN = 0.9999
-# A pair needs no mention where it is told apart at this many times the smallest size seen.
-_SOON = 1.25
-_NOTHING = 1e-3
+
+@dataclass(frozen=True)
+class _Limits:
+    """When two effects count as separated."""
+
+    twin: float = 0.9999
+    """Correlation from which two effects are one to any reading."""
+    soon: float = 1.25
+    """A pair needs no mention where it is told apart at this many times the smallest size
+    seen.
+    """
+    nothing: float = 1e-3
+
+
+_LIMITS = _Limits()
 
 
 # --- one effect ---------------------------------------------------------------------------
@@ -144,7 +155,7 @@ def guises_left(sight: Sight, found: Sequence[Seen]) -> list[Floats]:
     for columns in guises(lefts):
         size = np.linalg.norm(columns, axis=0)
         # What the refit follows to a thousandth of a standard uncertainty is nothing.
-        if np.isfinite(size).all() and size.min() > _NOTHING:
+        if np.isfinite(size).all() and size.min() > _LIMITS.nothing:
             basis, strength, _ = np.linalg.svd(columns / size, full_matrices=False)
             looks.append(basis[:, strength > 1e-6])
     return looks
@@ -165,7 +176,7 @@ def pair_of(
     names = one[0].effect, other[0].effect
     odds = prior(names[:1]) - prior(names[1:])
     sides = [_apart_from(one, other_looks, odds), _apart_from(other, one_looks, -odds)]
-    twins = names[1] in TWINS.get(names[0], []) or min(s[2] for s in sides) > _TWIN
+    twins = names[1] in TWINS.get(names[0], []) or min(s[2] for s in sides) > _LIMITS.twin
     decided = _deciding(names) if twins else ()
     above = sides[0][0], sides[1][0]
     verdict = _verdict(twins, (one[0], other[0]), above)
@@ -216,7 +227,7 @@ def _verdict(twins: bool, seen: tuple[Seen, Seen], above: tuple[float | None, fl
     if above[0] is None or above[1] is None:
         return "not_here"
     soon = [
-        size <= _SOON * (each.smallest["even"] or 0.0)
+        size <= _LIMITS.soon * (each.smallest["even"] or 0.0)
         for each, size in zip(seen, above, strict=True)
         if size is not None
     ]

@@ -25,10 +25,21 @@ from cbpt.lab.model.priors import PRIORS
 Floats = NDArray[np.float64]
 
 READINGS = "readings"
-# Parts of the variance below this are not worth a line; at the other end they are all of it.
-_LEAST_SHARE = 0.005
-_NEARLY = 0.95
-_COVERED = 0.95
+
+
+@dataclass(frozen=True)
+class _Shown:
+    """What is worth a line."""
+
+    least_share: float = 0.005
+    """Parts of the variance below this are not worth a line; at the other end they are all of
+    it.
+    """
+    nearly: float = 0.95
+    covered: float = 0.95
+
+
+_SHOWN = _Shown()
 
 
 @dataclass(frozen=True)
@@ -46,14 +57,14 @@ class Combined:
     def evaluation(self) -> str:
         """`A` from the readings, `B` from what was known before, `A+B` from both."""
         readings = self.shares.get(READINGS, 0.0)
-        return "A" if readings > _NEARLY else "B" if readings < 1 - _NEARLY else "A+B"
+        return "A" if readings > _SHOWN.nearly else "B" if readings < 1 - _SHOWN.nearly else "A+B"
 
     @property
     def coverage_factor(self) -> float:
         """Of an interval that covers 95 %."""
         from scipy.special import ndtri, stdtrit
 
-        above = (1 + _COVERED) / 2
+        above = (1 + _SHOWN.covered) / 2
         return float(stdtrit(self.dof, above) if np.isfinite(self.dof) else ndtri(above))
 
 
@@ -100,7 +111,9 @@ class Budget:
                 shares[source] = shares.get(source, 0.0) + float(part)
         readings = max(1.0 - sum(shares.values()), 0.0)
         shares[READINGS] = readings
-        told = {s: v for s, v in sorted(shares.items(), key=lambda t: -t[1]) if v > _LEAST_SHARE}
+        told = {
+            s: v for s, v in sorted(shares.items(), key=lambda t: -t[1]) if v > _SHOWN.least_share
+        }
         dof = self.dof / readings**2 if readings > 1e-6 else np.inf
         return Combined(float(np.sqrt(variance)), told, float(dof))
 

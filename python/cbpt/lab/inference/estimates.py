@@ -1,4 +1,4 @@
-"""The numbers of a fit as people and documents have them.
+"""The parameters of a fit as reports and documents show them.
 
 parameters_of  the parameters of one effect: value, uncertainty or why there is none, unit
 parameter      one of them
@@ -27,7 +27,9 @@ def parameters_of(fit: Fit, effect: str) -> dict[str, dict[str, Any]]:
         # One number for many balls: how far their diameters differ.
         sizes = np.array([fit.value(u) for u in own])
         spread = {"value": float(sizes.std()), "u": None, "unit": "m", "at_bound": False}
-        return {"spread_m": spread | {"why_no_u": f"of {len(own)} balls, each fitted"}}
+        return {
+            "spread_m": spread | {"why_no_u": f"it is computed from {len(own)} fitted diameters"}
+        }
     units = dict(unit for v in fit.hypothesis.variants if v.effect == effect for unit in v.units)
     found = {u.name.partition(".")[2]: parameter(fit, u) for u in own}
     for variant in fit.hypothesis.variants:
@@ -37,7 +39,7 @@ def parameters_of(fit: Fit, effect: str) -> dict[str, dict[str, Any]]:
                 "u": None,
                 "unit": unit_of(name),
                 "at_bound": False,
-                "why_no_u": "one of a few forms, the likeliest of which was taken",
+                "why_no_u": "it was chosen among the forms of the effect, not fitted",
             }
     # The names of an own effect's parameters do not tell their units.
     return {name: p | {"unit": units.get(name, p["unit"])} for name, p in found.items()}
@@ -53,11 +55,11 @@ def parameter(fit: Fit, u: Unknown) -> dict[str, Any]:
     )
     why = None
     if at_bound:
-        why = "the best value lies at the end of the allowed range"
+        why = "the fitted value is at the end of its allowed range"
     elif not np.isfinite(sd) or (np.isfinite(u.upper) and sd > (u.upper - u.lower)):
         why = "the readings do not determine it"
     elif _elsewhere(fit, u):
-        why = "another value or form of it fits about as well, see the notes"
+        why = "another value or form of the effect fits about as well, see the notes"
     return {
         "value": value,
         "u": None if why else sd,

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import copy
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,11 +30,22 @@ from cbpt.lab.model.priors import LOT, VARIANTS, Variant, lots
 from cbpt.lab.model.spring_priors import library_of
 
 Floats = NDArray[np.float64]
-_STEPS = 12
-# In log-likelihood: a departure from form that gains less needs no new look at the noise.
-_NOISE_WORTH = 2.0
-_HOPELESS = 60.0
-"""In misfit: a search that stays this far above the best one under the same noise is given up."""
+
+
+@dataclass(frozen=True)
+class _Search:
+    """When a search ends."""
+
+    steps: int = 12
+    noise_worth: float = 2.0
+    """In log-likelihood: a departure from form that gains less needs no new look at the noise."""
+    hopeless: float = 60.0
+    """In misfit: a search that stays this far above the best one under the same noise is given
+    up.
+    """
+
+
+_SEARCH = _Search()
 
 
 class Fitter:
@@ -63,7 +74,7 @@ class Fitter:
             # Rounding errors hide how much they scatter; what is stated stands.
             self.stated_dof = FIXED_DOF
         # Play and friction of a torsion spring change the angle a lot, so a fit needs more steps.
-        self.steps = 4 * _STEPS if campaign.drive.kind == "torsion_spring" else _STEPS
+        self.steps = 4 * _SEARCH.steps if campaign.drive.kind == "torsion_spring" else _SEARCH.steps
         self.functions = modulations(campaign.readings)
 
     def with_angles(self, y_arcsec: Floats) -> Fitter:
@@ -202,7 +213,7 @@ class Fitter:
         seen = [exact]
         for sd, _ in DISCREPANCY_ODDS[1:]:
             loose = self._departed(exact, exact.noise, sd)
-            if loose.log_marginal > exact.log_marginal + _NOISE_WORTH:
+            if loose.log_marginal > exact.log_marginal + _SEARCH.noise_worth:
                 noise, _ = fit_noise(
                     self.linear(loose), c.u_arcsec, c.rows, exact.noise, self.stated_dof
                 )
@@ -280,7 +291,7 @@ class Race:
         self.fitter, self.noise = fitter, noise
         # How a fit of play and friction begins does not say how it ends.
         large = fitter.campaign.drive.kind == "torsion_spring"
-        self._room = np.inf if large else _HOPELESS
+        self._room = np.inf if large else _SEARCH.hopeless
         self._best = np.inf
 
     def fit(self, hypothesis: Hypothesis, start: Floats, free_noise: bool = True) -> Fit | None:

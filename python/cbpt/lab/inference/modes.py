@@ -10,7 +10,7 @@ several, each a peak of the likelihood with a small uncertainty of its own.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,22 +22,31 @@ from cbpt.lab.model.priors import Variant
 
 Floats = NDArray[np.float64]
 
-AS_GOOD = float(np.log(20.0))
-"""Log odds within which a solution is not excluded."""
-_PHASES = 8
-_SIZES = (0.4, 1.0, 2.5)
-"""Amplitudes to start from, of that which was found."""
-_STARTS = 6
-# In log odds, under the noise of the fit that is given: what is further off is not polished.
-_POLISHED_WITHIN = 8.0
-_MOST = 8
-# In standard uncertainties.
-_APART = 3.0
+
+@dataclass(frozen=True)
+class _Search:
+    """Where modes are looked for."""
+
+    phases: int = 8
+    sizes: tuple[float, ...] = (0.4, 1.0, 2.5)
+    """Amplitudes to start from, of that which was found."""
+    starts: int = 6
+    polished_within: float = 8.0
+    """In log odds, under the noise of the fit that is given: what is further off is not
+    polished.
+    """
+    most: int = 8
+    apart: float = 3.0
+    """In standard uncertainties."""
 
 
-def with_modes(fitter: Fitter, fit: Fit, forms: Sequence[Variant] = ()) -> Fit:
+_SEARCH = _Search()
+
+
+def with_modes(fitter: Fitter, fit: Fit, within: float, forms: Sequence[Variant] = ()) -> Fit:
     """The best solution of the effects of a fit, over phases and forms, and the others as good.
 
+    within: log odds within which a mode is not excluded.
     forms: those to choose from; all of the library where empty.
     """
     race = Race(fitter, fit.noise)
@@ -49,12 +58,14 @@ def with_modes(fitter: Fitter, fit: Fit, forms: Sequence[Variant] = ()) -> Fit:
         return replace(fit, modes_searched=True)
     rough.sort(key=lambda f: -f.log_evidence)
     top = rough[0].log_evidence
-    near = _distinct([f for f in rough if f.log_evidence > top - _POLISHED_WITHIN])[:_MOST]
+    near = _distinct([f for f in rough if f.log_evidence > top - _SEARCH.polished_within])[
+        : _SEARCH.most
+    ]
     fine = (race.fit(f.hypothesis, f.point.values) for f in near)
     found = [fit, *(f for f in fine if f is not None and np.isfinite(f.log_evidence))]
     found.sort(key=lambda f: -f.log_evidence)
     best, *other_modes = _distinct(found)
-    as_good = [f for f in other_modes if f.log_evidence > best.log_evidence - AS_GOOD]
+    as_good = [f for f in other_modes if f.log_evidence > best.log_evidence - within]
     return replace(best, other_modes=tuple(as_good), modes_searched=True)
 
 
@@ -69,7 +80,7 @@ def _rough(race: Race, fit: Fit, variant: Variant, forms: Sequence[Variant]) -> 
         hypothesis = Hypothesis(tuple(form if v is variant else v for v in fit.hypothesis.variants))
         starts = list(_starts(fitter, fit, hypothesis, form, amplitude))
         misfit = [fitter.misfit(hypothesis, s, fit.noise) for s in starts]
-        for i in np.argsort(misfit)[:_STARTS].tolist():
+        for i in np.argsort(misfit)[: _SEARCH.starts].tolist():
             got = race.fit(hypothesis, starts[i], free_noise=False)
             if got is not None and np.isfinite(got.log_evidence):
                 yield got
@@ -83,8 +94,8 @@ def _starts(
     base = fitter.start(hypothesis, {})
     base[kept] = fit.point.values[kept]
     at = [fitter.place(form.effect, size) for size in form.sizes]
-    for phase in 2 * np.pi * np.arange(_PHASES) / _PHASES:
-        for size in _SIZES:
+    for phase in 2 * np.pi * np.arange(_SEARCH.phases) / _SEARCH.phases:
+        for size in _SEARCH.sizes:
             values = base.copy()
             values[at] = size * amplitude * np.array([np.cos(phase), np.sin(phase)])
             yield values
@@ -97,7 +108,8 @@ def apart(one: Fit, other: Fit) -> bool:
         return True
     values = {u.name: (other.value(u), other.u(u)) for u in other.unknowns if u.size_of >= 0}
     return any(
-        abs(one.value(u) - values[u.name][0]) > _APART * np.hypot(one.u(u), values[u.name][1])
+        abs(one.value(u) - values[u.name][0])
+        > _SEARCH.apart * np.hypot(one.u(u), values[u.name][1])
         for u in one.unknowns
         if u.size_of >= 0
     )

@@ -133,19 +133,23 @@ def load_of_choice(
     preload_N: ArrayLike | None,
     input_angle_deg: ArrayLike | None,
 ) -> Load | None:
-    """What is not stated is that of `[load]` in the case; None where no torque is to be had."""
+    """The load, completed from `[load]` of the case; None if neither gives a torque."""
     in_case = case if isinstance(case, Case) else None
     if in_case and torque_Nm is None:
         torque_Nm = in_case.torque_Nm
     if torque_Nm is None:
         if preload_N is not None or input_angle_deg is not None:
-            raise InvalidInputError("torque_Nm: state the torque too, at which the angle is wanted")
+            raise InvalidInputError(
+                "torque_Nm is missing: give the torque at which the angle is computed"
+            )
         return None
     if in_case and preload_N is None:
         preload_N = in_case.preload_N
     drive = case if isinstance(case, Drive) else case.drive
     if preload_N is None and drive.kind != "torsion_spring":
-        raise InvalidInputError("preload_N: state the preload too, at which the angle is wanted")
+        raise InvalidInputError(
+            "preload_N is missing: give the preload at which the angle is computed"
+        )
     if in_case and input_angle_deg is None:
         input_angle_deg = in_case.input_angle_deg
     return Load(torque_Nm, preload_N, 0.0 if input_angle_deg is None else input_angle_deg)
@@ -153,12 +157,15 @@ def load_of_choice(
 
 def _checked(*loads: ArrayLike | None) -> tuple[Floats, ...]:
     if any(load is None for load in loads):
-        raise InvalidInputError("preload_N: state the preload too, at which the angle is wanted")
+        raise InvalidInputError(
+            "preload_N is missing: give the preload at which the angle is computed"
+        )
     try:
         arrays = np.broadcast_arrays(*(np.asarray(load, dtype=np.float64) for load in loads))
     except (TypeError, ValueError):
         raise InvalidInputError(
-            "torque_Nm, preload_N and input_angle_deg: expected numbers, or arrays of one shape"
+            "torque_Nm, preload_N and input_angle_deg: expected numbers, or arrays of the same "
+            "shape"
         ) from None
     for name, array in zip(("torque_Nm", "preload_N", "input_angle_deg"), arrays, strict=True):
         bad = ~np.isfinite(array) | ((array <= 0) if name == "preload_N" else False)

@@ -35,12 +35,20 @@ from cbpt.lab.wording.numbers import display, name_of_size, rounded, with_uncert
 
 Floats = NDArray[np.float64]
 
-# Correlations smaller than this are not told.
-_LARGE = 0.7
-# A prior with so much of the variance is all there is.
-_ALL = 0.9
-_FEWEST_LEFT = 3
-_WIDTH = 100
+
+@dataclass(frozen=True)
+class _Shown:
+    """What a table of results shows."""
+
+    large: float = 0.7
+    """Correlations smaller than this are not told."""
+    all: float = 0.9
+    """A prior with so much of the variance is all there is."""
+    fewest_left: int = 3
+    width: int = 100
+
+
+_SHOWN = _Shown()
 
 
 @dataclass(frozen=True)
@@ -97,7 +105,8 @@ class Results:
     def __getitem__(self, name: str) -> Result:
         found = next((row for row in self.rows if row.name == name), None)
         if found is None:
-            raise KeyError(f"{name!r}: there are {', '.join(row.name for row in self.rows)}")
+            known = ", ".join(row.name for row in self.rows)
+            raise KeyError(f"{name!r} is not a name of the results, which are: {known}")
         return found
 
     def to_list(self) -> list[dict[str, Any]]:
@@ -146,9 +155,9 @@ class Results:
         lines = [text_table(headers, table)]
         for row in self.rows:
             text = f"{row.name}: {_basis(row)}"
-            lines += wrap(text, _WIDTH, initial_indent="  ", subsequent_indent="    ")
+            lines += wrap(text, _SHOWN.width, initial_indent="  ", subsequent_indent="    ")
         for note in self.notes:
-            lines += wrap(note, _WIDTH)
+            lines += wrap(note, _SHOWN.width)
         return "\n".join(lines)
 
     def __repr__(self) -> str:
@@ -156,7 +165,7 @@ class Results:
 
 
 _PAIRS = ("rests_on", "correlated_with")
-_HEADERS = ["quantity", "value", "u", "U (95 %)", "k", "unit", "type, what it rests on"]
+_HEADERS = ["quantity", "value", "u", "U (95 %)", "k", "unit", "type, sources of u"]
 
 
 def _cells(row: Result) -> list[str]:
@@ -172,7 +181,7 @@ def _basis(row: Result) -> str:
         others = ", ".join(f"{name} {r:+.2f}" for name, r in row.correlated_with)
         text += f"; correlated with {others}"
     if row.why_no_u:
-        text = f"no u: {row.why_no_u}"
+        text = f"no uncertainty: {row.why_no_u}"
     return text
 
 
@@ -203,10 +212,8 @@ def results_of(
     rows += _chosen(fit)
     rows += _exact(fitter, fit)
     rows += _noise(fitter, fit, budget)
-    rows += [
-        Result(name, "error", value, "arcsec", why_no_u="it describes these readings")
-        for name, value in errors
-    ]
+    fact = "it is a property of these readings, not an estimate"
+    rows += [Result(name, "error", value, "arcsec", why_no_u=fact) for name, value in errors]
     if why_no_u:
         rows = [_without(row, why_no_u) if row.u is not None else row for row in rows]
     order = ["effect", "number", "zero", "angle", "noise", "error"]
@@ -248,8 +255,8 @@ def _of_unknown(budget: Budget, unknown: Unknown) -> tuple[Result, Floats]:
         return replace(row, why_no_u=why), gradient
     row = _with(row, budget.combined(gradient), size)
     ranges = {range_of(each) for each in budget.fit.unknowns}
-    if max((share for source, share in row.rests_on if source in ranges), default=0.0) > _ALL:
-        row = _without(row, "the readings do not tell it from its plausible range")
+    if max((share for source, share in row.rests_on if source in ranges), default=0.0) > _SHOWN.all:
+        row = _without(row, "the readings say no more about it than its plausible range does")
     return row, gradient
 
 
@@ -273,7 +280,7 @@ def _angles(load: AtLoad) -> Iterator[tuple[Result, Floats]]:
         if not np.isfinite(angle):
             row = Result(name, "angle", None, "arcsec", why_no_u=f"no solution: {load.status[i]}")
         elif part is None:
-            why = load.why_no_u or "nothing that was fitted moves it"
+            why = load.why_no_u or "no fitted parameter changes it"
             row = Result(name, "angle", angle, "arcsec", why_no_u=why)
         else:
             row = _with(Result(name, "angle", angle, "arcsec"), part)
@@ -287,7 +294,7 @@ def _correlated(
         if other is row or row.u is None or other.u is None:
             continue
         r = budget.correlation(gradient, g)
-        if abs(r) >= _LARGE:
+        if abs(r) >= _SHOWN.large:
             yield other.name, r
 
 
@@ -296,7 +303,7 @@ def _chosen(fit: Fit) -> Iterator[Result]:
     for variant in fit.hypothesis.variants:
         for name, value in variant.fixed:
             label, size = display(variant.effect, name)
-            why = "chosen among the forms of the effect, not fitted"
+            why = "it was chosen among the forms of the effect, not fitted"
             full = f"{variant.effect}.{label}"
             yield Result(full, "effect", value / size, unit_of(label), why_no_u=why)
     if any(v.effect == LOT for v in fit.hypothesis.variants):
@@ -313,7 +320,7 @@ def _exact(fitter: Fitter, fit: Fit) -> Iterator[Result]:
             name = name_of_size(effect)
             label, size = display(effect, name)
             value = fitter.neutral(effect, name) / size
-            why = f"stated as exact ({key} = 0)"
+            why = f"the case states it as exact ({key} = 0)"
             yield Result(f"{effect}.{label}", "number", value, unit_of(label), why_no_u=why)
 
 
@@ -321,14 +328,14 @@ def _noise(fitter: Fitter, fit: Fit, budget: Budget) -> Iterator[Result]:
     """The uncertainty of a reading, known to so many degrees of freedom, and its structure."""
     u = fit.noise.scale * float(np.sqrt(np.mean(fitter.campaign.u_arcsec**2)))
     row = Result("u of a reading", "noise", u, "arcsec")
-    if budget.dof < _FEWEST_LEFT or fitter.campaign.step_arcsec:
-        coarse = "the step of the display is coarser than it"
-        few = "too few readings are left over"
+    if budget.dof < _SHOWN.fewest_left or fitter.campaign.step_arcsec:
+        coarse = "it is smaller than the step of the display"
+        few = "there are too few degrees of freedom"
         yield replace(row, why_no_u=coarse if fitter.campaign.step_arcsec else few)
     else:
         found = Combined(u / float(np.sqrt(2 * budget.dof)), {"readings": 1.0}, budget.dof)
         yield _with(row, found)
-    chosen = "found by steps of likelihood, its curvature is not known"
+    chosen = "the curvature of the likelihood was not computed for it"
     if fit.noise.offset_arcsec:
         yield Result(
             "spread of the zeros of runs",
@@ -349,8 +356,8 @@ def _noise(fitter: Fitter, fit: Fit, budget: Budget) -> Iterator[Result]:
 
 def _notes(load: AtLoad | None) -> Iterator[str]:
     yield (
-        "u: standard uncertainty (k = 1), the model of the answer taken for right; U: k u, covers "
-        "95 % with t-factors of the effective degrees of freedom."
+        "u: standard uncertainty (k = 1), provided that the model of the answer is right; U = k u: "
+        "expanded uncertainty, 95 %, with k from the effective degrees of freedom."
     )
     if load is None:
         return
@@ -358,4 +365,4 @@ def _notes(load: AtLoad | None) -> Iterator[str]:
         yield "Loads beyond those of the readings are extrapolated; u does not cover that."
     for name, angles in load.by_rival_arcsec.items():
         there = ", ".join(rounded(angle, 4) for angle in angles)
-        yield f"With {name} in the answer's place: {there} arcsec."
+        yield f"If {name} is the cause instead: {there} arcsec."

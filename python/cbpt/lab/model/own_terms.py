@@ -14,7 +14,7 @@ shape.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -38,9 +38,17 @@ COLUMNS = {
 }
 """Columns of a table that variables come from, where they are no part of every table."""
 
-_MOST_PARAMETERS = 8
-_SPAN = 1e-3
-"""Least plausible size over the largest, where no least one is stated."""
+
+@dataclass(frozen=True)
+class _Limits:
+    """What an own effect may have."""
+
+    most_parameters: int = 8
+    span: float = 1e-3
+    """Least plausible size over the largest, where no least one is stated."""
+
+
+_LIMITS = _Limits()
 
 
 def chosen(
@@ -97,10 +105,10 @@ def _stop_if_a_column_lacks(effect: OwnEffect, readings: Readings) -> None:
 def variant_of(effect: OwnEffect, campaign: Campaign) -> Variant:
     """Raises `InvalidInputError` where there is nothing to fit."""
     parameters = {name: (start, low, high) for name, _, start, low, high in effect.parameters}
-    if not 0 < len(parameters) <= _MOST_PARAMETERS:
+    if not 0 < len(parameters) <= _LIMITS.most_parameters:
         raise InvalidInputError(
-            f"effect {effect.id} has {len(parameters)} parameters; from 1 to {_MOST_PARAMETERS} "
-            "can be fitted"
+            f"effect {effect.id} has {len(parameters)} parameters; "
+            f"from 1 to {_LIMITS.most_parameters} can be fitted"
         )
     sizes = _sizes(effect, campaign, parameters)
     spans = [_span(effect, name, *parameters[name]) for name in sizes]
@@ -175,7 +183,7 @@ def _span(
         raise InvalidInputError(
             f"effect {effect.id}: parameter {name} starts at 0 and has no range; state its max"
         )
-    least = low if low and low > 0 else -high if high and high < 0 else _SPAN * largest
+    least = low if low and low > 0 else -high if high and high < 0 else _LIMITS.span * largest
     return min(least, 0.1 * abs(start) or least, 0.5 * largest), largest
 
 

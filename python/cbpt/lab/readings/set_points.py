@@ -22,14 +22,25 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-# Closer than this share of the range may be jitter; the coarsest that leaves clear gaps is taken.
-_JITTERS = (0.04, 0.02, 0.01, 0.005, 0.0025, 0.001)
-# A level is at most this part of the gap to the next.
-_COMPACT = 0.5
-# A column that varies by less than this part of its size was held at one level, unless readings
-# gather at several: this many or more at each.
-_HELD = 0.03
-_GATHERED = 3
+
+@dataclass(frozen=True)
+class _Gaps:
+    """What makes a set point."""
+
+    jitters: tuple[float, ...] = (0.04, 0.02, 0.01, 0.005, 0.0025, 0.001)
+    """Closer than this share of the range may be jitter; the coarsest that leaves clear gaps
+    is taken.
+    """
+    compact: float = 0.5
+    """A level is at most this part of the gap to the next."""
+    held: float = 0.03
+    """A column that varies by less than this part of its size was held at one level, unless
+    readings gather at several: this many or more at each.
+    """
+    gathered: int = 3
+
+
+_GAPS = _Gaps()
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,12 +87,12 @@ def settings(readings: Readings) -> tuple[Levels, list[str]]:
 def _grouped(exact: Floats, n: int) -> Ints:
     gaps = np.diff(exact)
     width = float(exact[-1] - exact[0])
-    held = width <= _HELD * float(np.abs(exact).max())
-    for share in _JITTERS:
+    held = width <= _GAPS.held * float(np.abs(exact).max())
+    for share in _GAPS.jitters:
         split = gaps > share * width
         tried = np.r_[0, np.cumsum(split)]
-        clear = split.any() and _widest(exact, tried) <= _COMPACT * float(gaps[split].min())
-        if clear and not (held and n < _GATHERED * (tried[-1] + 1)):
+        clear = split.any() and _widest(exact, tried) <= _GAPS.compact * float(gaps[split].min())
+        if clear and not (held and n < _GAPS.gathered * (tried[-1] + 1)):
             return np.asarray(tried, dtype=np.int64)
     return np.zeros(len(exact), dtype=np.int64) if held else np.arange(len(exact))
 

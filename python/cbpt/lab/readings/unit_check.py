@@ -5,15 +5,27 @@ slips   what the readings look like, where one factor on the angle takes most of
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-# Of the sum of squared residuals at most this part may be left once the factor is on.
-_LEFT = 0.1
-# The logarithm of the factor may be this far from the slip's, as the drive may be off as well.
-_NEAR = 0.4
+
+@dataclass(frozen=True)
+class _Limits:
+    """When a factor is taken for a wrong unit."""
+
+    left: float = 0.1
+    """Of the sum of squared residuals at most this part may be left once the factor is on."""
+    near: float = 0.4
+    """The logarithm of the factor may be this far from the slip's, as the drive may be off as
+    well.
+    """
+
+
+_LIMITS = _Limits()
 
 _ARCMIN, _MRAD, _URAD, _RAD = 1 / 60, np.pi / 648, np.pi / 0.648, np.pi / 648000
 
@@ -45,12 +57,12 @@ def slips(reading_arcsec: Floats, model_arcsec: Floats) -> tuple[str, ...]:
     left = float(np.sum((reading_arcsec - factor * model_arcsec) ** 2))
     # A factor that is tiny leaves what the readings hold, not what the model does.
     held = float(reading_arcsec @ reading_arcsec)
-    if not factor or left > _LEFT * misfit or left > _LEFT * held:
+    if not factor or left > _LIMITS.left * misfit or left > _LIMITS.left * held:
         return ()
     distance, words = min(
         (abs(float(np.log(abs(factor) / known))), words) for known, words in _FACTORS
     )
-    if distance > _NEAR:
+    if distance > _LIMITS.near:
         return ()
     told = [words] if words else []
     if factor < 0:

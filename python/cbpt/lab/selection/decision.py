@@ -62,7 +62,7 @@ class Verdict:
 def judge(competition: Competition, rules: DecisionRules = RULES) -> Verdict:
     """The verdict on a competition, by the rules above."""
     sets = weighed(competition)
-    limit = float(np.log(rules.rival_odds))
+    limit = rules.log_rival_odds
     best = max(sets, key=lambda n: sets[n])
     named = {n: o for n, o in sets.items() if UNKNOWN not in n}
     first = max(named, key=lambda n: named[n])
@@ -114,7 +114,7 @@ def _demanded(
 ) -> bool:
     """Whether the best set is called for: far likelier than nothing, or likelier and no chance."""
     over = named[first] - named.get((), -np.inf)
-    if over >= np.log(rules.rival_odds):
+    if over >= rules.log_rival_odds:
         return True
     chance = _p_value(competition, _less(first, OFFSET))
     return bool(over > np.log(rules.weak_odds) and chance <= rules.weak_chance)
@@ -215,7 +215,7 @@ def _no_effect(competition: Competition, rules: DecisionRules) -> Verdict:
     strained = {n: z for n, z in moved.items() if abs(z) > rules.moved_sigma + rules.moved_slack}
     if inadequate and strained:
         wide = max(strained, key=lambda n: abs(strained[n]))
-        near = max(odds.values()) - np.log(rules.rival_odds)
+        near = max(odds.values()) - rules.log_rival_odds
         named = {n for names, o in odds.items() if len(names) == 1 and o > near for n in names}
         if _at_end(null, wide):
             # Further off than a number of a drive can be: its twin is as likely to blame.
@@ -283,7 +283,7 @@ def _sharing(competition: Competition, null: Fit, rules: DecisionRules) -> list[
     return sorted(
         n
         for n, (v, z) in alone.items()
-        if v > top - np.log(rules.rival_odds) and abs(z) <= rules.shared_sigma
+        if v > top - rules.log_rival_odds and abs(z) <= rules.shared_sigma
     )
 
 
@@ -413,17 +413,18 @@ def noise_words(competition: Competition, noise: Noise) -> tuple[str, ...]:
     if noise.correlation:
         words.append("correlated")
     if noise.inflation is not None:
-        far = np.count_nonzero(noise.inflation > 2.0)
+        far = np.count_nonzero(noise.inflation > RULES.far_reading)
         words.append(
             "outliers"
-            if far <= 0.05 * len(noise.inflation) and noise.inflation.max() > 2.5
+            if far <= RULES.outlier_share * len(noise.inflation)
+            and noise.inflation.max() > RULES.largest_inflation
             else "heavy_tailed"
         )
     dof = len(competition.campaign)
     if competition.campaign.u_believed != 1 or (
         competition.campaign.u_stated
-        and abs(np.log(noise.scale)) * np.sqrt(2 * dof) > 3.5
-        and abs(np.log(noise.scale)) > 0.1
+        and abs(np.log(noise.scale)) * np.sqrt(2 * dof) > RULES.misstated_sigma
+        and abs(np.log(noise.scale)) > RULES.misstated_log
     ):
         words.append("misstated")
     return tuple(words) or ("white",)

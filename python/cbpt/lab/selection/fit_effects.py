@@ -30,6 +30,7 @@ from cbpt.lab.model.own_terms import campaign_of, chosen
 from cbpt.lab.model.priors import Variant
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.selection.linear_screen import Screen, Signatures
+from cbpt.lab.selection.rules import RULES
 from cbpt.lab.selection.starts import places, start_values
 
 Floats = NDArray[np.float64]
@@ -109,7 +110,7 @@ def fitted(
         raise ReadingsError.of_table(
             readings.source,
             "elastic_angle",
-            "readings at which the model has a solution, to fit to",
+            "3 or more readings at which the model has a solution",
         )
     fitter = Fitter(campaign if solved.all() else campaign.select(solved))
     with threadpool_limits(1, user_api="blas"):
@@ -137,16 +138,19 @@ def best_fit(fitter: Fitter, effects: Sequence[str]) -> Fit:
                 best = got
     if best is None:
         raise InvalidInputError(
-            f"{' + '.join(effects)}: it cannot be fitted; these readings do not depend on it"
+            f"{' + '.join(effects)} cannot be fitted: the computed angles of these readings do not "
+            "depend on the parameters"
         )
-    return with_modes(fitter, best, [v for variants in forms for v in variants])
+    return with_modes(
+        fitter, best, RULES.log_rival_odds, [v for variants in forms for v in variants]
+    )
 
 
 def _forms(effect: str, fitter: Fitter) -> list[Variant]:
     """Forms of an effect that the table can show; `drift:time` stands for one of them."""
     if effect == "run_offset":
         raise InvalidInputError(
-            "run_offset: a zero for each run is no effect to be added; set "
+            "run_offset cannot be added as an effect: to fit an offset for each run, set "
             'zero = "per_run" under [measurement]'
         )
     readings = fitter.campaign.readings
@@ -156,14 +160,15 @@ def _forms(effect: str, fitter: Fitter) -> list[Variant]:
     if not variants:
         known = list(dict.fromkeys(v.effect for v in everything))
         near = [k for k in known if effect in k] or difflib.get_close_matches(effect, known, 1)
-        hint = f"Is {near[0]} meant? " if effect and near else ""
+        hint = f"Did you mean {near[0]}? " if effect and near else ""
         raise InvalidInputError(
-            f"no effect {effect!r} can be fitted. {hint}These can: {', '.join(known)}"
+            f"{effect!r} is not an effect that can be fitted. {hint}Expected one of: "
+            + ", ".join(known)
         )
     possible = [v for v in variants if not v.needs or getattr(readings, v.needs) is not None]
     if not possible:
         need = variants[0].needs
-        raise ReadingsError.of_table(readings.source, need, f"what {effect} depends on")
+        raise ReadingsError.of_table(readings.source, need, f"the column that {effect} depends on")
     return possible
 
 

@@ -30,15 +30,23 @@ from cbpt.lab.model.discrepancy import DISCREPANCY_ODDS
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.set_points import levels_of
 from cbpt.lab.selection.ranking import ranked
+from cbpt.lab.selection.rules import RULES
 
 Floats = NDArray[np.float64]
 Names = tuple[str, ...]
-_MOST_COLUMNS = 160
-_MOST_LEVELS = 40
-_FAMILIES = 3
-_AMPLITUDES = (0.5, 1.5, 5.0, 15.0)
-# In misfit.
-_AS_WELL = 6.0
+
+
+@dataclass(frozen=True)
+class _Limits:
+    """What is asked of a family, and of how many."""
+
+    most_columns: int = 160
+    most_levels: int = 40
+    families: int = 3
+    amplitudes: tuple[float, ...] = (0.5, 1.5, 5.0, 15.0)
+
+
+_LIMITS = _Limits()
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +92,7 @@ def bases(readings: Readings) -> dict[str, Floats]:
     """Patterns of single columns, of those that vary."""
     r = readings
     torque = levels_of(r.torque_Nm).held
-    alone = levels(torque) if len(np.unique(torque)) <= _MOST_LEVELS else hats(torque, 12)
+    alone = levels(torque) if len(np.unique(torque)) <= _LIMITS.most_levels else hats(torque, 12)
     found = {"torque_Nm": alone, "torque_smooth": smooth(torque)}
     if r.preload_N is not None:
         preload = levels_of(r.preload_N).held
@@ -182,7 +190,7 @@ class Structure:
     """Families seen through one fit: its noise and the refit of its unknowns."""
 
     def __init__(self, families: Sequence[Component], whitener: object, margin: Margin) -> None:
-        self.families = [f for f in families if f.patterns.shape[1] <= _MOST_COLUMNS]
+        self.families = [f for f in families if f.patterns.shape[1] <= _LIMITS.most_columns]
         length = np.maximum(np.linalg.norm(margin.x, axis=0), 1e-300)
         axes, size, _ = np.linalg.svd(margin.x / length, full_matrices=False)
         self._free = axes[:, size > 1e-9 * max(float(size.max(initial=0.0)), 1e-300)]
@@ -301,14 +309,14 @@ def lacks_of_fit_on(
             continue
         scores = structure.scores(structure.projected(seen.margin.y)[:, None])
         odds = structure.log_odds(scores)[:, 0]
-        for i in ranked(odds.tolist())[:_FAMILIES]:
+        for i in ranked(odds.tolist())[: _LIMITS.families]:
             if odds[i] > 1:
                 tried[i] = structure.families[i]
     y, x, precision = fitter.linear(fit)
     for family in tried.values():
         patterns = family.patterns - family.patterns.mean(axis=0)
         problem = Patterned(fitter, y, np.column_stack([x, patterns]), precision, start)
-        ratings = [(problem.rated(a)[0], a) for a in _AMPLITUDES]
+        ratings = [(problem.rated(a)[0], a) for a in _LIMITS.amplitudes]
         amplitude = max(ratings)[1]
         value, suited = problem.rated(amplitude, structures=True)
         value += fit.log_size_prior
@@ -336,7 +344,7 @@ def says_no_more(pattern: LackOfFit, fit: Fit) -> bool:
     whitener = Whitener.of(pattern.noise, c.u_arcsec, c.rows)
     prior = problem.prior(pattern.amplitude)
     free = Margin.of(whitener(problem.y), whitener(problem.columns), prior).chi2
-    return bool(problem.fitter.look(fit, pattern.noise).margin.chi2 - free < _AS_WELL)
+    return bool(problem.fitter.look(fit, pattern.noise).margin.chi2 - free < RULES.as_well)
 
 
 def held_out_with_lack_of_fit(pattern: LackOfFit, fold: NDArray[np.int64]) -> Floats:

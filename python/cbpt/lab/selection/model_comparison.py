@@ -29,6 +29,7 @@ from cbpt.lab.model.priors import ODDS
 from cbpt.lab.selection.lack_of_fit import LackOfFit, lacks_of_fit_on, says_no_more
 from cbpt.lab.selection.linear_screen import Gain, Screen, Signature, Signatures
 from cbpt.lab.selection.ranking import ranked
+from cbpt.lab.selection.rules import RULES
 from cbpt.lab.selection.setting import Names, Setting, prepare, prior
 from cbpt.lab.selection.starts import start_values
 
@@ -113,10 +114,10 @@ def compete(
     contest.fit_pairs()
     if campaign.drive.kind == "torsion_spring":
         contest.fit_together()
-    report("patterns without a name", 0.85)
+    report("lack of fit", 0.85)
     contest.find_modes_of_best()
     unnamed = contest.unnamed()
-    report("what chance shows", 0.95)
+    report("p-values by simulation", 0.95)
     return contest.competition(unnamed, rng)
 
 
@@ -167,7 +168,7 @@ class _Contest:
         best = max(self.score(n) for n in self.fits) - _EFFORT.modes_room
         least = max(best, self.setting.score(self.setting.null))
         for names in [n for n in self.fits if self.score(n) > least]:
-            self.fits[names] = with_modes(self.fitter, self.fits[names])
+            self.fits[names] = with_modes(self.fitter, self.fits[names], RULES.log_rival_odds)
 
     def fit_pairs(self) -> None:
         """Pairs that may beat every single one."""
@@ -211,7 +212,7 @@ class _Contest:
         """Other modes of the best set, where they were not searched for yet."""
         top = max(self.fits, key=self.score)
         if not self.fits[top].modes_searched:
-            self.fits[top] = with_modes(self.fitter, self.fits[top])
+            self.fits[top] = with_modes(self.fitter, self.fits[top], RULES.log_rival_odds)
 
     def unnamed(self) -> list[tuple[float, LackOfFit]]:
         """Lack of fit without a name on the drive as stated and on the best set, with log odds, the

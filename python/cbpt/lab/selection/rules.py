@@ -6,6 +6,7 @@ RULES          those in force
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 __all__ = ["RULES", "DecisionRules"]
@@ -68,6 +69,24 @@ class DecisionRules:
     """Largest chance at which the stated numbers count as rejected."""
     decided_within: float = 6.0
     """Log likelihood within which another answer is as good on the readings alone."""
+    as_well: float = 6.0
+    """Squared whitened misfit by which named effects may follow the readings worse than a lack of
+    fit and still say as much."""
+    far_reading: float = 2.0
+    """Inflation factor from which a reading counts as an outlier."""
+    largest_inflation: float = 2.5
+    """Inflation factor that the farthest reading of outliers exceeds."""
+    outlier_share: float = 0.05
+    """Largest share of readings that are outliers; more make heavy tails."""
+    misstated_sigma: float = 3.5
+    """Standard deviations of the logarithm of the scale from which what is stated is wrong."""
+    misstated_log: float = 0.1
+    """Least logarithm of the scale at which it is."""
+
+    @property
+    def log_rival_odds(self) -> float:
+        """Log odds within which nothing is excluded."""
+        return math.log(self.rival_odds)
 
 
 RULES = DecisionRules()

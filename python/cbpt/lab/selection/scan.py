@@ -40,17 +40,27 @@ Mask = NDArray[np.bool_]
 
 REGIMES = tuple(str(name) for name in CODES[:3])
 
-_CELLS = 7
-_RUNS = 16
-_FEWEST = 3
-_MOST = 5
-_LIMIT = 0.05
-# Of a pattern's square this much has to survive refitting, or it cannot be seen.
-_SEEN = 1e-3
-# A region that has more of its misfit than this in those before it tells the same again.
-_TOLD = 0.4
-# As telling as this against the best is taken as equal: a part of a column, and the rest of it.
-_EQUAL = 0.999
+
+@dataclass(frozen=True)
+class _Limits:
+    """Numbers of the scan."""
+
+    cells: int = 7
+    runs: int = 16
+    fewest: int = 3
+    most: int = 5
+    limit: float = 0.05
+    seen: float = 1e-3
+    """Of a pattern's square this much has to survive refitting, or it cannot be seen."""
+    told: float = 0.4
+    """A region that has more of its misfit than this in those before it tells the same again."""
+    equal: float = 0.999
+    """As telling as this against the best is taken as equal: a part of a column, and the rest
+    of it.
+    """
+
+
+_LIMITS = _Limits()
 
 _PRODUCTS = (
     ("torque_Nm", "preload_N"),
@@ -169,8 +179,8 @@ def find_regions(
     rng: np.random.Generator,
     replicates: int = 400,
     *,
-    limit: float = _LIMIT,
-    most: int = _MOST,
+    limit: float = _LIMITS.limit,
+    most: int = _LIMITS.most,
 ) -> tuple[Region, ...]:
     """Regions in which the residual stands out, the most telling first; none where it is noise.
 
@@ -254,7 +264,7 @@ def _axes(readings: Readings, regime: Ints | None) -> dict[str, _Axis]:
     return {axis.column: axis for axis in found if axis.cells > 1}
 
 
-def _numbers(column: str, values: Floats, most: int = _CELLS) -> _Axis:
+def _numbers(column: str, values: Floats, most: int = _LIMITS.cells) -> _Axis:
     """Levels, or where there are many as many neighbours together as make cells of equal range."""
     levels = levels_of(values)
     cell = _merged(levels.value, most)[levels.index]
@@ -298,7 +308,7 @@ def _runs(readings: Readings) -> _Axis:
     index = readings.run_index
     runs = int(index.max(initial=-1)) + 1
     values = _run_values(readings)
-    count = min(runs, _RUNS)
+    count = min(runs, _LIMITS.runs)
     order = np.argsort(np.argsort(_first_values(values, index, runs)))
     cell = (order * count // max(runs, 1))[index] if runs else index
     return _Axis("run", values, cell, count)
@@ -405,7 +415,9 @@ class _Scan:
         alike = np.column_stack([np.ones(self.n), self.sign])
         self.free = _basis(np.column_stack([free.reshape(self.n, -1), whitener(alike)]))
         self.seen = self.left(whitener(residual_arcsec[:, None]))[:, 0]
-        self.blocks = list(self._blocks(whitener)) if self.n - self.free.shape[1] >= _FEWEST else []
+        self.blocks = (
+            list(self._blocks(whitener)) if self.n - self.free.shape[1] >= _LIMITS.fewest else []
+        )
 
     def left(self, columns: Floats) -> Floats:
         """Whitened columns once everything is refitted."""
@@ -420,13 +432,13 @@ class _Scan:
             cell, member = _cells(group), _member(group)
             one_hot = np.eye(member.shape[1])[cell]
             # Of two sides at least one is told.
-            fewest = 2 * _FEWEST if group[0].column == "torque_size" else _FEWEST
+            fewest = 2 * _LIMITS.fewest if group[0].column == "torque_size" else _LIMITS.fewest
             enough = member @ one_hot.sum(axis=0) >= fewest
             for signed in (False, True) if both_ways else (False,):
                 columns = whitener(one_hot * self.sign[:, None] if signed else one_hot)
                 patterns = self.left(columns)
                 size = _squares(member, patterns)
-                seen = enough & (size > _SEEN * _squares(member, columns)) & (size > 0)
+                seen = enough & (size > _LIMITS.seen * _squares(member, columns)) & (size > 0)
                 inverse = np.where(seen, 1 / np.where(seen, size, 1.0), 0.0)
                 yield _Block(group, signed, cell, patterns, inverse)
 
@@ -460,7 +472,7 @@ class _Scan:
         equals = [
             _Best(block, int(i), float(scores[i]), block.held(int(i))[block.cell])
             for block, scores in scored
-            for i in np.flatnonzero(scores >= _EQUAL * top)
+            for i in np.flatnonzero(scores >= _LIMITS.equal * top)
         ]
         return min(equals, key=lambda b: (np.count_nonzero(b.rows), len(b.block.axes)))
 
@@ -469,7 +481,7 @@ class _Scan:
         scores = np.array(block.shifts(left[:, None])[:, 0], dtype=np.float64)
         misfit, within = block.sums(self.misfit), block.sums(np.ones(self.n))
         scores[misfit * self.n < (1 - 1e-9) * self.misfit.sum() * within] = 0.0
-        scores[block.sums(self.misfit * told) > _TOLD * misfit] = 0.0
+        scores[block.sums(self.misfit * told) > _LIMITS.told * misfit] = 0.0
         return scores
 
     def regions(self, best: _Best, p_value: float) -> Iterator[Region]:
@@ -477,7 +489,7 @@ class _Scan:
         sides = [best.rows]
         if best.block.axes[0].column == "torque_size" and self.sign[best.rows].all():
             sides = [best.rows & (self.sign == side) for side in (1, -1)]
-        sides = [rows for rows in sides if np.count_nonzero(rows) >= _FEWEST]
+        sides = [rows for rows in sides if np.count_nonzero(rows) >= _LIMITS.fewest]
         told = [rows for rows in sides if self.misfit[rows].mean() >= self.misfit.mean()]
         for rows in sorted(told or sides, key=lambda rows: -float(self.misfit[rows].sum())):
             yield self._region(best, rows, p_value)

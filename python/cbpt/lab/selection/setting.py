@@ -93,7 +93,7 @@ def prepare(fitter: Fitter) -> Setting:
     campaign, nothing = fitter.campaign, Hypothesis()
     first = fitter.fit(nothing, free_noise=False)
     if first is None:
-        raise ValueError("the model has no solution at some rows; leave them out first")
+        raise ValueError("the model has no solution at some rows: remove these rows first")
     names = places(fitter)
     families = components(campaign.readings)
     library = Signatures(campaign, fitter.variants)

@@ -1,6 +1,6 @@
 """Effects, kinds of noise and columns of readings in words.
 
-called              what an effect is called, of a reducer of a kind
+called              the name of an effect in a sentence, for a kind of reducer
 tell_tale           how an effect shows in the readings
 columns_in_words    what something depends on
 """
@@ -13,7 +13,7 @@ from cbpt._core import effect_specs
 from cbpt.lab.wording.numbers import listed
 
 NAMES = {
-    "unknown": "something that is not in the library",
+    "unknown": "an effect that is not in the library",
     "contact_stiffness": "a contact stiffness other than designed",
     "contact_angle": "contact angles other than designed",
     "torque_scale": "a wrong gain of the torque readings",
@@ -35,7 +35,7 @@ NAMES = {
     "ball_diameter_lot": "balls of unequal diameter",
     "plate_tilt": "a tilt between the plates",
     "rough_contact": "contacts softer than Hertz's (rough surfaces)",
-    "run_in": "a permanent set of the first loading",
+    "run_in": "a permanent set after the first loading",
     "wear": "preload that is lost with time",
     "creep": "creep under torque",
 }
@@ -49,14 +49,14 @@ _OF_SPRINGS = {
 
 _TELL_TALES = {spec.id: spec.tell_tale for spec in effect_specs()}
 _TELL_TALES_OF_SPRINGS = {
-    "torque_scale": "moves the bends of the curve along the torque",
+    "torque_scale": "shifts the bends of the curve along the torque axis",
     "sensor_gain": "scales every angle; the bends of the curve stay at their torques",
     "eccentric_bearing": "grows with torque, less than in proportion",
     "output_torsion": "linear in torque, no loop",
-    "friction_hysteresis": "a loop, wider under load where friction grows with it; the first "
-    "loading of a run reads stiffer",
+    "friction_hysteresis": "a loop, wider at high torque if friction grows with the load; the "
+    "first loading of a run appears stiffer",
 }
-"""Where the library's speaks of preload or contacts, which such a reducer does not have."""
+"""Used where the text of the library speaks of preload or contacts: a torsion spring has none."""
 
 _COLUMNS = {
     "torque_Nm": "the torque",
@@ -74,7 +74,7 @@ _COLUMNS = {
 
 
 def called(effect: str, kind: str) -> str:
-    """What an effect is called, of a reducer of that kind."""
+    """The name of an effect in a sentence, for a reducer of that kind."""
     own = _OF_SPRINGS if kind == "torsion_spring" else {}
     return own.get(effect, NAMES.get(effect, effect))
 

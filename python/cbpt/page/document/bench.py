@@ -136,7 +136,7 @@ class Bench:
         fitter = self.fitter
         variants = [v for v in fitter.variants if v.effect == effect]
         if not variants:
-            raise InvalidInputError(f"{effect}: it cannot be fitted to these readings")
+            raise InvalidInputError(f"{effect} cannot be fitted to these readings")
         look = replace(fitter.look(base, self.noise), discrepancy_sd=0.0)
         # What is there already has to be in the model that the slopes are taken of.
         there = [replace(v, shapes=(), secants=()) for v in base.hypothesis.variants]
@@ -152,7 +152,10 @@ class Bench:
                 usable = [m for m in range(len(signatures)) if screen.usable(m)]
                 gains = sorted((screen.single(m) for m in usable), key=lambda g: -g.log_odds)
         if not gains:
-            raise InvalidInputError(f"{effect}: these readings do not depend on it")
+            raise InvalidInputError(
+                f"{effect} cannot be fitted: the computed angles of these readings do not depend "
+                "on it"
+            )
         own = effect in fitter.campaign.own
         best: Fit | None = None
         for gain in gains[: _STARTS if own else 1]:
@@ -181,5 +184,5 @@ class Bench:
         found = self.fitter.fit(hypothesis, start, self.noise, free_noise=False)
         if found is None:
             names = " + ".join(hypothesis.effects)
-            raise InvalidInputError(f"{names}: the model has no solution with it at these loads")
+            raise InvalidInputError(f"{names}: with this the model has no solution at these loads")
         return found

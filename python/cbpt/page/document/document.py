@@ -58,7 +58,7 @@ Floats = NDArray[np.float64]
 PORTS = {
     "series": "adds an angle in series with the drive, rad",
     "load": "adds to the torque or to the preload",
-    "reading": "adds an angle to what the instrument shows, rad",
+    "reading": "adds an angle to the reading of the instrument, rad",
 }
 """Where an own effect may act."""
 _NOT_YET = "the readings have not been diagnosed yet"
@@ -345,7 +345,7 @@ class Found:
         if self.numbers_off:
             # They are in the rung of the refit already; left free they are no step further.
             names = ", ".join(name.replace("_", " ") for name in self.numbers_off)
-            rungs[1]["label"] = f"numbers refitted ({names})"
+            rungs[1]["label"] = f"parameters refitted ({names})"
             rungs = [
                 r
                 for i, r in enumerate(rungs)
@@ -360,7 +360,7 @@ class Found:
         }
 
     def where(self) -> Where | None:
-        """Regions in which the drive as stated fails."""
+        """Regions in which the model as stated disagrees with the readings."""
         if self.answer is None:
             return None
         from cbpt.lab.selection.scan import label_of
@@ -410,7 +410,7 @@ def library(case: Case | Drive, found: Found) -> Iterator[LibraryEffect]:
                 "tell_tale": tell_tale(spec.id, kind),
                 "equation": spec.equation,
                 "source": spec.source,
-                "why_not": None if there else "the table lacks a column that it depends on",
+                "why_not": None if there else "the table lacks a column that the effect depends on",
             }
 
 
@@ -435,5 +435,5 @@ def _why_no_run(answer: Mapping[str, Any]) -> str:
     if verdict["kind"] == "unknown":
         return str(answer["unknown"]["measure_next"])
     if verdict["rivals"] or verdict["kind"] == "ambiguous":
-        return "no run like those so far would separate the rivals"
+        return "no run like the previous ones would distinguish the rivals"
     return "the answer has no rivals, so no further run is needed to decide"

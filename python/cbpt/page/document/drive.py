@@ -35,8 +35,8 @@ from cbpt.units import UNITS
 
 _CURVE_POINTS = 81
 _WHY_NO_DRAWING = (
-    "a torsion spring is known by its stiffness alone: it has no grooves, balls and preload "
-    "thresholds that could be drawn"
+    "a torsion spring is described by its stiffness alone: it has no grooves, balls or preload "
+    "thresholds to draw"
 )
 _RAD, _M, _PA = (UNITS[unit].size for unit in ("deg", "mm", "GPa"))
 
@@ -99,7 +99,8 @@ def redrawn(
     sliders = _sliders(drive, given)
     for key, value in (load or {}).items():
         if key not in given or not np.isfinite(value):
-            raise InvalidInputError(f"load: {key} = {value} is none of {', '.join(given)}")
+            known = ", ".join(given)
+            raise InvalidInputError(f"load: {key} = {value}: expected a finite number for {known}")
     given = cast(Load, given | dict(load or {}))
     if design:
         drive = _changed(drive, design)
@@ -268,7 +269,7 @@ def _changed(drive: Drive, design: Mapping[str, float]) -> Drive:
     known = {key for key, *_ in _design_of(drive)}
     for key, value in design.items():
         if key not in known:
-            raise InvalidInputError(f"design: no number {key!r} can be changed here")
+            raise InvalidInputError(f"design: {key!r} cannot be changed here")
         section, name = key.split(".")
         for si, shown in _SHOWN.values():
             if name.endswith(shown):
@@ -276,6 +277,6 @@ def _changed(drive: Drive, design: Mapping[str, float]) -> Drive:
                 break
         whole = name == "ball_count"
         if whole and value != int(value):
-            raise InvalidInputError(f"design: {key} = {value:g}, expected a whole number")
+            raise InvalidInputError(f"design: {key} = {value:g}: expected a whole number")
         case[section][name] = int(value) if whole else float(value)
     return Drive.from_dict(case)

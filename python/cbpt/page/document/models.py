@@ -95,7 +95,7 @@ class Models:
         return [n for n in named if n in PRIORS and n in known and (n,) not in fits]
 
     def _of_set(self, names: Names, bench: Bench, fit: Fit) -> Model:
-        label = " + ".join(name_of(self.diagnosis, n) for n in names) or "numbers refitted"
+        label = " + ".join(name_of(self.diagnosis, n) for n in names) or "parameters refitted"
         return self._entry(key_of(names), self._role(names, bench), label, names, bench, fit)
 
     def _entry(
@@ -192,7 +192,7 @@ class Models:
             "chi2_per_dof": d.ladder[-1].chi2_per_dof,
             "probability": d.verdict.probability if d.verdict.kind == "unknown" else None,
             "signature_arcsec": numbers(model - self._stated),
-            "why_no_case": "a lack of fit without a name is no effect that a case file can hold",
+            "why_no_case": "no known effect explains this misfit: a case file cannot hold it",
         }
 
     # --- further choices ---
@@ -244,7 +244,7 @@ class Models:
         held = held_out_residual(bench.fitter, look, self.diagnosis.fold)
         return {
             "added": effects[-1] if effects else "",
-            "label": effects[-1] if effects else "numbers refitted",
+            "label": effects[-1] if effects else "parameters refitted",
             "key": key_of(effects),
             "effects": list(effects),
             "in_sample_arcsec": rmse_of(bench.fitter.campaign, look),

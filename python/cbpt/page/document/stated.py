@@ -37,14 +37,14 @@ def key_of(effects: Sequence[str]) -> str:
 
 
 def free_function(columns: Sequence[str]) -> str:
-    """What the model of a lack of fit is called: any function of the torque and the cycle."""
-    return f"any function of {columns_in_words(columns)}"
+    """The label of a lack of fit: a free-form function of the torque and the cycle."""
+    return f"a free-form function of {columns_in_words(columns)}"
 
 
 def stop_if_taken(id: str) -> None:
     """Raises `InvalidInputError` for the id of an own effect that is the key of a model."""
     if id in (STATED, REFITTED, UNKNOWN):
-        raise InvalidInputError(f'id = "{id}": the page calls a model so; take another name')
+        raise InvalidInputError(f'id = "{id}": this id is reserved by the page; choose another')
 
 
 def rows_of(
