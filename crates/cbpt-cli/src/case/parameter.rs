@@ -342,7 +342,7 @@ impl Variants {
             if let Some(special) = hiding {
                 return Err(Mistake {
                     key: parameter.name.clone(),
-                    problem: format!("{special} is an axis as well and takes its place"),
+                    problem: format!("{special} is given as well and takes precedence"),
                     allowed: "sweep the two separate parameters instead".into(),
                     ..Mistake::default()
                 });

@@ -464,7 +464,7 @@ fn effects_of_the_case_are_part_of_the_answer() {
         "as the instrument shows it",
         "contribution",
         "output_torsion",
-        "Note: findings are of the drive alone",
+        "Note: findings are computed for the drive alone",
     ] {
         assert!(said.contains(words), "{words} in {said}");
     }
