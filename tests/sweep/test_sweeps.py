@@ -458,7 +458,7 @@ def test_units_are_those_of_udunits(suffix: str, unit: str) -> None:
         ({"load.torque": [1]}, ["needs a unit", "torque_Nm"]),
         ({"load.torque_lbft": [1]}, ["unit lbft is not read"]),
         ({"effect.creep.amplitude": [1]}, ['[[effect]] with id = "creep"']),
-        ({"uncertainty.torque_gain_rel": [1]}, ["no part in the elastic angle"]),
+        ({"uncertainty.torque_gain_rel": [1]}, ["does not change the elastic angle"]),
         ({"torsion_spring.torsional_stiffness_Nm_per_rad": [1]}, ["has a ball drive"]),
         ({"deceleration.ball_count": [20.5]}, ["20.5", "whole number"]),
         ({"deceleration.contact_angle_deg": [45, 95]}, ["95", "less than 90"]),
@@ -484,7 +484,7 @@ def test_a_wrong_axis_is_told_with_the_remedy(axes: dict[str, Any], told: list[s
 def test_a_hidden_value_cannot_be_swept() -> None:
     angles = {"outside_contact_angle_deg": 40, "inside_contact_angle_deg": 50}
     pair = {k: v for k, v in base_case()["equal_speed"].items() if "contact_angle" not in k}
-    with pytest.raises(PlanError, match="stands before it"):
+    with pytest.raises(PlanError, match="takes its place"):
         sweep(case(equal_speed=pair | angles), {"equal_speed.contact_angle_deg": [30, 40]})
 
 
