@@ -80,7 +80,7 @@ REFUSED: dict[str, tuple[Change, str, str]] = {
         "a column that varies",
     ),
     "a cell is NaN": (gap, ANGLE, "a finite number"),
-    "one time twice": (twice, "time_s", "different times"),
+    "one time twice": (twice, "time_s", "a different time"),
     "u is 0": (lambda t: with_(t, **{U: 0 * t[U]}), U, "above 0"),
     "torque in N mm": (lambda t: with_(t, torque_Nm=1000 * t["torque_Nm"]), "torque", "solution"),
     "preload in kN": (lambda t: beyond(t, 1e-3), "torque", "solution"),
@@ -132,11 +132,11 @@ def without(*names: str) -> Change:
 
 ANSWERED: dict[str, tuple[Change, str]] = {
     "some readings beyond the preload": (some_beyond, "left out"),
-    "one preload level": (one_level, "one preload level"),
+    "preload is the same": (one_level, "preload is the same"),
     "no uncertainty": (without(U), "uncertainty"),
     "no runs and no time": (without("run", "time_s", "temperature_degC"), "no run column"),
     "runs of one reading": (lambda t: with_(t, run=np.arange(float(len(t["run"])))), ""),
-    "six readings": (lambda t: {k: v[1:7] for k, v in t.items()}, "one preload level"),
+    "six readings": (lambda t: {k: v[1:7] for k, v in t.items()}, "preload is the same"),
 }
 
 

@@ -143,7 +143,7 @@ def test_few_input_angles_are_remarked_on() -> None:
     load |= {"elastic_angle_arcsec": [0.0, 5.0, 10.0, 15.0]}
     for angles, word in (([0.0, 90.0, 0.0, 450.0], "two"), ([0.0, 90.0, 180.0, 0.0], "three")):
         notes = read_readings(load | {"input_angle_deg": angles}).notes
-        assert any(f"{word} input angles only" in note for note in notes)
+        assert any(f"only {word} input angles" in note for note in notes)
     assert not any("input angles" in note for note in read_readings(load).notes)
 
 

@@ -123,7 +123,7 @@ def test_a_workbook_that_unpacks_to_far_more_is_not_unpacked(client: TestClient)
     assert len(raw.getvalue()) < uploads.MOST_BYTES
     found = opened(client, raw.getvalue(), "bomb.xlsx").json()
     assert not found["ready"]
-    assert "once unpacked" in found["message"]
+    assert "when unpacked" in found["message"]
 
 
 def test_a_stray_cell_in_the_last_row_does_not_fill_the_memory(
