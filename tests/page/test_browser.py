@@ -209,7 +209,7 @@ def numbers_of_own(page: Any) -> dict[str, str]:
 
 def a_pattern_is_no_case(live: Any) -> None:
     upload(live, "dev10")
-    assert "no effect of the library" in live.text_content("#sentence")
+    assert "not in the library" in live.text_content("#sentence")
     # Nothing of the library is offered as the answer, and a pattern is in no case file.
     assert live.locator("#show-answer").count() == 0
     assert "does not explain the readings" in live.text_content("#answer .facts")
@@ -219,7 +219,7 @@ def a_pattern_is_no_case(live: Any) -> None:
     live.click("#show-pattern")
     assert number(live, "#rmse") < 1
     assert live.is_disabled("#save-case")
-    assert "no case file: a lack of fit" in live.text_content("#export")
+    assert "no case file: no known effect explains this misfit" in live.text_content("#export")
     live.click("#model-bar >> text=as stated")
     advice = live.text_content("#next .card")
     assert advice.startswith("Where to measure moreNo known effect explains the misfit")
