@@ -11,8 +11,8 @@ and prior odds, so no order of asking decides.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from itertools import combinations
 from itertools import product as cartesian
 
@@ -21,14 +21,20 @@ from numpy.typing import NDArray
 
 from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.inference.evidence import Fit
-from cbpt.lab.inference.fit import Fitter, Race
+from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.hypothesis import Hypothesis
 from cbpt.lab.inference.modes import with_modes
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.priors import ODDS
 from cbpt.lab.selection.lack_of_fit import LackOfFit, lacks_of_fit_on, says_no_more
-from cbpt.lab.selection.linear_screen import Gain, Screen, Signature, Signatures
-from cbpt.lab.selection.ranking import ranked
+from cbpt.lab.selection.linear_screen import Gain, Screen, Signatures
+from cbpt.lab.selection.linear_search import (
+    Offer,
+    additions_to,
+    set_offers,
+    single_offers,
+    views,
+)
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.selection.setting import Names, Setting, prepare, prior
 from cbpt.lab.selection.starts import start_values
@@ -46,12 +52,18 @@ class _Effort:
     """Sets of noise by which the chance of the largest gain is simulated."""
     variants: int = 3
     """Variants of an effect that are fitted in full."""
-    pairs: int = 8
-    """Pairs that are fitted in full."""
-    pair_room: float = 4.0
-    """Log odds below the best single at which the screen may see a pair that is fitted."""
-    pairs_weighed: int = 60
-    """Pairs of the largest gain in misfit whose odds the screen works out."""
+    variant_room: float = 5.0
+    """Log odds below the best variant of an effect at which another one is fitted."""
+    sets: int = 10
+    """Pairs and triples of the linear search that are fitted in full."""
+    room: float = 6.0
+    """Log odds below the best at which the linear search may see a set that is fitted."""
+    rounds: int = 4
+    """Sets to which effects are added and from which they are taken."""
+    additions: int = 3
+    """Effects that are added to each of them."""
+    most: int = 4
+    """Effects of the largest set."""
     modes_room: float = 10.0
     """Log odds below the best within which an effect is searched for other modes."""
     large: int = 4
@@ -111,7 +123,8 @@ def compete(
     contest = _Contest(prepare(Fitter(campaign)), report)
     contest.fit_singles()
     contest.find_modes()
-    contest.fit_pairs()
+    contest.fit_sets()
+    contest.add_and_drop()
     if campaign.drive.kind == "torsion_spring":
         contest.fit_together()
     report("lack of fit", 0.85)
@@ -127,7 +140,8 @@ class _Contest:
     def __init__(self, setting: Setting, report: Progress) -> None:
         self.setting, self.report = setting, report
         self.fitter = setting.fitter
-        self.race = Race(self.fitter, setting.flexible)
+        self.views = views(setting)
+        self.singles = single_offers(self.views)
         self.fits: dict[Names, Fit] = {(): setting.null}
         """The best fit of every set of effects so far."""
 
@@ -151,17 +165,24 @@ class _Contest:
     # --- steps ---
 
     def fit_singles(self) -> None:
-        """Every effect that may gain; the most promising first, which bounds the others."""
-        wider = self.setting.wider
-        promising = _promising(self.setting)
-        for number, gain in enumerate(promising):
-            variant = wider[gain.members[0]].variant
-            self.report(variant.effect, 0.1 + 0.5 * number / len(promising))
-            hypothesis = Hypothesis((variant,))
-            start = start_values(self.fitter, [wider[gain.members[0]]], gain.sizes)
-            self.keep(self.race.fit(hypothesis, start))
-            for noise in _other_noises(self.setting):
-                self.keep(self.fitter.fit(hypothesis, start, noise))
+        """Every effect that may gain, in its most probable variants."""
+        promising = _promising(self.singles)
+        for number, offer in enumerate(promising):
+            variant = offer.signatures[0].variant
+            self.report(variant.effect, 0.1 + 0.4 * number / len(promising))
+            self.fit_offer(offer)
+            if self.fitter.campaign.drive.kind == "torsion_spring":
+                # Play and friction are as large as the angle itself: through correlated noise a
+                # fit may not find its way to them.
+                start = start_values(self.fitter, offer.signatures, offer.sizes)
+                self.keep(self.fitter.fit(Hypothesis((variant,)), start, self.setting.plain))
+
+    def fit_offer(self, offer: Offer) -> None:
+        """The full fit of a set that the linear search offers."""
+        before = offer.base.hypothesis.variants if offer.base else ()
+        added = tuple(s.variant for s in offer.signatures)
+        start = start_values(self.fitter, offer.signatures, offer.sizes, offer.base)
+        self.keep(self.fitter.fit(Hypothesis((*before, *added)), start, offer.noise))
 
     def find_modes(self) -> None:
         """Other modes of the singles that are near the best."""
@@ -170,16 +191,45 @@ class _Contest:
         for names in [n for n in self.fits if self.score(n) > least]:
             self.fits[names] = with_modes(self.fitter, self.fits[names], RULES.log_rival_odds)
 
-    def fit_pairs(self) -> None:
-        """Pairs that may beat every single one."""
-        self.report("pairs of effects", 0.6)
-        for number, pair in enumerate(self._promising_pairs(), 1):
-            added = tuple(s.variant for s in pair.signatures)
-            before = pair.base.hypothesis.variants if pair.base else ()
-            start = start_values(self.fitter, pair.signatures, pair.sizes, pair.base)
-            fit = self.race.fit(Hypothesis((*before, *added)), start)
-            self.report("pairs of effects", 0.6 + 0.2 * number / _EFFORT.pairs)
-            self.keep(fit)
+    def fit_sets(self) -> None:
+        """Pairs and triples that may beat every single one."""
+        self.report("sets of effects", 0.5)
+        offers = set_offers(self.views, len(self.setting.signatures))
+        best = max(*(self.score(n) for n in self.fits), *(o.score for o in offers[:1]))
+        near = [o for o in offers if o.score > best - _EFFORT.room][: _EFFORT.sets]
+        for number, offer in enumerate(near, 1):
+            self.fit_offer(offer)
+            self.report("sets of effects", 0.5 + 0.15 * number / len(near))
+
+    def add_and_drop(self) -> None:
+        """One effect more or less than the best sets, until nothing gains."""
+        done: set[Names] = set()
+        for number in range(_EFFORT.rounds):
+            self.report("one effect more or less", 0.65 + 0.2 * number / _EFFORT.rounds)
+            best = max(self.score(n) for n in self.fits)
+            open_ = [n for n in self.fits if n not in done and n and len(n) <= _EFFORT.most]
+            base = max(open_, key=self.score, default=None)
+            if base is None or self.score(base) < best - _EFFORT.room:
+                return
+            done.add(base)
+            self.drop(base)
+            if len(base) < _EFFORT.most:
+                offers = additions_to(self.setting, self.fits[base])
+                fresh = [o for o in offers if o.names not in self.fits or o.names not in done]
+                for offer in fresh[: _EFFORT.additions]:
+                    if offer.score > best - _EFFORT.room:
+                        self.fit_offer(offer)
+
+    def drop(self, names: Names) -> None:
+        """All sets of one effect less than a set."""
+        fit = self.fits[names]
+        for gone in names:
+            rest = tuple(v for v in fit.hypothesis.variants if v.effect != gone)
+            if tuple(sorted(v.effect for v in rest)) not in self.fits:
+                start = self.fitter.start(Hypothesis(rest), {})
+                kept = [u.index for u in fit.unknowns if u.name.partition(".")[0] != gone]
+                start[kept] = fit.point.values[kept]
+                self.keep(self.fitter.fit(Hypothesis(rest), start, fit.noise))
 
     def fit_together(self) -> None:
         """Two and three effects at once, from the linear problem about the reducer as stated.
@@ -257,115 +307,19 @@ class _Contest:
             setting.plain.inflation,
         )
 
-    def _promising_pairs(self) -> list[_Pair]:
-        """Pairs that the screen sees near the best fit so far or above it, the best first."""
-        offers = _Offers(max(self.score(n) for n in self.fits) - _EFFORT.pair_room)
-        self._offer_pairs(offers)
-        for base in self.ranked_singles[:2]:
-            self._offer_additions(offers, self.fits[base])
-        return sorted(offers.best.values(), key=lambda p: -p.score)[: _EFFORT.pairs]
 
-    def _offer_pairs(self, offers: _Offers) -> None:
-        """Two effects about the drive as stated."""
-        setting, signatures = self.setting, self.setting.signatures
-        for look in setting.looks:
-            screen = look.screen
-            usable = [
-                m for m, s in enumerate(signatures) if screen.usable(m) and not s.variant.spread
-            ]
-            for _, a, b in screen.pairs(usable)[: _EFFORT.pairs_weighed]:
-                one, other = signatures[a], signatures[b]
-                if one.variant.effect == other.variant.effect:
-                    continue
-                gain = screen.gain((a, b))
-                weight = setting.weight(one.variant) + setting.weight(other.variant)
-                score = look.log_evidence + gain.log_odds + weight
-                offers.add(_Pair(score, (one, other), gain.sizes, None))
-
-    def _offer_additions(self, offers: _Offers, base: Fit) -> None:
-        """A second effect about the best fit of one."""
-        setting = self.setting
-        about = setting.library.about(base, setting.names, secants=False)
-        # As the library has it: a discrepancy of the first effect may be the second one.
-        seen = self.fitter.look(replace(base, discrepancy_sd=0.0), setting.flexible)
-        screen, level = Screen(seen, about), setting.score(seen)
-        for m, s in enumerate(about):
-            if screen.usable(m) and s.variant.effect not in base.hypothesis.effects:
-                gain = screen.single(m)
-                score = level + gain.log_odds + setting.weight(s.variant)
-                offers.add(_Pair(score, (s,), gain.sizes, base))
-
-
-@dataclass(frozen=True, eq=False)
-class _Pair:
-    """Two effects that may be better than any single one."""
-
-    score: float
-    """Log of evidence times prior odds, as the screen sees it."""
-    signatures: tuple[Signature, ...]
-    """What is added: both effects, or the second one."""
-    sizes: Floats
-    base: Fit | None
-    """The fit of one of them that the other is added to; None for both at once."""
-
-    @property
-    def names(self) -> Names:
-        """The effects, sorted."""
-        before = self.base.hypothesis.effects if self.base else ()
-        return tuple(sorted([*before, *(s.variant.effect for s in self.signatures)]))
-
-
-class _Offers:
-    """The best offer of every pair of effects, of those that score above a limit."""
-
-    def __init__(self, least: float) -> None:
-        self.least = least
-        self.best: dict[Names, _Pair] = {}
-
-    def add(self, pair: _Pair) -> None:
-        """Keep the pair where it is the best of its effects so far."""
-        if not np.isfinite(pair.score) or pair.score <= self.least:
-            return
-        if pair.names not in self.best or pair.score > self.best[pair.names].score:
-            self.best[pair.names] = pair
-
-
-def _promising(setting: Setting) -> list[Gain]:
-    """The best variants of every effect that gains, with sizes; the most promising first."""
-    found: dict[str, tuple[float, Gain]] = {}
-    for look in setting.looks:
-        for m, s in enumerate(setting.wider):
-            if not look.screen.usable(m):
-                continue
-            gain = look.screen.single(m)
-            if gain.chi2 < 2 or not np.isfinite(gain.log_odds):
-                continue
-            value, label = look.log_evidence + gain.log_odds, s.variant.label
-            if label not in found or value > found[label][0] + _TIE:
-                found[label] = value, gain
-    taken: dict[str, int] = {}
+def _promising(singles: Sequence[Offer]) -> list[Offer]:
+    """The best variants of every effect that gains; the most promising first."""
+    best: dict[str, list[float]] = {}
     out = []
-    gains = [gain for _, gain in found.values()]
-    for place in ranked([value for value, _ in found.values()]):
-        gain = gains[place]
-        effect = setting.wider[gain.members[0]].variant.effect
-        taken[effect] = taken.get(effect, 0) + 1
-        if taken[effect] <= _EFFORT.variants:
-            out.append(gain)
+    for offer in singles:
+        scores = best.setdefault(offer.signatures[0].variant.effect, [])
+        if len(scores) < _EFFORT.variants and (
+            not scores or offer.score > scores[0] - _EFFORT.variant_room
+        ):
+            scores.append(offer.score)
+            out.append(offer)
     return out
-
-
-def _other_noises(setting: Setting) -> Iterator[Noise]:
-    """Noises to start a fit from beside the flexible one.
-
-    Offsets of the runs can hide what goes with the input angle, so a fit is tried without them too.
-    Play and friction of a torsion spring are as large as the angle itself, and through noise that
-    is correlated along the run a fit may not find its way to them; so there the plain one as well.
-    """
-    if setting.flexible.offset_arcsec:
-        yield replace(setting.flexible, offset_arcsec=0.0)
-    if setting.fitter.campaign.drive.kind == "torsion_spring":
-        yield setting.plain
 
 
 def _without_idle(fitter: Fitter, fit: Fit | None, noise: Noise) -> Fit | None:

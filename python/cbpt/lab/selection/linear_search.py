@@ -1,0 +1,299 @@
+"""All small sets of effects at once: linear in their sizes, the noise profiled.
+
+Offer          a set of effects with the score that a view gives it, and where a full fit starts
+View           the library about one fit, seen through one noise
+views          one view for each noise that the readings may have
+single_offers  every variant of every effect
+set_offers     pairs, and triples
+additions_to   one effect more than those of a fit
+
+A set of signatures is a linear problem; its marginal likelihood follows from the Gram matrix of a
+view, with the scale of the noise at its most probable value for each set. Effects that a smaller
+set does not show are found so, because no set is built on another one: all singles and all pairs
+are weighed, and all sets of one more than the best pairs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cbpt.lab.covariance.fit_noise import LEAST_SCALE, log_scale_prior
+from cbpt.lab.covariance.linear_gaussian import Noise
+from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.selection.linear_screen import Screen, Signature
+from cbpt.lab.selection.setting import Names, Setting
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Offer:
+    """A set of effects as a view sees it."""
+
+    score: float
+    """Log of evidence times prior odds, as the view sees it."""
+    signatures: tuple[Signature, ...]
+    """What is added to `base`."""
+    sizes: Floats
+    noise: Noise
+    base: Fit | None = None
+    """The fit that is added to; None for the drive as stated."""
+
+    @property
+    def names(self) -> Names:
+        """The effects, sorted."""
+        before = self.base.hypothesis.effects if self.base else ()
+        return tuple(sorted([*before, *(s.variant.effect for s in self.signatures)]))
+
+
+class View:
+    """The library about one fit, seen through one noise."""
+
+    def __init__(self, setting: Setting, seen: Fit, signatures: Sequence[Signature]) -> None:
+        self.signatures, self.seen = signatures, seen
+        self.screen = Screen(seen, signatures)
+        fitter = setting.fitter
+        self._believed = fitter.stated_dof
+        offsets = fitter.campaign.offsets.shape[1]
+        self._dof = float(len(fitter.campaign) - offsets)
+        self._level = setting.score(seen)
+        self.weight = np.array([setting.weight(s.variant) for s in signatures])
+        self.usable = np.array([self.screen.usable(m) for m in range(len(signatures))], dtype=bool)
+        self.narrow = np.array([not s.variant.spread for s in signatures], dtype=bool)
+        self._width = np.array([s.columns.shape[1] for s in signatures])
+        self._first = np.array([place.start for place in self.screen.places])
+        self._one_sided = np.array([s.one_sided for s in signatures], dtype=bool)
+        powers = np.array([len(s.variant.sizes) for s in signatures])
+        signed = np.array([s.variant.signed for s in signatures])
+        span = np.array([np.log(s.variant.high / s.variant.low or 1.0) for s in signatures])
+        around = np.where(powers == 1, np.where(signed, 2.0, 1.0), 2 * np.pi)
+        # ln of the density of a size r: constant less as many ln r as there are components.
+        with np.errstate(divide="ignore", invalid="ignore"):
+            self._density = 0.5 * powers * np.log(2 * np.pi) - np.log(span * around)
+        self._powers = powers
+
+    def score(self, gained: Floats, sizes: Floats | int) -> Floats:
+        """Score of sets that take so much off the misfit with so many sizes, without the volume and
+        the prior of the sizes; the scale of the noise is the most probable one of each."""
+        scale, chi2 = self.seen.noise.scale, self.seen.margin.chi2
+        dof = self._dof - sizes
+        left = np.maximum(chi2 - gained, 1e-9)
+        square = (left + self._believed / scale**2) / (np.maximum(dof, 1.0) + self._believed)
+        least = LEAST_SCALE / scale if self._believed >= 1 else 1e-9
+        factor = np.maximum(np.sqrt(square), least)
+        prior = -0.5 * self._believed * (2 * np.log(scale * factor) + 1 / (scale * factor) ** 2 - 1)
+        prior -= log_scale_prior(scale, self._believed)
+        likelihood = 0.5 * chi2 - 0.5 * left / factor**2 - dof * np.log(factor)
+        return np.asarray(self._level + likelihood + prior)
+
+    def names(self, members: Iterable[int]) -> Names:
+        """The effects of some signatures, sorted."""
+        return tuple(sorted(self.signatures[m].variant.effect for m in members))
+
+    def offer(self, members: tuple[int, ...], base: Fit | None = None) -> Offer:
+        """One set, exactly."""
+        gain = self.screen.gain(members)
+        rest = gain.log_odds - 0.5 * gain.chi2
+        count = int(self._width[list(members)].sum())
+        score = float(self.score(np.array(gain.chi2), count)) + rest
+        score += float(self.weight[list(members)].sum())
+        chosen = tuple(self.signatures[m] for m in members)
+        return Offer(score, chosen, gain.sizes, self.seen.noise, base)
+
+    def pairs(self, members: Sequence[int]) -> tuple[Floats, NDArray[np.int64], NDArray[np.int64]]:
+        """Scores of all pairs of narrow signatures of two effects, and their places.
+
+        All at once: every signature is padded to two columns, every pair is a 4 x 4 system.
+        """
+        at = np.array([m for m in members if self.narrow[m] and self.usable[m]], dtype=np.int64)
+        kinds = np.unique([self.signatures[m].variant.effect for m in at], return_inverse=True)[1]
+        one, two = np.triu_indices(len(at), 1)
+        other = kinds[one] != kinds[two]
+        a, b = at[one[other]], at[two[other]]
+        if not len(a):
+            return np.zeros(0), a, b
+        last = self._first + self._width - 1
+        at4 = np.column_stack([self._first[a], last[a], self._first[b], last[b]])
+        g = self.screen.gram[at4[:, :, None], at4[:, None, :]]
+        y = self.screen.projection[at4]
+        real = np.ones(at4.shape, dtype=bool)
+        for column, lone in ((1, self._width[a] == 1), (3, self._width[b] == 1)):
+            g[lone, column, :] = 0.0
+            g[lone, :, column] = 0.0
+            g[lone, column, column] = 1.0
+            y[lone, column] = 0.0
+            real[lone, column] = False
+        length = np.sqrt(np.einsum("ijj->ij", g))
+        scaled = g / (length[:, :, None] * length[:, None, :]) + 1e-9 * np.eye(4)
+        inverse = np.linalg.inv(scaled)
+        sizes = np.einsum("ijk,ik->ij", inverse, y / length)
+        gained = np.einsum("ij,ij->i", y / length, sizes)
+        sizes = sizes / length
+        own = np.where(real, np.sqrt(np.einsum("ijj->ij", inverse)) / length, 0.0)
+        volume = -0.5 * np.linalg.slogdet(scaled)[1] - np.log(length).sum(axis=1)
+        score = self.score(gained, self._width[a] + self._width[b]) + volume
+        for part, m in ((slice(0, 2), a), (slice(2, 4), b)):
+            r = np.linalg.norm(sizes[:, part], axis=1)
+            seen = np.linalg.norm(own[:, part], axis=1) / np.sqrt(self._width[m])
+            r = np.maximum(np.maximum(r, seen), 1.0)
+            score = score + self._density[m] - self._powers[m] * np.log(r) + self.weight[m]
+            score[self._one_sided[m] & (sizes[:, part.start] <= 0)] = -np.inf
+        return score, a, b
+
+    def additions(self, members: tuple[int, ...]) -> tuple[Floats, NDArray[np.int64]]:
+        """Roughly the scores of a set with one more narrow signature, and which that is."""
+        screen = self.screen
+        at = np.concatenate(
+            [np.arange(screen.places[m].start, screen.places[m].stop) for m in members]
+        )
+        g = screen.gram[np.ix_(at, at)].copy()
+        lot = np.concatenate([np.full(self._width[m], not self.narrow[m]) for m in members])
+        g[lot, lot] += 1.0
+        factor = np.linalg.cholesky(g)
+        cross = np.linalg.solve(factor, screen.gram[at])
+        pull = np.linalg.solve(factor, screen.projection[at])
+        have = {self.signatures[m].variant.effect for m in members}
+        left = np.array(
+            [
+                m
+                for m in np.flatnonzero(self.usable & self.narrow)
+                if self.signatures[m].variant.effect not in have
+            ],
+            dtype=np.int64,
+        )
+        first, last = self._first[left], self._first[left] + self._width[left] - 1
+        b1 = screen.projection[first] - pull @ cross[:, first]
+        b2 = screen.projection[last] - pull @ cross[:, last]
+        g11 = screen.gram[first, first] - np.einsum("ij,ij->j", cross[:, first], cross[:, first])
+        g22 = screen.gram[last, last] - np.einsum("ij,ij->j", cross[:, last], cross[:, last])
+        g12 = screen.gram[first, last] - np.einsum("ij,ij->j", cross[:, first], cross[:, last])
+        lone = self._width[left] == 1
+        g12, g22, b2 = np.where(lone, 0.0, g12), np.where(lone, 1.0, g22), np.where(lone, 0.0, b2)
+        determinant = np.maximum(g11 * g22 - g12**2, 1e-6 * np.abs(g11 * g22) + 1e-300)
+        gained = (b1**2 * g22 - 2 * b1 * b2 * g12 + b2**2 * g11) / determinant
+        count = int(self._width[list(members)].sum()) + self._width[left]
+        score = self.score(gained + float(pull @ pull), count) - 0.5 * np.log(determinant)
+        size = np.sqrt(np.maximum(gained, 1.0) / np.maximum(g11, 1e-300))
+        score = score + self._density[left] - self._powers[left] * np.log(np.maximum(size, 1.0))
+        return score + self.weight[left], left
+
+
+@dataclass(frozen=True)
+class _Limits:
+    """What is weighed."""
+
+    correlations: tuple[float, ...] = (0.0, 0.35, 0.7)
+    offsets: tuple[float, ...] = (0.0, 1.0, 4.0)
+    """Spread of the offsets of runs, in typical uncertainties of a reading."""
+    pairs_with_lots: int = 3
+    """Lots of balls, the most probable ones, that are weighed in pairs."""
+    extended: int = 40
+    """Pairs to which every third effect is added."""
+    exact: int = 12
+    """Sets of each size that are weighed again without a shortcut."""
+
+
+_LIMITS = _Limits()
+
+
+def views(setting: Setting) -> list[View]:
+    """The library about the drive as stated, under every noise that the readings may have."""
+    fitter = setting.fitter
+    return [
+        View(setting, fitter.look(setting.null, noise), setting.wider) for noise in _noises(setting)
+    ]
+
+
+def _noises(setting: Setting) -> list[Noise]:
+    """That of the drive as stated, which may have taken an effect for noise, that of a fit which
+    may follow the whole library, and a grid."""
+    c, rows = setting.fitter.campaign, setting.fitter.campaign.rows
+    flexible = setting.flexible
+    typical = float(np.median(c.u_arcsec)) * flexible.scale
+    correlations = _LIMITS.correlations if rows.runs < len(c) else (0.0,)
+    offsets = _LIMITS.offsets if 2 < rows.runs < len(c) else (0.0,)
+    return [setting.null.noise, flexible] + [
+        replace(flexible, correlation=correlation, offset_arcsec=offset * typical)
+        for correlation in correlations
+        for offset in offsets
+    ]
+
+
+def best_of_each(offers: Iterable[Offer]) -> list[Offer]:
+    """The best offer of every set of effects, the best first."""
+    best: dict[Names, Offer] = {}
+    for offer in offers:
+        if not np.isfinite(offer.score):
+            continue
+        if offer.names not in best or offer.score > best[offer.names].score + 1e-6:
+            best[offer.names] = offer
+    return sorted(best.values(), key=lambda o: -round(o.score, 6))
+
+
+def single_offers(seen: Sequence[View]) -> list[Offer]:
+    """The best offer of every variant of every effect, the best first."""
+    best: dict[str, Offer] = {}
+    for view in seen:
+        for m in np.flatnonzero(view.usable).tolist():
+            offer = view.offer((m,))
+            label = offer.signatures[0].variant.label
+            if np.isfinite(offer.score) and (
+                label not in best or offer.score > best[label].score + 1e-6
+            ):
+                best[label] = offer
+    return sorted(best.values(), key=lambda o: -round(o.score, 6))
+
+
+def set_offers(seen: Sequence[View], count: int) -> list[Offer]:
+    """The best offers of pairs and of triples, the best first."""
+    pairs, triples = [], []
+    for view in seen:
+        ranked = _pairs(view, count)
+        pairs += [view.offer(members) for members in ranked[: _LIMITS.exact]]
+        grown: dict[Names, tuple[float, tuple[int, ...]]] = {}
+        for members in ranked[: _LIMITS.extended]:
+            score, third = view.additions(members)
+            for i in np.argsort(-score)[:4].tolist():
+                found = (*members, int(third[i]))
+                names = view.names(found)
+                if names not in grown or score[i] > grown[names][0]:
+                    grown[names] = float(score[i]), found
+        leading = sorted(grown.values(), key=lambda g: -g[0])[: _LIMITS.exact]
+        triples += [view.offer(members) for _, members in leading]
+    return best_of_each([*pairs, *triples])
+
+
+def _pairs(view: View, count: int) -> list[tuple[int, ...]]:
+    """The best pair of signatures of every pair of effects, the best first; of the first `count`
+    signatures."""
+    score, a, b = view.pairs(range(count))
+    found: dict[Names, tuple[float, tuple[int, ...]]] = {}
+    for i in np.argsort(-score)[:600].tolist():
+        members = int(a[i]), int(b[i])
+        found.setdefault(view.names(members), (float(score[i]), members))
+    lots = [m for m in range(count) if view.usable[m] and not view.narrow[m]]
+    for lot in sorted(lots, key=lambda m: -view.offer((m,)).score)[: _LIMITS.pairs_with_lots]:
+        score, others = view.additions((lot,))
+        for i in np.argsort(-score).tolist():
+            if others[i] < count:
+                members = lot, int(others[i])
+                found.setdefault(view.names(members), (float(score[i]), members))
+    ranked = sorted(found.values(), key=lambda f: -f[0])
+    return [members for score, members in ranked if np.isfinite(score)]
+
+
+def additions_to(setting: Setting, base: Fit) -> list[Offer]:
+    """One effect more than those of a fit, about its values and under its noise."""
+    about = setting.library.about(base, setting.names, secants=False)
+    # As the library has it: a discrepancy of the first effects may be the further one.
+    seen = setting.fitter.look(replace(base, discrepancy_sd=0.0), base.noise)
+    view = View(setting, seen, about)
+    have = set(base.hypothesis.effects)
+    members = [
+        m for m in np.flatnonzero(view.usable).tolist() if about[m].variant.effect not in have
+    ]
+    return best_of_each(view.offer((m,), base) for m in members)
