@@ -49,7 +49,26 @@ def _first(document: Document) -> Said:
     return Said(v["kind"], tuple(v["effects"]), groups, float(v["probability"]), remains=unnamed)
 
 
-READERS: dict[str, Callable[[Document], Said]] = {"cbpt.diagnosis/1": _first}
+def _second(document: Document) -> Said:
+    v = document["verdict"]
+    groups = tuple(tuple(g) for g in v["rivals"])
+    unnamed = v["kind"] == "unknown" or any("unknown" in g for g in groups)
+    return Said(
+        v["kind"],
+        tuple(v["effects"]),
+        groups,
+        float(v["probability"]),
+        perhaps=tuple(p["effect"] for p in v["perhaps"]),
+        remains=unnamed or document["remains"] is not None,
+        undecided=v["kind"] == "undecided",
+        probability_of="named" if v["effects"] or groups else "whole",
+    )
+
+
+READERS: dict[str, Callable[[Document], Said]] = {
+    "cbpt.diagnosis/1": _first,
+    "cbpt.diagnosis/2": _second,
+}
 """By the document's `schema`."""
 BULKY = ("where", "ranking", "detectable", "next_run", "ladder")
 

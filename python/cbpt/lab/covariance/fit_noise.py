@@ -8,25 +8,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.covariance.linear_gaussian import (
     Linear,
-    Margin,
     Noise,
     Rows,
     Whitener,
-    log_likelihood,
 )
 
 Floats = NDArray[np.float64]
 
 STATED_DOF = 8.0
 """A stated uncertainty is believed as if it came from this many repeats."""
-FIXED_DOF = 1e5
-"""With this many repeats the scatter has no say: what is stated stands."""
 PRICE = 3.0
 """Log-likelihood that a further parameter of the noise has to gain: its prior and its width."""
 LEAST_SCALE = 0.25
@@ -47,9 +44,97 @@ class _Grid:
 _GRID = _Grid()
 
 
-def log_scale_prior(scale: float, stated_dof: float) -> float:
-    """Of the scale, 0 where it is 1."""
-    return float(-0.5 * stated_dof * (2 * np.log(scale) + 1 / scale**2 - 1))
+def log_scale_prior(scale: Floats, stated_dof: float) -> Floats:
+    """Of scales, 0 where one is 1."""
+    return np.asarray(-0.5 * stated_dof * (2 * np.log(scale) + 1 / scale**2 - 1))
+
+
+class _Sums:
+    """Scalar products of columns, from which those of whitened columns follow for any noise.
+
+    With z the columns over the standard deviations, the autoregression whitens a reading that
+    follows another to (z_t - rho z_(t-1)) / sqrt(1 - rho^2): its products are a polynomial in rho.
+    """
+
+    def __init__(self, columns: Floats, u_arcsec: Floats, rows: Rows, start: Noise) -> None:
+        self._columns, self._u, self._rows = columns, u_arcsec, rows
+        self._exact = start.rounding_arcsec is not None
+        if self._exact:
+            return
+        sd = u_arcsec * (1.0 if start.inflation is None else start.inflation)
+        z, one = columns / sd[:, None], 1 / sd
+        follows = rows.before >= 0
+        first, past = ~follows, rows.before[follows]
+        now, then, one_now, one_then = z[follows], z[past], one[follows], one[past]
+        cross = now.T @ then
+        self._grams = z[first].T @ z[first], now.T @ now, -(cross + cross.T), then.T @ then
+        self._log_sd = 2 * float(np.log(sd).sum())
+        self._followers = int(np.count_nonzero(follows))
+        run, run_of = rows.run_index[first], rows.run_index[follows]
+
+        def by_run(values: Floats, index: NDArray[np.int64]) -> Floats:
+            out = np.zeros((rows.runs, values.shape[1]))
+            np.add.at(out, index, values)
+            return out
+
+        both, both_then = np.column_stack([now, one_now]), np.column_stack([then, one_then])
+        self._runs = (
+            by_run(np.column_stack([z[first], one[first]]) * one[first][:, None], run),
+            by_run(both * one_now[:, None], run_of),
+            -by_run(both_then * one_now[:, None] + both * one_then[:, None], run_of),
+            by_run(both_then * one_then[:, None], run_of),
+        )
+
+    def gram(self, noise: Noise) -> tuple[Floats, float]:
+        """Products of the whitened columns, and the log determinant of the covariance."""
+        if self._exact:
+            whitener = Whitener.of(noise, self._u, self._rows)
+            seen = whitener(self._columns)
+            return seen.T @ seen, whitener.log_det
+        rho, square = noise.correlation, noise.scale**2
+
+        def at(parts: tuple[Floats, Floats, Floats, Floats]) -> Floats:
+            first, now, cross, then = parts
+            follow = (now + rho * cross + rho**2 * then) / (1 - rho**2)
+            return np.asarray((first + follow) / square)
+
+        gram = at(self._grams)
+        count = len(self._columns)
+        log_det = self._log_sd + count * np.log(square) + self._followers * np.log1p(-(rho**2))
+        if noise.offset_arcsec:
+            runs = at(self._runs)
+            size = runs[:, -1]
+            grown = 1 + noise.offset_arcsec**2 * size
+            weight = (1 - 1 / grown) / size
+            gram = gram - runs[:, :-1].T @ (runs[:, :-1] * weight[:, None])
+            log_det += float(np.log(grown).sum())
+        return gram, float(log_det)
+
+
+class _Profile(NamedTuple):
+    """As `Margin`, from scalar products alone."""
+
+    mode: Floats
+    chi2: float
+    log_volume: float
+
+    @classmethod
+    def of(cls, gram: Floats, precision: Floats) -> _Profile:
+        """gram: of y and the columns x, shape (1 + p, 1 + p)."""
+        a = gram[1:, 1:] + np.diag(precision)
+        a[np.diag_indices_from(a)] += 1e-12 * max(float(np.trace(a)), 1e-300) / max(len(a), 1)
+        b = gram[1:, 0]
+        factor = np.linalg.cholesky(a)
+        mode = np.linalg.solve(a, b)
+        known = precision > 0
+        volume = -float(np.log(np.diagonal(factor)).sum())
+        volume += 0.5 * float(np.log(precision[known]).sum())
+        return cls(mode, max(float(gram[0, 0] - b @ mode), 0.0), volume)
+
+
+def least_scale(stated_dof: float) -> float:
+    """The smallest scale; none where nothing is stated."""
+    return LEAST_SCALE if stated_dof >= 1 else 1e-9
 
 
 def fit_noise(
@@ -66,32 +151,35 @@ def fit_noise(
     Flat unknowns (precision 0) count as degrees of freedom used up.
     """
     y, x, precision = linear
-    u = u_arcsec * (1.0 if start.inflation is None else start.inflation)
     typical = float(np.median(u_arcsec))
     flat = int(np.count_nonzero(precision == 0))
+    sums = _Sums(np.column_stack([y, x]), u_arcsec, rows, start)
 
     def rated(correlation: float, offset: float) -> tuple[float, Noise]:
         scale = start.scale
         for _ in range(2):
-            # The runs' zeros scale with the readings' noise while the latter is being found.
-            noise = Noise(scale, correlation, offset * scale)
-            whitener = Whitener.of(noise, u, rows)
-            both = whitener(np.column_stack([y, x]))
-            margin = Margin.of(both[:, 0], both[:, 1:], precision)
+            # The runs' offsets scale with the readings' noise while the latter is being found.
+            noise = replace(
+                start, scale=scale, correlation=correlation, offset_arcsec=offset * scale
+            )
+            gram, log_det = sums.gram(noise)
+            margin = _Profile.of(gram, precision)
             # What the priors are pulled by says nothing of the noise.
             scattered = margin.chi2 - float(precision @ margin.mode**2)
             new = _balanced(scale, scattered, len(y) - flat, stated_dof)
             if abs(new / scale - 1) < 1e-3:
                 break
             scale = new
-        value = log_likelihood(margin.chi2, whitener, margin.log_volume)
-        value += log_scale_prior(scale, stated_dof) - PRICE * noise.numbers
-        return value, replace(noise, inflation=start.inflation)
+        value = -0.5 * (margin.chi2 + log_det) + margin.log_volume
+        value += float(log_scale_prior(np.array(scale), stated_dof)) - PRICE * noise.numbers
+        return value, noise
 
     best = rated(0.0, 0.0)
-    # Where the scale may not shrink, correlation would only stand in for a smaller one.
-    if structures and rows.runs < len(y) and stated_dof < FIXED_DOF:
-        best = max(_searched(best, rated, typical, rows.runs > 2), key=lambda t: t[0])
+    if structures and rows.runs < len(y):
+        tried = [*_searched(best, rated, typical, rows.runs > 2)]
+        if start.numbers:
+            tried.append(rated(start.correlation, start.offset_arcsec / start.scale))
+        best = max(tried, key=lambda t: t[0])
         best = _refined(best, rated)
     return best[1], best[0]
 
@@ -101,7 +189,7 @@ def _balanced(scale: float, chi2: float, dof: float, stated_dof: float) -> float
 
     Never far below what is stated: readings that agree better than they can are no proof of more.
     """
-    least = LEAST_SCALE if stated_dof >= 1 else 1e-9
+    least = least_scale(stated_dof)
     return max(float(np.sqrt((chi2 * scale**2 + stated_dof) / (dof + stated_dof))), least)
 
 

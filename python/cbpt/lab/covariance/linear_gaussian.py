@@ -7,11 +7,12 @@ Whitener        turns readings into independent ones of unit variance
 Margin          the likelihood of readings with linear unknowns of normal priors integrated out
 log_likelihood  of the readings, from misfit and volume
 
-The covariance is  s^2 D A D + o^2 B,  D the stated uncertainties (times the inflation factor of a
-reading that scatters more), A the correlation rho^|i-j| of a first-order autoregression along each
-run, B = 1 where two readings share a run. Whitening is exact and costs a few passes over the rows:
-the autoregression is undone by differences (Cochrane and Orcutt 1949), the offsets of runs by a
-rank-one step a run.
+The covariance is  s^2 D A D + o^2 B + R,  D the stated uncertainties (times the inflation factor of
+a reading that scatters more), A the correlation rho^|i-j| of a first-order autoregression along
+each run, B = 1 where two readings share a run, R = r^2 on the diagonal the rounding of a coarse
+display. Whitening is exact and costs a few passes over the rows: the autoregression is undone by
+differences (Cochrane and Orcutt 1949), the offsets of runs by a rank-one step a run. Beside a
+rounding the autoregression is whitened stretch by stretch.
 """
 
 from __future__ import annotations
@@ -24,6 +25,10 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+
+
+_LONGEST = 64
+"""Readings that are whitened together where a rounding stands beside correlated noise."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +66,15 @@ class Rows:
         """Some of the rows."""
         return Rows.of(self.run_index[rows])
 
+    def stretches(self, longest: int) -> list[Ints]:
+        """Readings of one run that follow each other, at most so many, stretches of one length as
+        the rows of one array."""
+        found: dict[int, list[Ints]] = {}
+        for run in np.split(self.order, self.starts[1:]):
+            for part in np.array_split(run, -(-len(run) // longest)):
+                found.setdefault(len(part), []).append(part)
+        return [np.array(parts) for parts in found.values()]
+
 
 @dataclass(frozen=True, eq=False)
 class Noise:
@@ -73,11 +87,20 @@ class Noise:
     correlation: float = 0.0
     offset_arcsec: float = 0.0
     inflation: Floats | None = None
+    rounding_arcsec: Floats | None = None
+    """Standard deviation of each reading by the rounding of a coarse display, beside the rest:
+    independent of the readings before it, and known, so that no scale applies."""
 
     @property
     def numbers(self) -> int:
         """How many numbers it has beside its scale."""
         return int(self.correlation != 0) + int(self.offset_arcsec != 0)
+
+    def select(self, rows: NDArray[np.bool_]) -> Noise:
+        """That of some of the readings."""
+        of_each = self.inflation, self.rounding_arcsec
+        inflation, rounding = (None if a is None else a[rows] for a in of_each)
+        return replace(self, inflation=inflation, rounding_arcsec=rounding)
 
 
 class Linear(NamedTuple):
@@ -102,29 +125,55 @@ class Whitener:
     shrink: Floats = field(repr=False)
     log_det: float
     """Logarithm of the determinant of the covariance."""
+    blocks: tuple[tuple[Ints, Floats], ...] = field(default=(), repr=False)
+    """Of noise that is correlated beside a rounding which is not: readings that follow each other,
+    shape (blocks, m), and inverse factors of their covariance, (blocks, m, m)."""
 
     @classmethod
     def of(cls, noise: Noise, u_arcsec: Floats, rows: Rows) -> Whitener:
         """For readings with the stated uncertainties `u_arcsec`."""
         sd = noise.scale * u_arcsec * (1.0 if noise.inflation is None else noise.inflation)
-        plain = cls(rows, 1 / sd, noise.correlation, np.zeros(0), np.zeros(0), 0.0)
-        followers = int(np.count_nonzero(rows.before >= 0))
-        log_det = 2 * float(np.log(sd).sum()) + followers * np.log1p(-(noise.correlation**2))
+        if noise.rounding_arcsec is not None and noise.correlation:
+            plain = cls._in_blocks(noise, sd, rows)
+        else:
+            if noise.rounding_arcsec is not None:
+                sd = np.hypot(sd, noise.rounding_arcsec)
+            followers = int(np.count_nonzero(rows.before >= 0))
+            log_det = 2 * float(np.log(sd).sum()) + followers * np.log1p(-(noise.correlation**2))
+            plain = cls(rows, 1 / sd, noise.correlation, np.zeros(0), np.zeros(0), log_det)
         if noise.offset_arcsec == 0:
-            return replace(plain, log_det=float(log_det))
+            return plain
         ones = plain(np.ones(len(u_arcsec)))
         size = np.bincount(rows.run_index, ones**2, rows.runs)
         grown = 1 + noise.offset_arcsec**2 * size
         # v - b (b'v) (1 - 1/sqrt(1 + o^2 |b|^2)) / |b|^2 makes I + o^2 b b' the identity.
         shrink = (1 - 1 / np.sqrt(grown)) / size
-        return replace(
-            plain, ones=ones, shrink=shrink, log_det=float(log_det + np.log(grown).sum())
-        )
+        log_det = float(plain.log_det + np.log(grown).sum())
+        return replace(plain, ones=ones, shrink=shrink, log_det=log_det)
+
+    @classmethod
+    def _in_blocks(cls, noise: Noise, sd: Floats, rows: Rows) -> Whitener:
+        """Of correlated noise beside a rounding: no differences whiten it, so stretches of a run
+        are whitened by their covariance, as if independent of each other."""
+        assert noise.rounding_arcsec is not None
+        blocks, log_det = [], 0.0
+        for at in rows.stretches(_LONGEST):
+            steps = np.abs(np.subtract.outer(np.arange(at.shape[1]), np.arange(at.shape[1])))
+            covariance = sd[at][:, :, None] * sd[at][:, None, :] * noise.correlation**steps
+            place = np.arange(at.shape[1])
+            covariance[:, place, place] += noise.rounding_arcsec[at] ** 2
+            factor = np.linalg.cholesky(covariance)
+            log_det += 2 * float(np.log(np.einsum("bii->bi", factor)).sum())
+            blocks.append((at, np.linalg.inv(factor)))
+        none = np.zeros(0)
+        return cls(rows, 1 / sd, noise.correlation, none, none, log_det, tuple(blocks))
 
     def __call__(self, columns: Floats) -> Floats:
         wide = columns.reshape(len(columns), -1)
-        out = wide * self.inverse[:, None]
-        if self.correlation:
+        out = np.empty(wide.shape) if self.blocks else wide * self.inverse[:, None]
+        for at, inverse in self.blocks:
+            out[at.reshape(-1)] = np.matmul(inverse, wide[at]).reshape(-1, wide.shape[1])
+        if self.correlation and not self.blocks:
             follows = self.rows.before >= 0
             past = out[self.rows.before[follows]]
             out[follows] = (out[follows] - self.correlation * past) / np.sqrt(

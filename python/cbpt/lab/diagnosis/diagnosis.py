@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike
 from cbpt.errors import Say
 from cbpt.figures.diagnosis import DiagnosisPicture, draw_diagnosis
 from cbpt.lab.diagnosis.alternatives import moved, smallest
+from cbpt.lab.diagnosis.combinations import Combination, combinations, remains
 from cbpt.lab.diagnosis.deciding_runs import next_run
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData, Rung
 from cbpt.lab.diagnosis.noise_statement import noise_floor, noise_of
@@ -34,7 +35,7 @@ from cbpt.lab.readings.points import points_of
 from cbpt.lab.selection.scan import Scanned, find_regions
 from cbpt.lab.wording.versions import versions
 
-SCHEMA = "cbpt.diagnosis/1"
+SCHEMA = "cbpt.diagnosis/2"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -147,6 +148,14 @@ class Diagnosis(DiagnosisData):
         """Every single effect that was fitted, the most probable first."""
         return ranking(self)
 
+    def combinations(self) -> list[Combination]:
+        """The sets of effects that make up 95 % of the posterior, each with its own numbers."""
+        return combinations(self)
+
+    def remains(self) -> dict[str, Any] | None:
+        """What is left after the answer; None where it is no more than readings scatter by."""
+        return remains(self)
+
     def detectable(self) -> list[dict[str, Any]]:
         """The smallest size of each effect that these readings would have shown, about the final
         fit.
@@ -197,7 +206,10 @@ class Diagnosis(DiagnosisData):
                 "kind": v.kind,
                 "effects": list(v.effects),
                 "rivals": [list(g) for g in v.rivals],
+                "perhaps": [{"effect": e, "probability": p} for e, p in v.perhaps],
                 "probability": v.probability,
+                "probability_exactly": v.exactly,
+                "undecided": v.undecided,
                 "sentence": self.sentence,
                 "within_stated_uncertainty": v.within_uncertainty,
                 "rests_on": [
@@ -210,6 +222,8 @@ class Diagnosis(DiagnosisData):
                     if r.number not in v.effects
                 ],
             },
+            "combinations": [c.to_dict() for c in self.combinations()],
+            "remains": self.remains(),
             "noise": noise_of(self),
             "before": self._errors(self.ladder[0]),
             "after": self._errors(self.final_rung),

@@ -10,6 +10,7 @@ import numpy as np
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
 from cbpt.lab.diagnosis.fit_text import moved_by, solutions
 from cbpt.lab.diagnosis.noise_statement import noise_floor
+from cbpt.lab.selection.decision import Why
 from cbpt.lab.wording.names import called, columns_in_words
 from cbpt.lab.wording.numbers import in_words, listed
 
@@ -52,6 +53,8 @@ def sentence(d: DiagnosisData, say: Say = _PLAINLY) -> str:
     fall = f"the error falls from {before:.2f} to {after:.2f} arcsec{noise}"
     if after > 0.97 * before:
         fall = f"the error stays at {after:.2f} arcsec"
+    if v.undecided:
+        return _undecided(d)
     if v.kind == "unknown":
         return _unknown(d, sure, say)
     if v.kind == "complete":
@@ -66,7 +69,46 @@ def sentence(d: DiagnosisData, say: Say = _PLAINLY) -> str:
         "parameter": "A parameter of the drive differs from the case",
         "rig": "The measurement has an error",
     }
-    return f"{kinds.get(v.kind, 'Missing from the model')}: {what} ({sure}); {fall}."
+    rest = _rest(d)
+    return f"{kinds.get(v.kind, 'Missing from the model')}: {what} ({sure}); {fall}.{rest}"
+
+
+_WHY: dict[Why, str] = {
+    "no answer is probable": "no explanation has a probability of one half",
+    "few readings": "there are too few readings for the parameters that would have to be fitted",
+    "scatter or law": "the misfit could be scatter or a missing effect: the readings deviate by "
+    "more than the stated uncertainty, and no reading was repeated",
+}
+_REMEDY: dict[Why, str] = {
+    "no answer is probable": "Measure more, with other preloads, torques and angles",
+    "few readings": "Take three readings or more for each parameter",
+    "scatter or law": "Repeat some readings under the same conditions, or take them closer "
+    "together along a run",
+}
+
+
+def _undecided(d: DiagnosisData) -> str:
+    """Why nothing can be said, what is likely, what would change that."""
+    v = d.verdict
+    assert v.undecided is not None
+    likely = [f"{name_of(d, e)} ({p:.2f})" for e, p in v.perhaps[:4]]
+    which = f" Possible, with their probabilities: {listed(likely)}." if likely else ""
+    return (
+        f"These readings do not decide what is missing: {_WHY[v.undecided]}."
+        f"{which} {_REMEDY[v.undecided]}."
+    )
+
+
+def _rest(d: DiagnosisData) -> str:
+    """What is left beside the effects that have a name."""
+    lack = d.verdict.lack_of_fit
+    if lack is None:
+        return ""
+    left = float(np.sqrt(np.mean(lack.fitted_arcsec**2)))
+    return (
+        f" A misfit of {left:.2g} arcsec remains that no effect of the library explains; it "
+        f"depends on {columns_in_words(lack.columns)}."
+    )
 
 
 def _noise(d: DiagnosisData, word: str) -> str:
@@ -129,7 +171,7 @@ def _ambiguous(d: DiagnosisData, sure: str, fall: str) -> str:
         names = listed([name_of(d, e) for e in group], "or")
         parts.append(f"one of {names} is needed, but these readings cannot distinguish them")
     text = "; ".join(parts)
-    return f"{text[:1].upper()}{text[1:]} ({sure}); {fall}."
+    return f"{text[:1].upper()}{text[1:]} ({sure}); {fall}.{_rest(d)}"
 
 
 def _with_value(d: DiagnosisData, effect: str, say: Say) -> str:

@@ -12,7 +12,7 @@ was not chosen either.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -83,9 +83,7 @@ def draft(d: DiagnosisData, id: str = "my_effect") -> Draft | None:
     size = size[size > 0]
 
     def problem(rows: Mask) -> _Problem:
-        noise = pattern.noise
-        if noise.inflation is not None:
-            noise = replace(noise, inflation=noise.inflation[rows])
+        noise = pattern.noise.select(rows)
         whitener = Whitener.of(noise, c.u_arcsec[rows], c.rows.select(rows))
         return _Problem(whitener(y[rows]), whitener(x[rows]), precision, whitener(columns[rows]))
 

@@ -8,8 +8,6 @@ taken off.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -60,9 +58,7 @@ def held_out_by(
         held = fold == number
         # One fold alone has nothing to be predicted from; then nothing is held out.
         kept = ~held if len(numbers) > 1 else held
-        inflation = noise.inflation
-        part = noise if inflation is None else replace(noise, inflation=inflation[kept])
-        whitener = Whitener.of(part, c.u_arcsec[kept], c.rows.select(kept))
+        whitener = Whitener.of(noise.select(kept), c.u_arcsec[kept], c.rows.select(kept))
         # The hair of precision is for zeros of runs that are held back: their columns are empty.
         margin = Margin.of(whitener(y[kept]), whitener(x[kept]), precision + 1e-12)
         out[held] = y[held] - x[held] @ margin.mode

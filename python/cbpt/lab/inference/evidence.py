@@ -143,7 +143,7 @@ def evaluated(
         problem.whitener(r), problem.offsets, np.zeros(problem.offsets.shape[1])
     ).mode
     marginal = log_likelihood(margin.chi2, problem.whitener, margin.log_volume)
-    marginal += log_scale_prior(problem.noise.scale, stated_dof)
+    marginal += float(log_scale_prior(np.array(problem.noise.scale), stated_dof))
     marginal -= PRICE * problem.noise.numbers
     if not converged:
         # The linear problem counts as reached what the search did not reach.

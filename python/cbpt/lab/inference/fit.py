@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.covariance.fit_noise import FIXED_DOF, STATED_DOF, fit_noise
+from cbpt.lab.covariance.fit_noise import STATED_DOF, fit_noise
 from cbpt.lab.covariance.linear_gaussian import Linear, Noise
 from cbpt.lab.inference.evidence import Discrepancy, Fit, evaluated, linearised, may_depart
 from cbpt.lab.inference.gauss_newton import Problem, point_at, search
@@ -70,9 +70,6 @@ class Fitter:
         if campaign.u_repeated:
             assert campaign.repeats is not None
             self.stated_dof = min(campaign.repeats.dof, STATED_DOF)
-        if campaign.step_arcsec:
-            # Rounding errors hide how much they scatter; what is stated stands.
-            self.stated_dof = FIXED_DOF
         # Play and friction of a torsion spring change the angle a lot, so a fit needs more steps.
         self.steps = 4 * _SEARCH.steps if campaign.drive.kind == "torsion_spring" else _SEARCH.steps
         self.functions = modulations(campaign.readings)
@@ -170,7 +167,7 @@ class Fitter:
         self.model.cold()
         unknowns = self.unknowns(hypothesis)
         values = self.start(hypothesis, {}) if start is None else start.copy()
-        noise = noise or Noise()
+        noise = noise or self.campaign.plain_noise
         point = point_at(self.model, values, unknowns)
         sizes = [u.index for u in unknowns if not u.log and np.isinf(u.sd)]
         for _ in range(6):

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive, OwnEffect, effect_specs
 from cbpt.errors import InvalidInputError, ReadingsError
-from cbpt.lab.covariance.linear_gaussian import Rows
+from cbpt.lab.covariance.linear_gaussian import Noise, Rows
 from cbpt.lab.covariance.repeatability import Repeats
 from cbpt.lab.covariance.within_run import display_step
 from cbpt.lab.model.priors import LOT, PRIORS, Variant
@@ -36,7 +36,7 @@ class Campaign:
     readings: Readings
     y_arcsec: Floats
     u_arcsec: Floats
-    """What each reading counts by; see `u_reading_arcsec`."""
+    """Standard uncertainty of each reading, without the rounding of a coarse display."""
     u_stated: bool
     rows: Rows
     offsets: Floats
@@ -49,6 +49,8 @@ class Campaign:
     """What the stated uncertainty was multiplied by, where it cannot be meant as it stands."""
     step_arcsec: float = 0.0
     """Step of the display where it is coarse against the uncertainty, else 0."""
+    rounding_arcsec: Floats | None = None
+    """Standard deviation of each reading by the rounding of a coarse display, beside `u_arcsec`."""
     own: dict[str, OwnEffect] = field(default_factory=dict)
     """Effects of the user's own by id: those of the case, and those to be fitted."""
     candidates: tuple[Variant, ...] = ()
@@ -71,13 +73,15 @@ class Campaign:
         stated = np.full(len(readings), min(_UNSTATED_ARCSEC, size)) if u is None else u
         step = display_step(readings.elastic_angle_arcsec)
         coarse = step > 1.5 * float(np.median(stated)) if u is not None else False
+        rounding = None
         if coarse:
             # The drive hardly knows the input angle and is the same both ways, so readings at one
             # torque and preload round alike, and averaging them helps no further.
             same = np.zeros(len(readings)) if readings.preload_N is None else readings.preload_N
             loads = np.column_stack([np.abs(readings.torque_Nm), same])
             repeats = len(readings) / len(np.unique(np.round(loads, 6), axis=0))
-            stated = np.sqrt(with_step(stated, step) ** 2 + (repeats - 1) * step**2 / 12)
+            rounding = np.full(len(readings), step * np.sqrt(repeats / 12))
+            stated = _without_step(stated, step)
         rows = Rows.of(readings.run_index)
         per_run = isinstance(case, Case) and case.zero == "per_run"
         offsets = np.ones((len(readings), 1))
@@ -92,6 +96,7 @@ class Campaign:
             effects=_effects_of(case),
             own={own.id: own for own in case.own_effects} if isinstance(case, Case) else {},
             step_arcsec=step if coarse else 0.0,
+            rounding_arcsec=rounding,
             rows=rows,
             offsets=offsets,
             priors=stated_uncertainty(case),
@@ -102,12 +107,16 @@ class Campaign:
 
     @property
     def u_reading_arcsec(self) -> Floats:
-        """Standard uncertainty of each reading by itself, shape (n,). Readings of a coarse display
-        that round alike are no independent ones, so there each counts by less (`u_arcsec`)."""
+        """Standard uncertainty of each reading by itself, with its rounding, shape (n,)."""
         stated = self.readings.u_elastic_angle_arcsec
         if not self.step_arcsec or stated is None:
             return self.u_arcsec
         return with_step(stated, self.step_arcsec)
+
+    @property
+    def plain_noise(self) -> Noise:
+        """White noise of the stated size."""
+        return Noise(rounding_arcsec=self.rounding_arcsec)
 
     @property
     def u_repeated(self) -> bool:
@@ -130,6 +139,7 @@ class Campaign:
             readings=readings,
             y_arcsec=self.y_arcsec[rows],
             u_arcsec=self.u_arcsec[rows],
+            rounding_arcsec=None if self.rounding_arcsec is None else self.rounding_arcsec[rows],
             rows=order,
             offsets=offsets,
         )
@@ -152,6 +162,13 @@ def with_step(stated_arcsec: Floats, step_arcsec: float) -> Floats:
     """What is stated, or, where it is too small to include the rounding of a display, both."""
     rounding = step_arcsec / 12**0.5
     return np.where(stated_arcsec < rounding, np.hypot(stated_arcsec, rounding), stated_arcsec)
+
+
+def _without_step(stated_arcsec: Floats, step_arcsec: float) -> Floats:
+    """What is stated less the rounding of a display, where it is large enough to include that."""
+    rounding = step_arcsec / 12**0.5
+    rest = np.sqrt(np.maximum(stated_arcsec**2 - rounding**2, (0.3 * stated_arcsec) ** 2))
+    return np.where(stated_arcsec < rounding, stated_arcsec, rest)
 
 
 DEFAULT_UNCERTAINTY = {

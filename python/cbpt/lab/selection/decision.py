@@ -3,18 +3,21 @@
     Verdict     kind, certain effects, rival groups, probability, what it rests on
     judge       the rules, in the order in which they apply
 
-1. Something without a name is far likelier than everything with one: `unknown`.
-2. No effect is demanded: `complete`, `rig` where noise or a gain is what is off, `parameter` where
-   a number of the drive has to move by more than two standard uncertainties, `ambiguous` where the
+1. The posterior over sets of effects says what is certain, which groups hold one that is needed,
+   and what is likely (`posterior`).
+2. Nothing is demanded: `complete`, `rig` where noise or a gain is what is off, `parameter` where a
+   parameter of the drive has to move by more than two standard uncertainties, `ambiguous` where the
    calibrations are stated so loosely that drive and instrument explain the same shift.
-3. Effects are demanded: those in every set that is within the limit of odds are certain, the
-   others rivals.
+3. Effects are demanded: `effect`, `rig` or `parameter` by what they are, `ambiguous` where some are
+   rivals, `unknown` where only a lack of fit is certain.
+4. What was found is checked (`adequacy`): too few readings for its free numbers, or a misfit that
+   may as well be scatter, leave the question open: `undecided`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 
@@ -22,12 +25,24 @@ from cbpt.lab.covariance.fit_noise import LEAST_SCALE
 from cbpt.lab.covariance.linear_gaussian import Margin, Noise
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.model.dataset import DEFAULT_UNCERTAINTY
-from cbpt.lab.model.discrepancy import DISCREPANCY_ODDS
 from cbpt.lab.model.priors import CLASSES, PRIORS, TWINS
+from cbpt.lab.selection.adequacy import Adequacy, adequacy_of, free_numbers
 from cbpt.lab.selection.lack_of_fit import LackOfFit
 from cbpt.lab.selection.model_comparison import Competition
+from cbpt.lab.selection.posterior import (
+    OFFSET,
+    UNKNOWN,
+    Posterior,
+    Spoken,
+    posterior_of,
+    spoken_of,
+)
 from cbpt.lab.selection.rules import RULES, DecisionRules
 from cbpt.lab.selection.setting import Names
+
+Why = Literal["no answer is probable", "few readings", "scatter or law"]
+"""Why nothing can be said: no answer has a probability of one half; fewer than about three readings
+for each free number; scatter and a law that is missing cannot be told apart."""
 
 
 @dataclass(frozen=True)
@@ -57,143 +72,90 @@ class Verdict:
     lack_of_fit: LackOfFit | None
     """What is left without a name, where it matters."""
     noise: tuple[str, ...] = field(default=("white",))
+    perhaps: tuple[tuple[str, float], ...] = ()
+    """Effects that are likely but neither certain nor rivals, with their probability."""
+    exactly: float = 1.0
+    """Probability that the set the answer is drawn with, and nothing else, is at work;
+    `probability` is that of all that is said, whatever else is."""
+    undecided: Why | None = None
+    """Why nothing can be said."""
+    adequacy: Adequacy | None = None
+    """What the answer leaves, against what readings scatter by."""
 
 
 def judge(competition: Competition, rules: DecisionRules = RULES) -> Verdict:
     """The verdict on a competition, by the rules above."""
-    sets = weighed(competition)
-    limit = rules.log_rival_odds
-    best = max(sets, key=lambda n: sets[n])
-    named = {n: o for n, o in sets.items() if UNKNOWN not in n}
-    first = max(named, key=lambda n: named[n])
-    # The best of many patterns gains something in noise alone. An effect that must depart far from
-    # its form to explain the readings is hardly a name for what is at work.
-    ahead = rules.unknown_over_departed
-    if _keeps_form(competition, first):
-        ahead = limit + rules.unknown_by_chance
-    beaten = UNKNOWN in best and sets[best] > named[first] + ahead
-    if beaten and not _only_form(best, sets[best], sets.get(_less(best, UNKNOWN), -np.inf), rules):
-        return _unknown(competition, best)
-    reach = limit if _keeps_form(competition, first) else 2 * limit
-    near = {n: o for n, o in named.items() if o > named[first] - reach - _kinship(n, first, rules)}
-    within = {n: o for n, o in near.items() if n}
-    alone = {n: o for n, o in sets.items() if UNKNOWN in n and set(n) <= {UNKNOWN, OFFSET}}
-    offsets_only = all(n == (OFFSET,) for n in within)
-    strange = max(alone.values(), default=-np.inf) > rules.unknown_over_offsets + named[first]
-    if not _demanded(competition, first, named, rules) or (offsets_only and not strange):
-        return _no_effect(competition, rules)
-    # A pattern alone counts as a rival where it explains about as well; sooner where the named
-    # effect leaves more scatter than there is, or keeps its form badly.
-    sound = _keeps_form(competition, first) and not _strained(competition, first, rules)
-    fair = float(np.log(rules.unknown_odds)) if sound else limit
-    within |= {n: o for n, o in alone.items() if o > max(sets.values()) - fair}
-    # The fewest effects that do: a set with more than another one that does needs no mention.
-    least = {n: o for n, o in within.items() if not any(set(m) < set(n) for m in within)}
-    chosen = max(least, key=lambda n: named.get(n, -np.inf))
-    effects = _less(chosen, OFFSET)
-    # Either the runs' zeros or an effect: something is there, and noise is no longer the question.
-    either = (OFFSET,) in least and len(least) > 1
-    numbers_only = all(n in PRIORS for n in effects)
-    # Numbers alone, but far better with their priors widened: that is a finding like an effect.
-    numbers_only = numbers_only and named[first] - named.get((), -np.inf) < rules.strain
-    if not either and (numbers_only or _p_value(competition, effects) > rules.largest_chance):
-        return _no_effect(competition, rules)
-    return _effects(competition, least, chosen, rules)
+    posterior = posterior_of(competition)
+    spoken = spoken_of(posterior, rules)
+    said = {*spoken.effects, *(e for g in spoken.rivals for e in g)}
+    over = max(competition.log_odds.values()) - competition.log_odds[()]
+    # Numbers alone, and not far better with their priors widened: that is within what is stated.
+    nothing = said <= {OFFSET} or (said <= {*PRIORS, OFFSET} and over < rules.strain)
+    if not nothing:
+        verdict = _effects(competition, posterior, spoken, rules)
+    elif posterior.within({*PRIORS, OFFSET}) >= rules.undecided:
+        verdict = replace(_no_effect(competition, posterior, rules), perhaps=spoken.perhaps)
+    else:
+        verdict = _undecided(competition, posterior, "no answer is probable")
+    return _checked(competition, posterior, verdict, rules)
 
 
-def _kinship(names: Names, best: Names, rules: DecisionRules) -> float:
-    """How much further a set is a rival because an effect of it differs from one of the best only
-    in a shape that real parts do not keep exactly."""
-    ours, theirs = set(names) - set(best), set(best) - set(names)
-    kin = any({a, b} == set(pair) for a in ours for b in theirs for pair in rules.kin)
-    return rules.kin_reach if kin and len(ours) == len(theirs) == 1 else 0.0
+def _checked(
+    competition: Competition, posterior: Posterior, verdict: Verdict, rules: DecisionRules
+) -> Verdict:
+    """The verdict, unless the readings are too few for it or what it leaves is no noise."""
+    if verdict.kind == "undecided":
+        return verdict
+    fitter, fit = competition.fitter, competition.fits[verdict.names]
+    adequacy = adequacy_of(fitter, fit)
+    verdict = replace(verdict, adequacy=adequacy)
+    if verdict.lack_of_fit is None and adequacy.p_value < rules.left_chance:
+        if adequacy.source == "stated":
+            return _undecided(competition, posterior, "scatter or law")
+        verdict = _with_remains(competition, verdict)
+    free = free_numbers(fitter, fit)
+    if verdict.lack_of_fit is not None:
+        free += verdict.lack_of_fit.free_numbers
+    if len(competition.campaign) < rules.readings_per_number * free:
+        return _undecided(competition, posterior, "few readings")
+    return verdict
 
 
-def _demanded(
-    competition: Competition, first: Names, named: dict[Names, float], rules: DecisionRules
-) -> bool:
-    """Whether the best set is called for: far likelier than nothing, or likelier and no chance."""
-    over = named[first] - named.get((), -np.inf)
-    if over >= rules.log_rival_odds:
-        return True
-    chance = _p_value(competition, _less(first, OFFSET))
-    return bool(over > np.log(rules.weak_odds) and chance <= rules.weak_chance)
-
-
-def _keeps_form(competition: Competition, names: Names) -> bool:
-    """Whether the effects of a set explain the readings about as the library has them."""
-    fit = competition.fits.get(_less(names, OFFSET))
-    return fit is None or fit.discrepancy_sd < DISCREPANCY_ODDS[-1][0]
-
-
-def _strained(competition: Competition, names: Names, rules: DecisionRules) -> bool:
-    """Whether a set leaves more scatter than a fit that may follow the whole library."""
-    fit = competition.fits[_less(names, OFFSET)]
-    grown = np.log(fit.noise.scale / competition.flexible.scale)
-    return bool(len(competition.campaign) * grown > rules.strain)
-
-
-UNKNOWN, OFFSET = "unknown", "run_offset"
-
-
-def weighed(competition: Competition) -> dict[Names, float]:
-    """Log odds of every set that competed; zeros of runs and a pattern without a name are members
-    too.
-    """
-    found: dict[Names, float] = {}
-
-    def add(names: Iterable[str], odds: float) -> None:
-        key = tuple(sorted(names))
-        found[key] = max(odds, found.get(key, -np.inf))
-
-    for names, odds in competition.log_odds.items():
-        add((*names, *_offset(competition.fits[names].noise)), odds)
-    for pattern, odds in zip(
-        competition.lacks_of_fit, competition.lack_of_fit_log_odds, strict=True
-    ):
-        add((*pattern.base, *_offset(pattern.noise), UNKNOWN), odds)
-    return found
-
-
-def _offset(noise: Noise) -> Names:
-    return (OFFSET,) if noise.offset_arcsec else ()
-
-
-def _less(names: Names, name: str) -> Names:
-    return tuple(n for n in names if n != name)
-
-
-def _p_value(competition: Competition, names: Names) -> float:
-    return competition.p_value(names) if names in competition.log_odds else 0.0
-
-
-# --- 1 ---
-
-
-def _only_form(best: Names, top: float, rest: float, rules: DecisionRules) -> bool:
-    """Whether what is left without a name is small beside what the named effects of the set
-    explain.
-    """
-    if len(best) == 1 or not np.isfinite(rest):
-        return False
-    # The odds of the named part against nothing, its price given back.
-    return top - rest < rules.departure_share * (rest + rules.effect_price * (len(best) - 1))
-
-
-def _unknown(competition: Competition, best: Names) -> Verdict:
-    pattern = next(
-        p for p in competition.lacks_of_fit if set(best) - {UNKNOWN, OFFSET} == set(p.base)
+def _undecided(competition: Competition, posterior: Posterior, why: Why) -> Verdict:
+    """Nothing is said; what would change that goes with the reason."""
+    inclusion = posterior.inclusion
+    likely = sorted(inclusion, key=lambda e: -inclusion[e])
+    return Verdict(
+        kind="undecided",
+        effects=(),
+        rivals=(),
+        probability=min(max(posterior.sets.values()), RULES.undecided),
+        rests_on=(),
+        within_uncertainty=False,
+        names=(),
+        lack_of_fit=None,
+        noise=noise_words(competition, competition.fits[()].noise),
+        perhaps=tuple((e, inclusion[e]) for e in likely if inclusion[e] >= RULES.likely),
+        undecided=why,
+        exactly=max(posterior.sets.values()),
     )
-    names = pattern.base
-    noise = noise_words(competition, pattern.noise)
-    share = _share(competition, [UNKNOWN])
-    return Verdict("unknown", (), (), share, (), False, names, pattern, noise)
+
+
+def _with_remains(competition: Competition, verdict: Verdict) -> Verdict:
+    """The verdict with what is left without a name; alone that is the answer."""
+    lacks = [p for p in competition.lacks_of_fit if p.base == verdict.names]
+    lack = next(iter(lacks or competition.lacks_of_fit), None)
+    if lack is None:
+        return verdict
+    if verdict.effects or verdict.rivals:
+        return replace(verdict, lack_of_fit=lack)
+    return replace(verdict, kind="unknown", lack_of_fit=lack, rests_on=())
 
 
 # --- 2 ---
 
 
-def _no_effect(competition: Competition, rules: DecisionRules) -> Verdict:
+def _no_effect(competition: Competition, posterior: Posterior, rules: DecisionRules) -> Verdict:
     fits, odds = competition.fits, competition.log_odds
     null = fits[()]
     noise = noise_words(competition, null.noise)
@@ -207,9 +169,18 @@ def _no_effect(competition: Competition, rules: DecisionRules) -> Verdict:
         rivals: tuple[str, ...] = (),
         within_uncertainty: bool = False,
     ) -> Verdict:
-        share = _share_of_nothing(competition, (*effects, *rivals))
-        groups = (rivals,) if rivals else ()
-        return Verdict(kind, effects, groups, share, rests, within_uncertainty, (), None, noise)
+        return Verdict(
+            kind=kind,
+            effects=effects,
+            rivals=(rivals,) if rivals else (),
+            probability=posterior.within({*effects, *rivals, *PRIORS, OFFSET}),
+            rests_on=rests,
+            within_uncertainty=within_uncertainty,
+            names=(),
+            lack_of_fit=None,
+            noise=noise,
+            exactly=posterior.sets[(OFFSET,) if null.noise.offset_arcsec else ()],
+        )
 
     # The readings leave a shift open by a quarter of a sigma or so; that counts for the number.
     strained = {n: z for n, z in moved.items() if abs(z) > rules.moved_sigma + rules.moved_slack}
@@ -291,55 +262,47 @@ def _sharing(competition: Competition, null: Fit, rules: DecisionRules) -> list[
 
 
 def _effects(
-    competition: Competition, sets: dict[Names, float], chosen: Names, rules: DecisionRules
+    competition: Competition, posterior: Posterior, spoken: Spoken, rules: DecisionRules
 ) -> Verdict:
-    certain = set(chosen).intersection(*map(set, sets))
-    groups = _groups([set(n) - certain for n in sorted(sets, key=lambda n: -sets[n])])
-    effects = tuple(sorted(certain))
-    if groups:
+    best = posterior.best
+    named = _less(_less(best, OFFSET), UNKNOWN)
+    certain = tuple(e for e in spoken.effects if e != UNKNOWN)
+    lack = _lack_of(competition, best) if UNKNOWN in spoken.effects else None
+    fit = competition.fits[named]
+    if spoken.rivals:
         kind = "ambiguous"
-    elif all(_class_of(e) == "rig" for e in effects):
+    elif lack is not None and not set(certain) - {OFFSET}:
+        kind, certain = "unknown", ()
+    elif all(_class_of(e) == "rig" for e in certain):
         kind = "rig"
-    elif all(_class_of(e) == "parameter" for e in effects):
+    elif all(_class_of(e) == "parameter" for e in certain):
         kind = "parameter"
     else:
         kind = "effect"
-    names = _less(_less(chosen, OFFSET), UNKNOWN)
-    fit = competition.fits[names]
     return Verdict(
-        kind,
-        effects,
-        tuple(tuple(sorted(g)) for g in groups),
-        _share(competition, certain, groups),
-        _decided_by(competition, names, rules),
-        False,
-        names,
-        None,
-        noise_words(competition, fit.noise),
+        kind=kind,
+        effects=certain,
+        rivals=spoken.rivals,
+        probability=posterior.of_all(spoken.effects, spoken.rivals),
+        rests_on=() if kind == "unknown" else _decided_by(competition, named, rules),
+        within_uncertainty=False,
+        names=named,
+        lack_of_fit=lack,
+        noise=noise_words(competition, fit.noise if lack is None else lack.noise),
+        perhaps=spoken.perhaps,
+        exactly=posterior.sets[best],
     )
 
 
-def _groups(remainders: list[set[str]]) -> list[set[str]]:
-    """Groups from each of which one is needed; `remainders` are the sets less what is certain.
+def _lack_of(competition: Competition, best: Names) -> LackOfFit:
+    """The most probable lack of fit of a set, else that of any."""
+    base = _less(_less(best, OFFSET), UNKNOWN)
+    of_base = [p for p in competition.lacks_of_fit if p.base == base]
+    return (of_base or list(competition.lacks_of_fit))[0]
 
-    Where all need as many, place by place; else at least one of all that any of them needs.
-    """
-    remainders = [r for r in remainders if r]
-    if len(remainders) < 2:
-        return []
-    if len({len(r) for r in remainders}) > 1:
-        return [set().union(*remainders)]
-    first, rest = remainders[0], remainders[1:]
-    groups = [{name} for name in sorted(first)]
-    for other in rest:
-        # What another set has in common stays in its place; what differs joins the places left.
-        places = [g for g in groups if not g & other]
-        new = [n for n in sorted(other) if not any(n in g for g in groups)]
-        for n, g in zip(new, places or groups, strict=False):
-            g.add(n)
-    if not all(r & g for r in remainders for g in groups):
-        return [set().union(*remainders)]
-    return [g for g in groups if len(g) > 1]
+
+def _less(names: Names, name: str) -> Names:
+    return tuple(n for n in names if n != name)
 
 
 def _decided_by(competition: Competition, chosen: Names, rules: DecisionRules) -> tuple[Rest, ...]:
@@ -362,40 +325,6 @@ def _decided_by(competition: Competition, chosen: Names, rules: DecisionRules) -
 def _rests(fit: Fit, moved: dict[str, float], rules: DecisionRules) -> tuple[Rest, ...]:
     sds = {u.name: u.sd for u in fit.unknowns}
     return tuple(Rest(n, float(sds[n]), z) for n, z in moved.items() if abs(z) > rules.told_sigma)
-
-
-def _share(
-    competition: Competition, certain: Iterable[str], groups: Iterable[Iterable[str]] = ()
-) -> float:
-    """Posterior probability that all that is certain is at work, and one of each group."""
-    odds = weighed(competition)
-    top = max(odds.values())
-    needed, rivals = set(certain), [set(g) for g in groups]
-
-    def fits(names: Names) -> bool:
-        found = set(names)
-        return needed <= found and all(found & g for g in rivals)
-
-    total = sum(np.exp(o - top) for o in odds.values())
-    return calibrated(sum(np.exp(o - top) for n, o in odds.items() if fits(n)) / total)
-
-
-def _share_of_nothing(competition: Competition, besides: Iterable[str] = ()) -> float:
-    """Posterior probability that no effect is at work but for these."""
-    odds = weighed(competition)
-    top = max(odds.values())
-    allowed = {OFFSET, *besides}
-    total = sum(np.exp(o - top) for o in odds.values())
-    return calibrated(sum(np.exp(o - top) for n, o in odds.items() if set(n) <= allowed) / total)
-
-
-def calibrated(share: float) -> float:
-    """Probability that an answer is right, from its share of all that was weighed.
-
-    Over the trial (`benches/trial`, reliability table) answers of share s were right about
-    0.95 s of the time; fitted on seeds 2 and 3, the published table is of another.
-    """
-    return float(0.95 * share)
 
 
 def _class_of(effect: str) -> str:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import product
 
 import numpy as np
@@ -20,7 +20,6 @@ from threadpoolctl import threadpool_limits
 
 from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError, ReadingsError
-from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.hypothesis import Hypothesis
@@ -132,8 +131,9 @@ def best_fit(fitter: Fitter, effects: Sequence[str]) -> Fit:
     for variants in product(*forms):
         if null is None:
             break
+        noise = replace(fitter.campaign.plain_noise, inflation=null.noise.inflation)
         for start in _starts(fitter, null, variants):
-            got = fitter.fit(Hypothesis(variants), start, Noise(inflation=null.noise.inflation))
+            got = fitter.fit(Hypothesis(variants), start, noise)
             if got is not None and (best is None or got.log_evidence > best.log_evidence):
                 best = got
     if best is None:

@@ -143,8 +143,8 @@ _SINGLES = (
     "run_time_s",
     "temperature_degC",
     "cycle",
-    "run",
 )
+"""Not `run`: what is constant within runs are their offsets, which belong to the noise."""
 _WITH_TORQUE = (
     "preload_N",
     "preload_step",
@@ -244,6 +244,17 @@ class LackOfFit:
     def fitted_arcsec(self) -> Floats:
         """What it amounts to at every reading, shape (n,)."""
         return self.problem.fitted(self.amplitude, self.noise)
+
+    @property
+    def free_numbers(self) -> float:
+        """How many free numbers its patterns amount to: the readings' share in what is known of
+        each (effective number of parameters)."""
+        c = self.problem.fitter.campaign
+        first = len(self.problem.precision)
+        seen = Whitener.of(self.noise, c.u_arcsec, c.rows)(self.problem.columns[:, first:])
+        size = np.linalg.svd(seen, compute_uv=False) ** 2
+        prior = self.problem.prior(self.amplitude)[first]
+        return float(np.sum(size / (size + prior)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.covariance.fit_noise import LEAST_SCALE, log_scale_prior
+from cbpt.lab.covariance.fit_noise import least_scale, log_scale_prior
 from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.selection.linear_screen import Screen, Signature
@@ -57,7 +57,7 @@ class View:
         self.signatures, self.seen = signatures, seen
         self.screen = Screen(seen, signatures)
         fitter = setting.fitter
-        self._believed = fitter.stated_dof
+        self._stated_dof = fitter.stated_dof
         offsets = fitter.campaign.offsets.shape[1]
         self._dof = float(len(fitter.campaign) - offsets)
         self._level = setting.score(seen)
@@ -82,11 +82,11 @@ class View:
         scale, chi2 = self.seen.noise.scale, self.seen.margin.chi2
         dof = self._dof - sizes
         left = np.maximum(chi2 - gained, 1e-9)
-        square = (left + self._believed / scale**2) / (np.maximum(dof, 1.0) + self._believed)
-        least = LEAST_SCALE / scale if self._believed >= 1 else 1e-9
+        square = (left + self._stated_dof / scale**2) / (np.maximum(dof, 1.0) + self._stated_dof)
+        least = least_scale(self._stated_dof) / scale
         factor = np.maximum(np.sqrt(square), least)
-        prior = -0.5 * self._believed * (2 * np.log(scale * factor) + 1 / (scale * factor) ** 2 - 1)
-        prior -= log_scale_prior(scale, self._believed)
+        prior = log_scale_prior(scale * factor, self._stated_dof)
+        prior = prior - log_scale_prior(np.array(scale), self._stated_dof)
         likelihood = 0.5 * chi2 - 0.5 * left / factor**2 - dof * np.log(factor)
         return np.asarray(self._level + likelihood + prior)
 
@@ -103,6 +103,16 @@ class View:
         score += float(self.weight[list(members)].sum())
         chosen = tuple(self.signatures[m] for m in members)
         return Offer(score, chosen, gain.sizes, self.seen.noise, base)
+
+    def singles(self) -> Floats:
+        """Scores of all signatures; minus infinity where one cannot be seen."""
+        score = np.full(len(self.signatures), -np.inf)
+        at = np.flatnonzero(self.usable & self.narrow)
+        nothing = np.zeros((0, len(self.screen.gram)))
+        score[at] = self._one_more(at, nothing, np.zeros(0), 0)
+        for m in np.flatnonzero(self.usable & ~self.narrow).tolist():
+            score[m] = self.offer((m,)).score
+        return score
 
     def pairs(self, members: Sequence[int]) -> tuple[Floats, NDArray[np.int64], NDArray[np.int64]]:
         """Scores of all pairs of narrow signatures of two effects, and their places.
@@ -165,6 +175,12 @@ class View:
             ],
             dtype=np.int64,
         )
+        return self._one_more(left, cross, pull, int(self._width[list(members)].sum())), left
+
+    def _one_more(self, left: NDArray[np.int64], cross: Floats, pull: Floats, count: int) -> Floats:
+        """Scores of one narrow signature each beside a set of so many columns; cross, pull: the
+        Gram matrix and the projection as seen along the axes of the set."""
+        screen = self.screen
         first, last = self._first[left], self._first[left] + self._width[left] - 1
         b1 = screen.projection[first] - pull @ cross[:, first]
         b2 = screen.projection[last] - pull @ cross[:, last]
@@ -173,13 +189,17 @@ class View:
         g12 = screen.gram[first, last] - np.einsum("ij,ij->j", cross[:, first], cross[:, last])
         lone = self._width[left] == 1
         g12, g22, b2 = np.where(lone, 0.0, g12), np.where(lone, 1.0, g22), np.where(lone, 0.0, b2)
-        determinant = np.maximum(g11 * g22 - g12**2, 1e-6 * np.abs(g11 * g22) + 1e-300)
-        gained = (b1**2 * g22 - 2 * b1 * b2 * g12 + b2**2 * g11) / determinant
-        count = int(self._width[list(members)].sum()) + self._width[left]
-        score = self.score(gained + float(pull @ pull), count) - 0.5 * np.log(determinant)
-        size = np.sqrt(np.maximum(gained, 1.0) / np.maximum(g11, 1e-300))
-        score = score + self._density[left] - self._powers[left] * np.log(np.maximum(size, 1.0))
-        return score + self.weight[left], left
+        determinant = np.maximum(g11 * g22 - g12**2, 1e-9 * np.abs(g11 * g22) + 1e-300)
+        size1 = (b1 * g22 - b2 * g12) / determinant
+        size2 = np.where(lone, 0.0, (b2 * g11 - b1 * g12) / determinant)
+        gained = b1 * size1 + b2 * size2
+        score = self.score(gained + float(pull @ pull), count + self._width[left])
+        score = score - 0.5 * np.log(determinant)
+        own = (g22 + np.where(lone, 0.0, g11)) / determinant / self._width[left]
+        size = np.sqrt(np.maximum(np.maximum(size1**2 + size2**2, own), 1.0))
+        score = score + self._density[left] - self._powers[left] * np.log(size)
+        score[self._one_sided[left] & (size1 <= 0)] = -np.inf
+        return score + self.weight[left]
 
 
 @dataclass(frozen=True)
@@ -193,6 +213,8 @@ class _Limits:
     """Lots of balls, the most probable ones, that are weighed in pairs."""
     extended: int = 40
     """Pairs to which every third effect is added."""
+    noise_room: float = 12.0
+    """Log odds below the best pair at which a noise is no longer tried."""
     exact: int = 12
     """Sets of each size that are weighed again without a shortcut."""
 
@@ -236,32 +258,35 @@ def best_of_each(offers: Iterable[Offer]) -> list[Offer]:
 
 def single_offers(seen: Sequence[View]) -> list[Offer]:
     """The best offer of every variant of every effect, the best first."""
-    best: dict[str, Offer] = {}
+    found: dict[str, tuple[float, View, int]] = {}
     for view in seen:
-        for m in np.flatnonzero(view.usable).tolist():
-            offer = view.offer((m,))
-            label = offer.signatures[0].variant.label
-            if np.isfinite(offer.score) and (
-                label not in best or offer.score > best[label].score + 1e-6
-            ):
-                best[label] = offer
-    return sorted(best.values(), key=lambda o: -round(o.score, 6))
+        score = view.singles()
+        for m in np.flatnonzero(np.isfinite(score)).tolist():
+            label = view.signatures[m].variant.label
+            if label not in found or score[m] > found[label][0] + 1e-6:
+                found[label] = float(score[m]), view, m
+    offers = [view.offer((m,)) for _, view, m in found.values()]
+    return sorted((o for o in offers if np.isfinite(o.score)), key=lambda o: -round(o.score, 6))
 
 
 def set_offers(seen: Sequence[View], count: int) -> list[Offer]:
     """The best offers of pairs and of triples, the best first."""
-    pairs, triples = [], []
-    for view in seen:
-        ranked = _pairs(view, count)
-        pairs += [view.offer(members) for members in ranked[: _LIMITS.exact]]
+    ranked = [(_pairs(view, count), view) for view in seen]
+    pairs = [view.offer(members) for found, view in ranked for members in found[: _LIMITS.exact]]
+    top = max((o.score for o in pairs), default=-np.inf)
+    triples = []
+    for found, view in ranked:
+        # A noise under which no pair comes near the best one under another.
+        if not found or view.offer(found[0]).score < top - _LIMITS.noise_room:
+            continue
         grown: dict[Names, tuple[float, tuple[int, ...]]] = {}
-        for members in ranked[: _LIMITS.extended]:
+        for members in found[: _LIMITS.extended]:
             score, third = view.additions(members)
             for i in np.argsort(-score)[:4].tolist():
-                found = (*members, int(third[i]))
-                names = view.names(found)
+                more = (*members, int(third[i]))
+                names = view.names(more)
                 if names not in grown or score[i] > grown[names][0]:
-                    grown[names] = float(score[i]), found
+                    grown[names] = float(score[i]), more
         leading = sorted(grown.values(), key=lambda g: -g[0])[: _LIMITS.exact]
         triples += [view.offer(members) for _, members in leading]
     return best_of_each([*pairs, *triples])
@@ -293,7 +318,10 @@ def additions_to(setting: Setting, base: Fit) -> list[Offer]:
     seen = setting.fitter.look(replace(base, discrepancy_sd=0.0), base.noise)
     view = View(setting, seen, about)
     have = set(base.hypothesis.effects)
-    members = [
-        m for m in np.flatnonzero(view.usable).tolist() if about[m].variant.effect not in have
-    ]
-    return best_of_each(view.offer((m,), base) for m in members)
+    score = view.singles()
+    found: dict[str, tuple[float, int]] = {}
+    for m in np.flatnonzero(np.isfinite(score)).tolist():
+        effect = about[m].variant.effect
+        if effect not in have and (effect not in found or score[m] > found[effect][0] + 1e-6):
+            found[effect] = float(score[m]), m
+    return best_of_each(view.offer((m,), base) for _, m in found.values())

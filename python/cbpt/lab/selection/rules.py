@@ -16,6 +16,18 @@ __all__ = ["RULES", "DecisionRules"]
 class DecisionRules:
     """Thresholds of the decision; odds are ratios, log odds natural logarithms."""
 
+    certain: float = 0.95
+    """Probability from which an effect, or that of one of a group, is certain."""
+    likely: float = 0.05
+    """Probability from which an effect is told at all."""
+    together: float = 0.2
+    """Largest probability that two or more effects of a group of rivals are at work."""
+    undecided: float = 0.5
+    """Probability below which an answer is none."""
+    readings_per_number: float = 3.0
+    """Readings for each free number of an answer, below which it is none."""
+    left_chance: float = 0.001
+    """Chance of noise leaving as much as an answer does, below which something remains."""
     rival_odds: float = 20.0
     """Odds: a set of effects this much less likely than the best is no rival."""
     unknown_odds: float = 1.5

@@ -98,7 +98,7 @@ def prepare(fitter: Fitter) -> Setting:
     families = components(campaign.readings)
     library = Signatures(campaign, fitter.variants)
     signatures = library.about(first, names)
-    plain = Noise(inflation=_inflation(fitter, first, signatures, families))
+    plain = replace(campaign.plain_noise, inflation=_inflation(fitter, first, signatures, families))
     null = fitter.fit(nothing, noise=plain)
     assert null is not None
     flexible = _flexible_noise(fitter, null, signatures, plain)
@@ -133,7 +133,7 @@ def _inflation(
     seen = [np.where(np.isfinite(s.columns), s.columns, 0.0) for s in signatures]
     fields = [numbers, *seen, *(f.patterns for f in families)]
     y = c.y_arcsec - fit.point.angle_arcsec
-    inflation = inflation_of(y, c.offsets, fields, Whitener.of(Noise(), c.u_arcsec, c.rows))
+    inflation = inflation_of(y, c.offsets, fields, Whitener.of(c.plain_noise, c.u_arcsec, c.rows))
     return None if inflation is None or _of_one_place(c, inflation > 1.5) else inflation
 
 

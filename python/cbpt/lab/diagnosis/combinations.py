@@ -1,0 +1,93 @@
+"""The sets of effects that the readings leave, each with its own numbers.
+
+Combination   one set: probability, parameters, errors
+combinations  those that make up 95 % of the posterior, the most probable first
+remains       what is left after the answer, against what readings scatter by
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
+from cbpt.lab.inference.cross_validation import held_out_residual, rms
+from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.inference.residuals import chi2_of, rmse_of
+from cbpt.lab.selection.posterior import OFFSET, UNKNOWN, posterior_of
+from cbpt.lab.selection.rules import RULES
+
+_MOST = 12
+
+
+@dataclass(frozen=True)
+class Combination:
+    """One set of effects."""
+
+    effects: tuple[str, ...]
+    """`run_offset` among them where the noise has offsets of runs."""
+    unnamed: bool
+    """Whether something without a name is at work beside them."""
+    probability: float
+    parameters: dict[str, dict[str, dict[str, Any]]]
+    """By effect and parameter; SI, with standard uncertainties."""
+    rmse_arcsec: float
+    held_out_rmse_arcsec: float
+    chi2_per_dof: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain values."""
+        return {**vars(self), "effects": list(self.effects)}
+
+
+def combinations(d: DiagnosisData) -> list[Combination]:
+    """Those that make up 95 % of the posterior, at most twelve, the most probable first."""
+    posterior = posterior_of(d.competition)
+    found, total = [], 0.0
+    for names in sorted(posterior.sets, key=lambda n: -posterior.sets[n])[:_MOST]:
+        if total >= RULES.certain:
+            break
+        total += posterior.sets[names]
+        base = tuple(n for n in names if n not in (OFFSET, UNKNOWN))
+        found.append(_combination(d, names, d.competition.fits[base], posterior.sets[names]))
+    return found
+
+
+def _combination(
+    d: DiagnosisData, names: tuple[str, ...], fit: Fit, probability: float
+) -> Combination:
+    """One set. One noise judges all: a fit without an effect may take it for noise."""
+    fitter = d.competition.fitter
+    seen = fitter.look(fit, d.noise)
+    named = {v.effect for v in fit.hypothesis.variants}
+    return Combination(
+        effects=tuple(n for n in names if n != UNKNOWN),
+        unnamed=UNKNOWN in names,
+        probability=probability,
+        parameters={e: d.parameters(fit, e) for e in names if e in named},
+        rmse_arcsec=rmse_of(fitter.campaign, seen),
+        held_out_rmse_arcsec=rms(held_out_residual(fitter, seen, d.fold)),
+        chi2_per_dof=chi2_of(fitter, seen),
+    )
+
+
+def remains(d: DiagnosisData) -> dict[str, Any] | None:
+    """What is left after the answer; None where it is no more than readings scatter by."""
+    lack, adequacy = d.verdict.lack_of_fit, d.verdict.adequacy
+    if lack is None:
+        return None
+    f = lack.fitted_arcsec
+    before = float(np.sqrt(np.mean(d.before.residual_arcsec**2)))
+    rest = float(np.sqrt(np.mean(f**2)))
+    known = adequacy is not None and adequacy.source != "nothing"
+    return {
+        "depends_on": list(lack.columns),
+        "rms_arcsec": rest,
+        "share_of_misfit": min((rest / before) ** 2, 1.0) if before > 0 else None,
+        "left_arcsec": adequacy.left_arcsec if adequacy else None,
+        "expected_arcsec": adequacy.expected_arcsec if adequacy and known else None,
+        "expected_from": adequacy.source if adequacy else None,
+        "p_value": adequacy.p_value if adequacy and known else None,
+    }

@@ -1,0 +1,78 @@
+"""Whether what is left after an answer is noise, by a test that does not use the fitted scatter.
+
+Adequacy      what is left against what readings scatter by
+adequacy_of   of a fit
+
+What readings scatter by is known from readings taken again under the same conditions, else from how
+smoothly they follow each other along a run, else only from what the table states. A fit takes
+its scatter from the misfit, so that it would call any misfit noise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from cbpt.lab.covariance.fit_noise import STATED_DOF
+from cbpt.lab.covariance.within_run import estimate
+from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.inference.fit import Fitter
+from cbpt.lab.inference.residuals import scatter_of
+
+Source = Literal["repeats", "scatter within runs", "stated", "nothing"]
+
+
+@dataclass(frozen=True)
+class Adequacy:
+    """What is left against what readings scatter by."""
+
+    left_arcsec: float
+    """Root mean square of what is left, its degrees of freedom taken into account."""
+    expected_arcsec: float
+    """What readings scatter by; NaN where nothing tells."""
+    source: Source
+    p_value: float
+    """Chance that noise leaves as much; 1 where nothing tells what it is."""
+
+    @property
+    def ratio(self) -> float:
+        """What is left over what is expected."""
+        return self.left_arcsec / self.expected_arcsec
+
+
+def adequacy_of(fitter: Fitter, fit: Fit) -> Adequacy:
+    """Of what a fit leaves."""
+    left, dof = scatter_of(fitter, fit)
+    expected, known, source = _expected(fitter, fit)
+    if not (expected > 0 and known > 0 and dof > 0):
+        return Adequacy(left, float("nan"), "nothing", 1.0)
+    from scipy.special import fdtrc
+
+    p_value = float(fdtrc(dof, known, (left / expected) ** 2))
+    return Adequacy(left, expected, source, p_value)
+
+
+def _expected(fitter: Fitter, fit: Fit) -> tuple[float, float, Source]:
+    """What readings scatter by, arcsec, with its degrees of freedom and where it is from."""
+    c = fitter.campaign
+    if c.repeats is not None and c.repeats.steady:
+        return c.repeats.u_arcsec, c.repeats.dof, "repeats"
+    scatter = estimate(c.readings, fit.residual_arcsec)
+    if scatter is not None and scatter.u_arcsec > 0:
+        return scatter.u_arcsec, scatter.dof, "scatter within runs"
+    if c.u_stated:
+        u = float(np.sqrt(np.mean(c.u_reading_arcsec**2)))
+        return u, STATED_DOF, "stated"
+    return float("nan"), 0.0, "nothing"
+
+
+def free_numbers(fitter: Fitter, fit: Fit) -> float:
+    """How many free numbers a fit has: sizes and offsets in full, what is known beforehand by the
+    share that the readings say of it (Spiegelhalter et al. 2002, effective number of parameters).
+    """
+    own = np.diag(fit.covariance)
+    prior = np.array([u.sd for u in fit.unknowns]) ** 2
+    shares = np.where(np.isfinite(prior), 1 - np.minimum(own / prior, 1.0), 1.0)
+    return float(shares.sum()) + fit.offsets_arcsec.size + fit.noise.numbers

@@ -1,0 +1,139 @@
+"""The posterior over sets of effects, and what is read off it.
+
+Posterior     probability of every set that was weighed
+Spoken        what is certain, what is open, what is likely
+posterior_of  from the odds of a competition
+spoken_of     by the rules of the decision
+
+Offsets of runs are part of the noise and a lack of fit has no name, but both are members of the
+sets like any effect (`OFFSET`, `UNKNOWN`): what could be one of them could be an effect too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from cbpt.lab.covariance.linear_gaussian import Noise
+from cbpt.lab.selection.model_comparison import Competition
+from cbpt.lab.selection.rules import DecisionRules
+from cbpt.lab.selection.setting import Names
+
+UNKNOWN, OFFSET = "unknown", "run_offset"
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """Probability of every set that was weighed."""
+
+    sets: Mapping[Names, float]
+
+    @property
+    def best(self) -> Names:
+        """The most probable set."""
+        return max(self.sets, key=lambda names: self.sets[names])
+
+    @property
+    def inclusion(self) -> dict[str, float]:
+        """Probability that an effect is at work, whatever else is."""
+        effects = sorted(set().union(*self.sets))
+        return {e: self.of_any([e]) for e in effects}
+
+    def of_any(self, effects: Iterable[str]) -> float:
+        """Probability that one or more of some effects are at work."""
+        wanted = set(effects)
+        return float(sum(p for names, p in self.sets.items() if wanted & set(names)))
+
+    def of_several(self, effects: Iterable[str]) -> float:
+        """Probability that two or more of some effects are at work."""
+        wanted = set(effects)
+        return float(sum(p for names, p in self.sets.items() if len(wanted & set(names)) > 1))
+
+    def of_all(self, certain: Iterable[str], groups: Iterable[Iterable[str]] = ()) -> float:
+        """Probability that all of some effects are at work, and one of each group."""
+        needed, one_of = set(certain), [set(g) for g in groups]
+        return float(
+            sum(
+                p
+                for names, p in self.sets.items()
+                if needed <= set(names) and all(set(names) & g for g in one_of)
+            )
+        )
+
+    def within(self, allowed: Iterable[str]) -> float:
+        """Probability that nothing but some effects is at work."""
+        names = set(allowed)
+        return float(sum(p for found, p in self.sets.items() if set(found) <= names))
+
+
+@dataclass(frozen=True)
+class Spoken:
+    """What is certain, what is open, what is likely."""
+
+    effects: tuple[str, ...]
+    rivals: tuple[tuple[str, ...], ...]
+    """Groups of which one is needed and hardly two are at work."""
+    perhaps: tuple[tuple[str, float], ...]
+    """Effects that are likely but neither certain nor one of a group, with their probability."""
+
+
+def posterior_of(competition: Competition) -> Posterior:
+    """From the odds of a competition; of sets that were fitted with and without offsets of runs the
+    more probable form counts."""
+    odds: dict[Names, float] = {}
+
+    def add(names: Iterable[str], value: float) -> None:
+        key = tuple(sorted(names))
+        odds[key] = max(value, odds.get(key, -np.inf))
+
+    for names, value in competition.log_odds.items():
+        add((*names, *_offset(competition.fits[names].noise)), value)
+    unnamed = zip(competition.lacks_of_fit, competition.lack_of_fit_log_odds, strict=True)
+    for lack, value in unnamed:
+        add((*lack.base, *_offset(lack.noise), UNKNOWN), value)
+    top = max(odds.values())
+    weights = {names: float(np.exp(value - top)) for names, value in odds.items()}
+    total = sum(weights.values())
+    return Posterior({names: weight / total for names, weight in weights.items()})
+
+
+def _offset(noise: Noise) -> Names:
+    return (OFFSET,) if noise.offset_arcsec else ()
+
+
+def spoken_of(posterior: Posterior, rules: DecisionRules) -> Spoken:
+    """What is said of a posterior."""
+    inclusion = posterior.inclusion
+    certain = sorted(e for e, p in inclusion.items() if p >= rules.certain)
+    open_ = sorted(
+        (e for e, p in inclusion.items() if rules.likely <= p < rules.certain),
+        key=lambda e: -inclusion[e],
+    )
+    groups = []
+    left = list(open_)
+    while left:
+        group = _group(posterior, left, rules)
+        left = [e for e in left if e not in group]
+        if len(group) > 1 and posterior.of_any(group) >= rules.certain:
+            groups.append(tuple(sorted(group)))
+    grouped = set().union(*groups)
+    perhaps = tuple((e, inclusion[e]) for e in open_ if e not in grouped)
+    return Spoken(tuple(certain), tuple(sorted(groups)), perhaps)
+
+
+def _group(posterior: Posterior, open_: list[str], rules: DecisionRules) -> list[str]:
+    """From the most probable one on: what adds most to the chance of one, and little to that of
+    two, until one of them is certain."""
+    group = [open_[0]]
+    while posterior.of_any(group) < rules.certain:
+        others = [
+            e
+            for e in open_
+            if e not in group and posterior.of_several([*group, e]) < rules.together
+        ]
+        if not others:
+            break
+        group.append(max(others, key=lambda e: posterior.of_any([*group, e])))
+    return group
