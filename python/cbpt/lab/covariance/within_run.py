@@ -86,8 +86,13 @@ class Scatter:
         return min(above, 1 - above) < 0.005 and not 0.87 < self.ratio < 1.15
 
 
-def estimate(readings: Readings, residual_arcsec: Floats) -> Scatter | None:
-    """Residuals finite, shape (n,). None where too few readings follow each other."""
+def estimate(
+    readings: Readings, residual_arcsec: Floats, correlation: float | None = None
+) -> Scatter | None:
+    """Residuals finite, shape (n,). None where too few readings follow each other.
+
+    correlation: of a reading with the next of its run, where it is known; else it is estimated.
+    """
     u = readings.u_elastic_angle_arcsec
     weighted = residual_arcsec if u is None else residual_arcsec / u
     stretches = _stretches(readings)
@@ -99,8 +104,10 @@ def estimate(readings: Readings, residual_arcsec: Floats) -> Scatter | None:
     if dof < _LIMITS.fewest_dof:
         return None
     smooth = _smooth(groups, weighted)
-    gains = [_rated(smooth, weighted, c)[0] - _LIMITS.price * (c > 0) for c in _LIMITS.correlations]
-    correlation = _LIMITS.correlations[int(np.argmax(gains))]
+    if correlation is None:
+        tried = _LIMITS.correlations
+        gains = [_rated(smooth, weighted, c)[0] - _LIMITS.price * (c > 0) for c in tried]
+        correlation = tried[int(np.argmax(gains))]
     scale = float(np.sqrt(_typical(_rated(smooth, weighted, correlation)[1], smooth)))
     # What is correlated is fewer independent readings, and the parabola takes more of it away.
     known = dof * _LIMITS.efficiency * ((1 - correlation) / (1 + correlation)) ** 2

@@ -76,11 +76,13 @@ class Campaign:
         rounding = None
         if coarse:
             # The drive hardly knows the input angle and is the same both ways, so readings at one
-            # torque and preload round alike, and averaging them helps no further.
+            # torque and preload may round alike, and averaging those helps no further.
             same = np.zeros(len(readings)) if readings.preload_N is None else readings.preload_N
             loads = np.column_stack([np.abs(readings.torque_Nm), same])
             repeats = len(readings) / len(np.unique(np.round(loads, 6), axis=0))
-            rounding = np.full(len(readings), step * np.sqrt(repeats / 12))
+            alike = rounds_alike(float(np.median(stated)) / step)
+            square = step**2 / 12 * (1 + (repeats - 1) * alike)
+            rounding = np.full(len(readings), np.sqrt(square))
             stated = _without_step(stated, step)
         rows = Rows.of(readings.run_index)
         per_run = isinstance(case, Case) and case.zero == "per_run"
@@ -162,6 +164,16 @@ def with_step(stated_arcsec: Floats, step_arcsec: float) -> Floats:
     """What is stated, or, where it is too small to include the rounding of a display, both."""
     rounding = step_arcsec / 12**0.5
     return np.where(stated_arcsec < rounding, np.hypot(stated_arcsec, rounding), stated_arcsec)
+
+
+def rounds_alike(steps: float) -> float:
+    """Correlation of the rounding errors of two readings of one value with so many steps of noise.
+
+    The error is a saw-tooth of the value; noise damps its harmonics (Widrow and Kollar 2008,
+    chapter 19).
+    """
+    k = np.arange(1, 200)
+    return float(min(6 / np.pi**2 * np.sum(np.exp(-((2 * np.pi * k * steps) ** 2)) / k**2), 1.0))
 
 
 def _without_step(stated_arcsec: Floats, step_arcsec: float) -> Floats:

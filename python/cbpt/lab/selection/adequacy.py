@@ -59,7 +59,7 @@ def _expected(fitter: Fitter, fit: Fit) -> tuple[float, float, Source]:
     c = fitter.campaign
     if c.repeats is not None and c.repeats.steady:
         return c.repeats.u_arcsec, c.repeats.dof, "repeats"
-    scatter = estimate(c.readings, fit.residual_arcsec)
+    scatter = estimate(c.readings, fit.residual_arcsec, fit.noise.correlation or None)
     if scatter is not None and scatter.u_arcsec > 0:
         return scatter.u_arcsec, scatter.dof, "scatter within runs"
     if c.u_stated:

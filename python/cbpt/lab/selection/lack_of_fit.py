@@ -330,7 +330,9 @@ def lacks_of_fit_on(
         ratings = [(problem.rated(a)[0], a) for a in _LIMITS.amplitudes]
         amplitude = max(ratings)[1]
         value, suited = problem.rated(amplitude, structures=True)
-        value += fit.log_size_prior
+        # Every amplitude is as likely: the mean over them, not the largest.
+        values = np.array([v for v, _ in ratings])
+        value += float(np.log(np.mean(np.exp(values - values.max())))) + fit.log_size_prior
         names = fit.hypothesis.effects
         yield LackOfFit(names, family.columns, value, amplitude, suited, problem)
 

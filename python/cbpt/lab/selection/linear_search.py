@@ -315,13 +315,25 @@ def additions_to(setting: Setting, base: Fit) -> list[Offer]:
     """One effect more than those of a fit, about its values and under its noise."""
     about = setting.library.about(base, setting.names, secants=False)
     # As the library has it: a discrepancy of the first effects may be the further one.
-    seen = setting.fitter.look(replace(base, discrepancy_sd=0.0), base.noise)
-    view = View(setting, seen, about)
+    exact = replace(base, discrepancy_sd=0.0)
     have = set(base.hypothesis.effects)
-    score = view.singles()
-    found: dict[str, tuple[float, int]] = {}
-    for m in np.flatnonzero(np.isfinite(score)).tolist():
-        effect = about[m].variant.effect
-        if effect not in have and (effect not in found or score[m] > found[effect][0] + 1e-6):
-            found[effect] = float(score[m]), m
-    return best_of_each(view.offer((m,), base) for _, m in found.values())
+    found: dict[str, tuple[float, View, int]] = {}
+    for noise in _near(base.noise, setting.flexible):
+        view = View(setting, setting.fitter.look(exact, noise), about)
+        score = view.singles()
+        for m in np.flatnonzero(np.isfinite(score)).tolist():
+            effect = about[m].variant.effect
+            if effect not in have and (effect not in found or score[m] > found[effect][0] + 1e-6):
+                found[effect] = float(score[m]), view, m
+    return best_of_each(view.offer((m,), base) for _, view, m in found.values())
+
+
+def _near(noise: Noise, flexible: Noise) -> list[Noise]:
+    """A noise, and those in which a further effect may be at work that it has taken for noise."""
+    found = [noise]
+    if noise.offset_arcsec:
+        found += [replace(noise, offset_arcsec=share * noise.offset_arcsec) for share in (0, 0.35)]
+    if noise.correlation:
+        found += [replace(n, correlation=0.5 * noise.correlation) for n in found]
+    scale = min(noise.scale, flexible.scale)
+    return [noise, *(replace(n, scale=scale) for n in found)]

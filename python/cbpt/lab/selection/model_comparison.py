@@ -19,6 +19,7 @@ from itertools import product as cartesian
 import numpy as np
 from numpy.typing import NDArray
 
+from cbpt.lab.covariance.fit_noise import PRICE
 from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
@@ -64,6 +65,11 @@ class _Effort:
     """Effects that are added to each of them."""
     most: int = 4
     """Effects of the largest set."""
+    settled_room: float = 25.0
+    """Log odds below the best within which a set is fitted again if a smaller one follows the
+    readings better."""
+    worse: float = 1.0
+    """Log density by which it may."""
     modes_room: float = 10.0
     """Log odds below the best within which an effect is searched for other modes."""
     large: int = 4
@@ -125,6 +131,7 @@ def compete(
     contest.find_modes()
     contest.fit_sets()
     contest.add_and_drop()
+    contest.settle()
     if campaign.drive.kind == "torsion_spring":
         contest.fit_together()
     report("lack of fit", 0.85)
@@ -231,6 +238,22 @@ class _Contest:
                 start[kept] = fit.point.values[kept]
                 self.keep(self.fitter.fit(Hypothesis(rest), start, fit.noise))
 
+    def settle(self) -> None:
+        """No set may follow the readings worse than one that it contains: such a fit has ended in
+        another mode, and begins again from the values and the noise of the smaller set."""
+        best = max(self.score(n) for n in self.fits)
+        for names in sorted(self.fits, key=len):
+            fit = self.fits[names]
+            if not names or self.score(names) < best - _EFFORT.settled_room:
+                continue
+            inner = [tuple(n for n in names if n != gone) for gone in names]
+            below = max((n for n in inner if n in self.fits), key=lambda n: follows(self.fits[n]))
+            if follows(fit) < follows(self.fits[below]) - _EFFORT.worse:
+                start = self.fitter.start(fit.hypothesis, {})
+                kept = [u.index for u in self.fits[below].unknowns]
+                start[kept] = self.fits[below].point.values[kept]
+                self.keep(self.fitter.fit(fit.hypothesis, start, self.fits[below].noise))
+
     def fit_together(self) -> None:
         """Two and three effects at once, from the linear problem about the reducer as stated.
 
@@ -275,7 +298,7 @@ class _Contest:
                 p.log_evidence
                 + prior(p.base)
                 - setting.price(p.base)
-                + float(np.log(ODDS["unknown"]))
+                + float(np.log(ODDS["unknown"] / max(len(setting.families), 1)))
                 - null,
                 p,
             )
@@ -306,6 +329,11 @@ class _Contest:
             setting.flexible,
             setting.plain.inflation,
         )
+
+
+def follows(fit: Fit) -> float:
+    """Log density of the readings at the mode, with what the noise costs."""
+    return -0.5 * (fit.margin.chi2 + fit.whitener.log_det) - PRICE * fit.noise.numbers
 
 
 def _promising(singles: Sequence[Offer]) -> list[Offer]:

@@ -11,8 +11,9 @@ sets like any effect (`OFFSET`, `UNKNOWN`): what could be one of them could be a
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations as subsets
 
 import numpy as np
 
@@ -111,29 +112,37 @@ def spoken_of(posterior: Posterior, rules: DecisionRules) -> Spoken:
         (e for e, p in inclusion.items() if rules.likely <= p < rules.certain),
         key=lambda e: -inclusion[e],
     )
-    groups = []
-    left = list(open_)
-    while left:
-        group = _group(posterior, left, rules)
-        left = [e for e in left if e not in group]
-        if len(group) > 1 and posterior.of_any(group) >= rules.certain:
+    groups: list[tuple[str, ...]] = []
+    for group in _groups(posterior, open_[: rules.open], rules):
+        if not set(group) & set().union(*groups):
             groups.append(tuple(sorted(group)))
+    if not certain and not groups:
+        # One or more of them are at work, and nobody can say which.
+        groups = _one_or_more(posterior, open_, rules)
     grouped = set().union(*groups)
     perhaps = tuple((e, inclusion[e]) for e in open_ if e not in grouped)
     return Spoken(tuple(certain), tuple(sorted(groups)), perhaps)
 
 
-def _group(posterior: Posterior, open_: list[str], rules: DecisionRules) -> list[str]:
-    """From the most probable one on: what adds most to the chance of one, and little to that of
-    two, until one of them is certain."""
-    group = [open_[0]]
-    while posterior.of_any(group) < rules.certain:
-        others = [
-            e
-            for e in open_
-            if e not in group and posterior.of_several([*group, e]) < rules.together
-        ]
-        if not others:
-            break
-        group.append(max(others, key=lambda e: posterior.of_any([*group, e])))
-    return group
+def _groups(
+    posterior: Posterior, open_: Sequence[str], rules: DecisionRules
+) -> list[tuple[str, ...]]:
+    """Groups of which one is certain and two are improbable, the smallest first."""
+    found = [
+        (size, several, group)
+        for size in range(2, len(open_) + 1)
+        for group in subsets(open_, size)
+        if (several := posterior.of_several(group)) < rules.together
+        and posterior.of_any(group) >= rules.certain
+    ]
+    return [group for _, _, group in sorted(found)]
+
+
+def _one_or_more(
+    posterior: Posterior, open_: Sequence[str], rules: DecisionRules
+) -> list[tuple[str, ...]]:
+    """The most probable effects, as many as it takes for one of them to be certain."""
+    for size in range(2, len(open_) + 1):
+        if posterior.of_any(open_[:size]) >= rules.certain:
+            return [tuple(sorted(open_[:size]))]
+    return []

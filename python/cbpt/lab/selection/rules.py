@@ -22,6 +22,8 @@ class DecisionRules:
     """Probability from which an effect is told at all."""
     together: float = 0.2
     """Largest probability that two or more effects of a group of rivals are at work."""
+    open: int = 8
+    """Effects, the most probable ones, among which groups of rivals are looked for."""
     undecided: float = 0.5
     """Probability below which an answer is none."""
     readings_per_number: float = 3.0
