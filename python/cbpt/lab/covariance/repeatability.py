@@ -7,11 +7,11 @@ Same conditions are the same levels of torque, preload (or its step) and input a
 same direction; the first leg of a run stands apart, as loading for the first time is another thing.
 With y the residual of reading i, in condition c(i) and run r(i),
 
-    y_i = a_c(i) + b_r(i) + e_i,   u^2 = sum e_i^2 / (n - conditions - free zeros of runs)
+    y_i = a_c(i) + b_r(i) + e_i,   u^2 = sum e_i^2 / (n - conditions - free offsets of runs)
 
 (a two-way analysis of variance), so that neither what the model gets wrong at a condition nor the
-zero of a run counts as scatter. Residuals, not angles, because a torque held not quite alike moves
-both reading and model.
+offset of a run counts as scatter. Residuals, not angles, because a torque held not quite alike
+moves both reading and model.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ def pooled(
     y, conditions, runs = y[again], int(condition.max()) + 1, int(run.max()) + 1
     if conditions * runs > _LIMITS.most_cells:
         return None
-    # Runs' zeros as they look once each condition's mean is taken off.
+    # Runs' offsets as they look once each condition's mean is taken off.
     counts = np.zeros((conditions, runs))
     np.add.at(counts, (condition, run), 1.0)
     size = counts.sum(axis=1)
@@ -97,8 +97,8 @@ def pooled(
     if dof < _LIMITS.fewest_dof:
         return None
     push = np.bincount(run, off, runs)
-    zeros = np.linalg.lstsq(gram, push, rcond=1e-9)[0]
-    left = max(float(off @ off - push @ zeros), 0.0)
+    offsets = np.linalg.lstsq(gram, push, rcond=1e-9)[0]
+    left = max(float(off @ off - push @ offsets), 0.0)
     sd = float(np.sqrt(left / dof))
     # Shown digits that agree are no proof of an exact instrument.
     if not sd > 1e-9 * float(np.abs(y).max()):

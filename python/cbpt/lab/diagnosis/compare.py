@@ -3,9 +3,9 @@
     compare         a case and its readings -> Comparison, with further effects fitted where asked
     Comparison      the misfit as a whole, by group and where it stands out; text and picture
 
-A residual is reading minus zero minus model. `zero = "common"` in the case takes the zero of the
-readings as it is; the zero that would fit best is told beside it. `"per_run"` gives every run its
-own, fitted as a weighted mean, at the cost of a degree of freedom each.
+A residual is reading minus offset minus model. `zero = "common"` in the case leaves the readings as
+they are; the common offset that would fit best is told beside them. `"per_run"` gives every run an
+offset of its own, fitted as a weighted mean, at the cost of a degree of freedom each.
 
 The misfit is judged twice: against the stated uncertainty, and against the scatter that the
 readings show themselves (`scatter`), so that an uncertainty that is misstated is told from a model
@@ -248,17 +248,17 @@ def _compared(
     raw = readings.elastic_angle_arcsec - model.elastic_angle_arcsec
     u = readings.u_elastic_angle_arcsec
     weight = np.ones(len(readings)) if u is None else u**-2.0
-    residual, zeros = raw.copy(), {}
+    residual, offsets = raw.copy(), {}
     if zero == "per_run":
         for index in np.unique(readings.run_index):
             rows = (readings.run_index == index) & solved
             if rows.any():
                 offset = float(np.average(raw[rows], weights=weight[rows]))
                 residual[rows] -= offset
-                zeros[str(readings.run[rows][0])] = offset
+                offsets[str(readings.run[rows][0])] = offset
     best = float(np.average(residual[solved], weights=weight[solved])) if solved.any() else np.nan
     left = residual[solved] - best
-    fitted = len(zeros) + getattr(model, "fitted", 0)
+    fitted = len(offsets) + getattr(model, "fitted", 0)
     known = _Known()
     if solved.any():
         part = readings.select(solved)
@@ -269,7 +269,7 @@ def _compared(
         model=model,
         residual_arcsec=residual,
         zero=zero,
-        zero_arcsec=zeros,
+        zero_arcsec=offsets,
         best_common_zero_arcsec=best,
         rmse_with_best_zero_arcsec=float(np.sqrt(np.mean(left**2))) if left.size else np.nan,
         p_value=p_value(readings, residual, solved, fitted),
@@ -325,11 +325,11 @@ def _where(
     if scatter is not None and len(rows) == np.count_nonzero(solved):
         noise = replace(noise, correlation=scatter.correlation)
     whitener = Whitener.of(noise, u, order)
-    zeros = np.zeros((len(rows), 0))
+    offsets = np.zeros((len(rows), 0))
     if zero == "per_run":
-        zeros = whitener((order.run_index[:, None] == np.arange(order.runs)).astype(np.float64))
+        offsets = whitener((order.run_index[:, None] == np.arange(order.runs)).astype(np.float64))
     found = find_regions(
-        Scanned(part, residual[rows], whitener, zeros, regime[rows]), np.random.default_rng(0)
+        Scanned(part, residual[rows], whitener, offsets, regime[rows]), np.random.default_rng(0)
     )
     if len(rows) == len(readings):
         return found

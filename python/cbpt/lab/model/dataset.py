@@ -40,7 +40,7 @@ class Campaign:
     u_stated: bool
     rows: Rows
     offsets: Floats
-    """Columns (n, z) of the zeros that are always free: one, or one for each run."""
+    """Columns (n, z) of the offsets that are always free: one, or one for each run."""
     priors: dict[str, float]
     """Standard uncertainty of each number that is a `PRIORS` effect, by effect id."""
     effects: tuple[tuple[str, dict[str, float]], ...] = ()
