@@ -78,8 +78,8 @@ fn rounded_up(value: f64) -> f64 {
         return value;
     }
     // Powers of ten that are whole numbers, so that the result prints with no digits beyond those meant.
-    let decimals = 4 - value.log10().floor() as i32;
-    let (times, over) = (10f64.powi(decimals.max(0)), 10f64.powi((-decimals).max(0)));
+    let decimals = 4.0 - value.log10().floor();
+    let (times, over) = (10f64.powf(decimals.max(0.0)), 10f64.powf((-decimals).max(0.0)));
     // A value that has five digits already stays as it is.
     let steps = value * times / over;
     let (near, up) = (steps.round(), steps.ceil());
