@@ -129,7 +129,7 @@ class _Profile(NamedTuple):
         known = precision > 0
         volume = -float(np.log(np.diagonal(factor)).sum())
         volume += 0.5 * float(np.log(precision[known]).sum())
-        return cls(mode, max(float(gram[0, 0] - b @ mode), 0.0), volume)
+        return cls(np.asarray(mode), max(float(gram[0, 0] - b @ mode), 0.0), volume)
 
 
 def least_scale(stated_dof: float) -> float:
@@ -216,7 +216,7 @@ def _searched(
         return
     noise = either[1]
     if noise.correlation:
-        # Zeros that are not there yet look like a correlation larger than it is.
+        # Offsets that are not there yet look like a correlation larger than it is.
         for c in (noise.correlation, 0.5 * noise.correlation):
             yield from (rated(c, o * typical) for o in (0.7, 2.0, 5.0))
     else:

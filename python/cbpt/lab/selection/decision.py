@@ -244,10 +244,10 @@ def _sharing(competition: Competition, null: Fit, rules: DecisionRules) -> list[
     y, x, precision = competition.fitter.linear(null)
     whitener = null.whitener
     numbers = [u.name for u in null.unknowns]
-    zeros = list(range(len(numbers), x.shape[1]))
+    offsets = list(range(len(numbers), x.shape[1]))
     alone: dict[str, tuple[float, float]] = {}
     for i, name in enumerate(numbers):
-        keep = [i, *zeros]
+        keep = [i, *offsets]
         margin = Margin.of(whitener(y), whitener(x[:, keep]), precision[keep])
         alone[name] = (-0.5 * margin.chi2 + margin.log_volume, float(margin.mode[0]))
     top = max(v for v, _ in alone.values())

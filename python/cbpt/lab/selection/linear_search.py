@@ -120,7 +120,7 @@ class View:
         All at once: every signature is padded to two columns, every pair is a 4 x 4 system.
         """
         at = np.array([m for m in members if self.narrow[m] and self.usable[m]], dtype=np.int64)
-        kinds = np.unique([self.signatures[m].variant.effect for m in at], return_inverse=True)[1]
+        kinds = np.unique([self.signatures[m].variant.effect for m in at.tolist()], return_inverse=True)[1]
         one, two = np.triu_indices(len(at), 1)
         other = kinds[one] != kinds[two]
         a, b = at[one[other]], at[two[other]]
@@ -199,7 +199,7 @@ class View:
         size = np.sqrt(np.maximum(np.maximum(size1**2 + size2**2, own), 1.0))
         score = score + self._density[left] - self._powers[left] * np.log(size)
         score[self._one_sided[left] & (size1 <= 0)] = -np.inf
-        return score + self.weight[left]
+        return np.asarray(score + self.weight[left])
 
 
 @dataclass(frozen=True)
