@@ -40,6 +40,8 @@ from cbpt.lab.selection.posterior import (
 from cbpt.lab.selection.rules import RULES, DecisionRules
 from cbpt.lab.selection.setting import Names
 
+_TOLD_SIGMA = 0.3
+"""Standard uncertainties: smaller shifts are not listed among what an answer rests on."""
 Why = Literal["no answer is probable", "few readings", "scatter or law"]
 """Why nothing can be said: no answer has a probability of one half; fewer than about three readings
 for each free number; scatter and a law that is missing cannot be told apart."""
@@ -88,10 +90,7 @@ def judge(competition: Competition, rules: DecisionRules = RULES) -> Verdict:
     posterior = posterior_of(competition)
     spoken = spoken_of(posterior, rules)
     said = {*spoken.effects, *(e for g in spoken.rivals for e in g)}
-    over = max(competition.log_odds.values()) - competition.log_odds[()]
-    # Numbers alone, and not far better with their priors widened: that is within what is stated.
-    nothing = said <= {OFFSET} or (said <= {*PRIORS, OFFSET} and over < rules.strain)
-    if not nothing:
+    if said - {OFFSET}:
         verdict = _effects(competition, posterior, spoken, rules)
     elif posterior.within({*PRIORS, OFFSET}) >= rules.undecided:
         verdict = replace(_no_effect(competition, posterior, rules), perhaps=spoken.perhaps)
@@ -161,7 +160,7 @@ def _no_effect(competition: Competition, posterior: Posterior, rules: DecisionRu
     noise = noise_words(competition, null.noise)
     moved = shifts(null)
     inadequate = _nominal_rejected(competition, null, rules)
-    rests = _rests(null, moved, rules) if inadequate else ()
+    rests = _rests(null, moved) if inadequate else ()
 
     def verdict(
         kind: str,
@@ -182,8 +181,7 @@ def _no_effect(competition: Competition, posterior: Posterior, rules: DecisionRu
             exactly=posterior.sets[(OFFSET,) if null.noise.offset_arcsec else ()],
         )
 
-    # The readings leave a shift open by a quarter of a sigma or so; that counts for the number.
-    strained = {n: z for n, z in moved.items() if abs(z) > rules.moved_sigma + rules.moved_slack}
+    strained = {n: z for n, z in moved.items() if abs(z) > rules.moved_sigma}
     if inadequate and strained:
         wide = max(strained, key=lambda n: abs(strained[n]))
         near = max(odds.values()) - rules.log_rival_odds
@@ -254,7 +252,7 @@ def _sharing(competition: Competition, null: Fit, rules: DecisionRules) -> list[
     return sorted(
         n
         for n, (v, z) in alone.items()
-        if v > top - rules.log_rival_odds and abs(z) <= rules.shared_sigma
+        if v > top - rules.log_rival_odds and abs(z) <= rules.moved_sigma
     )
 
 
@@ -314,7 +312,7 @@ def _decided_by(competition: Competition, chosen: Names, rules: DecisionRules) -
         if other is None or (number,) == chosen:
             continue
         # As good on the readings alone.
-        if other.log_marginal > fits[chosen].log_marginal - rules.decided_within:
+        if other.log_marginal > fits[chosen].log_marginal - 2 * rules.log_rival_odds:
             u = next(u for u in other.unknowns if u.name.startswith(number + "."))
             sd = competition.campaign.priors[number]
             if sd > 0:
@@ -322,9 +320,9 @@ def _decided_by(competition: Competition, chosen: Names, rules: DecisionRules) -
     return tuple(found)
 
 
-def _rests(fit: Fit, moved: dict[str, float], rules: DecisionRules) -> tuple[Rest, ...]:
+def _rests(fit: Fit, moved: dict[str, float]) -> tuple[Rest, ...]:
     sds = {u.name: u.sd for u in fit.unknowns}
-    return tuple(Rest(n, float(sds[n]), z) for n, z in moved.items() if abs(z) > rules.told_sigma)
+    return tuple(Rest(n, float(sds[n]), z) for n, z in moved.items() if abs(z) > _TOLD_SIGMA)
 
 
 def _class_of(effect: str) -> str:
@@ -344,16 +342,12 @@ def noise_words(competition: Competition, noise: Noise) -> tuple[str, ...]:
     if noise.inflation is not None:
         far = np.count_nonzero(noise.inflation > RULES.far_reading)
         words.append(
-            "outliers"
-            if far <= RULES.outlier_share * len(noise.inflation)
-            and noise.inflation.max() > RULES.largest_inflation
-            else "heavy_tailed"
+            "outliers" if 0 < far <= RULES.outlier_share * len(noise.inflation) else "heavy_tailed"
         )
     dof = len(competition.campaign)
     if competition.campaign.u_believed != 1 or (
         competition.campaign.u_stated
         and abs(np.log(noise.scale)) * np.sqrt(2 * dof) > RULES.misstated_sigma
-        and abs(np.log(noise.scale)) > RULES.misstated_log
     ):
         words.append("misstated")
     return tuple(words) or ("white",)

@@ -357,7 +357,9 @@ def says_no_more(lack_of_fit: LackOfFit, fit: Fit) -> bool:
     whitener = Whitener.of(lack_of_fit.noise, c.u_arcsec, c.rows)
     prior = problem.prior(lack_of_fit.amplitude)
     free = Margin.of(whitener(problem.y), whitener(problem.columns), prior).chi2
-    return bool(problem.fitter.look(fit, lack_of_fit.noise).margin.chi2 - free < RULES.as_well)
+    return bool(
+        problem.fitter.look(fit, lack_of_fit.noise).margin.chi2 - free < 2 * RULES.log_rival_odds
+    )
 
 
 def held_out_with_lack_of_fit(lack_of_fit: LackOfFit, fold: NDArray[np.int64]) -> Floats:

@@ -120,7 +120,9 @@ class View:
         All at once: every signature is padded to two columns, every pair is a 4 x 4 system.
         """
         at = np.array([m for m in members if self.narrow[m] and self.usable[m]], dtype=np.int64)
-        kinds = np.unique([self.signatures[m].variant.effect for m in at.tolist()], return_inverse=True)[1]
+        kinds = np.unique(
+            [self.signatures[m].variant.effect for m in at.tolist()], return_inverse=True
+        )[1]
         one, two = np.triu_indices(len(at), 1)
         other = kinds[one] != kinds[two]
         a, b = at[one[other]], at[two[other]]
@@ -170,7 +172,7 @@ class View:
         left = np.array(
             [
                 m
-                for m in np.flatnonzero(self.usable & self.narrow)
+                for m in np.flatnonzero(self.usable & self.narrow).tolist()
                 if self.signatures[m].variant.effect not in have
             ],
             dtype=np.int64,

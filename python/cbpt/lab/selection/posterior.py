@@ -22,6 +22,8 @@ from cbpt.lab.selection.model_comparison import Competition
 from cbpt.lab.selection.rules import DecisionRules
 from cbpt.lab.selection.setting import Names
 
+_MOST_OPEN = 8
+"""Effects, the most probable ones, among which groups of rivals are looked for."""
 UNKNOWN, OFFSET = "unknown", "run_offset"
 
 
@@ -113,7 +115,7 @@ def spoken_of(posterior: Posterior, rules: DecisionRules) -> Spoken:
         key=lambda e: -inclusion[e],
     )
     groups: list[tuple[str, ...]] = []
-    for group in _groups(posterior, open_[: rules.open], rules):
+    for group in _groups(posterior, open_[:_MOST_OPEN], rules):
         if not set(group) & set().union(*groups):
             groups.append(tuple(sorted(group)))
     if not certain and not groups:
