@@ -80,7 +80,10 @@ def dense(noise: Noise, u_arcsec: Floats, rows: Rows) -> Floats:
     apart = np.abs(place[:, None] - place[None, :])
     d = noise.scale * u_arcsec * (np.ones(n) if noise.inflation is None else noise.inflation)
     correlated = np.where(same, float(noise.correlation) ** apart, 0.0)
-    return np.asarray(d[:, None] * correlated * d + noise.offset_arcsec**2 * same)
+    covariance = d[:, None] * correlated * d + noise.offset_arcsec**2 * same
+    if noise.rounding_arcsec is not None:
+        covariance += np.diag(noise.rounding_arcsec**2)
+    return np.asarray(covariance)
 
 
 def sample(noise: Noise, u_arcsec: Floats, rows: Rows, rng: np.random.Generator) -> Floats:

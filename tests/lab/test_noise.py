@@ -1,6 +1,6 @@
 """What scatters: whitening and margins against dense matrices, and noise found in noise.
 
-Groups: order of rows; whitening; margins; the noise that suits some readings.
+Groups: order of rows; whitening; a coarse display; margins; the noise that suits some readings.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ from hypothesis.extra import numpy as arrays
 from scipy.optimize import minimize
 
 from cbpt.lab.covariance.fit_noise import (
-    FIXED_DOF,
     LEAST_SCALE,
     PRICE,
     STATED_DOF,
+    _Sums,
     fit_noise,
     log_scale_prior,
 )
@@ -28,6 +28,7 @@ from cbpt.lab.covariance.linear_gaussian import (
     Whitener,
     log_likelihood,
 )
+from cbpt.lab.model.dataset import rounds_alike
 from common.drives import examples
 from common.simulated import Floats, dense, sample
 
@@ -73,6 +74,7 @@ def noises(draw: st.DrawFn) -> tuple[Noise, Floats, Rows]:
         correlation=draw(st.sampled_from([0.0, -0.5, 0.2, 0.6, 0.95])),
         offset_arcsec=draw(st.sampled_from([0.0, 0.01, 1.0, 30.0])),
         inflation=inflation,
+        rounding_arcsec=rng.uniform(0.1, 2.0, len(runs)) if draw(st.booleans()) else None,
     )
     return noise, rng.uniform(0.1, 3.0, len(runs)), Rows.of(runs)
 
@@ -117,6 +119,101 @@ def test_likelihood_is_that_of_the_dense_normal() -> None:
     whitener = Whitener.of(noise, u, rows)
     white = whitener(y)
     assert log_likelihood(float(white @ white), whitener, 0.0) == pytest.approx(exact, abs=1e-9)
+
+
+# --- a coarse display ---------------------------------------------------------------------
+
+
+@given(noises(), st.integers(0, 99))
+@examples(60)
+def test_products_of_columns_are_those_of_whitened_ones(
+    drawn: tuple[Noise, Floats, Rows], seed: int
+) -> None:
+    """Found once, for any scale, correlation and offset."""
+    noise, u, rows = drawn
+    columns = np.random.default_rng(seed).standard_normal((len(u), 4))
+    start = Noise(inflation=noise.inflation, rounding_arcsec=noise.rounding_arcsec)
+    whitener = Whitener.of(noise, u, rows)
+    seen = whitener(columns)
+    gram, log_det = _Sums(columns, u, rows, start).gram(noise)
+    own = np.sqrt(np.diag(seen.T @ seen))
+    # Offsets far above the scatter leave the difference of large numbers.
+    np.testing.assert_allclose(
+        gram / own / own[:, None], seen.T @ seen / own / own[:, None], atol=1e-6
+    )
+    assert log_det == pytest.approx(whitener.log_det, rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.7])
+def test_long_runs_are_whitened_by_stretches(offset: float) -> None:
+    """Beside a rounding: exact within each stretch, and nearly so across."""
+    rows, u = Rows.of(np.repeat([0, 1], [150, 40])), np.full(190, 0.3)
+    rounding = np.full(190, 0.2)
+    noise = Noise(1.2, 0.6, offset, rounding_arcsec=rounding)
+    whitener = Whitener.of(noise, u, rows)
+    w = whitener(np.eye(190))
+    covariance = w @ dense(noise, u, rows) @ w.T
+    # Two seams in the run of 150: what is left of the covariance sits there.
+    off = np.abs(covariance - np.eye(190))
+    assert np.count_nonzero(off > 0.02) < 60
+    assert off.max() < 0.6
+    exact = float(np.linalg.slogdet(dense(noise, u, rows))[1])
+    assert abs(whitener.log_det - exact) < 1.0
+    for stretches in rows.stretches(64):
+        for at in stretches:
+            assert len(at) <= 64 and len(np.unique(rows.run_index[at])) == 1
+            assert (np.diff(at) == 1).all()
+            if not offset:
+                np.testing.assert_allclose(covariance[np.ix_(at, at)], np.eye(len(at)), atol=1e-9)
+
+
+def test_a_rounding_has_no_scale() -> None:
+    """It is known; only what is beside it may be larger than stated."""
+    u, rounding = np.full(396, 0.3), np.full(396, 0.2)
+    whitener = Whitener.of(Noise(2.0, rounding_arcsec=rounding), u, TWELVE)
+    np.testing.assert_allclose(whitener(np.ones(396)), 1 / np.hypot(0.6, 0.2))
+
+
+def test_roundings_are_alike_without_noise_and_independent_with_much() -> None:
+    assert rounds_alike(0.0) == pytest.approx(1, abs=0.01) and rounds_alike(0.0) <= 1
+    assert rounds_alike(2.0) < 1e-12
+    falling = [rounds_alike(steps) for steps in np.linspace(0, 1, 30)]
+    assert falling == sorted(falling, reverse=True)
+
+
+@pytest.mark.parametrize("steps", [0.05, 0.15, 0.3])
+def test_roundings_are_as_alike_as_drawn_ones(steps: float) -> None:
+    rng = np.random.default_rng(21)
+    readings = rng.uniform(0, 1, 200_000) + steps * rng.standard_normal((2, 200_000))
+    errors = np.round(readings) - readings
+    assert rounds_alike(steps) == pytest.approx(float(np.corrcoef(errors)[0, 1]), abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("noise", "correlated", "offsets"),
+    [
+        (Noise(), False, False),
+        (Noise(1.0, 0.0, 1.2), False, True),
+        (Noise(1.0, 0.7), True, False),
+        (Noise(1.0, 0.6, 1.5), True, True),
+    ],
+)
+def test_structure_shows_through_a_coarse_display(
+    noise: Noise, correlated: bool, offsets: bool
+) -> None:
+    """It used to be switched off, and offsets came out as a lack of fit."""
+    step = 1.8 * 0.3
+    display = Noise(rounding_arcsec=np.full(396, step / 12**0.5))
+    curve = 40 * np.sin(0.7 * np.arange(396.0))
+    for seed in range(4):
+        exact = curve + sample(noise, U, TWELVE, np.random.default_rng([9, seed]))
+        got = found(step * np.round(exact / step) - curve, display)
+        assert (bool(got.correlation), bool(got.offset_arcsec)) == (correlated, offsets)
+        assert got.scale == pytest.approx(1.0, rel=0.3)
+        if offsets:
+            assert 0.4 < got.offset_arcsec / noise.offset_arcsec < 2.2
+        if correlated:
+            assert got.correlation == pytest.approx(noise.correlation, abs=0.2)
 
 
 # --- margins ------------------------------------------------------------------------------
@@ -332,13 +429,3 @@ def test_nothing_stated_leaves_the_scale_to_the_readings() -> None:
     assert noise.scale == pytest.approx(float(np.std(y, ddof=1)) / 0.3, rel=1e-4)
     assert log_scale_prior(1.0, STATED_DOF) == 0.0
     assert log_scale_prior(0.5, STATED_DOF) < 0 and log_scale_prior(2.0, STATED_DOF) < 0
-
-
-def test_a_fixed_scale_is_not_made_smaller_by_correlation() -> None:
-    """Readings that scatter less than stated used to come out as strongly correlated."""
-    rows, u = Rows.of(np.repeat(np.arange(4), 25)), np.full(100, 0.3)
-    y = 0.25 * u * np.random.default_rng(3).standard_normal(100)
-    none = np.zeros((100, 0)), np.zeros(0)
-    fixed, _ = fit_noise(Linear(y, *none), u, rows, Noise(), FIXED_DOF)
-    assert fixed.correlation == 0 and fixed.offset_arcsec == 0
-    assert fixed.scale == pytest.approx(1, abs=1e-3)

@@ -141,7 +141,9 @@ def test_no_group_is_overlooked(posterior: Posterior) -> None:
     said = spoken_of(posterior, RULES)
     open_ = [e for e, p in posterior.inclusion.items() if RULES.likely <= p < RULES.certain]
     possible = [
-        g for size in range(2, len(open_) + 1) for g in combinations(open_, size)
+        g
+        for size in range(2, len(open_) + 1)
+        for g in combinations(open_, size)
         if valid(posterior, g)
     ]
     for group in possible:
@@ -165,7 +167,9 @@ def test_two_that_may_be_at_work_together_are_no_rivals(both: float, rivals: boo
 def test_a_group_is_as_small_as_can_be() -> None:
     said = spoken(bearing=0.5, torsion=0.46, spring=0.04)
     assert said.rivals == (("bearing", "torsion"),)
-    assert spoken(bearing=0.5, torsion=0.40, spring=0.1).rivals == (("bearing", "spring", "torsion"),)
+    assert spoken(bearing=0.5, torsion=0.40, spring=0.1).rivals == (
+        ("bearing", "spring", "torsion"),
+    )
 
 
 def test_two_places_have_two_groups() -> None:
@@ -179,9 +183,7 @@ def test_one_or_more_of_several_is_told_where_nothing_else_is() -> None:
     said = spoken(bearing=0.3, torsion=0.3, bearing_torsion=0.38, nothing=0.02)
     assert said.rivals == (("bearing", "torsion"),)
     # Beside what is certain they are likely, and no more.
-    beside = spoken(
-        bearing_loss=0.3, loss_torsion=0.3, bearing_loss_torsion=0.38, loss=0.02
-    )
+    beside = spoken(bearing_loss=0.3, loss_torsion=0.3, bearing_loss_torsion=0.38, loss=0.02)
     assert beside.effects == ("loss",) and beside.rivals == ()
 
 
