@@ -30,6 +30,9 @@ def accepted(name: str) -> list[Said]:
     found = [(answer["kind"], tuple(sorted(answer["effects"])), tuple(groups))]
     if name == "dev03":
         found.append(("ambiguous", (), (BEARING,)))
+    if name == "dev09":
+        # With creep beside it, play stands in for either.
+        found.append(("ambiguous", ("friction_hysteresis",), (("bearing_play", *BEARING),)))
     return found
 
 
@@ -38,10 +41,12 @@ def test_answer(name: str) -> None:
     assert said(diagnosed(name).verdict) in accepted(name), diagnosed(name).sentence
 
 
-def test_nine_readings_name_no_one_but_rivals() -> None:
-    kind, effects, groups = said(diagnosed("dev11").verdict)
-    assert kind == "ambiguous" and not effects
-    assert any("eccentric_bearing" in g for g in groups)
+def test_nine_readings_name_no_one() -> None:
+    """The bearing that is hidden is a rival or possible."""
+    verdict = diagnosed("dev11").verdict
+    assert verdict.kind in {"ambiguous", "undecided"} and not verdict.effects
+    told = {e for group in verdict.rivals for e in group} | {e for e, _ in verdict.perhaps}
+    assert "eccentric_bearing" in told
 
 
 HIDDEN = [
@@ -119,7 +124,7 @@ def maybe(schema: dict[str, Any]) -> dict[str, Any]:
 
 TEXT, NUMBER, FLAG = {"type": "string"}, {"type": "number"}, {"type": "boolean"}
 CHANCE = {"type": "number", "minimum": 0, "maximum": 1}
-KINDS = ["complete", "parameter", "rig", "effect", "ambiguous", "unknown"]
+KINDS = ["complete", "parameter", "rig", "effect", "ambiguous", "unknown", "undecided"]
 NOISES = ["white", "run_offset", "correlated", "heavy_tailed", "outliers", "misstated"]
 RANGES = {"type": "object", "additionalProperties": {**each(NUMBER), "minItems": 2, "maxItems": 2}}
 ERRORS = thing(
@@ -142,7 +147,7 @@ VALUE = thing(
 )
 SCHEMA = thing(
     {
-        "schema": {"const": "cbpt.diagnosis/1"},
+        "schema": {"const": "cbpt.diagnosis/2"},
         "seed": {"type": "integer"},
         "versions": {"type": "object", "additionalProperties": TEXT},
         "data_sha256": {"type": "string", "pattern": "^[0-9a-f]{64}$"},
@@ -151,12 +156,45 @@ SCHEMA = thing(
                 "kind": {"enum": KINDS},
                 "effects": each(TEXT),
                 "rivals": each({**each(TEXT), "minItems": 2}),
+                "perhaps": each(thing({"effect": TEXT, "probability": CHANCE})),
                 "probability": CHANCE,
+                "probability_exactly": CHANCE,
+                "undecided": maybe(TEXT),
                 "sentence": {"type": "string", "minLength": 20},
                 "rests_on": each(
                     thing({"number": TEXT, "prior": NUMBER, "needed_shift_sigma": NUMBER})
                 ),
             }
+        ),
+        "combinations": {
+            **each(
+                thing(
+                    {
+                        "effects": each(TEXT),
+                        "unnamed": FLAG,
+                        "probability": CHANCE,
+                        "parameters": {"type": "object"},
+                        "rmse_arcsec": NUMBER,
+                        "held_out_rmse_arcsec": NUMBER,
+                        "chi2_per_dof": NUMBER,
+                    }
+                )
+            ),
+            "minItems": 1,
+            "maxItems": 12,
+        },
+        "remains": maybe(
+            thing(
+                {
+                    "depends_on": each(TEXT),
+                    "rms_arcsec": NUMBER,
+                    "share_of_misfit": maybe(CHANCE),
+                    "left_arcsec": maybe(NUMBER),
+                    "expected_arcsec": maybe(NUMBER),
+                    "expected_from": maybe(TEXT),
+                    "p_value": maybe(CHANCE),
+                }
+            )
         ),
         "noise": thing(
             {
@@ -241,10 +279,45 @@ def test_document_has_what_others_rely_on(name: str) -> None:
     document = json.loads(diagnosed(name).to_json())
     jsonschema.validate(document, SCHEMA)
     verdict = document["verdict"]
-    assert (document["unknown"] is not None) == (verdict["kind"] == "unknown")
+    assert (document["unknown"] is None) == (document["remains"] is None)
+    assert document["unknown"] is not None or verdict["kind"] != "unknown"
     assert bool(verdict["rivals"]) == (verdict["kind"] == "ambiguous")
+    assert (verdict["undecided"] is not None) == (verdict["kind"] == "undecided")
+    assert verdict["probability_exactly"] <= verdict["probability"] + 1e-9 or verdict["undecided"]
     assert sum(row["probability"] for row in document["ranking"]) <= 1 + 1e-9
     assert len({row["effect"] for row in document["ranking"]}) == len(document["ranking"])
+
+
+@pytest.mark.parametrize("name", ["dev02", "dev03", "dev09", "dev10", "dev11"])
+def test_combinations_are_most_of_the_posterior(name: str) -> None:
+    """Each once, the most probable first; the answer is drawn with the first, in its numbers."""
+    d = diagnosed(name)
+    found = d.to_dict()["combinations"]
+    shares = [c["probability"] for c in found]
+    assert shares == sorted(shares, reverse=True)
+    assert 0.95 <= sum(shares) <= 1 + 1e-9 or len(found) == 12
+    # Without the last of them it was less.
+    assert sum(shares[:-1]) < 0.95
+    assert len({(*c["effects"], c["unnamed"]) for c in found}) == len(found)
+    if d.verdict.kind == "undecided":
+        return
+    first = found[0]
+    assert tuple(e for e in first["effects"] if e != "run_offset") == d.verdict.names
+    assert first["probability"] == pytest.approx(d.verdict.exactly)
+    assert first["parameters"] == d.to_dict()["parameters"]
+    if not first["unnamed"]:
+        assert first["rmse_arcsec"] == pytest.approx(d.final_rung.rmse_arcsec)
+        held_out = d.final_rung.held_out_rmse_arcsec
+        assert first["held_out_rmse_arcsec"] == pytest.approx(held_out)
+
+
+def test_what_remains_is_that_of_the_groove() -> None:
+    document = diagnosed("dev10").to_dict()
+    remains = document["remains"]
+    assert remains["depends_on"] == document["unknown"]["depends_on"]
+    assert 0.3 < remains["share_of_misfit"] <= 1
+    assert remains["rms_arcsec"] > 0
+    assert diagnosed("dev03").to_dict()["remains"] is None
 
 
 def test_same_seed_same_document() -> None:
