@@ -1,7 +1,8 @@
 """From odds to words: the rules on odds made up by hand.
 
 The readings are those of a real table, so that its checks are the real ones; fits and odds are made
-up. What is read off a posterior has tests of its own (`test_posterior`).
+up, and so is the error of a fit on readings that are kept back. What is read off a posterior has
+tests of its own (`test_posterior`).
 
 Groups: a competition made up; effects demanded; something without a name; no effect demanded;
 what is left; undecided; probabilities.
@@ -9,7 +10,7 @@ what is left; undecided; probabilities.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
 from types import SimpleNamespace
@@ -25,6 +26,7 @@ from cbpt.lab.covariance.repeatability import Repeats
 from cbpt.lab.inference.hypothesis import Unknown
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.priors import PRIORS
+from cbpt.lab.selection import decision
 from cbpt.lab.selection.adequacy import Source
 from cbpt.lab.selection.decision import Verdict, judge
 from cbpt.lab.selection.model_comparison import Competition
@@ -57,6 +59,12 @@ class MadeUpFit:
     """How many sizes of effects it has, beside `values`."""
     residual_arcsec: Floats = field(default_factory=lambda: white(396))
     offsets_arcsec: Floats = field(default_factory=lambda: np.zeros(1))
+    held_out_arcsec: float | None = None
+    """Error on readings that are kept back; else the less, the more effects it has."""
+
+    @property
+    def held_out(self) -> float:
+        return 10.0 - self.sizes if self.held_out_arcsec is None else self.held_out_arcsec
 
     @property
     def unknowns(self) -> tuple[Unknown, ...]:
@@ -136,6 +144,7 @@ def competition(
                 campaign=c,
                 at_nominal=lambda _: MadeUpFit(chi2=around.nominal_chi2),
                 linear=lambda _: shared_by_all(),
+                look=lambda fit, _: fit,
             ),
         ),
         fits=cast(Any, made),
@@ -148,6 +157,18 @@ def competition(
         flexible=Noise(),
         inflation=None,
     )
+
+
+@pytest.fixture(autouse=True, scope="module")
+def kept_back() -> Iterator[None]:
+    """Readings that are kept back are missed by what a made-up fit says."""
+
+    def missed(_: Any, fit: MadeUpFit, fold: Floats) -> Floats:
+        return np.full(len(fold), fit.held_out)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(decision, "held_out_residual", missed)
+        yield
 
 
 def said(verdict: Verdict) -> tuple[str, tuple[str, ...], tuple[tuple[str, ...], ...]]:
@@ -508,6 +529,30 @@ def test_scatter_or_law_where_only_what_is_stated_tells(
     assert (verdict.kind == "undecided") == (kind == "undecided")
     if kind == "undecided":
         assert undecided(verdict, "scatter or law")
+
+
+def test_what_predicts_nothing_is_not_certain() -> None:
+    """Nine tenths of the misfit are gone, but readings that are kept back are missed by more."""
+    shares = {(): 0.001, (FRICTION,): 0.002, (CREEP,): 0.001, (CREEP, FRICTION): 0.996}
+    for without_creep, certain in ((8.5, True), (7.5, False)):
+        fits = {
+            (CREEP, FRICTION): MadeUpFit(sizes=2, held_out_arcsec=8.0),
+            (FRICTION,): MadeUpFit(sizes=1, held_out_arcsec=without_creep),
+            (CREEP,): MadeUpFit(sizes=1, held_out_arcsec=30.0),
+        }
+        verdict = judge(competition(shares, fits))
+        assert verdict.effects == ((CREEP, FRICTION) if certain else (FRICTION,))
+        assert (CREEP in dict(verdict.perhaps)) != certain
+
+
+def test_an_answer_that_predicts_nothing_is_none() -> None:
+    fits = {
+        (FRICTION,): MadeUpFit(sizes=1, held_out_arcsec=8.0),
+        (): MadeUpFit(values=NUMBERS, held_out_arcsec=7.0),
+    }
+    verdict = judge(competition({(): 0.01, (FRICTION,): 0.99}, fits))
+    assert undecided(verdict, "no prediction")
+    assert dict(verdict.perhaps) == {FRICTION: pytest.approx(0.99)}
 
 
 # --- probabilities ------------------------------------------------------------------------
