@@ -1,36 +1,130 @@
-"""The competition of hypotheses: pairs are those that the screen offers, ties keep their order."""
+"""The competition of hypotheses: what is fitted, and that no larger set is fitted worse.
+
+Groups: sets and those that they contain; a pair; order.
+"""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
+import pytest
 
 from cbpt.lab.inference.fit import Fitter
-from cbpt.lab.inference.hypothesis import Hypothesis
-from cbpt.lab.selection.model_comparison import _Contest, _Offers
+from cbpt.lab.selection.model_comparison import (
+    _EFFORT,
+    Competition,
+    _Contest,
+    compete,
+    follows,
+)
 from cbpt.lab.selection.ranking import ranked
-from cbpt.lab.selection.setting import prepare
-from cbpt.lab.selection.starts import start_values
-from common.simulated import plan, readings_of
+from cbpt.lab.selection.setting import Names, prepare
+from common.hidden import TRUTH, diagnosed
+from common.simulated import Values, plan, readings_of
 
-BEARING, SET = ("eccentric_bearing", "reference_deflection_m"), ("run_in", "permanent_set_rad")
+LOOP: Values = {
+    ("eccentric_bearing", "reference_deflection_m"): 4e-7,
+    ("run_in", "permanent_set_rad"): 4e-6,
+}
+PAIR = ("eccentric_bearing", "run_in")
+
+# --- sets and those that they contain -----------------------------------------------------
 
 
-def test_a_second_effect_is_fitted_as_the_screen_offers_it() -> None:
+def exactly(c: Competition, names: Names) -> float:
+    """How a set follows the readings by the equations of its effects: how far these may depart from
+    them is another thing for each set."""
+    fit = c.fits[names]
+    return follows(c.fitter.look(replace(fit, discrepancy_sd=0.0), fit.noise))
+
+
+def worse_than_a_part(c: Competition) -> list[tuple[Names, Names, float]]:
+    """Sets near the best that follow the readings worse than one of one effect less."""
+    best = max(c.log_odds.values())
+    found = []
+    for names in c.fits:
+        inner = [tuple(n for n in names if n != gone) for gone in names]
+        if c.log_odds[names] < best - _EFFORT.settled_room:
+            continue
+        for part in inner:
+            if part in c.fits:
+                off = exactly(c, part) - exactly(c, names)
+                if off > _EFFORT.worse:
+                    found.append((names, part, off))
+    return found
+
+
+@pytest.mark.parametrize("name", sorted(TRUTH))
+def test_no_set_follows_the_readings_worse_than_one_that_it_contains(name: str) -> None:
+    """It may take its values and its noise, and add nothing."""
+    assert worse_than_a_part(diagnosed(name).competition) == []
+
+
+@pytest.mark.parametrize("name", sorted(TRUTH))
+def test_the_best_set_was_asked_for_each_of_its_effects(name: str) -> None:
+    """What one of them adds is known for each, as all sets of one less are weighed too."""
+    c = diagnosed(name).competition
+    for gone in c.best:
+        assert tuple(n for n in c.best if n != gone) in c.fits
+
+
+def contest(seed: int = 3) -> _Contest:
+    campaign = readings_of(plan("dev03"), LOOP, np.random.default_rng(seed))
+    return _Contest(prepare(Fitter(campaign)), lambda what, share: None)
+
+
+def test_a_set_that_ended_elsewhere_begins_again_from_its_part() -> None:
+    """Here with a noise four times too large."""
+    made = contest()
+    made.fit_singles()
+    made.fit_sets()
+    good = made.fits[PAIR]
+    poor = made.fitter.look(good, replace(good.noise, scale=4 * good.noise.scale))
+    made.fits[PAIR] = poor
+    made.settle()
+    part = made.fits["eccentric_bearing",]
+    assert follows(poor) < follows(part) - _EFFORT.worse
+    assert follows(made.fits[PAIR]) > follows(part) - _EFFORT.worse
+    assert follows(made.fits[PAIR]) == pytest.approx(follows(good), abs=0.5)
+
+
+def test_a_set_of_which_no_part_was_fitted_stands_as_it_is() -> None:
+    """A triple that the linear search offers while it offers none of its pairs."""
+    made = contest()
+    made.fit_singles()
+    made.fit_sets()
+    pair = made.fits[PAIR]
+    made.fits = {(): made.fits[()], PAIR: pair}
+    made.settle()
+    assert made.fits[PAIR] is pair
+
+
+# --- a pair -------------------------------------------------------------------------------
+
+
+def test_every_offer_is_fitted_as_what_it_is() -> None:
     """Offers were once read from a longer list: for run-in a tilt of the plate was fitted."""
-    campaign = readings_of(plan("dev03"), {BEARING: 4e-7, SET: 4e-6}, np.random.default_rng(3))
-    setting = prepare(Fitter(campaign))
-    contest = _Contest(setting, lambda what, share: None)
-    contest.fit_singles()
-    base = contest.fits["eccentric_bearing",]
-    offers = _Offers(-np.inf)
-    contest._offer_additions(offers, base)
-    for names, pair in offers.best.items():
-        assert set(names) == {"eccentric_bearing", *(s.variant.effect for s in pair.signatures)}
-    pair = offers.best["eccentric_bearing", "run_in"]
-    hypothesis = Hypothesis((*base.hypothesis.variants, *(s.variant for s in pair.signatures)))
-    start = start_values(setting.fitter, pair.signatures, pair.sizes, base)
-    before = setting.fitter.misfit(base.hypothesis, base.point.values, setting.flexible)
-    assert setting.fitter.misfit(hypothesis, start, setting.flexible) < before - 5
+    made = contest()
+    made.fit_singles()
+    made.fit_sets()
+    assert PAIR in made.fits
+    for names, fit in made.fits.items():
+        assert fit.hypothesis.effects == names
+    single = max(made.score(n) for n in made.ranked_singles)
+    assert made.score(PAIR) > single + 5
+
+
+def test_a_pair_is_found_from_any_of_its_two() -> None:
+    found = compete(
+        readings_of(plan("dev03"), LOOP, np.random.default_rng(3)), np.random.default_rng(0)
+    )
+    assert found.best == PAIR
+    assert found.log_odds[PAIR] == max(found.log_odds.values())
+    assert set(found.log_odds) == set(found.fits)
+
+
+# --- order --------------------------------------------------------------------------------
 
 
 def test_equal_values_keep_their_order() -> None:

@@ -252,10 +252,14 @@ class _Contest:
         best = max(self.score(n) for n in self.fits)
         for names in sorted(self.fits, key=len):
             fit = self.fits[names]
-            if not names or self.score(names) < best - _EFFORT.settled_room:
-                continue
             inner = [tuple(n for n in names if n != gone) for gone in names]
-            below = max((n for n in inner if n in self.fits), key=lambda n: follows(self.fits[n]))
+            fitted = [n for n in inner if n in self.fits]
+            if not fitted:
+                continue
+            below = max(fitted, key=lambda n: follows(self.fits[n]))
+            # What ended elsewhere may be far behind, and no less worth another start.
+            if max(self.score(names), self.score(below)) < best - _EFFORT.settled_room:
+                continue
             if follows(fit) < follows(self.fits[below]) - _EFFORT.worse:
                 start = self.fitter.start(fit.hypothesis, {})
                 kept = [u.index for u in self.fits[below].unknowns]
