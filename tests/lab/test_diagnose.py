@@ -119,7 +119,7 @@ def maybe(schema: dict[str, Any]) -> dict[str, Any]:
 
 TEXT, NUMBER, FLAG = {"type": "string"}, {"type": "number"}, {"type": "boolean"}
 CHANCE = {"type": "number", "minimum": 0, "maximum": 1}
-KINDS = ["complete", "parameter", "rig", "effect", "ambiguous", "unknown"]
+KINDS = ["complete", "parameter", "rig", "effect", "ambiguous", "unknown", "undecided"]
 NOISES = ["white", "run_offset", "correlated", "heavy_tailed", "outliers", "misstated"]
 RANGES = {"type": "object", "additionalProperties": {**each(NUMBER), "minItems": 2, "maxItems": 2}}
 ERRORS = thing(
@@ -142,7 +142,7 @@ VALUE = thing(
 )
 SCHEMA = thing(
     {
-        "schema": {"const": "cbpt.diagnosis/1"},
+        "schema": {"const": "cbpt.diagnosis/2"},
         "seed": {"type": "integer"},
         "versions": {"type": "object", "additionalProperties": TEXT},
         "data_sha256": {"type": "string", "pattern": "^[0-9a-f]{64}$"},
@@ -151,13 +151,33 @@ SCHEMA = thing(
                 "kind": {"enum": KINDS},
                 "effects": each(TEXT),
                 "rivals": each({**each(TEXT), "minItems": 2}),
+                "perhaps": each(thing({"effect": TEXT, "probability": CHANCE})),
                 "probability": CHANCE,
+                "probability_exactly": CHANCE,
+                "undecided": maybe(TEXT),
                 "sentence": {"type": "string", "minLength": 20},
                 "rests_on": each(
                     thing({"number": TEXT, "prior": NUMBER, "needed_shift_sigma": NUMBER})
                 ),
             }
         ),
+        "combinations": {
+            **each(
+                thing(
+                    {
+                        "effects": each(TEXT),
+                        "unnamed": FLAG,
+                        "probability": CHANCE,
+                        "parameters": {"type": "object"},
+                        "rmse_arcsec": NUMBER,
+                        "held_out_rmse_arcsec": NUMBER,
+                        "chi2_per_dof": NUMBER,
+                    }
+                )
+            ),
+            "minItems": 1,
+        },
+        "remains": maybe(thing({"depends_on": each(TEXT), "rms_arcsec": NUMBER})),
         "noise": thing(
             {
                 "u_stated_arcsec": maybe(NUMBER),
@@ -241,10 +261,48 @@ def test_document_has_what_others_rely_on(name: str) -> None:
     document = json.loads(diagnosed(name).to_json())
     jsonschema.validate(document, SCHEMA)
     verdict = document["verdict"]
-    assert (document["unknown"] is not None) == (verdict["kind"] == "unknown")
+    assert (document["unknown"] is None) == (document["remains"] is None)
+    assert document["unknown"] is not None or verdict["kind"] != "unknown"
     assert bool(verdict["rivals"]) == (verdict["kind"] == "ambiguous")
+    assert bool(verdict["undecided"]) == (verdict["kind"] == "undecided")
     assert sum(row["probability"] for row in document["ranking"]) <= 1 + 1e-9
     assert len({row["effect"] for row in document["ranking"]}) == len(document["ranking"])
+
+
+@pytest.mark.parametrize("name", ["dev01", "dev03", "dev09", "dev10", "dev11"])
+def test_combinations_are_the_posterior_that_the_verdict_is_read_off(name: str) -> None:
+    d = diagnosed(name)
+    document = d.to_dict()
+    verdict, found = document["verdict"], document["combinations"]
+    chances = [c["probability"] for c in found]
+    assert chances == sorted(chances, reverse=True) and sum(chances) <= 1 + 1e-9
+    assert sum(chances) >= 0.95 or len(found) == 12
+    best = found[0]
+    assert best["probability"] == pytest.approx(verdict["probability_exactly"])
+    # The headline's error is that of the combination it stands beside.
+    if not best["unnamed"] and set(best["effects"]) - {"run_offset"} == set(d.verdict.names):
+        assert best["rmse_arcsec"] == pytest.approx(document["after"]["rmse_arcsec"])
+    for row in verdict["perhaps"]:
+        held = sum(c["probability"] for c in found if row["effect"] in c["effects"])
+        assert held <= row["probability"] + 1e-9 and 0.05 <= row["probability"] < 0.95
+
+
+def test_the_report_has_both_probabilities_and_the_combinations() -> None:
+    d = diagnosed("dev09")
+    text = " ".join(d.report().split())
+    assert f"Probability that the answer holds: {d.verdict.probability:.2f}; of exactly " in text
+    best = d.combinations()[0]
+    assert f"and nothing else: {best.probability:.2f}." in text
+    assert "Combinations of effects that make up 95 % of the probability" in text
+    assert all(" + ".join(c.effects) in text for c in d.combinations()[:4])
+    assert all(f"({p:.2f})" in d.sentence for _, p in d.verdict.perhaps[:4])
+
+
+def test_an_answer_that_is_undecided_says_why_and_what_would_help() -> None:
+    d = diagnosed("dev11")
+    assert d.verdict.kind == "undecided"
+    assert "do not decide what is missing" in d.sentence and "Measure more" in d.sentence
+    assert "Probability of the most probable combination" in d.report()
 
 
 def test_same_seed_same_document() -> None:

@@ -332,7 +332,7 @@ def test_flags_without_a_file_leave_the_case_alone(
     assert commands.main(["diagnose", "--results", str(CASE), str(DATA)]) == 0
     assert "U (95 %)" in capsys.readouterr().out
     assert commands.main(["diagnose", "--json", str(CASE), str(DATA)]) == 0
-    assert json.loads(capsys.readouterr().out)["schema"] == "cbpt.diagnosis/1"
+    assert json.loads(capsys.readouterr().out)["schema"] == "cbpt.diagnosis/2"
     assert commands.main(["diagnose", str(CASE), str(DATA), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["results"]
     assert commands.main(["diagnose", "--results=r.txt", str(CASE), str(DATA)]) == 2
