@@ -49,6 +49,9 @@ FEWEST = 6
 MOST = 1200
 # N cm, N mm, kN m, kgf, lbf in, lbf: what loads are at times written in.
 _LOAD_FACTORS = (0.01, 100.0, 1e-3, 1e3, 9.80665, 1 / 9.80665, 0.1129848, 4.448222)
+_AGREES = 0.05
+"""Share of the squared misfit below which readings agree with loads in another unit; an effect that
+is missing may leave as much."""
 
 
 def diagnose(
@@ -305,20 +308,23 @@ def _stop_if_it_does_not_follow(campaign: Campaign, model: Floats) -> None:
         return
     preloads = 0.0 if r.preload_N is None else r.preload_N
     off = float(np.sum((y - x) ** 2))
-    for factor in _LOAD_FACTORS if off > 0.1 * size else ():
-        for torque, preload in ((factor, 1.0), (1.0, factor))[: 1 + (r.preload_N is not None)]:
-            angle = solve_many(
-                campaign.drive, torque * r.torque_Nm, preload * preloads, r.input_angle_deg
-            ).elastic_angle_arcsec
-            if np.isfinite(angle).all() and np.sum((y - within_runs(angle)) ** 2) < 0.01 * off:
-                name = "torque" if torque != 1 else "preload"
-                raise ReadingsError.of_column(
-                    r.source,
-                    name,
-                    f"values that agree with the angles only if they are multiplied by {factor:g}",
-                    f"the {name} in the unit of its header",
-                    "check the unit",
-                )
+    found = []
+    for name, factor in _factors(campaign) if off > 0.1 * size else ():
+        torque, preload = (factor, 1.0) if name == "torque" else (1.0, factor)
+        angle = solve_many(
+            campaign.drive, torque * r.torque_Nm, preload * preloads, r.input_angle_deg
+        ).elastic_angle_arcsec
+        if np.isfinite(angle).all():
+            found.append((float(np.sum((y - within_runs(angle)) ** 2)), name, factor))
+    if found and min(found)[0] < _AGREES * off:
+        _, name, factor = min(found)
+        what = f"values that agree with the angles only if they are multiplied by {factor:g}"
+        expected, remedy = f"the {name} in the unit of its header", "check the unit"
+        if factor not in _LOAD_FACTORS:
+            what += ", the transmission ratio"
+            expected = "the torque of the output side"
+            remedy = "multiply torques of the input side by the ratio"
+        raise ReadingsError.of_column(r.source, name, what, expected, remedy)
     if float(x @ y) ** 2 < 0.3 * size * float(x @ x):
         raise ReadingsError.of_column(
             r.source,
@@ -327,6 +333,16 @@ def _stop_if_it_does_not_follow(campaign: Campaign, model: Floats) -> None:
             "angles that the model explains at least in part",
             "check which column is the angle, and the case file",
         )
+
+
+def _factors(campaign: Campaign) -> Iterator[tuple[str, float]]:
+    """By what a torque or a preload may be off: units, and for a torque the transmission ratio."""
+    for factor in _LOAD_FACTORS:
+        yield "torque", factor
+        if campaign.readings.preload_N is not None:
+            yield "preload", factor
+    if campaign.drive.kind == "ball_drive":
+        yield "torque", float(campaign.drive.transmission_ratio)
 
 
 def _believed(campaign: Campaign, model: Floats) -> tuple[Campaign, list[str]]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cbpt._core import Drive
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
 from cbpt.lab.diagnosis.fit_text import moved_by, solutions
 from cbpt.lab.diagnosis.noise_statement import noise_floor
@@ -35,6 +36,8 @@ class Say:
 
 _PLAINLY = Say()
 _MOST_LIKELY = 4
+_FAR_SIGMA = 5.0
+"""Stated standard uncertainties: a number moved further is more likely a slip than a finding."""
 
 
 def name_of(d: DiagnosisData, effect: str) -> str:
@@ -43,7 +46,37 @@ def name_of(d: DiagnosisData, effect: str) -> str:
 
 
 def sentence(d: DiagnosisData, say: Say = _PLAINLY) -> str:
-    """One or two sentences that say what is certain, what is open and how sure that is."""
+    """What is certain, what is open, how sure that is, and what to check first."""
+    return _answer(d, say) + _to_check(d)
+
+
+def _to_check(d: DiagnosisData) -> str:
+    """What to look at before the answer is believed: numbers far from what is stated of them."""
+    priors = d.competition.campaign.priors
+    far = [
+        u.name.partition(".")[0]
+        for u in d.after.unknowns
+        if (sd := priors.get(u.name.partition(".")[0]))
+        and abs(d.after.value(u) - u.mean) > _FAR_SIGMA * sd
+    ]
+    if not far:
+        return ""
+    case, drive = "check that the case file is that of this drive", d.competition.campaign.drive
+    if drive.kind == "ball_drive":
+        case += f", and that the torque is that of the output (the ratio is {_ratio(drive):g})"
+    were = "was" if len(far) == 1 else "were"
+    return (
+        f" {listed(far)[:1].upper()}{listed(far)[1:]} {were} moved by more than {_FAR_SIGMA:g} "
+        f"stated standard uncertainties: first {case}."
+    )
+
+
+def _ratio(drive: Drive) -> float:
+    return float(drive.transmission_ratio)
+
+
+def _answer(d: DiagnosisData, say: Say) -> str:
+    """What was found."""
     v = d.verdict
     sure = f"probability {v.probability:.2f}"
     if v.probability < 0.5:
@@ -106,12 +139,14 @@ _WHY: dict[Why, str] = {
     "few readings": "there are too few readings for the parameters that would have to be fitted",
     "scatter or law": "the misfit could be scatter or a missing effect: the readings deviate by "
     "more than the stated uncertainty, and no reading was repeated",
+    "no prediction": "what explains the readings does not predict those that are kept back",
 }
 _REMEDY: dict[Why, str] = {
     "no answer is probable": "Measure more, with other preloads, torques and angles",
     "few readings": "Take three readings or more for each parameter",
     "scatter or law": "Repeat some readings under the same conditions, or take them closer "
     "together along a run",
+    "no prediction": "Measure more preloads and runs, and check the instruments",
 }
 
 

@@ -274,7 +274,7 @@ ODDS: dict[str, float] = {
     "sensor_gain": 2e-4,
     "contact_angle": 2e-4,
     "ball_diameter_lot": 0.01,
-    "unknown": 0.005,
+    "unknown": 0.03,
 }
 """Prior odds of an effect against nothing; "" stands for those not listed. A calibration or an
 angle that is wrong by far more than its stated uncertainty is a hundred times less likely than a

@@ -23,6 +23,7 @@ import numpy as np
 
 from cbpt.lab.covariance.fit_noise import LEAST_SCALE
 from cbpt.lab.covariance.linear_gaussian import Margin, Noise
+from cbpt.lab.inference.cross_validation import folds, log_score
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.model.dataset import DEFAULT_UNCERTAINTY
 from cbpt.lab.model.priors import CLASSES, PRIORS, TWINS
@@ -42,9 +43,10 @@ from cbpt.lab.selection.setting import Names
 
 _TOLD_SIGMA = 0.3
 """Standard uncertainties: smaller shifts are not listed among what an answer rests on."""
-Why = Literal["no answer is probable", "few readings", "scatter or law"]
+Why = Literal["no answer is probable", "few readings", "scatter or law", "no prediction"]
 """Why nothing can be said: no answer has a probability of one half; fewer than about three readings
-for each free number; scatter and a law that is missing cannot be told apart."""
+for each free number; scatter and a law that is missing cannot be told apart; what explains the
+readings does not predict those that are kept back."""
 
 
 @dataclass(frozen=True)
@@ -264,7 +266,11 @@ def _effects(
 ) -> Verdict:
     best = posterior.best
     named = _less(_less(best, OFFSET), UNKNOWN)
-    certain = tuple(e for e in spoken.effects if e != UNKNOWN)
+    found = tuple(e for e in spoken.effects if e != UNKNOWN)
+    idle = _predict_nothing(competition, named, found)
+    certain = tuple(e for e in found if e not in idle)
+    if idle and not (certain or spoken.rivals):
+        return _undecided(competition, posterior, "no prediction")
     lack = _lack_of(competition, best) if UNKNOWN in spoken.effects else None
     fit = competition.fits[named]
     if spoken.rivals:
@@ -287,9 +293,27 @@ def _effects(
         names=named,
         lack_of_fit=lack,
         noise=noise_words(competition, fit.noise if lack is None else lack.noise),
-        perhaps=spoken.perhaps,
+        perhaps=(*((e, posterior.inclusion[e]) for e in idle), *spoken.perhaps),
         exactly=posterior.sets[best],
     )
+
+
+def _predict_nothing(competition: Competition, names: Names, effects: Names) -> Names:
+    """Effects without which readings that are kept back are predicted better: what explains the
+    others by chance is none."""
+    fitter, noise = competition.fitter, competition.fits[names].noise
+    fold, _ = folds(competition.campaign)
+
+    def predicts(of: Names) -> float:
+        return log_score(fitter, fitter.look(competition.fits[of], noise), fold)
+
+    less = {e: _less(names, e) for e in effects if e in names}
+    known = {e: of for e, of in less.items() if of in competition.fits}
+    # With one fold there is nothing to predict from.
+    if not known or len(np.unique(fold)) < 2:
+        return ()
+    least = predicts(names) + RULES.log_rival_odds
+    return tuple(e for e, of in known.items() if predicts(of) > least)
 
 
 def _lack_of(competition: Competition, best: Names) -> LackOfFit:

@@ -313,14 +313,15 @@ def _pairs(view: View, count: int) -> list[tuple[int, ...]]:
     return [members for score, members in ranked if np.isfinite(score)]
 
 
-def additions_to(setting: Setting, base: Fit) -> list[Offer]:
-    """One effect more than those of a fit, about its values and under its noise."""
+def additions_to(setting: Setting, base: Fit, noises: Sequence[Noise] = ()) -> list[Offer]:
+    """One effect more than those of a fit, about its values; under some noises, else under its own
+    and those near it."""
     about = setting.library.about(base, setting.names, secants=False)
     # As the library has it: a discrepancy of the first effects may be the further one.
     exact = replace(base, discrepancy_sd=0.0)
     have = set(base.hypothesis.effects)
     found: dict[str, tuple[float, View, int]] = {}
-    for noise in _near(base.noise, setting.flexible):
+    for noise in noises or _near(base.noise, setting.flexible):
         view = View(setting, setting.fitter.look(exact, noise), about)
         score = view.singles()
         for m in np.flatnonzero(np.isfinite(score)).tolist():

@@ -130,7 +130,7 @@ def compete(
     contest.fit_singles()
     contest.find_modes()
     contest.fit_sets()
-    contest.add_and_drop()
+    contest.add_drop_swap()
     contest.settle()
     if campaign.drive.kind == "torsion_spring":
         contest.fit_together()
@@ -208,24 +208,32 @@ class _Contest:
             self.fit_offer(offer)
             self.report("sets of effects", 0.5 + 0.15 * number / len(near))
 
-    def add_and_drop(self) -> None:
-        """One effect more or less than the best sets, until nothing gains."""
+    def add_drop_swap(self) -> None:
+        """One effect more, less or another than the best sets have, until nothing gains."""
         done: set[Names] = set()
         for number in range(_EFFORT.rounds):
-            self.report("one effect more or less", 0.65 + 0.2 * number / _EFFORT.rounds)
-            best = max(self.score(n) for n in self.fits)
+            self.report("one effect more, less or another", 0.65 + 0.2 * number / _EFFORT.rounds)
             open_ = [n for n in self.fits if n not in done and n and len(n) <= _EFFORT.most]
             base = max(open_, key=self.score, default=None)
+            best = max(self.score(n) for n in self.fits)
             if base is None or self.score(base) < best - _EFFORT.room:
                 return
             done.add(base)
+            fit = self.fits[base]
             self.drop(base)
             if len(base) < _EFFORT.most:
-                offers = additions_to(self.setting, self.fits[base])
-                fresh = [o for o in offers if o.names not in self.fits or o.names not in done]
-                for offer in fresh[: _EFFORT.additions]:
-                    if offer.score > best - _EFFORT.room:
-                        self.fit_offer(offer)
+                self.fit_near(additions_to(self.setting, fit))
+            if self.score(base) == best:
+                for gone in base if len(base) > 1 else ():
+                    rest = self.fits[tuple(n for n in base if n != gone)]
+                    self.fit_near(additions_to(self.setting, rest, (fit.noise,)))
+
+    def fit_near(self, offers: Sequence[Offer]) -> None:
+        """The best offers that may come near the best fit and are not fitted yet."""
+        least = max(self.score(n) for n in self.fits) - _EFFORT.room
+        fresh = [o for o in offers if o.score > least and o.names not in self.fits]
+        for offer in fresh[: _EFFORT.additions]:
+            self.fit_offer(offer)
 
     def drop(self, names: Names) -> None:
         """All sets of one effect less than a set."""
