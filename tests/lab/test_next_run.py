@@ -143,13 +143,14 @@ def test_columns_that_the_readings_lack_are_none_of_the_runs() -> None:
     assert ranked(d, Limits(8.0, (600.0, 900.0)), most=20).ranked
 
 
-def test_twins_are_told_and_no_run_is_suggested() -> None:
-    loss = [("preload_loss", {"lost_share": 0.2})]
-    stated = CASE.read_text(encoding="utf-8") + "\n[uncertainty]\npreload_gain_rel = 0.3\n"
-    loose = cbpt.Case.from_toml(stated)
-    readings = cbpt.simulate(CASE, short_campaign(), effects=loss, seed=1)
-    found = ranked(cbpt.diagnose(loose, readings))
-    assert not found.ranked and found.why_none
+def test_numbers_that_share_a_shift_are_open_and_no_run_decides_between_them() -> None:
+    d = suggested().diagnosis
+    shared = ("contact_angle", "preload_scale")
+    verdict = replace(d.verdict, kind="ambiguous", rivals=(shared,), within_uncertainty=True)
+    found = ranked(replace(d, verdict=verdict))
+    assert set(found.open) == set(shared) and not found.ranked
+    assert found.twins == (shared,) and "No run on this rig" in found.report()
+    assert found.why_none.startswith("No run within the limits can decide")
 
 
 def test_where_nothing_has_a_name_all_say_where_to_measure_more() -> None:

@@ -81,7 +81,7 @@ def rank(d: DiagnosisData, limits: Limits | None = None, most: int = CANDIDATES)
         return RankedRuns(
             shares, (), "The model has no solution for any run within the limits.", twins
         )
-    if found[0][0] < HARDLY:
+    if found[0][0] < HARDLY or len(twins) == len(found[0][3]):
         why = (
             "No run within the limits can decide between the hypotheses; other knowledge, such as "
             "a drawing, can."
