@@ -9,7 +9,9 @@ from typing import Any
 
 import pytest
 
+from cbpt.lab.readings.apart import Limits
 from cbpt.page.workbench import ahead
+from common import PATIENCE_S
 from common.browser import chromium
 from common.page_server import client, diagnosed, session  # noqa: F401  (fixtures)
 from common.tables import Write
@@ -26,6 +28,14 @@ def _near_alone() -> Iterator[None]:
     session, behind whatever test comes next. They have tests of their own in test_page_ahead."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(ahead, "MOST_FAR", 0)
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _patient() -> Iterator[None]:
+    """A file that takes long on a busy machine is none that is refused."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Limits, "SECONDS", PATIENCE_S)
         yield
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import io
 import json
 import re
+import threading
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -23,6 +24,7 @@ from starlette.testclient import TestClient
 from cbpt.errors import CaseError
 from cbpt.page.workbench import uploads
 from cbpt.page.workbench.session import Session
+from common import PATIENCE_S
 from common.page_server import CASE, HEAD, ROWS, opened, own_effect, upload
 
 # --- hostile files and names ----------------------------------------------------------------
@@ -282,3 +284,28 @@ def test_a_mistake_of_our_own_is_told_without_its_inside(
     found = client.get("/api/job")
     assert found.status_code == 500
     assert "secret" not in found.text
+
+
+def test_a_table_that_takes_long_to_read_keeps_nobody_waiting(
+    client: TestClient, session: Session, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert opened(client, (HEAD + ROWS).encode()).json()["ready"]
+    begun, go_on = threading.Event(), threading.Event()
+    read = uploads.Opened.read
+
+    def slow(self: uploads.Opened) -> Any:
+        begun.set()
+        assert go_on.wait(PATIENCE_S)
+        return read(self)
+
+    monkeypatch.setattr(uploads.Opened, "read", slow)
+    taking = threading.Thread(target=session.take, args=("t.csv", (HEAD + ROWS).encode()))
+    taking.start()
+    assert begun.wait(PATIENCE_S)
+    asking = threading.Thread(target=session.document, daemon=True)
+    asking.start()
+    asking.join(PATIENCE_S)
+    waits = asking.is_alive()
+    go_on.set()
+    taking.join(PATIENCE_S)
+    assert not waits

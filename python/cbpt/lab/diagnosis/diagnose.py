@@ -208,7 +208,7 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
         )
     n = len(campaign)
     if n > MOST:
-        campaign = campaign.select(_sample(campaign))
+        campaign = campaign.select(campaign.rows.thinned(MOST))
         notes.append(f"{len(campaign)} of {n} readings, evenly spread, were used for the diagnosis")
     model = _as_given(campaign)
     solved = np.isfinite(model)
@@ -249,19 +249,6 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
             "detected"
         )
     return campaign, notes
-
-
-def _sample(campaign: Campaign) -> NDArray[np.bool_]:
-    """Whole runs, evenly spread, as many as fit; of long runs, every so many readings."""
-    rows = campaign.rows
-    sizes = np.bincount(rows.run_index, minlength=rows.runs)
-    wanted = max(1, min(rows.runs, int(MOST / sizes.mean())), min(rows.runs, 12))
-    chosen = np.unique(np.linspace(0, rows.runs - 1, wanted).round().astype(int))
-    keep = np.isin(rows.run_index, chosen)
-    stride = int(np.ceil(np.count_nonzero(keep) / MOST))
-    place = np.empty(len(campaign), dtype=np.int64)
-    place[rows.order] = np.arange(len(campaign)) - np.repeat(rows.starts, sizes)
-    return np.asarray(keep & (place % stride == 0))
 
 
 def _stop_if_too_little(campaign: Campaign, n: int, solved: int) -> None:

@@ -193,7 +193,7 @@ def _fresh_campaign(c: Campaign, torque: Floats, preload: Floats, angle: Floats)
         y_arcsec=np.zeros(n),
         u_arcsec=np.ones(n),
         rows=Rows.of(np.arange(n)),
-        offsets=np.ones((n, 1)),
+        zero_per_run=False,
     )
 
 

@@ -2,9 +2,10 @@
 
     Session     everything the page may ask for, without a word of HTTP
 
-One at a time: whoever changes the session waits for its lock; a long diagnosis runs beside it and
-is dropped where its readings have been replaced meanwhile. While nobody asks for anything, models
-that are likely to be asked for next are prepared (see `ahead`).
+One at a time: whoever changes the session waits for its lock, and files are read one after the
+other before it is taken; a long diagnosis runs beside it and is dropped where its readings have
+been replaced meanwhile. While nobody asks for anything, models that are likely to be asked for next
+are prepared (see `ahead`).
 """
 
 from __future__ import annotations
@@ -54,6 +55,8 @@ class Session:
     """See the module's head."""
 
     def __init__(self) -> None:
+        self._opening = threading.Lock()
+        """Of who reads files: the others may go on asking about those that are shown."""
         self._lock = threading.RLock()
         self._matrix = threading.Lock()
         self._turns = Turns()
@@ -112,12 +115,12 @@ class Session:
             name = shown_name(name, "table")
             found = {"upload": Upload.of_bytes(name, raw), "flags": ()}
             found["data_words"] = as_word(name)
-        with self._lock:
+        with self._opening:
             return self._open(replace(self._latest, **found), more)
 
     def map_columns(self, columns: Mapping[str, str], sheet: str | None) -> dict[str, Any]:
         """What the columns of the table mean, as the user says."""
-        with self._lock:
+        with self._opening:
             latest = self._latest
             if latest.upload is None:
                 raise NotNow("there is no table yet whose columns could be told")
@@ -131,7 +134,7 @@ class Session:
 
     def forget(self) -> dict[str, Any]:
         """Files that were refused or are in doubt are wanted no more; what is shown stays."""
-        with self._lock:
+        with self._opening:
             if self._readings is not None:
                 self._let_go(self._next, self._shown)
                 self._next = None
@@ -144,16 +147,17 @@ class Session:
     def _open(self, files: Opened, more: bool = False) -> dict[str, Any]:
         """Show files where readings come of them; else they wait, and what is shown stays."""
         readings, found = (None, {"ready": False}) if more else files.read()
-        last, self._next = self._next, files
-        self._let_go(last, files, self._shown)
-        if readings is not None:
-            if self._job is not None:
-                self._job.cancel()
-            self._let_go(self._shown, files)
-            self._shown, self._next, self._readings = files, None, readings
-            self.opened += 1
-            self._no_more_ahead()
-            self._models = self._document = self._text = self._job = None
+        with self._lock:
+            last, self._next = self._next, files
+            self._let_go(last, files, self._shown)
+            if readings is not None:
+                if self._job is not None:
+                    self._job.cancel()
+                self._let_go(self._shown, files)
+                self._shown, self._next, self._readings = files, None, readings
+                self.opened += 1
+                self._no_more_ahead()
+                self._models = self._document = self._text = self._job = None
         return found
 
     @staticmethod

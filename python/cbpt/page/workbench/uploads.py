@@ -14,6 +14,8 @@ from __future__ import annotations
 import os
 import re
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -30,7 +32,8 @@ from cbpt.errors import (
     said,
     told,
 )
-from cbpt.lab.readings.files import at_most, read_file, sheets_of
+from cbpt.lab.readings.apart import Contents, at_most, kept_in
+from cbpt.lab.readings.files import read_file, sheets_of
 from cbpt.lab.readings.headers import CONTRACT, read_header, units_of
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.reader import Readings
@@ -42,6 +45,7 @@ MOST_ROWS = 200_000
 MOST_CASE_BYTES = 1 << 20
 _MOST_CELLS = 5_000_000
 _MOST_UNPACKED = 256 << 20
+_MOST_MEMORY = 1 << 30
 _LONGEST_LINE = 1 << 16
 _LONGEST_NAME = 120
 _SAMPLED_BYTES = 4 << 20
@@ -80,6 +84,8 @@ class Upload:
     sheet: str | None = None
     only: dict[str, str] | None = None
     mine: tempfile.TemporaryDirectory[str] | None = None
+    contents: dict[str, Contents] = field(default_factory=dict, repr=False)
+    """What is in a program's file, once it has been read."""
 
     @classmethod
     def of_bytes(cls, name: str, raw: bytes) -> Upload:
@@ -95,11 +101,16 @@ class Upload:
         if self.mine is not None:
             self.mine.cleanup()
 
+    @contextmanager
+    def _within_limits(self) -> Iterator[None]:
+        with at_most(_MOST_CELLS, _MOST_UNPACKED, _MOST_MEMORY), kept_in(self.contents):
+            yield
+
     def describe(self) -> dict[str, Any]:
         """The columns with what each is taken for, and what is in doubt."""
         sheets: list[tuple[str, bool]] = []
         try:
-            with at_most(_MOST_CELLS, _MOST_UNPACKED):
+            with self._within_limits():
                 sheets = sheets_of(self.path, self.columns)
                 table = read_file(self.path, self.sheet, self.columns)
                 found = list(self._columns(table))
@@ -143,7 +154,7 @@ class Upload:
     def readings(self, case: Case) -> Readings:
         """Read with a case, which may fill in a preload or a lever arm. Raises `ReadingsError`."""
         try:
-            with at_most(_MOST_CELLS, _MOST_UNPACKED):
+            with self._within_limits():
                 _, found = case_and_readings(
                     case, self.path, self.columns or None, self.sheet, self.only
                 )
