@@ -132,12 +132,7 @@ impl Rows {
         }
         let first = in_order[0];
         let largest = columns.torque_Nm.iter().fold(0.0, |a: f64, torque| a.max(torque.abs()));
-        let mut so_far: f64 = 0.0;
-        let mut shares = vec![0.0; in_order.len()];
-        for &place in &in_order {
-            so_far = so_far.max(columns.torque_Nm[place].abs());
-            shares[place] = if largest > 0.0 { so_far / largest } else { 0.0 };
-        }
+        let shares = largest_shares(columns.torque_Nm, &in_order, largest);
         let mut this = Self {
             rows: Vec::with_capacity(shares.len()),
             places: Vec::with_capacity(shares.len()),
@@ -223,6 +218,17 @@ impl Rows {
         }
         sorted
     }
+}
+
+/// Largest torque either way so far, over the largest of all, at each reading.
+fn largest_shares(torque_Nm: &[f64], in_order: &[usize], largest_Nm: f64) -> Vec<f64> {
+    let mut so_far: f64 = 0.0;
+    let mut shares = vec![0.0; torque_Nm.len()];
+    for &place in in_order {
+        so_far = so_far.max(torque_Nm[place].abs());
+        shares[place] = if largest_Nm > 0.0 { so_far / largest_Nm } else { 0.0 };
+    }
+    shares
 }
 
 /// Puts runs in the order of their first times and returns true, unless they overlap in time: then each has a clock of its
