@@ -57,6 +57,22 @@ class Rows:
         """Columns of shape (n, m) added up run by run, shape (runs, m)."""
         return np.add.reduceat(columns[self.order], self.starts, axis=0)
 
+    def columns(self) -> Floats:
+        """1 where a reading is of a run, shape (n, runs); for tables that are not long."""
+        return np.asarray(self.run_index[:, None] == np.arange(self.runs), dtype=np.float64)
+
+    def thinned(self, most: int) -> NDArray[np.bool_]:
+        """Whole runs, evenly spread, as many as fit into so many readings, but twelve at least; of
+        long runs, every so many readings. A mask, shape (n,)."""
+        sizes = np.bincount(self.run_index, minlength=self.runs)
+        wanted = max(1, min(self.runs, int(most / sizes.mean())), min(self.runs, 12))
+        chosen = np.unique(np.linspace(0, self.runs - 1, wanted).round().astype(int))
+        keep = np.isin(self.run_index, chosen)
+        stride = int(np.ceil(np.count_nonzero(keep) / most))
+        place = np.empty(len(self.run_index), dtype=np.int64)
+        place[self.order] = np.arange(len(place)) - np.repeat(self.starts, sizes)
+        return np.asarray(keep & (place % stride == 0))
+
     def select(self, rows: NDArray[np.bool_]) -> Rows:
         """Some of the rows."""
         return Rows.of(self.run_index[rows])

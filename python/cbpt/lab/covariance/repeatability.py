@@ -7,11 +7,11 @@ Same conditions are the same levels of torque, preload (or its step) and input a
 same direction; the first leg of a run stands apart, as loading for the first time is another thing.
 With y the residual of reading i, in condition c(i) and run r(i),
 
-    y_i = a_c(i) + b_r(i) + e_i,   u^2 = sum e_i^2 / (n - conditions - free zeros of runs)
+    y_i = a_c(i) + b_r(i) + e_i,   u^2 = sum e_i^2 / (n - conditions - free offsets of runs)
 
 (a two-way analysis of variance), so that neither what the model gets wrong at a condition nor the
-zero of a run counts as scatter. Residuals, not angles, because a torque held not quite alike moves
-both reading and model.
+offset of a run counts as scatter. Residuals, not angles, because a torque held not quite alike
+moves both reading and model.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ class _Limits:
     """Numbers of the estimate."""
 
     fewest_dof: int = 5
-    most_cells: int = 4_000_000
-    """Conditions times runs: a table of counts that fits into memory with ease."""
+    largest: int = 2000
+    """Unknowns of a dense system that is solved with ease."""
 
 
 _LIMITS = _Limits()
@@ -84,21 +84,11 @@ def pooled(
     condition = np.unique(condition[again], return_inverse=True)[1]
     run = np.unique(readings.run_index[again], return_inverse=True)[1]
     y, conditions, runs = y[again], int(condition.max()) + 1, int(run.max()) + 1
-    if conditions * runs > _LIMITS.most_cells:
+    if min(conditions, runs) > _LIMITS.largest:
         return None
-    # Runs' zeros as they look once each condition's mean is taken off.
-    counts = np.zeros((conditions, runs))
-    np.add.at(counts, (condition, run), 1.0)
-    size = counts.sum(axis=1)
-    off = y - (np.bincount(condition, y) / size)[condition]
-    gram = np.diag(counts.sum(axis=0)) - counts.T @ (counts / size[:, None])
-    free = int(np.linalg.matrix_rank(gram, tol=1e-9 * len(y), hermitian=True))
-    dof = len(y) - conditions - free
+    left, dof = _two_way(y, *((condition, run) if runs < conditions else (run, condition)))
     if dof < _LIMITS.fewest_dof:
         return None
-    push = np.bincount(run, off, runs)
-    zeros = np.linalg.lstsq(gram, push, rcond=1e-9)[0]
-    left = max(float(off @ off - push @ zeros), 0.0)
     sd = float(np.sqrt(left / dof))
     # Shown digits that agree are no proof of an exact instrument.
     if not sd > 1e-9 * float(np.abs(y).max()):
@@ -112,6 +102,30 @@ def pooled(
         readings=len(y),
         steady=_steady(sd * typical, dof, scatter),
     )
+
+
+def _two_way(y: Floats, many: Ints, few: Ints) -> tuple[float, int]:
+    """What the best y = a_many + b_few leaves of the sum of squares, and its degrees of freedom.
+
+    The a are taken out as means, which leaves a dense system for the b alone, and that needs the
+    counts of the pairs that occur, not of all. Of each connected part of the graph of pairs one b
+    is any number, here 0 (a weighted Laplacian, one node of each part grounded).
+    """
+    from scipy.sparse import csr_array, diags_array
+    from scipy.sparse.csgraph import connected_components
+
+    counts = csr_array((np.ones(len(y)), (many, few)))
+    size = np.bincount(many)
+    off = y - (np.bincount(many, y) / size)[many]
+    shared = (counts.T @ (diags_array(1 / size) @ counts)).toarray()
+    gram = np.diag(np.bincount(few).astype(np.float64)) - shared
+    parts, label = connected_components(gram, directed=False)
+    free = np.ones(len(gram), dtype=bool)
+    free[np.unique(label, return_index=True)[1]] = False
+    push = np.bincount(few, off)[free]
+    b = np.linalg.solve(gram[np.ix_(free, free)], push)
+    dof = len(y) - counts.shape[0] - counts.shape[1] + int(parts)
+    return max(float(off @ off - push @ b), 0.0), dof
 
 
 def _steady(u_arcsec: float, dof: int, scatter: Scatter | None) -> bool:
@@ -135,8 +149,13 @@ def _conditions(readings: Readings) -> Ints:
         columns.append(np.unique(readings.preload_step, return_inverse=True)[1])
     if readings.preload_N is not None:
         columns.append(levels_of(readings.preload_N).index)
-    keys = np.column_stack(columns)
-    return np.unique(keys, axis=0, return_inverse=True)[1].reshape(-1).astype(np.int64)
+    # One number for each combination, counted anew after each column so that it stays small.
+    found = np.zeros(len(readings), dtype=np.int64)
+    for column in columns:
+        low = int(column.min())
+        both = found * (int(column.max()) - low + 1) + (column - low)
+        found = np.unique(both, return_inverse=True)[1].astype(np.int64)
+    return found
 
 
 def _first_leg(readings: Readings) -> Ints:
@@ -144,10 +163,12 @@ def _first_leg(readings: Readings) -> Ints:
     first = np.zeros(len(readings), dtype=np.int64)
     direction = readings.direction()
     order = np.argsort(readings.run_index, kind="stable")
-    starts = np.flatnonzero(np.diff(readings.run_index[order], prepend=-1))
-    for rows in np.split(order, starts[1:]):
-        ways = direction[rows]
-        moving = ways[ways != 0]
-        turned = ways == -moving[0] if len(moving) else np.zeros(len(rows), dtype=bool)
-        first[rows] = np.cumsum(turned) == 0
+    run, ways = readings.run_index[order], direction[order]
+    # The way in which each run sets out; 0 where its torque never moves.
+    out = np.zeros(int(run.max()) + 1, dtype=np.int64)
+    moving = np.flatnonzero(ways)
+    out[run[moving[::-1]]] = ways[moving[::-1]]
+    turned = np.cumsum((ways != 0) & (ways == -out[run]))
+    before = np.r_[0, turned][np.searchsorted(run, run)]
+    first[order] = turned == before
     return first

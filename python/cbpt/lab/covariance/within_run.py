@@ -90,11 +90,7 @@ def estimate(readings: Readings, residual_arcsec: Floats) -> Scatter | None:
     """Residuals finite, shape (n,). None where too few readings follow each other."""
     u = readings.u_elastic_angle_arcsec
     weighted = residual_arcsec if u is None else residual_arcsec / u
-    stretches = _stretches(readings)
-    if len(stretches) > _LIMITS.stretches:
-        chosen = np.linspace(0, len(stretches) - 1, _LIMITS.stretches).round().astype(int)
-        stretches = [stretches[i] for i in chosen]
-    groups = _by_length(stretches)
+    groups = _by_length(_stretches(readings))
     dof = sum(rows.shape[0] * _free(rows.shape[1]) for rows in groups)
     if dof < _LIMITS.fewest_dof:
         return None
@@ -128,7 +124,8 @@ def display_step(values: Floats) -> float:
 
 
 def _stretches(readings: Readings) -> list[Ints]:
-    """Rows that follow each other in one run, direction and sign of the torque."""
+    """Rows that follow each other in one run, direction and sign of the torque; evenly spread
+    ones where there are more than are needed."""
     order = np.argsort(readings.run_index, kind="stable")
     run = readings.run_index[order]
     torque = levels_of(readings.torque_Nm).held[order]
@@ -141,9 +138,17 @@ def _stretches(readings: Readings) -> list[Ints]:
     # A reading without torque ends the side it comes from.
     side = np.where((side == 0) & ~first, np.r_[0.0, side[:-1]], side)
     turned = (np.diff(way) != 0) | ((np.diff(side) != 0) & (side[:-1] != 0))
-    parts = np.split(order, np.flatnonzero(~same | turned) + 1)
+    ends = np.r_[np.flatnonzero(~same | turned) + 1, len(order)]
+    sizes = np.diff(ends, prepend=0)
+    pieces = -(-sizes // _LIMITS.longest)
+    part = np.repeat(np.arange(len(sizes)), pieces)
+    place = np.arange(len(part)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+    if len(part) > _LIMITS.stretches:
+        chosen = np.linspace(0, len(part) - 1, _LIMITS.stretches).round().astype(int)
+        part, place = part[chosen], place[chosen]
     return [
-        piece for part in parts for piece in np.array_split(part, -(-len(part) // _LIMITS.longest))
+        np.array_split(order[ends[p] - sizes[p] : ends[p]], pieces[p])[k]
+        for p, k in zip(part.tolist(), place.tolist(), strict=True)
     ]
 
 

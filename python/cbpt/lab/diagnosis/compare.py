@@ -3,9 +3,9 @@
     compare         a case and its readings -> Comparison, with further effects fitted where asked
     Comparison      the misfit as a whole, by group and where it stands out; text and picture
 
-A residual is reading minus zero minus model. `zero = "common"` in the case takes the zero of the
-readings as it is; the zero that would fit best is told beside it. `"per_run"` gives every run its
-own, fitted as a weighted mean, at the cost of a degree of freedom each.
+A residual is reading minus offset minus model. `zero = "common"` in the case leaves the readings as
+they are; the common offset that would fit best is told beside them. `"per_run"` gives every run an
+offset of its own, fitted as a weighted mean, at the cost of a degree of freedom each.
 
 The misfit is judged twice: against the stated uncertainty, and against the scatter that the
 readings show themselves (`scatter`), so that an uncertainty that is misstated is told from a model
@@ -49,9 +49,10 @@ __all__ = ["Comparison", "compare"]
 
 SCHEMA = "cbpt.compare/1"
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-# Regions are searched in as many readings as this, evenly spaced where there are more.
+# Regions are searched in as many readings as this, evenly spread where there are more.
 _SEARCHED = 2000
 
 
@@ -248,20 +249,16 @@ def _compared(
     raw = readings.elastic_angle_arcsec - model.elastic_angle_arcsec
     u = readings.u_elastic_angle_arcsec
     weight = np.ones(len(readings)) if u is None else u**-2.0
-    residual, zeros = raw.copy(), {}
+    residual, offsets = raw.copy(), dict[str, float]()
     if zero == "per_run":
-        for index in np.unique(readings.run_index):
-            rows = (readings.run_index == index) & solved
-            if rows.any():
-                offset = float(np.average(raw[rows], weights=weight[rows]))
-                residual[rows] -= offset
-                zeros[str(readings.run[rows][0])] = offset
+        offsets, of_runs = _offsets_of_runs(readings, raw, weight, solved)
+        residual -= of_runs[readings.run_index]
     best = float(np.average(residual[solved], weights=weight[solved])) if solved.any() else np.nan
     left = residual[solved] - best
-    fitted = len(zeros) + getattr(model, "fitted", 0)
+    fitted = len(offsets) + getattr(model, "fitted", 0)
     known = _Known()
     if solved.any():
-        part = readings.select(solved)
+        part = readings if solved.all() else readings.select(solved)
         scatter = estimate(part, residual[solved])
         known = _Known(scatter, pooled(part, residual[solved], scatter))
     return Comparison(
@@ -269,7 +266,7 @@ def _compared(
         model=model,
         residual_arcsec=residual,
         zero=zero,
-        zero_arcsec=zeros,
+        zero_arcsec=offsets,
         best_common_zero_arcsec=best,
         rmse_with_best_zero_arcsec=float(np.sqrt(np.mean(left**2))) if left.size else np.nan,
         p_value=p_value(readings, residual, solved, fitted),
@@ -289,6 +286,20 @@ def _compared(
     )
 
 
+def _offsets_of_runs(
+    readings: Readings, raw: Floats, weight: Floats, solved: Mask
+) -> tuple[dict[str, float], Floats]:
+    """The weighted mean of each run by label, and by run index, 0 where no row is solved."""
+    rows = np.flatnonzero(solved)
+    run, first = np.unique(readings.run_index[rows], return_index=True)
+    offsets = np.zeros(int(readings.run_index.max()) + 1)
+    total = np.bincount(readings.run_index[rows], weight[rows])
+    moment = np.bincount(readings.run_index[rows], (weight * raw)[rows])
+    offsets[run] = moment[run] / total[run]
+    labels = map(str, readings.run[rows[first]].tolist())
+    return dict(zip(labels, offsets[run].tolist(), strict=True)), offsets
+
+
 def _where(
     readings: Readings,
     residual: Floats,
@@ -305,9 +316,7 @@ def _where(
         return ()
     from cbpt.lab.selection.scan import Scanned, find_regions
 
-    rows = np.flatnonzero(solved)
-    if len(rows) > _SEARCHED:
-        rows = rows[np.linspace(0, len(rows) - 1, _SEARCHED).round().astype(int)]
+    rows = _searched(readings, np.flatnonzero(solved), zero)
     part, order = readings.select(rows), Rows.of(readings.run_index[rows])
     noise = Noise()
     if stated is None:
@@ -325,16 +334,26 @@ def _where(
     if scatter is not None and len(rows) == np.count_nonzero(solved):
         noise = replace(noise, correlation=scatter.correlation)
     whitener = Whitener.of(noise, u, order)
-    zeros = np.zeros((len(rows), 0))
+    offsets = np.zeros((len(rows), 0))
     if zero == "per_run":
-        zeros = whitener((order.run_index[:, None] == np.arange(order.runs)).astype(np.float64))
+        offsets = whitener(order.columns())
     found = find_regions(
-        Scanned(part, residual[rows], whitener, zeros, regime[rows]), np.random.default_rng(0)
+        Scanned(part, residual[rows], whitener, offsets, regime[rows]), np.random.default_rng(0)
     )
     if len(rows) == len(readings):
         return found
     finite = np.where(solved, residual, 0.0)
     return tuple(region.within(readings, finite, regime, solved) for region in found)
+
+
+def _searched(readings: Readings, rows: Ints, zero: str) -> Ints:
+    """The rows in which regions are searched, evenly spread. Whole runs where each has an offset of
+    its own: single readings of many runs would be all offset and no residual."""
+    if len(rows) <= _SEARCHED:
+        return rows
+    if zero == "per_run":
+        return np.asarray(rows[Rows.of(readings.run_index[rows]).thinned(_SEARCHED)])
+    return np.asarray(rows[np.linspace(0, len(rows) - 1, _SEARCHED).round().astype(int)])
 
 
 def _of_effects(numbers: Sequence[Number]) -> list[dict[str, Any]]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,7 @@ from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.set_points import levels_of
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 
@@ -75,7 +77,10 @@ class Group:
     misfit: Misfit
 
 
-def misfit_of(readings: Readings, residual: Floats, rows: Mask, fitted: int = 0) -> Misfit | None:
+def misfit_of(
+    readings: Readings, residual: Floats, rows: Mask | Ints, fitted: int = 0
+) -> Misfit | None:
+    """Of the rows of a mask, or of those with these numbers; None where there are none."""
     r = residual[rows]
     if not r.size:
         return None
@@ -123,33 +128,48 @@ def p_value_of(
 def groups_of(readings: Readings, residual: Floats, solved: Mask) -> Iterator[Group]:
     total = float(np.sum(residual[solved] ** 2))
     for column, label, low, high, rows in _divisions(readings):
-        misfit = misfit_of(readings, residual, rows & solved)
+        rows = rows[solved[rows]]
+        misfit = misfit_of(readings, residual, rows)
         if misfit is not None:
-            share = float(np.sum(residual[rows & solved] ** 2)) / total if total else 0.0
+            share = float(np.sum(residual[rows] ** 2)) / total if total else 0.0
             yield Group(column, label, low, high, share, misfit)
 
 
-Division = tuple[str, str, float | None, float | None, Mask]
+Division = tuple[str, str, float | None, float | None, Ints]
+"""Column, label, lower and upper end, numbers of the rows."""
+
+
+def _parts(index: Ints) -> list[Ints]:
+    """Numbers of the rows of each part, from the part that each row is of, counted from 0.
+
+    All parts at once: a mask for each would go over the table as often as there are parts.
+    """
+    order = np.argsort(index, kind="stable")
+    return np.split(order, np.cumsum(np.bincount(index))[:-1])
 
 
 def _divisions(readings: Readings) -> Iterator[Division]:
     if readings.preload_N is not None:
         yield from _of_numbers("preload_N", readings.preload_N, _SHOWN.most_levels)
     if readings.preload_step is not None:
-        for step in np.unique(readings.preload_step):
-            rows = readings.preload_step == step
-            if not rows.all():
-                yield "preload_step", str(step), None, None, rows
+        yield from _of_labels(
+            "preload_step", *np.unique(readings.preload_step, return_inverse=True)
+        )
     yield from _of_numbers("torque_Nm", readings.torque_Nm, _SHOWN.most_torques)
     direction = readings.direction()
     for value, label in ((1, "rising"), (-1, "falling"), (0, "held")):
         if np.any(direction == value) and np.any(direction != value):
-            yield "direction", label, float(value), float(value), direction == value
+            rows = np.flatnonzero(direction == value)
+            yield "direction", label, float(value), float(value), rows
     yield from _of_numbers("input_angle_deg", readings.input_angle_deg, _SHOWN.most_levels)
-    for index in np.unique(readings.run_index):
-        rows = readings.run_index == index
-        if not rows.all():
-            yield "run", str(readings.run[rows][0]), None, None, rows
+    _, first = np.unique(readings.run_index, return_index=True)
+    yield from _of_labels("run", readings.run[first], readings.run_index)
+
+
+def _of_labels(column: str, labels: NDArray[Any], index: Ints) -> Iterator[Division]:
+    """A division for each label, where there are several."""
+    for label, rows in zip(labels, _parts(index), strict=True) if len(labels) > 1 else ():
+        yield column, str(label), None, None, rows
 
 
 def _of_numbers(column: str, values: Floats, most: int) -> Iterator[Division]:
@@ -162,8 +182,9 @@ def _of_numbers(column: str, values: Floats, most: int) -> Iterator[Division]:
         edges = np.linspace(levels.value[0], levels.value[-1], _SHOWN.ranges + 1)
         part = np.clip(np.searchsorted(edges, levels.value, side="right") - 1, 0, _SHOWN.ranges - 1)
         index = part[index]
-    for i in np.unique(index).tolist():
-        rows = index == i
+    for i, rows in enumerate(_parts(index)):
+        if not rows.size:
+            continue
         # Adding 0 turns -0 into 0.
         low, high = (float(end) + 0.0 for end in (values[rows].min(), values[rows].max()))
         label = f"{low:g} to {high:g}"

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import tomllib
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,8 +40,6 @@ class Campaign:
     """What each reading counts by; see `u_reading_arcsec`."""
     u_stated: bool
     rows: Rows
-    offsets: Floats
-    """Columns (n, z) of the zeros that are always free: one, or one for each run."""
     priors: dict[str, float]
     """Standard uncertainty of each number that is a `PRIORS` effect, by effect id."""
     effects: tuple[tuple[str, dict[str, float]], ...] = ()
@@ -55,6 +54,8 @@ class Campaign:
     """Forms of the own effects that are to be fitted."""
     repeats: Repeats | None = None
     """What readings taken again say of the uncertainty, where that was asked."""
+    zero_per_run: bool = False
+    """Whether every run has an offset of its own, else all share one."""
 
     @classmethod
     def of(cls, case: Case | Drive, readings: Readings) -> Campaign:
@@ -78,11 +79,6 @@ class Campaign:
             loads = np.column_stack([np.abs(readings.torque_Nm), same])
             repeats = len(readings) / len(np.unique(np.round(loads, 6), axis=0))
             stated = np.sqrt(with_step(stated, step) ** 2 + (repeats - 1) * step**2 / 12)
-        rows = Rows.of(readings.run_index)
-        per_run = isinstance(case, Case) and case.zero == "per_run"
-        offsets = np.ones((len(readings), 1))
-        if per_run:
-            offsets = (rows.run_index[:, None] == np.arange(rows.runs)).astype(np.float64)
         return cls(
             drive=drive,
             readings=readings,
@@ -92,13 +88,21 @@ class Campaign:
             effects=_effects_of(case),
             own={own.id: own for own in case.own_effects} if isinstance(case, Case) else {},
             step_arcsec=step if coarse else 0.0,
-            rows=rows,
-            offsets=offsets,
+            rows=Rows.of(readings.run_index),
+            zero_per_run=isinstance(case, Case) and case.zero == "per_run",
             priors=stated_uncertainty(case),
         )
 
     def __len__(self) -> int:
         return len(self.y_arcsec)
+
+    @cached_property
+    def offsets(self) -> Floats:
+        """Columns (n, z) of the offsets that are always free: one, or one for each run.
+
+        Made when they are asked for, as a long table is thinned before that.
+        """
+        return self.rows.columns() if self.zero_per_run else np.ones((len(self), 1))
 
     @property
     def u_reading_arcsec(self) -> Floats:
@@ -121,17 +125,12 @@ class Campaign:
 
     def select(self, rows: Mask) -> Campaign:
         """Some of the readings; history along a run is then that of the rows that are left."""
-        readings = self.readings.select(rows)
-        order = self.rows.select(rows)
-        offsets = self.offsets[rows]
-        offsets = offsets[:, offsets.any(axis=0)]
         return replace(
             self,
-            readings=readings,
+            readings=self.readings.select(rows),
             y_arcsec=self.y_arcsec[rows],
             u_arcsec=self.u_arcsec[rows],
-            rows=order,
-            offsets=offsets,
+            rows=self.rows.select(rows),
         )
 
 
