@@ -58,13 +58,9 @@ def read_toml(path: str | os.PathLike[str], error: type[CbptError], what: str) -
         raise error(deep) from None
     except tomllib.TOMLDecodeError as why:
         raise error(f"{name}: not TOML: {why}, expected {what}") from None
-    except (
-        ValueError
-    ) as why:  # a whole number of more digits than Python reads, a date out of range
-        told = str(why).split(":")[0]
-        raise error(
-            f"{name}: found a value that cannot be read ({told}), expected {what}"
-        ) from None
+    except ValueError:
+        odd = "a whole number of thousands of digits, or a date that is none"
+        raise error(f"{name}: found {odd}, expected {what}") from None
     depth, key = _extent(tables)
     if depth > DEEPEST:
         raise error(deep)
