@@ -133,7 +133,24 @@ class Drive:
         """
     def findings(self, /, torque_Nm: SupportsFloat | SupportsIndex | None = None, preload_N: SupportsFloat | SupportsIndex | None = None, input_angle_deg: SupportsFloat | SupportsIndex = 0.0) -> list[Finding]:
         """
-        Design findings, the worst first; with a torque and a preload also those of the contacts under load.
+        Findings about the design, the worst first.
+
+        Parameters
+        ----------
+        torque_Nm, preload_N : float, optional
+            A load, N m and N. With both, the contacts under this load are checked too.
+        input_angle_deg : float, optional
+            Angle of the input crank, degrees.
+
+        Returns
+        -------
+        list of Finding
+            Each with code, severity, pair, message and remedy.
+
+        Raises
+        ------
+        InvalidInputError
+            For an invalid load, for a torque without a preload or the reverse, and for a torsion spring.
         """
     @staticmethod
     def from_dict(case: "dict[str, Any]") -> Drive:
@@ -174,19 +191,52 @@ class Drive:
         """
     def sensitivities(self, /, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex, input_angle_deg: SupportsFloat | SupportsIndex = 0.0, also: SupportsGetItem[int, str] = ...) -> Sensitivities:
         """
-        How the elastic angle under a load, and the preload thresholds at its torque over a period, answer to every design
-        number: exact derivatives. ``also``: names of one of two numbers that are the same and otherwise told as one, such as
-        ``material.ball_youngs_modulus_Pa``.
+        Exact derivatives of the elastic angle and of the preload thresholds by every design number.
+
+        Parameters
+        ----------
+        torque_Nm : float
+            Torque on the output, N m.
+        preload_N : float
+            Axial preload, N.
+        input_angle_deg : float, optional
+            Angle of the input crank, degrees. The thresholds are those over a period.
+        also : list of str, optional
+            Names of single numbers that are otherwise combined with an equal one, such as
+            ``material.ball_youngs_modulus_Pa``.
+
+        Returns
+        -------
+        Sensitivities
+            One entry for the elastic angle and one for each threshold.
+
+        Raises
+        ------
+        InvalidInputError
+            For an invalid load or an unknown name, and for a torsion spring.
         """
     def solve(self, /, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex | None = None, input_angle_deg: SupportsFloat | SupportsIndex = 0.0) -> Solution:
         """
         Solves the drive under one load.
 
-        ``torque_Nm``: resistance torque on the output, either sign; ``preload_N``: axial preload, above 0, which a torsion
-        spring does without;
-        ``input_angle_deg``: angle of the input crank from the line of centres. Returns a :class:`Solution`, whose
-        ``status`` says whether there is one; its angles are ``None`` if there is not. Raises ``InvalidInputError``
-        for an invalid number.
+        Parameters
+        ----------
+        torque_Nm : float
+            Resistance torque on the output, N m, of either sign.
+        preload_N : float, optional
+            Axial preload, N, above 0. A ball drive needs one; a torsion spring does not.
+        input_angle_deg : float, optional
+            Angle of the input crank from the line of centres, degrees.
+
+        Returns
+        -------
+        Solution
+            Its ``status`` says whether the load has a solution; its angles are ``None`` if there is none.
+
+        Raises
+        ------
+        InvalidInputError
+            For an invalid number; names the number and the rule.
         """
     def to_toml(self, /) -> str:
         """
@@ -429,8 +479,31 @@ class OwnEffect:
     @staticmethod
     def from_function(id: str, port: str, adds_to: str | None, function: Any, parameters: SupportsGetItem[int, tuple[str, str, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex | None, SupportsFloat | SupportsIndex | None]]) -> OwnEffect:
         """
-        Makes an effect from a function of all columns (a dict of arrays) and the values of the parameters (a list). The
-        function returns an array of one number for each row; its attribute ``used`` is the set of columns that it has read.
+        Makes an effect from a function of Python.
+
+        Parameters
+        ----------
+        id : str
+            Name of the effect.
+        port : str
+            ``load``, ``series`` or ``reading``.
+        adds_to : str or None
+            At the port ``load``: ``torque_Nm`` or ``preload_N``.
+        function : callable
+            Takes all columns (a dict of arrays) and the values of the parameters (a list), and returns an array with one number
+            for each row. Its attribute ``used`` is the set of columns that it reads.
+        parameters : list of tuple
+            Name, unit, start, least and greatest value of each parameter.
+
+        Returns
+        -------
+        OwnEffect
+            The effect.
+
+        Raises
+        ------
+        InvalidInputError, CaseError
+            For a name, a port or a parameter that is not allowed.
         """
     @property
     def id(self, /) -> str:
@@ -650,13 +723,34 @@ class Predictor:
     """
     A drive with effects on a table of readings.
 
-    ``effects``: ids of the library, one as often as wanted, and own effects. The columns have shape (n,): ``run`` whole
-    numbers, ``time_s`` in order within a run, ``torque_Nm`` either sign, ``preload_N`` above 0 (``None`` for a
-    torsion spring without one), ``input_angle_rad``, and ``temperature_K`` (or
-    degrees Celsius, only differences count) where it was read. Meshing points and solutions are kept from call to call, so
-    a fit pays for changes only; an answer does not depend on earlier calls beyond the tolerance of the equations, and not
-    at all after ``cold``. Calls from
-    several threads wait for each other. Raises ``InvalidInputError``, which names column, row and rule.
+    Meshing points and solutions are kept from call to call, so a fit pays for changes only; an answer does not depend on earlier
+    calls beyond the tolerance of the equations, and not at all after ``cold``. Calls from several threads wait for each other.
+
+    Parameters
+    ----------
+    drive : Drive
+        A ball drive or a torsion spring.
+    effects : list of str or OwnEffect
+        Ids of the library, one as often as wanted, and own effects.
+    run : array of int, shape (n,)
+        The run of each reading.
+    time_s : array, shape (n,)
+        In order within a run.
+    torque_Nm : array, shape (n,)
+        Of either sign.
+    preload_N : array, shape (n,), or None
+        Above 0; ``None`` for a torsion spring without a preload.
+    input_angle_rad : array, shape (n,)
+        Angle of the input crank.
+    temperature_K : array, shape (n,), optional
+        Where it was read; degrees Celsius will do, as only differences count.
+    cycle : array, shape (n,), optional
+        Load cycle of each reading, where it was counted.
+
+    Raises
+    ------
+    InvalidInputError
+        Names column, row and rule.
     """
     def __new__(cls, /, drive: Drive, effects: SupportsGetItem[int, str | OwnEffect], run: NDArray[int64], time_s: NDArray[float64], torque_Nm: NDArray[float64], preload_N: NDArray[float64] | None, input_angle_rad: NDArray[float64], temperature_K: NDArray[float64] | None = None, cycle: NDArray[float64] | None = None) -> Predictor: ...
     def __repr__(self, /) -> str: ...
@@ -926,7 +1020,25 @@ class SweepPlan:
     """
     def __new__(cls, /, case: Case, axes: "list[tuple[str, tuple[float, float, bool] | NDArray[float64] | list[str]]]", design: str = "grid", rows: SupportsIndex | None = None, seed: SupportsIndex = 0) -> SweepPlan:
         """
-        Makes a plan. Raises ``PlanError`` with the axis, what was found and what is allowed.
+        Makes a plan.
+
+        Parameters
+        ----------
+        case : Case
+            What stays the same.
+        axes : list of tuple
+            Key and values of each axis: a range (start, stop, whether in logarithms), an array or words.
+        design : str, optional
+            ``grid``, ``random``, ``latin_hypercube`` or ``table``.
+        rows : int, optional
+            Number of rows of ``random`` and ``latin_hypercube``.
+        seed : int, optional
+            Seed of their random numbers.
+
+        Raises
+        ------
+        PlanError
+            Names the axis, what was found and what is allowed.
         """
     def __reduce__(self, /) -> tuple[Any, tuple[str, list[tuple[str, tuple[float, float, bool] | NDArray[float64] | list[str]]], str, int, int, int]]: ...
     def __repr__(self, /) -> str: ...
@@ -950,7 +1062,26 @@ class SweepPlan:
         """
     def csv(self, /, start: SupportsIndex, stop: SupportsIndex, threads: SupportsIndex | None = None, progress: Any | None = None) -> bytes:
         """
-        Solves rows as ``solve`` does and returns them as lines of a CSV file.
+        Solves rows of the plan as ``solve`` does, and writes them as lines of a CSV file. Ctrl-C stops it.
+
+        Parameters
+        ----------
+        start, stop : int
+            First row, and the row after the last.
+        threads : int, optional
+            Number of threads; all cores if not given.
+        progress : callable, optional
+            Called from time to time with the number of rows done.
+
+        Returns
+        -------
+        bytes
+            The lines, without the header.
+
+        Raises
+        ------
+        PlanError
+            For rows that the plan does not have.
         """
     @property
     def design(self, /) -> str:
@@ -1017,11 +1148,28 @@ class SweepPlan:
         """
     def solve(self, /, start: SupportsIndex, stop: SupportsIndex, threads: SupportsIndex | None = None, progress: Any | None = None) -> tuple[list[NDArray[float64]], NDArray[float64], NDArray[float64], NDArray[float64], NDArray[float64], NDArray[float64], NDArray[uint8], NDArray[uint8]]:
         """
-        Solves rows on all cores, or on ``threads`` threads.
+        Solves rows of the plan. Ctrl-C stops it.
 
-        Returns the columns of the axes, then elastic angle, part of the deceleration pair, part of the equal-speed pair (rad),
-        residual, preload to hold (N), index of the finding in ``sweep_findings()`` (empty unless ``has_findings``) and index
-        of the status in ``sweep_statuses()``. Ctrl-C stops it. ``progress`` is called now and then with the number of rows done.
+        Parameters
+        ----------
+        start, stop : int
+            First row, and the row after the last.
+        threads : int, optional
+            Number of threads; all cores if not given.
+        progress : callable, optional
+            Called from time to time with the number of rows done.
+
+        Returns
+        -------
+        tuple
+            The columns of the axes (a list), then elastic angle, part of the deceleration pair and part of the equal-speed
+            pair (rad), scaled residual, preload to hold (N), index of the finding in ``sweep_findings()`` (empty unless
+            ``has_findings``) and index of the status in ``sweep_statuses()``, each of shape (stop - start,).
+
+        Raises
+        ------
+        PlanError
+            For rows that the plan does not have.
         """
     @property
     def strides(self, /) -> list[int]:
@@ -1166,14 +1314,34 @@ def is_sweep_plan(path: str | PathLike[str]) -> bool:
 
 def judge_designs(drive: Drive, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex, input_angle_rad: SupportsFloat | SupportsIndex, numbers: SupportsGetItem[int, str], values: NDArray[float64], pressures: bool, threshold: str | None) -> tuple[NDArray[uint8], list[str], NDArray[float64], list[str]]:
     """
-    Judges many designs under a load (N m, N, rad) on all cores: ``values`` (n rows of the values of ``numbers``, named in
-    SI, one after the other) take the place of the drive's own.
+    Judges many designs under one load on all cores. Ctrl-C stops it.
 
-    ``threshold``: the preload to return, ``hold``, ``continuous`` or ``zero_backlash``; none for any other word.
+    Parameters
+    ----------
+    drive : Drive
+        The drive whose numbers are replaced.
+    torque_Nm, preload_N, input_angle_rad : float
+        The load: N m, N and rad.
+    numbers : list of str
+        Names, in SI, of the numbers that are replaced.
+    values : array
+        The values of ``numbers``, row after row.
+    pressures : bool
+        Whether to compute the peak pressures.
+    threshold : str, optional
+        The preload to compute: ``hold``, ``continuous`` or ``zero_backlash``; none for any other word.
 
-    Returns the status of each row as an index into the names that follow (``no_drive`` if the numbers make no drive), a table
-    and the names of its columns; NaN if there is no solution or a column is not wanted. Raises ``InvalidInputError`` for an
-    unknown name; Ctrl-C stops it.
+    Returns
+    -------
+    tuple
+        The status of each row as an index into the names that follow (``no_drive`` where the numbers make no drive), these
+        names, a table with one row for each design, and the names of its columns. NaN where there is no solution or a column
+        is not wanted.
+
+    Raises
+    ------
+    InvalidInputError
+        For an unknown name.
     """
 
 def own_effect_variables() -> list[tuple[str, str]]:
@@ -1188,15 +1356,30 @@ def run_command_line(arguments: SupportsGetItem[int, str]) -> int:
 
 def solve_angles(drive: Drive, torque_Nm: NDArray[float64], preload_N: NDArray[float64], input_angle_rad: NDArray[float64], shape: SupportsGetItem[int, SupportsIndex], progress: Any | None = None) -> tuple[NDArray[float64], NDArray[float64], NDArray[float64], NDArray[float64], NDArray[uint8], list[str]]:
     """
-    Solves a drive for arrays of torque (N m), preload (N) and input angle (rad), all of shape (n,), on all cores;
-    ``shape`` is that of the n loads in C order.
+    Solves a drive for arrays of loads on all cores. Ctrl-C stops it.
 
-    For a torsion spring, a preload of 0 means none, and the first part is the whole angle.
+    Parameters
+    ----------
+    drive : Drive
+        A ball drive or a torsion spring.
+    torque_Nm, preload_N, input_angle_rad : array, shape (n,)
+        The loads: N m, N and rad. For a torsion spring, a preload of 0 means none.
+    shape : list of int
+        The shape of the n loads in C order, for messages.
+    progress : callable, optional
+        Called from time to time with the number of loads solved.
 
-    Returns the parts of the deceleration and the equal-speed pair (rad), the scaled residual, the hold preload (N, NaN
-    unless the status is ``beyond_hold``) and the status as an index into the names that follow, each of length n; NaN if
-    there is no solution. Raises ``InvalidInputError`` with the index of an invalid number; Ctrl-C stops it. ``progress`` is
-    called now and then with the number of loads solved.
+    Returns
+    -------
+    tuple
+        Parts of the deceleration and of the equal-speed pair (rad; of a torsion spring, the first part is the whole angle),
+        scaled residual, hold preload (N, NaN unless the status is ``beyond_hold``), the status as an index into the names
+        that follow, each of shape (n,), and these names. NaN where there is no solution.
+
+    Raises
+    ------
+    InvalidInputError
+        For an invalid number; names its index.
     """
 
 def sweep_findings() -> list[str]:

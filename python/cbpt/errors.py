@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 __all__ = [
     "CaseError",
+    "CaseMistake",
     "CbptError",
     "ChooseSheet",
     "InvalidInputError",
@@ -100,11 +101,55 @@ class CbptError(Exception):
 
 
 class InvalidInputError(CbptError, ValueError):
-    """A number of a drive or of a load that cannot be: names it, its value and what is required."""
+    """A number of a drive or of a load that cannot be: names it, its value and what is required.
+
+    Attributes: `field`, `found` and `required`, each empty where the message alone says it.
+    """
+
+    def __init__(
+        self, message: str = "", field: str = "", found: str = "", required: str = ""
+    ) -> None:
+        super().__init__(message)
+        self.field = field
+        self.found = found
+        self.required = required
+
+    def __reduce__(self) -> tuple[type[InvalidInputError], tuple[str, str, str, str]]:
+        return type(self), (str(self), self.field, self.found, self.required)
+
+
+@dataclass(frozen=True, slots=True)
+class CaseMistake:
+    """One thing wrong with a case."""
+
+    key: str
+    """Dotted, as it was written; empty where the whole case is meant."""
+    found: str
+    """The value as it was written; empty where the key itself is the mistake."""
+    problem: str
+    """What is wrong; empty where `allowed` says it all."""
+    allowed: str
+    """What to write instead."""
+    nearest: str | None
+    """The nearest right key or word."""
+    place: tuple[int | None, int | None, int | None]
+    """Line and column of the file, and character of an expression, each from 1."""
+    words: str
+    """`problem`, `nearest` and `allowed` as text."""
 
 
 class CaseError(CbptError, ValueError):
-    """A case file cannot be read as it is: file, line, key, what was found and what is allowed."""
+    """A case file cannot be read as it is: file, line, key, what was found and what is allowed.
+
+    Attribute: `mistakes`, in the order of the file; empty where no part of the case is at fault.
+    """
+
+    def __init__(self, message: str = "", mistakes: Sequence[CaseMistake] = ()) -> None:
+        super().__init__(message)
+        self.mistakes = tuple(mistakes)
+
+    def __reduce__(self) -> tuple[type[CaseError], tuple[str, tuple[CaseMistake, ...]]]:
+        return type(self), (str(self), self.mistakes)
 
 
 class PlanError(CbptError, ValueError):

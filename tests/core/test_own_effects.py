@@ -6,6 +6,7 @@ Groups: what they are; on the rows; fitted and added; in competition; the draft;
 from __future__ import annotations
 
 import json
+import pickle
 import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
@@ -102,6 +103,24 @@ def test_a_mistake_is_told_as_in_a_case_file(
     if "character" not in told and "torqe" not in expression:
         with pytest.raises((CaseError, InvalidInputError)):
             effects.own_effect(id, port, lambda rows, **p: 0.0, parameters)
+
+
+def test_what_a_message_tells_is_handed_over_beside_it() -> None:
+    with pytest.raises(CaseError) as error:
+        effects.expression("mine", "reading", "a * torqe_Nm", {"a": 1.0})
+    (mistake,) = pickle.loads(pickle.dumps(error.value)).mistakes
+    assert (mistake.key, mistake.found) == ("effect[0].expression", '"a * torqe_Nm"')
+    assert (mistake.nearest, mistake.place) == ("torque_Nm", (None, None, 5))
+    place = f"{mistake.key} = {mistake.found}, character 5: "
+    assert str(error.value) == place + mistake.words
+
+
+def test_an_invalid_number_is_handed_over_with_its_field() -> None:
+    with pytest.raises(InvalidInputError) as error:
+        Case.from_toml(case_of("dev03")).drive.solve(1.0, -2.0)
+    copy = pickle.loads(pickle.dumps(error.value))
+    assert (copy.field, copy.found) == ("preload_N", "-2")
+    assert str(copy) == str(error.value) == f"preload_N = -2: {copy.required}"
 
 
 # --- on the rows --------------------------------------------------------------------------
@@ -232,7 +251,7 @@ def test_variables_are_those_of_the_documentation() -> None:
         effects.expression("mine", "reading", f"0 * {name}")
     with pytest.raises(CaseError, match="known are sin") as error:
         effects.expression("mine", "reading", "none(1)")
-    known = str(error.value).rpartition("known are ")[2].strip().lower()
+    known = error.value.mistakes[0].allowed.removeprefix("known are ")
     assert f"functions {known}".replace(", ", "`, `").replace("functions ", "`") in page
 
 

@@ -212,7 +212,7 @@ fn mistake(expression: &str) -> String {
 fn a_mistake_names_file_line_key_and_place() {
     let line = EXAMPLE.lines().count() + 5;
     for (expression, told) in [
-        ("a * torqe_Nm", "character 5: no parameter or variable is named torqe_Nm: did you mean torque_Nm?"),
+        ("a * torqe_Nm", "character 5: no parameter or variable is named torqe_Nm; did you mean torque_Nm?"),
         ("a * sine(1)", "character 5: no function is named sine"),
         (
             "a * (torque_Nm",

@@ -72,6 +72,21 @@ impl Status {
     }
 }
 
+/// To five digits and never too low, as a bound that a value must exceed.
+fn rounded_up(value: f64) -> f64 {
+    if value <= 0.0 {
+        return value;
+    }
+    // Powers of ten that are whole numbers, so that the result prints with no digits beyond those meant.
+    let decimals = 4.0 - value.log10().floor();
+    let (times, over) = (10f64.powf(decimals.max(0.0)), 10f64.powf((-decimals).max(0.0)));
+    // A value that has five digits already stays as it is.
+    let steps = value * times / over;
+    let (near, up) = (steps.round(), steps.ceil());
+    let whole = if (steps - near).abs() < 1e-6 { near } else { up };
+    whole * over / times
+}
+
 impl fmt::Display for Status {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -89,8 +104,9 @@ impl fmt::Display for Status {
             ),
             Self::BeyondHold { hold_preload_N } if hold_preload_N.is_finite() => write!(
                 f,
-                "no solution: the torque is at or above the limit that this preload can hold; more than {hold_preload_N:.6} N \
-                 of preload is needed"
+                "no solution: the torque is at or above the limit that this preload can hold; more than {} N of preload is \
+                 needed",
+                rounded_up(*hold_preload_N)
             ),
             Self::BeyondHold { .. } => {
                 write!(

@@ -20,15 +20,30 @@ type Columns<'py> = (
     Vec<&'static str>,
 );
 
-/// Solves a drive for arrays of torque (N m), preload (N) and input angle (rad), all of shape (n,), on all cores;
-/// ``shape`` is that of the n loads in C order.
+/// Solves a drive for arrays of loads on all cores. Ctrl-C stops it.
 ///
-/// For a torsion spring, a preload of 0 means none, and the first part is the whole angle.
+/// Parameters
+/// ----------
+/// drive : Drive
+///     A ball drive or a torsion spring.
+/// torque_Nm, preload_N, input_angle_rad : array, shape (n,)
+///     The loads: N m, N and rad. For a torsion spring, a preload of 0 means none.
+/// shape : list of int
+///     The shape of the n loads in C order, for messages.
+/// progress : callable, optional
+///     Called from time to time with the number of loads solved.
 ///
-/// Returns the parts of the deceleration and the equal-speed pair (rad), the scaled residual, the hold preload (N, NaN
-/// unless the status is ``beyond_hold``) and the status as an index into the names that follow, each of length n; NaN if
-/// there is no solution. Raises ``InvalidInputError`` with the index of an invalid number; Ctrl-C stops it. ``progress`` is
-/// called now and then with the number of loads solved.
+/// Returns
+/// -------
+/// tuple
+///     Parts of the deceleration and of the equal-speed pair (rad; of a torsion spring, the first part is the whole angle),
+///     scaled residual, hold preload (N, NaN unless the status is ``beyond_hold``), the status as an index into the names
+///     that follow, each of shape (n,), and these names. NaN where there is no solution.
+///
+/// Raises
+/// ------
+/// InvalidInputError
+///     For an invalid number; names its index.
 #[pyfunction]
 #[pyo3(signature = (drive, torque_Nm, preload_N, input_angle_rad, shape, progress = None))]
 #[expect(clippy::too_many_arguments, reason = "the columns of a table")]

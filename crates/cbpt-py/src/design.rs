@@ -26,7 +26,7 @@ pub fn design_number(
     values: Vec<f64>,
 ) -> PyResult<(&'static str, Vec<f64>, bool)> {
     let found = cbpt_cli::case::number_of_key(case.rust(), key, &values);
-    let (number, values) = found.map_err(|mistake| raise(py, "InvalidInputError", &mistake.to_string()))?;
+    let (number, values) = found.map_err(|mistake| raise(py, "InvalidInputError", (mistake.to_string(),)))?;
     Ok((number.name, values, number.whole))
 }
 
@@ -52,14 +52,34 @@ const COLUMNS: [&str; 10] = [
     "needed_preload_N",
 ];
 
-/// Judges many designs under a load (N m, N, rad) on all cores: ``values`` (n rows of the values of ``numbers``, named in
-/// SI, one after the other) take the place of the drive's own.
+/// Judges many designs under one load on all cores. Ctrl-C stops it.
 ///
-/// ``threshold``: the preload to return, ``hold``, ``continuous`` or ``zero_backlash``; none for any other word.
+/// Parameters
+/// ----------
+/// drive : Drive
+///     The drive whose numbers are replaced.
+/// torque_Nm, preload_N, input_angle_rad : float
+///     The load: N m, N and rad.
+/// numbers : list of str
+///     Names, in SI, of the numbers that are replaced.
+/// values : array
+///     The values of ``numbers``, row after row.
+/// pressures : bool
+///     Whether to compute the peak pressures.
+/// threshold : str, optional
+///     The preload to compute: ``hold``, ``continuous`` or ``zero_backlash``; none for any other word.
 ///
-/// Returns the status of each row as an index into the names that follow (``no_drive`` if the numbers make no drive), a table
-/// and the names of its columns; NaN if there is no solution or a column is not wanted. Raises ``InvalidInputError`` for an
-/// unknown name; Ctrl-C stops it.
+/// Returns
+/// -------
+/// tuple
+///     The status of each row as an index into the names that follow (``no_drive`` where the numbers make no drive), these
+///     names, a table with one row for each design, and the names of its columns. NaN where there is no solution or a column
+///     is not wanted.
+///
+/// Raises
+/// ------
+/// InvalidInputError
+///     For an unknown name.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "a load, and what is wanted")]
 pub fn judge_designs<'py>(

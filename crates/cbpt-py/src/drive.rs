@@ -113,11 +113,24 @@ impl Drive {
 
     /// Solves the drive under one load.
     ///
-    /// ``torque_Nm``: resistance torque on the output, either sign; ``preload_N``: axial preload, above 0, which a torsion
-    /// spring does without;
-    /// ``input_angle_deg``: angle of the input crank from the line of centres. Returns a :class:`Solution`, whose
-    /// ``status`` says whether there is one; its angles are ``None`` if there is not. Raises ``InvalidInputError``
-    /// for an invalid number.
+    /// Parameters
+    /// ----------
+    /// torque_Nm : float
+    ///     Resistance torque on the output, N m, of either sign.
+    /// preload_N : float, optional
+    ///     Axial preload, N, above 0. A ball drive needs one; a torsion spring does not.
+    /// input_angle_deg : float, optional
+    ///     Angle of the input crank from the line of centres, degrees.
+    ///
+    /// Returns
+    /// -------
+    /// Solution
+    ///     Its ``status`` says whether the load has a solution; its angles are ``None`` if there is none.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     For an invalid number; names the number and the rule.
     #[pyo3(signature = (torque_Nm, preload_N = None, input_angle_deg = 0.0))]
     fn solve(
         &self,
@@ -158,9 +171,29 @@ impl Drive {
         ))
     }
 
-    /// How the elastic angle under a load, and the preload thresholds at its torque over a period, answer to every design
-    /// number: exact derivatives. ``also``: names of one of two numbers that are the same and otherwise told as one, such as
-    /// ``material.ball_youngs_modulus_Pa``.
+    /// Exact derivatives of the elastic angle and of the preload thresholds by every design number.
+    ///
+    /// Parameters
+    /// ----------
+    /// torque_Nm : float
+    ///     Torque on the output, N m.
+    /// preload_N : float
+    ///     Axial preload, N.
+    /// input_angle_deg : float, optional
+    ///     Angle of the input crank, degrees. The thresholds are those over a period.
+    /// also : list of str, optional
+    ///     Names of single numbers that are otherwise combined with an equal one, such as
+    ///     ``material.ball_youngs_modulus_Pa``.
+    ///
+    /// Returns
+    /// -------
+    /// Sensitivities
+    ///     One entry for the elastic angle and one for each threshold.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     For an invalid load or an unknown name, and for a torsion spring.
     #[pyo3(signature = (torque_Nm, preload_N, input_angle_deg = 0.0, also = Vec::new()))]
     fn sensitivities(
         &self,
@@ -190,7 +223,24 @@ impl Drive {
         Ok(found.map_err(|error| invalid_input(py, &error))?.1.map(LargestAngle::from))
     }
 
-    /// Design findings, the worst first; with a torque and a preload also those of the contacts under load.
+    /// Findings about the design, the worst first.
+    ///
+    /// Parameters
+    /// ----------
+    /// torque_Nm, preload_N : float, optional
+    ///     A load, N m and N. With both, the contacts under this load are checked too.
+    /// input_angle_deg : float, optional
+    ///     Angle of the input crank, degrees.
+    ///
+    /// Returns
+    /// -------
+    /// list of Finding
+    ///     Each with code, severity, pair, message and remedy.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     For an invalid load, for a torque without a preload or the reverse, and for a torsion spring.
     #[pyo3(signature = (torque_Nm = None, preload_N = None, input_angle_deg = 0.0))]
     fn findings(
         &self,

@@ -223,13 +223,34 @@ impl Prediction {
 
 /// A drive with effects on a table of readings.
 ///
-/// ``effects``: ids of the library, one as often as wanted, and own effects. The columns have shape (n,): ``run`` whole
-/// numbers, ``time_s`` in order within a run, ``torque_Nm`` either sign, ``preload_N`` above 0 (``None`` for a
-/// torsion spring without one), ``input_angle_rad``, and ``temperature_K`` (or
-/// degrees Celsius, only differences count) where it was read. Meshing points and solutions are kept from call to call, so
-/// a fit pays for changes only; an answer does not depend on earlier calls beyond the tolerance of the equations, and not
-/// at all after ``cold``. Calls from
-/// several threads wait for each other. Raises ``InvalidInputError``, which names column, row and rule.
+/// Meshing points and solutions are kept from call to call, so a fit pays for changes only; an answer does not depend on earlier
+/// calls beyond the tolerance of the equations, and not at all after ``cold``. Calls from several threads wait for each other.
+///
+/// Parameters
+/// ----------
+/// drive : Drive
+///     A ball drive or a torsion spring.
+/// effects : list of str or OwnEffect
+///     Ids of the library, one as often as wanted, and own effects.
+/// run : array of int, shape (n,)
+///     The run of each reading.
+/// time_s : array, shape (n,)
+///     In order within a run.
+/// torque_Nm : array, shape (n,)
+///     Of either sign.
+/// preload_N : array, shape (n,), or None
+///     Above 0; ``None`` for a torsion spring without a preload.
+/// input_angle_rad : array, shape (n,)
+///     Angle of the input crank.
+/// temperature_K : array, shape (n,), optional
+///     Where it was read; degrees Celsius will do, as only differences count.
+/// cycle : array, shape (n,), optional
+///     Load cycle of each reading, where it was counted.
+///
+/// Raises
+/// ------
+/// InvalidInputError
+///     Names column, row and rule.
 #[pyclass(frozen, module = "cbpt._core")]
 pub struct Predictor {
     predictor: Mutex<predict::Predictor>,

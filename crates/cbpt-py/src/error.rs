@@ -1,47 +1,68 @@
 //! Each Rust error to one Python class, all defined in `cbpt.errors`.
 
+use cbpt_cli::case::Mistake;
 use cbpt_cli::exit::Failure;
-use pyo3::exceptions::{PyOSError, PyRuntimeError};
+use pyo3::call::PyCallArgs;
+use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
-use pyo3::types::{PyString, PyType};
+use pyo3::types::{PyString, PyTuple};
 
 /// A number or an argument that cannot be: `cbpt.errors.InvalidInputError`.
 pub fn invalid_input(py: Python<'_>, error: &cbpt_core::InvalidInput) -> PyErr {
-    raise(py, "InvalidInputError", &error.to_string())
+    let fields = (error.to_string(), &error.field, &error.found, &error.required);
+    raise(py, "InvalidInputError", fields)
 }
 
 /// A mistake in a case file: `cbpt.errors.CaseError`.
 pub fn case_error(py: Python<'_>, error: &cbpt_cli::case::CaseError) -> PyErr {
-    raise(py, "CaseError", &error.to_string())
+    case_mistakes(py, error.to_string(), &error.mistakes)
+}
+
+/// The mistakes as `cbpt.errors.CaseMistake`, the message in words.
+fn case_mistakes(py: Python<'_>, message: String, mistakes: &[Mistake]) -> PyErr {
+    let handed = || {
+        let class = py.import("cbpt.errors")?.getattr("CaseMistake")?;
+        let hand = |m: &Mistake| {
+            let place = (m.line, m.column, m.character);
+            class.call1((&m.key, &m.found, &m.problem, &m.allowed, &m.nearest, place, m.words()))
+        };
+        PyTuple::new(py, mistakes.iter().map(hand).collect::<PyResult<Vec<_>>>()?)
+    };
+    match handed() {
+        Ok(mistakes) => raise(py, "CaseError", (message, mistakes)),
+        Err(error) => error,
+    }
+}
+
+/// One mistake in what is not a file.
+fn case_mistake(py: Python<'_>, key: &str, problem: String) -> PyErr {
+    let mistake = Mistake { key: key.into(), problem, ..Mistake::default() };
+    case_mistakes(py, mistake.to_string(), &[mistake])
 }
 
 /// A value that has no place in a case: `cbpt.errors.CaseError`.
 pub fn no_case_value(place: &str, value: &Bound<'_, PyAny>) -> PyErr {
     let found = type_name(value);
-    raise(
-        value.py(),
-        "CaseError",
-        &format!("{place}: found a value of type {found}, expected a number, a text or a section"),
-    )
+    let problem = format!("found a value of type {found}, expected a number, a text or a section");
+    case_mistake(value.py(), place, problem)
 }
 
 /// A key that has no place in a case: `cbpt.errors.CaseError`.
 pub fn no_case_key(place: &str, key: &Bound<'_, PyAny>) -> PyErr {
     let (section, found) = (if place.is_empty() { "the case" } else { place }, type_name(key));
-    raise(key.py(), "CaseError", &format!("{section}: found a key of type {found}, expected a text"))
+    case_mistake(key.py(), section, format!("found a key of type {found}, expected a text"))
 }
 
 /// A path with a lone surrogate in it: `cbpt.errors.CaseError`.
 pub fn no_case_path(path: &Bound<'_, PyAny>) -> PyErr {
     let shown = path.repr().map_or_else(|_| "the path".into(), |text| text.to_string_lossy().into_owned());
-    raise(path.py(), "CaseError", &format!("{shown}: no file can have this name; check the path"))
+    case_mistake(path.py(), &shown, "no file can have this name; check the path".into())
 }
 
 /// A value that is in itself, or as good as: `cbpt.errors.CaseError`.
 pub fn too_much(py: Python<'_>, place: &str, what: &str, most: usize) -> PyErr {
-    let message =
-        format!("{place}: found more than {most} {what}, expected the sections and keys of a case file");
-    raise(py, "CaseError", &message)
+    let problem = format!("found more than {most} {what}, expected the sections and keys of a case file");
+    case_mistake(py, place, problem)
 }
 
 /// A case as text with a lone surrogate in it: `cbpt.errors.CaseError`.
@@ -50,7 +71,7 @@ pub fn half_a_character(text: &Bound<'_, PyString>, name: &str, error: PyErr) ->
     let lines_before = |at| text.call_method1("count", ("\n", 0, at))?.extract::<usize>();
     let line = error.value(py).getattr("start").and_then(lines_before);
     let place = line.map_or(name.to_owned(), |before| format!("{name}:{}", before + 1));
-    raise(py, "CaseError", &format!("{place}: found a lone surrogate, half a character; remove it"))
+    case_mistake(py, &place, "found a lone surrogate, half a character; remove it".into())
 }
 
 fn type_name(value: &Bound<'_, PyAny>) -> String {
@@ -62,24 +83,24 @@ pub fn drive_with_effect(py: Python<'_>, id: &str) -> PyErr {
     let message = format!(
         "the case has the effect `{id}`, which a Drive cannot hold; read it as a Case, whose .drive is the drive without effects"
     );
-    raise(py, "CaseError", &message)
+    raise(py, "CaseError", (message,))
 }
 
 /// A question about balls and grooves put to a torsion spring: `cbpt.errors.InvalidInputError`.
 pub fn about_ball_drives(py: Python<'_>, asked: &str) -> PyErr {
     let message =
         format!("{asked} is about the balls and grooves of a ball drive; this one is a torsion spring");
-    raise(py, "InvalidInputError", &message)
+    raise(py, "InvalidInputError", (message,))
 }
 
 /// A torque without a preload or the reverse: `cbpt.errors.InvalidInputError`.
 pub fn half_a_load(py: Python<'_>) -> PyErr {
-    raise(py, "InvalidInputError", "a load to check needs both torque_Nm and preload_N")
+    raise(py, "InvalidInputError", ("a load to check needs both torque_Nm and preload_N",))
 }
 
 /// A plan that cannot be read or carried out: `cbpt.errors.PlanError`.
 pub fn plan_error(py: Python<'_>, message: &str) -> PyErr {
-    raise(py, "PlanError", message)
+    raise(py, "PlanError", (message.to_owned(),))
 }
 
 /// What stops a sweep: a file that cannot be written is an `OSError`, all else a `PlanError`.
@@ -94,11 +115,8 @@ pub fn sweep_failure(py: Python<'_>, failure: &Failure) -> PyErr {
     }
 }
 
-/// An error of `cbpt.errors` by the name of its class.
-pub fn raise(py: Python<'_>, class: &str, message: &str) -> PyErr {
-    let found = py.import("cbpt.errors").and_then(|module| module.getattr(class));
-    match found.and_then(|class| Ok(class.cast_into::<PyType>()?)) {
-        Ok(class) => PyErr::from_type(class, message.to_owned()),
-        Err(_) => PyRuntimeError::new_err(message.to_owned()),
-    }
+/// An error of `cbpt.errors` by the name of its class and the arguments of its constructor: first the message.
+pub fn raise<'py>(py: Python<'py>, class: &str, arguments: impl PyCallArgs<'py>) -> PyErr {
+    let class = py.import("cbpt.errors").and_then(|module| module.getattr(class));
+    class.and_then(|class| class.call1(arguments)).map_or_else(|error| error, PyErr::from_value)
 }

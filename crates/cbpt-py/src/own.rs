@@ -100,8 +100,31 @@ impl OwnEffect {
         formula.map(|formula| Self::of(&formula)).ok_or_else(|| invalid_input(py, &missing()))
     }
 
-    /// Makes an effect from a function of all columns (a dict of arrays) and the values of the parameters (a list). The
-    /// function returns an array of one number for each row; its attribute ``used`` is the set of columns that it has read.
+    /// Makes an effect from a function of Python.
+    ///
+    /// Parameters
+    /// ----------
+    /// id : str
+    ///     Name of the effect.
+    /// port : str
+    ///     ``load``, ``series`` or ``reading``.
+    /// adds_to : str or None
+    ///     At the port ``load``: ``torque_Nm`` or ``preload_N``.
+    /// function : callable
+    ///     Takes all columns (a dict of arrays) and the values of the parameters (a list), and returns an array with one number
+    ///     for each row. Its attribute ``used`` is the set of columns that it reads.
+    /// parameters : list of tuple
+    ///     Name, unit, start, least and greatest value of each parameter.
+    ///
+    /// Returns
+    /// -------
+    /// OwnEffect
+    ///     The effect.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError, CaseError
+    ///     For a name, a port or a parameter that is not allowed.
     #[staticmethod]
     fn from_function(
         py: Python<'_>,

@@ -112,7 +112,25 @@ impl SweepPlan {
 
 #[pymethods]
 impl SweepPlan {
-    /// Makes a plan. Raises ``PlanError`` with the axis, what was found and what is allowed.
+    /// Makes a plan.
+    ///
+    /// Parameters
+    /// ----------
+    /// case : Case
+    ///     What stays the same.
+    /// axes : list of tuple
+    ///     Key and values of each axis: a range (start, stop, whether in logarithms), an array or words.
+    /// design : str, optional
+    ///     ``grid``, ``random``, ``latin_hypercube`` or ``table``.
+    /// rows : int, optional
+    ///     Number of rows of ``random`` and ``latin_hypercube``.
+    /// seed : int, optional
+    ///     Seed of their random numbers.
+    ///
+    /// Raises
+    /// ------
+    /// PlanError
+    ///     Names the axis, what was found and what is allowed.
     #[new]
     #[pyo3(signature = (case, axes: "list[tuple[str, tuple[float, float, bool] | NDArray[float64] | list[str]]]", design = "grid", rows = None, seed = 0))]
     fn new(
@@ -253,11 +271,28 @@ impl SweepPlan {
         Ok(Self { plan: Arc::new(self.plan.part(rows)) })
     }
 
-    /// Solves rows on all cores, or on ``threads`` threads.
+    /// Solves rows of the plan. Ctrl-C stops it.
     ///
-    /// Returns the columns of the axes, then elastic angle, part of the deceleration pair, part of the equal-speed pair (rad),
-    /// residual, preload to hold (N), index of the finding in ``sweep_findings()`` (empty unless ``has_findings``) and index
-    /// of the status in ``sweep_statuses()``. Ctrl-C stops it. ``progress`` is called now and then with the number of rows done.
+    /// Parameters
+    /// ----------
+    /// start, stop : int
+    ///     First row, and the row after the last.
+    /// threads : int, optional
+    ///     Number of threads; all cores if not given.
+    /// progress : callable, optional
+    ///     Called from time to time with the number of rows done.
+    ///
+    /// Returns
+    /// -------
+    /// tuple
+    ///     The columns of the axes (a list), then elastic angle, part of the deceleration pair and part of the equal-speed
+    ///     pair (rad), scaled residual, preload to hold (N), index of the finding in ``sweep_findings()`` (empty unless
+    ///     ``has_findings``) and index of the status in ``sweep_statuses()``, each of shape (stop - start,).
+    ///
+    /// Raises
+    /// ------
+    /// PlanError
+    ///     For rows that the plan does not have.
     #[pyo3(signature = (start, stop, threads = None, progress = None))]
     fn solve<'py>(
         &self,
@@ -305,7 +340,26 @@ impl SweepPlan {
         Ok(py.detach(|| self.plan.finding(row)).map(|finding| finding.message))
     }
 
-    /// Solves rows as ``solve`` does and returns them as lines of a CSV file.
+    /// Solves rows of the plan as ``solve`` does, and writes them as lines of a CSV file. Ctrl-C stops it.
+    ///
+    /// Parameters
+    /// ----------
+    /// start, stop : int
+    ///     First row, and the row after the last.
+    /// threads : int, optional
+    ///     Number of threads; all cores if not given.
+    /// progress : callable, optional
+    ///     Called from time to time with the number of rows done.
+    ///
+    /// Returns
+    /// -------
+    /// bytes
+    ///     The lines, without the header.
+    ///
+    /// Raises
+    /// ------
+    /// PlanError
+    ///     For rows that the plan does not have.
     #[pyo3(signature = (start, stop, threads = None, progress = None))]
     fn csv<'py>(
         &self,

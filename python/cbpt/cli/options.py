@@ -12,14 +12,13 @@ Counter                     progress on a terminal
 from __future__ import annotations
 
 import argparse
-import re
 import shlex
 import sys
 import time
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from cbpt.errors import ChooseSheet, Setting, Step, TakeColumn
 from cbpt.lab.wording.numbers import listed
@@ -44,7 +43,9 @@ class Parser(argparse.ArgumentParser):
     """Suggests the nearest flag for a misspelt one, and lets no verb overwrite its inputs."""
 
     def parse_args(self, args: Sequence[str]) -> argparse.Namespace:  # type: ignore[override]
-        options = super().parse_args(args)
+        options, unknown = self.parse_known_args(args)
+        if unknown:
+            self.error(f"unrecognized arguments: {' '.join(unknown)}{self._nearest(unknown)}")
         inputs = [getattr(options, name, None) for name in _INPUTS]
         for flag in _OUTPUTS:
             out = getattr(options, flag, None)
@@ -57,10 +58,11 @@ class Parser(argparse.ArgumentParser):
                 )
         return options
 
-    def error(self, message: str) -> NoReturn:
-        unknown = re.search(r"unrecognized arguments: (--[\w-]+)", message)
-        near = get_close_matches(unknown[1], self._option_string_actions, 1) if unknown else []
-        super().error(f"{message}; did you mean {near[0]}?" if near else message)
+    def _nearest(self, unknown: Sequence[str]) -> str:
+        """The flag that the first unknown one may stand for, in words; empty where none is."""
+        flags = [word.partition("=")[0] for word in unknown if word.startswith("--")]
+        near = get_close_matches(flags[0], self._option_string_actions, 1) if flags else []
+        return f"; did you mean {near[0]}?" if near else ""
 
 
 def of_case(

@@ -127,11 +127,10 @@ fn own(path: &str, at: Option<usize>, entries: &[Entry], notes: &mut Notes<'_>) 
                 if known.is_empty() { String::new() } else { format!("known are {}", known.join(", ")) };
             let found = shortened(&format!("{expression:?}"));
             let key = dotted(path, "expression");
-            let problem = format!(", character {character}: {problem}");
             let at = node("expression").and_then(|node| node.at);
-            reader
-                .notes
-                .add(at, Mistake { key, found: found + &problem, allowed, nearest, ..Mistake::default() });
+            let character = Some(character);
+            let mistake = Mistake { key, found, character, problem, allowed, nearest, ..Mistake::default() };
+            reader.notes.add(at, mistake);
             None
         }
     }

@@ -44,6 +44,8 @@ pub struct Mistake {
     pub key: String,
     /// The value as it was written; empty where the key itself is the mistake.
     pub found: String,
+    /// Place in an expression that was found, in characters from 1.
+    pub character: Option<usize>,
     /// What is wrong; empty where `allowed` says it all.
     pub problem: String,
     /// What is allowed instead.
@@ -52,30 +54,38 @@ pub struct Mistake {
     pub nearest: Option<String>,
 }
 
-impl fmt::Display for Mistake {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut lead = "";
-        if !self.key.is_empty() {
-            f.write_str(&self.key)?;
-            lead = ": ";
-        }
-        if !self.found.is_empty() {
-            write!(f, " = {}", self.found)?;
-        }
-        if !self.problem.is_empty() {
-            write!(f, "{lead}{}", self.problem)?;
-            lead = "; ";
-        }
+impl Mistake {
+    /// What is wrong and what to write instead, without the key and the value.
+    pub fn words(&self) -> String {
+        let mut words = self.problem.clone();
         if let Some(nearest) = &self.nearest {
-            write!(f, "{lead}did you mean {nearest}?")?;
-            lead = " ";
+            let lead = if words.is_empty() { "" } else { "; " };
+            words += &format!("{lead}did you mean {nearest}?");
         }
         let mut allowed = self.allowed.chars();
         match allowed.next() {
-            Some(first) if lead == " " => write!(f, " {}{}", first.to_uppercase(), allowed.as_str()),
-            Some(_) => write!(f, "{lead}{}", self.allowed),
-            None => Ok(()),
+            Some(first) if self.nearest.is_some() => {
+                words += &format!(" {}{}", first.to_uppercase(), allowed.as_str());
+            }
+            Some(_) if !words.is_empty() => words += &format!("; {}", self.allowed),
+            _ => words += &self.allowed,
         }
+        words
+    }
+}
+
+impl fmt::Display for Mistake {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.key)?;
+        if !self.found.is_empty() {
+            write!(f, " = {}", self.found)?;
+        }
+        if let Some(character) = self.character {
+            write!(f, ", character {character}")?;
+        }
+        let words = self.words();
+        let lead = if self.key.is_empty() || words.is_empty() { "" } else { ": " };
+        write!(f, "{lead}{words}")
     }
 }
 

@@ -386,7 +386,7 @@ fn effects() -> Section {
             Key::text(
                 "expression",
                 "a * torque_Nm",
-                "formula of an own effect, in SI: see [own effects](own-effects.md)",
+                "formula of an own effect, in SI; the guide on own effects lists its names and functions",
             )
             .optional(),
             Key::new(PARAMETERS, Kind::Parameters, Value::Text(String::new()), "parameters of an own effect")

@@ -190,9 +190,9 @@ pub const VARIABLES: [(Variable, &str, &str); 11] = [
     (
         Variable::PitchArm,
         "pitch_arm_m",
-        "drive: Zo e, distance from the centre of the output plate to the pitch point",
+        "distance of the drive's pitch point from the centre of the output plate (Zo e)",
     ),
-    (Variable::PlanetTurn, "planet_turn", "drive: turns of the planet's groove for one turn of the crank"),
+    (Variable::PlanetTurn, "planet_turn", "turns of the drive's planet groove for one turn of the crank"),
 ];
 
 impl Variable {

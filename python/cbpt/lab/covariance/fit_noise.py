@@ -73,7 +73,7 @@ def fit_noise(
     def rated(correlation: float, offset: float) -> tuple[float, Noise]:
         scale = start.scale
         for _ in range(2):
-            # The runs' zeros scale with the readings' noise while the latter is being found.
+            # The runs' offsets scale with the readings' noise while the latter is being found.
             noise = Noise(scale, correlation, offset * scale)
             whitener = Whitener.of(noise, u, rows)
             both = whitener(np.column_stack([y, x]))
@@ -128,7 +128,7 @@ def _searched(
         return
     noise = either[1]
     if noise.correlation:
-        # Zeros that are not there yet look like a correlation larger than it is.
+        # Offsets that are not there yet look like a correlation larger than it is.
         for c in (noise.correlation, 0.5 * noise.correlation):
             yield from (rated(c, o * typical) for o in (0.7, 2.0, 5.0))
     else:

@@ -7,11 +7,11 @@ Same conditions are the same levels of torque, preload (or its step) and input a
 same direction; the first leg of a run stands apart, as loading for the first time is another thing.
 With y the residual of reading i, in condition c(i) and run r(i),
 
-    y_i = a_c(i) + b_r(i) + e_i,   u^2 = sum e_i^2 / (n - conditions - free zeros of runs)
+    y_i = a_c(i) + b_r(i) + e_i,   u^2 = sum e_i^2 / (n - conditions - free offsets of runs)
 
 (a two-way analysis of variance), so that neither what the model gets wrong at a condition nor the
-zero of a run counts as scatter. Residuals, not angles, because a torque held not quite alike moves
-both reading and model.
+offset of a run counts as scatter. Residuals, not angles, because a torque held not quite alike
+moves both reading and model.
 """
 
 from __future__ import annotations

@@ -115,20 +115,20 @@ def moved(d: DiagnosisData) -> Iterator[dict[str, Any]]:
     c, fit = d.competition, d.after
     stated = c.campaign.priors
     signatures = [s for s in _screen(d).signatures if not s.variant.spread]
-    zeros = fit.whitener(c.campaign.offsets)
+    offsets = fit.whitener(c.campaign.offsets)
     for i, u in enumerate(fit.unknowns):
         if u.name not in stated or not np.isfinite(u.sd):
             continue
         sigma = (fit.value(u) - u.mean) / u.sd
         if abs(sigma) <= _LIMITS.moved:
             continue
-        change = sigma * _without(zeros, fit.margin.x[:, i])
+        change = sigma * _without(offsets, fit.margin.x[:, i])
         length = float(np.linalg.norm(change))
         like = set(TWINS.get(u.name, ()))
         for s in signatures:
             if s.variant.effect == u.name or not np.isfinite(s.columns).all() or not length:
                 continue
-            left = _without(_without(zeros, fit.whitener(s.columns)), change)
+            left = _without(_without(offsets, fit.whitener(s.columns)), change)
             if float(np.linalg.norm(left)) < min(_LIMITS.alike, 0.5 * length):
                 like.add(s.variant.effect)
         yield {"number": u.name, "by_sigma": float(sigma), "could_be": sorted(like)}

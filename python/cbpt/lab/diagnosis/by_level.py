@@ -189,7 +189,7 @@ def diagnose_by(
 
 
 def _named(d: Diagnosis) -> tuple[str, ...]:
-    """Effects of an answer that can be fitted: zeros of runs and numbers of the drive cannot."""
+    """Effects of an answer that can be fitted: offsets of runs and numbers of the drive cannot."""
     numbers = d.competition.campaign.priors
     return tuple(e for e in d.verdict.names if e != "run_offset" and e not in numbers)
 

@@ -3,9 +3,9 @@
     compare         a case and its readings -> Comparison, with further effects fitted where asked
     Comparison      the misfit as a whole, by group and where it stands out; text and picture
 
-A residual is reading minus zero minus model. `zero = "common"` in the case takes the zero of the
-readings as it is; the zero that would fit best is told beside it. `"per_run"` gives every run its
-own, fitted as a weighted mean, at the cost of a degree of freedom each.
+A residual is reading minus offset minus model. `zero = "common"` in the case leaves the readings as
+they are; the common offset that would fit best is told beside them. `"per_run"` gives every run an
+offset of its own, fitted as a weighted mean, at the cost of a degree of freedom each.
 
 The misfit is judged twice: against the stated uncertainty, and against the scatter that the
 readings show themselves (`scatter`), so that an uncertainty that is misstated is told from a model
@@ -249,13 +249,13 @@ def _compared(
     raw = readings.elastic_angle_arcsec - model.elastic_angle_arcsec
     u = readings.u_elastic_angle_arcsec
     weight = np.ones(len(readings)) if u is None else u**-2.0
-    residual, zeros = raw.copy(), dict[str, float]()
+    residual, offsets = raw.copy(), dict[str, float]()
     if zero == "per_run":
-        zeros, offsets = _zeros_of_runs(readings, raw, weight, solved)
-        residual -= offsets[readings.run_index]
+        offsets, of_runs = _offsets_of_runs(readings, raw, weight, solved)
+        residual -= of_runs[readings.run_index]
     best = float(np.average(residual[solved], weights=weight[solved])) if solved.any() else np.nan
     left = residual[solved] - best
-    fitted = len(zeros) + getattr(model, "fitted", 0)
+    fitted = len(offsets) + getattr(model, "fitted", 0)
     known = _Known()
     if solved.any():
         part = readings if solved.all() else readings.select(solved)
@@ -266,7 +266,7 @@ def _compared(
         model=model,
         residual_arcsec=residual,
         zero=zero,
-        zero_arcsec=zeros,
+        zero_arcsec=offsets,
         best_common_zero_arcsec=best,
         rmse_with_best_zero_arcsec=float(np.sqrt(np.mean(left**2))) if left.size else np.nan,
         p_value=p_value(readings, residual, solved, fitted),
@@ -286,10 +286,10 @@ def _compared(
     )
 
 
-def _zeros_of_runs(
+def _offsets_of_runs(
     readings: Readings, raw: Floats, weight: Floats, solved: Mask
 ) -> tuple[dict[str, float], Floats]:
-    """The weighted mean of each run by its label; the same by run index, 0 where none is solved."""
+    """The weighted mean of each run by label, and by run index, 0 where no row is solved."""
     rows = np.flatnonzero(solved)
     run, first = np.unique(readings.run_index[rows], return_index=True)
     offsets = np.zeros(int(readings.run_index.max()) + 1)
@@ -334,11 +334,11 @@ def _where(
     if scatter is not None and len(rows) == np.count_nonzero(solved):
         noise = replace(noise, correlation=scatter.correlation)
     whitener = Whitener.of(noise, u, order)
-    zeros = np.zeros((len(rows), 0))
+    offsets = np.zeros((len(rows), 0))
     if zero == "per_run":
-        zeros = whitener(order.columns())
+        offsets = whitener(order.columns())
     found = find_regions(
-        Scanned(part, residual[rows], whitener, zeros, regime[rows]), np.random.default_rng(0)
+        Scanned(part, residual[rows], whitener, offsets, regime[rows]), np.random.default_rng(0)
     )
     if len(rows) == len(readings):
         return found
@@ -347,8 +347,8 @@ def _where(
 
 
 def _searched(readings: Readings, rows: Ints, zero: str) -> Ints:
-    """The rows in which regions are searched, evenly spread. Whole runs where each has a zero of
-    its own: single readings of many runs would be all zero and no residual."""
+    """The rows in which regions are searched, evenly spread. Whole runs where each has an offset of
+    its own: single readings of many runs would be all offset and no residual."""
     if len(rows) <= _SEARCHED:
         return rows
     if zero == "per_run":

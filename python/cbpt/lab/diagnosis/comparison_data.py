@@ -29,13 +29,13 @@ class ComparisonData:
     model: Angles | Prediction
     """The model at every row; NaN and a status where it has no solution."""
     residual_arcsec: Floats
-    """Reading minus zero minus model; NaN where the model has no solution."""
+    """Reading minus offset minus model; NaN where the model has no solution."""
     zero: str
     """`common` or `per_run`."""
     zero_arcsec: dict[str, float]
-    """The zero taken off each run, empty for `common`."""
+    """The offset taken off each run, empty for `common`."""
     best_common_zero_arcsec: float
-    """The one zero for all rows that would leave the smallest misfit."""
+    """The one offset for all rows that would leave the smallest misfit."""
     rmse_with_best_zero_arcsec: float
     """The RMSE it would leave."""
     p_value: float | None

@@ -28,7 +28,7 @@ from cbpt.lab.diagnosis.fit_text import solutions
 from cbpt.lab.inference.cross_validation import folds, held_out_residual, rms
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
-from cbpt.lab.inference.residuals import chi2_of, rmse_of, u_judging, without_zeros
+from cbpt.lab.inference.residuals import chi2_of, rmse_of, u_judging, without_offsets
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.own_terms import campaign_of, chosen
@@ -152,8 +152,8 @@ def diagnosed(
 
 def _notes(campaign: Campaign, competition: Competition, fit: Fit) -> Iterator[str]:
     """What a reader should know of the fit behind the answer."""
-    zero = float(np.abs(fit.offsets_arcsec).max()) if campaign.offsets.shape[1] == 1 else 0.0
-    if zero > 5 * float(np.median(campaign.u_arcsec)):
+    offset = float(np.abs(fit.offsets_arcsec).max()) if campaign.offsets.shape[1] == 1 else 0.0
+    if offset > 5 * float(np.median(campaign.u_arcsec)):
         yield f"a common offset of {fit.offsets_arcsec[0]:.3g} arcsec was subtracted"
     if competition.inflation is not None:
         lines = campaign.readings.line[competition.inflation > RULES.far_reading].tolist()
@@ -177,8 +177,8 @@ def _ladder(
     """From the drive as stated to the answer, and one step further."""
     fitter, fits, names = competition.fitter, competition.fits, verdict.names
     # One noise judges every rung: a fit without the effect may take the effect for noise.
-    pattern = verdict.lack_of_fit
-    noise = fits[names].noise if pattern is None else pattern.noise
+    lack_of_fit = verdict.lack_of_fit
+    noise = fits[names].noise if lack_of_fit is None else lack_of_fit.noise
 
     def seen(added: str, fit: Fit) -> Rung:
         return rung(fitter, added, fitter.look(fit, noise), fold)
@@ -191,8 +191,8 @@ def _ladder(
     if further:
         added = next(iter(set(further) - set(names)))
         yield seen(added, fits[further])
-    if pattern is not None:
-        yield _rung_of_lack_of_fit(pattern, fold)
+    if lack_of_fit is not None:
+        yield _rung_of_lack_of_fit(lack_of_fit, fold)
 
 
 def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
@@ -281,8 +281,8 @@ def _stop_if_too_little(campaign: Campaign, n: int, solved: int) -> None:
 
 def _stop_if_a_slip(campaign: Campaign, model: Floats) -> None:
     """A wrong unit or sign would be diagnosed as an effect."""
-    zero = float(np.median(campaign.y_arcsec - model))
-    found = slips(campaign.y_arcsec - zero, model) or slips(campaign.y_arcsec, model)
+    offset = float(np.median(campaign.y_arcsec - model))
+    found = slips(campaign.y_arcsec - offset, model) or slips(campaign.y_arcsec, model)
     if found:
         raise ReadingsError.of_column(
             campaign.readings.source,
@@ -380,14 +380,14 @@ def rung(fitter: Fitter, added: str, fit: Fit, fold: NDArray[np.int64]) -> Rung:
     return Rung(added, rmse_of(fitter.campaign, fit), rms(held), chi2_of(fitter, fit), named)
 
 
-def _rung_of_lack_of_fit(pattern: LackOfFit, fold: NDArray[np.int64]) -> Rung:
-    """The error with a pattern that has no name, in place of the last addition."""
-    c = pattern.problem.fitter.campaign
-    residual = pattern.problem.residual(pattern.amplitude, pattern.noise)
-    residual = without_zeros(c, residual, pattern.noise)
-    held = held_out_with_lack_of_fit(pattern, fold)
-    chi2 = float(np.mean((residual / u_judging(c, pattern.noise)) ** 2))
-    added = f"a free-form function of {' and '.join(pattern.columns)}"
+def _rung_of_lack_of_fit(lack_of_fit: LackOfFit, fold: NDArray[np.int64]) -> Rung:
+    """The error with a lack of fit that has no name, in place of the last addition."""
+    c = lack_of_fit.problem.fitter.campaign
+    residual = lack_of_fit.problem.residual(lack_of_fit.amplitude, lack_of_fit.noise)
+    residual = without_offsets(c, residual, lack_of_fit.noise)
+    held = held_out_with_lack_of_fit(lack_of_fit, fold)
+    chi2 = float(np.mean((residual / u_judging(c, lack_of_fit.noise)) ** 2))
+    added = f"a free-form function of {' and '.join(lack_of_fit.columns)}"
     return Rung(added, rms(residual), rms(held), chi2)
 
 

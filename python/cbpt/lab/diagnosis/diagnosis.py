@@ -48,7 +48,7 @@ class Diagnosis(DiagnosisData):
 
     @property
     def noise_floor_arcsec(self) -> float | None:
-        """The error that noise alone leaves, beside zeros of runs; None where the answer does not
+        """The error that noise alone leaves, beside offsets of runs; None where the answer does not
         hold all that is at work."""
         return noise_floor(self)[0]
 
@@ -158,8 +158,8 @@ class Diagnosis(DiagnosisData):
 
     def unknown(self) -> dict[str, Any] | None:
         """What the misfit depends on, where nothing in the library explains it."""
-        pattern = self.verdict.lack_of_fit
-        if pattern is None:
+        lack_of_fit = self.verdict.lack_of_fit
+        if lack_of_fit is None:
             return None
         return card(self)
 

@@ -16,7 +16,7 @@ from cbpt._core import Case, Drive
 from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.inference.estimates import parameters_of
 from cbpt.lab.inference.evidence import Fit
-from cbpt.lab.inference.residuals import without_zeros
+from cbpt.lab.inference.residuals import without_offsets
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.selection.decision import Verdict
 from cbpt.lab.selection.model_comparison import Competition
@@ -59,7 +59,7 @@ class DiagnosisData:
     competition: Competition = field(repr=False)
     verdict: Verdict
     before: Fit = field(repr=False)
-    """The drive exactly as stated, but for the zero."""
+    """The drive exactly as stated, but for the offset."""
     after: Fit = field(repr=False)
     """The best that the answer offers."""
     ladder: tuple[Rung, ...]
@@ -72,7 +72,7 @@ class DiagnosisData:
 
     @property
     def model_before_arcsec(self) -> Floats:
-        """The drive as stated, with the best zero, shape (n,)."""
+        """The drive as stated, with the best offset, shape (n,)."""
         return self.readings.elastic_angle_arcsec - self.before.residual_arcsec
 
     @property
@@ -82,15 +82,15 @@ class DiagnosisData:
 
     @property
     def residual_before_arcsec(self) -> Floats:
-        """Shape (n,); zeros of runs taken off where the noise has them."""
+        """Shape (n,); offsets of runs taken off where the noise has them."""
         c = self.competition.campaign
-        return without_zeros(c, self.before.residual_arcsec, self.noise)
+        return without_offsets(c, self.before.residual_arcsec, self.noise)
 
     @property
     def residual_after_arcsec(self) -> Floats:
-        """Shape (n,); zeros of runs taken off where the noise has them."""
+        """Shape (n,); offsets of runs taken off where the noise has them."""
         c = self.competition.campaign
-        return without_zeros(c, self.after.residual_arcsec, self.noise)
+        return without_offsets(c, self.after.residual_arcsec, self.noise)
 
     @property
     def noise(self) -> Noise:

@@ -64,7 +64,7 @@ def noise_floor(d: DiagnosisData) -> tuple[float | None, str]:
     """The error that noise alone leaves, by the scatter about the answer, and what that is; None
     with the reason where something is at work that the answer does not hold.
 
-    Zeros of runs are no part of it, as they are none of the errors that are held against it.
+    Offsets of runs are no part of it, as they are none of the errors that are held against it.
     """
     from cbpt.lab.selection.decision import UNKNOWN
 
@@ -133,8 +133,8 @@ def _about(d: DiagnosisData) -> str:
     scatter, dof = scatter_of(d.competition.fitter, d.after)
     if d.verdict.lack_of_fit is not None:
         return f"the scatter that no model explains is {estimated(d):.3g} arcsec"
-    zeros = ", with an offset for each run" if d.noise.offset_arcsec else ""
+    offsets = ", with an offset for each run" if d.noise.offset_arcsec else ""
     return (
         f"the residuals of the answer give {scatter:.3g} arcsec ({dof:.0f} degrees of freedom"
-        f"{zeros})"
+        f"{offsets})"
     )

@@ -92,7 +92,7 @@ def _unknown(d: DiagnosisData, sure: str, say: Say) -> str:
 
 
 def _beside(d: DiagnosisData, say: Say) -> str:
-    """What has a name beside a pattern that has none; of a reducer that is most of its loop."""
+    """What has a name beside a lack of fit that has none; of a reducer that is most of its loop."""
     named = d.verdict.names
     if not named or d.competition.campaign.drive.kind != "torsion_spring":
         return ""

@@ -70,10 +70,10 @@ class Draft:
 
 def draft(d: DiagnosisData, id: str = "my_effect") -> Draft | None:
     """Of what a diagnosis calls unknown."""
-    pattern = d.verdict.lack_of_fit
-    assert pattern is not None
+    lack_of_fit = d.verdict.lack_of_fit
+    assert lack_of_fit is not None
     fitter, c = d.competition.fitter, d.competition.campaign
-    fit = d.competition.fits[pattern.base]
+    fit = d.competition.fits[lack_of_fit.base]
     y, x, precision = fitter.linear(fit)
     terms = list(dictionary(d.readings))
     columns = np.column_stack([load.values * where.values for load, where in terms]) / ARCSEC
@@ -83,7 +83,7 @@ def draft(d: DiagnosisData, id: str = "my_effect") -> Draft | None:
     size = size[size > 0]
 
     def problem(rows: Mask) -> _Problem:
-        noise = pattern.noise
+        noise = lack_of_fit.noise
         if noise.inflation is not None:
             noise = replace(noise, inflation=noise.inflation[rows])
         whitener = Whitener.of(noise, c.u_arcsec[rows], c.rows.select(rows))
@@ -101,8 +101,8 @@ def draft(d: DiagnosisData, id: str = "my_effect") -> Draft | None:
             mode = part.solved(path[:k])
             shown = np.column_stack([x[held], columns[held][:, path[:k]]])
             errors[k, held] = y[held] - shown @ mode
-    if pattern.noise.offset_arcsec or c.offsets.shape[1] > 1:
-        # A zero of its own that each run has cannot be predicted.
+    if lack_of_fit.noise.offset_arcsec or c.offsets.shape[1] > 1:
+        # An offset of its own that each run has cannot be predicted.
         for error in errors:
             error -= (np.bincount(c.rows.run_index, error) / np.bincount(c.rows.run_index))[
                 c.rows.run_index
@@ -124,7 +124,7 @@ class _Problem:
     """Whitened readings, columns of the unknowns with their precisions, and of all terms."""
 
     def __init__(self, y: Floats, x: Floats, precision: Floats, columns: Floats) -> None:
-        # The hair of precision is for zeros of runs that are held back: their columns are empty.
+        # The hair of precision is for offsets of runs that are held back: their columns are empty.
         self.y, self.x, self.precision, self.columns = y, x, precision + 1e-12, columns
         margin = Margin.of(y, x, self.precision)
         left = margin.left(columns)

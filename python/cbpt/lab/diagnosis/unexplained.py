@@ -42,10 +42,10 @@ _SHOWN = _Shown()
 
 def card(d: DiagnosisData) -> dict[str, Any]:
     """Columns it depends on, where it is strongest, harmonic of the input angle, shape in words."""
-    pattern = d.verdict.lack_of_fit
-    assert pattern is not None
-    f = pattern.fitted_arcsec
-    columns = list(pattern.columns)
+    lack_of_fit = d.verdict.lack_of_fit
+    assert lack_of_fit is not None
+    f = lack_of_fit.fitted_arcsec
+    columns = list(lack_of_fit.columns)
     found = draft(d)
     return {
         "depends_on": columns,
@@ -64,9 +64,9 @@ def card(d: DiagnosisData) -> dict[str, Any]:
 
 def measure_next(d: DiagnosisData) -> str:
     """Advice in place of a computed run, which needs a known effect."""
-    pattern = d.verdict.lack_of_fit
-    assert pattern is not None
-    columns, f = list(pattern.columns), np.abs(pattern.fitted_arcsec)
+    lack_of_fit = d.verdict.lack_of_fit
+    assert lack_of_fit is not None
+    columns, f = list(lack_of_fit.columns), np.abs(lack_of_fit.fitted_arcsec)
     placed = {c: column(d, c) for c in columns if c not in _SHOWN.no_place}
     most = int(np.argmax(f))
     spot = label_of({c: (float(v[most]), float(v[most])) for c, v in placed.items()}, None)
@@ -91,18 +91,18 @@ def measure_next(d: DiagnosisData) -> str:
 
 
 def _noise_arcsec(d: DiagnosisData) -> float:
-    """Noise of a reading beside the pattern."""
-    pattern = d.verdict.lack_of_fit
-    assert pattern is not None
-    return pattern.noise.scale * float(np.median(d.competition.campaign.u_arcsec))
+    """Noise of a reading beside the lack of fit."""
+    lack_of_fit = d.verdict.lack_of_fit
+    assert lack_of_fit is not None
+    return lack_of_fit.noise.scale * float(np.median(d.competition.campaign.u_arcsec))
 
 
 def _strong_where(d: DiagnosisData) -> dict[str, tuple[float, float]]:
-    """Lowest and highest value of each column where the pattern is more than twice the noise."""
-    pattern = d.verdict.lack_of_fit
-    assert pattern is not None
-    strong = np.abs(pattern.fitted_arcsec) > 2 * _noise_arcsec(d)
-    return {c: _ends(column(d, c)[strong]) for c in pattern.columns if strong.any()}
+    """Lowest and highest value of each column where the lack of fit exceeds twice the noise."""
+    lack_of_fit = d.verdict.lack_of_fit
+    assert lack_of_fit is not None
+    strong = np.abs(lack_of_fit.fitted_arcsec) > 2 * _noise_arcsec(d)
+    return {c: _ends(column(d, c)[strong]) for c in lack_of_fit.columns if strong.any()}
 
 
 def _ends(values: Floats) -> tuple[float, float]:

@@ -1,5 +1,5 @@
 """A plan as the fit of a drive without further effects sees it: what is left of a change once the
-numbers of the drive, the calibrations and the zeros are refitted.
+numbers of the drive, the calibrations and the offsets are refitted.
 """
 
 from __future__ import annotations

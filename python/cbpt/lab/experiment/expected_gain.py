@@ -128,8 +128,8 @@ class Prospect:
         apart = np.abs(place[:, None] - place[None, :])
         correlated = np.where(same, float(self.noise.correlation) ** apart, 0.0)
         size = self.noise.scale * self.u_arcsec
-        zero = max(_ZERO_PER_U * size, self.noise.offset_arcsec)
-        return np.asarray(size**2 * correlated + zero**2 * same)
+        offset = max(_ZERO_PER_U * size, self.noise.offset_arcsec)
+        return np.asarray(size**2 * correlated + offset**2 * same)
 
 
 def _divergence(one: tuple[Floats, Floats], other: tuple[Floats, Floats]) -> float:

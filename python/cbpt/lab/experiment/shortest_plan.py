@@ -4,7 +4,7 @@
     Design          the plan, and how far each two effects are apart in it
 
 Runs are chosen from `candidates`. Everything is linear here: each run adds its product matrix of
-all columns that matter (numbers of drive and rig, zero, changes by the effects at the sizes asked
+all columns that matter (numbers of drive and rig, offset, changes by the effects at the sizes asked
 for, and what the rivals can look like), and how far two effects are apart in a plan follows from
 the sum of them (Schur complement). Runs are added one by one, each the one that brings the most of
 what is still wanted (what is enough counts no further); then those that are not needed are taken
@@ -400,8 +400,8 @@ class _Wanted:
             rows = wide[self._rows(sight, run)]
             gram = rows.T @ rows
             if per_run:
-                zero = gram[self.base - 1].copy()
-                gram -= np.outer(zero, zero) / max(zero[self.base - 1], 1e-300)
+                offset = gram[self.base - 1].copy()
+                gram -= np.outer(offset, offset) / max(offset[self.base - 1], 1e-300)
             grams.append(gram)
         self.grams = np.array(grams)
 

@@ -5,8 +5,8 @@
     NOISES         kinds of noise by name, with the size each has where none is stated
 
 The angle is the model's, effects of the case included. An instrument adds, in this order: scatter
-(normal or with the tails of Student's t, correlated along a run or not), a zero of each run, loose
-readings, the steps of its display.
+(normal or with the tails of Student's t, correlated along a run or not), an offset of each run,
+loose readings, the steps of its display.
 """
 
 from __future__ import annotations
@@ -121,7 +121,7 @@ class Instrument:
         n = len(angle_arcsec)
         # Drawn whatever the noise is, so that one seed gives one scatter under every kind.
         scatter = rng.standard_normal(n)
-        zeros = rng.standard_normal(rows.runs)
+        offsets = rng.standard_normal(rows.runs)
         chance, sign, far = rng.random(n), rng.choice([-1.0, 1.0], n), rng.uniform(8, 20, n)
         if math.isfinite(self.degrees_of_freedom):
             nu = self.degrees_of_freedom
@@ -136,7 +136,7 @@ class Instrument:
         scatter *= np.sqrt(1 - (self.step_per_u / _LARGEST_STEP) ** 2)
         typical = float(np.median(u_arcsec))
         read = angle_arcsec + self.scale * u_arcsec * scatter
-        read = read + self.run_offset_per_u * typical * zeros[rows.run_index]
+        read = read + self.run_offset_per_u * typical * offsets[rows.run_index]
         read = read + np.where(chance < self.outlier_share, sign * far * u_arcsec, 0.0)
         step = self.step_per_u * typical
         return np.asarray(step * np.round(read / step) + 0.0 if step else read)

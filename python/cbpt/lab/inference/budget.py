@@ -70,7 +70,7 @@ class Combined:
 
 @dataclass(frozen=True, eq=False)
 class Budget:
-    """Of the unknowns of a fit, then its zeros; unknowns in SI, or in logarithms."""
+    """Of the unknowns of a fit, then its offsets; unknowns in SI, or in logarithms."""
 
     fit: Fit
     dof: float
@@ -84,12 +84,12 @@ class Budget:
     @classmethod
     def of(cls, fitter: Fitter, fit: Fit) -> Budget:
         """Of a fit of one campaign."""
-        zeros = fit.margin.x.shape[1] - len(fit.unknowns)
-        unit = np.r_[[u.unit for u in fit.unknowns], np.ones(zeros)]
+        offsets = fit.margin.x.shape[1] - len(fit.unknowns)
+        unit = np.r_[[u.unit for u in fit.unknowns], np.ones(offsets)]
         inverse = np.linalg.inv(fit.margin.factor)
         covariance = (inverse.T @ inverse) * np.outer(unit, unit)
-        precision = np.r_[[u.sd**-2.0 for u in fit.unknowns], np.zeros(zeros)]
-        sources = (*(_source(u) for u in fit.unknowns), *([""] * zeros))
+        precision = np.r_[[u.sd**-2.0 for u in fit.unknowns], np.zeros(offsets)]
+        sources = (*(_source(u) for u in fit.unknowns), *([""] * offsets))
         return cls(fit, dof_of(fitter, fit), covariance, precision, sources)
 
     def gradient(self, unknown: Unknown) -> Floats:

@@ -2,7 +2,7 @@
 
 Whole preload levels are held back in turn; where there are fewer than three, whole runs; else
 stretches of the table. The numbers are refitted to the others, linearised about the fit, and what
-is held back is predicted. A zero of its own that noise gives each run cannot be predicted and is
+is held back is predicted. An offset of its own that noise gives each run cannot be predicted and is
 taken off.
 """
 
@@ -63,7 +63,7 @@ def held_out_by(
         inflation = noise.inflation
         part = noise if inflation is None else replace(noise, inflation=inflation[kept])
         whitener = Whitener.of(part, c.u_arcsec[kept], c.rows.select(kept))
-        # The hair of precision is for zeros of runs that are held back: their columns are empty.
+        # The hair of precision is for offsets of runs that are held back: their columns are empty.
         margin = Margin.of(whitener(y[kept]), whitener(x[kept]), precision + 1e-12)
         out[held] = y[held] - x[held] @ margin.mode
     if noise.offset_arcsec or c.offsets.shape[1] > 1:

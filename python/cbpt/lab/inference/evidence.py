@@ -39,12 +39,12 @@ class Fit:
     noise: Noise
     whitener: Whitener = field(repr=False)
     margin: Margin = field(repr=False)
-    """Residual and columns, whitened; the last columns are the zeros."""
+    """Residual and columns, whitened; the last columns are the offsets."""
     covariance: Floats = field(repr=False)
     """Of the unknowns, SI (of logarithms where they are logarithmic)."""
     offsets_arcsec: Floats
     residual_arcsec: Floats
-    """Reading minus model minus zeros."""
+    """Reading minus model minus offsets."""
     log_marginal: float
     """Log likelihood, the unknowns integrated out, sizes of effects per unit of size."""
     log_size_prior: float
@@ -53,11 +53,11 @@ class Fit:
     discrepancy_sd: float = 0.0
     """How far the effects may depart from their forms; see `discrepancy`."""
     log_discrepancy: float = 0.0
-    """Log prior of that departure, and what the others add to the evidence."""
+    """Log prior of that departure, and what other modes add to the evidence."""
     other_modes: tuple[Fit, ...] = field(default=(), repr=False)
     """The same effects with other values or forms that the readings do not exclude; see `modes`."""
     modes_searched: bool = False
-    """Whether others were looked for."""
+    """Whether other modes were looked for."""
     reached: float = np.inf
     """Misfit with priors at the end of the search under the noise that it began with."""
 

@@ -254,7 +254,7 @@ class Fitter:
         )
 
     def at_nominal(self, fit: Fit) -> Fit:
-        """The drive exactly as stated but for its zeros, seen through the noise of a fit."""
+        """The drive exactly as stated but for its offsets, seen through the noise of a fit."""
         self.model.cold()
         return evaluated(
             self._problem((), fit.noise),
@@ -265,7 +265,7 @@ class Fitter:
         )
 
     def linear(self, fit: Fit) -> Linear:
-        """Readings less model, columns of unknowns and zeros, prior precisions, about a fit; in
+        """Readings less model, columns of unknowns and offsets, prior precisions, about a fit; in
         arcsec.
         """
         problem = self._problem(fit.unknowns, fit.noise)

@@ -66,7 +66,7 @@ class Problem:
         return np.where(self.precision > 0, (self.coordinates(point) - self.mean) / self.unit, 0.0)
 
     def objective(self, point: Point) -> float:
-        """Whitened misfit after the best zeros, and priors."""
+        """Whitened misfit after the best offsets, and priors."""
         r = self.whitener(self.campaign.y_arcsec - point.angle_arcsec)
         margin = Margin.of(r, self.offsets, np.zeros(self.offsets.shape[1]))
         return margin.chi2 + float(self.precision @ self.off(point) ** 2)

@@ -44,7 +44,7 @@ _SEARCH = _Search()
 
 
 def with_modes(fitter: Fitter, fit: Fit, within: float, forms: Sequence[Variant] = ()) -> Fit:
-    """The best solution of the effects of a fit, over phases and forms, and the others as good.
+    """The best solution of the effects of a fit, over phases and forms, and other modes as good.
 
     within: log odds within which a mode is not excluded.
     forms: those to choose from; all of the library where empty.

@@ -6,8 +6,8 @@
     load_of_choice the load that a user states, completed from the case
 
 The drive itself is asked: under the torque and preload that act, whatever the instruments make of
-them, so effects of class `rig` and zeros are left out. A load is that of a fresh run: reached from
-rest in one go, at the median temperature of the readings, with no time passed.
+them, so effects of class `rig` and offsets are left out. A load is that of a fresh run: reached
+from rest in one go, at the median temperature of the readings, with no time passed.
 """
 
 from __future__ import annotations

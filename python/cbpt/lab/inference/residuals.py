@@ -1,13 +1,13 @@
 """What a fit leaves of the readings: one convention for every error that an answer states.
 
-    left_by       residuals of a fit, the zero of each run taken off where the noise has such zeros
-    without_zeros the same of any residuals
-    rmse_of       their root mean square
-    chi2_of       their chi-squared per degree of freedom
-    free_of       degrees of freedom that they have
-    scatter_of    standard deviation of a reading about a fit, from the readings alone
+    left_by         residuals of a fit, less the offset of each run where the noise has offsets
+    without_offsets the same of any residuals
+    rmse_of         their root mean square
+    chi2_of         their chi-squared per degree of freedom
+    free_of         degrees of freedom that they have
+    scatter_of      standard deviation of a reading about a fit, from the readings alone
 
-As in what is held out (`holdout`): a zero of a run is no error of the model.
+As in what is held out (`holdout`): an offset of a run is no error of the model.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ Floats = NDArray[np.float64]
 
 def left_by(campaign: Campaign, fit: Fit) -> Floats:
     """Arcsec, shape (n,)."""
-    return without_zeros(campaign, fit.residual_arcsec, fit.noise)
+    return without_offsets(campaign, fit.residual_arcsec, fit.noise)
 
 
-def without_zeros(campaign: Campaign, residual_arcsec: Floats, noise: Noise) -> Floats:
+def without_offsets(campaign: Campaign, residual_arcsec: Floats, noise: Noise) -> Floats:
     """Arcsec, shape (n,)."""
     if not noise.offset_arcsec:
         return residual_arcsec
     index, weight = campaign.rows.run_index, campaign.u_arcsec**-2.0
     if noise.inflation is not None:
         weight = weight / noise.inflation**2
-    zero = np.bincount(index, weight * residual_arcsec) / np.bincount(index, weight)
-    return np.asarray(residual_arcsec - zero[index])
+    offset = np.bincount(index, weight * residual_arcsec) / np.bincount(index, weight)
+    return np.asarray(residual_arcsec - offset[index])
 
 
 def rmse_of(campaign: Campaign, fit: Fit) -> float:
@@ -57,10 +57,10 @@ def u_judging(campaign: Campaign, noise: Noise) -> Floats:
 
 
 def free_of(fitter: Fitter, fit: Fit) -> int:
-    """Readings less what was fitted to them: numbers without a prior, and zeros."""
+    """Readings less what was fitted to them: numbers without a prior, and offsets."""
     c = fitter.campaign
-    zeros = c.rows.runs if fit.noise.offset_arcsec else c.offsets.shape[1]
-    return max(len(c) - zeros - sum(bool(np.isinf(u.sd)) for u in fit.unknowns), 0)
+    offsets = c.rows.runs if fit.noise.offset_arcsec else c.offsets.shape[1]
+    return max(len(c) - offsets - sum(bool(np.isinf(u.sd)) for u in fit.unknowns), 0)
 
 
 def scatter_of(fitter: Fitter, fit: Fit) -> tuple[float, float]:

@@ -261,7 +261,7 @@ def _of_unknown(budget: Budget, unknown: Unknown) -> tuple[Result, Floats]:
 
 
 def _zeros(budget: Budget) -> Iterator[tuple[Result, Floats]]:
-    """The common zero; those of runs are no quantities that anyone wants to know."""
+    """The common offset; those of runs are no quantities that anyone wants to know."""
     fit = budget.fit
     if len(fit.offsets_arcsec) == 1:
         gradient = np.zeros(len(budget.covariance))

@@ -55,7 +55,7 @@ class Campaign:
     repeats: Repeats | None = None
     """What readings taken again say of the uncertainty, where that was asked."""
     zero_per_run: bool = False
-    """Whether every run has a zero of its own, else all share one."""
+    """Whether every run has an offset of its own, else all share one."""
 
     @classmethod
     def of(cls, case: Case | Drive, readings: Readings) -> Campaign:
@@ -98,7 +98,7 @@ class Campaign:
 
     @cached_property
     def offsets(self) -> Floats:
-        """Columns (n, z) of the zeros that are always free: one, or one for each run.
+        """Columns (n, z) of the offsets that are always free: one, or one for each run.
 
         Made when they are asked for, as a long table is thinned before that.
         """

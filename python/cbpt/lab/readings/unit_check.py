@@ -48,7 +48,7 @@ _FACTORS = (
 
 
 def slips(reading_arcsec: Floats, model_arcsec: Floats) -> tuple[str, ...]:
-    """Both finite, shape (n,), with the zero taken off; empty where nothing looks like a slip."""
+    """Both finite, shape (n,), with the offset taken off; empty where nothing looks like a slip."""
     size = float(model_arcsec @ model_arcsec)
     misfit = float(np.sum((reading_arcsec - model_arcsec) ** 2))
     if len(reading_arcsec) < 3 or not size or not misfit:

@@ -66,7 +66,7 @@ def judge(competition: Competition, rules: DecisionRules = RULES) -> Verdict:
     best = max(sets, key=lambda n: sets[n])
     named = {n: o for n, o in sets.items() if UNKNOWN not in n}
     first = max(named, key=lambda n: named[n])
-    # The best of many patterns gains something in noise alone. An effect that must depart far from
+    # The best of many families gains something in noise alone. An effect that must depart far from
     # its form to explain the readings is hardly a name for what is at work.
     ahead = rules.unknown_over_departed
     if _keeps_form(competition, first):
@@ -82,7 +82,7 @@ def judge(competition: Competition, rules: DecisionRules = RULES) -> Verdict:
     strange = max(alone.values(), default=-np.inf) > rules.unknown_over_offsets + named[first]
     if not _demanded(competition, first, named, rules) or (offsets_only and not strange):
         return _no_effect(competition, rules)
-    # A pattern alone counts as a rival where it explains about as well; sooner where the named
+    # A lack of fit alone counts as a rival where it explains about as well; sooner where the named
     # effect leaves more scatter than there is, or keeps its form badly.
     sound = _keeps_form(competition, first) and not _strained(competition, first, rules)
     fair = float(np.log(rules.unknown_odds)) if sound else limit
@@ -91,7 +91,7 @@ def judge(competition: Competition, rules: DecisionRules = RULES) -> Verdict:
     least = {n: o for n, o in within.items() if not any(set(m) < set(n) for m in within)}
     chosen = max(least, key=lambda n: named.get(n, -np.inf))
     effects = _less(chosen, OFFSET)
-    # Either the runs' zeros or an effect: something is there, and noise is no longer the question.
+    # Either the runs' offsets or an effect: something is there, and noise is not in question.
     either = (OFFSET,) in least and len(least) > 1
     numbers_only = all(n in PRIORS for n in effects)
     # Numbers alone, but far better with their priors widened: that is a finding like an effect.
@@ -137,8 +137,8 @@ UNKNOWN, OFFSET = "unknown", "run_offset"
 
 
 def weighed(competition: Competition) -> dict[Names, float]:
-    """Log odds of every set that competed; zeros of runs and a pattern without a name are members
-    too.
+    """Log odds of every set that competed; offsets of runs and a lack of fit without a name are
+    members too.
     """
     found: dict[Names, float] = {}
 
@@ -148,10 +148,10 @@ def weighed(competition: Competition) -> dict[Names, float]:
 
     for names, odds in competition.log_odds.items():
         add((*names, *_offset(competition.fits[names].noise)), odds)
-    for pattern, odds in zip(
+    for lack_of_fit, odds in zip(
         competition.lacks_of_fit, competition.lack_of_fit_log_odds, strict=True
     ):
-        add((*pattern.base, *_offset(pattern.noise), UNKNOWN), odds)
+        add((*lack_of_fit.base, *_offset(lack_of_fit.noise), UNKNOWN), odds)
     return found
 
 
@@ -181,13 +181,13 @@ def _only_form(best: Names, top: float, rest: float, rules: DecisionRules) -> bo
 
 
 def _unknown(competition: Competition, best: Names) -> Verdict:
-    pattern = next(
+    lack_of_fit = next(
         p for p in competition.lacks_of_fit if set(best) - {UNKNOWN, OFFSET} == set(p.base)
     )
-    names = pattern.base
-    noise = noise_words(competition, pattern.noise)
+    names = lack_of_fit.base
+    noise = noise_words(competition, lack_of_fit.noise)
     share = _share(competition, [UNKNOWN])
-    return Verdict("unknown", (), (), share, (), False, names, pattern, noise)
+    return Verdict("unknown", (), (), share, (), False, names, lack_of_fit, noise)
 
 
 # --- 2 ---
@@ -273,10 +273,10 @@ def _sharing(competition: Competition, null: Fit, rules: DecisionRules) -> list[
     y, x, precision = competition.fitter.linear(null)
     whitener = null.whitener
     numbers = [u.name for u in null.unknowns]
-    zeros = list(range(len(numbers), x.shape[1]))
+    offsets = list(range(len(numbers), x.shape[1]))
     alone: dict[str, tuple[float, float]] = {}
     for i, name in enumerate(numbers):
-        keep = [i, *zeros]
+        keep = [i, *offsets]
         margin = Margin.of(whitener(y), whitener(x[:, keep]), precision[keep])
         alone[name] = (-0.5 * margin.chi2 + margin.log_volume, float(margin.mode[0]))
     top = max(v for v, _ in alone.values())

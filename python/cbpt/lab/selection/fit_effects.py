@@ -62,7 +62,7 @@ class Prediction:
     """One of `where.REGIMES`, empty where there is no solution."""
     numbers: tuple[Number, ...] = field(default=())
     fitted: int = 0
-    """How many numbers were fitted freely, zeros not counted."""
+    """How many numbers were fitted freely, offsets not counted."""
 
     @property
     def has_solution(self) -> NDArray[np.bool_]:

@@ -1,12 +1,12 @@
 """Lack of fit: what a residual depends on, asked without naming a cause.
 
-Component                  a family of patterns: a function of torque, of torque at angles, ...
+Component                  a family of basis functions: of torque, of torque at angles, ...
 components                 all families that a table can show
 Structure                  how much of a residual each of them explains
 LackOfFit                  one family on top of a hypothesis, at its most favourable amplitude
 lacks_of_fit_on            the families that stand out in the residual of a fit, with their evidence
-says_no_more               whether a pattern is only what a fit has a name for
-held_out_with_lack_of_fit  readings less what the others and a pattern predict of them
+says_no_more               whether it is only what a fit has a name for
+held_out_with_lack_of_fit  readings less what the other folds and it predict of them
 
 Each family is a set of overlapping hats (or levels, or powers) and their products, so it holds any
 not too rough function of its columns. What a family explains is a sum of squares over its rank.
@@ -248,7 +248,7 @@ class LackOfFit:
 
 @dataclass(frozen=True, eq=False)
 class Patterned:
-    """A linear problem with patterns among its columns, behind those of the unknowns; arcsec."""
+    """A linear problem whose last columns are basis functions, behind the unknowns; arcsec."""
 
     fitter: Fitter
     y: Floats
@@ -324,32 +324,32 @@ def lacks_of_fit_on(
         yield LackOfFit(names, family.columns, value, amplitude, suited, problem)
 
 
-def says_no_more(pattern: LackOfFit, fit: Fit) -> bool:
-    """Whether effects with names follow the readings as well, and could follow any such pattern.
+def says_no_more(lack_of_fit: LackOfFit, fit: Fit) -> bool:
+    """Whether effects with names follow the readings as well, and could follow any such one.
 
-    At two or three input angles an offset of a centre is any function of the angle: a pattern with
-    no more freedom than the sizes of the effects is no reason to call the effects unknown.
+    At two or three input angles an offset of a centre is any function of the angle: a lack of fit
+    with no more freedom than the sizes of the effects is no reason to call the effects unknown.
     """
     sizes = sum(u.size_of >= 0 for u in fit.unknowns)
-    problem = pattern.problem
+    problem = lack_of_fit.problem
     patterns = problem.columns[:, len(problem.precision) :]
     if (
-        not set(pattern.base) < set(fit.hypothesis.effects)
+        not set(lack_of_fit.base) < set(fit.hypothesis.effects)
         or fit.discrepancy_sd > DISCREPANCY_ODDS[1][0]
     ):
         return False
     if np.linalg.matrix_rank(patterns) > sizes:
         return False
     c = problem.fitter.campaign
-    whitener = Whitener.of(pattern.noise, c.u_arcsec, c.rows)
-    prior = problem.prior(pattern.amplitude)
+    whitener = Whitener.of(lack_of_fit.noise, c.u_arcsec, c.rows)
+    prior = problem.prior(lack_of_fit.amplitude)
     free = Margin.of(whitener(problem.y), whitener(problem.columns), prior).chi2
-    return bool(problem.fitter.look(fit, pattern.noise).margin.chi2 - free < RULES.as_well)
+    return bool(problem.fitter.look(fit, lack_of_fit.noise).margin.chi2 - free < RULES.as_well)
 
 
-def held_out_with_lack_of_fit(pattern: LackOfFit, fold: NDArray[np.int64]) -> Floats:
-    """Readings less what the other folds predict of them with the pattern, arcsec, shape (n,)."""
-    p = pattern.problem
-    precision = p.prior(pattern.amplitude)
+def held_out_with_lack_of_fit(lack_of_fit: LackOfFit, fold: NDArray[np.int64]) -> Floats:
+    """Readings less what the other folds predict of them with it, arcsec, shape (n,)."""
+    p = lack_of_fit.problem
+    precision = p.prior(lack_of_fit.amplitude)
     linear = Linear(p.y, p.columns, precision)
-    return held_out_by(p.fitter.campaign, linear, pattern.noise, fold)
+    return held_out_by(p.fitter.campaign, linear, lack_of_fit.noise, fold)

@@ -73,7 +73,7 @@ class Competition:
     log_odds: dict[Names, float]
     """Posterior log odds of each against the drive as stated."""
     lacks_of_fit: tuple[LackOfFit, ...]
-    """Unnamed patterns, the most probable first."""
+    """Lacks of fit without a name, the most probable first."""
     lack_of_fit_log_odds: tuple[float, ...]
     library: Signatures = field(repr=False)
     names: dict[int, tuple[str, str]] = field(repr=False)
@@ -248,7 +248,7 @@ class _Contest:
             self.fitter,
             self.fits,
             log_odds,
-            tuple(pattern for _, pattern in unnamed),
+            tuple(lack_of_fit for _, lack_of_fit in unnamed),
             tuple(odds for odds, _ in unnamed),
             setting.library,
             setting.names,

@@ -63,7 +63,7 @@ class Setting:
     names: dict[int, tuple[str, str]] = field(repr=False)
     """(effect, parameter) of each value of the model."""
     families: tuple[Component, ...] = field(repr=False)
-    """Families of patterns by which a lack of fit is found."""
+    """Families of basis functions by which a lack of fit is found."""
     signatures: list[Signature] = field(repr=False)
     """Of the library, about the drive as stated."""
     wider: list[Signature] = field(repr=False)

@@ -8,7 +8,6 @@ What it holds is typed: `DriveSection` in `types`.
 
 from __future__ import annotations
 
-import re
 import tomllib
 from collections.abc import Iterator, Mapping
 from typing import cast
@@ -121,7 +120,7 @@ def _section(drive: Drive, load: Load, sliders: Sliders) -> DriveSection:
                 "code": f.code,
                 "severity": f.severity,
                 "pair": f.pair,
-                "message": _rounded(f.message),
+                "message": f.message,
                 "remedy": f.remedy,
             }
             for f in (drive.findings(torque, preload, angle) if ball_drive else [])
@@ -154,7 +153,7 @@ def _solution(s: Solution) -> DriveSolution:
     stiffness = s.torsional_stiffness_Nm_per_rad
     return {
         "status": s.status,
-        "message": _rounded(s.message),
+        "message": s.message,
         "elastic_angle_arcsec": s.elastic_angle_arcsec,
         "deceleration_arcsec": s.alpha_deceleration_arcsec,
         "equal_speed_arcsec": s.alpha_equal_speed_arcsec,
@@ -163,17 +162,6 @@ def _solution(s: Solution) -> DriveSolution:
         else stiffness / ARCSEC_PER_RAD,
         "hold_preload_N": s.hold_preload_N,
     }
-
-
-def _rounded(message: str) -> str:
-    """The preload that would just not hold, to five digits and never one too low."""
-
-    def up(found: re.Match[str]) -> str:
-        value = float(found[1])
-        step = 10.0 ** (np.floor(np.log10(value)) - 4)
-        return f"more than {np.ceil(value / step - 1e-6) * step:.6g} N"
-
-    return re.sub(r"more than (\d*[1-9]\d*\.\d+) N", up, message)
 
 
 def _thresholds(drive: Drive, torque: float) -> DriveThresholds:

@@ -31,7 +31,7 @@ from cbpt.lab.model.priors import PRIORS
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.selection.setting import Names
 from cbpt.lab.wording.names import tell_tale
-from cbpt.lab.wording.numbers import display, shown
+from cbpt.lab.wording.numbers import display, in_words
 from cbpt.page.document.bench import Bench
 from cbpt.page.document.curves import Curves
 from cbpt.page.document.plain import array, numbers
@@ -261,6 +261,7 @@ def _parameters(fit: Fit, effects: Sequence[str]) -> Iterator[Parameter]:
         for name, found in parameters_of(fit, effect).items():
             p = found | rough
             label, size = display(effect, name)
+            named, valued = in_words(effect, name, p["value"], p["u"], p["unit"])
             yield {
                 "effect": effect,
                 "name": label,
@@ -271,7 +272,8 @@ def _parameters(fit: Fit, effects: Sequence[str]) -> Iterator[Parameter]:
                 "name_SI": name,
                 "at_bound": p["at_bound"],
                 "why_no_u": p.get("why_no_u"),
-                "text": shown(effect, name, p["value"], p["u"], p["unit"]),
+                "text": f"{named} {valued}",
+                "value_text": valued,
             }
 
 

@@ -44,7 +44,8 @@ def free_function(columns: Sequence[str]) -> str:
 def stop_if_taken(id: str) -> None:
     """Raises `InvalidInputError` for the id of an own effect that is the key of a model."""
     if id in (STATED, REFITTED, UNKNOWN):
-        raise InvalidInputError(f'id = "{id}": this id is reserved by the page; choose another')
+        required = "this id is reserved by the page; choose another"
+        raise InvalidInputError(f'id = "{id}": {required}', "id", id, required)
 
 
 def rows_of(

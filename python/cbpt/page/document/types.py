@@ -41,6 +41,8 @@ class Parameter(TypedDict):
     at_bound: bool
     why_no_u: str | None
     text: str
+    """The name, and the value with its uncertainty and unit."""
+    value_text: str
     """The value with its uncertainty and unit."""
 
 

@@ -34,8 +34,10 @@ export interface Parameter {
   name_SI: string;
   at_bound: boolean;
   why_no_u: string | null;
-  /** The value with its uncertainty and unit. */
+  /** The name, and the value with its uncertainty and unit. */
   text: string;
+  /** The value with its uncertainty and unit. */
+  value_text: string;
 }
 
 /** A number of drive or rig, which moves within its stated uncertainty. */

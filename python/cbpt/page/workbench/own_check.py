@@ -7,45 +7,64 @@ why_not   what keeps an effect from being fitted to these readings, before anyth
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from cbpt._core import Case, Drive, OwnEffect
-from cbpt.errors import InvalidInputError, ReadingsError
+from cbpt.errors import CaseError, CaseMistake, InvalidInputError, ReadingsError
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.own_terms import COLUMNS, variant_of
 from cbpt.lab.readings.reader import Readings
 
-_FIELD = re.compile(r"parameters\.(\w+)(?:\.(start|min|max|unit))?(?= =|:)|(id|expression)(?= =|:)")
+_FIELD = re.compile(
+    r"(?:effect\[0\]\.)?(parameters\.(\w+)(?:\.(start|min|max|unit))?|id|expression)"
+)
 _HEADS = {"start": "start", "min": "minimum", "max": "maximum", "unit": "unit"}
-_CHARACTER = re.compile(r"character (\d+): (.*)", re.DOTALL)
-_WITH_COMMA = re.compile(r'= "[^"]*,[^"]*": expected a finite number$')
 
 _NOT_FINITE = "effect_not_finite"
 # As many tell it, and a check keeps up with who types.
 _MOST = 1200
 
 
-def refusal(error: Exception) -> dict[str, Any]:
+def refusal(error: CaseError | InvalidInputError, entry: Mapping[str, Any]) -> dict[str, Any]:
     """`message`; `field`, as the page names it, or None (`parameters.a`: all that is typed of `a`);
     `column`: the character of the expression, or None."""
-    text = str(error).removeprefix("effect[0].")
-    at, field = _CHARACTER.search(text), _FIELD.match(text)
-    message = at[2] if at else text
-    if not at and field and field[1]:
-        # In the words that stand over the fields.
-        of = f"{_HEADS[field[2]]} of {field[1]}" if field[2] else field[1]
-        message = of + text[field.end() :]
-        if _WITH_COMMA.search(text):
-            message += ", written with a decimal point"
+    mistakes = error.mistakes if isinstance(error, CaseError) else ()
+    if not mistakes:
+        key = error.field if isinstance(error, InvalidInputError) else ""
+        return {"message": str(error), "column": None, "field": key or None}
+    first = mistakes[0]
+    field = _FIELD.fullmatch(first.key)
     return {
-        "message": message,
-        "column": int(at[1]) if at else None,
-        "field": field[0] if field else None,
+        "message": "\n".join(_in_words_of_the_page(mistake, entry) for mistake in mistakes),
+        "column": first.place[2],
+        "field": field[1] if field else None,
     }
+
+
+def _in_words_of_the_page(mistake: CaseMistake, entry: Mapping[str, Any]) -> str:
+    """The mistake under the name that stands over its field."""
+    if mistake.place[2] is not None:
+        return mistake.words
+    key, words = mistake.key, mistake.words
+    if field := _FIELD.fullmatch(key):
+        key, name, part = field.groups()
+        if name:
+            key = f"{_HEADS[part]} of {name}" if part else name
+            if "," in str(_typed(entry, name).get(part, "")):
+                words += ", written with a decimal point"
+    found = f" = {mistake.found}" if mistake.found else ""
+    return f"{key}{found}: {words}"
+
+
+def _typed(entry: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    """What was typed of a parameter."""
+    found = (p for p in entry.get("parameters") or () if p.get("name") == name)
+    return next(found, {})
 
 
 def why_not(effect: OwnEffect, case: Case | Drive, readings: Readings) -> str | None:

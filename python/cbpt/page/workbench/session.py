@@ -382,7 +382,7 @@ class Session:
         try:
             effect = own_effect_of(entry)
         except (CaseError, InvalidInputError) as error:
-            return {"ok": False, **refusal(error), "notes": []}
+            return {"ok": False, **refusal(error, entry), "notes": []}
         why, notes = self._why_not(effect), doubtful_names(effect)
         said = {"message": why or "", "column": None, "field": None}
         return {"ok": why is None, **said, "notes": notes}
@@ -461,7 +461,7 @@ def own_effect_of(entry: Mapping[str, Any]) -> OwnEffect:
     """An own effect from what the page sends: as in a case file, the parameters as a list."""
     for key in ("id", "port", "expression"):
         if not isinstance(entry.get(key), str):
-            raise InvalidInputError(f"{key}: expected text")
+            raise InvalidInputError(f"{key}: expected text", key)
     stop_if_taken(entry["id"])
     parameters = entry.get("parameters") or []
     if not isinstance(parameters, list) or not all(isinstance(p, dict) for p in parameters):

@@ -126,6 +126,11 @@ export class Figure {
     figures.push(this);
   }
 
+  /** The line below the plot: a note, and the button that saves it. @param {HTMLElement} note */
+  under(note) {
+    this.place.append(el("div", { class: "under" }, note, this.save));
+  }
+
   /** Of now, px. */
   height() {
     return (onPaper && this.options.paper) || this.options.height;

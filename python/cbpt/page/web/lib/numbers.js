@@ -40,19 +40,6 @@ export function fixed(value, decimals, signed = false) {
   return signed && value > 0 ? `+${shown}` : shown;
 }
 
-/**
- * A value with its standard uncertainty: two digits of the uncertainty, and the value to the same.
- * @param {number} value
- * @param {number | null | undefined} u
- */
-export function withU(value, u) {
-  if (u === null || u === undefined || !(u > 0)) return text(value, 4);
-  const decimals = 1 - Math.floor(Math.log10(u));
-  if (decimals > 6 || decimals < -4) return `${text(value, 4)} ± ${text(u, 2)}`;
-  const places = Math.max(0, decimals);
-  return `${fixed(value, places)} ± ${fixed(u, places)}`;
-}
-
 /** A probability, never more certain than it can be. @param {number | null | undefined} p */
 export function probability(p) {
   if (p === null || p === undefined) return "–";

@@ -10,10 +10,10 @@ import { documentShown, modelOf, on, setModel, size, state } from "../lib/store.
 
 const KINDS = /** @type {Record<string, string>} */ ({
   effect: "an effect is missing",
-  parameter: "a number of the drive is off",
-  rig: "the instrument is off",
-  ambiguous: "several explanations that these readings do not separate",
-  unknown: "an effect that the library does not hold",
+  parameter: "a number of the drive differs from its stated value",
+  rig: "the instrument has an error",
+  ambiguous: "these readings do not separate several explanations",
+  unknown: "an effect outside the library is missing",
   complete: "nothing is missing",
 });
 // More notes than this are folded.

@@ -11,7 +11,7 @@ import { onTheme, saveDrawing, theme, thin } from "../lib/figure.js";
 import { markSwitches, switchOf } from "./bar.js";
 import { canSwitch, isOn, ROUGH } from "../lib/models.js";
 import { nameOf } from "../lib/names.js";
-import { fixed, plain, probability, withU } from "../lib/numbers.js";
+import { fixed, plain, probability } from "../lib/numbers.js";
 import { columnOf, documentShown, modelOf, on, size, state } from "../lib/store.js";
 
 const FIRST_CARDS = 6;
@@ -200,12 +200,9 @@ export function parameters(m) {
   );
 }
 
-/** The words of the answer without the name, which may have its own. @param {Parameter} p */
+/** The value in the words of the answer. @param {Parameter} p */
 function sizeOf(p) {
-  const words = p.text.startsWith(`${p.name} `)
-    ? p.text.slice(p.name.length + 1)
-    : withU(p.value, p.u);
-  return words.replaceAll("+-", "±").replace(/^-/, "−");
+  return p.value_text.replaceAll("+-", "±").replace(/^-/, "−");
 }
 
 /** The column along which the signature varies most, by the spread of its means. @param {Column} signature */

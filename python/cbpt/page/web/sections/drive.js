@@ -57,7 +57,7 @@ export function setUpDrive() {
   figure = new Figure(plot, "drive_angle", "Elastic angle of the drive over torque", build, {
     height: 310,
   });
-  plot.append(el("div", { class: "under" }, el("span"), figure.save));
+  figure.under(el("span"));
   on(["document"], () => {
     const { opened, drive } = documentShown();
     if (shown && of === opened) return;

@@ -38,14 +38,7 @@ export function setUpLadder() {
   figure = new Figure(plot, "ladder", "Error in sample and held out for each effect added", build, {
     height: HEIGHT,
   });
-  plot.append(
-    el(
-      "div",
-      { class: "under" },
-      note,
-      figure.save,
-    ),
-  );
+  figure.under(note);
   on(["document", "model", "models", "unit"], () => {
     figure.options.height = heightFor(rungs());
     figure.draw();

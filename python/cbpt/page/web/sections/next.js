@@ -11,10 +11,10 @@ import { documentShown, hasBalls, on, state } from "../lib/store.js";
 const SIGNS =
   /** @type {Record<string, string>} */ ({ apart: "", above: "+", not_here: "×", twins: "=" });
 const MEANS = /** @type {Record<string, string>} */ ({
-  apart: "separable at the smallest detectable size",
-  above: "separable only above the smallest detectable size",
-  not_here: "not separable by these runs",
-  twins: "not separable by any reading of this rig",
+  apart: "these runs separate them at the smallest detectable size",
+  above: "these runs separate them only above the smallest detectable size",
+  not_here: "these runs do not separate them",
+  twins: "no reading of this rig separates them",
 });
 
 // As long without a switch is taken for a pause.
@@ -50,16 +50,11 @@ export function setUpNext() {
     build,
     { height: 520, paper: 430 },
   );
-  plot.append(
+  figure.under(
     el(
-      "div",
-      { class: "under" },
-      el(
-        "span",
-        { class: "small quiet" },
-        "Correlation of the signatures after the refit, at the smallest detectable size. Blank: separable; +: only when larger; ×: not by these runs; =: by no reading of this rig.",
-      ),
-      figure.save,
+      "span",
+      { class: "small quiet" },
+      "Correlation of the signatures after the refit, at the smallest detectable size. Blank: these runs separate the pair. +: only if the effects are larger. ×: these runs do not separate it. =: no reading of this rig separates it.",
     ),
   );
   on(["document"], () => {

@@ -47,14 +47,7 @@ export function setUpWhere() {
     height: 400,
     paper: 340,
   });
-  plot.append(
-    el(
-      "div",
-      { class: "under" },
-      note,
-      figure.save,
-    ),
-  );
+  figure.under(note);
   on(["document"], () => {
     const keys = documentShown().columns.map((c) => c.key);
     if (!keys.includes(across)) across = keys[0];
