@@ -25,8 +25,6 @@ from scipy.special import ndtri
 ROOT = Path(__file__).parents[1]
 sys.path[:0] = [str(ROOT / "benches"), str(ROOT / "tests")]
 
-from trial.answers import campaign, table_of
-
 from cbpt import Case
 from cbpt.lab.covariance.linear_gaussian import Margin, Noise
 from cbpt.lab.diagnosis.diagnose import prepared
@@ -38,6 +36,7 @@ from cbpt.lab.model.own_terms import campaign_of
 from cbpt.lab.model.priors import Variant
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.selection.model_comparison import compete
+from trial.answers import campaign, table_of
 
 Floats = NDArray[np.float64]
 PAGE = ROOT / "docs" / "explanation" / "laplace.md"
