@@ -95,7 +95,7 @@ def test_where_nothing_tells_nothing_is_held_against_a_fit() -> None:
 
 @pytest.mark.parametrize("times", TIMES)
 def test_noise_is_adequate_whatever_is_stated_of_it(times: float) -> None:
-    """Of twenty tables hardly one is one in a hundred, and as many are above the middle as below."""
+    """Of twenty tables hardly one is one in a hundred; about half are above the middle."""
     found = [adequate(campaign(seed, times)) for seed in range(20)]
     chances = np.array([a.p_value for a in found])
     assert np.count_nonzero(chances < 0.01) <= 1

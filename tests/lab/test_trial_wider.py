@@ -522,7 +522,7 @@ def test_a_run_that_was_killed_goes_on_where_it_was(
         folder.cache_clear()
     try:
         first = answers.outcome(("lawless", 0, SEED))
-        assert first and first["document"]["schema"] == "cbpt.diagnosis/1"
+        assert first and first["document"]["schema"] == "cbpt.diagnosis/2"
         assert first["answer"]["kind"] and not first.get("error")
 
         def fails(*_: Any) -> Any:

@@ -400,7 +400,7 @@ impl LargestAngle {
 
     fn __repr__(&self) -> String {
         format!(
-            "LargestAngle({:.6} arcsec at {:.4} deg of the crank, amplitude {:.3e} arcsec over {:.4} deg)",
+            "LargestAngle(largest elastic angle {:.6} arcsec at input angle {:.4} deg; ripple {:.3e} arcsec peak to peak, period {:.4} deg)",
             self.elastic_angle_arcsec, self.input_angle_deg, self.amplitude_arcsec, self.period_deg
         )
     }

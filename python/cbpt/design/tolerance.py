@@ -275,8 +275,9 @@ def tolerance(
     spreads = case.spreads()
     if not spreads:
         raise InvalidInputError(
-            "the case states no tolerance: add [tolerance] with limits, for example "
-            "deceleration_ball_radius_um = 2, or [uncertainty] of the same names"
+            "the case states no tolerance: add a table [tolerance] with plus-or-minus limits, for "
+            "example deceleration_ball_radius_um = 2 for +-2 um, or a table [uncertainty] with "
+            "standard uncertainties under the same names"
         )
     names = [name for name, _, _ in spreads]
     nominal = np.array([value_of(case, name) for name in names], dtype=np.float64)

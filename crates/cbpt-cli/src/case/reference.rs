@@ -31,7 +31,7 @@ pub fn json_schema() -> Json {
         .collect();
     json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": "Case file of a cycloid ball planetary transmission, or of another reducer as a torsion spring",
+        "title": "Case file of a cycloid ball planetary transmission, or of another reducer that is described as a torsion spring",
         "type": "object",
         "properties": properties,
         "if": {"required": [fields::SPRING]},

@@ -78,8 +78,8 @@ fn add_period(report: &mut Report, status: Status, largest: Option<&LargestAngle
     let (suffix, per_si) = (units.angle.symbol, units.angle.per_si());
     report.text += &match largest {
         Some(l) => format!(
-            "\n\nLargest elastic angle over a period: {} {suffix} at an input angle of {} deg (amplitude {} {suffix}, the drive \
-             repeats after {} deg)",
+            "\n\nLargest elastic angle over a period: {} {suffix} at an input angle of {} deg (ripple {} {suffix} \
+             peak to peak; the drive repeats after {} deg)",
             six_digits(l.elastic_angle_rad * per_si),
             six_digits(l.input_angle_rad.to_degrees()),
             six_digits(l.amplitude_rad * per_si),

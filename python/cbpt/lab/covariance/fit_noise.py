@@ -24,6 +24,8 @@ Floats = NDArray[np.float64]
 
 STATED_DOF = 8.0
 """A stated uncertainty is believed as if it came from this many repeats."""
+HIDDEN_DOF = 1.0
+"""The same where a coarse display hides most of the scatter."""
 PRICE = 3.0
 """Log-likelihood that a further parameter of the noise has to gain: its prior and its width."""
 LEAST_SCALE = 0.25

@@ -104,8 +104,11 @@ class DividedDiagnosis:
         if not self.fits:
             return
         yield ""
-        added = ", ".join(self.effects) or "no effect"
-        yield f"Parameters at each {self.by}, with the same model everywhere ({added}):"
+        added = f"with {', '.join(self.effects)}" if self.effects else "without effects"
+        yield (
+            f"The same model, {added}, was fitted to the readings of each {self.by} alone; "
+            "its parameters:"
+        )
         rows = []
         for number, by_level in self.parameters().items():
             effect, _, name = number.partition(".")

@@ -13,9 +13,8 @@ from typing import Any
 import numpy as np
 
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
-from cbpt.lab.inference.cross_validation import held_out_residual, rms
+from cbpt.lab.diagnosis.rungs import rung_of, rung_of_lack_of_fit
 from cbpt.lab.inference.evidence import Fit
-from cbpt.lab.inference.residuals import chi2_of, rmse_of
 from cbpt.lab.selection.posterior import OFFSET, UNKNOWN, posterior_of
 from cbpt.lab.selection.rules import RULES
 
@@ -58,18 +57,24 @@ def combinations(d: DiagnosisData) -> list[Combination]:
 def _combination(
     d: DiagnosisData, names: tuple[str, ...], fit: Fit, probability: float
 ) -> Combination:
-    """One set. One noise judges all: a fit without an effect may take it for noise."""
+    """One set. One noise judges all that have names: a fit without an effect may take it for noise.
+    What has no name is a free function, with the noise that was fitted beside it."""
     fitter = d.competition.fitter
-    seen = fitter.look(fit, d.noise)
+    base = tuple(n for n in names if n not in (OFFSET, UNKNOWN))
+    lacks = [lack for lack in d.competition.lacks_of_fit if lack.base == base]
+    if UNKNOWN in names and lacks:
+        errors = rung_of_lack_of_fit(lacks[0], d.fold)
+    else:
+        errors = rung_of(fitter, "", fitter.look(fit, d.noise), d.fold)
     named = {v.effect for v in fit.hypothesis.variants}
     return Combination(
         effects=tuple(n for n in names if n != UNKNOWN),
         unnamed=UNKNOWN in names,
         probability=probability,
         parameters={e: d.parameters(fit, e) for e in names if e in named},
-        rmse_arcsec=rmse_of(fitter.campaign, seen),
-        held_out_rmse_arcsec=rms(held_out_residual(fitter, seen, d.fold)),
-        chi2_per_dof=chi2_of(fitter, seen),
+        rmse_arcsec=errors.rmse_arcsec,
+        held_out_rmse_arcsec=errors.held_out_rmse_arcsec,
+        chi2_per_dof=errors.chi2_per_dof,
     )
 
 

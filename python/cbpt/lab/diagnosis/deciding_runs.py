@@ -8,9 +8,9 @@ open_hypotheses   the hypotheses that a diagnosis leaves open
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations, product
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -19,15 +19,19 @@ from threadpoolctl import threadpool_limits
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
 from cbpt.lab.diagnosis.unexplained import measure_next
 from cbpt.lab.experiment.candidates import Limits, candidates, limits_of
-from cbpt.lab.experiment.expected_gain import OpenHypotheses, Suggested, prospect
-from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.experiment.expected_gain import OpenHypotheses, Suggested, lacking, prospect
+from cbpt.lab.experiment.plan import PlannedRun
 from cbpt.lab.model.priors import PRIORS, TWINS
+from cbpt.lab.selection.rules import RULES
+from cbpt.lab.wording.numbers import listed
 
 CANDIDATES = 200
 """How many runs are chosen among."""
-# Without rivals: a hypothesis this much less probable than the best still counts as open.
+# A combination this much less probable than the best still counts as open.
 _OPEN = float(np.log(1000.0))
 _MOST_OPEN = 6
+_LIMIT_OF = {"time_s": "dwell_s", "temperature_degC": "temperature_degC", "cycle": "cycles"}
+"""What gives further runs a column."""
 DECIDED = 5.0
 """Log odds from which a pair counts as decided and need not be decided further."""
 HARDLY = 0.1
@@ -62,11 +66,7 @@ def rank(d: DiagnosisData, limits: Limits | None = None, most: int = CANDIDATES)
     with threadpool_limits(1, user_api="blas"):
         view = prospect(hypotheses, runs)
         if view is None:
-            return RankedRuns(
-                {},
-                (),
-                "No run is suggested: an effect of the case cannot be computed for a further run.",
-            )
+            return RankedRuns({}, (), _why_not(hypotheses, runs))
         found = []
         for number, run in enumerate(runs):
             pairs = view.gains(view.rows.run_index == number)
@@ -81,7 +81,7 @@ def rank(d: DiagnosisData, limits: Limits | None = None, most: int = CANDIDATES)
         return RankedRuns(
             shares, (), "The model has no solution for any run within the limits.", twins
         )
-    if found[0][0] < HARDLY:
+    if found[0][0] < HARDLY or len(twins) == len(found[0][3]):
         why = (
             "No run within the limits can decide between the hypotheses; other knowledge, such as "
             "a drawing, can."
@@ -91,41 +91,72 @@ def rank(d: DiagnosisData, limits: Limits | None = None, most: int = CANDIDATES)
 
 
 def next_run(d: DiagnosisData) -> dict[str, Any] | None:
-    """The best run for rivals, as the answer's document has it; None where there are none."""
+    """The best run for what is open, as the answer's document has it; None where nothing is."""
     if d.competition.campaign.drive.kind != "ball_drive":
         return None  # how far a torsion spring may be loaded is not known
-    if not d.verdict.rivals:
+    if not d.verdict.rivals and not d.verdict.perhaps:
         return None
     found = rank(d).ranked
     return found[0].to_dict() if found else None
 
 
 def open_hypotheses(d: DiagnosisData) -> OpenHypotheses:
-    """Hypotheses that a diagnosis leaves open.
+    """Combinations that make up 95 % of the posterior, at most six; where one does that alone,
+    those within 1000 : 1 of it.
 
-    Rivals where there are any, each with what is certain; else the best hypothesis and those within
-    1000 : 1 of it.
+    Each is named by what it has beside the effects that all of them have. Where numbers of drive
+    and rig share a shift within their uncertainties, those numbers are the hypotheses. What has no
+    name predicts nothing, so it is none.
     """
-    certain = [e for e in d.verdict.effects if e != "run_offset"]
+    fits = d.competition.fits
+    if d.verdict.within_uncertainty and d.verdict.rivals:
+        numbers = dict.fromkeys(number for group in d.verdict.rivals for number in group)
+        return _hypotheses(d, {n: (n,) if (n,) in fits else () for n in numbers})
+    near = _near(d)
+    common = set(near[0]).intersection(*near)
+    # Beside several that have more, the one that all have in common is called so.
+    rest = "nothing else" if common else "nothing"
+    return _hypotheses(d, {" + ".join(e for e in n if e not in common) or rest: n for n in near})
+
+
+def _hypotheses(d: DiagnosisData, sets: Mapping[str, tuple[str, ...]]) -> OpenHypotheses:
+    """With the odds of each, and the noise of the answer; without one that of the first of them."""
     fits, odds = d.competition.fits, d.competition.log_odds
-    found: dict[str, tuple[Fit, float]] = {}
-    groups = [[e for e in g if e not in ("unknown", "run_offset")] for g in d.verdict.rivals]
-    for choice in product(*groups) if groups else ():
-        names = tuple(sorted([*certain, *choice]))
-        # A number of drive or rig moves in every fit, so it needs none of its own.
-        bare = tuple(sorted([*certain, *(e for e in choice if e not in PRIORS)]))
-        key = names if names in fits else bare
-        if key in fits:
-            found.setdefault(" + ".join(choice), (fits[key], odds[key]))
+    noise = fits[next(iter(sets.values()))].noise if d.verdict.undecided else d.after.noise
+    weighed = {name: (fits[names], odds[names]) for name, names in sets.items()}
+    return OpenHypotheses(d.case, d.competition.fitter, noise, weighed)
 
-    def of(fits: Mapping[str, tuple[Fit, float]]) -> OpenHypotheses:
-        return OpenHypotheses(d.case, d.competition.fitter, d.after.noise, fits)
 
-    if groups:
-        return of(found)
+def _why_not(hypotheses: OpenHypotheses, runs: Sequence[PlannedRun]) -> str:
+    """Which effects further runs cannot show, and what to do about it."""
+    lacks = lacking(hypotheses, runs)
+    columns = dict.fromkeys(column for column in lacks.values() if column)
+    limits = listed([_LIMIT_OF[column] for column in columns])
+    remedy = f", because its runs have no {listed(list(columns))}; set {limits} of the limits"
+    return (
+        f"No run is suggested: the change by {listed(list(lacks))} cannot be computed for a "
+        f"further run{remedy if columns else ''}."
+    )
+
+
+def _near(d: DiagnosisData) -> list[tuple[str, ...]]:
+    """Sets of effects by probability; a set is left out where a more probable one differs from it
+    by numbers of drive or rig alone: these move in every fit, only not as far."""
+    odds = d.competition.log_odds
     top = max(odds.values())
-    near = sorted((n for n in fits if odds[n] > top - _OPEN), key=lambda n: -odds[n])
-    if near[0] and set(near[0]) <= set(PRIORS):
-        # Without effects it is the same model, only that the number may not move as far.
-        near = [n for n in near if n]
-    return of({" + ".join(n) or "nothing": (fits[n], odds[n]) for n in near[:_MOST_OPEN]})
+    total = sum(np.exp(value - top) for value in odds.values())
+    found: list[tuple[str, ...]] = []
+    held = 0.0
+    for names in sorted(odds, key=lambda n: -odds[n]):
+        enough = held >= RULES.certain and len(found) > 1
+        if enough or odds[names] < top - _OPEN or len(found) == _MOST_OPEN:
+            break
+        held += float(np.exp(odds[names] - top) / total)
+        if names not in {_bare(n) for n in found if _bare(n) != n}:
+            found.append(names)
+    return found
+
+
+def _bare(names: tuple[str, ...]) -> tuple[str, ...]:
+    """A set without numbers of drive and rig."""
+    return tuple(e for e in names if e not in PRIORS)

@@ -25,10 +25,9 @@ from cbpt.lab.covariance.within_run import estimate
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.diagnosis.diagnosis_data import Rung
 from cbpt.lab.diagnosis.fit_text import solutions
-from cbpt.lab.inference.cross_validation import folds, held_out_residual, rms
+from cbpt.lab.diagnosis.rungs import rung_of, rung_of_lack_of_fit
+from cbpt.lab.inference.cross_validation import folds
 from cbpt.lab.inference.evidence import Fit
-from cbpt.lab.inference.fit import Fitter
-from cbpt.lab.inference.residuals import chi2_of, rmse_of, u_judging, without_offsets
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.own_terms import campaign_of, chosen
@@ -37,7 +36,6 @@ from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.unit_check import slips
 from cbpt.lab.selection.decision import Verdict, judge
-from cbpt.lab.selection.lack_of_fit import LackOfFit, held_out_with_lack_of_fit
 from cbpt.lab.selection.model_comparison import Competition, Progress, compete
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.selection.setting import Names
@@ -184,7 +182,7 @@ def _ladder(
     noise = fits[names].noise if lack_of_fit is None else lack_of_fit.noise
 
     def seen(added: str, fit: Fit) -> Rung:
-        return rung(fitter, added, fitter.look(fit, noise), fold)
+        return rung_of(fitter, added, fitter.look(fit, noise), fold)
 
     yield seen("", nominal)
     yield seen("parameters refitted", fits[()])
@@ -195,7 +193,7 @@ def _ladder(
         added = next(iter(set(further) - set(names)))
         yield seen(added, fits[further])
     if lack_of_fit is not None:
-        yield _rung_of_lack_of_fit(lack_of_fit, fold)
+        yield rung_of_lack_of_fit(lack_of_fit, fold)
 
 
 def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
@@ -387,24 +385,6 @@ def _as_given(campaign: Campaign) -> Floats:
     """The case at every reading, arcsec; NaN where there is no solution."""
     model = Assembled(campaign, [effect for effect, _ in campaign.effects])
     return model.at(model.neutral).angle_arcsec
-
-
-def rung(fitter: Fitter, added: str, fit: Fit, fold: NDArray[np.int64]) -> Rung:
-    """One step of the ladder."""
-    held = held_out_residual(fitter, fit, fold)
-    named = bool(fit.hypothesis.effects)
-    return Rung(added, rmse_of(fitter.campaign, fit), rms(held), chi2_of(fitter, fit), named)
-
-
-def _rung_of_lack_of_fit(lack_of_fit: LackOfFit, fold: NDArray[np.int64]) -> Rung:
-    """The error with a lack of fit that has no name, in place of the last addition."""
-    c = lack_of_fit.problem.fitter.campaign
-    residual = lack_of_fit.problem.residual(lack_of_fit.amplitude, lack_of_fit.noise)
-    residual = without_offsets(c, residual, lack_of_fit.noise)
-    held = held_out_with_lack_of_fit(lack_of_fit, fold)
-    chi2 = float(np.mean((residual / u_judging(c, lack_of_fit.noise)) ** 2))
-    added = f"a free-form function of {' and '.join(lack_of_fit.columns)}"
-    return Rung(added, rms(residual), rms(held), chi2)
 
 
 def path(names: Names, fits: Mapping[Names, Fit]) -> list[tuple[Names, str]]:

@@ -16,9 +16,10 @@ from threadpoolctl import threadpool_limits
 
 from cbpt._core import Case, Drive, OwnEffect, text_table
 from cbpt.errors import InvalidInputError, Say, said
-from cbpt.lab.diagnosis.diagnose import prepared, rung
+from cbpt.lab.diagnosis.diagnose import prepared
 from cbpt.lab.diagnosis.diagnosis_data import Rung
 from cbpt.lab.diagnosis.fit_text import moved_numbers, solutions
+from cbpt.lab.diagnosis.rungs import rung_of
 from cbpt.lab.inference.cross_validation import folds
 from cbpt.lab.inference.estimates import parameters_of
 from cbpt.lab.inference.evidence import Fit
@@ -213,8 +214,8 @@ def fit(
             case_or_why=_case_or_why(case, fitter, found),
             readings=campaign.readings,
             effects=names,
-            before=rung(fitter, "", nominal, fold),
-            after=rung(fitter, " + ".join(names), found, fold),
+            before=rung_of(fitter, "", nominal, fold),
+            after=rung_of(fitter, " + ".join(names), found, fold),
             result=found,
             priors=campaign.priors,
             fitter=fitter,

@@ -68,6 +68,8 @@ def noise_floor(d: DiagnosisData) -> tuple[float | None, str]:
     """
     from cbpt.lab.selection.posterior import UNKNOWN
 
+    if d.verdict.undecided:
+        return None, "is unknown: the readings do not decide"
     if d.verdict.lack_of_fit is None and not any(UNKNOWN in group for group in d.verdict.rivals):
         return estimated(d), "scatter about the answer"
     return None, "is unknown: no model explains all of the misfit"

@@ -1,7 +1,7 @@
 """Single effects side by side: how probable each is alone, and what it looks like most.
 
-ranking      every single effect that was fitted, the most probable first
-log_total    logarithm of the sum of all odds
+ranking         every single effect that was fitted, the most probable first
+probabilities   of every set that was fitted
 """
 
 from __future__ import annotations
@@ -16,12 +16,14 @@ from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.model.priors import CLASSES
 from cbpt.lab.selection.linear_screen import Screen
 from cbpt.lab.selection.model_comparison import Competition
+from cbpt.lab.selection.posterior import posterior_of, set_of
+from cbpt.lab.selection.setting import Names
 
 
 def ranking(d: DiagnosisData) -> list[dict[str, Any]]:
     """Every single effect that was fitted, the most probable first."""
     c = d.competition
-    total = log_total(c)
+    chances = probabilities(c)
     # Signatures as the drive without effects shows them, looked at through the final noise.
     null = c.fitter.look(c.fits[()], d.after.noise)
     screen = Screen(null, c.library.about(null, c.names, secants=False))
@@ -40,7 +42,7 @@ def ranking(d: DiagnosisData) -> list[dict[str, Any]]:
                 "parameters": d.parameters(fit, effect),
                 "held_out_rmse_arcsec": rms(held_out_residual(c.fitter, seen, d.fold)),
                 "p_value": c.p_value(names),
-                "probability": float(np.exp(c.log_odds[names] - total)),
+                "probability": chances[names],
                 "surviving_fraction": _surviving(screen, member),
                 "rival": rival,
                 "rival_correlation": correlation,
@@ -50,11 +52,10 @@ def ranking(d: DiagnosisData) -> list[dict[str, Any]]:
     return rows
 
 
-def log_total(c: Competition) -> float:
-    """Logarithm of the sum of all odds."""
-    all_odds = np.array([*c.log_odds.values(), *c.lack_of_fit_log_odds[:1]])
-    top = float(all_odds.max())
-    return top + float(np.log(np.exp(all_odds - top).sum()))
+def probabilities(c: Competition) -> dict[Names, float]:
+    """Posterior probability of every set that was fitted: exactly these effects, nothing else."""
+    posterior = posterior_of(c)
+    return {names: posterior.sets[set_of(names, fit.noise)] for names, fit in c.fits.items()}
 
 
 def _member(screen: Screen, fit: Fit) -> int | None:
@@ -66,11 +67,16 @@ def _member(screen: Screen, fit: Fit) -> int | None:
         if u.name.startswith(variant.effect + ".")
     }
     found = [
-        (sum(abs(np.log(max(shapes.get(n, v), 1e-300) / v)) for n, v in s.shapes.items()), m)
+        (sum(_way(shapes.get(name, v), v) for name, v in s.shapes.items()), m)
         for m, s in enumerate(screen.signatures)
         if s.variant == variant and screen.usable(m)
     ]
     return min(found)[1] if found else None
+
+
+def _way(value: float, grid: float) -> float:
+    """From a place of the grid to a value: in the logarithm, or evenly where a sign changes."""
+    return float(abs(np.log(value / grid))) if value * grid > 0 else abs(value - grid)
 
 
 def _surviving(screen: Screen, member: int | None) -> float | None:

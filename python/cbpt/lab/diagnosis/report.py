@@ -12,10 +12,14 @@ from cbpt.lab.diagnosis.alternatives import unseen
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
 from cbpt.lab.diagnosis.fit_text import moved_numbers
 from cbpt.lab.diagnosis.noise_statement import noise_floor
+from cbpt.lab.experiment.candidates import BOTH_WAYS
 from cbpt.lab.selection.rules import RULES
+from cbpt.lab.wording.names import columns_in_words
 from cbpt.lab.wording.numbers import listed, shown
 
 _WIDTH = 100
+_MOST_COMBINATIONS, _MOST_SIZES = 6, 3
+"""Combinations in the table, and those whose sizes are listed."""
 
 
 def lines(d: DiagnosisData, document: Mapping[str, Any], say: Say) -> Iterator[str]:
@@ -24,6 +28,8 @@ def lines(d: DiagnosisData, document: Mapping[str, Any], say: Say) -> Iterator[s
     yield from (f"Note: {said(note, say)}" for note in d.notes)
     yield ""
     yield from wrap(document["verdict"]["sentence"], _WIDTH)
+    yield from _probabilities(document)
+    yield from _remains(document["remains"])
     moved = moved_numbers(d.after, d.competition.campaign.priors)
     if moved:
         text = f"Parameters of drive and rig changed by the fit: {moved}."
@@ -53,6 +59,7 @@ def lines(d: DiagnosisData, document: Mapping[str, Any], say: Say) -> Iterator[s
         yield from wrap(_next_run(run), _WIDTH)
     if document["unknown"]:
         yield from _unknown(document["unknown"], run)
+    yield from _combinations(document["combinations"])
     yield from _ladder(d)
     yield from _ranking(document["ranking"][:6])
     where = document["where"]
@@ -61,6 +68,70 @@ def lines(d: DiagnosisData, document: Mapping[str, Any], say: Say) -> Iterator[s
         yield "Where the model of the case disagrees with the readings:"
         for region in where[:4]:
             yield f"  {_region(region)}"
+
+
+def _probabilities(document: Mapping[str, Any]) -> Iterator[str]:
+    """The two probabilities of an answer, each with what it is of."""
+    v, best = document["verdict"], document["combinations"][0]
+    exactly = f"{label_of(best)} and nothing else: {best['probability']:.2f}"
+    if v["kind"] == "undecided":
+        text = f"Probability of the most probable combination, {exactly}."
+    else:
+        text = f"Probability that the answer holds: {v['probability']:.2f}; of exactly {exactly}."
+    yield from wrap(text, _WIDTH)
+
+
+def label_of(combination: Mapping[str, Any]) -> str:
+    """The effects of a combination."""
+    unnamed = ["an effect without a name"] if combination["unnamed"] else []
+    return " + ".join([*combination["effects"], *unnamed]) or "no effect"
+
+
+def _remains(rest: Mapping[str, Any] | None) -> Iterator[str]:
+    """What is left after the answer, against what readings scatter by."""
+    if rest is None:
+        return
+    share = rest["share_of_misfit"]
+    part = "" if share is None else f", {100 * share:.0f} % of the squared misfit"
+    scatter = ""
+    if rest["expected_arcsec"] is not None:
+        scatter = (
+            f"; readings scatter by {rest['expected_arcsec']:.2g} arcsec ({rest['expected_from']})"
+        )
+    text = (
+        f"What remains: {rest['rms_arcsec']:.2g} arcsec rms{part}; it depends on "
+        f"{columns_in_words(rest['depends_on'])}{scatter}."
+    )
+    yield from wrap(text, _WIDTH)
+
+
+def _combinations(found: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    """The sets of effects that the readings leave, each with its own errors and sizes."""
+    yield ""
+    yield (
+        f"Combinations of effects that make up {100 * RULES.certain:.0f} % of the probability, "
+        "each with its own error:"
+    )
+    yield _table(
+        ["effects", "probability", "rmse_arcsec", "held_out_arcsec", "chi2/dof"],
+        [
+            [
+                label_of(c),
+                f"{c['probability']:.3f}",
+                f"{c['rmse_arcsec']:.3f}",
+                f"{c['held_out_rmse_arcsec']:.3f}",
+                f"{c['chi2_per_dof']:.2f}",
+            ]
+            for c in found[:_MOST_COMBINATIONS]
+        ],
+    )
+    more = len(found) - _MOST_COMBINATIONS
+    if more > 0:
+        yield f"  and {more} less probable"
+    for c in found[:_MOST_SIZES]:
+        sizes = "; ".join(f"{e}: {_sizes(e, p)}" for e, p in c["parameters"].items() if p)
+        if sizes:
+            yield from _wrapped(f"{label_of(c)}: {sizes}" if len(c["effects"]) > 1 else sizes)
 
 
 def _ladder(d: DiagnosisData) -> Iterator[str]:
@@ -141,14 +212,20 @@ def _wrapped(text: str) -> list[str]:
 def _next_run(run: dict[str, Any]) -> str:
     if run["gain"] < RULES.log_rival_odds:
         return (
-            "No single run like the previous ones would decide between them; other knowledge, such "
-            "as a drawing, can."
+            "No single run like the previous ones would decide between these combinations; other "
+            "knowledge, such as a drawing, can."
         )
     return (
         f"A run that would distinguish {listed(run['separates'])}: "
         f"preload {run['preload_N']:g} N, input angle {run['input_angle_deg']:g} deg, "
-        f"torque to +-{run['torque_Nm']:g} N m ({run['direction']})."
+        f"torque to {_ends(run)} N m ({run['direction']})."
     )
+
+
+def _ends(run: Mapping[str, Any]) -> str:
+    """How far the torque of a run goes."""
+    both = run["direction"] == BOTH_WAYS
+    return f"+-{abs(run['torque_Nm']):g}" if both else f"{run['torque_Nm']:g}"
 
 
 def _region(region: dict[str, object]) -> str:

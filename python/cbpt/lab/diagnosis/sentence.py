@@ -35,6 +35,7 @@ class Say:
 
 
 _PLAINLY = Say()
+_MOST_LIKELY = 4
 _FAR_SIGMA = 5.0
 """Stated standard uncertainties: a number moved further is more likely a slip than a finding."""
 
@@ -80,21 +81,17 @@ def _answer(d: DiagnosisData, say: Say) -> str:
     sure = f"probability {v.probability:.2f}"
     if v.probability < 0.5:
         sure = f"the most probable answer, but uncertain: {sure}"
-    before, after = d.ladder[0].rmse_arcsec, d.final_rung.rmse_arcsec
-    floor = noise_floor(d)[0]
-    noise = "" if floor is None else f" (noise {floor:.2f})"
-    fall = f"the error falls from {before:.2f} to {after:.2f} arcsec{noise}"
-    if after > 0.97 * before:
-        fall = f"the error stays at {after:.2f} arcsec"
     if v.undecided:
         return _undecided(d)
     if v.kind == "unknown":
-        return _unknown(d, sure, say)
+        return _unknown(d, sure, say) + _besides(d)
     if v.kind == "complete":
-        return _complete(d, sure, fall, say)
+        return _complete(d, sure, say) + _besides(d)
     if v.kind == "rig" and set(v.effects) <= {"run_offset"}:
         what = listed([_noise(d, n) for n in v.noise if n in _NOISE])
-        return f"No effect is missing from the model: the readings show {what} ({sure})."
+        said = f"No effect is missing from the model: the readings show {what} ({sure})."
+        return said + _besides(d)
+    fall = f"{_also(d)}; {_with(d)}{_fall(d)}"
     if v.kind == "ambiguous":
         return _ambiguous(d, sure, fall)
     what = listed([_with_value(d, e, say) for e in v.effects])
@@ -103,11 +100,42 @@ def _answer(d: DiagnosisData, say: Say) -> str:
         "rig": "The measurement has an error",
     }
     rest = _rest(d)
-    return f"{kinds.get(v.kind, 'Missing from the model')}: {what} ({sure}); {fall}.{rest}"
+    return f"{kinds.get(v.kind, 'Missing from the model')}: {what} ({sure}){fall}.{rest}"
+
+
+def _fall(d: DiagnosisData) -> str:
+    """What the error does from the model as stated to that of the answer."""
+    before, after = d.ladder[0].rmse_arcsec, d.final_rung.rmse_arcsec
+    if after > 0.97 * before:
+        return f"the error stays at {after:.2f} arcsec"
+    floor = noise_floor(d)[0]
+    noise = "" if floor is None else f" (noise {floor:.2f})"
+    return f"the error falls from {before:.2f} to {after:.2f} arcsec{noise}"
+
+
+def likely(d: DiagnosisData) -> str:
+    """What is likely but not certain, the most probable first, with probabilities."""
+    return listed([f"{name_of(d, e)} ({p:.2f})" for e, p in d.verdict.perhaps[:_MOST_LIKELY]])
+
+
+def _also(d: DiagnosisData) -> str:
+    return f"; perhaps also {likely(d)}" if d.verdict.perhaps else ""
+
+
+def _besides(d: DiagnosisData) -> str:
+    return f" Possible all the same: {likely(d)}." if d.verdict.perhaps else ""
+
+
+def _with(d: DiagnosisData) -> str:
+    """What the most probable combination has beside what is certain: its error is told."""
+    v = d.verdict
+    more = [e for e in v.names if e not in v.effects]
+    return f"with {listed([name_of(d, e) for e in more])} " if more else ""
 
 
 _WHY: dict[Why, str] = {
-    "no answer is probable": "no explanation has a probability of one half",
+    "no answer is probable": "neither one effect nor one of a group of them is certain, and that "
+    "nothing is missing is not certain either",
     "few readings": "there are too few readings for the parameters that would have to be fitted",
     "scatter or law": "the misfit could be scatter or a missing effect: the readings deviate by "
     "more than the stated uncertainty, and no reading was repeated",
@@ -126,8 +154,11 @@ def _undecided(d: DiagnosisData) -> str:
     """Why nothing can be said, what is likely, what would change that."""
     v = d.verdict
     assert v.undecided is not None
-    likely = [f"{name_of(d, e)} ({p:.2f})" for e, p in v.perhaps[:4]]
-    which = f" Possible, with their probabilities: {listed(likely)}." if likely else ""
+    which = ""
+    if v.perhaps and v.undecided == "no answer is probable":
+        which = f" Possible, with their probabilities: {likely(d)}."
+    elif v.perhaps:
+        which = f" If known effects are missing, the most probable are {likely(d)}."
     return (
         f"These readings do not decide what is missing: {_WHY[v.undecided]}."
         f"{which} {_REMEDY[v.undecided]}."
@@ -180,7 +211,7 @@ def _beside(d: DiagnosisData, say: Say) -> str:
     )
 
 
-def _complete(d: DiagnosisData, sure: str, fall: str, say: Say) -> str:
+def _complete(d: DiagnosisData, sure: str, say: Say) -> str:
     v = d.verdict
     if not v.within_uncertainty:
         return (
@@ -193,7 +224,7 @@ def _complete(d: DiagnosisData, sure: str, fall: str, say: Say) -> str:
     which = f" {say.aside(listed(off))}" if off else ""
     return (
         f"No effect is missing ({sure}): with the parameters of the drive changed within their "
-        f"stated uncertainty{which}, {fall}."
+        f"stated uncertainty{which}, {_fall(d)}."
     )
 
 
@@ -206,7 +237,7 @@ def _ambiguous(d: DiagnosisData, sure: str, fall: str) -> str:
         names = listed([name_of(d, e) for e in group], "or")
         parts.append(f"one of {names} is needed, but these readings cannot distinguish them")
     text = "; ".join(parts)
-    return f"{text[:1].upper()}{text[1:]} ({sure}); {fall}.{_rest(d)}"
+    return f"{text[:1].upper()}{text[1:]} ({sure}){fall}.{_rest(d)}"
 
 
 def _with_value(d: DiagnosisData, effect: str, say: Say) -> str:

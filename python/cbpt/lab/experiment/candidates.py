@@ -23,6 +23,8 @@ Floats = NDArray[np.float64]
 
 READINGS = 13
 """In every run, so that runs compare."""
+BOTH_WAYS = "up, down, through zero and back"
+"""What the torque does in a loop."""
 
 
 @dataclass(frozen=True)
@@ -142,7 +144,7 @@ def described(run: PlannedRun) -> str:
     if len(torque) == 1:
         return "held, while the crank turns"
     if torque.min() < 0 < torque.max():
-        return "up, down, through zero and back"
+        return BOTH_WAYS
     steps = np.diff(torque)
     way = "to " + ("the negative peak" if torque.min() < 0 else "the peak")
     return f"{way}, then held" if np.count_nonzero(steps) == 1 else f"{way} and back"

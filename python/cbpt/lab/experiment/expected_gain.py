@@ -3,6 +3,7 @@
     OpenHypotheses    hypotheses as they were fitted, with their odds
     Prospect          what they predict for some runs, and the log odds to be expected from each
     prospect          makes it
+    lacking           effects that runs cannot show, where no prospect can be made
     Suggested         a run with what it is expected to bring
 
 Each hypothesis, as it was fitted, predicts what a further run would read: a normal distribution,
@@ -33,6 +34,8 @@ from cbpt.lab.selection.rules import RULES
 Floats = NDArray[np.float64]
 LIMIT = RULES.log_rival_odds
 """Log odds that decide between two hypotheses."""
+_OPTIONAL = ("time_s", "temperature_degC", "cycle")
+"""Columns of a table that effects depend on where they are there."""
 # Spread of the offset of a further run over the noise: it is not known at all.
 _ZERO_PER_U = 100.0
 
@@ -143,12 +146,7 @@ def _divergence(one: tuple[Floats, Floats], other: tuple[Floats, Floats]) -> flo
 
 def prospect(hypotheses: OpenHypotheses, runs: Sequence[PlannedRun]) -> Prospect | None:
     """What some hypotheses predict for some runs; None where the case cannot show them all."""
-    rows = Plan.of_runs(runs).rows
-    u = np.ones(len(rows))
-    campaign = Campaign.of(hypotheses.case, replace(rows, u_elastic_angle_arcsec=u))
-    c = hypotheses.fitter.campaign
-    campaign = replace(campaign, own=c.own, candidates=c.candidates, effects=c.effects)
-    plan = Fitter(campaign)
+    plan, c = _planned(hypotheses, runs), hypotheses.fitter.campaign
     if plan.effects != hypotheses.fitter.effects:
         return None
     seen = [_predicted(plan, fit) for fit, _ in hypotheses.fits.values()]
@@ -157,12 +155,31 @@ def prospect(hypotheses: OpenHypotheses, runs: Sequence[PlannedRun]) -> Prospect
     return Prospect(
         names=tuple(hypotheses.fits),
         share=share / share.sum(),
-        rows=campaign.rows,
+        rows=plan.campaign.rows,
         means=tuple(mean for mean, _ in seen),
         roots=tuple(root for _, root in seen),
         noise=hypotheses.noise,
         u_arcsec=float(np.median(c.u_arcsec)),
     )
+
+
+def lacking(hypotheses: OpenHypotheses, runs: Sequence[PlannedRun]) -> dict[str, str]:
+    """Effects that the readings could show and some runs cannot, each with the column that the runs
+    lack; empty where it is another reason.
+    """
+    there = set(_planned(hypotheses, runs).effects)
+    needs = {v.effect: v.needs for v in hypotheses.fitter.variants if v.needs}
+    return {e: needs.get(e, "") for e in hypotheses.fitter.effects if e not in there}
+
+
+def _planned(hypotheses: OpenHypotheses, runs: Sequence[PlannedRun]) -> Fitter:
+    """The model of the readings for further runs; columns that the readings lack stay away."""
+    c = hypotheses.fitter.campaign
+    rows = Plan.of_runs(runs).rows
+    unseen = {name: None for name in _OPTIONAL if getattr(c.readings, name) is None}
+    rows = replace(rows, u_elastic_angle_arcsec=np.ones(len(rows)), **unseen)
+    campaign = Campaign.of(hypotheses.case, rows)
+    return Fitter(replace(campaign, own=c.own, candidates=c.candidates, effects=c.effects))
 
 
 def _predicted(plan: Fitter, fit: Fit) -> tuple[Floats, Floats]:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.covariance.linear_gaussian import Linear, Margin, Noise, Whitener
+from cbpt.lab.covariance.linear_gaussian import Linear, Margin, Noise, Whitener, log_likelihood
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.model.dataset import Campaign
@@ -66,6 +66,24 @@ def held_out_by(
         mean = np.bincount(c.rows.run_index, out) / np.bincount(c.rows.run_index)
         out = out - mean[c.rows.run_index]
     return out
+
+
+def log_score(fitter: Fitter, fit: Fit, fold: NDArray[np.int64]) -> float:
+    """Log density of each fold as predicted from the others, added up; about the fit, with its
+    noise.
+
+    That of all readings less that of the others (Bayes): it counts a far prediction as uncertain as
+    it is, which a squared error does not.
+    """
+    c, (y, x, precision) = fitter.campaign, fitter.linear(fit)
+
+    def density(kept: NDArray[np.bool_]) -> float:
+        whitener = Whitener.of(fit.noise.select(kept), c.u_arcsec[kept], c.rows.select(kept))
+        margin = Margin.of(whitener(y[kept]), whitener(x[kept]), precision + 1e-12)
+        return log_likelihood(margin.chi2, whitener, margin.log_volume)
+
+    every = density(np.ones(len(y), dtype=bool))
+    return float(sum(every - density(fold != number) for number in np.unique(fold)))
 
 
 def rms(values: Floats, inflation: Floats | None = None) -> float:

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.covariance.fit_noise import STATED_DOF, fit_noise
+from cbpt.lab.covariance.fit_noise import HIDDEN_DOF, STATED_DOF, fit_noise
 from cbpt.lab.covariance.linear_gaussian import Linear, Noise
 from cbpt.lab.inference.evidence import Discrepancy, Fit, evaluated, linearised, may_depart
 from cbpt.lab.inference.gauss_newton import Problem, point_at, search
@@ -70,6 +70,9 @@ class Fitter:
         if campaign.u_repeated:
             assert campaign.repeats is not None
             self.stated_dof = min(campaign.repeats.dof, STATED_DOF)
+        if campaign.step_arcsec:
+            # What scatters beside the rounding is hardly seen.
+            self.stated_dof = HIDDEN_DOF
         # Play and friction of a torsion spring change the angle a lot, so a fit needs more steps.
         self.steps = 4 * _SEARCH.steps if campaign.drive.kind == "torsion_spring" else _SEARCH.steps
         self.functions = modulations(campaign.readings)

@@ -23,7 +23,7 @@ import numpy as np
 
 from cbpt.lab.covariance.fit_noise import LEAST_SCALE
 from cbpt.lab.covariance.linear_gaussian import Margin, Noise
-from cbpt.lab.inference.cross_validation import folds, held_out_residual, rms
+from cbpt.lab.inference.cross_validation import folds, log_score
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.model.dataset import DEFAULT_UNCERTAINTY
 from cbpt.lab.model.priors import CLASSES, PRIORS, TWINS
@@ -304,13 +304,16 @@ def _predict_nothing(competition: Competition, names: Names, effects: Names) -> 
     fitter, noise = competition.fitter, competition.fits[names].noise
     fold, _ = folds(competition.campaign)
 
-    def error(of: Names) -> float:
-        seen = fitter.look(competition.fits[of], noise)
-        return rms(held_out_residual(fitter, seen, fold), noise.inflation)
+    def predicts(of: Names) -> float:
+        return log_score(fitter, fitter.look(competition.fits[of], noise), fold)
 
-    with_all = error(names) if effects else 0.0
     less = {e: _less(names, e) for e in effects if e in names}
-    return tuple(e for e, of in less.items() if of in competition.fits and error(of) < with_all)
+    known = {e: of for e, of in less.items() if of in competition.fits}
+    # With one fold there is nothing to predict from.
+    if not known or len(np.unique(fold)) < 2:
+        return ()
+    least = predicts(names) + RULES.log_rival_odds
+    return tuple(e for e, of in known.items() if predicts(of) > least)
 
 
 def _lack_of(competition: Competition, best: Names) -> LackOfFit:

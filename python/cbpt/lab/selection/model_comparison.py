@@ -53,6 +53,10 @@ class _Effort:
     """Sets of noise by which the chance of the largest gain is simulated."""
     variants: int = 3
     """Variants of an effect that are fitted in full."""
+    singles: int = 6
+    """Effects that are fitted alone, however improbable."""
+    single_room: float = 30.0
+    """Log odds below the best single effect within which all are."""
     variant_room: float = 5.0
     """Log odds below the best variant of an effect at which another one is fitted."""
     sets: int = 10
@@ -349,10 +353,12 @@ def follows(fit: Fit) -> float:
 
 
 def _promising(singles: Sequence[Offer]) -> list[Offer]:
-    """The best variants of every effect that gains; the most promising first."""
+    """The best variants of every effect that may matter; the most promising first."""
     best: dict[str, list[float]] = {}
-    out = []
+    out: list[Offer] = []
     for offer in singles:
+        if len(best) >= _EFFORT.singles and offer.score < singles[0].score - _EFFORT.single_room:
+            break
         scores = best.setdefault(offer.signatures[0].variant.effect, [])
         if len(scores) < _EFFORT.variants and (
             not scores or offer.score > scores[0] - _EFFORT.variant_room

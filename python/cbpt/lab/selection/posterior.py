@@ -4,6 +4,7 @@ Posterior     probability of every set that was weighed
 Spoken        what is certain, what is open, what is likely
 posterior_of  from the odds of a competition
 spoken_of     by the rules of the decision
+set_of        the set that a fit stands for
 
 Offsets of runs are part of the noise and a lack of fit has no name, but both are members of the
 sets like any effect (`OFFSET`, `UNKNOWN`): what could be one of them could be an effect too.
@@ -92,7 +93,7 @@ def posterior_of(competition: Competition) -> Posterior:
         odds[key] = max(value, odds.get(key, -np.inf))
 
     for names, value in competition.log_odds.items():
-        add((*names, *_offset(competition.fits[names].noise)), value)
+        add(set_of(names, competition.fits[names].noise), value)
     unnamed = zip(competition.lacks_of_fit, competition.lack_of_fit_log_odds, strict=True)
     for lack, value in unnamed:
         add((*lack.base, *_offset(lack.noise), UNKNOWN), value)
@@ -100,6 +101,11 @@ def posterior_of(competition: Competition) -> Posterior:
     weights = {names: float(np.exp(value - top)) for names, value in odds.items()}
     total = sum(weights.values())
     return Posterior({names: weight / total for names, weight in weights.items()})
+
+
+def set_of(names: Names, noise: Noise) -> Names:
+    """The effects of a fit, offsets of runs among them where its noise has them."""
+    return tuple(sorted((*names, *_offset(noise))))
 
 
 def _offset(noise: Noise) -> Names:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import hashlib
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,8 @@ from cbpt.lab.model.forward import REGIMES
 from cbpt.lab.model.priors import PRIORS
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.set_points import settings
-from cbpt.lab.wording.names import called, tell_tale
+from cbpt.lab.selection.posterior import OFFSET
+from cbpt.lab.wording.names import called, columns_in_words, tell_tale
 from cbpt.lab.wording.versions import product_version
 from cbpt.page.document.curves import BRANCHES, Curves
 from cbpt.page.document.plain import array, finite_numbers, numbers
@@ -32,15 +33,18 @@ from cbpt.page.document.stated import REFITTED, STATED, UNKNOWN, free_function, 
 from cbpt.page.document.types import (
     Candidate,
     CaseFile,
+    Combination,
     Curve,
     Data,
     Ladder,
     LibraryEffect,
+    Likely,
     MapColumn,
     Model,
     Own,
     PageDocument,
     ReadingColumns,
+    Remains,
     Rung,
     Where,
 )
@@ -56,9 +60,9 @@ SCHEMA = "cbpt-page-1"
 Floats = NDArray[np.float64]
 
 PORTS = {
-    "series": "adds an angle in series with the drive, rad",
-    "load": "adds to the torque or to the preload",
-    "reading": "adds an angle to the reading of the instrument, rad",
+    "series": "the effect adds an angle in series with the drive, rad",
+    "load": "the effect adds to the torque, N m, or to the preload, N, of each reading",
+    "reading": "the effect adds an angle to the reading of the instrument, rad",
 }
 """Where an own effect may act."""
 _NOT_YET = "the readings have not been diagnosed yet"
@@ -121,6 +125,10 @@ def page_document(
         "answer": answer,
         "answer_key": found.key,
         "sentence": [] if diagnosis is None else sentence_parts(diagnosis),
+        "perhaps": list(found.perhaps()),
+        "combinations": list(found.combinations()),
+        "remains": found.remains(),
+        "undecided": answer["verdict"]["undecided"] if answer else None,
         "readings": columns_of_readings(readings, regimes, found),
         "regimes": names,
         "regimes_full": [name == REGIMES[0] for name in names],
@@ -171,7 +179,11 @@ def _reasons(found: Found, isolability: Isolability | None) -> Iterator[tuple[st
             yield key, _NOT_YET
     else:
         if found.key is None:
-            yield "answer_key", "no effect of the library explains these readings"
+            open_ = found.answer["verdict"]["undecided"]
+            why = (
+                "the readings do not decide" if open_ else "no known effect explains these readings"
+            )
+            yield "answer_key", why
         if found.answer["next_run"] is None:
             yield "next_run", _why_no_run(found.answer)
     if isolability is None:
@@ -242,7 +254,7 @@ class Found:
         self.diagnosis, self.models = diagnosis, models
         self.answer = None if diagnosis is None else diagnosis.to_dict()
         self.key: str | None = None
-        if diagnosis is not None and diagnosis.verdict.kind != "unknown":
+        if diagnosis is not None and diagnosis.verdict.kind not in ("unknown", "undecided"):
             self.key = key_of(diagnosis.verdict.names)
 
     def used(self, n: int) -> NDArray[np.bool_]:
@@ -257,6 +269,41 @@ class Found:
             kept[self.used(n)] = inflation <= 2.0
         return kept
 
+    def perhaps(self) -> Iterator[Likely]:
+        """Effects that are likely, with their names."""
+        if self.diagnosis is None:
+            return
+        kind = self.diagnosis.competition.campaign.drive.kind
+        for effect, chance in self.diagnosis.verdict.perhaps:
+            yield {"effect": effect, "label": called(effect, kind), "probability": chance}
+
+    def combinations(self) -> Iterator[Combination]:
+        """The sets of effects that the readings leave, each with its own errors."""
+        if self.answer is None:
+            return
+        from cbpt.lab.diagnosis.report import label_of
+
+        for row in self.answer["combinations"]:
+            named = [e for e in row["effects"] if e != OFFSET]
+            yield {
+                "label": label_of(row).replace("_", " "),
+                "key": None if row["unnamed"] else key_of(named),
+                "effects": row["effects"],
+                "probability": row["probability"],
+                "rmse_arcsec": row["rmse_arcsec"],
+                "held_out_arcsec": row["held_out_rmse_arcsec"],
+                "chi2_per_dof": row["chi2_per_dof"],
+            }
+
+    def remains(self) -> Remains | None:
+        """What is left after the answer, in words."""
+        rest = self.answer["remains"] if self.answer else None
+        if rest is None:
+            return None
+        same = ("rms_arcsec", "share_of_misfit", "expected_arcsec", "expected_from")
+        words = columns_in_words(rest["depends_on"])
+        return cast(Remains, {key: rest[key] for key in same} | {"depends_on": words})
+
     def candidates(self) -> Iterator[Candidate]:
         """The ranking, each with what a card shows."""
         if self.diagnosis is None or self.answer is None:
@@ -265,6 +312,7 @@ class Found:
         kind = self.diagnosis.competition.campaign.drive.kind
         verdict = self.answer["verdict"]
         rivals = {effect for group in verdict["rivals"] for effect in group}
+        likely = {row["effect"]: row["probability"] for row in verdict["perhaps"]}
         numbers = self.models.numbers_named if self.models else []
         off = self.numbers_off
         ranked = ("probability", "p_value", "surviving_fraction", "rival", "rival_correlation")
@@ -293,6 +341,7 @@ class Found:
                 "in_answer": effect in off or (row["in_answer"] and self.key is not None),
                 "moved": moved_by(effect, self.diagnosis.after) if effect in off else None,
                 "is_rival": effect in rivals,
+                "perhaps": likely.get(effect),
                 "tell_tale": tell_tale(effect, kind),
                 "equation": spec.equation if spec else "",
             }
@@ -434,6 +483,6 @@ def _why_no_run(answer: Mapping[str, Any]) -> str:
     verdict = answer["verdict"]
     if verdict["kind"] == "unknown":
         return str(answer["unknown"]["measure_next"])
-    if verdict["rivals"] or verdict["kind"] == "ambiguous":
-        return "no run like the previous ones would distinguish the rivals"
-    return "the answer has no rivals, so no further run is needed to decide"
+    if verdict["rivals"] or verdict["perhaps"]:
+        return "no run like the previous ones would decide between the combinations that are open"
+    return "nothing is open, so no further run is needed to decide"

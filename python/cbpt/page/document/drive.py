@@ -97,9 +97,11 @@ def redrawn(
     given = _load_of(case, readings)
     sliders = _sliders(drive, given)
     for key, value in (load or {}).items():
-        if key not in given or not np.isfinite(value):
+        if key not in given:
             known = ", ".join(given)
-            raise InvalidInputError(f"load: {key} = {value}: expected a finite number for {known}")
+            raise InvalidInputError(f"load: there is no key {key!r}; the allowed keys are {known}")
+        if not np.isfinite(value):
+            raise InvalidInputError(f"load: {key} = {value}: expected a finite number")
     given = cast(Load, given | dict(load or {}))
     if design:
         drive = _changed(drive, design)

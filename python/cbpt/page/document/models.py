@@ -19,7 +19,7 @@ from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.diagnosis.fitted import case_with
-from cbpt.lab.diagnosis.ranking import log_total
+from cbpt.lab.diagnosis.ranking import probabilities
 from cbpt.lab.diagnosis.sentence import name_of
 from cbpt.lab.inference.cross_validation import held_out_residual, rms
 from cbpt.lab.inference.estimates import parameters_of
@@ -64,6 +64,7 @@ class Models:
         whole = c if self.used.all() else campaign_of(diagnosis.case, readings, ())
         self._whole = whole
         self._bench = Bench.of_diagnosis(diagnosis)
+        self._chances = probabilities(diagnosis.competition)
         self._own: tuple[tuple[OwnEffect, ...], Bench | None] = ((), None)
         self._assembled: dict[int, Assembled] = {}
         self._lock = threading.Lock()
@@ -121,7 +122,7 @@ class Models:
             "zero_arcsec": float(look.offsets_arcsec[0]) if len(look.offsets_arcsec) == 1 else None,
             "parameters": list(_parameters(fit, effects)),
             "numbers": list(_numbers(fit)),
-            "probability": float(np.exp(c.log_odds[names] - log_total(c))) if known else None,
+            "probability": self._chances[names] if known else None,
             "tell_tale": " ".join(
                 str(own[e].expression) if e in own else tell_tale(e, kind) for e in effects
             ),
@@ -172,7 +173,7 @@ class Models:
             return "refitted"
         if set(names) & {v.effect for v in bench.fitter.campaign.candidates}:
             return "own"
-        if names == v.names and v.kind != "unknown":
+        if names == v.names and v.kind not in ("unknown", "undecided"):
             return "answer"
         rivals = {effect for group in v.rivals for effect in group}
         return "rival" if len(names) == 1 and names[0] in rivals else "candidate"

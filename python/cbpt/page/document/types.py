@@ -170,6 +170,37 @@ class MapColumn(TypedDict):
     kind: Literal["number", "angle", "category"]
 
 
+class Likely(TypedDict):
+    """An effect that is likely, but neither certain nor one of a group of rivals."""
+
+    effect: str
+    label: str
+    probability: float
+
+
+class Combination(TypedDict):
+    """A set of effects that the readings leave, with its own numbers."""
+
+    label: str
+    key: str | None
+    """Of its model; null where something without a name is part of it."""
+    effects: list[str]
+    probability: float
+    rmse_arcsec: float
+    held_out_arcsec: float
+    chi2_per_dof: float
+
+
+class Remains(TypedDict):
+    """What is left after the answer, against what readings scatter by."""
+
+    rms_arcsec: float
+    share_of_misfit: float | None
+    depends_on: str
+    expected_arcsec: float | None
+    expected_from: str | None
+
+
 class Candidate(HasClass):
     """An effect that could be missing; the likeliest stands first. Before them stand numbers that
     the answer names without ranking them (nulls)."""
@@ -185,6 +216,8 @@ class Candidate(HasClass):
     rival_correlation: float | None
     in_answer: bool
     is_rival: bool
+    perhaps: float | None
+    """Probability that it is at work, where the answer says so."""
     moved: str | None
     """How far a number that is the answer is off."""
     tell_tale: str
@@ -524,6 +557,12 @@ class PageDocument(TypedDict):
     """The sentence of the answer; empty before a diagnosis."""
     answer_key: str | None
     """Key of the model that the answer offers; null where none explains the readings."""
+    perhaps: list[Likely]
+    combinations: list[Combination]
+    """Those that make up 95 % of the posterior, the most probable first."""
+    remains: Remains | None
+    undecided: str | None
+    """Why the readings do not decide; null where they do."""
     readings: ReadingColumns
     regimes: list[str]
     """Names of the contact regimes."""

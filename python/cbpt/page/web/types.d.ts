@@ -159,6 +159,34 @@ export interface MapColumn {
   kind: "number" | "angle" | "category";
 }
 
+/** An effect that is likely, but neither certain nor one of a group of rivals. */
+export interface Likely {
+  effect: string;
+  label: string;
+  probability: number;
+}
+
+/** A set of effects that the readings leave, with its own numbers. */
+export interface Combination {
+  label: string;
+  /** Of its model; null where something without a name is part of it. */
+  key: string | null;
+  effects: string[];
+  probability: number;
+  rmse_arcsec: number;
+  held_out_arcsec: number;
+  chi2_per_dof: number;
+}
+
+/** What is left after the answer, against what readings scatter by. */
+export interface Remains {
+  rms_arcsec: number;
+  share_of_misfit: number | null;
+  depends_on: string;
+  expected_arcsec: number | null;
+  expected_from: string | null;
+}
+
 /**
  * An effect that could be missing; the likeliest stands first. Before them stand numbers that
  * the answer names without ranking them (nulls).
@@ -175,6 +203,8 @@ export interface Candidate extends HasClass {
   rival_correlation: number | null;
   in_answer: boolean;
   is_rival: boolean;
+  /** Probability that it is at work, where the answer says so. */
+  perhaps: number | null;
   /** How far a number that is the answer is off. */
   moved: string | null;
   tell_tale: string;
@@ -499,6 +529,12 @@ export interface PageDocument {
   sentence: SentencePart[];
   /** Key of the model that the answer offers; null where none explains the readings. */
   answer_key: string | null;
+  perhaps: Likely[];
+  /** Those that make up 95 % of the posterior, the most probable first. */
+  combinations: Combination[];
+  remains: Remains | null;
+  /** Why the readings do not decide; null where they do. */
+  undecided: string | null;
   readings: ReadingColumns;
   /** Names of the contact regimes. */
   regimes: string[];

@@ -1,10 +1,10 @@
 /** 1. The sentence of the answer, how sure it is, what it rests on, the error before and after. */
 
 /** @import { Child } from "../lib/page.d.ts" */
-/** @import { PageDocument } from "../types.d.ts" */
-import { bar, bodyOf, byId, el, fill, svg } from "../lib/dom.js";
+/** @import { Combination, PageDocument } from "../types.d.ts" */
+import { bar, bodyOf, byId, el, fill, svg, table } from "../lib/dom.js";
 import { nameOf } from "../lib/names.js";
-import { probability, text } from "../lib/numbers.js";
+import { percent, probability, text } from "../lib/numbers.js";
 import { show } from "../lib/models.js";
 import { documentShown, modelOf, on, setModel, size, state } from "../lib/store.js";
 
@@ -15,6 +15,7 @@ const KINDS = /** @type {Record<string, string>} */ ({
   ambiguous: "these readings do not separate several explanations",
   unknown: "an effect outside the library is missing",
   complete: "nothing is missing",
+  undecided: "these readings do not decide",
 });
 // More notes than this are folded.
 const MOST_NOTES = 3;
@@ -73,7 +74,7 @@ function found(whole) {
   const explained = whole.answer_key !== null;
   const moved = explained && before.rmse_arcsec !== after.rmse_arcsec;
   const best = (/** @type {number | null} */ v) =>
-    explained
+    explained || whole.undecided
       ? ""
       : `; the best library effect leaves ${size(v)} and does not explain the readings`;
   const floor = whole.noise.noise_floor_arcsec;
@@ -90,11 +91,19 @@ function found(whole) {
     el(
       "dl",
       { class: "facts" },
-      fact(
+      !whole.undecided && fact(
         "Probability of this answer",
         probability(verdict.probability),
-        `${KINDS[verdict.kind] ?? verdict.kind}; the probabilities of all hypotheses sum to 1`,
+        `${KINDS[verdict.kind] ?? verdict.kind}; it holds whatever else is at work`,
         el("div", { class: "bar" }, bar(verdict.probability)),
+      ),
+      fact(
+        whole.undecided
+          ? "Probability of the most probable combination"
+          : "Probability of exactly this combination",
+        probability(verdict.probability_exactly),
+        `${whole.combinations[0]?.label ?? "no effect"}, and nothing else`,
+        el("div", { class: "bar" }, bar(verdict.probability_exactly)),
       ),
       fact(
         moved ? "Error before → after" : explained ? "Error" : "Error as stated",
@@ -130,7 +139,9 @@ function found(whole) {
     el(
       "div",
       { class: "stack" },
-      restsOn(verdict.rests_on),
+      remains(whole),
+      combinations(whole),
+      !whole.undecided && restsOn(verdict.rests_on),
       notes(whole),
       el(
         "div",
@@ -163,6 +174,67 @@ function found(whole) {
         el("span", { class: "small quiet" }, noise.u_says),
       ),
     ),
+  );
+}
+
+/** What is left after the answer, against what readings scatter by. @param {PageDocument} whole */
+function remains(whole) {
+  const rest = whole.remains;
+  if (!rest) return null;
+  const share = rest.share_of_misfit === null
+    ? ""
+    : `, ${percent(rest.share_of_misfit)} of the squared misfit`;
+  const scatter = rest.expected_arcsec === null
+    ? ""
+    : `; readings scatter by ${size(rest.expected_arcsec)} ${state.unit} (${rest.expected_from})`;
+  return el(
+    "div",
+    { id: "remains" },
+    el("h2", { class: "minor" }, "What remains"),
+    el(
+      "p",
+      { class: "small" },
+      `A misfit of ${
+        size(rest.rms_arcsec)
+      } ${state.unit}, rms${share}, has no name. It depends on ${rest.depends_on}${scatter}.`,
+    ),
+  );
+}
+
+/** The sets of effects that the readings leave, each with its own errors. @param {PageDocument} whole */
+function combinations(whole) {
+  const list = whole.combinations;
+  if (list.length < 2) return null;
+  const row = (/** @type {Combination} */ c) => [
+    [
+      c.label,
+      el(
+        "div",
+        { class: "small quiet" },
+        (c.key === null ? null : modelOf(c.key))?.parameters.map((p) =>
+          `${nameOf(p.name)} ${p.value_text.replaceAll("+-", "±").replace(/^-/, "−")}`
+        ).join(", "),
+      ),
+    ],
+    probability(c.probability),
+    size(c.rmse_arcsec),
+    size(c.held_out_arcsec),
+  ];
+  const drawn = table(
+    "Combinations of effects that the readings leave",
+    [
+      "effects, and nothing else",
+      { text: "probability", number: true },
+      { text: `error, ${state.unit}`, number: true },
+      { text: "held out", number: true },
+    ],
+    list.map(row),
+  );
+  return el(
+    "div",
+    { id: "combinations" },
+    el("h2", { class: "minor" }, "Combinations that the readings leave"),
+    drawn,
   );
 }
 

@@ -37,22 +37,27 @@ function draw() {
   const whole = documentShown();
   const place = bodyOf("missing");
   if (!whole.candidates.length) {
+    const agrees = ["complete", "rig"].includes(whole.answer?.verdict.kind);
     return fill(
       place,
       el(
         "p",
         { class: "quiet" },
-        whole.reasons.candidates ?? "These readings show no effect of the library.",
+        whole.reasons.candidates ??
+          `None of the known effects is visible in these readings. ${
+            agrees
+              ? "The model of the case agrees with them within their noise."
+              : "The model of the case does not agree with them within their noise either."
+          }`,
       ),
     );
   }
   const folded = all
     ? whole.candidates
     : whole.candidates.filter((c, k) =>
-      k < FIRST_CARDS || c.in_answer || c.is_rival || isOn(c.effect)
+      k < FIRST_CARDS || c.in_answer || c.is_rival || c.perhaps !== null || isOn(c.effect)
     );
   const rest = whole.candidates.length - folded.length;
-  const combined = whole.models.filter((m) => m.effects.length > 1 && (m.probability ?? 0) > 0.01);
   fill(
     place,
     el(
@@ -71,13 +76,6 @@ function draw() {
           `${rest} less likely candidates`,
         ),
       ),
-    combined.length > 0 && el(
-      "p",
-      { class: "small quiet" },
-      "Combinations, each with its probability: ",
-      combined.map((m) => `${m.label} (${probability(m.probability)})`).join("; "),
-      ".",
-    ),
     notFitted(),
   );
 }
@@ -135,6 +133,8 @@ function card(c) {
         ? el("span", { class: "tag answer" }, "in the answer")
         : c.is_rival
         ? el("span", { class: "tag rival" }, "rival")
+        : c.perhaps !== null
+        ? el("span", { class: "tag rival" }, `perhaps, ${probability(c.perhaps)}`)
         : el("span", { class: "tag" }, c.class),
     ),
     el("h3", {}, c.label),

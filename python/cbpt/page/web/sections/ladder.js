@@ -308,7 +308,9 @@ function drawRows() {
           "span",
           { class: "visually-hidden" },
           whole.answer_key === null
-            ? " (the best library effect; it does not explain the readings)"
+            ? whole.undecided
+              ? " (the readings do not decide)"
+              : " (the best library effect; it does not explain the readings)"
             : " (the answer stops here)",
         ),
       ],
