@@ -1,7 +1,7 @@
 """From odds to words: the rules on odds made up by hand.
 
 The readings are those of a real table, so that its checks are the real ones; fits and odds are made
-up, and so is the error of a fit on readings that are kept back. What is read off a posterior has
+up, and so is how well a fit predicts readings that are kept back. What is read off a posterior has
 tests of its own (`test_posterior`).
 
 Groups: a competition made up; effects demanded; something without a name; no effect demanded;
@@ -59,12 +59,8 @@ class MadeUpFit:
     """How many sizes of effects it has, beside `values`."""
     residual_arcsec: Floats = field(default_factory=lambda: white(396))
     offsets_arcsec: Floats = field(default_factory=lambda: np.zeros(1))
-    held_out_arcsec: float | None = None
-    """Error on readings that are kept back; else the less, the more effects it has."""
-
-    @property
-    def held_out(self) -> float:
-        return 10.0 - self.sizes if self.held_out_arcsec is None else self.held_out_arcsec
+    predicts: float | None = None
+    """Log density of readings that are kept back; else the larger, the more effects it has."""
 
     @property
     def unknowns(self) -> tuple[Unknown, ...]:
@@ -161,13 +157,13 @@ def competition(
 
 @pytest.fixture(autouse=True, scope="module")
 def kept_back() -> Iterator[None]:
-    """Readings that are kept back are missed by what a made-up fit says."""
+    """Readings that are kept back are predicted as a made-up fit says."""
 
-    def missed(_: Any, fit: MadeUpFit, fold: Floats) -> Floats:
-        return np.full(len(fold), fit.held_out)
+    def predicted(_: Any, fit: MadeUpFit, fold: Floats) -> float:
+        return 10.0 * fit.sizes if fit.predicts is None else fit.predicts
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(decision, "held_out_residual", missed)
+        patch.setattr(decision, "log_score", predicted)
         yield
 
 
@@ -532,13 +528,13 @@ def test_scatter_or_law_where_only_what_is_stated_tells(
 
 
 def test_what_predicts_nothing_is_not_certain() -> None:
-    """Nine tenths of the misfit are gone, but readings that are kept back are missed by more."""
+    """It explains the readings, but those that are kept back are far more probable without it."""
     shares = {(): 0.001, (FRICTION,): 0.002, (CREEP,): 0.001, (CREEP, FRICTION): 0.996}
-    for without_creep, certain in ((8.5, True), (7.5, False)):
+    for further, certain in ((-0.1, True), (0.1, False)):
         fits = {
-            (CREEP, FRICTION): MadeUpFit(sizes=2, held_out_arcsec=8.0),
-            (FRICTION,): MadeUpFit(sizes=1, held_out_arcsec=without_creep),
-            (CREEP,): MadeUpFit(sizes=1, held_out_arcsec=30.0),
+            (CREEP, FRICTION): MadeUpFit(sizes=2, predicts=80.0),
+            (FRICTION,): MadeUpFit(sizes=1, predicts=80 + RULES.log_rival_odds + further),
+            (CREEP,): MadeUpFit(sizes=1, predicts=20.0),
         }
         verdict = judge(competition(shares, fits))
         assert verdict.effects == ((CREEP, FRICTION) if certain else (FRICTION,))
@@ -547,8 +543,8 @@ def test_what_predicts_nothing_is_not_certain() -> None:
 
 def test_an_answer_that_predicts_nothing_is_none() -> None:
     fits = {
-        (FRICTION,): MadeUpFit(sizes=1, held_out_arcsec=8.0),
-        (): MadeUpFit(values=NUMBERS, held_out_arcsec=7.0),
+        (FRICTION,): MadeUpFit(sizes=1, predicts=80.0),
+        (): MadeUpFit(values=NUMBERS, predicts=90.0),
     }
     verdict = judge(competition({(): 0.01, (FRICTION,): 0.99}, fits))
     assert undecided(verdict, "no prediction")

@@ -33,8 +33,8 @@ PAIR = ("eccentric_bearing", "run_in")
 
 
 def exactly(c: Competition, names: Names) -> float:
-    """How a set follows the readings by the equations of its effects: how far these may depart from
-    them is another thing for each set."""
+    """How a set follows the readings by the equations of its effects; in a fit they may depart from
+    these, each set as far as suits it."""
     fit = c.fits[names]
     return follows(c.fitter.look(replace(fit, discrepancy_sd=0.0), fit.noise))
 
@@ -49,7 +49,8 @@ def worse_than_a_part(c: Competition) -> list[tuple[Names, Names, float]]:
             continue
         for part in inner:
             if part in c.fits:
-                off = exactly(c, part) - exactly(c, names)
+                as_fitted = follows(c.fits[part]) - follows(c.fits[names])
+                off = min(as_fitted, exactly(c, part) - exactly(c, names))
                 if off > _EFFORT.worse:
                     found.append((names, part, off))
     return found
