@@ -188,7 +188,7 @@ def test_what_is_said_may_be_surer_than_the_whole_of_it() -> None:
     assert said(verdict) == ("effect", (FRICTION,), ())
     assert verdict.probability == pytest.approx(0.99)
     assert verdict.exactly == pytest.approx(0.6)
-    assert verdict.perhaps == ((CREEP, pytest.approx(0.39)),)
+    assert dict(verdict.perhaps) == {CREEP: pytest.approx(0.39)}
 
 
 def test_the_most_probable_set_is_drawn_even_where_a_smaller_one_is_near() -> None:
@@ -500,7 +500,7 @@ def test_few_readings_for_the_numbers_of_an_answer(count: int, kind: str) -> Non
     assert verdict.kind == kind
     if kind == "undecided":
         assert undecided(verdict, "few readings")
-        assert verdict.perhaps == ((FRICTION, pytest.approx(0.99)),)
+        assert dict(verdict.perhaps) == {FRICTION: pytest.approx(0.99)}
 
 
 def test_what_is_known_beforehand_takes_no_readings() -> None:

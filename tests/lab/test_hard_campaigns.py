@@ -23,7 +23,6 @@ LAWLESS = [n for n in NAMES if n.startswith("lawless")]
 NULLS = [n for n in NAMES if n.startswith("null")]
 FAMILIES = ("pair", "triple")
 OPEN = {
-    "single25": "a temperature that lags is not in the library; one of two others is certain",
     "spring6": "a spring that stiffens is not in the library; play is certain",
 }
 """Where something false is certain, and why."""

@@ -140,9 +140,9 @@ def dense_score(view: View, members: tuple[int, ...]) -> tuple[float, Floats]:
     columns = np.column_stack([view.signatures[m].columns for m in members])
     a = columns.T @ np.linalg.solve(covariance, columns)
     pull = columns.T @ np.linalg.solve(covariance, y)
-    sizes = np.linalg.solve(a, pull)
+    sizes: Floats = np.asarray(np.linalg.solve(a, pull), dtype=np.float64)
     value = 0.5 * float(pull @ sizes) - 0.5 * float(np.linalg.slogdet(a)[1])
-    own = np.sqrt(np.diag(np.linalg.inv(a)))
+    own: Floats = np.asarray(np.sqrt(np.diag(np.linalg.inv(a))), dtype=np.float64)
     at = 0
     for m in members:
         s = view.signatures[m]

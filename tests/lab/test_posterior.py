@@ -175,7 +175,7 @@ def test_a_group_is_as_small_as_can_be() -> None:
 def test_two_places_have_two_groups() -> None:
     said = spoken(bearing_loss=0.3, bearing_spring=0.25, loss_torsion=0.25, spring_torsion=0.2)
     assert said.rivals == (("bearing", "torsion"), ("loss", "spring"))
-    assert said.effects == said.perhaps == ()
+    assert not said.effects and not said.perhaps
 
 
 def test_one_or_more_of_several_is_told_where_nothing_else_is() -> None:
