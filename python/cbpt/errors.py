@@ -183,23 +183,30 @@ class Mistake:
         how steps are said."""
         where = f"{place} {self.lines[0]}, " if self.lines else ""
         where += f"column {self.column!r}: " if self.column else ""
-        found, expected = said(self.value, say), said(self.expected, say)
+        found, expected = _short(said(self.value, say)), _short(said(self.expected, say))
         text = f"{where}found {found}, expected {expected}"
         if len(self.lines) > 1:
             rest = self.lines[1:]
             text += f" (the same on {place}s {', '.join(map(str, rest[:8]))}"
             text += f" and {len(rest) - 8} more)" if len(rest) > 8 else ")"
-        return f"{text}; {said(self.remedy, say)}" if self.remedy else text
+        return f"{text}; {_short(said(self.remedy, say))}" if self.remedy else text
+
+
+def _short(text: str) -> str:
+    """As much of a text as a message can hold."""
+    return text if len(text) <= 1200 else f"{text[:1200]}..."
 
 
 class ReadingsError(CbptError, ValueError):
-    """A table of readings cannot be read as it is; lists every mistake found, up to ten.
+    """A table of readings cannot be read as it is; lists the mistakes found, up to ten.
 
     Attributes: `path` (the file, or "<data>"), `mistakes`, and of the first of them `line`
     (1-based; None where the table as a whole is meant), `column`, `value`, `expected`.
     """
 
     SHOWN = 10
+    MOST = 100
+    """Reading stops after so many."""
 
     def __init__(self, path: str, mistakes: Sequence[Mistake], place: str = "line") -> None:
         self.path = path
@@ -216,7 +223,8 @@ class ReadingsError(CbptError, ValueError):
         """The message, its steps said by a front end."""
         sentences = [mistake.describe(self.place, say) for mistake in self.mistakes[: self.SHOWN]]
         if len(self.mistakes) > self.SHOWN:
-            sentences.append(f"and {len(self.mistakes) - self.SHOWN} more")
+            at_least = "at least " if len(self.mistakes) >= self.MOST else ""
+            sentences.append(f"and {at_least}{len(self.mistakes) - self.SHOWN} more")
         joint = "\n  " if len(sentences) > 1 else " "
         return f"{self.path}:{joint}" + joint.join(sentences)
 

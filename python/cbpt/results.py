@@ -99,6 +99,9 @@ def solve_many(
 ) -> Angles:
     """Solve a drive, or a case with its effects, for arrays of loads on all cores.
 
+    It works in threads and in processes, also in processes that were forked: each of those starts
+    threads of its own.
+
     Parameters
     ----------
     drive : Drive or Case

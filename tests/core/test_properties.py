@@ -150,7 +150,8 @@ def test_without_a_balance_there_are_no_numbers(
     assert s.hold_preload_N == pytest.approx(hold, rel=1e-12)
     told = re.search(r"more than ([0-9.]+) N", s.message)
     assert told is not None
-    assert float(told[1]) == pytest.approx(hold, rel=1e-6, abs=1e-6)
+    # Rounded up to five digits: a preload that is typed in from the message holds.
+    assert hold * (1 - 1e-12) <= float(told[1]) <= hold * (1 + 1.1e-4)
     assert s.elastic_angle_rad is None
     assert s.elastic_angle_arcsec is None
     assert s.alpha_deceleration_arcsec is None

@@ -297,7 +297,7 @@ def test_no_two_files_of_rust_need_each_other(crate: Path) -> None:
 
 # Each imports only what stands before it.
 PACKAGES = (
-    *("_core", "errors", "units", "results", "sweeps", "effects", "figures"),
+    *("_core", "errors", "toml_files", "units", "results", "sweeps", "effects", "figures"),
     *("lab", "design", "page", "cli"),
 )
 # The same within a package.

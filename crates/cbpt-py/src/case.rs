@@ -15,7 +15,7 @@ use serde_json::{Map, Number, Value};
 use crate::Reduced;
 use crate::drive::{Drive, hash};
 use crate::error::{about_ball_drives, case_error, invalid_input};
-use crate::given::{CasePath, case_from_dict, case_from_toml};
+use crate::given::{CasePath, case_from_dict, case_from_file, case_from_toml};
 use crate::own::OwnEffect;
 
 /// One entry of ``[[effect]]``: its id, port and expression (of an own effect only), and its numbers.
@@ -75,7 +75,7 @@ impl Case {
     /// Reads a case file. Raises ``CaseError`` with file, line, key, what was found and what is allowed.
     #[staticmethod]
     fn from_file(py: Python<'_>, path: CasePath) -> PyResult<Self> {
-        RustCase::read(&path.0).map(|case| Self { case }).map_err(|error| case_error(py, &error))
+        Ok(Self { case: case_from_file(py, &path)? })
     }
 
     /// Reads a case from TOML text; ``name`` stands for the file in messages.

@@ -7,9 +7,9 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
 use crate::Reduced;
-use crate::error::{about_ball_drives, case_error, drive_with_effect, half_a_load, invalid_input};
+use crate::error::{about_ball_drives, drive_with_effect, half_a_load, invalid_input};
 use crate::finding::Finding;
-use crate::given::{CasePath, case_from_dict, case_from_toml};
+use crate::given::{CasePath, case_from_dict, case_from_file, case_from_toml};
 use crate::interrupt::without_gil;
 use crate::preload::{PreloadThresholds, Thresholds};
 use crate::sensitivity::Sensitivities;
@@ -52,7 +52,7 @@ impl Drive {
     /// Raises ``CaseError`` with file, line, key, what was found and what is allowed.
     #[staticmethod]
     fn from_file(py: Python<'_>, path: CasePath) -> PyResult<Self> {
-        Self::new(py, RustCase::read(&path.0).map_err(|error| case_error(py, &error))?)
+        Self::new(py, case_from_file(py, &path)?)
     }
 
     /// Reads the drive of a case given as TOML text.

@@ -11,6 +11,7 @@ use crate::case::IdOrOwn;
 use crate::drive::Drive;
 use crate::error::invalid_input;
 use crate::own::OwnEffect;
+use crate::threads::detached;
 
 /// A number of an effect. Values are SI; ``display_name`` and ``display_size`` give the unit that people read.
 #[pyclass(frozen, get_all, module = "cbpt._core")]
@@ -264,7 +265,7 @@ impl Predictor {
         work: impl FnOnce(&mut predict::Predictor) -> Result<T, cbpt_core::InvalidInput> + Send,
     ) -> PyResult<T> {
         // What a panic would leave behind are only starts of iterations.
-        py.detach(|| work(&mut self.predictor.lock().unwrap_or_else(PoisonError::into_inner)))
+        detached(py, || work(&mut self.predictor.lock().unwrap_or_else(PoisonError::into_inner)))?
             // What a function of Python raised is the user's to see, not how it was told on the way.
             .map_err(|error| {
                 let raised = self.own.iter().find_map(|own| own.get().raised());

@@ -27,18 +27,23 @@ impl<'a, 'py> FromPyObject<'a, 'py> for CasePath {
     }
 }
 
+/// The case of a file.
+pub fn case_from_file(py: Python<'_>, path: &CasePath) -> PyResult<Case> {
+    py.detach(|| Case::read(&path.0)).map_err(|error| case_error(py, &error))
+}
+
 /// The case of a TOML text.
 pub fn case_from_toml(text: &Bound<'_, PyString>, name: &str) -> PyResult<Case> {
     let py = text.py();
     // A text of Python may hold halves of characters, which no file in UTF-8 does.
     let whole = text.to_cow().map_err(|error| half_a_character(text, name, error))?;
-    Case::from_toml(&whole, name).map_err(|error| case_error(py, &error))
+    py.detach(|| Case::from_toml(&whole, name)).map_err(|error| case_error(py, &error))
 }
 
 /// The case of a dict with the sections and keys of a case file.
 pub fn case_from_dict(py: Python<'_>, case: &Bound<'_, PyDict>) -> PyResult<Case> {
     let value = json_of(case.as_any())?;
-    Case::from_json(&value).map_err(|error| case_error(py, &error))
+    py.detach(|| Case::from_json(&value)).map_err(|error| case_error(py, &error))
 }
 
 /// A Python value as JSON, for the parser of case files.

@@ -6,6 +6,8 @@ use std::time::Duration;
 use cbpt_core::sweep::Progress;
 use pyo3::prelude::*;
 
+use crate::threads::on_living_threads;
+
 /// How often Ctrl-C is looked for.
 const POLL: Duration = Duration::from_millis(20);
 
@@ -19,7 +21,7 @@ pub fn without_gil<T: Send>(
 ) -> PyResult<T> {
     let progress = Progress::default();
     thread::scope(|scope| {
-        let worker = scope.spawn(|| work(&progress));
+        let worker = scope.spawn(|| on_living_threads(|| work(&progress)));
         // Short work is done before the first look.
         let mut pause = Duration::from_micros(50);
         while !worker.is_finished() {
@@ -33,7 +35,7 @@ pub fn without_gil<T: Send>(
             }
         }
         match py.detach(|| worker.join()) {
-            Ok(result) => Ok(result),
+            Ok(result) => result,
             Err(panic) => std::panic::resume_unwind(panic),
         }
     })

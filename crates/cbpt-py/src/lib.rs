@@ -1,6 +1,7 @@
 //! Python extension module `cbpt._core`: conversions only; a formula here is a defect.
 //!
-//! - `error`: each Rust error to one Python class; `interrupt`: long calls without the GIL that mind Ctrl-C;
+//! - `error`: each Rust error to one Python class; `threads`: work without the GIL, after a fork too; `interrupt`: the same
+//!   for long calls that mind Ctrl-C;
 //! - `arrays`: numpy arrays with their element type;
 //! - `given`: what Python hands over as a case; `solution`: a solved load; `preload`: thresholds; `finding`: findings about a
 //!   design; `sensitivity`: how results answer to its numbers; `drive`: what asks for these; `case`: case files;
@@ -29,6 +30,7 @@ mod preload;
 mod sensitivity;
 mod solution;
 mod sweep;
+mod threads;
 mod units;
 
 use pyo3::prelude::*;
@@ -76,8 +78,8 @@ fn example_case() -> &'static str {
 
 /// Runs the Rust verbs of the command line (program name first) and returns the exit code.
 #[pyfunction]
-fn run_command_line(py: Python<'_>, arguments: Vec<String>) -> u8 {
-    py.detach(|| cbpt_cli::run(arguments.into_iter().map(Into::into)))
+fn run_command_line(py: Python<'_>, arguments: Vec<String>) -> PyResult<u8> {
+    threads::detached(py, || cbpt_cli::run(arguments.into_iter().map(Into::into)))
 }
 
 /// A cell of a text table; ``None`` is drawn as a dash.

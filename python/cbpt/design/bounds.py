@@ -21,12 +21,9 @@ undercut_margin = 0.1                    # at least
 from __future__ import annotations
 
 import difflib
-import math
 import os
-import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -35,6 +32,7 @@ from numpy.typing import NDArray
 from cbpt._core import Case, design_number
 from cbpt.design.judge import Judged
 from cbpt.errors import InvalidInputError
+from cbpt.toml_files import is_number, read_toml, shown
 
 Floats = NDArray[np.float64]
 
@@ -127,15 +125,8 @@ def read_bounds(bounds: str | os.PathLike[str] | Mapping[str, Any], case: Case) 
     """
     if isinstance(bounds, Mapping):
         return _bounds(bounds, "<bounds>", case)
-    try:
-        text = Path(bounds).read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = "not UTF-8 text" if isinstance(error, UnicodeDecodeError) else error.strerror
-        raise InvalidInputError(f"{bounds}: cannot be read: {reason}") from error
-    try:
-        return _bounds(tomllib.loads(text), str(bounds), case)
-    except tomllib.TOMLDecodeError as error:
-        raise InvalidInputError(f"{bounds}: not TOML: {error}") from error
+    tables = read_toml(bounds, InvalidInputError, "bounds of a design (TOML)")
+    return _bounds(tables, os.fsdecode(bounds), case)
 
 
 def _bounds(tables: Mapping[str, Any], source: str, case: Case) -> Bounds:
@@ -181,15 +172,14 @@ def _flat(tables: Any, source: str, path: str = "") -> Iterator[tuple[str, Any]]
         raise InvalidInputError(f"{source}: free: expected a table of keys and ranges")
     for key, value in tables.items():
         name = f"{path}.{key}" if path else str(key)
-        if isinstance(value, Mapping):
+        if isinstance(value, Mapping) and name.count(".") < 2:  # no key of a case has more parts
             yield from _flat(value, source, name)
         else:
             yield name, value
 
 
 def _number(value: object) -> float | None:
-    plain = isinstance(value, int | float) and not isinstance(value, bool)
-    return float(value) if plain and math.isfinite(value) else None  # type: ignore[arg-type]
+    return float(value) if is_number(value) else None
 
 
 def _free(key: str, value: Any, source: str, case: Case) -> Free:
@@ -197,7 +187,7 @@ def _free(key: str, value: Any, source: str, case: Case) -> Free:
     low, high = (*ends, None, None)[:2] if len(ends) == 2 else (None, None)
     if low is None or high is None or low >= high:
         raise InvalidInputError(
-            f"{source}: free.{key} = {value!r}: expected [least, greatest], two numbers"
+            f"{source}: free.{key} = {shown(value)}: expected [least, greatest], two numbers"
         )
     try:
         number, (low, high), whole = design_number(case, key, [low, high])
@@ -216,7 +206,7 @@ def _limit(key: str, value: Any, source: str) -> tuple[str, Any]:
         if value not in THRESHOLDS:
             expected = ", ".join(THRESHOLDS)
             raise InvalidInputError(
-                f"{source}: limits.preload = {value!r}: expected one of {expected}"
+                f"{source}: limits.preload = {shown(value)}: expected one of {expected}"
             )
         return key, value
     known = {kind + unit: (kind, unit) for kind, (units, *_) in _KINDS.items() for unit in units}
@@ -227,7 +217,9 @@ def _limit(key: str, value: Any, source: str) -> tuple[str, Any]:
         raise InvalidInputError(f"{source}: limits.{key}: {hint}expected one of {allowed}")
     number = _number(value)
     if number is None:
-        raise InvalidInputError(f"{source}: limits.{key} = {value!r}: expected a finite number")
+        raise InvalidInputError(
+            f"{source}: limits.{key} = {shown(value)}: expected a finite number"
+        )
     kind, unit = known[key]
     units, sign, size, columns, _ = _KINDS[kind]
     si = units[unit]

@@ -40,12 +40,16 @@ pub(crate) enum Content {
 /// Tables and arrays deeper than this are in no case file.
 const DEEPEST: usize = 8;
 
-/// Parses TOML; every line with a mistake of syntax is noted, by its first: the others mostly follow from it.
+/// Parses TOML; every line with a mistake of syntax is noted, by its first: the others mostly follow from it. Stops where the
+/// notes are full.
 pub(crate) fn from_toml(text: &str, notes: &mut Notes<'_>) -> Option<Vec<Entry>> {
     let (table, errors) = DeTable::parse_recoverable(text);
     let mut lines = BTreeSet::new();
     for error in &errors {
         let at = error.span().map_or(text.len(), |span| span.start);
+        if notes.full() {
+            break;
+        }
         if !lines.insert(notes.line(at)) {
             continue;
         }

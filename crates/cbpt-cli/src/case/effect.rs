@@ -22,6 +22,9 @@ pub(super) fn read(entry: &Entry, notes: &mut Notes<'_>) -> Vec<EffectEntry> {
     let mut effects = Vec::new();
     let items: &[Node] = if let Content::List(items) = &entry.node.content { items } else { &[] };
     for (index, item) in items.iter().enumerate() {
+        if notes.full() {
+            break;
+        }
         match &item.content {
             Content::Table(entries) => {
                 effects.extend(one(&format!("{key}[{index}]"), item.at, entries, notes));
@@ -176,7 +179,9 @@ fn not_built_in(written: &str, path: &str, id: Option<&Node>, notes: &mut Notes<
 fn own_parameters(path: &str, entry: &Entry, notes: &mut Notes<'_>) -> Vec<OwnParameter> {
     let path = dotted(path, &entry.key);
     if let Content::Table(entries) = &entry.node.content {
-        entries.iter().filter_map(|entry| own_parameter(&path, entry, notes)).collect()
+        let read =
+            entries.iter().map_while(|entry| (!notes.full()).then(|| own_parameter(&path, entry, notes)));
+        read.flatten().collect()
     } else {
         let (allowed, found) = (expected(PARAMETERS), entry.node.written.clone());
         notes.add(entry.node.at, Mistake { key: path, found, allowed, ..Mistake::default() });

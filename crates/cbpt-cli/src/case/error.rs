@@ -109,19 +109,22 @@ fn report(name: &str, mistakes: &[Mistake]) -> String {
 /// Collects mistakes while a case is read, and finds their lines.
 pub(crate) struct Notes<'t> {
     text: &'t str,
+    /// Bytes where a line begins. A text is searched for them once, however many mistakes it has.
+    lines: Vec<usize>,
     mistakes: Vec<Mistake>,
 }
 
 impl<'t> Notes<'t> {
     /// For the text that the offsets of the mistakes refer to.
     pub(crate) fn of(text: &'t str) -> Self {
-        Self { text, mistakes: Vec::new() }
+        let after = text.match_indices('\n').map(|(newline, _)| newline + 1);
+        Self { text, lines: std::iter::once(0).chain(after).collect(), mistakes: Vec::new() }
     }
 
     /// Notes a mistake at a byte of the text.
     pub(crate) fn add(&mut self, at: Option<usize>, mistake: Mistake) {
         if !self.full() {
-            let (line, column) = at.map(|at| position(self.text, at)).unzip();
+            let (line, column) = at.map(|at| self.position(at)).unzip();
             let key = shortened(&mistake.key);
             self.mistakes.push(Mistake { line, column, key, ..mistake });
         }
@@ -129,7 +132,15 @@ impl<'t> Notes<'t> {
 
     /// Line of a byte of the text.
     pub(crate) fn line(&self, at: usize) -> usize {
-        position(self.text, at).0
+        self.lines.partition_point(|start| *start <= at)
+    }
+
+    /// Line and column of a byte, from 1.
+    fn position(&self, at: usize) -> (usize, usize) {
+        let line = self.line(at);
+        let start = self.lines[line - 1];
+        let before = self.text.get(start..at).or(self.text.get(start..)).unwrap_or_default();
+        (line, before.chars().count() + 1)
     }
 
     /// How many mistakes were noted.
@@ -167,11 +178,4 @@ pub(crate) fn shortened(written: &str) -> String {
         short.push_str("...");
     }
     short
-}
-
-/// Line and column of a byte, from 1.
-fn position(text: &str, at: usize) -> (usize, usize) {
-    let before = text.get(..at).unwrap_or(text);
-    let start = before.rfind('\n').map_or(0, |newline| newline + 1);
-    (before.matches('\n').count() + 1, before[start..].chars().count() + 1)
 }

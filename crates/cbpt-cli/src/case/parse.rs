@@ -16,6 +16,9 @@ pub(super) fn case(document: &[Entry], notes: &mut Notes<'_>) -> Option<Case> {
     let mut effects = Vec::new();
     let mut found = Vec::new();
     for entry in reader.take(fields::top(), "", document) {
+        if reader.notes.full() {
+            return None;
+        }
         let Some(section) = reader.which_section(document, entry) else { continue };
         found.push((section.name, entry));
         if section.name == fields::effect().name {

@@ -20,6 +20,7 @@ pub mod rows;
 pub mod stream;
 pub mod tally;
 
+use std::collections::HashMap;
 use std::ops::Range;
 use std::path::PathBuf;
 
@@ -62,13 +63,14 @@ impl Values {
     /// These words, in their order.
     pub fn words(words: &[String]) -> Self {
         let mut known: Vec<String> = Vec::new();
-        let mut places = Vec::with_capacity(words.len());
-        for word in words {
-            places.push(known.iter().position(|other| other == word).unwrap_or_else(|| {
-                known.push(word.clone());
+        let mut place_of = HashMap::new();
+        let place = |word| {
+            *place_of.entry(word).or_insert_with(|| {
+                known.push(String::clone(word));
                 known.len() - 1
-            }));
-        }
+            })
+        };
+        let places = words.iter().map(place).collect();
         Self::Words(known, places)
     }
 

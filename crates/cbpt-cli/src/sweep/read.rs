@@ -102,6 +102,9 @@ fn whole(entry: Option<&Entry>, notes: &mut Notes<'_>) -> Option<u64> {
 /// The plan of a file, if it can be made; mistakes of the plan are in the notes, those of its case are the error.
 fn plan(entries: &[Entry], path: &Path, notes: &mut Notes<'_>) -> Result<Option<Plan>, CaseError> {
     for entry in entries.iter().filter(|entry| !KEYS.contains(&&*entry.key)) {
+        if notes.full() {
+            return Ok(None);
+        }
         notes.add(entry.at, unknown(&entry.key, &entry.key, &KEYS));
     }
     let entry = |key: &str| entries.iter().find(|entry| entry.key == key);
@@ -195,6 +198,9 @@ fn axes_of(case: &Case, axes: &Entry, design: Design, notes: &mut Notes<'_>) -> 
         notes.add(axes.at, super::mistake("axes", "no axis", "give at least one"));
     }
     for (name, entry) in leaves(Some(axes)) {
+        if notes.full() {
+            break;
+        }
         // What is wrong with the values is told by then.
         let Some(values) = values(&name, &entry.node, design, notes) else { continue };
         match Axis::new(case, &name, values) {

@@ -16,9 +16,9 @@ import difflib
 import io
 import math
 import os
-import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import repeat
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cbpt._core import Case, Drive
-from cbpt.errors import PlanError
+from cbpt.errors import PlanError, ReadingsError
 from cbpt.lab.readings.headers import (
     CONTRACT,
     converted,
@@ -37,6 +37,7 @@ from cbpt.lab.readings.headers import (
 )
 from cbpt.lab.readings.reader import Readings, read_readings
 from cbpt.lab.wording.numbers import significant
+from cbpt.toml_files import is_number, read_toml, shown
 
 __all__ = ["Plan", "PlannedRun", "read_plan", "sequence", "table_text"]
 
@@ -46,6 +47,7 @@ SHAPES = ("up", "up_down", "loop", "hold")
 PAUSE_S = 60.0
 """Between two runs, where the plan has times and says nothing."""
 _MOST_POINTS, _MOST_REPEATS, _MOST_ROWS = 10_000, 1_000, 200_000
+_LARGEST = 1e12  # in any unit; no rig has such a load
 
 
 @dataclass(frozen=True)
@@ -134,7 +136,7 @@ class Plan:
             raise PlanError(f"{source}: no runs; write a [[run]] for each")
         total = sum(map(len, runs))
         if total > _MOST_ROWS:
-            raise PlanError(f"{source}: {total} readings, expected at most {_MOST_ROWS}")
+            raise _too_many(source, total)
         tables: list[dict[str, Floats]] = []
         clock = 0.0
         for number, run in enumerate(runs, 1):
@@ -244,9 +246,17 @@ def read_plan(
     return Plan(_without_angle(rows))
 
 
+def _too_many(source: str, rows: int) -> PlanError:
+    """A plan that is larger than any campaign."""
+    return PlanError(f"{source}: {rows} readings or more, expected at most {_MOST_ROWS}")
+
+
 def _as_rows(columns: Mapping[str, ArrayLike], source: str) -> Readings:
     angle = {"elastic_angle_arcsec": math.nan}
-    rows = read_readings(columns, need_preload=False, fill=angle)
+    try:
+        rows = read_readings(columns, need_preload=False, fill=angle)
+    except ReadingsError as error:
+        raise ReadingsError(source, error.mistakes, error.place) from None
     return replace(rows, source=source)
 
 
@@ -312,7 +322,7 @@ class _Reader:
         self.load = load
 
     def read(self) -> Plan:
-        document = self.document()
+        document = read_toml(self.source, PlanError, "a plan (TOML)")
         runs = document.pop("run", None)
         if not isinstance(runs, list) or not runs or not all(isinstance(r, dict) for r in runs):
             raise PlanError(
@@ -321,24 +331,15 @@ class _Reader:
                 '{ to = 10, points = 11, shape = "loop" }'
             )
         common = self.understood("above the first run", document)
-        planned = [
-            run
-            for number, entry in enumerate(runs, 1)
-            for run in self.runs(f"[[run]] {number}", common, entry)
-        ]
+        planned: list[PlannedRun] = []
+        rows = 0
+        for number, entry in enumerate(runs, 1):
+            for run in self.runs(f"[[run]] {number}", common, entry):
+                planned.append(run)
+                if (rows := rows + len(run)) > _MOST_ROWS:
+                    raise _too_many(self.source, rows)
         plan = Plan.of_runs(planned, self.source)
         return replace(plan, rows=replace(plan.rows, notes=tuple(self.notes(plan.rows))))
-
-    def document(self) -> dict[str, Any]:
-        try:
-            return tomllib.loads(Path(self.source).read_text(encoding="utf-8"))
-        except tomllib.TOMLDecodeError as error:
-            raise PlanError(f"{self.source}: {error}") from None
-        except UnicodeDecodeError:
-            raise PlanError(f"{self.source}: found no UTF-8 text, expected a TOML file") from None
-        except (OSError, ValueError) as error:
-            told = getattr(error, "strerror", None) or str(error)
-            raise PlanError(f"{self.source}: {told}, expected a plan (TOML)") from None
 
     @staticmethod
     def notes(rows: Readings) -> Iterator[str]:
@@ -353,7 +354,7 @@ class _Reader:
             )
 
     def wrong(self, place: str, key: str, value: object, expected: str) -> PlanError:
-        found = "nothing" if value is None else repr(value)
+        found = "nothing" if value is None else shown(value)
         return PlanError(f"{self.source}: {place}, {key}: found {found}, expected {expected}")
 
     def understood(self, place: str, entry: Mapping[str, Any]) -> dict[str, tuple[str, Any, float]]:
@@ -427,12 +428,15 @@ class _Reader:
             pause_s=self.number(place, keys, "pause_s") or PAUSE_S,
             cycles=self.count(place, keys, "cycles"),
         )
+        if len(run) > _MOST_ROWS:
+            raise _too_many(self.source, len(run))
         if run.timed and np.any(np.diff(run.columns()["time_s"]) <= 0):
             key = keys["rate_Nm_per_s"][0]
             expected = "dwell_s as well: two readings in succession have the same torque"
             raise self.wrong(place, key, run.rate_Nm_per_s, expected)
+        turns = self.count(place, keys, "repeats") or 1
         for preload in preloads or (self.load.get("preload_N"),):
-            yield from [replace(run, preload_N=preload)] * (self.count(place, keys, "repeats") or 1)
+            yield from repeat(replace(run, preload_N=preload), turns)
 
     def number(
         self, place: str, keys: Mapping[str, tuple[str, Any, float]], name: str
@@ -441,7 +445,7 @@ class _Reader:
         if name not in keys:
             return None
         key, value, factor = keys[name]
-        if not _is_number(value) or value <= 0:
+        if not is_number(value) or value <= 0:
             raise self.wrong(place, key, value, "a number above 0")
         return float(value) * factor
 
@@ -471,12 +475,14 @@ class _Reader:
             values = list(self.range(place, key, name, value))
         else:
             values = value if isinstance(value, list) else [value]
-        if not values or not all(map(_is_number, values)) or min(values) <= above:
+        if not values or not all(map(is_number, values)) or min(values) <= above:
             some = "a number above 0" if above == 0 else "a number"
             expected = f"{some}, a list of them or {{ from, to, points }}"
             if name == "torque_Nm":
                 expected = f"{some}, a list of them or {{ to, points, shape }}"
             raise self.wrong(place, key, value, expected)
+        if max(map(abs, values)) > _LARGEST:
+            raise self.wrong(place, key, value, f"numbers of a size up to {_LARGEST:g}")
         said = read_header(key)
         own = find_unit(_OWN[said.quantity.key].unit, said.unit.quantity)  # type: ignore[union-attr]
         assert said.unit is not None and own is not None
@@ -487,7 +493,7 @@ class _Reader:
         if unknown is not None:
             raise self.wrong(place, f"{key}.{unknown}", entry[unknown], f"only {', '.join(_RANGE)}")
         for bound in ("from", "to"):
-            if not _is_number(entry.get(bound, 0.0 if bound == "from" else None)):
+            if not is_number(entry.get(bound, 0.0 if bound == "from" else None)):
                 raise self.wrong(place, f"{key}.{bound}", entry.get(bound), "a number")
         points = entry.get("points", 2 if name == "temperature_degC" else None)
         whole = isinstance(points, int) and not isinstance(points, bool)
@@ -499,10 +505,10 @@ class _Reader:
         if shape not in allowed:
             raise self.wrong(place, f"{key}.shape", shape, f"one of {', '.join(allowed)}")
         start, to = entry.get("from"), float(entry["to"])
+        largest = max(abs(to), abs(start or 0.0))
+        if largest > _LARGEST or (shape == "loop" and to and largest > _MOST_POINTS * abs(to)):
+            expected = f"ends of a size up to {_LARGEST:g}, and of a loop from not far beyond to"
+            raise self.wrong(place, key, entry, expected)
         if shape == "loop" and to == 0:
             raise self.wrong(place, f"{key}.to", entry["to"], "the peak torque of the loop, not 0")
         return sequence(shape, to, points, None if start is None else float(start))
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)

@@ -196,7 +196,9 @@ class Header:
     hint: str = ""
 
 
-_BRACKETS = re.compile(r"(.+?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))", re.DOTALL)
+LONGEST_HEADER = 1000
+"""Signs; what is longer has no meaning."""
+_BRACKETS = re.compile(r"(.+?) ?(?:\[([^\[\]]*)\]|\(([^()]*)\))")
 _BLANKS = re.compile(r"[\s_\-().]+")
 
 
@@ -205,27 +207,45 @@ def plain(name: str) -> str:
     return _BLANKS.sub(" ", unicodedata.normalize("NFKC", name)).strip().casefold()
 
 
+def _one_line(header: str) -> str:
+    """A header with single blanks; of one that is too long, nothing."""
+    squeezed = " ".join(header.split())
+    return squeezed if len(squeezed) <= LONGEST_HEADER else ""
+
+
+def _by_name() -> dict[str, tuple[tuple[Quantity, ...], bool]]:
+    """What each name means, and whether it is a word (sure) or a letter."""
+    words: dict[str, tuple[Quantity, ...]] = {}
+    letters: dict[str, tuple[Quantity, ...]] = {}
+    both: dict[str, tuple[Quantity, ...]] = {}
+    for each in CONTRACT:
+        for word in each.words:
+            words[word] = (*words.get(word, ()), each)
+        for letter in each.letters:
+            letters[letter] = (*letters.get(letter, ()), each)
+        # "Torque M0", "Elastic angle α": a word and its own letter.
+        for word in each.words:
+            for letter in each.letters:
+                both.setdefault(f"{word} {letter}", (each,))
+    sure = {True: both, False: letters}
+    found = {name: (each, is_sure) for is_sure, of in sure.items() for name, each in of.items()}
+    return found | {name: (each, True) for name, each in words.items()}
+
+
+_BY_NAME = _by_name()
+_MOST_PARTS = max(len(name.split()) for name in _BY_NAME)
+
+
 def _named(name: str) -> tuple[tuple[Quantity, ...], bool]:
     """The quantities that go by `name`, and whether it is a word (sure) or a letter."""
-    called = plain(name)
-    words = tuple(each for each in CONTRACT if called in each.words)
-    if words:
-        return words, True
-    letters = tuple(each for each in CONTRACT if called in each.letters)
-    if letters:
-        return letters, False
-    # "Torque M0", "Elastic angle α": a word and its own letter.
-    for each in CONTRACT:
-        if any(called == f"{word} {letter}" for word in each.words for letter in each.letters):
-            return (each,), True
-    return (), False
+    return _BY_NAME.get(plain(name), ((), False))
 
 
 def _split(header: str) -> tuple[str, str | None]:
     """Name and unit of a header; the unit is None where none is given."""
     if brackets := _BRACKETS.fullmatch(header):
         unit = brackets[2] if brackets[2] is not None else brackets[3]
-        name = re.sub(r"\s+in$", "", brackets[1].rstrip(" /,"))  # "torque / (N m)"
+        name = brackets[1].rstrip(" /,").removesuffix(" in").rstrip()  # "torque / (N m)"
         if not (brackets[2] is None and _named(header)[0]):  # "u(alpha)" is a name
             return name, unit
     for mark in "/,":
@@ -234,7 +254,7 @@ def _split(header: str) -> tuple[str, str | None]:
             return name, unit
     # "torque_Nm", "Torque N m": a name is a run of parts, and the unit what is left of them.
     parts = [part for part in re.split(r"[\s_\-]+", header) if part]
-    for count in range(len(parts), 0, -1):
+    for count in range(min(len(parts), _MOST_PARTS), 0, -1):
         name, rest = " ".join(parts[:count]), parts[count:]
         if not _named(name)[0]:
             continue
@@ -256,6 +276,7 @@ def _capital_u(name: str) -> bool:
 
 def unit_at_end(header: str) -> str:
     """What stands at the end of a header where a unit would, known or not; else nothing."""
+    header = _one_line(header)
     if brackets := _BRACKETS.fullmatch(header):
         return (brackets[2] if brackets[2] is not None else brackets[3]).strip()
     parts = re.split(r"[\s_\-/,]+", header)
@@ -268,6 +289,8 @@ def read_header(header: str, unit_below: str | None = None) -> Header:
     Forms read: `name_unit`, `name unit`, `name [unit]`, `name (unit)`, `name / unit`,
     `name, unit`, or a bare name over a unit.
     """
+    if not (header := _one_line(header)):
+        return Header()
     name, inside = _split(header)
     below = (unit_below or "").strip().strip("[]()")
     stated = [unit.strip() for unit in (inside, below) if unit]
@@ -328,7 +351,7 @@ def _rename(header: str, candidates: tuple[Quantity, ...]) -> str:
 def _near(header: str) -> str:
     """Why a header that begins like a quantity was not taken as one; else nothing."""
     parts = plain(header).split()
-    for count in range(len(parts) - 1, 0, -1):
+    for count in range(min(len(parts) - 1, _MOST_PARTS), 0, -1):
         quantities, sure = _named(" ".join(parts[:count]))
         if quantities and sure:
             rest = " ".join(parts[count:])

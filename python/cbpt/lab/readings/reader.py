@@ -509,7 +509,8 @@ class _Reader:
         rows = np.argsort(index, kind="stable")  # run after run, each in file order
         by_time = np.lexsort((time, index))  # the same, each in order of time
         line, t, run = readings.line[by_time], time[by_time], index[by_time]
-        for k in np.flatnonzero((t[1:] == t[:-1]) & (run[1:] == run[:-1])).tolist():
+        same = np.flatnonzero((t[1:] == t[:-1]) & (run[1:] == run[:-1]))
+        for k in same[: ReadingsError.MOST].tolist():
             twice = f"{t[k]:g} s twice in run {readings.run[by_time[k]]}"
             lines = sorted(line[k : k + 2].tolist())
             self.wrong("time_s", twice, "a different time for each reading of a run", lines=lines)

@@ -19,6 +19,7 @@ import itertools
 import math
 import re
 from array import array
+from collections import Counter
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -27,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.errors import Mistake, ReadingsError
-from cbpt.lab.readings.headers import find_unit
+from cbpt.lab.readings.headers import LONGEST_HEADER, find_unit
 
 __all__ = [
     "Column",
@@ -242,7 +243,7 @@ def _separator(kept: list[str]) -> str:
 
 
 def check_headers(source: str, header: list[str], line: int, lines: Sequence[str] = ()) -> None:
-    """Raise if there are no headers, or one of them twice."""
+    """Raise if there are no headers, one of them twice, or one that is no name."""
     names = [cell.strip() for cell in header]
     at = (line,) if line else ()
     if any(names) and all(_is_number(name) for name in names if name):
@@ -252,8 +253,13 @@ def check_headers(source: str, header: list[str], line: int, lines: Sequence[str
             remedy = f"remove the # if {above[-1]!r} is the line of headers, otherwise {remedy}"
         mistake = Mistake(at, names[0], repr(names[0]), "a line of headers", remedy)
         raise ReadingsError(source, [mistake])
+    longest = max(names, key=len, default="")
+    if len(longest) > LONGEST_HEADER:
+        found, expected = f"a header of {len(longest):,} signs", f"at most {LONGEST_HEADER:,}"
+        remedy = "write the name and the unit of the column alone"
+        raise ReadingsError(source, [Mistake(at, longest[:40] + "...", found, expected, remedy)])
     mistakes = []
-    for name in dict.fromkeys(name for name in names if name and names.count(name) > 1):
+    for name in (name for name, count in Counter(names).items() if name and count > 1):
         places = " and ".join(str(i) for i, other in enumerate(names, 1) if other == name)
         found = f"the same header in columns {places}"
         remedy = "rename or remove one of them"

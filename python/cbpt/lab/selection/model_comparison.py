@@ -259,7 +259,10 @@ class _Contest:
             if not names or self.score(names) < best - _EFFORT.settled_room:
                 continue
             inner = [tuple(n for n in names if n != gone) for gone in names]
-            below = max((n for n in inner if n in self.fits), key=lambda n: follows(self.fits[n]))
+            known = [n for n in inner if n in self.fits]
+            if not known:
+                continue
+            below = max(known, key=lambda n: follows(self.fits[n]))
             if follows(fit) < follows(self.fits[below]) - _EFFORT.worse:
                 start = self.fitter.start(fit.hypothesis, {})
                 kept = [u.index for u in self.fits[below].unknowns]

@@ -428,3 +428,25 @@ fn a_torsion_spring_is_no_ball_drive() {
     let play = message(&format!("{spring}[[effect]]\nid = \"bearing_play\"\n"));
     assert!(play.contains("torsion_spring.reference_radius_mm"), "{play}");
 }
+
+/// A text of a mebibyte, each byte or line of it a mistake: searched anew for each it takes half an hour.
+#[test]
+fn a_flood_of_any_kind_takes_as_long_as_it_is() {
+    for part in
+        [",", ",\n", "=", "a = 1\n", "[a]\n", "[", "\r", ", \n[ \n= \n\" \n", "a = [,\n", "\"", "a = {,,"]
+    {
+        let text = part.repeat(LARGEST / part.len());
+        let error = Case::from_toml(&text, "drive.toml").unwrap_err();
+        assert!((1..=CaseError::MOST).contains(&error.mistakes.len()), "{part:?}");
+    }
+}
+
+#[test]
+fn lines_and_columns_count_from_one() {
+    for (text, line, column) in [("= 1", 1, 1), ("\nä = 1\n", 2, 1), ("a = 1\n\n  [", 3, 3)] {
+        let error = Case::from_toml(text, "drive.toml").unwrap_err();
+        let first = &error.mistakes[0];
+        assert_eq!(first.line, Some(line), "{text:?}");
+        assert!(first.column.is_some_and(|found| found >= column), "{text:?}: {first:?}");
+    }
+}
