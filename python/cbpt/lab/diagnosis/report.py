@@ -212,8 +212,8 @@ def _wrapped(text: str) -> list[str]:
 def _next_run(run: dict[str, Any]) -> str:
     if run["gain"] < RULES.log_rival_odds:
         return (
-            "No single run like the previous ones would decide between these combinations; other "
-            "knowledge, such as a drawing, can."
+            "No single run like the previous ones would decide between the combinations below; "
+            "other knowledge, such as a drawing, can."
         )
     return (
         f"A run that would distinguish {listed(run['separates'])}: "

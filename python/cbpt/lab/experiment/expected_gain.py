@@ -176,7 +176,7 @@ def _planned(hypotheses: OpenHypotheses, runs: Sequence[PlannedRun]) -> Fitter:
     """The model of the readings for further runs; columns that the readings lack stay away."""
     c = hypotheses.fitter.campaign
     rows = Plan.of_runs(runs).rows
-    unseen = {name: None for name in _OPTIONAL if getattr(c.readings, name) is None}
+    unseen: dict[str, Any] = {name: None for name in _OPTIONAL if getattr(c.readings, name) is None}
     rows = replace(rows, u_elastic_angle_arcsec=np.ones(len(rows)), **unseen)
     campaign = Campaign.of(hypotheses.case, rows)
     return Fitter(replace(campaign, own=c.own, candidates=c.candidates, effects=c.effects))

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.covariance.fit_noise import fit_noise
+from cbpt.lab.covariance.fit_noise import PRICE, fit_noise
 from cbpt.lab.covariance.linear_gaussian import Linear, Noise, Whitener
 from cbpt.lab.covariance.outliers import inflation_of
 from cbpt.lab.inference.evidence import Fit
@@ -99,6 +99,7 @@ def prepare(fitter: Fitter) -> Setting:
     library = Signatures(campaign, fitter.variants)
     signatures = library.about(first, names)
     plain = replace(campaign.plain_noise, inflation=_inflation(fitter, first, signatures, families))
+    plain = _with_torque_noise(fitter, first, signatures, plain)
     null = fitter.fit(nothing, noise=plain)
     assert null is not None
     flexible = _flexible_noise(fitter, null, signatures, plain)
@@ -164,31 +165,61 @@ def _of_one_place(campaign: Campaign, loose: NDArray[np.bool_]) -> bool:
     return False
 
 
+def _with_torque_noise(
+    fitter: Fitter, fit: Fit, signatures: list[Signature], plain: Noise
+) -> Noise:
+    """The noise with that of the torque readings, seen through the slope of the angle, where a fit
+    that may follow the whole library scatters that way (errors in variables; Fuller 1987)."""
+    c = fitter.campaign
+    gains = [i for i, u in enumerate(fit.unknowns) if u.name == "torque_scale"]
+    if not gains:
+        return plain
+    size = np.abs(c.readings.torque_Nm)
+    loaded = size > 0.05 * size.max()
+    slope = np.abs(fit.point.slopes[:, gains[0]]) / np.where(loaded, size, np.inf)
+    # Without torque a gain shows nothing; the slope there is that of small torques.
+    small = loaded & (size <= np.quantile(size[loaded], 0.3))
+    slope = np.where(loaded, slope, np.median(slope[small]))
+    typical = float(np.median(c.u_arcsec))
+    found = [(_flexible_fit(fitter, fit, signatures, plain)[1], plain)]
+    for share in (0.7, 1.4, 2.8):
+        own = slope * (share * typical / float(np.quantile(slope, 0.9)))
+        rounding = own if c.rounding_arcsec is None else np.hypot(own, c.rounding_arcsec)
+        noise = replace(plain, rounding_arcsec=rounding)
+        found.append((_flexible_fit(fitter, fit, signatures, noise)[1] - PRICE, noise))
+    return max(found, key=lambda f: f[0])[1]
+
+
 def _flexible_noise(fitter: Fitter, fit: Fit, signatures: list[Signature], start: Noise) -> Noise:
     """The noise as seen by a fit that may follow the whole library."""
     c = fitter.campaign
-    y, x, precision = fitter.linear(fit)
-    columns = np.column_stack([s.columns for s in signatures])
-    columns = columns[:, np.isfinite(columns).all(axis=0)]
-    size = np.linalg.norm(columns / c.u_arcsec[:, None], axis=0)
-    columns = columns[:, size > 1e-9] / size[size > 1e-9]
-    # Each signature may be as strong as a hundred standard deviations of the whole table.
-    noise, _ = fit_noise(
-        Linear(
-            y,
-            np.column_stack([x, columns]),
-            np.r_[precision, np.full(columns.shape[1], 1e-4)],
-        ),
-        c.u_arcsec,
-        c.rows,
-        start,
-        fitter.stated_dof,
-        structures=len(c) > 3 * columns.shape[1],
-    )
+    columns = _library_columns(fitter, signatures)
+    noise, _ = _flexible_fit(fitter, fit, signatures, start)
     # What so many free columns take from the scatter by chance is given back.
     size = np.linalg.svd(columns / c.u_arcsec[:, None], compute_uv=False)
     taken = float(np.sum(size**2 / (size**2 + 1e-2)))
     return replace(noise, scale=noise.scale * np.sqrt(len(c) / max(len(c) - taken, 1.0)))
+
+
+def _library_columns(fitter: Fitter, signatures: list[Signature]) -> Floats:
+    """Of the whole library, each of length 1 in stated uncertainties, shape (n, m)."""
+    columns = np.column_stack([s.columns for s in signatures])
+    columns = columns[:, np.isfinite(columns).all(axis=0)]
+    size = np.linalg.norm(columns / fitter.campaign.u_arcsec[:, None], axis=0)
+    return np.asarray(columns[:, size > 1e-9] / size[size > 1e-9])
+
+
+def _flexible_fit(
+    fitter: Fitter, fit: Fit, signatures: list[Signature], start: Noise
+) -> tuple[Noise, float]:
+    """The noise that suits a fit which may follow the whole library, and its log likelihood."""
+    c, columns = fitter.campaign, _library_columns(fitter, signatures)
+    y, x, precision = fitter.linear(fit)
+    # Each signature may be as strong as a hundred standard deviations of the whole table.
+    free = np.full(columns.shape[1], 1e-4)
+    linear = Linear(y, np.column_stack([x, columns]), np.r_[precision, free])
+    structures = len(c) > 3 * columns.shape[1]
+    return fit_noise(linear, c.u_arcsec, c.rows, start, fitter.stated_dof, structures)
 
 
 def _variant_prices(fitter: Fitter, looks: tuple[Look, ...]) -> dict[str, float]:
