@@ -136,15 +136,13 @@ def test_no_number_is_minus_nothing() -> None:
 # --- the ladder of errors -----------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("name", "loose"), [("dev04", set()), ("dev10", {"rough_contact"})])
-def test_an_error_held_out_far_below_in_sample_is_explained_once(
-    name: str, loose: set[str]
-) -> None:
+@pytest.mark.parametrize(("name", "loose"), [("dev04", False), ("dev10", True)])
+def test_an_error_held_out_far_below_in_sample_is_explained_once(name: str, loose: bool) -> None:
     d = diagnosed(name)
     low = {r.added for r in d.ladder if r.held_out_rmse_arcsec < 0.8 * r.rmse_arcsec}
-    assert low == loose
+    assert bool(low) == loose
     says = "means that the stated form does not fit"
-    assert words(d).count(says) == bool(loose)
+    assert words(d).count(says) == loose
     told = d.to_dict()["ladder_says"]
     assert says in told if loose else told is None
 
