@@ -86,10 +86,11 @@ def nested(fitter: Fitter, fit: Fit, noise: Noise, seed: int) -> tuple[float, fl
         log_likelihood,
         transform,
         len(unknowns),
-        nlive=80,
+        nlive=60,
+        sample="rwalk",
         rstate=np.random.default_rng(seed),
     )
-    sampler.run_nested(dlogz=0.3, print_progress=False)
+    sampler.run_nested(dlogz=0.5, print_progress=False)
     result = sampler.results
     return float(result.logz[-1]), float(result.logzerr[-1]), int(np.sum(result.ncall))
 
