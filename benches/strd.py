@@ -22,7 +22,7 @@ from scipy.optimize import least_squares
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from cbpt.lab.inference.least_squares import minimise
-from common.strd import AIM, Problem, digits, problems
+from common.strd import AIM, Floats, Problem, digits, problems
 
 TIGHT = {"xtol": 1e-15, "ftol": 1e-15, "gtol": 1e-15, "x_scale": "jac", "max_nfev": 5000}
 MARKS = "<!-- benches/strd.py -->\n", "<!-- end -->\n"
@@ -65,12 +65,14 @@ def lines() -> Iterator[str]:
 
 def peer(problem: Problem, start: Any, **how: Any) -> float:
     """Digits that SciPy finds; 0 where it gives up with an error."""
+
+    def off(b: Floats) -> Floats:
+        return problem.model(b) - problem.y
+
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            found = least_squares(
-                lambda b: problem.model(b) - problem.y, start, problem.slopes, **how
-            )
+            found = least_squares(off, start, problem.slopes, **how)
         except ValueError:
             return 0.0
     return digits(found.x, problem.certified)
