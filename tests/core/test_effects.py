@@ -279,7 +279,11 @@ def test_a_case_takes_effects_and_gives_them_back_in_SI() -> None:
     assert found[:3] == [
         ("ball_diameter_lot", {"ball": i, "oversize_m": pytest.approx(1e-7 * i)}) for i in range(3)
     ]
-    assert found[3][1] == {"rate_rad_per_s": pytest.approx(ARCSEC), "rate_rad_per_K": 0.0}
+    assert found[3][1] == {
+        "rate_rad_per_s": pytest.approx(ARCSEC),
+        "rate_rad_per_K": 0.0,
+        "time_constant_s": 0.0,
+    }
     assert found[4] == ("eccentric_bearing", {"reference_deflection_m": 2e-6, "exponent": 0.9})
     assert cbpt.Case.from_toml(more.to_toml()) == more
     assert more.with_effects([]) == case

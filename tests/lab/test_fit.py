@@ -69,6 +69,7 @@ PLANTED: list[tuple[str, str, dict[str, float]]] = [
     ("eccentric_bearing", "", {"reference_deflection_m": 1e-6, "exponent": 0.75}),
     ("bearing_play", "", {"clearance_m": 4e-7}),
     ("output_torsion", "", {"compliance_rad_per_Nm": 1e-6}),
+    ("output_torsion", "softer one way", {"compliance_rad_per_Nm": 1e-6, "asymmetry": -0.5}),
     (
         "friction_hysteresis",
         "",
@@ -84,6 +85,7 @@ PLANTED: list[tuple[str, str, dict[str, float]]] = [
     ("plate_tilt", "in the housing", {"housing_tilt_cosine_rad": 8e-5, "housing_tilt_sine_rad": 0}),
     ("rough_contact", "", {"exponent": 1.7}),
     ("run_in", "permanent_set", {"permanent_set_rad": 3 * ARCSEC}),
+    ("run_in", "settled", {"settled_rad": -3 * ARCSEC, "settling_cycles": 2.0}),
     ("wear", "", {"lost_share_per_s": 5e-5}),
     ("creep", "", {"compliance_rad_per_Nm": 6e-7, "time_constant_s": 12.0}),
     (

@@ -84,9 +84,10 @@ fn a_formula_is_the_effect_of_the_library_that_it_says() {
         let with =
             |effect, values: &[f64]| predicted(vec![library("friction_hysteresis"), effect], values, &wanted);
         let mine = with(own(adds_to, text, parameters), &values);
-        // The library's effect may have further sizes, for forms that the formula has not.
-        let further = effect::find(id).unwrap().parameters.len() - parameters.len();
-        let theirs = with(library(id), &[values.clone(), vec![0.0; further]].concat());
+        // The library's effect may have further numbers, for forms that the formula has not.
+        let further = effect::find(id).unwrap().parameters[parameters.len()..].iter();
+        let neutral: Vec<f64> = further.map(|parameter| parameter.neutral).collect();
+        let theirs = with(library(id), &[values.clone(), neutral].concat());
         assert_same(&theirs.angle_rad, &mine.angle_rad, 1e-12, id);
         for column in wanted {
             let of = |found: &Prediction| -> Vec<f64> {

@@ -6,6 +6,7 @@
 //! - [`spec`]: the description of an effect and of its parameters;
 //! - [`port`]: what it is given and may change where it acts;
 //! - [`dual`]: numbers that carry derivatives, in which all formulas are written;
+//! - [`lag`]: the temperature of a part that follows the measured one;
 //! - [`own`]: effects of the user's own, which are no part of the table.
 //!
 //! Ports act in the order load, gap, contact, series, reading; the gains of torque and preload readings change the row
@@ -13,6 +14,7 @@
 //! know nothing of pairs and solvers: [`crate::predict`] applies them.
 
 pub mod dual;
+pub mod lag;
 pub mod own;
 pub mod port;
 pub mod spec;

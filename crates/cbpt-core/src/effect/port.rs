@@ -5,23 +5,25 @@ use super::dual::Dual;
 /// One reading as effects see it: the columns of the table but for the angle, and its place in the history.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
+    /// Its place among the readings, run by run.
+    pub place: usize,
     /// Torque that was read, N m.
     pub torque_Nm: f64,
     /// Preload that was read, N; 0 where there is none.
     pub preload_N: f64,
     /// Angle of the input crank, rad.
     pub input_angle_rad: f64,
-    /// Time since the table's first reading, s.
+    /// Time since the first reading of the table, s; the first is the earliest where all runs have one clock.
     pub time_s: f64,
     /// Time since the run's first reading, s.
     pub run_time_s: f64,
-    /// Temperature less that of the table's first reading, K; 0 where none was read.
+    /// Temperature less that of the first reading, K; 0 where none was read.
     pub temperature_difference_K: f64,
     /// Largest torque either way so far over the largest of the table.
     pub largest_torque_share: f64,
     /// The same since the run began.
     pub largest_torque_share_of_run: f64,
-    /// Load cycles that were complete before this reading; 0 where none were counted.
+    /// Load cycles that were complete before this reading; where none were counted, the runs before this one.
     pub cycles_done: f64,
     /// 1 where the torque rises from the reading before in the run, -1 where it falls, 0 where it holds; the first reading of
     /// a run takes the value of the next.
@@ -114,6 +116,9 @@ pub enum Action {
     Spread,
     /// Changes the load.
     Load(fn(&[Dual], &Row, &mut Load)),
+    /// Changes the load by the temperature of a part (K, less the first one), which follows the measured one with the effect's
+    /// number of this place as time constant; see [`super::lag`].
+    ThermalLoad(usize, fn(&[Dual], Dual, &mut Load)),
     /// zeta, g and p at a ball for one unit of the size given by its index, m per unit; the sizes act linearly.
     Gap(fn(&[f64], usize, &Ball) -> [f64; 3]),
     /// Changes the contacts.
@@ -125,4 +130,16 @@ pub enum Action {
     History(OfRun),
     /// What the instrument shows of an angle, rad.
     Reading(fn(&[Dual], &Row, Dual) -> Dual),
+    /// The same with the temperature of a part before the angle; see [`Self::ThermalLoad`].
+    ThermalReading(usize, fn(&[Dual], &Row, Dual, Dual) -> Dual),
+}
+
+impl Action {
+    /// Which of the effect's numbers is the time constant of a temperature.
+    pub fn time_constant(&self) -> Option<usize> {
+        match self {
+            Self::ThermalLoad(place, _) | Self::ThermalReading(place, _) => Some(*place),
+            _ => None,
+        }
+    }
 }

@@ -6,6 +6,7 @@ use super::port::{Action, Ball, Contact, DriveNumbers, Load, Row};
 use super::spec::Spec;
 
 pub const ROW: Row = Row {
+    place: 0,
     torque_Nm: 4.0,
     preload_N: 600.0,
     input_angle_rad: std::f64::consts::PI / 6.0,
@@ -38,14 +39,19 @@ fn duals(own: &[f64]) -> Vec<Dual> {
 }
 
 pub fn load(spec: &Spec, own: &[f64]) -> Load {
-    let Action::Load(act) = spec.action else { panic!("{} acts elsewhere", spec.id) };
     let mut load = Load {
         torque_Nm: Dual::constant(ROW.torque_Nm),
         preload_N: Dual::constant(ROW.preload_N),
         spring_N_per_m: Dual::constant(0.0),
         friction: Vec::new(),
     };
-    act(&duals(own), &ROW, &mut load);
+    match spec.action {
+        Action::Load(act) => act(&duals(own), &ROW, &mut load),
+        Action::ThermalLoad(_, act) => {
+            act(&duals(own), Dual::constant(ROW.temperature_difference_K), &mut load);
+        }
+        _ => panic!("{} acts elsewhere", spec.id),
+    }
     load
 }
 
@@ -81,8 +87,15 @@ pub fn history(spec: &Spec, own: &[f64], run: &[(f64, f64)]) -> Vec<f64> {
 }
 
 pub fn reading(spec: &Spec, own: &[f64], angle_rad: f64) -> f64 {
-    let Action::Reading(act) = spec.action else { panic!("{} acts elsewhere", spec.id) };
-    act(&duals(own), &ROW, Dual::constant(angle_rad)).value
+    let angle = Dual::constant(angle_rad);
+    let shown = match spec.action {
+        Action::Reading(act) => act(&duals(own), &ROW, angle),
+        Action::ThermalReading(_, act) => {
+            act(&duals(own), &ROW, Dual::constant(ROW.temperature_difference_K), angle)
+        }
+        _ => panic!("{} acts elsewhere", spec.id),
+    };
+    shown.value
 }
 
 /// At neutral sizes, and whatever its shape, the effect does nothing to the last bit.
@@ -90,7 +103,7 @@ pub fn vanishes(spec: &Spec) {
     let own: Vec<f64> = spec.parameters.iter().map(|parameter| parameter.neutral).collect();
     match spec.action {
         Action::Spread => {}
-        Action::Load(_) => {
+        Action::Load(_) | Action::ThermalLoad(..) => {
             let load = load(spec, &own);
             let values = [load.torque_Nm.value, load.preload_N.value, load.spring_N_per_m.value];
             assert_eq!(values, [ROW.torque_Nm, ROW.preload_N, 0.0]);
@@ -114,7 +127,7 @@ pub fn vanishes(spec: &Spec) {
             let run = [(0.0, -3.0), (5.0, 0.0), (60.0, 5.0)];
             assert!(history(spec, &own, &run).iter().all(|angle| *angle == 0.0));
         }
-        Action::Reading(_) => {
+        Action::Reading(_) | Action::ThermalReading(..) => {
             for angle_rad in [-3e-4, 0.0, 1e-5] {
                 assert_eq!(reading(spec, &own, angle_rad), angle_rad);
             }

@@ -4,11 +4,14 @@ use std::sync::Arc;
 
 use crate::effect::Port;
 use crate::effect::dual::Dual;
+use crate::effect::lag::part_temperatures;
 use crate::effect::own::OwnEffect;
 use crate::effect::port::{Action, Contact, DriveNumbers, Load, Row};
+use crate::effect::spec::Spec;
 use crate::pair::HERTZ_EXPONENT;
 
 use super::added::Added;
+use super::rows::Rows;
 
 /// An effect with numbers, some of them seeded with a partial.
 #[derive(Debug, Clone)]
@@ -16,6 +19,25 @@ pub struct Link {
     pub port: Port,
     pub action: Action,
     pub own: Vec<Dual>,
+    /// Temperature of the part at every reading (K, less the first one); empty where it is the measured one.
+    part_temperatures: Vec<Dual>,
+}
+
+impl Link {
+    /// An effect of the library with its numbers, on these readings.
+    pub fn new(spec: &Spec, own: Vec<Dual>, rows: &Rows) -> Self {
+        let time_constant_s = spec.action.time_constant().map(|place| own[place]);
+        let lags = time_constant_s.filter(|time_s| *time_s != Dual::constant(0.0));
+        let part_temperatures = lags.map_or_else(Vec::new, |time_s| {
+            rows.by_clock().into_iter().flat_map(|rows| part_temperatures(rows, &time_s)).collect()
+        });
+        Self { port: spec.port, action: spec.action, own, part_temperatures }
+    }
+
+    fn temperature(&self, row: &Row) -> Dual {
+        let lagging = self.part_temperatures.get(row.place).copied();
+        lagging.unwrap_or(Dual::constant(row.temperature_difference_K))
+    }
 }
 
 /// An own effect with its numbers, some of them seeded with a partial.
@@ -42,8 +64,10 @@ impl Chain {
         };
         for gain in [true, false] {
             for link in self.links.iter().filter(|link| (link.port == Port::Reading) == gain) {
-                if let Action::Load(act) = link.action {
-                    act(&link.own, row, &mut load);
+                match link.action {
+                    Action::Load(act) => act(&link.own, row, &mut load),
+                    Action::ThermalLoad(_, act) => act(&link.own, link.temperature(row), &mut load),
+                    _ => {}
                 }
             }
         }
@@ -101,8 +125,12 @@ impl Chain {
     /// What the instrument shows of an angle.
     pub fn reading(&self, row: &Row, mut angle: Dual) -> Dual {
         for link in &self.links {
-            if let Action::Reading(act) = link.action {
-                angle = act(&link.own, row, angle);
+            match link.action {
+                Action::Reading(act) => angle = act(&link.own, row, angle),
+                Action::ThermalReading(_, act) => {
+                    angle = act(&link.own, row, link.temperature(row), angle);
+                }
+                _ => {}
             }
         }
         angle

@@ -64,6 +64,9 @@ impl Predictor {
                     "must be 0, because the readings have no preload; friction_torque_Nm needs none",
                 )?;
             }
+            if parameter.stem == "preload_exponent" && !self.rows.has_preload() {
+                require(*value == 0.0, field(), value, "must be 0, because the readings have no preload")?;
+            }
             if parameter.stem.starts_with("planet_") && self.reducer.torsion_spring().is_some() {
                 require(
                     *value == 0.0,

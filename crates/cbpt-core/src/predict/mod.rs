@@ -364,10 +364,11 @@ impl Predictor {
         };
         let (mut links, mut own) = (Vec::new(), Vec::new());
         for &effect in self.order.iter().filter(|effect| on(**effect)) {
-            let numbers = || self.own_slots(effect).map(|slot| seeded(values, seeds, slot)).collect();
+            let numbers =
+                || -> Vec<Dual> { self.own_slots(effect).map(|slot| seeded(values, seeds, slot)).collect() };
             match &self.effects[effect] {
                 Effect::Library(spec) if acts(effect) => {
-                    links.push(Link { port: spec.port, action: spec.action, own: numbers() });
+                    links.push(Link::new(spec, numbers(), &self.rows));
                 }
                 Effect::Library(_) => {}
                 Effect::Own(formula) => own.push((Arc::clone(formula), numbers())),

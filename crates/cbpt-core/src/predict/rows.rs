@@ -1,4 +1,7 @@
 //! The readings' columns but for the angle, checked once, with what history makes of them.
+//!
+//! History goes by time: runs follow each other by their first times, wherever they stand in the table. Runs that overlap in
+//! time have each a clock of its own, which starts again with the run; then their order is that of the table.
 
 use std::collections::HashMap;
 
@@ -33,6 +36,8 @@ pub struct Rows {
     places: Vec<usize>,
     /// Where each run begins in `rows`, and the end of the last.
     starts: Vec<usize>,
+    /// Whether the runs follow each other in time, by one clock.
+    one_clock: bool,
     has_temperature: bool,
     has_preload: bool,
 }
@@ -79,7 +84,8 @@ impl Rows {
 
     /// Single loads, each a table of its own: one reading at time 0, loaded from rest.
     pub fn of_loads(loads: &[Load]) -> Self {
-        let row = |load: &Load| Row {
+        let row = |(place, load): (usize, &Load)| Row {
+            place,
             torque_Nm: load.torque_Nm(),
             preload_N: load.preload_N(),
             input_angle_rad: load.input_angle_rad(),
@@ -92,9 +98,10 @@ impl Rows {
             direction: 0.0,
         };
         Self {
-            rows: loads.iter().map(row).collect(),
+            rows: loads.iter().enumerate().map(row).collect(),
             places: (0..loads.len()).collect(),
             starts: (0..=loads.len()).collect(),
+            one_clock: false,
             has_temperature: true,
             has_preload: loads.iter().all(|load| load.preload_N() > 0.0),
         }
@@ -118,40 +125,40 @@ impl Rows {
             }
             runs[number].push(place);
         }
+        let one_clock = by_time(&mut runs, columns.time_s);
+        let mut in_order: Vec<usize> = (0..columns.run.len()).collect();
+        if one_clock {
+            in_order.sort_by(|&a, &b| columns.time_s[a].total_cmp(&columns.time_s[b]));
+        }
+        let first = in_order[0];
         let largest = columns.torque_Nm.iter().fold(0.0, |a: f64, torque| a.max(torque.abs()));
-        let mut so_far: f64 = 0.0;
-        let shares: Vec<f64> = columns
-            .torque_Nm
-            .iter()
-            .map(|torque| {
-                so_far = so_far.max(torque.abs());
-                if largest > 0.0 { so_far / largest } else { 0.0 }
-            })
-            .collect();
+        let shares = largest_shares(columns.torque_Nm, &in_order, largest);
         let mut this = Self {
             rows: Vec::with_capacity(shares.len()),
             places: Vec::with_capacity(shares.len()),
             starts: vec![0],
+            one_clock,
             has_temperature: columns.temperature_K.is_some(),
             has_preload: columns.preload_N.is_some(),
         };
         let first_cycle = columns.cycle.map_or(0.0, |c| c.iter().copied().fold(f64::INFINITY, f64::min));
-        for run in runs {
+        for (runs_done, run) in runs.iter().enumerate() {
             let mut in_run: f64 = 0.0;
             for (number, &place) in run.iter().enumerate() {
                 in_run = in_run.max(columns.torque_Nm[place].abs());
-                let temperature = columns.temperature_K.map_or(0.0, |t| t[place] - t[0]);
+                let temperature = columns.temperature_K.map_or(0.0, |t| t[place] - t[first]);
                 this.rows.push(Row {
+                    place: this.rows.len(),
                     torque_Nm: columns.torque_Nm[place],
                     preload_N: columns.preload_N.map_or(0.0, |preload| preload[place]),
                     input_angle_rad: columns.input_angle_rad[place],
-                    time_s: columns.time_s[place] - columns.time_s[0],
+                    time_s: columns.time_s[place] - columns.time_s[first],
                     run_time_s: columns.time_s[place] - columns.time_s[run[0]],
                     temperature_difference_K: temperature,
                     largest_torque_share: shares[place],
                     largest_torque_share_of_run: if largest > 0.0 { in_run / largest } else { 0.0 },
-                    cycles_done: columns.cycle.map_or(0.0, |c| c[place] - first_cycle),
-                    direction: direction(columns.torque_Nm, &run, number),
+                    cycles_done: columns.cycle.map_or(runs_done as f64, |c| c[place] - first_cycle),
+                    direction: direction(columns.torque_Nm, run, number),
                 });
                 this.places.push(place);
             }
@@ -195,6 +202,14 @@ impl Rows {
         self.starts[number]..self.starts[number + 1]
     }
 
+    /// The readings cut where time starts again: all of them, or the runs.
+    pub(super) fn by_clock(&self) -> Vec<&[Row]> {
+        if self.one_clock {
+            return vec![&self.rows];
+        }
+        (0..self.runs()).map(|run| &self.rows[self.run(run)]).collect()
+    }
+
     /// From values run by run to the order of the table.
     pub(super) fn in_table_order<T: Clone>(&self, by_run: &[T], width: usize) -> Vec<T> {
         let mut sorted = by_run.to_vec();
@@ -203,6 +218,31 @@ impl Rows {
         }
         sorted
     }
+}
+
+/// Largest torque either way so far, over the largest of all, at each reading.
+fn largest_shares(torque_Nm: &[f64], in_order: &[usize], largest_Nm: f64) -> Vec<f64> {
+    let mut so_far: f64 = 0.0;
+    let mut shares = vec![0.0; torque_Nm.len()];
+    for &place in in_order {
+        so_far = so_far.max(torque_Nm[place].abs());
+        shares[place] = if largest_Nm > 0.0 { so_far / largest_Nm } else { 0.0 };
+    }
+    shares
+}
+
+/// Puts runs in the order of their first times and returns true, unless they overlap in time: then each has a clock of its
+/// own, and their order stays.
+fn by_time(runs: &mut [Vec<usize>], time_s: &[f64]) -> bool {
+    let first = |run: &[usize]| run.first().map_or(0.0, |place| time_s[*place]);
+    let last = |run: &[usize]| run.last().map_or(0.0, |place| time_s[*place]);
+    let mut sorted: Vec<usize> = (0..runs.len()).collect();
+    sorted.sort_by(|&a, &b| first(&runs[a]).total_cmp(&first(&runs[b])));
+    if sorted.windows(2).any(|pair| first(&runs[pair[1]]) < last(&runs[pair[0]])) {
+        return false;
+    }
+    runs.sort_by(|a, b| first(a).total_cmp(&first(b)));
+    true
 }
 
 /// Sense of the torque's last change before a reading of a run; the first takes the value of the next.

@@ -1,7 +1,8 @@
 //! A drive with effects on a campaign: the limit where effects vanish, contributions, the scaling law, the loop of friction,
-//! independence of what was asked before; `sensitivities` against differences.
+//! independence of what was asked before; `sensitivities` against differences; `order`: what goes by time.
 #![allow(clippy::unwrap_used, clippy::panic, clippy::float_cmp)]
 
+mod order;
 mod sensitivities;
 
 use cbpt_core::drive::{
@@ -141,7 +142,11 @@ fn library(ids: &[&str]) -> Vec<Effect> {
 #[allow(clippy::match_same_arms)] // one line a quantity
 fn typical(id: &str, name: &str) -> f64 {
     match (id, name) {
-        ("output_torsion", _) => 2e-6,
+        ("output_torsion", "compliance_rad_per_Nm") => 2e-6,
+        (_, "asymmetry") => 0.3,
+        (_, "preload_exponent") => 0.5,
+        (_, "stiffening_per_Nm") => 0.2,
+        (_, "stop_torque_Nm") => 2.9,
         ("creep", "compliance_rad_per_Nm") => 3e-7,
         (_, "superposed_compliance_rad_per_Nm") => 2e-7,
         (_, "stiffness_scale") => 0.8,
@@ -173,6 +178,7 @@ fn typical(id: &str, name: &str) -> f64 {
         (_, "housing_tilt_cosine_rad" | "housing_tilt_sine_rad") => 8e-6,
         ("rough_contact", "exponent") => 1.6,
         (_, "permanent_set_rad" | "permanent_set_of_run_rad" | "settled_rad") => 5.0 * ARCSEC,
+        (_, "settling_cycles") => 2.0,
         (_, "lost_share_per_s") => 5e-4,
         (_, "time_constant_s") => 30.0,
         _ => panic!("a new parameter, {name} of {id}, wants a typical value"),
@@ -492,10 +498,10 @@ fn numbers_that_cannot_be_are_named() {
     let mut predictor = predictor(drive, &["ball_diameter_lot", "thermal_preload"]);
     let mut refused = |values: &[f64], wanted: &[usize]| message(predictor.predict(values, wanted));
     assert!(refused(&[0.0, 0.0], &[]).starts_with("values = 2 entries"));
-    assert!(refused(&[12.0, 0.0, 0.0], &[]).contains("ball of ball_diameter_lot"));
-    assert!(refused(&[0.5, 0.0, 0.0], &[]).contains("whole number"));
-    assert!(refused(&[0.0, f64::NAN, 0.0], &[]).contains("oversize_m"));
-    assert!(refused(&[0.0, 0.0, 1e9], &[]).contains("must lie between"));
-    assert!(refused(&[0.0, 0.0, 0.0], &[3]).starts_with("wanted[0] = 3"));
-    assert!(refused(&[0.0, 0.0, 0.0], &[0]).contains("no derivative"));
+    assert!(refused(&[12.0, 0.0, 0.0, 0.0], &[]).contains("ball of ball_diameter_lot"));
+    assert!(refused(&[0.5, 0.0, 0.0, 0.0], &[]).contains("whole number"));
+    assert!(refused(&[0.0, f64::NAN, 0.0, 0.0], &[]).contains("oversize_m"));
+    assert!(refused(&[0.0, 0.0, 1e9, 0.0], &[]).contains("must lie between"));
+    assert!(refused(&[0.0, 0.0, 0.0, 0.0], &[4]).starts_with("wanted[0] = 4"));
+    assert!(refused(&[0.0, 0.0, 0.0, 0.0], &[0]).contains("no derivative"));
 }

@@ -70,13 +70,13 @@ def _screen(d: DiagnosisData) -> Screen:
 
 
 def smallest(d: DiagnosisData) -> list[Smallest]:
-    """By effect; those of the answer, and those that cannot be seen at any likely size, are not
-    among them.
+    """By effect, in its simplest form; those of the answer, and those that cannot be seen at any
+    likely size, are not among them.
     """
     screen, fitter = _screen(d), d.competition.fitter
     # Odds of 20 : 1 after prior odds of 1 : 50 and the price of a free size.
     need = np.sqrt(2 * (RULES.log_rival_odds + np.log(50.0) + 3.0))
-    best: dict[str, tuple[float, Smallest]] = {}
+    best: dict[str, tuple[tuple[int, float], Smallest]] = {}
     for m, s in enumerate(screen.signatures):
         effect, lot = s.variant.effect, bool(s.variant.spread)
         if not screen.usable(m) or effect in d.verdict.names:
@@ -90,8 +90,9 @@ def smallest(d: DiagnosisData) -> list[Smallest]:
         shapes = dict(s.variant.fixed) | s.shapes
         largest = _largest_spread(fitter.variants) if lot else s.variant.high
         one = Smallest(effect, name, neutral + size, neutral, size / largest, shapes)
-        if effect not in best or units < best[effect][0]:
-            best[effect] = units, one
+        rank = len(s.shapes), units
+        if effect not in best or rank < best[effect][0]:
+            best[effect] = rank, one
     return [one for _, (_, one) in sorted(best.items())]
 
 

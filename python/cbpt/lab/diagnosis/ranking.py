@@ -66,11 +66,16 @@ def _member(screen: Screen, fit: Fit) -> int | None:
         if u.name.startswith(variant.effect + ".")
     }
     found = [
-        (sum(abs(np.log(max(shapes.get(n, v), 1e-300) / v)) for n, v in s.shapes.items()), m)
+        (sum(_way(shapes.get(name, v), v) for name, v in s.shapes.items()), m)
         for m, s in enumerate(screen.signatures)
         if s.variant == variant and screen.usable(m)
     ]
     return min(found)[1] if found else None
+
+
+def _way(value: float, grid: float) -> float:
+    """From a place of the grid to a value: in the logarithm, or evenly where a sign changes."""
+    return float(abs(np.log(value / grid))) if value * grid > 0 else abs(value - grid)
 
 
 def _surviving(screen: Screen, member: int | None) -> float | None:

@@ -102,6 +102,11 @@ _ENGAGEMENT = _shape(
 )
 CREEP = ("compliance_rad_per_Nm", ""), ("superposed_compliance_rad_per_Nm", "superposed")
 """Size and name of each form of creep."""
+LAG = "time_constant_s", (120.0, 500.0)
+"""Time constant of a part that follows the measured temperature, and where to look for it."""
+SETTLING = _shape("run_in", "settling_cycles", (1.0, 5.0), log=True)
+ASYMMETRY = _shape("output_torsion", "asymmetry", (-0.8, 0.8))
+_CLAMPED = _shape("output_torsion", "preload_exponent", (0.6,))
 _TIME = _shape("creep", "time_constant_s", (2.0, 10.0, 50.0, 400.0), log=True)
 
 
@@ -144,9 +149,28 @@ _TABLE: tuple[Variant, ...] = (
         name="temperature",
         needs="temperature_degC",
     ),
+    Variant(
+        "drift",
+        ("rate_rad_per_K",),
+        1e-8,
+        _OF_CORE,
+        signed=True,
+        shapes=(_shape("drift", *LAG, log=True),),
+        name="lagging temperature",
+        needs="temperature_degC",
+    ),
     Variant("eccentric_bearing", ("reference_deflection_m",), 2e-8, _OF_CORE, shapes=(EXPONENT,)),
     Variant("bearing_play", ("clearance_m",), 2e-8, _OF_CORE),
-    Variant("output_torsion", ("compliance_rad_per_Nm",), 1e-7, _OF_CORE),
+    *(
+        Variant(
+            "output_torsion", ("compliance_rad_per_Nm",), 1e-7, _OF_CORE, shapes=shapes, name=name
+        )
+        for shapes, name in (
+            ((), ""),
+            ((ASYMMETRY,), "softer one way"),
+            ((_CLAMPED,), "clamped by the preload"),
+        )
+    ),
     Variant("friction_hysteresis", ("friction_radius_m",), 1e-6, _OF_CORE, shapes=(_ENGAGEMENT,)),
     Variant("preload_loss", (_LOST_SHARE,), 0.005, _OF_CORE),
     Variant("preload_loss", (_LOST_FORCE,), 2.0, _OF_CORE, name="force"),
@@ -159,8 +183,21 @@ _TABLE: tuple[Variant, ...] = (
         ratios=(1.0, 800.0),  # a force counts as much as the share that it is of 800 N
     ),
     Variant("preload_spring", ("spring_rate_N_per_m",), 1e6, _OF_CORE),
-    Variant(
-        "thermal_preload", ("rate_N_per_K",), 0.1, _OF_CORE, signed=True, needs="temperature_degC"
+    *(
+        Variant(
+            "thermal_preload",
+            ("rate_N_per_K",),
+            0.1,
+            _OF_CORE,
+            signed=True,
+            shapes=shapes,
+            name=name,
+            needs="temperature_degC",
+        )
+        for shapes, name in (
+            ((), ""),
+            ((_shape("thermal_preload", *LAG, log=True),), "lagging temperature"),
+        )
     ),
     *(
         Variant(
@@ -201,11 +238,19 @@ _TABLE: tuple[Variant, ...] = (
     ),
     Variant("rough_contact", ("exponent",), 0.02, _OF_CORE, signed=True),
     *(
-        Variant("run_in", (f"{name}_rad",), 0.1 * ARCSEC, _OF_CORE, name=name, needs=needs)
-        for name, needs in (
-            ("permanent_set", ""),
-            ("permanent_set_of_run", ""),
-            ("settled", "cycle"),
+        Variant(
+            "run_in",
+            (f"{name}_rad",),
+            0.1 * ARCSEC,
+            _OF_CORE,
+            signed=True,
+            shapes=shapes,
+            name=name,
+        )
+        for name, shapes in (
+            ("permanent_set", ()),
+            ("permanent_set_of_run", ()),
+            ("settled", (SETTLING,)),
         )
     ),
     Variant("wear", ("lost_share_per_s",), 1e-7, _OF_CORE, needs="time_s"),

@@ -11,11 +11,21 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from cbpt.lab.model.dataset import Campaign
-from cbpt.lab.model.priors import CREEP, EXPONENT, VARIANTS, Shape, Variant
+from cbpt.lab.model.priors import (
+    ASYMMETRY,
+    CREEP,
+    EXPONENT,
+    LAG,
+    SETTLING,
+    VARIANTS,
+    Shape,
+    Variant,
+)
 from cbpt.results import solve_many
 
 
@@ -34,55 +44,82 @@ def _of_spring(campaign: Campaign) -> Iterator[Variant]:
     numbers = ("contact_stiffness", "torque_scale", "sensor_gain")
     yield from (v for v in VARIANTS if v.effect in numbers)
 
-    def of(effect: str, sizes: tuple[str, ...], unit: float, low: float, high: float) -> Variant:
-        return Variant(effect, sizes, low * unit, high * unit, scaled=True)
-
-    def ranged(name: str, unit: float, low: float, high: float, grid: tuple[float, ...]) -> Shape:
-        return Shape(name, low * unit, high * unit, tuple(g * unit for g in grid), log=True)
-
-    engagement = ranged("engagement_angle_rad", angle, 1e-3, 1.0, (0.01, 0.04, 0.15, 0.5))
-    growth = ranged("load_growth_per_Nm", 1 / torque, 0.3, 30.0, (1.0, 6.0))
+    engagement = _ranged("engagement_angle_rad", angle, 1e-3, 1.0, (0.01, 0.04, 0.15, 0.5))
+    growth = _ranged("load_growth_per_Nm", 1 / torque, 0.3, 30.0, (1.0, 6.0))
     for size, unit, needs in (
         ("friction_torque_Nm", torque, ""),
         ("friction_radius_m", torque / _mean_preload(campaign), "preload_N"),
     ):
-        friction = of("friction_hysteresis", (size,), unit, 1e-3, 0.7)
+        friction = _of("friction_hysteresis", (size,), unit, 1e-3, 0.7)
         name = "with the preload" if needs else "constant"
         yield _with(friction, (engagement,), name, needs)
         yield _with(friction, (engagement, growth), f"{name}, growing with the load", needs)
-    transition = ranged("transition_torque_Nm", torque, 1e-3, 0.5, (0.01, 0.05, 0.2))
-    yield _with(of("backlash", ("play_rad",), angle, 1e-3, 3.0), (transition,))
+    transition = _ranged("transition_torque_Nm", torque, 1e-3, 0.5, (0.01, 0.05, 0.2))
+    yield _with(_of("backlash", ("play_rad",), angle, 1e-3, 3.0), (transition,))
     # A curve 1/angle per angle is an error as large as the angle itself, at the largest torque.
-    nonlinear = of(
+    nonlinear = _of(
         "sensor_nonlinearity", ("quadratic_per_rad", "cubic_per_rad2"), 1 / angle, 1e-3, 0.5
     )
     yield _signed(nonlinear, ratios=(1.0, 1 / angle))
-    yield of("run_in", ("permanent_set_rad",), angle, 1e-3, 1.0)
-    yield of("run_in", ("permanent_set_of_run_rad",), angle, 1e-3, 1.0)
+    yield from _run_ins(angle)
     if readings.time_s is not None:
         length = float(np.ptp(readings.time_s)) or 1.0
         run = max(_longest_run(campaign), 1e-3 * length)
-        time = ranged("time_constant_s", run, 1e-3, 10.0, (0.01, 0.05, 0.2, 1.0))
+        time = _ranged("time_constant_s", run, 1e-3, 10.0, (0.01, 0.05, 0.2, 1.0))
         compliance = angle / torque
         for size, name in CREEP:
-            yield _with(of("creep", (size,), compliance, 1e-4, 1.0), (time,), name)
-        yield _signed(of("drift", ("rate_rad_per_s",), angle / length, 1e-3, 1.0), name="time")
+            yield _with(_of("creep", (size,), compliance, 1e-4, 1.0), (time,), name)
+        yield _signed(_of("drift", ("rate_rad_per_s",), angle / length, 1e-3, 1.0), name="time")
     if readings.temperature_degC is not None:
         span = float(np.ptp(readings.temperature_degC)) or 1.0
-        drift = of("drift", ("rate_rad_per_K",), angle / span, 1e-3, 1.0)
+        drift = _of("drift", ("rate_rad_per_K",), angle / span, 1e-3, 1.0)
         yield _signed(drift, name="temperature")
+        if readings.time_s is not None:
+            lag = Shape(LAG[0], 60.0, 1200.0, LAG[1], log=True)
+            yield replace(_signed(drift, name="lagging temperature"), shapes=(lag,))
     spring = tomllib.loads(campaign.drive.to_toml())["torsion_spring"]
-    if "torque_Nm" in spring:
-        # In series with one stiffness it is that stiffness.
-        yield of("output_torsion", ("compliance_rad_per_Nm",), angle / torque, 1e-3, 1.0)
+    yield from _joints(angle / torque, torque, curved="torque_Nm" in spring)
     radius = spring.get("reference_radius_m")
     if radius is not None:
         at_100_N = angle * radius * (100 * radius / torque) ** 0.9
         yield _with(
-            of("eccentric_bearing", ("reference_deflection_m",), at_100_N, 1e-3, 1.0), (EXPONENT,)
+            _of("eccentric_bearing", ("reference_deflection_m",), at_100_N, 1e-3, 1.0), (EXPONENT,)
         )
         offset = ("offset_sine_m", "offset_cosine_m")
-        yield _signed(of("eccentricity_error", offset, angle * radius, 1e-3, 1.0))
+        yield _signed(_of("eccentricity_error", offset, angle * radius, 1e-3, 1.0))
+
+
+def _run_ins(angle: float) -> Iterator[Variant]:
+    forms: tuple[tuple[str, tuple[Shape, ...]], ...] = (
+        ("permanent_set", ()),
+        ("permanent_set_of_run", ()),
+        ("settled", (SETTLING,)),
+    )
+    for name, shapes in forms:
+        form = _signed(_of("run_in", (f"{name}_rad",), angle, 1e-3, 1.0), name)
+        yield replace(form, shapes=shapes)
+
+
+def _joints(compliance: float, torque: float, curved: bool) -> Iterator[Variant]:
+    """Without a shape only beside a curve: in series with one stiffness it is that stiffness. A
+    joint that levels off early is play, and belongs to `backlash`.
+    """
+    joint = _of("output_torsion", ("compliance_rad_per_Nm",), compliance, 1e-3, 1.0)
+    if curved:
+        yield joint
+    yield _with(joint, (ASYMMETRY,), "softer one way")
+    stiffening = _ranged("stiffening_per_Nm", 1 / torque, 0.3, 5.0, (1.0, 4.0))
+    yield _with(joint, (stiffening,), "stiffening")
+    stop = _ranged("stop_torque_Nm", torque, 0.5, 0.95, (0.7,))
+    yield _with(joint, (stop,), "up to a stop")
+
+
+def _of(effect: str, sizes: tuple[str, ...], unit: float, low: float, high: float) -> Variant:
+    return Variant(effect, sizes, low * unit, high * unit, scaled=True)
+
+
+def _ranged(name: str, unit: float, low: float, high: float, grid: tuple[float, ...]) -> Shape:
+    return Shape(name, low * unit, high * unit, tuple(g * unit for g in grid), log=True)
 
 
 def _with(v: Variant, shapes: tuple[Shape, ...], name: str = "", needs: str = "") -> Variant:

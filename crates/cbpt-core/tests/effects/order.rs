@@ -1,0 +1,124 @@
+//! History goes by time, wherever the readings stand in the table.
+
+use super::{ARCSEC, Campaign, SHARES, drives, fitted, typical_values};
+use cbpt_core::predict::Predictor;
+
+const IDS: [&str; 6] = ["run_in", "drift", "thermal_preload", "wear", "creep", "friction_hysteresis"];
+
+/// Three runs by one clock, as (run, readings); no run has the largest torque of the table before the last.
+fn by_one_clock() -> Vec<Vec<Reading>> {
+    let run = |number: i64| {
+        let reading = |(i, share): (usize, &f64)| {
+            let time = number as f64 * 150.0 + i as f64 * 7.0;
+            let torque = share * (0.5 + 0.25 * number as f64) * 3.0;
+            Reading { run: number, time, torque, warmth: (time / 400.0).sin() }
+        };
+        SHARES.iter().enumerate().map(reading).collect()
+    };
+    (0..3).map(run).collect()
+}
+
+#[derive(Clone, Copy)]
+struct Reading {
+    run: i64,
+    time: f64,
+    torque: f64,
+    warmth: f64,
+}
+
+fn table(readings: &[Reading]) -> Campaign {
+    Campaign {
+        run: readings.iter().map(|row| row.run).collect(),
+        time_s: readings.iter().map(|row| row.time).collect(),
+        torque_Nm: readings.iter().map(|row| row.torque).collect(),
+        preload_N: vec![600.0; readings.len()],
+        input_angle_rad: vec![0.3; readings.len()],
+        temperature_K: readings.iter().map(|row| 293.0 + row.warmth).collect(),
+        cycle: vec![1.0; readings.len()],
+    }
+}
+
+fn predictor(campaign: &Campaign, ids: &[&str], counted: bool) -> Predictor {
+    let columns = cbpt_core::predict::Columns {
+        run: &campaign.run,
+        time_s: &campaign.time_s,
+        torque_Nm: &campaign.torque_Nm,
+        preload_N: Some(&campaign.preload_N),
+        input_angle_rad: &campaign.input_angle_rad,
+        temperature_K: Some(&campaign.temperature_K),
+        cycle: counted.then_some(&campaign.cycle[..]),
+    };
+    let rows = cbpt_core::predict::Rows::new(columns).unwrap();
+    Predictor::new(drives()[0].1.clone(), ids, rows).unwrap()
+}
+
+/// Runs that a file has in another order are the same campaign, in every effect that remembers.
+#[test]
+fn the_order_of_runs_in_the_table_does_not_matter() {
+    let runs = by_one_clock();
+    let found = |order: [usize; 3]| {
+        let readings: Vec<Reading> = order.iter().flat_map(|run| runs[*run].clone()).collect();
+        let mut predictor = predictor(&table(&readings), &IDS, false);
+        let values = typical_values(&predictor);
+        let wanted = fitted(&predictor);
+        let found = predictor.predict(&values, &wanted).unwrap();
+        let mut rows: Vec<(f64, f64, Vec<f64>)> = readings
+            .iter()
+            .enumerate()
+            .map(|(i, reading)| {
+                let slopes = &found.sensitivities[i * wanted.len()..(i + 1) * wanted.len()];
+                (reading.time, found.angle_rad[i], slopes.to_vec())
+            })
+            .collect();
+        rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+        rows
+    };
+    let expected = found([0, 1, 2]);
+    assert!(expected.iter().all(|(_, angle, _)| angle.is_finite()));
+    for order in [[1, 0, 2], [2, 1, 0]] {
+        assert!(found(order) == expected, "{order:?}");
+    }
+}
+
+/// Where no cycle was counted, runs count, in their order of time.
+#[test]
+fn runs_count_as_cycles() {
+    let runs = by_one_clock();
+    let readings: Vec<Reading> = [2, 0, 1].iter().flat_map(|run| runs[*run].clone()).collect();
+    let angles = |settled: f64| {
+        let mut predictor = predictor(&table(&readings), &["run_in"], false);
+        predictor.predict(&[0.0, 0.0, settled, 1.5], &[]).unwrap().angle_rad
+    };
+    let (with, without) = (angles(-8.0 * ARCSEC), angles(0.0));
+    for ((reading, with), without) in readings.iter().zip(with).zip(without) {
+        let expected = -8.0 * ARCSEC * (1.0 - (-reading.run as f64 / 1.5).exp());
+        assert!((with - without - expected).abs() < 1e-16);
+    }
+}
+
+/// Runs that overlap in time have clocks of their own: their order is that of the table, and a lag starts with each.
+#[test]
+fn clocks_of_runs_start_again() {
+    let runs: Vec<Vec<Reading>> = by_one_clock()
+        .into_iter()
+        .map(|run| {
+            let start = run[0].time;
+            run.into_iter().map(|row| Reading { time: row.time - start, ..row }).collect()
+        })
+        .collect();
+    let all: Vec<Reading> = runs.concat();
+    let values = [0.0, 1e-6, 40.0];
+    let whole = predictor(&table(&all), &["drift"], true).predict(&values, &[]).unwrap().angle_rad;
+    let bare = predictor(&table(&all), &[], true).predict(&[], &[]).unwrap().angle_rad;
+    for (number, run) in runs.iter().enumerate() {
+        let own = predictor(&table(run), &["drift"], true).predict(&values, &[]).unwrap().angle_rad;
+        let first = number * SHARES.len();
+        // The run by itself has another first temperature.
+        let shift = 1e-6 * (run[0].warmth - runs[0][0].warmth);
+        let alone = predictor(&table(run), &[], true).predict(&[], &[]).unwrap().angle_rad;
+        for (i, own) in own.iter().enumerate() {
+            let (with, without) = (whole[first + i] - bare[first + i], own - alone[i]);
+            assert!((with - without - shift).abs() < 1e-16, "{number} {i}: {with} {without} {shift}");
+        }
+    }
+}
