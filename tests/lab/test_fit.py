@@ -80,6 +80,7 @@ PLANTED: list[tuple[str, str, dict[str, float]]] = [
     ("preload_loss", "share and force", {"lost_share": 0.1, "lost_force_N": 60.0}),
     ("preload_spring", "", {"spring_rate_N_per_m": 3e8}),
     ("thermal_preload", "", {"rate_N_per_K": -12.0}),
+    ("thermal_preload", "lagging temperature", {"rate_N_per_K": 40.0, "time_constant_s": 400.0}),
     ("eccentricity_error", "fixed", {"offset_sine_m": 2e-7, "offset_cosine_m": -3e-7}),
     ("groove_pitch_error", "fixed groove, harmonic 4", {"cosine_m": 6e-7, "sine_m": -5e-7}),
     ("plate_tilt", "in the housing", {"housing_tilt_cosine_rad": 8e-5, "housing_tilt_sine_rad": 0}),
