@@ -25,6 +25,7 @@ from cbpt.lab.covariance.within_run import estimate
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.diagnosis.diagnosis_data import Rung
 from cbpt.lab.diagnosis.fit_text import solutions
+from cbpt.lab.inference.closing import closed
 from cbpt.lab.inference.cross_validation import folds, held_out_residual, rms
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
@@ -132,6 +133,7 @@ def diagnosed(
     verdict = judge(competition)
     fold, held_by = folds(campaign)
     fits = competition.fits
+    fits[verdict.names] = closed(competition.fitter, fits[verdict.names])
     notes += _notes(campaign, competition, fits[verdict.names])
     nominal = competition.fitter.at_nominal(fits[verdict.names])
     return Diagnosis(
