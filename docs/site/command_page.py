@@ -27,6 +27,10 @@ Every verb ends with one of these exit codes:
 | 4 | `check` found an error in the design |
 | 130 | interrupted by Ctrl-C |
 
+A file is written whole or not at all: it stands beside its place until it is complete, and then
+takes it. A symbolic link is followed: the file that it leads to is replaced. A CSV file of a sweep
+grows row by row, with a record beside it.
+
 """
 VERB = re.compile(r"^  ([a-z][a-z-]*)  +(.*)$")
 SECTION = re.compile(r"^(\S.*):$")

@@ -460,6 +460,7 @@ class OwnEffect:
     """
     An effect that the user defines. Make one with :func:`cbpt.effects.expression` or :func:`cbpt.effects.own_effect`.
     """
+    def __reduce__(self, /) -> tuple[Any, tuple[Any]]: ...
     def __repr__(self, /) -> str: ...
     @property
     def adds_to(self, /) -> str:

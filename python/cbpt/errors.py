@@ -15,6 +15,7 @@ __all__ = [
     "CbptError",
     "ChooseSheet",
     "InvalidInputError",
+    "MissingLibraryError",
     "Mistake",
     "NoSolutionError",
     "PlanError",
@@ -158,6 +159,10 @@ class PlanError(CbptError, ValueError):
 
 class NoSolutionError(PlanError):
     """Rows of a plan at which the model has no solution."""
+
+
+class MissingLibraryError(CbptError, ImportError):
+    """A library is missing that only this needs; says how to install it."""
 
 
 class PlotError(CbptError):

@@ -215,7 +215,16 @@ def _real(name: str, values: ArrayLike) -> NDArray[np.float64]:
         place = ", ".join(map(str, np.argwhere(masked)[0].tolist()))
         found = f"{name}[{place}] is masked" if place else f"{name} is masked"
         raise InvalidInputError(f"{found}, but must be a number: fill it or leave such loads out")
-    array = np.asarray(values)
+    try:
+        array = np.asarray(values)
+    except (ValueError, TypeError):  # rows of different lengths
+        raise InvalidInputError(f"{name} is no array: its rows must have one length") from None
     if np.iscomplexobj(array):
         raise InvalidInputError(f"{name} is complex, but must be real: take its real part")
-    return np.asarray(array, dtype=np.float64)
+    if array.dtype.kind in "mMV":
+        what = {"m": "durations", "M": "dates", "V": "records with several fields"}
+        raise InvalidInputError(f"{name} holds {what[array.dtype.kind]}, but must hold numbers")
+    try:
+        return np.asarray(array, dtype=np.float64)
+    except (ValueError, TypeError, OverflowError):  # of objects and texts
+        raise InvalidInputError(f"{name} holds {array.dtype}, but must hold numbers") from None

@@ -31,7 +31,7 @@ LINUX = pytest.mark.skipif(sys.platform != "linux", reason="the memory is limite
 @pytest.fixture
 def as_usual(monkeypatch: pytest.MonkeyPatch) -> None:
     """The limit on time as it is for people; the tests' own is patient."""
-    monkeypatch.setattr(Limits, "SECONDS", 4.0)
+    monkeypatch.setattr(Limits, "SECONDS", 3.0)
 
 
 def told_well(error: str, path: str) -> None:

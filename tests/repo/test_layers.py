@@ -138,9 +138,10 @@ CLI_USES: dict[str, set[str]] = {
     "case": {"formula"},
     "args": set(),
     "exit": {"case"},
-    "report": {"args", "exit"},
+    "whole": set(),
+    "report": {"args", "exit", "whole"},
     "progress": set(),
-    "sweep": {"case", "exit"},
+    "sweep": {"case", "exit", "whole"},
     "commands": {"args", "case", "exit", "progress", "report", "sweep"},
     "lib": {"args", "commands", "exit"},
     "main": {"lib"},
@@ -297,7 +298,17 @@ def test_no_two_files_of_rust_need_each_other(crate: Path) -> None:
 
 # Each imports only what stands before it.
 PACKAGES = (
-    *("_core", "errors", "toml_files", "units", "results", "sweeps", "effects", "figures"),
+    *(
+        "_core",
+        "errors",
+        "toml_files",
+        "whole_files",
+        "units",
+        "results",
+        "sweeps",
+        "effects",
+        "figures",
+    ),
     *("lab", "design", "page", "cli"),
 )
 # The same within a package.

@@ -7,6 +7,7 @@
 //! - [`args`]: the tree of verbs and flags;
 //! - [`commands`]: one file a verb: case and flags to a [`report::Report`];
 //! - [`report`]: what a verb has to say, as a table, as JSON and as CSV;
+//! - `whole`: files that are written whole or not at all;
 //! - [`run`]: arguments to exit code.
 
 pub mod args;
@@ -17,6 +18,7 @@ pub mod formula;
 pub mod progress;
 pub mod report;
 pub mod sweep;
+mod whole;
 
 use std::ffi::OsString;
 

@@ -1,6 +1,5 @@
 //! What a verb has to say, once: as text with tables, as one JSON object, as CSV.
 
-use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -10,6 +9,7 @@ use serde_json::{Map, Value, json};
 
 use crate::args::OutputOptions;
 use crate::exit::{Failure, keep_input};
+use crate::whole;
 
 /// A table: headers and cells as JSON values, so that CSV keeps every digit and text rounds.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -149,9 +149,9 @@ pub fn print(text: &str) -> Result<(), Failure> {
     })
 }
 
-/// Writes a file whole.
+/// Writes a file whole or not at all.
 pub fn write_file(path: &Path, contents: &[u8]) -> Result<(), Failure> {
-    fs::write(path, contents).map_err(|error| Failure::Write { path: path.to_owned(), error })
+    whole::write(path, contents).map_err(|error| Failure::Write { path: path.to_owned(), error })
 }
 
 /// JSON as people and programs both read it.

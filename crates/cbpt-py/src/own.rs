@@ -12,6 +12,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::{Map, Value, json};
 
+use crate::Reduced;
 use crate::arrays::Floats;
 use crate::error::{case_error, invalid_input};
 use crate::given::json_of;
@@ -203,6 +204,26 @@ impl OwnEffect {
             numbers: Vec::new(),
             own: Some(Arc::clone(formula)),
         }))
+    }
+
+    fn __reduce__(slf: &Bound<'_, Self>) -> Reduced<(Py<PyAny>,)> {
+        let (py, class, effect) = (slf.py(), slf.get_type(), slf.get());
+        match &effect.kind {
+            Kind::Formula(_) => {
+                let entry = effect.entry(&Map::new()).unwrap_or_default().to_string();
+                let entry = py.import("json")?.call_method1("loads", (entry,))?;
+                Ok((class.getattr("from_entry")?.unbind(), (entry.unbind(),)))
+            }
+            Kind::Function(function) => {
+                let adds_to = (effect.port() == "load").then(|| effect.adds_to());
+                let given = (class.getattr("from_function")?, effect.id(), effect.port(), adds_to);
+                let partial = py.import("functools")?.getattr("partial")?;
+                let maker = partial.call1(given)?;
+                let maker = partial.call1((maker, function.function.clone_ref(py)))?;
+                let parameters = effect.parameters().into_pyobject(py)?.into_any();
+                Ok((maker.unbind(), (parameters.unbind(),)))
+            }
+        }
     }
 
     fn __repr__(&self) -> String {

@@ -26,6 +26,7 @@ from cbpt.cli.options import (
     of_case,
     show_answer,
 )
+from cbpt.whole_files import write_whole
 
 if TYPE_CHECKING:
     from cbpt.lab.experiment.candidates import Limits
@@ -74,7 +75,7 @@ def simulate(argv: list[str]) -> int:
     )
     text = table_text(readings)
     if options.out:
-        options.out.write_text(text, encoding="utf-8")
+        write_whole(options.out, text)
         print(f"Wrote {options.out}: {len(readings)} readings in {readings.run_index[-1] + 1} runs")
     else:
         print(text, end="")
@@ -149,7 +150,7 @@ def next_run(argv: list[str]) -> int:
     found = ranked(answer, limits, options.candidates)
     plan = found.plan()
     if options.out and plan:
-        options.out.write_text(plan.to_toml(), encoding="utf-8")
+        write_whole(options.out, plan.to_toml())
     show_answer(found, options.json, found.report)
     return SUCCESS
 
@@ -209,7 +210,7 @@ def plan(argv: list[str]) -> int:
     )
     print(found.report())
     if options.out and found.plan:
-        options.out.write_text(found.plan.to_toml(), encoding="utf-8")
+        write_whole(options.out, found.plan.to_toml())
         print(f"Wrote {options.out}; check it with cbpt isolability {options.case} {options.out}")
     return SUCCESS if found.plan else NO_SOLUTION
 

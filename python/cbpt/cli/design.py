@@ -21,6 +21,7 @@ from cbpt.cli.options import (
     of_case,
     show_answer,
 )
+from cbpt.whole_files import write_whole
 
 
 def tolerance(argv: list[str]) -> int:
@@ -97,6 +98,6 @@ def optimise(argv: list[str]) -> int:
         seed=options.seed,
     )
     if options.out and found.found:
-        options.out.write_text(found.case.to_toml(), encoding="utf-8")
+        write_whole(options.out, found.case.to_toml())
     show_answer(found, options.json, lambda: found.report(options.angle_unit))
     return SUCCESS if found.found else NO_SOLUTION

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+import io
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -36,6 +37,7 @@ from cbpt.cli.options import (
     show_answer,
     show_results,
 )
+from cbpt.whole_files import write_whole
 
 if TYPE_CHECKING:
     from cbpt.lab.diagnosis.compare import Comparison
@@ -94,11 +96,12 @@ def _write(comparison: Comparison, out: Path | None) -> None:
     if out is None:
         return
     if out.suffix.lower() == ".json":
-        out.write_text(comparison.to_json() + "\n", encoding="utf-8")
+        write_whole(out, comparison.to_json() + "\n")
         return
     names, rows = comparison.rows()
-    with out.open("w", newline="", encoding="utf-8") as file:
-        csv.writer(file).writerows([names, *rows])
+    table = io.StringIO()
+    csv.writer(table).writerows([names, *rows])
+    write_whole(out, table.getvalue())
 
 
 def diagnose(argv: list[str]) -> int:
@@ -194,7 +197,7 @@ def fit(argv: list[str]) -> int:
         only=only_of(parser, options),
     )
     if options.out:
-        options.out.write_text(found.case.to_toml(), encoding="utf-8")
+        write_whole(options.out, found.case.to_toml())
     print(found.report(in_flags))
     show_results(found, options)
     if options.out:

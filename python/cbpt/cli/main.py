@@ -40,6 +40,9 @@ SUCCESS, CANNOT_WRITE, BAD_INPUT, NO_SOLUTION, INTERRUPTED = 0, 1, 2, 3, 130
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command line and return its exit code."""
     argv = list(sys.argv[1:] if arguments is None else arguments)
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:  # closed by who has started this
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
     if argv[:1] == ["help"] and argv[1:2] and argv[1] in _LAB:
         argv = [argv[1], "--help"]
     if argv and argv[0] in _LAB:
@@ -91,7 +94,9 @@ def _guarded(verb: Callable[[list[str]], int], argv: list[str]) -> int:
         sys.stdout = io.StringIO()
         return SUCCESS
     except OSError as error:
-        print(f"cbpt: cannot write {error.filename}: {error.strerror}", file=sys.stderr)
+        # Only what is printed has no name.
+        name, why = error.filename or "standard output", error.strerror or error
+        print(f"cbpt: cannot write {name}: {why}", file=sys.stderr)
         return CANNOT_WRITE
     except SystemExit as stop:  # of argparse: help, or a mistake that it has told
         return stop.code if isinstance(stop.code, int) else BAD_INPUT

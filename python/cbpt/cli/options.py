@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from cbpt.errors import ChooseSheet, Setting, Step, TakeColumn
 from cbpt.lab.wording.numbers import listed
 from cbpt.results import ANGLE_UNITS
+from cbpt.whole_files import write_whole
 
 if TYPE_CHECKING:
     from cbpt.lab.diagnosis.diagnosis import Diagnosis
@@ -281,7 +282,7 @@ def show_answer(answer: Answer, json: str | None, report: Callable[[], str]) -> 
         print(answer.to_json())
     else:
         if json:
-            Path(json).write_text(answer.to_json() + "\n", encoding="utf-8")
+            write_whole(json, answer.to_json() + "\n")
         print(report())
     sys.stdout.flush()
 
@@ -297,7 +298,7 @@ def show_results(found: Diagnosis | Fitted, options: argparse.Namespace) -> None
         return
     made = {".csv": results.to_csv, ".md": results.to_markdown, ".json": results.to_json}
     path = Path(options.results)
-    path.write_text(made[path.suffix.lower()](), encoding="utf-8")
+    write_whole(path, made[path.suffix.lower()]())
 
 
 class Counter:

@@ -20,6 +20,7 @@ from cbpt.cli.options import (
     inputs,
     only_of,
 )
+from cbpt.whole_files import write_whole
 
 
 def report(argv: list[str]) -> int:
@@ -74,7 +75,7 @@ def report(argv: list[str]) -> int:
         from cbpt.page.report import report as page
 
         text = page(document)
-    options.out.write_text(text, encoding="utf-8")
+    write_whole(options.out, text)
     print(diagnosis.sentence)
     print(f"Wrote {options.out}.")
     sys.stdout.flush()

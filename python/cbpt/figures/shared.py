@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.errors import PlotError
+from cbpt.whole_files import whole
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -143,4 +144,6 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> None:
 
     with mpl.rc_context({"svg.hashsalt": "cbpt"}):
         metadata = {"Date": None} if Path(path).suffix.lower() == ".svg" else None
-        figure.savefig(path, dpi=150, metadata=metadata)
+        form = Path(path).suffix[1:].lower()
+        with whole(path) as new:
+            figure.savefig(new, dpi=150, metadata=metadata, format=form)

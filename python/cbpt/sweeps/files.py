@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from cbpt._core import SweepCsv, SweepPlan, sweep_findings, sweep_statuses
 from cbpt.errors import PlanError
 from cbpt.sweeps.result import Rows
+from cbpt.whole_files import write_whole
 
 __all__ = ["Output", "open_output"]
 
@@ -53,6 +54,7 @@ def open_output(plan: SweepPlan, path: Path, fresh: bool) -> Output:
     Raises `PlanError` for an output of another plan, a file that the plan was read from or a name
     with another ending, and `OSError` where it cannot be written.
     """
+    path = Path(os.path.realpath(path))  # beside it, too, stands what a link leads to
     plan.check_output(path)
     ending = path.suffix.lower()
     if ending == ".csv":
@@ -130,7 +132,7 @@ class _Parquet:
         for part in parts:  # before one of them goes: they may be of another plan
             self._check(part, self._record_of(part))
         if not there:
-            _replace(record, self.plan.record.encode())
+            write_whole(record, self.plan.record.encode())
         for part in parts:
             if int(part.stem) != self.done:
                 part.unlink()
@@ -245,7 +247,7 @@ class _Parquet:
         _to_disk(new)
         written = json.dumps({"sha256": _sha256(new)})
         new.replace(self.path)
-        _replace(self.sum, f"{written}\n".encode())
+        write_whole(self.sum, f"{written}\n".encode())
         self.close()
         shutil.rmtree(self.folder, ignore_errors=True)
 
@@ -287,13 +289,6 @@ def _words(codes: NDArray[Any], words: list[str]) -> Any:
 def _sha256(path: Path) -> str:
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
-
-
-def _replace(path: Path, contents: bytes) -> None:
-    new = path.with_name(f"{path.name}.new")
-    new.write_bytes(contents)
-    _to_disk(new)
-    new.replace(path)
 
 
 def _to_disk(path: Path) -> None:

@@ -8,6 +8,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt._core import SweepPlan, sweep_findings, sweep_statuses
+from cbpt.errors import MissingLibraryError
 from cbpt.results import ARCSEC_PER_RAD
 
 if TYPE_CHECKING:
@@ -32,6 +34,15 @@ _PARTS = {
 }
 _MEANINGS = {"elastic_angle_arcsec": "elastic angle at the output", **_PARTS}
 _UNITS = {"residual": "1", "hold_preload_N": "N"}
+
+
+def _library(name: str, asked: str, install: str) -> Any:
+    """A library that is not needed otherwise."""
+    try:
+        return import_module(name)
+    except ImportError:
+        remedy = f'pip install "{install}"'
+        raise MissingLibraryError(f"{asked} needs {name}: {remedy}", name=name) from None
 
 
 def found_columns(plan: SweepPlan) -> list[str]:
@@ -184,8 +195,10 @@ class Sweep:
         )
 
     def to_pandas(self) -> pandas.DataFrame:
-        """A data frame with a row for each row of the plan; columns as in a CSV file."""
-        import pandas
+        """A data frame with a row for each row of the plan; columns as in a CSV file. Raises
+        `MissingLibraryError` without pandas.
+        """
+        pandas = _library("pandas", "to_pandas", "pandas")
 
         columns: dict[str, Any] = {name: self.axis(name) for name in self.plan.names}
         columns |= self.rows.found
@@ -199,9 +212,10 @@ class Sweep:
         """A data set by the CF conventions: of a grid its axes are the dimensions, else `row` is.
 
         Names are those of the keys with `_` for `.`; the key itself is the attribute `key`.
-        `.to_netcdf("sweep.nc", engine="h5netcdf")` of it writes NetCDF.
+        `.to_netcdf("sweep.nc", engine="h5netcdf")` of it writes NetCDF. Raises
+        `MissingLibraryError` without xarray.
         """
-        import xarray
+        library = _library("xarray", "to_xarray", "cbpt[xarray]")
 
         names = _netcdf_names(self.plan.names)
         grid = self.plan.design == "grid"
@@ -254,7 +268,8 @@ class Sweep:
             "source": f"CBPT {version('cbpt')}",
             "cbpt_sweep": self.plan.record,
         }
-        return xarray.Dataset(data, coordinates, attributes)
+        made: xarray.Dataset = library.Dataset(data, coordinates, attributes)
+        return made
 
     def _shaped(self, column: NDArray[Any], kept: list[bool]) -> NDArray[Any]:
         """A column of a grid with its axes in the order in which they were given."""

@@ -211,11 +211,17 @@ def _is_case(path: Path) -> bool:
 def _values(name: str, values: Any, drawn: bool) -> Any:
     """The values of an axis as the core takes them."""
     if drawn and isinstance(values, tuple):
-        low, high, *scale = values
-        if scale not in ([], ["log"], ["linear"]):
-            raise PlanError(f'{name}: a range is (low, high) or (low, high, "log")')
-        return float(low), float(high), scale == ["log"]
-    array = np.atleast_1d(values)
+        try:
+            low, high, *scale = values
+            if scale in ([], ["log"], ["linear"]):
+                return float(low), float(high), scale == ["log"]
+        except (TypeError, ValueError, OverflowError):  # of what is no number
+            pass
+        raise PlanError(f'{name}: a range is (low, high) or (low, high, "log")')
+    try:
+        array = np.atleast_1d(values)
+    except ValueError:  # rows of different lengths
+        raise PlanError(f"{name}: found lists of several lengths, expected one list") from None
     if array.ndim > 1:
         raise PlanError(f"{name}: found {array.ndim} dimensions, expected one list of values")
     if array.dtype.kind in "UT" or (

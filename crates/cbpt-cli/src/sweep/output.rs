@@ -14,6 +14,7 @@ use sha2::{Digest, Sha256};
 
 use super::Plan;
 use crate::exit::{Failure, keep_input};
+use crate::whole;
 
 /// An output with what is done of it.
 #[derive(Debug)]
@@ -39,6 +40,7 @@ impl CsvOutput {
     /// cannot be written.
     pub fn open(plan: &Plan, path: &Path, fresh: bool) -> Result<Self, Failure> {
         keep_input(path, plan.sources())?;
+        let path = &whole::followed(path).map_err(|error| Failure::Write { path: path.to_owned(), error })?;
         // An empty file is one that was killed before its first record, or is just begun by another process.
         let there = fs::metadata(path).is_ok_and(|found| !found.is_file() || found.len() > 0);
         let record = if fresh { None } else { read_record(path)? };
@@ -130,11 +132,25 @@ impl CsvOutput {
             file.write_all(lines)?;
             file.sync_data()
         };
-        write(&mut self.file).map_err(|error| self.cannot(error))?;
+        write(&mut self.file).and_then(|()| self.is_at_its_place()).map_err(|error| self.cannot(error))?;
         self.done += rows;
         self.bytes += lines.len() as u64;
         self.sum.update(lines);
         self.record()
+    }
+
+    /// That the file which grows is the one that its name leads to. Where there are no numbers of files, an open file cannot be
+    /// deleted.
+    fn is_at_its_place(&self) -> io::Result<()> {
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::MetadataExt;
+            let (here, there) = (self.file.metadata()?, fs::metadata(&self.path).ok());
+            if there.is_none_or(|there| (there.dev(), there.ino()) != (here.dev(), here.ino())) {
+                return Err(io::Error::other("the file was deleted or replaced while the sweep wrote it"));
+            }
+        }
+        Ok(())
     }
 
     /// The sum of what the record says is there, read anew.
@@ -164,14 +180,8 @@ impl CsvOutput {
             "plan": self.plan,
         });
         let path = record_path(&self.path);
-        let new = with_ending(&path, ".new");
-        let write = || {
-            let mut file = File::create(&new)?;
-            file.write_all(format!("{record:#}\n").as_bytes())?;
-            file.sync_data()?;
-            fs::rename(&new, &path)
-        };
-        write().map_err(|error| Failure::Write { path: path.clone(), error })
+        whole::write(&path, format!("{record:#}\n").as_bytes())
+            .map_err(|error| Failure::Write { path, error })
     }
 
     fn cannot(&self, error: io::Error) -> Failure {
@@ -181,12 +191,8 @@ impl CsvOutput {
 
 /// The record beside an output.
 fn record_path(path: &Path) -> PathBuf {
-    with_ending(path, ".sweep")
-}
-
-fn with_ending(path: &Path, ending: &str) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
-    name.push(ending);
+    name.push(".sweep");
     name.into()
 }
 

@@ -26,6 +26,7 @@ from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.diagnosis.diagnosis_data import Rung
 from cbpt.lab.diagnosis.fit_text import solutions
 from cbpt.lab.diagnosis.rungs import rung_of, rung_of_lack_of_fit
+from cbpt.lab.inference.closing import closed
 from cbpt.lab.inference.cross_validation import folds
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.model.dataset import Campaign
@@ -133,6 +134,7 @@ def diagnosed(
     verdict = judge(competition)
     fold, held_by = folds(campaign)
     fits = competition.fits
+    fits[verdict.names] = closed(competition.fitter, fits[verdict.names])
     notes += _notes(campaign, competition, fits[verdict.names])
     nominal = competition.fitter.at_nominal(fits[verdict.names])
     return Diagnosis(

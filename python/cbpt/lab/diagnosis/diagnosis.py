@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import os
 from copy import deepcopy
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any
 
@@ -242,6 +242,7 @@ class Diagnosis(DiagnosisData):
             "ladder_says": self.ladder_says,
             "results": self.results().to_list(),
             "parameters": {e: self.parameters(self.after, e) for e in v.names},
+            "closing": asdict(self.closing) if self.closing else None,
             "moved": list(moved(self)),
             "detectable": self.detectable(),
             "unknown": self.unknown(),

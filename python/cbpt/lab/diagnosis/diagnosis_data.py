@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from cbpt._core import Case, Drive
 from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.inference.estimates import parameters_of
-from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.inference.evidence import Closing, Fit
 from cbpt.lab.inference.residuals import without_offsets
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.selection.decision import Verdict
@@ -104,6 +104,11 @@ class DiagnosisData:
     def ladder_says(self) -> str | None:
         """What to know to read the ladder; None where nothing on it is odd."""
         return LOOSE if any(rung.loose for rung in self.ladder) else None
+
+    @property
+    def closing(self) -> Closing | None:
+        """How near the values of the answer are to the minimum; None where nothing was fitted."""
+        return self.after.closing
 
     @property
     def final_rung(self) -> Rung:

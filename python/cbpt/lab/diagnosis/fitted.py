@@ -22,7 +22,7 @@ from cbpt.lab.diagnosis.fit_text import moved_numbers, solutions
 from cbpt.lab.diagnosis.rungs import rung_of
 from cbpt.lab.inference.cross_validation import folds
 from cbpt.lab.inference.estimates import parameters_of
-from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.inference.evidence import Closing, Fit
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.prediction import AtLoad, Load, angle_at, load_of_choice
 from cbpt.lab.inference.results import Results, results_of
@@ -68,6 +68,11 @@ class Fitted:
     def parameters(self) -> dict[str, dict[str, dict[str, Any]]]:
         """By effect and parameter: value, standard uncertainty (or why there is none), unit."""
         return {e: parameters_of(self.result, e) for e in self.effects}
+
+    @property
+    def closing(self) -> Closing | None:
+        """How near the values are to the minimum, and the steps it took."""
+        return self.result.closing
 
     def predict(
         self,
@@ -141,6 +146,8 @@ class Fitted:
                 shown(effect, n, p["value"], p["u"], p["unit"]) for n, p in found.items()
             )
             yield f"{effect}: {values}"
+        if self.closing:
+            yield f"Values at the minimum: {self.closing}."
         moved = moved_numbers(self.result, self.priors)
         if moved:
             yield f"Parameters of drive and rig changed by the fit, now in the case: {moved}."

@@ -1,6 +1,7 @@
 """A hypothesis at its most probable values, and its evidence.
 
 Fit          values, uncertainties, noise, evidence
+Closing      how near the values of a fit are to the minimum
 Discrepancy  how far the effects may depart from their equations
 evaluated    the fit at a point of the search
 linearised   its linear problem
@@ -27,6 +28,30 @@ from cbpt.lab.model.forward import Point
 from cbpt.lab.model.priors import PRIORS, log_size_prior
 
 Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Closing:
+    """How near the values of a fit are to the minimum."""
+
+    steps: int
+    """Gauss-Newton steps that were taken to come so near."""
+    tolerance_u: float
+    """The longest step, in standard uncertainties, that need not be taken."""
+    next_step_u: float
+    """How long the next step would be, in standard uncertainties."""
+    converged: bool
+    """Whether the next step is within the tolerance, or lost in rounding. It is not where the model
+    has a kink at the minimum."""
+
+    def __str__(self) -> str:
+        taken = f"{self.steps} closing Gauss-Newton step{'s' * (self.steps != 1)}"
+        if self.converged:
+            return f"{taken}; the next one would be {self.next_step_u:.1g} standard uncertainties"
+        return (
+            f"{taken} did not reach the tolerance; the next one would be "
+            f"{self.next_step_u:.1g} standard uncertainties"
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +81,11 @@ class Fit:
     """Log prior of that departure, and what other modes add to the evidence."""
     other_modes: tuple[Fit, ...] = field(default=(), repr=False)
     """The same effects with other values or forms that the readings do not exclude; see `modes`."""
+    noise_of_values: Noise = field(default=Noise(), repr=False)
+    """The noise under which the values were sought. Where the effects depart from their forms the
+    values are still those of the exact forms, and `noise` is what the departure leaves."""
+    closing: Closing | None = None
+    """How near the values are to the minimum; None where that was not asked for."""
     modes_searched: bool = False
     """Whether other modes were looked for."""
     reached: float = np.inf
@@ -161,6 +191,7 @@ def evaluated(
         log_marginal=marginal,
         log_size_prior=sum(_log_prior_of_sizes(problem, hypothesis, point, covariance)),
         converged=converged,
+        noise_of_values=problem.noise,
         discrepancy_sd=discrepancy.sd,
     )
 

@@ -25,7 +25,7 @@ from cbpt.lab.inference.gauss_newton import Problem, point_at, search
 from cbpt.lab.inference.hypothesis import Hypothesis, Unknown, unknown_of_shape
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.discrepancy import DISCREPANCY_ODDS, modulations
-from cbpt.lab.model.forward import Assembled
+from cbpt.lab.model.forward import Assembled, Point
 from cbpt.lab.model.priors import LOT, VARIANTS, Variant, lots
 from cbpt.lab.model.spring_priors import library_of
 
@@ -225,15 +225,36 @@ class Fitter:
         ]
         best = int(np.argmax(odds))
         total = float(np.logaddexp.reduce(odds))
-        return replace(seen[best], log_discrepancy=total - seen[best].log_evidence)
+        return replace(
+            seen[best],
+            log_discrepancy=total - seen[best].log_evidence,
+            noise_of_values=exact.noise,
+        )
 
     def _departed(self, fit: Fit, noise: Noise, discrepancy_sd: float) -> Fit:
+        return self._evaluated(fit, (fit.point, fit.converged), noise, discrepancy_sd)
+
+    def _evaluated(
+        self, fit: Fit, reached: tuple[Point, bool], noise: Noise, discrepancy_sd: float
+    ) -> Fit:
         return evaluated(
             self._problem(fit.unknowns, noise),
             fit.hypothesis,
-            (fit.point, fit.converged),
+            reached,
             Discrepancy(self.functions, discrepancy_sd),
             self.stated_dof,
+        )
+
+    def moved(self, fit: Fit, reached: tuple[Point, bool]) -> Fit:
+        """The same fit, noise and departures, at another point (and whether it is the end of a
+        search); other modes stay."""
+        return replace(
+            self._evaluated(fit, reached, fit.noise, fit.discrepancy_sd),
+            log_discrepancy=fit.log_discrepancy,
+            noise_of_values=fit.noise_of_values,
+            other_modes=fit.other_modes,
+            modes_searched=fit.modes_searched,
+            reached=fit.reached,
         )
 
     def _problem(self, unknowns: tuple[Unknown, ...], noise: Noise) -> Problem:

@@ -22,7 +22,8 @@ from cbpt.lab.model.forward import Assembled, Point
 Floats = NDArray[np.float64]
 
 _ENOUGH = 0.02
-"""Gain in misfit that ends the search; two units of misfit are one of log evidence."""
+"""Gain in misfit that ends the search; two units of misfit are one of log evidence.
+What is reported goes further: see `closing`."""
 
 
 def point_at(model: Assembled, values: Floats, unknowns: Sequence[Unknown]) -> Point | None:

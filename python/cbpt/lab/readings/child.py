@@ -21,6 +21,7 @@ import errno
 import io
 import json
 import os
+import signal
 import struct
 import sys
 import warnings
@@ -50,8 +51,9 @@ class Refused(Exception):
     """What was found, what is expected, and what to do about it."""
 
 
-def limit(memory: int, seconds: int) -> None:
-    """More ends the process, or raises MemoryError. memory: bytes beyond those that it has.
+def limit(memory: int, seconds: float) -> None:
+    """More ends the process, or raises MemoryError. memory: bytes beyond those that it has;
+    seconds: from now on.
 
     Linux keeps to all of it, other systems with `resource` to the time and the output; elsewhere
     the other side limits the time.
@@ -62,7 +64,7 @@ def limit(memory: int, seconds: int) -> None:
         return
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     resource.setrlimit(resource.RLIMIT_FSIZE, (memory, memory))
-    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 1))
+    signal.setitimer(signal.ITIMER_REAL, seconds)
     try:
         with open("/proc/self/statm", "rb") as file:
             has = int(file.read().split()[0]) * resource.getpagesize()

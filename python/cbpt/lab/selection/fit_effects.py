@@ -20,6 +20,7 @@ from threadpoolctl import threadpool_limits
 
 from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError, ReadingsError
+from cbpt.lab.inference.closing import closed
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.hypothesis import Hypothesis
@@ -120,7 +121,7 @@ def fitted(
 
 
 def best_fit(fitter: Fitter, effects: Sequence[str]) -> Fit:
-    """The most probable fit of some effects over all their forms, from promising starts.
+    """The most probable fit of some effects over all their forms, from promising starts, closed.
 
     Raises `InvalidInputError` for an effect that is not known or that the readings do not depend
     on, `ReadingsError` where the table lacks a column that it needs.
@@ -141,9 +142,8 @@ def best_fit(fitter: Fitter, effects: Sequence[str]) -> Fit:
             f"{' + '.join(effects)} cannot be fitted: the computed angles of these readings do not "
             "depend on the parameters"
         )
-    return with_modes(
-        fitter, best, RULES.log_rival_odds, [v for variants in forms for v in variants]
-    )
+    listed = [v for variants in forms for v in variants]
+    return closed(fitter, with_modes(fitter, best, RULES.log_rival_odds, listed))
 
 
 def _forms(effect: str, fitter: Fitter) -> list[Variant]:

@@ -33,6 +33,7 @@ from cbpt.page.document.tables import csv_of
 from cbpt.page.document.types import DriveSection, PageDocument
 from cbpt.page.workbench.ahead import Ahead, Effects, Step, Turns
 from cbpt.page.workbench.job import Cancelled, Job
+from cbpt.page.workbench.scratch import sweep
 from cbpt.page.workbench.uploads import Opened, Upload, read_case, shown_name, stop_if_few
 
 if TYPE_CHECKING:
@@ -287,8 +288,10 @@ class Session:
 
     def begin(self) -> None:
         """Where files were given: what the page asks for first. It asks for the diagnosis once its
-        first plot stands, which would wait for it otherwise."""
+        first plot stands, which would wait for it otherwise. Beside it, what killed workbenches
+        have left is removed."""
         self.document()
+        sweep()
 
     def join(self, seconds: float) -> bool:
         """Wait for the diagnosis; False where it has not ended by then."""

@@ -13,11 +13,9 @@ from __future__ import annotations
 
 import os
 import re
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Any
 
 from cbpt._core import Case, Drive
@@ -39,6 +37,7 @@ from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.text import Table
 from cbpt.page.document.source import Command
+from cbpt.page.workbench.scratch import Scratch
 
 MOST_BYTES = 64 << 20
 MOST_ROWS = 200_000
@@ -83,7 +82,7 @@ class Upload:
     """What headers mean, where the user said so."""
     sheet: str | None = None
     only: dict[str, str] | None = None
-    mine: tempfile.TemporaryDirectory[str] | None = None
+    mine: Scratch | None = None
     contents: dict[str, Contents] = field(default_factory=dict, repr=False)
     """What is in a program's file, once it has been read."""
 
@@ -91,15 +90,15 @@ class Upload:
     def of_bytes(cls, name: str, raw: bytes) -> Upload:
         """Raises `ReadingsError` for what is too large, or no table on the face of it."""
         _stop_if_large(name, raw)
-        mine = tempfile.TemporaryDirectory(prefix="cbpt-")
-        path = Path(mine.name, "table")
+        mine = Scratch()
+        path = mine.path / "table"
         path.write_bytes(raw)
         return cls(name, os.fspath(path), mine=mine)
 
     def close(self) -> None:
         """Remove what was written."""
         if self.mine is not None:
-            self.mine.cleanup()
+            self.mine.close()
 
     @contextmanager
     def _within_limits(self) -> Iterator[None]:
