@@ -191,6 +191,7 @@ fn sensitivities_are_derivatives() {
         (_, "load_growth") => 0.03,
         (_, "permanent_set" | "permanent_set_of_run" | "settled") => 3e-4,
         (_, "time_constant") => 7.0,
+        (_, "settling_cycles") => 2.0,
         (_, "spread" | "friction_radius" | "planet_offset_sine" | "planet_offset_cosine") => 0.0,
         _ => panic!("a new parameter, {stem} of {id}, wants a typical value"),
     };

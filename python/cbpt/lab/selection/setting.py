@@ -30,6 +30,8 @@ from cbpt.lab.selection.linear_screen import Screen, Signature, Signatures
 from cbpt.lab.selection.starts import places
 
 Floats = NDArray[np.float64]
+_LEADING = 20
+"""Components of the library that a noise is judged beside."""
 Names = tuple[str, ...]
 """A set of effects by their ids, sorted; empty: the drive as stated."""
 
@@ -181,20 +183,41 @@ def _with_torque_noise(
     small = loaded & (size <= np.quantile(size[loaded], 0.3))
     slope = np.where(loaded, slope, np.median(slope[small]))
     typical = float(np.median(c.u_arcsec))
-    found = [(_flexible_fit(fitter, fit, signatures, plain)[1], plain)]
+    linear = _leading(fitter, fit, signatures)
+
+    def suited(noise: Noise) -> float:
+        # Beside offsets and correlation: what these explain is no noise of the torque.
+        return fit_noise(linear, c.u_arcsec, c.rows, noise, fitter.stated_dof)[1]
+
+    found = [(suited(plain), plain)]
     for share in (0.7, 1.4, 2.8):
         own = slope * (share * typical / float(np.quantile(slope, 0.9)))
         rounding = own if c.rounding_arcsec is None else np.hypot(own, c.rounding_arcsec)
         noise = replace(plain, rounding_arcsec=rounding)
-        found.append((_flexible_fit(fitter, fit, signatures, noise)[1] - PRICE, noise))
+        found.append((suited(noise) - PRICE, noise))
     return max(found, key=lambda f: f[0])[1]
+
+
+def _leading(fitter: Fitter, fit: Fit, signatures: list[Signature]) -> Linear:
+    """The linear problem with what the library shows in the main: its leading components."""
+    y, x, precision = fitter.linear(fit)
+    columns = _library_columns(fitter, signatures)
+    axes, size, _ = np.linalg.svd(columns, full_matrices=False)
+    count = min(_LEADING, len(y) // 6)
+    free = np.full(min(count, len(size)), 1e-4)
+    return Linear(y, np.column_stack([x, (axes * size)[:, :count]]), np.r_[precision, free])
 
 
 def _flexible_noise(fitter: Fitter, fit: Fit, signatures: list[Signature], start: Noise) -> Noise:
     """The noise as seen by a fit that may follow the whole library."""
     c = fitter.campaign
     columns = _library_columns(fitter, signatures)
-    noise, _ = _flexible_fit(fitter, fit, signatures, start)
+    y, x, precision = fitter.linear(fit)
+    # Each signature may be as strong as a hundred standard deviations of the whole table.
+    free = np.full(columns.shape[1], 1e-4)
+    linear = Linear(y, np.column_stack([x, columns]), np.r_[precision, free])
+    structures = len(c) > 3 * columns.shape[1]
+    noise, _ = fit_noise(linear, c.u_arcsec, c.rows, start, fitter.stated_dof, structures)
     # What so many free columns take from the scatter by chance is given back.
     size = np.linalg.svd(columns / c.u_arcsec[:, None], compute_uv=False)
     taken = float(np.sum(size**2 / (size**2 + 1e-2)))
@@ -207,19 +230,6 @@ def _library_columns(fitter: Fitter, signatures: list[Signature]) -> Floats:
     columns = columns[:, np.isfinite(columns).all(axis=0)]
     size = np.linalg.norm(columns / fitter.campaign.u_arcsec[:, None], axis=0)
     return np.asarray(columns[:, size > 1e-9] / size[size > 1e-9])
-
-
-def _flexible_fit(
-    fitter: Fitter, fit: Fit, signatures: list[Signature], start: Noise
-) -> tuple[Noise, float]:
-    """The noise that suits a fit which may follow the whole library, and its log likelihood."""
-    c, columns = fitter.campaign, _library_columns(fitter, signatures)
-    y, x, precision = fitter.linear(fit)
-    # Each signature may be as strong as a hundred standard deviations of the whole table.
-    free = np.full(columns.shape[1], 1e-4)
-    linear = Linear(y, np.column_stack([x, columns]), np.r_[precision, free])
-    structures = len(c) > 3 * columns.shape[1]
-    return fit_noise(linear, c.u_arcsec, c.rows, start, fitter.stated_dof, structures)
 
 
 def _variant_prices(fitter: Fitter, looks: tuple[Look, ...]) -> dict[str, float]:
