@@ -132,9 +132,9 @@ def _size(cube: Floats, v: Variant) -> Floats:
         sign, first = (1.0, 2 * first - 1) if first >= 0.5 else (-1.0, 1 - 2 * first)
     r = v.low * (v.high / v.low) ** first
     if len(cube) == 1:
-        return np.array([sign * r])
+        return np.array([float(sign * r)])
     phase = 2 * np.pi * cube[1]
-    return r * np.array([np.cos(phase), np.sin(phase)])
+    return np.asarray(r * np.array([np.cos(phase), np.sin(phase)]))
 
 
 def audited(index: int, seed: int) -> Audit | None:

@@ -183,7 +183,10 @@ fn sensitivities_are_derivatives() {
         ("eccentric_bearing", "exponent") => 0.8,
         (_, "play") => 5e-3,
         (_, "transition_torque") => 1.5,
-        ("output_torsion", _) => 1e-4,
+        ("output_torsion", "compliance") => 1e-4,
+        ("output_torsion", "asymmetry") => 0.2,
+        ("output_torsion", "stiffening") => 0.02,
+        ("output_torsion", "stop_torque") => 17.3,
         ("creep", "compliance" | "superposed_compliance")
         | (_, "reference_deflection" | "clearance" | "offset_sine" | "offset_cosine") => 2e-5,
         (_, "friction_torque") => 3.0,
@@ -192,7 +195,10 @@ fn sensitivities_are_derivatives() {
         (_, "permanent_set" | "permanent_set_of_run" | "settled") => 3e-4,
         (_, "time_constant") => 7.0,
         (_, "settling_cycles") => 2.0,
-        (_, "spread" | "friction_radius" | "planet_offset_sine" | "planet_offset_cosine") => 0.0,
+        (
+            _,
+            "preload_exponent" | "spread" | "friction_radius" | "planet_offset_sine" | "planet_offset_cosine",
+        ) => 0.0,
         _ => panic!("a new parameter, {stem} of {id}, wants a typical value"),
     };
     let id_of = |place: usize| predictor.effects()[predictor.parameters()[place].effect].id();
