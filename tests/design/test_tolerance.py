@@ -164,7 +164,7 @@ def test_what_cannot_be_is_refused(arguments: dict[str, float], words: str) -> N
 
 
 def test_a_case_without_tolerances_or_load_says_what_to_add() -> None:
-    with pytest.raises(cbpt.InvalidInputError, match=r"add \[tolerance\]"):
+    with pytest.raises(cbpt.InvalidInputError, match=r"add a table \[tolerance\]"):
         cbpt.tolerance(TOP / "examples/base_case.toml")
     bare = BASE[: BASE.index("[load]")]
     with pytest.raises(cbpt.InvalidInputError, match="torque_Nm is missing"):

@@ -363,8 +363,6 @@ def noise_words(competition: Competition, noise: Noise) -> tuple[str, ...]:
         words.append("run_offset")
     if noise.correlation:
         words.append("correlated")
-    if noise.rounding_arcsec is not competition.campaign.rounding_arcsec:
-        words.append("torque_noise")
     if noise.inflation is not None:
         far = np.count_nonzero(noise.inflation > RULES.far_reading)
         words.append(

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.covariance.fit_noise import PRICE, fit_noise
+from cbpt.lab.covariance.fit_noise import fit_noise
 from cbpt.lab.covariance.linear_gaussian import Linear, Noise, Whitener
 from cbpt.lab.covariance.outliers import inflation_of
 from cbpt.lab.inference.evidence import Fit
@@ -30,8 +30,6 @@ from cbpt.lab.selection.linear_screen import Screen, Signature, Signatures
 from cbpt.lab.selection.starts import places
 
 Floats = NDArray[np.float64]
-_LEADING = 20
-"""Components of the library that a noise is judged beside."""
 Names = tuple[str, ...]
 """A set of effects by their ids, sorted; empty: the drive as stated."""
 
@@ -101,7 +99,6 @@ def prepare(fitter: Fitter) -> Setting:
     library = Signatures(campaign, fitter.variants)
     signatures = library.about(first, names)
     plain = replace(campaign.plain_noise, inflation=_inflation(fitter, first, signatures, families))
-    plain = _with_torque_noise(fitter, first, signatures, plain)
     null = fitter.fit(nothing, noise=plain)
     assert null is not None
     flexible = _flexible_noise(fitter, null, signatures, plain)
@@ -165,47 +162,6 @@ def _of_one_place(campaign: Campaign, loose: NDArray[np.bool_]) -> bool:
         ):
             return True
     return False
-
-
-def _with_torque_noise(
-    fitter: Fitter, fit: Fit, signatures: list[Signature], plain: Noise
-) -> Noise:
-    """The noise with that of the torque readings, seen through the slope of the angle, where a fit
-    that may follow the whole library scatters that way (errors in variables; Fuller 1987)."""
-    c = fitter.campaign
-    gains = [i for i, u in enumerate(fit.unknowns) if u.name == "torque_scale"]
-    if not gains:
-        return plain
-    size = np.abs(c.readings.torque_Nm)
-    loaded = size > 0.05 * size.max()
-    slope = np.abs(fit.point.slopes[:, gains[0]]) / np.where(loaded, size, np.inf)
-    # Without torque a gain shows nothing; the slope there is that of small torques.
-    small = loaded & (size <= np.quantile(size[loaded], 0.3))
-    slope = np.where(loaded, slope, np.median(slope[small]))
-    typical = float(np.median(c.u_arcsec))
-    linear = _leading(fitter, fit, signatures)
-
-    def suited(noise: Noise) -> float:
-        # Beside offsets and correlation: what these explain is no noise of the torque.
-        return fit_noise(linear, c.u_arcsec, c.rows, noise, fitter.stated_dof)[1]
-
-    found = [(suited(plain), plain)]
-    for share in (0.7, 1.4, 2.8):
-        own = slope * (share * typical / float(np.quantile(slope, 0.9)))
-        rounding = own if c.rounding_arcsec is None else np.hypot(own, c.rounding_arcsec)
-        noise = replace(plain, rounding_arcsec=rounding)
-        found.append((suited(noise) - PRICE, noise))
-    return max(found, key=lambda f: f[0])[1]
-
-
-def _leading(fitter: Fitter, fit: Fit, signatures: list[Signature]) -> Linear:
-    """The linear problem with what the library shows in the main: its leading components."""
-    y, x, precision = fitter.linear(fit)
-    columns = _library_columns(fitter, signatures)
-    axes, size, _ = np.linalg.svd(columns, full_matrices=False)
-    count = min(_LEADING, len(y) // 6)
-    free = np.full(min(count, len(size)), 1e-4)
-    return Linear(y, np.column_stack([x, (axes * size)[:, :count]]), np.r_[precision, free])
 
 
 def _flexible_noise(fitter: Fitter, fit: Fit, signatures: list[Signature], start: Noise) -> Noise:
