@@ -59,7 +59,9 @@ def test_many_loads_are_solved_as_each_alone(
             (many.hold_preload_N, s.hold_preload_N),
         ]:
             value = float(found[i])
-            assert (alone is None and math.isnan(value)) or value == pytest.approx(alone, rel=1e-10, abs=1e-11)
+            assert (alone is None and math.isnan(value)) or value == pytest.approx(
+                alone, rel=1e-10, abs=1e-11
+            )
         assert math.isnan(many.residual[i]) if s.residual is None else many.residual[i] <= 1e-11
 
 
