@@ -156,32 +156,6 @@ def test_the_gain_of_a_small_effect_is_that_of_a_full_fit(
     assert gain.chi2 > 40
 
 
-def test_pairs_agree_with_gain() -> None:
-    """All at once against one by one, over all pairs of effects that do not look alike."""
-    fitter, fit, signatures, _ = glance()
-    rng = np.random.default_rng([31, 2])
-    made = {("output_torsion", "compliance_rad_per_Nm"): 3e-7, ("preload_loss", "lost_share"): 0.02}
-    shifted = Fitter(readings_of(fitter.campaign, made, rng), VARIANTS)
-    refit = shifted.fit(Hypothesis(), fit.point.values, Noise(), free_noise=False)
-    assert refit is not None
-    screen = Screen(refit, signatures)
-    members = [m for m, s in enumerate(signatures) if screen.usable(m) and plain(s.variant)]
-    found = screen.pairs(members)
-    assert len(found) == len(members) * (len(members) - 1) // 2
-    assert [c for c, _, _ in found] == sorted((c for c, _, _ in found), reverse=True)
-    compared = 0
-    for chi2, a, b in found[:: max(len(found) // 400, 1)]:
-        at = np.r_[tuple(np.arange(screen.places[m].start, screen.places[m].stop) for m in (a, b))]
-        size = np.sqrt(np.diag(screen.gram)[at])
-        gain = screen.gain((a, b))
-        # None where a size would have the wrong sign; twins depend on the last digits.
-        alike = np.linalg.cond(screen.gram[np.ix_(at, at)] / np.outer(size, size)) > 1e5
-        if np.isfinite(gain.log_odds) and not alike:
-            compared += 1
-            assert chi2 == pytest.approx(gain.chi2, rel=1e-3, abs=1e-6)
-    assert compared > 100
-
-
 def test_a_gain_needs_the_right_sign() -> None:
     _, _, signatures, screen = glance()
     m = next(m for m, s in enumerate(signatures) if s.variant.label == "output_torsion")

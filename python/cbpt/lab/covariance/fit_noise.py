@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +16,7 @@ from cbpt.lab.covariance.linear_gaussian import (
     Linear,
     Noise,
     Rows,
+    Solved,
     Whitener,
 )
 
@@ -113,27 +113,6 @@ class _Sums:
         return gram, float(log_det)
 
 
-class _Profile(NamedTuple):
-    """As `Margin`, from scalar products alone."""
-
-    mode: Floats
-    chi2: float
-    log_volume: float
-
-    @classmethod
-    def of(cls, gram: Floats, precision: Floats) -> _Profile:
-        """gram: of y and the columns x, shape (1 + p, 1 + p)."""
-        a = gram[1:, 1:] + np.diag(precision)
-        a[np.diag_indices_from(a)] += 1e-12 * max(float(np.trace(a)), 1e-300) / max(len(a), 1)
-        b = gram[1:, 0]
-        factor = np.linalg.cholesky(a)
-        mode = np.linalg.solve(a, b)
-        known = precision > 0
-        volume = -float(np.log(np.diagonal(factor)).sum())
-        volume += 0.5 * float(np.log(precision[known]).sum())
-        return cls(np.asarray(mode), max(float(gram[0, 0] - b @ mode), 0.0), volume)
-
-
 def least_scale(stated_dof: float) -> float:
     """The smallest scale; none where nothing is stated."""
     return LEAST_SCALE if stated_dof >= 1 else 1e-9
@@ -165,7 +144,7 @@ def fit_noise(
                 start, scale=scale, correlation=correlation, offset_arcsec=offset * scale
             )
             gram, log_det = sums.gram(noise)
-            margin = _Profile.of(gram, precision)
+            margin = Solved.of(gram[1:, 1:], gram[1:, 0], float(gram[0, 0]), precision)
             # What the priors are pulled by says nothing of the noise.
             scattered = margin.chi2 - float(precision @ margin.mode**2)
             new = _balanced(scale, scattered, len(y) - flat, stated_dof)

@@ -4,6 +4,7 @@ Rows            which readings follow each other in which run
 Noise           scale of the stated uncertainties, correlation, offsets of runs, inflation factors
 Linear          readings, columns and the precisions of their unknowns
 Whitener        turns readings into independent ones of unit variance
+Solved          normal unknowns taken out of readings, from scalar products
 Margin          the likelihood of readings with linear unknowns of normal priors integrated out
 log_likelihood  of the readings, from misfit and volume
 
@@ -202,13 +203,39 @@ class Whitener:
         return out.reshape(columns.shape)
 
 
-@dataclass(frozen=True)
-class Margin:
-    """Whitened readings with whitened columns X of unknowns, of prior precision (0: none), taken
-    out.
+class Solved(NamedTuple):
+    """Normal unknowns taken out of readings, from scalar products alone.
 
     With A = X'X + precision the mode is A^-1 X'y and what is left of |y|^2 is y'y - y'X A^-1 X'y.
     """
+
+    factor: Floats
+    """Cholesky factor of A, lower."""
+    mode: Floats
+    chi2: float
+    """Misfit and prior together at the mode."""
+    log_volume: float
+    """-1/2 log det A + 1/2 log det of the precision where there is one."""
+
+    @classmethod
+    def of(cls, gram: Floats, projection: Floats, square: float, precision: Floats) -> Solved:
+        """gram: X'X (p, p); projection: X'y (p,); square: y'y; precision (p,), 0 for none."""
+        a = gram + np.diag(precision)
+        # A column that the table cannot see at all has no curvature; a hair of precision keeps A
+        # invertible.
+        a[np.diag_indices_from(a)] += 1e-12 * max(float(np.trace(a)), 1e-300) / max(len(a), 1)
+        factor = np.asarray(np.linalg.cholesky(a))
+        mode = np.asarray(np.linalg.solve(a, projection))
+        known = precision > 0
+        volume = -float(np.log(np.diagonal(factor)).sum())
+        volume += 0.5 * float(np.log(precision[known]).sum())
+        return cls(factor, mode, max(float(square - projection @ mode), 0.0), volume)
+
+
+@dataclass(frozen=True)
+class Margin:
+    """Whitened readings with whitened columns X of unknowns, of prior precision (0: none), taken
+    out; see `Solved`."""
 
     y: Floats
     x: Floats
@@ -223,18 +250,7 @@ class Margin:
     @classmethod
     def of(cls, y: Floats, x: Floats, precision: Floats) -> Margin:
         """y (n,), x (n, p), precision (p,)."""
-        a = x.T @ x + np.diag(precision)
-        # A column that the table cannot see at all has no curvature; a hair of precision keeps A
-        # invertible.
-        a[np.diag_indices_from(a)] += 1e-12 * max(float(np.trace(a)), 1e-300) / max(len(a), 1)
-        factor = np.linalg.cholesky(a)
-        b = x.T @ y
-        mode = np.linalg.solve(a, b)
-        chi2 = float(y @ y - b @ mode)
-        known = precision > 0
-        volume = -float(np.log(np.diagonal(factor)).sum())
-        volume += 0.5 * float(np.log(precision[known]).sum())
-        return cls(y, x, np.asarray(factor), np.asarray(mode), max(chi2, 0.0), volume)
+        return cls(y, x, *Solved.of(x.T @ x, x.T @ y, float(y @ y), precision))
 
     def left(self, columns: Floats) -> Floats:
         """Whitened columns as seen by whoever refits the unknowns: C^-1 of C = 1 + X P X' on them.

@@ -14,8 +14,7 @@ import numpy as np
 
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
 from cbpt.lab.diagnosis.rungs import rung_of, rung_of_lack_of_fit
-from cbpt.lab.inference.evidence import Fit
-from cbpt.lab.selection.posterior import OFFSET, UNKNOWN, posterior_of
+from cbpt.lab.selection.posterior import UNKNOWN, named_of, posterior_of
 from cbpt.lab.selection.rules import RULES
 
 _MOST = 12
@@ -49,29 +48,25 @@ def combinations(d: DiagnosisData) -> list[Combination]:
         if total >= RULES.certain:
             break
         total += posterior.sets[names]
-        base = tuple(n for n in names if n not in (OFFSET, UNKNOWN))
-        found.append(_combination(d, names, d.competition.fits[base], posterior.sets[names]))
+        found.append(_combination(d, names, posterior.sets[names]))
     return found
 
 
-def _combination(
-    d: DiagnosisData, names: tuple[str, ...], fit: Fit, probability: float
-) -> Combination:
+def _combination(d: DiagnosisData, names: tuple[str, ...], probability: float) -> Combination:
     """One set. One noise judges all that have names: a fit without an effect may take it for noise.
     What has no name is a free function, with the noise that was fitted beside it."""
-    fitter = d.competition.fitter
-    base = tuple(n for n in names if n not in (OFFSET, UNKNOWN))
+    fitter, base = d.competition.fitter, named_of(names)
+    fit = d.competition.fits[base]
     lacks = [lack for lack in d.competition.lacks_of_fit if lack.base == base]
     if UNKNOWN in names and lacks:
         errors = rung_of_lack_of_fit(lacks[0], d.fold)
     else:
         errors = rung_of(fitter, "", fitter.look(fit, d.noise), d.fold)
-    named = {v.effect for v in fit.hypothesis.variants}
     return Combination(
         effects=tuple(n for n in names if n != UNKNOWN),
         unnamed=UNKNOWN in names,
         probability=probability,
-        parameters={e: d.parameters(fit, e) for e in names if e in named},
+        parameters={e: d.parameters(fit, e) for e in base},
         rmse_arcsec=errors.rmse_arcsec,
         held_out_rmse_arcsec=errors.held_out_rmse_arcsec,
         chi2_per_dof=errors.chi2_per_dof,

@@ -35,6 +35,7 @@ from cbpt.lab.selection.posterior import (
     UNKNOWN,
     Posterior,
     Spoken,
+    named_of,
     posterior_of,
     spoken_of,
 )
@@ -97,7 +98,7 @@ def judge(competition: Competition, rules: DecisionRules = RULES) -> Verdict:
     elif posterior.within({*PRIORS, OFFSET}) >= rules.undecided:
         verdict = replace(_no_effect(competition, posterior, rules), perhaps=spoken.perhaps)
     else:
-        verdict = _undecided(competition, posterior, "no answer is probable")
+        verdict = _undecided(competition, posterior, "no answer is probable", rules)
     return _checked(competition, posterior, verdict, rules)
 
 
@@ -112,17 +113,19 @@ def _checked(
     verdict = replace(verdict, adequacy=adequacy)
     if verdict.lack_of_fit is None and adequacy.p_value < rules.left_chance:
         if adequacy.source == "stated":
-            return _undecided(competition, posterior, "scatter or law")
+            return _undecided(competition, posterior, "scatter or law", rules)
         verdict = _with_remains(competition, verdict)
     free = free_numbers(fitter, fit)
     if verdict.lack_of_fit is not None:
         free += verdict.lack_of_fit.free_numbers
     if len(competition.campaign) < rules.readings_per_number * free:
-        return _undecided(competition, posterior, "few readings")
+        return _undecided(competition, posterior, "few readings", rules)
     return verdict
 
 
-def _undecided(competition: Competition, posterior: Posterior, why: Why) -> Verdict:
+def _undecided(
+    competition: Competition, posterior: Posterior, why: Why, rules: DecisionRules
+) -> Verdict:
     """Nothing is said; what would change that goes with the reason."""
     inclusion = posterior.inclusion
     likely = sorted(inclusion, key=lambda e: -inclusion[e])
@@ -130,13 +133,13 @@ def _undecided(competition: Competition, posterior: Posterior, why: Why) -> Verd
         kind="undecided",
         effects=(),
         rivals=(),
-        probability=min(max(posterior.sets.values()), RULES.undecided),
+        probability=min(max(posterior.sets.values()), rules.undecided),
         rests_on=(),
         within_uncertainty=False,
         names=(),
         lack_of_fit=None,
         noise=noise_words(competition, competition.fits[()].noise),
-        perhaps=tuple((e, inclusion[e]) for e in likely if inclusion[e] >= RULES.likely),
+        perhaps=tuple((e, inclusion[e]) for e in likely if inclusion[e] >= rules.likely),
         undecided=why,
         exactly=max(posterior.sets.values()),
     )
@@ -265,12 +268,12 @@ def _effects(
     competition: Competition, posterior: Posterior, spoken: Spoken, rules: DecisionRules
 ) -> Verdict:
     best = posterior.best
-    named = _less(_less(best, OFFSET), UNKNOWN)
+    named = named_of(best)
     found = tuple(e for e in spoken.effects if e != UNKNOWN)
-    idle = _predict_nothing(competition, named, found)
+    idle = _predict_nothing(competition, named, found, rules)
     certain = tuple(e for e in found if e not in idle)
     if idle and not (certain or spoken.rivals):
-        return _undecided(competition, posterior, "no prediction")
+        return _undecided(competition, posterior, "no prediction", rules)
     lack = _lack_of(competition, best) if UNKNOWN in spoken.effects else None
     fit = competition.fits[named]
     if spoken.rivals:
@@ -298,7 +301,9 @@ def _effects(
     )
 
 
-def _predict_nothing(competition: Competition, names: Names, effects: Names) -> Names:
+def _predict_nothing(
+    competition: Competition, names: Names, effects: Names, rules: DecisionRules
+) -> Names:
     """Effects without which readings that are kept back are predicted better: what explains the
     others by chance is none."""
     fitter, noise = competition.fitter, competition.fits[names].noise
@@ -312,13 +317,13 @@ def _predict_nothing(competition: Competition, names: Names, effects: Names) -> 
     # With one fold there is nothing to predict from.
     if not known or len(np.unique(fold)) < 2:
         return ()
-    least = predicts(names) + RULES.log_rival_odds
+    least = predicts(names) + rules.log_rival_odds
     return tuple(e for e, of in known.items() if predicts(of) > least)
 
 
 def _lack_of(competition: Competition, best: Names) -> LackOfFit:
     """The most probable lack of fit of a set, else that of any."""
-    base = _less(_less(best, OFFSET), UNKNOWN)
+    base = named_of(best)
     of_base = [p for p in competition.lacks_of_fit if p.base == base]
     return (of_base or list(competition.lacks_of_fit))[0]
 

@@ -234,33 +234,6 @@ class Screen:
             odds += s.log_prior(sizes[part], own[part])
         return Gain(members, odds, chi2, sizes)
 
-    def pairs(self, members: Sequence[int]) -> list[tuple[float, int, int]]:
-        """What any two of the members would gain in misfit, (chi2, a, b), the largest first.
-
-        All at once: every member padded to two columns, every pair a 4 x 4 system.
-        """
-        at = np.zeros((len(members), 2), dtype=int)
-        one = np.zeros(len(members), dtype=bool)
-        for i, m in enumerate(members):
-            place = self.places[m]
-            at[i] = place.start, place.stop - 1
-            one[i] = place.stop - place.start == 1
-        a, b = np.triu_indices(len(members), 1)
-        at4 = np.column_stack([at[a], at[b]])
-        g = self.gram[at4[:, :, None], at4[:, None, :]]
-        y = self.projection[at4]
-        for column, lone in ((1, one[a]), (3, one[b])):
-            g[lone, column, :] = 0.0
-            g[lone, :, column] = 0.0
-            g[lone, column, column] = 1.0
-            y[lone, column] = 0.0
-        size = np.sqrt(np.einsum("ijj->ij", g))
-        scaled = g / (size[:, :, None] * size[:, None, :]) + 1e-9 * np.eye(4)
-        y = y / size
-        chi2 = np.einsum("ij,ij->i", y, np.linalg.solve(scaled, y[:, :, None])[:, :, 0])
-        order = np.argsort(chi2)[::-1]
-        return [(float(chi2[i]), members[a[i]], members[b[i]]) for i in order]
-
     def null_of_maximum(self, weights: Floats, replicates: int, rng: np.random.Generator) -> Floats:
         """Largest weighted log odds of any single signature in noise alone, shape (replicates,).
 

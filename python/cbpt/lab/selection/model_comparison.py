@@ -2,11 +2,13 @@
 
 Competition     every hypothesis that was fitted, with its odds
 compete         screen, fit, weigh
+follows         how well a fit follows the readings
 
 Order: the setting (a first fit of the drive as stated, readings that scatter more, the library at a
-glance under two noises); every effect that could gain, fitted in full; the pairs that could gain
-more; lack of fit that no effect names, alone and on top of the best. All are weighed by evidence
-and prior odds, so no order of asking decides.
+glance); single effects that may matter, and the pairs and triples that the linear search offers,
+fitted in full; sets of one effect more, less or another than the best; lack of fit that no effect
+names, alone and on top of the best. All are weighed by evidence and prior odds, so no order of
+asking decides.
 """
 
 from __future__ import annotations

@@ -2,6 +2,7 @@
 
 Posterior     probability of every set that was weighed
 Spoken        what is certain, what is open, what is likely
+named_of      the effects of a set that have a name, which are those of a fit
 posterior_of  from the odds of a competition
 spoken_of     by the rules of the decision
 set_of        the set that a fit stands for
@@ -81,6 +82,11 @@ class Spoken:
     """Groups of which one is needed and hardly two are at work."""
     perhaps: tuple[tuple[str, float], ...]
     """Effects that are likely but neither certain nor one of a group, with their probability."""
+
+
+def named_of(names: Names) -> Names:
+    """The effects of a set that a fit has: neither offsets of runs nor a lack of fit."""
+    return tuple(n for n in names if n not in (OFFSET, UNKNOWN))
 
 
 def posterior_of(competition: Competition) -> Posterior:

@@ -2,8 +2,6 @@
 
 DecisionRules  all of them, frozen
 RULES          those in force
-
-How answers change where one of them is halved or doubled: `docs/explanation/trial.md`.
 """
 
 from __future__ import annotations
