@@ -25,6 +25,7 @@ EFFECTS = [
     *("eccentric_bearing", "output_torsion", "bearing_play", "thermal_preload"),
 ]
 
+
 @cache
 def found() -> Isolability:
     return isolability(CASE, PLAN, effects=EFFECTS)

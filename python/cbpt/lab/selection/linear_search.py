@@ -233,14 +233,14 @@ def views(setting: Setting) -> list[View]:
 
 
 def _noises(setting: Setting) -> list[Noise]:
-    """That of the drive as stated, which may have taken an effect for noise, that of a fit which
-    may follow the whole library, and a grid."""
+    """Those of the drive as stated, which may have taken an effect for noise, and of fits which may
+    follow the whole library, and a grid."""
     c, rows = setting.fitter.campaign, setting.fitter.campaign.rows
     flexible = setting.flexible
     typical = float(np.median(c.u_arcsec)) * flexible.scale
     correlations = _LIMITS.correlations if rows.runs < len(c) else (0.0,)
     offsets = _LIMITS.offsets if 2 < rows.runs < len(c) else (0.0,)
-    return [setting.null.noise, flexible] + [
+    return list(setting.noises) + [
         replace(flexible, correlation=correlation, offset_arcsec=offset * typical)
         for correlation in correlations
         for offset in offsets

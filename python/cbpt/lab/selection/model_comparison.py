@@ -21,7 +21,7 @@ from itertools import product as cartesian
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.covariance.fit_noise import PRICE
+from cbpt.lab.covariance.fit_noise import price_of
 from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
@@ -106,7 +106,6 @@ class Competition:
     """Largest log odds of any effect in noise alone."""
     flexible: Noise
     """The noise as a fit sees it that may follow the whole library."""
-    inflation: Floats | None = field(repr=False)
 
     @property
     def campaign(self) -> Campaign:
@@ -345,13 +344,12 @@ class _Contest:
             setting.names,
             screen.null_of_maximum(weights, _EFFORT.replicates, rng),
             setting.flexible,
-            setting.plain.inflation,
         )
 
 
 def follows(fit: Fit) -> float:
     """Log density of the readings at the mode, with what the noise costs."""
-    return -0.5 * (fit.margin.chi2 + fit.whitener.log_det) - PRICE * fit.noise.numbers
+    return -0.5 * (fit.margin.chi2 + fit.whitener.log_det) - price_of(fit.noise)
 
 
 def _promising(singles: Sequence[Offer]) -> list[Offer]:

@@ -56,9 +56,12 @@ class Setting:
     null: Fit
     """The drive as stated, with its own noise."""
     plain: Noise
-    """White noise of the stated size; readings that scatter more keep their inflation."""
+    """White noise of the stated size, with the inflation of `null`."""
     flexible: Noise
     """The noise as a fit sees it that may follow the whole library."""
+    noises: tuple[Noise, ...]
+    """Both of these, and where some readings seem to scatter more the two in which they do not, or
+    the other way round: an effect may hide in what seems to scatter."""
     library: Signatures = field(repr=False)
     names: dict[int, tuple[str, str]] = field(repr=False)
     """(effect, parameter) of each value of the model."""
@@ -98,10 +101,19 @@ def prepare(fitter: Fitter) -> Setting:
     families = components(campaign.readings)
     library = Signatures(campaign, fitter.variants)
     signatures = library.about(first, names)
-    plain = replace(campaign.plain_noise, inflation=_inflation(fitter, first, signatures, families))
-    null = fitter.fit(nothing, noise=plain)
-    assert null is not None
-    flexible = _flexible_noise(fitter, null, signatures, plain)
+    inflation = _inflation(fitter, first, signatures, families)
+    kinds = [campaign.plain_noise]
+    if inflation is not None:
+        kinds.append(replace(campaign.plain_noise, inflation=inflation))
+    nulls = [fit for kind in kinds if (fit := fitter.fit(nothing, noise=kind)) is not None]
+    nulls.sort(key=lambda fit: -fit.log_evidence)
+    null = nulls[0]
+    plain = replace(campaign.plain_noise, inflation=null.noise.inflation)
+    flexibles = [
+        _flexible_noise(fitter, fit, signatures, replace(plain, inflation=fit.noise.inflation))
+        for fit in nulls
+    ]
+    flexible = flexibles[0]
     # Behind the others, so that a number means the same in both lists.
     wider = signatures + library.far(first, names)
     seen = [fitter.look(null, noise) for noise in (null.noise, flexible)]
@@ -111,6 +123,7 @@ def prepare(fitter: Fitter) -> Setting:
         null=null,
         plain=plain,
         flexible=flexible,
+        noises=tuple(n for f, g in zip(nulls, flexibles, strict=True) for n in (f.noise, g)),
         library=library,
         names=names,
         families=families,
