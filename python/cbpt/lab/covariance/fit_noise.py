@@ -68,7 +68,7 @@ class _Sums:
 
     def __init__(self, columns: Floats, u_arcsec: Floats, rows: Rows, start: Noise) -> None:
         self._columns, self._u, self._rows = columns, u_arcsec, rows
-        self._exact = start.rounding_arcsec is not None
+        self._exact = start.beside_arcsec is not None
         if self._exact:
             return
         sd = u_arcsec * (1.0 if start.inflation is None else start.inflation)

@@ -30,6 +30,8 @@ from cbpt.lab.selection.linear_screen import Screen, Signature, Signatures
 from cbpt.lab.selection.starts import places
 
 Floats = NDArray[np.float64]
+_TORQUE_SHARES = (0.7, 1.4, 2.8)
+"""Of the uncertainty of a reading that the noise of the torque may be."""
 Names = tuple[str, ...]
 """A set of effects by their ids, sorted; empty: the drive as stated."""
 
@@ -56,12 +58,12 @@ class Setting:
     null: Fit
     """The drive as stated, with its own noise."""
     plain: Noise
-    """White noise of the stated size, with the inflation of `null`."""
+    """White noise of the stated size, of the kind that `null` has."""
     flexible: Noise
     """The noise as a fit sees it that may follow the whole library."""
     noises: tuple[Noise, ...]
-    """Both of these, and where some readings seem to scatter more the two in which they do not, or
-    the other way round: an effect may hide in what seems to scatter."""
+    """Both of these, and the same of every other kind of noise that the readings may have: an
+    effect may hide in what seems to scatter."""
     library: Signatures = field(repr=False)
     names: dict[int, tuple[str, str]] = field(repr=False)
     """(effect, parameter) of each value of the model."""
@@ -101,18 +103,16 @@ def prepare(fitter: Fitter) -> Setting:
     families = components(campaign.readings)
     library = Signatures(campaign, fitter.variants)
     signatures = library.about(first, names)
-    inflation = _inflation(fitter, first, signatures, families)
     kinds = [campaign.plain_noise]
+    inflation = _inflation(fitter, first, signatures, families)
     if inflation is not None:
         kinds.append(replace(campaign.plain_noise, inflation=inflation))
+    kinds += _of_the_torque(fitter, first, signatures)
     nulls = [fit for kind in kinds if (fit := fitter.fit(nothing, noise=kind)) is not None]
     nulls.sort(key=lambda fit: -fit.log_evidence)
     null = nulls[0]
-    plain = replace(campaign.plain_noise, inflation=null.noise.inflation)
-    flexibles = [
-        _flexible_noise(fitter, fit, signatures, replace(plain, inflation=fit.noise.inflation))
-        for fit in nulls
-    ]
+    plain = _plain(null.noise)
+    flexibles = [_flexible_noise(fitter, fit, signatures) for fit in nulls]
     flexible = flexibles[0]
     # Behind the others, so that a number means the same in both lists.
     wider = signatures + library.far(first, names)
@@ -177,20 +177,66 @@ def _of_one_place(campaign: Campaign, loose: NDArray[np.bool_]) -> bool:
     return False
 
 
-def _flexible_noise(fitter: Fitter, fit: Fit, signatures: list[Signature], start: Noise) -> Noise:
+def _of_the_torque(fitter: Fitter, fit: Fit, signatures: list[Signature]) -> list[Noise]:
+    """Noise of the torque readings, where a fit that may follow the whole library scatters that
+    way; none else."""
+    slope = _slope(fit, np.abs(fitter.campaign.readings.torque_Nm))
+    if slope is None:
+        return []
+    plain = fitter.campaign.plain_noise
+    noise, value = _flexible_fit(fitter, fit, signatures, plain)
+    typical = float(np.median(fitter.campaign.u_arcsec))
+    found = []
+    for share in _TORQUE_SHARES:
+        own = slope * (share * typical / float(np.quantile(slope, 0.9)))
+        found.append(
+            _flexible_fit(
+                fitter, fit, signatures, replace(noise, torque_arcsec=own), bool(noise.numbers)
+            )
+        )
+    best, of_best = max(found, key=lambda f: f[1])
+    return [_plain(best)] if of_best > value else []
+
+
+def _slope(fit: Fit, size: Floats) -> Floats | None:
+    """How fast the angle of each reading changes with its torque (of these sizes), arcsec/(N m)."""
+    gains = [i for i, u in enumerate(fit.unknowns) if u.name == "torque_scale"]
+    if not gains:
+        return None
+    loaded = size > 0.05 * size.max()
+    slope = np.abs(fit.point.slopes[:, gains[0]]) / np.where(loaded, size, np.inf)
+    # Without torque a gain shows nothing; the slope there is that of small torques.
+    small = loaded & (size <= np.quantile(size[loaded], 0.3))
+    return np.where(loaded, slope, np.median(slope[small]))
+
+
+def _plain(noise: Noise) -> Noise:
+    """A noise without what is fitted of it."""
+    return replace(noise, scale=1.0, correlation=0.0, offset_arcsec=0.0)
+
+
+def _flexible_noise(fitter: Fitter, fit: Fit, signatures: list[Signature]) -> Noise:
     """The noise as seen by a fit that may follow the whole library."""
     c = fitter.campaign
+    noise, _ = _flexible_fit(fitter, fit, signatures, _plain(fit.noise))
+    # What so many free columns take from the scatter by chance is given back.
     columns = _library_columns(fitter, signatures)
+    size = np.linalg.svd(columns / c.u_arcsec[:, None], compute_uv=False)
+    taken = float(np.sum(size**2 / (size**2 + 1e-2)))
+    return replace(noise, scale=noise.scale * np.sqrt(len(c) / max(len(c) - taken, 1.0)))
+
+
+def _flexible_fit(
+    fitter: Fitter, fit: Fit, signatures: list[Signature], start: Noise, structures: bool = True
+) -> tuple[Noise, float]:
+    """The noise that suits a fit which may follow the whole library, and its log likelihood."""
+    c, columns = fitter.campaign, _library_columns(fitter, signatures)
     y, x, precision = fitter.linear(fit)
     # Each signature may be as strong as a hundred standard deviations of the whole table.
     free = np.full(columns.shape[1], 1e-4)
     linear = Linear(y, np.column_stack([x, columns]), np.r_[precision, free])
-    structures = len(c) > 3 * columns.shape[1]
-    noise, _ = fit_noise(linear, c.u_arcsec, c.rows, start, fitter.stated_dof, structures)
-    # What so many free columns take from the scatter by chance is given back.
-    size = np.linalg.svd(columns / c.u_arcsec[:, None], compute_uv=False)
-    taken = float(np.sum(size**2 / (size**2 + 1e-2)))
-    return replace(noise, scale=noise.scale * np.sqrt(len(c) / max(len(c) - taken, 1.0)))
+    enough = len(c) > 3 * columns.shape[1]
+    return fit_noise(linear, c.u_arcsec, c.rows, start, fitter.stated_dof, structures and enough)
 
 
 def _library_columns(fitter: Fitter, signatures: list[Signature]) -> Floats:
