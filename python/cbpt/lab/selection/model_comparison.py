@@ -14,7 +14,7 @@ asking decides.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 from itertools import product as cartesian
 
@@ -36,6 +36,7 @@ from cbpt.lab.selection.linear_search import (
     additions_to,
     set_offers,
     single_offers,
+    variant_prices,
     views,
 )
 from cbpt.lab.selection.rules import RULES
@@ -150,10 +151,10 @@ class _Contest:
     """The fits so far, and the steps that add to them."""
 
     def __init__(self, setting: Setting, report: Progress) -> None:
-        self.setting, self.report = setting, report
-        self.fitter = setting.fitter
+        self.report, self.fitter = report, setting.fitter
         self.views = views(setting)
         self.singles = single_offers(self.views)
+        self.setting = replace(setting, variant_price=variant_prices(setting, self.singles))
         self.fits: dict[Names, Fit] = {(): setting.null}
         """The best fit of every set of effects so far."""
 
@@ -278,7 +279,7 @@ class _Contest:
         taken the loop for one of them there is no way to the others.
         """
         effects = [effect for (effect,) in self.ranked_singles[: _EFFORT.large]]
-        signatures, screen = self.setting.signatures, self.setting.looks[0].screen
+        signatures, screen = self.setting.signatures, self.views[0].screen
         variants = {
             e: [m for m, s in enumerate(signatures) if s.variant.effect == e and screen.usable(m)]
             for e in effects

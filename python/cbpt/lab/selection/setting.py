@@ -1,16 +1,14 @@
 """What all hypotheses of one competition share: the readings, their noise, the library, prior odds.
 
 Setting     the shared part, frozen
-Look        the whole library seen linearly through one noise
-prepare     a first fit of the drive as stated, readings that scatter more, noises, looks
+prepare     a first fit of the drive as stated, readings that scatter more, noises
 prior       log prior odds of a set of effects
-
-The library is seen through two noises: that of the drive as stated, which may have taken an effect
-for noise, and that of a fit that may follow the whole library.
 """
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -26,7 +24,7 @@ from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.priors import ODDS, Variant
 from cbpt.lab.readings.set_points import levels_of
 from cbpt.lab.selection.lack_of_fit import Component, components
-from cbpt.lab.selection.linear_screen import Screen, Signature, Signatures
+from cbpt.lab.selection.linear_screen import Signature, Signatures
 from cbpt.lab.selection.starts import places
 
 Floats = NDArray[np.float64]
@@ -39,15 +37,6 @@ Names = tuple[str, ...]
 def prior(names: Names) -> float:
     """Log prior odds of a set of effects against nothing."""
     return float(sum(np.log(ODDS.get(n, ODDS[""])) for n in names))
-
-
-@dataclass(frozen=True, eq=False)
-class Look:
-    """The library seen linearly through one noise."""
-
-    screen: Screen
-    log_evidence: float
-    """Of the drive as stated under this noise: a gain of the screen counts from it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,15 +62,14 @@ class Setting:
     """Of the library, about the drive as stated."""
     wider: list[Signature] = field(repr=False)
     """The same, and behind them those of finite sizes that only single effects are tried with."""
-    looks: tuple[Look, ...] = field(repr=False)
-    """Of `wider`, under the noise of `null` and the flexible one."""
-    variant_price: dict[str, float] = field(repr=False)
+    variants: Mapping[str, int] = field(repr=False)
+    """By effect: how many variants it has."""
+    variant_price: Mapping[str, float] = field(default_factory=dict, repr=False)
     """By effect: log of how much the best of its variants exceeds their mean evidence."""
 
     def weight(self, variant: Variant) -> float:
         """Log prior odds of one variant of an effect."""
-        count = sum(v.effect == variant.effect for v in self.fitter.variants)
-        return prior((variant.effect,)) - float(np.log(count))
+        return prior((variant.effect,)) - float(np.log(self.variants[variant.effect]))
 
     def price(self, names: Names) -> float:
         """Log price of having chosen the best of several variants of each effect."""
@@ -116,8 +104,6 @@ def prepare(fitter: Fitter) -> Setting:
     flexible = flexibles[0]
     # Behind the others, so that a number means the same in both lists.
     wider = signatures + library.far(first, names)
-    seen = [fitter.look(null, noise) for noise in (null.noise, flexible)]
-    looks = tuple(Look(Screen(fit, wider), fit.log_evidence) for fit in seen)
     return Setting(
         fitter=fitter,
         null=null,
@@ -129,8 +115,7 @@ def prepare(fitter: Fitter) -> Setting:
         families=families,
         signatures=signatures,
         wider=wider,
-        looks=looks,
-        variant_price=_variant_prices(fitter, looks),
+        variants=Counter(v.effect for v in fitter.variants),
     )
 
 
@@ -245,21 +230,3 @@ def _library_columns(fitter: Fitter, signatures: list[Signature]) -> Floats:
     columns = columns[:, np.isfinite(columns).all(axis=0)]
     size = np.linalg.norm(columns / fitter.campaign.u_arcsec[:, None], axis=0)
     return np.asarray(columns[:, size > 1e-9] / size[size > 1e-9])
-
-
-def _variant_prices(fitter: Fitter, looks: tuple[Look, ...]) -> dict[str, float]:
-    """The evidence of an effect is the mean over its variants; here as the screen sees them."""
-    found = {}
-    for effect in {v.effect for v in fitter.variants}:
-        odds: dict[str, float] = {}
-        for look in looks:
-            for m, s in enumerate(look.screen.signatures):
-                if s.variant.effect == effect and look.screen.usable(m):
-                    value = look.log_evidence + look.screen.single(m).log_odds
-                    odds[s.variant.label] = max(value, odds.get(s.variant.label, -np.inf))
-        count = sum(v.effect == effect for v in fitter.variants)
-        values = np.array(list(odds.values()))
-        if count > 1 and len(values) and np.isfinite(values.max()):
-            share = float(np.exp(values - values.max()).sum())
-            found[effect] = float(np.log(count / share))
-    return found
