@@ -13,6 +13,7 @@ Map:
 - `sweep` -> `Sweep`: any parameter of drive, load or effects, also on an executor or to a file;
   `SweepPlan`: what it follows;
 - `read_readings` -> `Readings`, `compare` -> `Comparison`: model against measurement;
+- `characterise` -> `Characteristics`: lost motion, hysteresis loss, rigidity of loops;
 - `diagnose` -> `Diagnosis`: which effect is missing; `diagnose_by` -> `DividedDiagnosis`: the same
   for each level of a column; `fit` -> `Fitted`: the case with it;
 - `effects`: effects of your own, as an expression or a Python function;
@@ -60,6 +61,8 @@ if TYPE_CHECKING:
     from cbpt import effects as effects
     from cbpt.design.optimise import Optimum, optimise
     from cbpt.design.tolerance import Tolerance, tolerance
+    from cbpt.lab.characteristics.characterise import characterise
+    from cbpt.lab.characteristics.characteristics import Characteristics
     from cbpt.lab.diagnosis.by_level import DividedDiagnosis, diagnose_by
     from cbpt.lab.diagnosis.compare import Comparison, compare
     from cbpt.lab.diagnosis.diagnose import diagnose
@@ -79,6 +82,7 @@ if TYPE_CHECKING:
 # Loaded when first asked for, so that `import cbpt` stays light.
 _LAZY = {
     "Angles": "cbpt.results",
+    "Characteristics": "cbpt.lab.characteristics.characteristics",
     "Comparison": "cbpt.lab.diagnosis.compare",
     "Design": "cbpt.lab.experiment.shortest_plan",
     "Diagnosis": "cbpt.lab.diagnosis.diagnosis",
@@ -92,6 +96,7 @@ _LAZY = {
     "Readings": "cbpt.lab.readings.reader",
     "Sweep": "cbpt.sweeps.result",
     "Tolerance": "cbpt.design.tolerance",
+    "characterise": "cbpt.lab.characteristics.characterise",
     "compare": "cbpt.lab.diagnosis.compare",
     "diagnose": "cbpt.lab.diagnosis.diagnose",
     "diagnose_by": "cbpt.lab.diagnosis.by_level",
@@ -113,6 +118,7 @@ __all__ = [
     "Case",
     "CaseError",
     "CbptError",
+    "Characteristics",
     "Comparison",
     "Design",
     "Diagnosis",
@@ -140,6 +146,7 @@ __all__ = [
     "SweepPlan",
     "Thresholds",
     "Tolerance",
+    "characterise",
     "compare",
     "diagnose",
     "diagnose_by",

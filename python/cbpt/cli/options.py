@@ -80,12 +80,14 @@ def inputs(
     description: str,
     epilog: str | None = None,
     table: tuple[str, str] = ("DATA", _TABLE),
-    needed: bool = True,
+    needed: bool | str = True,
 ) -> argparse.ArgumentParser:
-    """A parser that takes a case, a table (its name and what it is) and what its headers mean."""
-    some: dict[str, Any] = {} if needed else {"nargs": "?"}
-    parser = of_case(prog, description, epilog, **some)
-    parser.add_argument("data", metavar=table[0], type=Path, help=table[1], **some)
+    """A parser that takes a case, a table (its name and what it is) and what its headers mean;
+    needed: both, none (False), or only the case ("case")."""
+    optional: dict[str, Any] = {"nargs": "?"}
+    parser = of_case(prog, description, epilog, **({} if needed else optional))
+    of_table = {} if needed is True else optional
+    parser.add_argument("data", metavar=table[0], type=Path, help=table[1], **of_table)
     parser.add_argument(
         "--column",
         metavar="HEADER=NAME",
