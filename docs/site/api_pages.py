@@ -38,6 +38,8 @@ PAGES: dict[str, tuple[str, str, tuple[str, ...]]] = {
             "Readings",
             "compare",
             "Comparison",
+            "preflight",
+            "Preflight",
             "characterise",
             "Characteristics",
         ),

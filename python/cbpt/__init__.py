@@ -13,6 +13,7 @@ Map:
 - `sweep` -> `Sweep`: any parameter of drive, load or effects, also on an executor or to a file;
   `SweepPlan`: what it follows;
 - `read_readings` -> `Readings`, `compare` -> `Comparison`: model against measurement;
+- `preflight` -> `Preflight`: what a table holds, and what it cannot tell, before any model;
 - `characterise` -> `Characteristics`: lost motion, hysteresis loss, rigidity of loops;
 - `diagnose` -> `Diagnosis`: which effect is missing; `diagnose_by` -> `DividedDiagnosis`: the same
   for each level of a column; `fit` -> `Fitted`: the case with it;
@@ -69,6 +70,7 @@ if TYPE_CHECKING:
     from cbpt.lab.diagnosis.diagnosis import Diagnosis
     from cbpt.lab.diagnosis.fitted import Fitted, fit
     from cbpt.lab.diagnosis.next_runs import NextRuns, next_runs
+    from cbpt.lab.diagnosis.preflight import Preflight, preflight
     from cbpt.lab.experiment.candidates import Limits
     from cbpt.lab.experiment.isolability import Isolability, isolability
     from cbpt.lab.experiment.plan import Plan, read_plan
@@ -93,6 +95,7 @@ _LAZY = {
     "NextRuns": "cbpt.lab.diagnosis.next_runs",
     "Optimum": "cbpt.design.optimise",
     "Plan": "cbpt.lab.experiment.plan",
+    "Preflight": "cbpt.lab.diagnosis.preflight",
     "Readings": "cbpt.lab.readings.reader",
     "Sweep": "cbpt.sweeps.result",
     "Tolerance": "cbpt.design.tolerance",
@@ -104,6 +107,7 @@ _LAZY = {
     "isolability": "cbpt.lab.experiment.isolability",
     "next_runs": "cbpt.lab.diagnosis.next_runs",
     "optimise": "cbpt.design.optimise",
+    "preflight": "cbpt.lab.diagnosis.preflight",
     "read_plan": "cbpt.lab.experiment.plan",
     "read_readings": "cbpt.lab.readings.reader",
     "shortest_plan": "cbpt.lab.experiment.shortest_plan",
@@ -136,6 +140,7 @@ __all__ = [
     "PairSolution",
     "Plan",
     "PlanError",
+    "Preflight",
     "PreloadThresholds",
     "Readings",
     "ReadingsError",
@@ -156,6 +161,7 @@ __all__ = [
     "isolability",
     "next_runs",
     "optimise",
+    "preflight",
     "read_plan",
     "read_readings",
     "shortest_plan",

@@ -5,7 +5,7 @@ the Rust command line as they are, but for a sweep to Parquet (`sweep`); those o
 `lab` (compare, diagnose, fit) and, about campaigns to come, in `campaigns` (simulate, isolability,
 next-run, plan); those about drives to be built in `design` (tolerance, optimise); those of the page
 in `page` (report, workbench); those about a table of readings by itself in `tables`
-(characterise). What they share is in `options`.
+(characterise, preflight). What they share is in `options`.
 """
 
 from __future__ import annotations
@@ -108,6 +108,7 @@ def _guarded(verb: Callable[[list[str]], int], argv: list[str]) -> int:
 
 _LAB: dict[str, Callable[[list[str]], int]] = {
     "characterise": table_verbs.characterise,
+    "preflight": table_verbs.preflight,
     "compare": verbs.compare,
     "diagnose": verbs.diagnose,
     "fit": verbs.fit,

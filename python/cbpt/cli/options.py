@@ -246,7 +246,11 @@ def only_of(parser: argparse.ArgumentParser, options: argparse.Namespace) -> dic
 
 def columns_of(parser: argparse.ArgumentParser, options: argparse.Namespace) -> dict[str, str]:
     """What --column says; the order of CASE and DATA is checked on the way."""
-    if options.case.suffix.lower() != ".toml" and options.data.suffix.lower() == ".toml":
+    if (
+        options.case
+        and options.case.suffix.lower() != ".toml"
+        and options.data.suffix.lower() == ".toml"
+    ):
         parser.error(f"CASE comes first: {parser.prog} {options.data} {options.case}")
     columns = {}
     for entry in options.column:

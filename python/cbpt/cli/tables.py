@@ -1,6 +1,7 @@
 """The verbs that look at loops and tables of readings by themselves.
 
 characterise   the figures of catalogues: lost motion, hysteresis loss, rigidity
+preflight      what a table holds, and what it cannot tell, before any model
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from cbpt.cli.options import (
     add_plot,
     check_plot,
     columns_of,
+    in_flags,
     inputs,
     only_of,
     optional_files,
@@ -88,3 +90,34 @@ def _loop_parser() -> argparse.ArgumentParser:
     add_plot(parser)
     add_angle_unit(parser)
     return parser
+
+
+def preflight(argv: list[str]) -> int:
+    """cbpt preflight [CASE] DATA"""
+    from cbpt.lab.diagnosis.preflight import preflight as looked_at
+
+    parser = inputs(
+        "cbpt preflight",
+        "Look at a table of readings before any model does: units, sides, coverage of torque, "
+        "preload and angle, repeats, display steps, rates, closed loops, zeros of runs, and what "
+        "cannot be told from it; each with the remedy on the rig.",
+        epilog="With a single file, that is DATA. CASE adds the lever arm, the load and the kind "
+        "of reducer.",
+        needed="case",
+    )
+    add_json(parser)
+    options = parser.parse_args(optional_files(argv, json=(".json",)))
+    if options.data is None:
+        options.case, options.data = None, options.case
+        if options.data.suffix.lower() == ".toml":
+            parser.error("DATA is missing: cbpt preflight CASE DATA, or cbpt preflight DATA")
+    columns = columns_of(parser, options)
+    found = looked_at(
+        options.case,
+        options.data,
+        columns=columns or None,
+        sheet=options.sheet,
+        only=only_of(parser, options),
+    )
+    show_answer(found, options.json, lambda: found.report(in_flags))
+    return SUCCESS

@@ -37,6 +37,11 @@ class _Limits:
     """A branch that reaches this share of the amplitude on both sides is whole."""
     joint: float = 0.15
     """The two legs of a composed branch are at most this share apart."""
+    open_of_width: float = 0.1
+    open_of_turn: float = 0.01
+    """A loop is open that ends further from its start than these shares of its width and of the
+    angle that it turns.
+    """
     neighbours: int = 7
     """Readings in a local straight line, where the torque scatters."""
 
@@ -124,6 +129,23 @@ class Loop:
     def branches(self) -> list[Branch]:
         """Those that there are."""
         return [branch for branch in (self.rising, self.falling) if branch is not None]
+
+    @property
+    def width_arcsec(self) -> float:
+        """Between both branches at zero torque; NaN where one does not go there."""
+        if self.rising is None or self.falling is None:
+            return float("nan")
+        return float(self.falling.at(0.0) - self.rising.at(0.0))
+
+    @property
+    def open_arcsec(self) -> float | None:
+        """By how much a loop fails to close that has to; None where it closes well enough, or
+        where nobody knows."""
+        if self.gap_arcsec is None or self.composed or not self.whole:
+            return None
+        turn = float(np.ptp(np.concatenate([b.angle_arcsec for b in self.branches])))
+        most = max(_LIMITS.open_of_width * abs(self.width_arcsec), _LIMITS.open_of_turn * turn)
+        return self.gap_arcsec if abs(self.gap_arcsec) > most else None
 
     def with_branches(self, rising: Branch | None, falling: Branch | None) -> Loop:
         """With others in place of its own."""

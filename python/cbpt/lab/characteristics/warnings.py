@@ -14,8 +14,6 @@ from cbpt.lab.characteristics.loops import Loop
 from cbpt.lab.characteristics.uncertainty import LoopSet
 from cbpt.lab.wording.numbers import rounded
 
-_OPEN = 0.1
-"""Share of the hysteresis loss by which a loop may fail to close."""
 _RATES = 1.5
 """Loops whose rates differ by more than this factor are not alike."""
 _OFF_RATED = 0.1
@@ -51,18 +49,12 @@ def _coarse(loops: LoopSet, convention: Convention) -> Iterator[str]:
 
 
 def _open(loops: LoopSet) -> Iterator[str]:
-    worst, loss = 0.0, 0.0
-    for loop in loops.full:
-        if loop.composed or loop.gap_arcsec is None or not (loop.rising and loop.falling):
-            continue
-        width = abs(float(loop.falling.at(0.0) - loop.rising.at(0.0)))
-        if abs(loop.gap_arcsec) > max(abs(worst), _OPEN * width):
-            worst, loss = loop.gap_arcsec, width
-    if worst:
+    worst = max(loops.full, key=lambda loop: abs(loop.open_arcsec or 0.0))
+    if worst.open_arcsec is not None:
         yield (
-            f"A loop does not close: its end is {rounded(worst)} arcsec from its start, with a "
-            f"hysteresis loss of {rounded(loss)} arcsec. Repeat the cycle until it closes, and use "
-            "the last one."
+            f"A loop does not close: its end is {rounded(worst.open_arcsec)} arcsec from its "
+            f"start, with a hysteresis loss of {rounded(worst.width_arcsec)} arcsec. Repeat the "
+            "cycle until it closes, and use the last one."
         )
     count = sum(loop.composed for loop in loops.full)
     if count:
