@@ -111,8 +111,11 @@ def _coverage(r: Readings) -> Iterator[Check]:
         remedy = "Repeat the torques at 2 or more preloads; add the column preload_N."
         yield Check("preload", "lost", "no preload in the table", remedy)
     else:
-        step = r.preload_step
-        count = len(levels_of(r.preload_N)) if r.preload_N is not None else len(np.unique(step))
+        count = 0
+        if r.preload_N is not None:
+            count = len(levels_of(r.preload_N))
+        elif r.preload_step is not None:
+            count = len(np.unique(r.preload_step))
         words = f"{count} preload{'s' * (count != 1)}"
         remedy = "Repeat the torques at a second preload that differs by a factor 1.5 or more."
         yield Check("preload", "good" if count > 1 else "lost", words, remedy * (count == 1))
