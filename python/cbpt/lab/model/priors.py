@@ -108,7 +108,7 @@ SETTLING = _shape("run_in", "settling_cycles", (1.0, 5.0), log=True)
 ASYMMETRY = _shape("output_torsion", "asymmetry", (-0.8, 0.8))
 _CLAMPED = _shape("output_torsion", "preload_exponent", (0.6,))
 _STIFFENING = Shape("stiffening_per_Nm", 5e-3, 0.2, (0.05,), True)
-"""By a tenth to several times at the torques of such drives; the core's range is that of any joint."""
+"""By a tenth to several times at the torques of such drives."""
 _KNEE = _shape("sensor_nonlinearity", "knee_rad", tuple(a * ARCSEC for a in (20.0, 50.0)), log=True)
 _TIME = _shape("creep", "time_constant_s", (2.0, 10.0, 50.0, 400.0), log=True)
 
