@@ -1,8 +1,8 @@
-"""Build the wheels for Linux and the source distribution, and run what this machine can run: `make wheels`.
+"""`make wheels`: the wheels for Linux and the source distribution, run where this machine can.
 
 - `build`: the wheels by maturin, linked by zig against the C library that each names;
 - `check_sdist`: the source distribution holds what a packager needs;
-- `try_out`: a wheel in an environment of its own, with the oldest and with the newest numpy and scipy.
+- `try_out`: a wheel in an environment of its own, with the oldest and the newest numpy and scipy.
 
 maturin refuses a wheel that needs a newer C library, or another library, than its name promises.
 """
@@ -10,6 +10,7 @@ maturin refuses a wheel that needs a newer C library, or another library, than i
 from __future__ import annotations
 
 import argparse
+import os
 import platform
 import shutil
 import subprocess
@@ -17,6 +18,7 @@ import sys
 import tarfile
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 TOP = Path(__file__).resolve().parents[1]
@@ -43,9 +45,12 @@ def told(since: float, line: str) -> None:
     print(f"{time.perf_counter() - since:6.0f} s  {line}", flush=True)
 
 
-def run(command: list[str | Path]) -> str:
+def run(command: Sequence[str | Path]) -> str:
     """What a command prints; its own words where it fails."""
-    ran = subprocess.run(command, cwd=TOP, capture_output=True, text=True, check=False)
+    # maturin asks the first Python of the path for zig.
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
+    env = {**os.environ, "PATH": path}
+    ran = subprocess.run(command, cwd=TOP, env=env, capture_output=True, text=True, check=False)
     if ran.returncode:
         raise SystemExit(f"{' '.join(map(str, command))}\n{ran.stdout}{ran.stderr}")
     return ran.stdout
@@ -56,7 +61,7 @@ def build(maturin: str, target: str, out: Path) -> Path:
     run(["rustup", "target", "add", target])
     line = [maturin, "build", "--release", "--locked", "--zig", "--target", target]
     line += ["--compatibility", TARGETS[target], "--out", str(out)]
-    run([*line])
+    run(line)
     system = "musllinux" if target.endswith("musl") else "manylinux"
     (wheel,) = out.glob(f"cbpt-*-abi3-{system}*_{target.split('-')[0]}.whl")
     return wheel

@@ -1,4 +1,4 @@
-"""What package indexes show and hand out: links that hold there, licences, extras, what the sdist has."""
+"""What package indexes show and hand out: links that hold there, licences, extras, the sdist."""
 
 from __future__ import annotations
 
@@ -91,8 +91,8 @@ def test_extras_that_messages_name_exist() -> None:
     extras = set(PROJECT["project"]["optional-dependencies"])
     texts = "".join(p.read_text() for p in (TOP / "python").rglob("*.py"))
     named = re.findall(r"cbpt\[([\w,]+)\]", texts + (TOP / "README.md").read_text())
-    assert {"pandas", "xarray", "plot", "io"} <= {part for name in named for part in name.split(",")}
-    assert {part for name in named for part in name.split(",")} <= extras
+    parts = {part for name in named for part in name.split(",")}
+    assert {"pandas", "xarray", "plot", "io"} <= parts <= extras
     documented = (TOP / "docs/install.md").read_text()
     assert [extra for extra in extras if f"| `{extra}` |" not in documented] == []
 
