@@ -2,9 +2,9 @@
 
     python benches/enclosures.py [--page docs/explanation/proof.md]
 
-The drives and loads are those of `crates/cbpt-core/tests/proof.rs`: 3 to 200 balls, 1e-3 to 1e6 N, any
-input angle, up to 99.9 % of the torque that the preload holds. The first that is not enclosed ends
-the run. `--page` writes the table between the marks of a page.
+The drives and loads are those of `crates/cbpt-core/tests/proof.rs`: 3 to 200 balls, 1e-3 to 1e6 N,
+any input angle, up to 99.9 % of the torque that the preload holds. The first that is not enclosed
+ends the run. `--page` writes the table between the marks of a page.
 """
 
 from __future__ import annotations

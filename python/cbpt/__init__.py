@@ -7,7 +7,8 @@
 Map:
 
 - `Drive`, `Case`: the drive, from a case file, TOML text or a dict;
-- `Drive.solve` -> `Solution` -> `PairSolution`: one load, every meshing point; -> `Enclosure`: proved;
+- `Drive.solve` -> `Solution` -> `PairSolution`: one load, every meshing point; `Enclosure`:
+  where its angle lies for certain;
 - `Drive.preload` -> `PreloadThresholds`: the preload that a torque needs;
 - `solve_many` -> `Angles`: arrays of loads on all cores;
 - `sweep` -> `Sweep`: any parameter of drive, load or effects, also on an executor or to a file;

@@ -89,35 +89,35 @@ fn edit() -> impl Strategy<Value = Edit> {
     ]
 }
 
-fn span(bytes: &[u8], a: &Index, b: &Index) -> std::ops::Range<usize> {
+fn span(bytes: &[u8], a: Index, b: Index) -> std::ops::Range<usize> {
     let (a, b) = (a.index(bytes.len() + 1), b.index(bytes.len() + 1));
     // Nearby rather than anywhere, so that most of a seed stays.
     a.min(b)..a.max(b).min(a.min(b) + 60)
 }
 
-fn edited(seeds: &[Vec<u8>], seed: &Index, edits: &[Edit]) -> String {
+fn edited(seeds: &[Vec<u8>], seed: Index, edits: &[Edit]) -> String {
     let mut text = seed.get(seeds).clone();
     for edit in edits {
-        let at = |place: &Index| place.index(text.len() + 1);
+        let at = |place: Index| place.index(text.len() + 1);
         match edit {
             Edit::Flip(place, byte) if !text.is_empty() => {
                 let place = place.index(text.len());
                 text[place] = *byte;
             }
             Edit::Flip(..) => {}
-            Edit::Delete(a, b) => drop(text.drain(span(&text, a, b))),
+            Edit::Delete(a, b) => drop(text.drain(span(&text, *a, *b))),
             Edit::Repeat(a, b, times) => {
-                let span = span(&text, a, b);
+                let span = span(&text, *a, *b);
                 let more = text[span.clone()].repeat(*times);
                 text.splice(span.end..span.end, more);
             }
             Edit::Token(place, token) => {
-                let place = at(place);
+                let place = at(*place);
                 text.splice(place..place, TOKENS[*token].bytes());
             }
             Edit::Splice(place, other, from, to) => {
-                let (place, other) = (at(place), other.get(seeds));
-                text.splice(place..place, other[span(other, from, to)].to_vec());
+                let (place, other) = (at(*place), other.get(seeds));
+                text.splice(place..place, other[span(other, *from, *to)].to_vec());
             }
         }
         text.truncate(1 << 17);
@@ -159,14 +159,14 @@ fn fuzz(target: &str, key: &str, check: impl Fn(&str)) {
         let config =
             ProptestConfig { cases: 400, failure_persistence: None, rng_seed, ..ProptestConfig::default() };
         let run = TestRunner::new(config).run(&given, |(seed, edits)| {
-            let text = edited(&seeds, &seed, &edits);
+            let text = edited(&seeds, seed, &edits);
             let began = Instant::now();
             check(&text);
             prop_assert!(seconds.is_none() || began.elapsed() < MOST, "it took {:?}", began.elapsed());
             Ok(())
         });
         if let Err(TestError::Fail(why, (seed, edits))) = run {
-            let text = edited(&seeds, &seed, &edits);
+            let text = edited(&seeds, seed, &edits);
             let kept = repository().join("tests/data/corpus").join(target).join(format!("found-{round}.txt"));
             if seconds.is_some() {
                 fs::write(&kept, &text).expect("the corpus can be written");
@@ -212,9 +212,7 @@ fn plans_of_sweeps() {
         fs::write(&path, text).unwrap();
         match Plan::read(&path) {
             Ok(plan) => {
-                let first = plan.first();
-                let part = plan.part(first..first + plan.rows().min(3));
-                assert!(part.rows() <= 3 && !part.axes().is_empty());
+                assert!(!plan.axes().is_empty() && plan.rows() > 0);
                 drop(plan.record());
             }
             Err(error) => assert!(!error.to_string().is_empty()),

@@ -68,7 +68,7 @@ fn with_effects_the_meshing_points_are_proved_as_the_effects_make_them() {
 #[test]
 fn a_torsion_spring_is_refused() {
     let desk = Desk::new("certify_spring");
-    desk.write("spring.toml", "[torsion_spring]\nstiffness_Nm_per_rad = 1e4\n");
+    desk.write("spring.toml", "[torsion_spring]\ntorsional_stiffness_Nm_per_rad = 1e4\n");
     desk.cbpt("solve spring.toml --torque-Nm 1 --certify")
         .refused(&["a proof is about the balls and grooves"]);
 }
