@@ -21,6 +21,7 @@ PAGES: dict[str, tuple[str, str, tuple[str, ...]]] = {
             "example_case",
             "Solution",
             "PairSolution",
+            "Enclosure",
             "PreloadThresholds",
             "Thresholds",
             "LargestAngle",
@@ -46,8 +47,8 @@ PAGES: dict[str, tuple[str, str, tuple[str, ...]]] = {
     ),
     "diagnosis": (
         "Diagnosis and fit",
-        "A diagnosis says which effect is missing, a change which one is not what it was. A fit adds "
-        "effects to the case.",
+        "A diagnosis says which effect is missing, a change which one is not what it was. "
+        "A fit adds effects to the case.",
         (
             "diagnose",
             "Diagnosis",

@@ -93,11 +93,11 @@ def fit_shared(
         if gained < _ENOUGH:
             break
     gram = system.gram(points)
-    covariance = np.linalg.inv(gram)
+    covariance: Floats = np.linalg.inv(gram).astype(np.float64)
     prior = system.precision[system.precision > 0]
     log_evidence = -0.5 * value - 0.5 * float(np.linalg.slogdet(gram)[1])
     log_evidence += 0.5 * float(np.sum(np.log(prior)))
-    log_evidence += sum(_priors(first, variants, slots, x, covariance))
+    log_evidence += float(sum(_priors(first, variants, slots, x, covariance)))
     log_evidence += sum(party.log_noise for party in parties)
     return Shared(separate, slots, x, covariance, tuple(points), value, log_evidence)
 

@@ -264,7 +264,7 @@ class Found:
     def kept(self, n: int) -> NDArray[np.bool_]:
         """False where a reading lies far off and counts less."""
         kept = np.ones(n, dtype=bool)
-        inflation = None if self.diagnosis is None else self.diagnosis.competition.inflation
+        inflation = None if self.diagnosis is None else self.diagnosis.after.noise.inflation
         if inflation is not None:
             kept[self.used(n)] = inflation <= 2.0
         return kept
