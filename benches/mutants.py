@@ -36,12 +36,17 @@ MODULES = {
     "posterior": ("tests/lab/test_posterior.py", "tests/lab/test_decision.py"),
 }
 PATIENCE_S = 600
-COMPARISONS = {
+COMPARISONS: dict[type[ast.cmpop], type[ast.cmpop]] = {
     ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq,
     ast.NotEq: ast.Eq, ast.In: ast.NotIn, ast.NotIn: ast.In, ast.Is: ast.IsNot, ast.IsNot: ast.Is,
 }  # fmt: skip
-REVERSED = {ast.Lt: ast.GtE, ast.LtE: ast.Gt, ast.Gt: ast.LtE, ast.GtE: ast.Lt}
-ARITHMETIC = {
+REVERSED: dict[type[ast.cmpop], type[ast.cmpop]] = {
+    ast.Lt: ast.GtE,
+    ast.LtE: ast.Gt,
+    ast.Gt: ast.LtE,
+    ast.GtE: ast.Lt,
+}
+ARITHMETIC: dict[type[ast.operator], type[ast.operator]] = {
     ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult,
     ast.BitOr: ast.BitAnd, ast.BitAnd: ast.BitOr,
 }  # fmt: skip
@@ -53,8 +58,8 @@ def changes(node: ast.AST) -> Iterator[ast.AST]:
         for table in (COMPARISONS, REVERSED):
             if other := table.get(type(node.ops[0])):
                 yield ast.Compare(node.left, [other()], node.comparators)
-    elif isinstance(node, ast.BinOp) and (other := ARITHMETIC.get(type(node.op))):
-        yield ast.BinOp(node.left, other(), node.right)
+    elif isinstance(node, ast.BinOp) and (sign := ARITHMETIC.get(type(node.op))):
+        yield ast.BinOp(node.left, sign(), node.right)
     elif isinstance(node, ast.BoolOp):
         yield ast.BoolOp(ast.Or() if isinstance(node.op, ast.And) else ast.And(), node.values)
     elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
@@ -62,10 +67,11 @@ def changes(node: ast.AST) -> Iterator[ast.AST]:
     elif isinstance(node, ast.IfExp):
         yield node.body
         yield node.orelse
-    elif isinstance(node, ast.Constant) and type(node.value) in (int, float):
-        yield ast.Constant(node.value + 1)
-    elif isinstance(node, ast.Constant) and isinstance(node.value, bool):
-        yield ast.Constant(not node.value)
+    elif isinstance(node, ast.Constant):
+        if isinstance(node.value, bool):
+            yield ast.Constant(not node.value)
+        elif isinstance(node.value, int | float):
+            yield ast.Constant(node.value + 1)
 
 
 def places(tree: ast.AST) -> Iterator[tuple[ast.AST, str, int | None]]:
