@@ -99,11 +99,13 @@ CORE_USES: dict[str, set[str]] = {
     "torsion_spring": {"error", "status"},
     "reducer": {"drive", "effect", "torsion_spring"},
     "hertz": set(),
+    "interval": set(),
     "geometry": {"drive", "hertz", "real"},
     "solver": {"error"},
     "pair": {"drive", "geometry", "hertz"},
-    "equilibrium": {"hertz", "pair", "solver", "status"},
+    "equilibrium": {"hertz", "interval", "pair", "solver", "status"},
     "transmission": {"drive", "geometry", "pair", "equilibrium", "status"},
+    "enclosure": {"drive", "equilibrium", "geometry", "interval", "transmission"},
     "effect": {"error", "pair", "real", "units"},
     "design": {"drive", "error", "geometry"},
     "predict": {
@@ -315,7 +317,7 @@ PACKAGES = (
 WITHIN = {
     "lab": (
         *("wording", "readings", "covariance", "model", "inference"),
-        *("selection", "characteristics", "experiment", "diagnosis"),
+        *("selection", "characteristics", "experiment", "diagnosis", "change"),
     ),
     "page": ("document", "report", "workbench"),
 }
