@@ -556,6 +556,8 @@ def test_what_predicts_nothing_is_not_certain() -> None:
         verdict = judge(competition(shares, fits))
         assert verdict.effects == ((CREEP, FRICTION) if certain else (FRICTION,))
         assert (CREEP in dict(verdict.perhaps)) != certain
+        # Of what is said: friction with or without creep.
+        assert verdict.probability == pytest.approx(0.996 if certain else 0.998)
 
 
 def test_an_answer_that_predicts_nothing_is_none() -> None:
