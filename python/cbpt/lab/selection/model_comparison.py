@@ -233,8 +233,10 @@ class _Contest:
                 self.fit_near(additions_to(self.setting, fit))
             if self.score(base) == best:
                 for gone in base if len(base) > 1 else ():
-                    rest = self.fits[tuple(n for n in base if n != gone)]
-                    self.fit_near(additions_to(self.setting, rest, (fit.noise,)))
+                    rest = self.fits.get(tuple(n for n in base if n != gone))
+                    # None where the fit put another of its effects to nothing.
+                    if rest is not None:
+                        self.fit_near(additions_to(self.setting, rest, (fit.noise,)))
 
     def fit_near(self, offers: Sequence[Offer]) -> None:
         """The best offers that may come near the best fit and are not fitted yet."""
