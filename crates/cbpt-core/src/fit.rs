@@ -282,6 +282,7 @@ impl System {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)] // a test that cannot be set up has to stop
 mod tests {
     use super::*;
     use crate::drive::Drive;
@@ -331,11 +332,8 @@ mod tests {
             let u = vec![1e-7; angle.len()];
             let found = fit(&mut model, &start, &free, &Measured { angle_rad: &angle, u_rad: &u }).unwrap();
             assert!(found.converged, "{effects:?}: {found:?}");
-            for k in 0..truth.len() {
-                assert!(
-                    (found.values[k] - truth[k]).abs() <= 1e-6 * truth[k].abs(),
-                    "{effects:?}: {found:?}"
-                );
+            for (value, truth) in found.values.iter().zip(&truth) {
+                assert!((value - truth).abs() <= 1e-6 * truth.abs(), "{effects:?}: {found:?}");
             }
             assert!(found.u.iter().all(|u| u.is_finite() && *u > 0.0));
         }

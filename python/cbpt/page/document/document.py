@@ -130,7 +130,7 @@ def page_document(
         "combinations": list(found.combinations()),
         "remains": found.remains(),
         "undecided": answer["verdict"]["undecided"] if answer else None,
-        "table": table_section(case, readings, with_loops=diagnosis is not None),
+        "table": table_section(case, readings) if diagnosis else None,
         "readings": columns_of_readings(readings, regimes, found),
         "regimes": names,
         "regimes_full": [name == REGIMES[0] for name in names],

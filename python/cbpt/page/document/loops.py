@@ -19,11 +19,11 @@ _MOST_SETTINGS = 8
 """A page of more loops than that is no page."""
 
 
-def table_section(case: Case | Drive, readings: Readings, with_loops: bool) -> dict[str, Any]:
-    """with_loops: whether there is time to read figures off them."""
+def table_section(case: Case | Drive, readings: Readings) -> dict[str, Any]:
+    """It takes longer than a first plot may wait, so a page has it once there is a diagnosis."""
     return {
         "checks": [asdict(check) for check in checks(readings, case)],
-        "loops": _loops(case, readings) if with_loops else [],
+        "loops": _loops(case, readings),
     }
 
 

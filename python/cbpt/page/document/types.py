@@ -564,7 +564,7 @@ class PageDocument(TypedDict):
     undecided: str | None
     """Why the readings do not decide; null where they do."""
     table: Any
-    """`checks` of `cbpt preflight`, and the figures of `loops` once there is a diagnosis."""
+    """`checks` of `cbpt preflight` and the figures of `loops`; null before a diagnosis."""
     readings: ReadingColumns
     regimes: list[str]
     """Names of the contact regimes."""

@@ -13,7 +13,19 @@ export function setUpTable() {
 }
 
 function draw() {
-  const { checks, loops } = documentShown().table;
+  const found = documentShown().table;
+  if (!found) {
+    fill(
+      bodyOf("table"),
+      el(
+        "p",
+        { class: "quiet" },
+        "The readings have not been diagnosed yet; cbpt preflight and cbpt characterise look at the table without a diagnosis.",
+      ),
+    );
+    return;
+  }
+  const { checks, loops } = found;
   const rows = checks.map((
     /** @type {Any} */ c,
   ) => [c.subject, STATES[c.state], c.finding, c.remedy]);
