@@ -35,15 +35,15 @@ from trial.answers import Task, campaign, table_of
 
 PAGE = ROOT / "docs" / "explanation" / "rules.md"
 FAMILIES: Mapping[str, int] = {
-    "null": 14,
-    "coarse": 10,
-    "artefact": 10,
-    "one": 20,
-    "two": 20,
-    "three": 8,
-    "outside": 8,
-    "small": 8,
-    "lawless": 8,
+    "null": 7,
+    "coarse": 5,
+    "artefact": 5,
+    "one": 14,
+    "two": 14,
+    "three": 5,
+    "outside": 5,
+    "small": 6,
+    "lawless": 6,
 }
 """How many campaigns of each."""
 COUNTS = ("held", "something false certain", "false alarm", "undecided")

@@ -1,4 +1,5 @@
-"""Property: what the instruments do is not taken for an effect, nor an effect for what they do.
+"""Property: what the instruments do is not taken for an effect, nor an effect for what they do, nor
+either for a unit that is wrong.
 
 Simulated on the campaign of the demo, whose drive is then exactly as stated.
 """
@@ -41,3 +42,15 @@ def test_a_set_of_the_first_cycles_is_no_handful_of_outliers() -> None:
     found = cbpt.diagnose(CASE, readings).verdict
     assert found.effects == ("run_in",)
     assert "outliers" not in found.noise
+
+
+def test_a_stiffer_contact_is_no_preload_in_another_unit() -> None:
+    """Twice the stiffness turns the drive nearly as far as a preload read in N, not in lbf."""
+    readings = cbpt.simulate(
+        CASE, TABLE, effects=[("contact_stiffness", {"stiffness_scale": 1.9})], seed=1
+    )
+    assert cbpt.diagnose(CASE, readings).verdict.effects == ("contact_stiffness",)
+    plain = cbpt.simulate(CASE, TABLE, seed=1)
+    assert plain.preload_N is not None
+    with pytest.raises(cbpt.ReadingsError, match="multiplied by 4.44822"):
+        cbpt.diagnose(CASE, replace(plain, preload_N=plain.preload_N / 4.448222))
