@@ -64,7 +64,6 @@ PLANTED: list[tuple[str, str, dict[str, float]]] = [
     ("contact_angle", "", {"contact_angle_shift_rad": -0.05}),
     ("sensor_gain", "", {"sensor_gain": 0.8}),
     ("sensor_nonlinearity", "", {"quadratic_per_rad": 40.0, "cubic_per_rad2": 1e5}),
-    ("sensor_nonlinearity", "flattening", {"flattening_rad": 2e-4, "knee_rad": 35 * ARCSEC}),
     ("drift", "time", {"rate_rad_per_s": 2e-9}),
     ("drift", "temperature", {"rate_rad_per_K": 5e-7}),
     ("eccentric_bearing", "", {"reference_deflection_m": 1e-6, "exponent": 0.75}),
