@@ -33,7 +33,7 @@ from cbpt.lab.covariance.repeatability import Repeats, pooled
 from cbpt.lab.covariance.within_run import Scatter, estimate
 from cbpt.lab.diagnosis.comparison_data import ComparisonData
 from cbpt.lab.diagnosis.comparison_text import lines
-from cbpt.lab.diagnosis.misfit import groups_of, misfit_of, p_value, p_value_of
+from cbpt.lab.diagnosis.misfit import as_rows, groups_of, misfit_of, p_value, p_value_of
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.points import points_of
 from cbpt.lab.readings.reader import Readings
@@ -122,9 +122,7 @@ class Comparison(ComparisonData):
             "residual_arcsec": self.residual_arcsec,
             "status": self.model.status,
         }
-        kept = {name: values.tolist() for name, values in columns.items() if values is not None}
-        empty = [[None if v != v else v for v in values] for values in kept.values()]
-        return list(kept), [list(row) for row in zip(*empty, strict=True)]
+        return as_rows(columns)
 
     def plot(self, path: str | os.PathLike[str], angle_unit: str = "arcsec") -> None:
         """Draw readings, model and residual to an SVG, PNG or PDF file.

@@ -23,9 +23,11 @@ from cbpt.lab.diagnosis.alternatives import moved, smallest
 from cbpt.lab.diagnosis.combinations import Combination, combinations, remains
 from cbpt.lab.diagnosis.deciding_runs import next_run
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData, Rung
+from cbpt.lab.diagnosis.misfit import as_rows
 from cbpt.lab.diagnosis.noise_statement import noise_floor, noise_of
 from cbpt.lab.diagnosis.ranking import ranking
 from cbpt.lab.diagnosis.report import lines
+from cbpt.lab.diagnosis.sentence import Say as Telling
 from cbpt.lab.diagnosis.sentence import sentence
 from cbpt.lab.diagnosis.unexplained import card
 from cbpt.lab.inference.prediction import AtLoad, Load, angle_at, load_of_choice
@@ -33,6 +35,7 @@ from cbpt.lab.inference.results import Results, results_of
 from cbpt.lab.model.priors import ODDS, PRIORS
 from cbpt.lab.readings.points import points_of
 from cbpt.lab.selection.scan import Scanned, find_regions
+from cbpt.lab.wording.numbers import angle_unit_of
 from cbpt.lab.wording.versions import versions
 
 SCHEMA = "cbpt.diagnosis/2"
@@ -46,6 +49,10 @@ class Diagnosis(DiagnosisData):
     def sentence(self) -> str:
         """The answer as an engineer would write it."""
         return sentence(self)
+
+    def sentence_in(self, angle_unit: str) -> str:
+        """The same with angles in another unit: arcsec, arcmin, deg, mrad, urad, rad."""
+        return sentence(self, Telling(angle=angle_unit_of(angle_unit)))
 
     @property
     def noise_floor_arcsec(self) -> float | None:
@@ -266,7 +273,28 @@ class Diagnosis(DiagnosisData):
         """The document as text."""
         return json.dumps(self.to_dict(), indent=2, allow_nan=False, default=float)
 
-    def plot(self, path: str | os.PathLike[str]) -> None:
+    def rows(self) -> tuple[list[str], list[list[Any]]]:
+        """Column names and rows: each reading with the model before and after, for a table or a CSV
+        file."""
+        r = self.readings
+        columns: dict[str, Any] = {
+            "line": r.line,
+            "run": r.run,
+            "time_s": r.time_s,
+            "torque_Nm": r.torque_Nm,
+            "preload_N": r.preload_N,
+            "input_angle_deg": r.input_angle_deg,
+            "direction": r.direction(),
+            "elastic_angle_arcsec": r.elastic_angle_arcsec,
+            "u_elastic_angle_arcsec": r.u_elastic_angle_arcsec,
+            "model_before_arcsec": self.model_before_arcsec,
+            "model_after_arcsec": self.model_after_arcsec,
+            "residual_before_arcsec": self.residual_before_arcsec,
+            "residual_after_arcsec": self.residual_after_arcsec,
+        }
+        return as_rows(columns)
+
+    def plot(self, path: str | os.PathLike[str], angle_unit: str = "arcsec") -> None:
         """Draw readings, model before and after, residuals and ladder to an SVG, PNG or PDF file.
 
         Needs matplotlib: `pip install "cbpt[plot]"`.
@@ -279,13 +307,14 @@ class Diagnosis(DiagnosisData):
             residual_after_arcsec=self.residual_after_arcsec,
             ladder=self.ladder,
             noise_floor_arcsec=self.noise_floor_arcsec,
-            sentence=self.sentence,
+            sentence=self.sentence_in(angle_unit),
         )
-        draw_diagnosis(picture, path)
+        draw_diagnosis(picture, path, angle_unit)
 
-    def report(self, say: Say = str) -> str:
-        """The answer in words and tables; `say` says the steps of notes, else they are Python."""
-        return "\n".join(lines(self, self._document, say))
+    def report(self, say: Say = str, angle_unit: str = "arcsec") -> str:
+        """The answer in words and tables, angles in `angle_unit`; `say` says the steps of notes,
+        else they are Python."""
+        return "\n".join(lines(self, self._document, say, angle_unit_of(angle_unit)))
 
     def __repr__(self) -> str:
         return self.report()

@@ -4,6 +4,7 @@ Misfit, misfit_of       bias, RMSE, largest error and chi-squared of some of the
 Group, groups_of        the misfit of a preload, torque range, direction, input angle or run
 p_value                 chance of such a misfit, judged by the stated uncertainty
 p_value_of              the same, judged by an uncertainty that was estimated
+as_rows                 columns as rows of a table, with nothing where there is no number
 """
 
 from __future__ import annotations
@@ -191,3 +192,10 @@ def _of_numbers(column: str, values: Floats, most: int) -> Iterator[Division]:
         if single:
             label = f"{low:g}" if low == high else f"{levels.value[i]:.4g}"
         yield column, label, low, high, rows
+
+
+def as_rows(columns: dict[str, Any]) -> tuple[list[str], list[list[Any]]]:
+    """Names of the columns that are there, and the rows of a table."""
+    kept = {name: values.tolist() for name, values in columns.items() if values is not None}
+    empty = [[None if v != v else v for v in values] for values in kept.values()]
+    return list(kept), [list(row) for row in zip(*empty, strict=True)]

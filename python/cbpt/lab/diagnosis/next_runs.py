@@ -87,12 +87,12 @@ class NextRuns:
         """The document as text."""
         return json.dumps(self.to_dict(), indent=2, allow_nan=False, default=float)
 
-    def report(self, most: int = 5) -> str:
+    def report(self, most: int = 5, angle_unit: str = "arcsec") -> str:
         """In words and a table of the best runs."""
-        return "\n".join(self._lines(most))
+        return "\n".join(self._lines(most, angle_unit))
 
-    def _lines(self, most: int) -> Iterator[str]:
-        yield self.diagnosis.sentence
+    def _lines(self, most: int, angle_unit: str) -> Iterator[str]:
+        yield self.diagnosis.sentence_in(angle_unit)
         if self.open:
             shares = ", ".join(f"{name} {share:.2f}" for name, share in self.open.items())
             yield f"Open hypotheses with their probabilities: {shares}."

@@ -18,6 +18,7 @@ from threadpoolctl import threadpool_limits
 from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
+from cbpt.lab.diagnosis.fit_text import parameter_words
 from cbpt.lab.diagnosis.fitted import case_with
 from cbpt.lab.diagnosis.ranking import probabilities
 from cbpt.lab.diagnosis.sentence import name_of
@@ -25,13 +26,14 @@ from cbpt.lab.inference.cross_validation import held_out_residual, rms
 from cbpt.lab.inference.estimates import parameters_of
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.residuals import chi2_of, rmse_of
+from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.own_terms import campaign_of
 from cbpt.lab.model.priors import PRIORS
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.selection.setting import Names
 from cbpt.lab.wording.names import tell_tale
-from cbpt.lab.wording.numbers import display, in_words
+from cbpt.lab.wording.numbers import display
 from cbpt.page.document.bench import Bench
 from cbpt.page.document.curves import Curves
 from cbpt.page.document.plain import array, numbers
@@ -120,7 +122,7 @@ class Models:
             "held_out_rmse_arcsec": rms(held) if fit.converged else None,
             "chi2_per_dof": chi2_of(bench.fitter, look),
             "zero_arcsec": float(look.offsets_arcsec[0]) if len(look.offsets_arcsec) == 1 else None,
-            "parameters": list(_parameters(fit, effects)),
+            "parameters": list(_parameters(bench.fitter.campaign, fit, effects)),
             "numbers": list(_numbers(fit)),
             "probability": self._chances[names] if known else None,
             "tell_tale": " ".join(
@@ -254,7 +256,7 @@ class Models:
         }
 
 
-def _parameters(fit: Fit, effects: Sequence[str]) -> Iterator[Parameter]:
+def _parameters(campaign: Campaign, fit: Fit, effects: Sequence[str]) -> Iterator[Parameter]:
     """In the unit that people read, with the SI value beside it; without an uncertainty where the
     search was not ended, as the value is then none of its best."""
     rough = {} if fit.converged else {"u": None, "why_no_u": ROUGH}
@@ -262,7 +264,7 @@ def _parameters(fit: Fit, effects: Sequence[str]) -> Iterator[Parameter]:
         for name, found in parameters_of(fit, effect).items():
             p = found | rough
             label, size = display(effect, name)
-            named, valued = in_words(effect, name, p["value"], p["u"], p["unit"])
+            named, valued = parameter_words(campaign, (effect, name), p)
             yield {
                 "effect": effect,
                 "name": label,
