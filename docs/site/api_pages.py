@@ -31,8 +31,18 @@ PAGES: dict[str, tuple[str, str, tuple[str, ...]]] = {
     ),
     "readings": (
         "Readings and comparison",
-        "Readings come from a table. A comparison says how far the model is off, and where.",
-        ("read_readings", "Readings", "compare", "Comparison"),
+        "Readings come from a table. A comparison says how far the model is off, and where. "
+        "Characteristics are the figures of catalogues, read off loops.",
+        (
+            "read_readings",
+            "Readings",
+            "compare",
+            "Comparison",
+            "preflight",
+            "Preflight",
+            "characterise",
+            "Characteristics",
+        ),
     ),
     "diagnosis": (
         "Diagnosis and fit",

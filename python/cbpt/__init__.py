@@ -13,6 +13,8 @@ Map:
 - `sweep` -> `Sweep`: any parameter of drive, load or effects, also on an executor or to a file;
   `SweepPlan`: what it follows;
 - `read_readings` -> `Readings`, `compare` -> `Comparison`: model against measurement;
+- `preflight` -> `Preflight`: what a table holds, and what it cannot tell, before any model;
+- `characterise` -> `Characteristics`: lost motion, hysteresis loss, rigidity of loops;
 - `diagnose` -> `Diagnosis`: which effect is missing; `diagnose_by` -> `DividedDiagnosis`: the same
   for each level of a column; `fit` -> `Fitted`: the case with it;
 - `effects`: effects of your own, as an expression or a Python function;
@@ -60,12 +62,15 @@ if TYPE_CHECKING:
     from cbpt import effects as effects
     from cbpt.design.optimise import Optimum, optimise
     from cbpt.design.tolerance import Tolerance, tolerance
+    from cbpt.lab.characteristics.characterise import characterise
+    from cbpt.lab.characteristics.characteristics import Characteristics
     from cbpt.lab.diagnosis.by_level import DividedDiagnosis, diagnose_by
     from cbpt.lab.diagnosis.compare import Comparison, compare
     from cbpt.lab.diagnosis.diagnose import diagnose
     from cbpt.lab.diagnosis.diagnosis import Diagnosis
     from cbpt.lab.diagnosis.fitted import Fitted, fit
     from cbpt.lab.diagnosis.next_runs import NextRuns, next_runs
+    from cbpt.lab.diagnosis.preflight import Preflight, preflight
     from cbpt.lab.experiment.candidates import Limits
     from cbpt.lab.experiment.isolability import Isolability, isolability
     from cbpt.lab.experiment.plan import Plan, read_plan
@@ -79,6 +84,7 @@ if TYPE_CHECKING:
 # Loaded when first asked for, so that `import cbpt` stays light.
 _LAZY = {
     "Angles": "cbpt.results",
+    "Characteristics": "cbpt.lab.characteristics.characteristics",
     "Comparison": "cbpt.lab.diagnosis.compare",
     "Design": "cbpt.lab.experiment.shortest_plan",
     "Diagnosis": "cbpt.lab.diagnosis.diagnosis",
@@ -89,9 +95,11 @@ _LAZY = {
     "NextRuns": "cbpt.lab.diagnosis.next_runs",
     "Optimum": "cbpt.design.optimise",
     "Plan": "cbpt.lab.experiment.plan",
+    "Preflight": "cbpt.lab.diagnosis.preflight",
     "Readings": "cbpt.lab.readings.reader",
     "Sweep": "cbpt.sweeps.result",
     "Tolerance": "cbpt.design.tolerance",
+    "characterise": "cbpt.lab.characteristics.characterise",
     "compare": "cbpt.lab.diagnosis.compare",
     "diagnose": "cbpt.lab.diagnosis.diagnose",
     "diagnose_by": "cbpt.lab.diagnosis.by_level",
@@ -99,6 +107,7 @@ _LAZY = {
     "isolability": "cbpt.lab.experiment.isolability",
     "next_runs": "cbpt.lab.diagnosis.next_runs",
     "optimise": "cbpt.design.optimise",
+    "preflight": "cbpt.lab.diagnosis.preflight",
     "read_plan": "cbpt.lab.experiment.plan",
     "read_readings": "cbpt.lab.readings.reader",
     "shortest_plan": "cbpt.lab.experiment.shortest_plan",
@@ -113,6 +122,7 @@ __all__ = [
     "Case",
     "CaseError",
     "CbptError",
+    "Characteristics",
     "Comparison",
     "Design",
     "Diagnosis",
@@ -130,6 +140,7 @@ __all__ = [
     "PairSolution",
     "Plan",
     "PlanError",
+    "Preflight",
     "PreloadThresholds",
     "Readings",
     "ReadingsError",
@@ -140,6 +151,7 @@ __all__ = [
     "SweepPlan",
     "Thresholds",
     "Tolerance",
+    "characterise",
     "compare",
     "diagnose",
     "diagnose_by",
@@ -149,6 +161,7 @@ __all__ = [
     "isolability",
     "next_runs",
     "optimise",
+    "preflight",
     "read_plan",
     "read_readings",
     "shortest_plan",

@@ -65,6 +65,11 @@ class Case:
         """
         Preload of ``[load]``, N, or ``None``.
         """
+    @property
+    def rated_torque_Nm(self, /) -> float | None:
+        """
+        Rated torque of ``[rating]``, N m, or ``None``.
+        """
     def spreads(self, /) -> list[tuple[str, str, float]]:
         """
         Spread of the numbers of a ball drive and its load, from ``[tolerance]`` or else ``[uncertainty]``: name in SI, ``uniform``

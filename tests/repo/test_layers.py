@@ -315,7 +315,7 @@ PACKAGES = (
 WITHIN = {
     "lab": (
         *("wording", "readings", "covariance", "model", "inference"),
-        *("selection", "experiment", "diagnosis"),
+        *("selection", "characteristics", "experiment", "diagnosis"),
     ),
     "page": ("document", "report", "workbench"),
 }

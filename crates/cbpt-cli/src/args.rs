@@ -52,9 +52,18 @@ pub enum Verb {
     /// Compare the model with a table of readings: bias, RMSE, where it fails (Python package)
     #[command(disable_help_flag = true)]
     Compare(Elsewhere),
+    /// What a table of readings holds and what it cannot tell, before any model (Python package)
+    #[command(disable_help_flag = true)]
+    Preflight(Elsewhere),
+    /// Figures of catalogues: lost motion, hysteresis loss, backlash, rigidity (Python package)
+    #[command(disable_help_flag = true)]
+    Characterise(Elsewhere),
     /// Find the effect that the readings need, or say that none is needed or that they cannot decide (Python package)
     #[command(disable_help_flag = true)]
     Diagnose(Elsewhere),
+    /// What changed between two campaigns on the same reducer, or from level to level (Python package)
+    #[command(disable_help_flag = true)]
+    Change(Elsewhere),
     /// Fit effects to readings and write the case with them (Python package)
     #[command(disable_help_flag = true)]
     Fit(Elsewhere),

@@ -136,6 +136,12 @@ impl Case {
         self.case.measurement.lever_arm_m.map(|m| m * 1e3)
     }
 
+    /// Rated torque of ``[rating]``, N m, or ``None``.
+    #[getter]
+    fn rated_torque_Nm(&self) -> Option<f64> {
+        self.case.rating.rated_torque_Nm
+    }
+
     /// The case with these effects in place of its own: ids of the library, each with parameters named as in a case file
     /// (``{"reference_deflection_um": 2}``), a parameter that is not given has its default; or own effects, with the values of their
     /// parameters. The same id of the library may stand more than once.

@@ -4,7 +4,8 @@ Verbs of the mechanics (solve, preload, sweep, sensitivity, check, effects, sche
 the Rust command line as they are, but for a sweep to Parquet (`sweep`); those of the lab are in
 `lab` (compare, diagnose, fit) and, about campaigns to come, in `campaigns` (simulate, isolability,
 next-run, plan); those about drives to be built in `design` (tolerance, optimise); those of the page
-in `page` (report, workbench). What they share is in `options`.
+in `page` (report, workbench); those about a table of readings by itself in `tables`
+(characterise, preflight). What they share is in `options`.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ try:
     from cbpt.cli import lab as verbs
     from cbpt.cli import page as page_verbs
     from cbpt.cli import sweep as sweep_verb
+    from cbpt.cli import tables as table_verbs
     from cbpt.cli.options import in_flags
     from cbpt.errors import CbptError, NoSolutionError, told
 except KeyboardInterrupt:  # numpy takes a while to load
@@ -105,6 +107,8 @@ def _guarded(verb: Callable[[list[str]], int], argv: list[str]) -> int:
 
 
 _LAB: dict[str, Callable[[list[str]], int]] = {
+    "characterise": table_verbs.characterise,
+    "preflight": table_verbs.preflight,
     "compare": verbs.compare,
     "diagnose": verbs.diagnose,
     "fit": verbs.fit,

@@ -80,12 +80,14 @@ def inputs(
     description: str,
     epilog: str | None = None,
     table: tuple[str, str] = ("DATA", _TABLE),
-    needed: bool = True,
+    needed: bool | str = True,
 ) -> argparse.ArgumentParser:
-    """A parser that takes a case, a table (its name and what it is) and what its headers mean."""
-    some: dict[str, Any] = {} if needed else {"nargs": "?"}
-    parser = of_case(prog, description, epilog, **some)
-    parser.add_argument("data", metavar=table[0], type=Path, help=table[1], **some)
+    """A parser that takes a case, a table (its name and what it is) and what its headers mean;
+    needed: both, none (False), or only the case ("case")."""
+    optional: dict[str, Any] = {"nargs": "?"}
+    parser = of_case(prog, description, epilog, **({} if needed else optional))
+    of_table = {} if needed is True else optional
+    parser.add_argument("data", metavar=table[0], type=Path, help=table[1], **of_table)
     parser.add_argument(
         "--column",
         metavar="HEADER=NAME",
@@ -244,7 +246,11 @@ def only_of(parser: argparse.ArgumentParser, options: argparse.Namespace) -> dic
 
 def columns_of(parser: argparse.ArgumentParser, options: argparse.Namespace) -> dict[str, str]:
     """What --column says; the order of CASE and DATA is checked on the way."""
-    if options.case.suffix.lower() != ".toml" and options.data.suffix.lower() == ".toml":
+    if (
+        options.case
+        and options.case.suffix.lower() != ".toml"
+        and options.data.suffix.lower() == ".toml"
+    ):
         parser.error(f"CASE comes first: {parser.prog} {options.data} {options.case}")
     columns = {}
     for entry in options.column:

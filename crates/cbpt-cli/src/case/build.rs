@@ -9,7 +9,7 @@ use cbpt_core::{
 
 use super::fields;
 use super::keys::{self, Value};
-use super::{Case, LoadDefaults, Measurement, Uncertainty, Zero};
+use super::{Case, LoadDefaults, Measurement, Rating, Uncertainty, Zero};
 
 /// Values in SI by their dotted names: `deceleration.ball_radius_m`.
 #[derive(Debug, Clone, Default)]
@@ -112,6 +112,7 @@ pub(super) fn case(values: &Values) -> Result<Case, InvalidInput> {
             zero: values.choice("measurement.zero", &ZEROS)?,
             lever_arm_m: values.real("measurement.lever_arm_m"),
         },
+        rating: Rating { rated_torque_Nm: values.real("rating.rated_torque_Nm") },
         uncertainty: uncertainty(values)?,
         tolerance: tolerance(values),
         effects: Vec::new(),
@@ -253,6 +254,7 @@ pub(super) fn values(case: &Case) -> Values {
     values.set_some("load.input_angle_rad", case.load.input_angle_rad);
     values.set_word("measurement.zero", case.measurement.zero, &ZEROS);
     values.set_some("measurement.lever_arm_m", case.measurement.lever_arm_m);
+    values.set_some("rating.rated_torque_Nm", case.rating.rated_torque_Nm);
     values.set_uncertainty(&case.uncertainty);
     for (name, value) in &case.tolerance {
         values.set_real(format!("tolerance.{}", fields::uncertainty_of(name)), *value);

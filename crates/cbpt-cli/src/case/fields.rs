@@ -102,6 +102,7 @@ static SECTIONS: LazyLock<Vec<Section>> = LazyLock::new(|| {
         torsion_spring(),
         load,
         measurement(),
+        rating(),
         uncertainty,
         tolerance,
         effects(),
@@ -301,6 +302,18 @@ fn measurement() -> Section {
             Key::choice("zero", &["common", "per_run"], zero).by_default(),
             Key::quantity("lever_arm", Quantity::Length, "mm", 0.1, lever).optional(),
         ],
+    }
+}
+
+fn rating() -> Section {
+    let torque =
+        "rated torque of the output; `cbpt characterise` reads lost motion and rigidity at shares of it";
+    Section {
+        name: "rating",
+        required: false,
+        mechanics: false,
+        meaning: "What the maker states of the reducer.",
+        keys: vec![Key::quantity("rated_torque", Quantity::Torque, "Nm", 5.0, torque).optional()],
     }
 }
 

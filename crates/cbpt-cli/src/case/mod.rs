@@ -53,6 +53,8 @@ pub struct Case {
     pub load: LoadDefaults,
     /// How readings were taken.
     pub measurement: Measurement,
+    /// What the maker states of the reducer.
+    pub rating: Rating,
     /// Standard uncertainties from outside the readings.
     pub uncertainty: Uncertainty,
     /// `[tolerance]`: limits, plus or minus, of numbers by their names in SI (`deceleration.ball_radius_m`).
@@ -79,6 +81,13 @@ pub struct Measurement {
     pub zero: Zero,
     /// Radius at which a displacement sensor reads, m.
     pub lever_arm_m: Option<f64>,
+}
+
+/// `[rating]`.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Rating {
+    /// Rated torque of the output, N m.
+    pub rated_torque_Nm: Option<f64>,
 }
 
 /// What measured angles are counted from.

@@ -5,6 +5,7 @@ diagnosis         the answer; diagnosis_data, the same as data; ranking, single 
 by_level          an answer for each level of a column
 fitted            effects added to a case
 next_runs         the run that would decide; deciding_runs, the same for a diagnosis
+preflight         a table before any model; preflight_checks
 compare           the model against the readings; comparison_data, comparison_text, misfit
 alternatives      what an answer may have missed
 noise_statement   what the answer says of the noise

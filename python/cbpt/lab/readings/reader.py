@@ -262,6 +262,9 @@ class _Reader:
         told: list[str] = []
         for index, (name, below) in enumerate(zip(headers, units, strict=True)):
             said = self.understand(name, below)
+            if said.expected and name in self.kept and name not in self.columns:
+                # Wanted for its cells: a label, though its name may mean a quantity without unit.
+                said = Header()
             if said.expected:
                 asked |= {quantity.key for quantity in said.candidates}
                 found = f"{name!r} with the unit {below!r}" if below else repr(name)

@@ -15,7 +15,7 @@ use cbpt_core::effect::{AddsTo, LIBRARY, OwnParameter, Parameter, Scale};
 use crate::formula::Formula;
 
 use super::super::fields;
-use super::super::{Case, EffectEntry, LoadDefaults, Measurement, Uncertainty, Zero};
+use super::super::{Case, EffectEntry, LoadDefaults, Measurement, Rating, Uncertainty, Zero};
 
 fn positive() -> impl Strategy<Value = f64> {
     prop_oneof![
@@ -149,18 +149,19 @@ fn any_case() -> impl Strategy<Value = Case> {
         .collect();
     let tolerance = btree_map(proptest::sample::select(limits), positive(), 0..5);
     let spreads = (proptest::array::uniform5(positive()), of_drive, tolerance);
-    let measurement = (any::<bool>(), option::of(positive()));
+    let measurement = (any::<bool>(), option::of(positive()), option::of(positive()));
     (any_drive(), load, measurement, spreads, vec(any_effect(), 0..3)).prop_map(
         |(
             drive,
             (torque_Nm, preload_N, input_angle_rad),
-            (per_run, lever_arm_m),
+            (per_run, lever_arm_m, rated_torque_Nm),
             ([k, angle, torque, preload, sensor], of_drive, tolerance),
             effects,
         )| Case {
             reducer: drive.into(),
             load: LoadDefaults { torque_Nm, preload_N, input_angle_rad },
             measurement: Measurement { zero: if per_run { Zero::PerRun } else { Zero::Common }, lever_arm_m },
+            rating: Rating { rated_torque_Nm },
             uncertainty: Uncertainty {
                 contact_stiffness_rel: k,
                 contact_angle_rad: angle,

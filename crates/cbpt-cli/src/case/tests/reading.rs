@@ -10,7 +10,7 @@ use cbpt_core::{
 };
 use serde_json::json;
 
-use super::super::{Case, LoadDefaults, Measurement, Uncertainty, Zero};
+use super::super::{Case, LoadDefaults, Measurement, Rating, Uncertainty, Zero};
 use super::{RING, edited, message, read};
 
 #[test]
@@ -47,6 +47,7 @@ fn a_drive_is_read_in_si() {
         reducer: drive.unwrap().into(),
         load: LoadDefaults::default(),
         measurement: Measurement { zero: Zero::Common, lever_arm_m: None },
+        rating: Rating::default(),
         uncertainty,
         tolerance: BTreeMap::new(),
         effects: Vec::new(),
@@ -87,6 +88,8 @@ fn everything_a_case_may_hold() {
         [measurement]
         zero = "per_run"
         lever_arm_mm = 100
+        [rating]
+        rated_torque_Nmm = 4000
         [uncertainty]
         deceleration_ball_radius_um = 0.5
         deceleration_groove_conformity = 0.01
@@ -121,6 +124,7 @@ fn everything_a_case_may_hold() {
         LoadDefaults { torque_Nm: Some(-5.0), preload_N: Some(600.0), input_angle_rad: Some(-PI / 2.0) };
     assert_eq!(case.load, load);
     assert_eq!(case.measurement, Measurement { zero: Zero::PerRun, lever_arm_m: Some(0.1) });
+    assert_eq!(case.rating, Rating { rated_torque_Nm: Some(4.0) });
     let of_drive = [
         ("deceleration.ball_radius_m", 0.5e-6),
         ("deceleration.groove_conformity", 0.01),

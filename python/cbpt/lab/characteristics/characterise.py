@@ -1,0 +1,340 @@
+"""The figures of catalogues and standards, from readings, from a model, or side by side.
+
+characterise   a case, and readings where there are any -> Characteristics
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from threadpoolctl import threadpool_limits
+
+from cbpt._core import Case, Drive
+from cbpt.errors import InvalidInputError, ReadingsError
+from cbpt.lab.characteristics.characteristics import Characteristics
+from cbpt.lab.characteristics.figures import DEFINITIONS, NAMES, Convention
+from cbpt.lab.characteristics.loops import Loop, loops_of
+from cbpt.lab.characteristics.record import Group
+from cbpt.lab.characteristics.simulated import Conditions, simulated
+from cbpt.lab.characteristics.uncertainty import Figure, LoopSet, Sources, estimated
+from cbpt.lab.characteristics.warnings import cautions
+from cbpt.lab.covariance.within_run import display_step
+from cbpt.lab.model.dataset import stated_uncertainty
+from cbpt.lab.readings.inputs import case_and_readings, case_of
+from cbpt.lab.readings.readings import Readings
+from cbpt.lab.readings.set_points import levels_of
+from cbpt.lab.wording.numbers import rounded
+
+__all__ = ["characterise"]
+
+Mask = NDArray[np.bool_]
+
+_OF_MODEL = "jump of the centre line at zero torque in a small loop without friction"
+_FULL = (0.75, 1.25)
+"""Amplitudes of full loops, as shares of the rated torque."""
+_ROUNDING = 1e-12
+"""Share of the angle of a loop that is no figure but rounding."""
+_ALIKE = 0.85
+"""Loops whose amplitudes differ by no more than this factor are of one amplitude."""
+
+
+def characterise(
+    case: Case | Drive | str | os.PathLike[str] | Mapping[str, Any],
+    data: Readings | str | os.PathLike[str] | Mapping[str, ArrayLike] | None = None,
+    *,
+    rated_torque_Nm: float | None = None,
+    window: float = 0.03,
+    break_torques_Nm: Sequence[float] | None = None,
+    by: str | None = None,
+    columns: Mapping[str, str] | None = None,
+    sheet: str | None = None,
+    only: Mapping[str, Any] | None = None,
+) -> Characteristics:
+    """Read the figures of catalogues and standards off torque-angle loops.
+
+    Parameters
+    ----------
+    case : Case, Drive, str, PathLike or dict
+        The drive, as in `compare`. Its effects are part of the model, `[rating]` gives the rated
+        torque, and `[uncertainty]` the uncertainty of type B.
+    data : Readings, str, PathLike, mapping or data frame, optional
+        The table of readings, as `read_readings` takes it. Without it the figures are the model's.
+    rated_torque_Nm : float, optional
+        Rated torque, N m, in place of that of the case. Where neither is stated, the largest torque
+        of the table is taken.
+    window : float
+        Share of the rated torque at which lost motion is read. Makers of strain-wave gears use
+        0.04.
+    break_torques_Nm : two floats, optional
+        T1 and T2, N m, where they are given and not to be fitted.
+    by : str, optional
+        A column; each of its values gets figures of its own. Without it, each preload does.
+    columns : mapping of str to str, optional
+        What headers of the table mean, as in `read_readings`.
+    sheet : str, optional
+        Sheet of a workbook, struct of a MATLAB file or group of a TDMS file.
+    only : mapping, optional
+        The readings to take, for example ``{"preload_step": 3}``.
+
+    Returns
+    -------
+    Characteristics
+        Figures with standard uncertainties, conventions and warnings.
+
+    Raises
+    ------
+    CaseError, ReadingsError, InvalidInputError
+        The case, the table or an argument cannot be read.
+    """
+    _check(rated_torque_Nm, window, break_torques_Nm)
+    readings = None
+    if data is None:
+        case = case_of(case)
+    else:
+        case, readings = case_and_readings(case, data, columns, sheet, only, by)
+    groups = _groups(readings, by) if readings is not None else [(None, None)]
+    found = {name: loops_of(part) if part is not None else [] for name, part in groups}
+    if readings is not None and not any(found.values()):
+        raise ReadingsError.of_table(
+            readings.source, "torque_Nm", "a run whose torque goes up and down again"
+        )
+    rated, where = _rated(rated_torque_Nm, case, readings, [x for v in found.values() for x in v])
+    breaks = None if break_torques_Nm is None else (break_torques_Nm[0], break_torques_Nm[1])
+    convention = Convention(rated, window, breaks)
+    with threadpool_limits(1, user_api="blas"):
+        answered = tuple(
+            _group(case, convention, name, part, found[name])
+            for name, part in groups
+            if part is None or found[name]
+        )
+    return Characteristics(answered, convention, where, readings, by)
+
+
+def _check(rated: float | None, window: float, breaks: Sequence[float] | None) -> None:
+    if rated is not None and not (np.isfinite(rated) and rated > 0):
+        raise InvalidInputError(f"rated_torque_Nm: found {rated:g}, expected a torque above 0")
+    if not 0 < window < 0.5:
+        raise InvalidInputError(f"window: found {window:g}, expected a share above 0 and below 0.5")
+    if breaks is not None and not (len(breaks) == 2 and 0 < breaks[0] < breaks[1]):
+        raise InvalidInputError(
+            f"break_torques_Nm: found {list(breaks)}, expected T1 and T2, both above 0, T1 < T2"
+        )
+
+
+def _groups(readings: Readings, by: str | None) -> list[tuple[str | None, Readings]]:
+    """The readings of each level of a column, or of each preload."""
+    labels: NDArray[Any]
+    if by is not None:
+        labels = np.array([f"{by} {label}" for label in readings.labels[by].tolist()])
+    elif readings.preload_N is not None and len(levels := levels_of(readings.preload_N)) > 1:
+        names = [f"preload {value:.4g} N" for value in levels.value.tolist()]
+        labels = np.array(names)[levels.index]
+    elif readings.preload_step is not None:
+        labels = np.array([f"preload step {step}" for step in readings.preload_step.tolist()])
+    else:
+        return [(None, readings)]
+    found = list(dict.fromkeys(labels.tolist()))
+    if len(found) == 1 and by is None:
+        return [(None, readings)]
+    return [(name, readings.select(labels == name)) for name in found]
+
+
+def _rated(
+    given: float | None, case: Case | Drive, readings: Readings | None, loops: Sequence[Loop]
+) -> tuple[float, str]:
+    if given is not None:
+        return given, "as given"
+    if isinstance(case, Case) and case.rated_torque_Nm is not None:
+        return case.rated_torque_Nm, "from [rating] of the case"
+    if loops:
+        largest = max(loop.amplitude_Nm for loop in loops)
+        return largest, "the largest of the table, as no rated torque is stated under [rating]"
+    if readings is None and isinstance(case, Case) and case.torque_Nm:
+        return abs(case.torque_Nm), "the torque of [load], as none is stated under [rating]"
+    raise InvalidInputError(
+        "rated_torque_Nm: the case states no rated torque; add rated_torque_Nm under [rating]"
+    )
+
+
+# --- one setting --------------------------------------------------------------------------
+
+
+def _group(
+    case: Case | Drive,
+    convention: Convention,
+    name: str | None,
+    part: Readings | None,
+    loops: list[Loop],
+) -> Group:
+    used, warned = None, list[str]()
+    of_readings: tuple[Figure, ...] = ()
+    at = Conditions(convention.rated_torque_Nm)
+    if part is not None:
+        used = _used(loops, convention.rated_torque_Nm)
+        of_readings = _of_readings(case, convention, name, part, used)
+        warned = cautions(used, loops, convention)
+        at = _conditions(part, used)
+    model = simulated(case, at, convention)
+    if isinstance(model, str):
+        of_model = tuple(_missing(n, convention, name, model) for n in NAMES)
+        return Group(name, of_readings, of_model, used, None, len(loops), tuple(warned))
+    value, u = model.type_b(convention)
+    rests = ("the model", *(f"[uncertainty] {key}" for key in model.shifted))
+    told = _Told(convention, name, model.loops, rests)
+    figures = {n: told.figure(n, value[n], 0.0, u[n]) for n in NAMES}
+    figures["backlash"] = replace(figures["backlash"], convention=_OF_MODEL)
+    of_model = tuple(figures.values())
+    return Group(name, of_readings, of_model, used, model.loops, len(loops), tuple(warned))
+
+
+def _used(loops: Sequence[Loop], rated: float) -> LoopSet:
+    """The loops that go to the rated torque, or nearest to it, and the smallest ones."""
+    whole = [loop for loop in loops if loop.whole] or list(loops)
+    size = np.array([loop.amplitude_Nm for loop in whole])
+    full = (size >= _FULL[0] * rated) & (size <= _FULL[1] * rated)
+    if not full.any():
+        near = size[np.argmin(np.abs(np.log(size / rated)))]
+        full = (size >= _ALIKE * near) & (size <= near / _ALIKE)
+    small = size <= size.min() / _ALIKE
+    picked = [loop for loop, take in zip(whole, full, strict=True) if take]
+    return LoopSet(picked, [loop for loop, take in zip(whole, small, strict=True) if take])
+
+
+def _conditions(part: Readings, used: LoopSet) -> Conditions:
+    rates = [loop.rate_Nm_per_s for loop in used.full if loop.rate_Nm_per_s]
+    temperature = part.temperature_degC
+    return Conditions(
+        used.amplitude_Nm,
+        used.small_amplitude_Nm if used.several else None,
+        preload_N=None if part.preload_N is None else float(np.median(part.preload_N)),
+        input_angle_deg=float(np.median(part.input_angle_deg)),
+        temperature_degC=20.0 if temperature is None else float(np.median(temperature)),
+        rate_Nm_per_s=float(np.median(rates)) if rates else None,
+    )
+
+
+def _of_readings(
+    case: Case | Drive, convention: Convention, name: str | None, part: Readings, used: LoopSet
+) -> tuple[Figure, ...]:
+    gains = stated_uncertainty(case)
+    u = part.u_elastic_angle_arcsec
+    scatter = _scatter(used) if u is None else float(np.median(u))
+    scatter = float(np.hypot(scatter, display_step(part.elastic_angle_arcsec) / 12**0.5))
+    sources = Sources(scatter, gains.get("torque_scale", 0.0), gains.get("sensor_gain", 0.0))
+    found = estimated(used, convention, sources)
+    if found.loops > 1:
+        source = f"the spread over {found.loops} loops"
+    else:
+        source = "the stated u of a reading" if u is not None else "the scatter along the branches"
+    rests = (
+        f"{found.loops} loop{'s' * (found.loops > 1)} to {rounded(used.amplitude_Nm)} N m",
+        source,
+        "[uncertainty] torque_gain_rel",
+        "[uncertainty] sensor_gain_rel",
+    )
+    told = _Told(convention, name, used, rests)
+    return tuple(told.figure(n, found.value[n], found.type_a[n], found.type_b[n]) for n in NAMES)
+
+
+def _scatter(used: LoopSet) -> float:
+    """Standard deviation of a reading from second differences along the branches."""
+    second = [np.diff(b.angle_arcsec, 2) for loop in used.full for b in loop.branches]
+    return 1.4826 * float(np.median(np.abs(np.concatenate(second)))) / 6**0.5
+
+
+@dataclass(frozen=True)
+class _Told:
+    """What the figures of one setting share."""
+
+    convention: Convention
+    setting: str | None
+    loops: LoopSet
+    rests_on: tuple[str, ...]
+
+    def figure(self, name: str, value: float, type_a: float, type_b: float) -> Figure:
+        """One figure, or why there is none."""
+        if not np.isfinite(value):
+            reason = _reason(name, self.loops, self.convention)
+            return _missing(name, self.convention, self.setting, reason)
+        unit, words = _words(name, self.convention, self.loops)
+        if unit == "arcsec" and abs(value) < _ROUNDING * self.loops.turn_arcsec:
+            value = 0.0
+        return Figure(
+            name,
+            value,
+            float(np.hypot(type_a, type_b)),
+            unit,
+            words,
+            _torque(name, value, self.convention, self.loops),
+            self.rests_on,
+            u_type_a=type_a,
+            u_type_b=type_b,
+            setting=self.setting,
+        )
+
+
+def _missing(name: str, convention: Convention, setting: str | None, reason: str) -> Figure:
+    unit, words = _words(name, convention, None)
+    return Figure(name, None, None, unit, words, None, (), reason=reason, setting=setting)
+
+
+def _words(name: str, convention: Convention, loops: LoopSet | None) -> tuple[str, str]:
+    """Unit and convention of a figure."""
+    unit, words = DEFINITIONS[name]
+    if name == "backlash":
+        words = (
+            "jump of the centre line at zero torque, a parabola on each side continued to zero "
+            "from 5 % to 50 % of the amplitude"
+        )
+        if loops is not None and loops.several:
+            words += (
+                "; or, where larger, the width at zero torque continued to zero amplitude from "
+                f"loops to {rounded(loops.small_amplitude_Nm)} and "
+                f"{rounded(loops.amplitude_Nm)} N m"
+            )
+        return unit, f"{words}. A preloaded reducer usually has none"
+    if name[0] in "KT" and convention.breaks_Nm is not None:
+        words += ", with given break torques"
+    return unit, words.format(window=f"{100 * convention.window:.3g} %")
+
+
+def _torque(
+    name: str, value: float, convention: Convention, loops: LoopSet
+) -> float | tuple[float, float] | None:
+    match name:
+        case "lost_motion":
+            return convention.window_Nm
+        case "hysteresis_loss" | "backlash":
+            return 0.0
+        case "torsional_rigidity":
+            return 0.5 * convention.rated_torque_Nm, convention.rated_torque_Nm
+        case "T1" | "T2":
+            return value
+        case "loop_energy":
+            return loops.amplitude_Nm
+    return None
+
+
+def _reason(name: str, loops: LoopSet, convention: Convention) -> str:
+    """Why a figure cannot be had."""
+    reach = loops.amplitude_Nm
+    match name:
+        case "torsional_rigidity":
+            return (
+                f"the loops go to {rounded(reach)} N m, and the slope is taken from 50 % to 100 % "
+                f"of the rated {rounded(convention.rated_torque_Nm)} N m"
+            )
+        case "T1" | "T2":
+            return "a straight line describes the curve as well as three pieces do"
+        case "K1" | "K2" | "K3":
+            return "the curve has fewer than 8 torques between zero and the rated torque"
+    if not any(loop.whole for loop in loops.full):
+        return "no run has a loop: torques on both sides of zero, there and back"
+    if name == "backlash":
+        return "fewer than 2 torques lie between 5 % and 50 % of the amplitude on each side of zero"
+    return f"the loops do not reach {rounded(convention.window_Nm)} N m on both sides"

@@ -1,0 +1,198 @@
+"""What is read off a loop: the figures of catalogues, each by its definition.
+
+    Convention   rated torque, window and break torques
+    DEFINITIONS  name -> unit and convention in words
+    of_loop      the figures of one loop
+    stiffness_of the stiffness of one branch over the torque
+    curve_of     the centre line of a loop as a curve from zero torque
+
+Definitions after RV, cycloidal and strain-wave catalogues and GB/T 40731-2021. Makers differ: what
+cycloidal catalogues call backlash (the width at zero torque) is `hysteresis_loss` here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cbpt.lab.characteristics.loops import Branch, Loop
+from cbpt.lab.characteristics.three_pieces import ThreePieces, three_pieces
+
+Floats = NDArray[np.float64]
+
+ARCSEC_PER_ARCMIN = 60.0
+_RAD_PER_ARCSEC = np.pi / 648000.0
+
+
+@dataclass(frozen=True)
+class Convention:
+    """At which torques figures are read off."""
+
+    rated_torque_Nm: float
+    window: float = 0.03
+    """Share of the rated torque at which lost motion is read: 3 %; strain-wave makers: 4 %."""
+    breaks_Nm: tuple[float, float] | None = None
+    """Break torques T1 and T2, where they are given."""
+
+    @property
+    def window_Nm(self) -> float:
+        """The torque of lost motion."""
+        return self.window * self.rated_torque_Nm
+
+
+_RIGID = (0.5, 1.0)
+"""Shares of the rated torque between which the torsional rigidity is taken."""
+_LEAST_REACH = 0.75
+"""The least share of the rated torque to which a loop must go for that."""
+_STEP = (0.05, 0.5)
+"""Shares of the amplitude between which the centre line is continued to zero torque."""
+_CURVE = 0.05
+"""Half the span of a stiffness, as a share of the rated torque."""
+CURVE_POINTS = 19
+
+_PIECE = "three straight pieces through the centre line from zero torque, "
+DEFINITIONS: Mapping[str, tuple[str, str]] = {
+    "lost_motion": (
+        "arcsec",
+        "angle between +{window} and -{window} of rated torque on the centre line of the loop",
+    ),
+    "hysteresis_loss": (
+        "arcsec",
+        "angle between both branches at zero torque after a full loop (cycloidal catalogues call "
+        "it backlash)",
+    ),
+    "backlash": ("arcsec", ""),
+    "torsional_rigidity": (
+        "N m/arcmin",
+        "slope b/a between 50 % and 100 % of rated torque, where a is the mean angle of both "
+        "branches and both signs",
+    ),
+    "K1": ("N m/arcmin", _PIECE + "the first"),
+    "K2": ("N m/arcmin", _PIECE + "the second"),
+    "K3": ("N m/arcmin", _PIECE + "the third"),
+    "T1": ("N m", _PIECE + "the break between the first and the second"),
+    "T2": ("N m", _PIECE + "the break between the second and the third"),
+    "loop_energy": ("J", "area of the loop"),
+}
+NAMES = tuple(DEFINITIONS)
+
+
+def of_loop(loop: Loop, convention: Convention) -> dict[str, float]:
+    """Figures of one loop in the units of `DEFINITIONS`; NaN for what it does not have.
+
+    Beside them `step`: how far the centre line jumps at zero torque.
+    """
+    found = dict.fromkeys((*NAMES, "step"), np.nan)
+    found["torsional_rigidity"] = _rigidity(loop, convention)
+    found |= _pieces(loop, convention)
+    if not (loop.whole and loop.rising and loop.falling):
+        return found
+    rising, falling = loop.rising, loop.falling
+    window = convention.window_Nm * np.array([-1.0, 1.0])
+    found["lost_motion"] = float(np.diff(0.5 * (rising.at(window) + falling.at(window)))[0])
+    found["hysteresis_loss"] = float(falling.at(0.0) - rising.at(0.0))
+    found["step"] = _step(rising, falling, loop.amplitude_Nm)
+    low, high = _shared(rising, falling)
+    area = falling.integral(low, high) - rising.integral(low, high)
+    found["loop_energy"] = area * _RAD_PER_ARCSEC
+    return found
+
+
+def _shared(*branches: Branch) -> tuple[float, float]:
+    """The torques that all branches have."""
+    return max(b.ends_Nm[0] for b in branches), min(b.ends_Nm[1] for b in branches)
+
+
+def _rigidity(loop: Loop, convention: Convention) -> float:
+    """Torque over angle, the angle averaged over all branches and signs that go far enough; to the
+    end of a branch that does not quite reach the rated torque.
+
+    Averaged as angles, because just after a turn a branch may hardly move at all.
+    """
+    rated, compliances = convention.rated_torque_Nm, []
+    for branch in loop.branches:
+        for sign, end in zip((-1.0, 1.0), branch.ends_Nm, strict=True):
+            reach = min(sign * end, _RIGID[1] * rated)
+            ends = sign * np.array([_RIGID[0] * rated, reach])
+            if reach < _LEAST_REACH * rated:
+                continue
+            compliances.append(float(np.diff(branch.at(ends))[0] / np.diff(ends)[0]))
+    return _stiffness(float(np.mean(compliances))) if compliances else np.nan
+
+
+def curve_of(loop: Loop, rated_torque_Nm: float) -> tuple[Floats, Floats]:
+    """Torques above 0 up to the rated one and the angle of the centre line from zero there, the
+    mean of both signs where there are both; shape (k,). At the torques that were measured."""
+    low, high = _shared(*loop.branches)
+    knots = np.abs(np.concatenate([branch.torque_Nm for branch in loop.branches]))
+    largest = min(max(-low, high), rated_torque_Nm)
+    knots = np.unique(np.round(knots[(knots > 0) & (knots <= largest * (1 + 1e-9))], 12))
+
+    def centre(torque: Floats | float) -> Floats:
+        return np.asarray(np.mean([branch.at(torque) for branch in loop.branches], axis=0))
+
+    if loop.whole:
+        angle = 0.5 * (centre(knots) - centre(-knots))
+    else:
+        side = 1.0 if high > -low else -1.0
+        zero = min(max(0.0, low), high)
+        angle = side * (centre(side * knots) - centre(zero))
+    solid = np.isfinite(angle)
+    return knots[solid], angle[solid]
+
+
+def _pieces(loop: Loop, convention: Convention) -> dict[str, float]:
+    torque, angle = curve_of(loop, convention.rated_torque_Nm)
+    found = three_pieces(torque, angle, convention.breaks_Nm)
+    if found is None:
+        return {}
+    stiffness = {f"K{i}": _stiffness(c) for i, c in enumerate(found.compliances, 1)}
+    return stiffness | _breaks(found, convention)
+
+
+def _breaks(found: ThreePieces, convention: Convention) -> dict[str, float]:
+    if convention.breaks_Nm is None and not found.broken:
+        return {"T1": np.nan, "T2": np.nan}
+    return dict(zip(("T1", "T2"), found.breaks_Nm, strict=True))
+
+
+def _stiffness(compliance: float) -> float:
+    return ARCSEC_PER_ARCMIN / compliance if compliance > 0 else np.nan
+
+
+def _step(rising: Branch, falling: Branch, amplitude: float) -> float:
+    """How far the centre line jumps at zero torque: a parabola through it on each side, continued
+    to zero."""
+    knots = np.unique(np.concatenate([rising.torque_Nm, falling.torque_Nm]))
+    ends = []
+    for sign in (1.0, -1.0):
+        size = sign * knots
+        slack = 1e-9
+        inside = (size >= _STEP[0] * amplitude * (1 - slack)) & (size <= _STEP[1] * amplitude)
+        torque = knots[inside]
+        centre = 0.5 * (rising.at(torque) + falling.at(torque))
+        if len(torque) < 2:
+            return np.nan
+        ends.append(float(np.polyfit(torque / amplitude, centre, min(2, len(torque) - 1))[-1]))
+    return ends[0] - ends[1]
+
+
+def curve_torques(convention: Convention) -> Floats:
+    """Torques at which the stiffness curve is told, shape (k,)."""
+    end = 1.0 - _CURVE
+    return convention.rated_torque_Nm * np.linspace(-end, end, CURVE_POINTS)
+
+
+def stiffness_of(branch: Branch | None, convention: Convention) -> Floats:
+    """The secant stiffness of a branch about each torque of the curve, N m/arcmin; NaN where the
+    branch does not go or the angle does not change."""
+    torque = curve_torques(convention)
+    if branch is None:
+        return np.full(len(torque), np.nan)
+    span = _CURVE * convention.rated_torque_Nm
+    way = branch.at(torque + span) - branch.at(torque - span)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(way > 0, 2 * span * ARCSEC_PER_ARCMIN / way, np.nan)

@@ -1,0 +1,71 @@
+"""Figures of loops as text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from cbpt._core import text_table
+from cbpt.lab.wording.numbers import rounded, with_uncertainty
+from cbpt.results import ANGLE_UNITS
+
+if TYPE_CHECKING:
+    from cbpt.lab.characteristics.record import CharacteristicsData, Group
+    from cbpt.lab.characteristics.uncertainty import Figure
+
+__all__ = ["cell", "lines"]
+
+
+def lines(found: CharacteristicsData, angle_unit: str) -> Iterator[str]:
+    """The whole answer."""
+    if found.source:
+        yield f"{len(found.source)} readings of {found.source.source}"
+    rated = rounded(found.convention.rated_torque_Nm, 4)
+    yield f"Rated torque {rated} N m, {found.rated_torque_from}."
+    for group in found.groups:
+        yield ""
+        yield from _group(group, angle_unit)
+    yield ""
+    yield "Conventions:"
+    for figure in found.groups[0].figures:
+        yield f"- {figure.name}: {figure.convention}"
+
+
+def _group(group: Group, angle_unit: str) -> Iterator[str]:
+    if group.setting:
+        yield f"{group.setting}:"
+    if group.loops:
+        whole = sum(loop.whole for loop in group.loops.full)
+        yield (
+            f"{group.count} loops; figures are read off {len(group.loops.full)} ({whole} whole), "
+            f"amplitude {rounded(group.loops.amplitude_Nm)} N m"
+        )
+    ratios = {name: f"{' +- '.join(with_uncertainty(v, u))}" for name, v, u in group.ratios()}
+    both = bool(group.readings and group.model)
+    head = ["figure", "unit", "readings" if group.readings else "model"]
+    rows = []
+    for i, figure in enumerate(group.figures):
+        unit = angle_unit if figure.unit == "arcsec" else figure.unit
+        row = [figure.name, unit, cell(figure, angle_unit)]
+        if both:
+            row += [cell(group.model[i], angle_unit), ratios.get(figure.name, "")]
+        rows.append(row)
+    yield text_table([*head, "model", "readings/model"] if both else head, rows)
+    for kind, figures in (("readings", group.readings), ("model", group.model)):
+        reasons: dict[str, list[str]] = {}
+        for figure in figures:
+            if figure.reason:
+                reasons.setdefault(figure.reason, []).append(figure.name)
+        for reason, names in reasons.items():
+            yield f"No {', '.join(names)} of the {kind}: {reason}."
+    for warning in group.warnings:
+        yield f"Warning: {warning}"
+
+
+def cell(figure: Figure, angle_unit: str = "arcsec") -> str:
+    """Value and standard uncertainty, or a dash."""
+    if figure.value is None:
+        return "-"
+    factor = ANGLE_UNITS[angle_unit] if figure.unit == "arcsec" else 1.0
+    value, u = figure.value * factor, (figure.u or 0.0) * factor
+    return " +- ".join(with_uncertainty(value, u)) if u else rounded(value, 4)

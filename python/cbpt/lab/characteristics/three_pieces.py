@@ -1,0 +1,104 @@
+"""K1, K2, K3: a curve from zero torque as three straight pieces (catalogues of strain-wave gears).
+
+    alpha(T) = T/K1 up to T1, then with 1/K2 up to T2, then with 1/K3
+
+least squares in the angle. For given break torques that is linear; free ones are searched over the
+torques of the curve and then polished, with the three slopes refitted at each (variable
+projection, Golub and Pereyra 1973).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+_FEWEST = 8
+"""Points of a curve on which five numbers are fitted."""
+_SEARCHED = 16
+"""Torques at which a break is looked for first."""
+_CHANCE = 0.01
+"""Chance at which a straight curve would be taken for a broken one (F test)."""
+
+
+@dataclass(frozen=True)
+class ThreePieces:
+    """Compliances in arcsec/(N m), break torques in N m; `broken`: whether pieces are needed."""
+
+    compliances: tuple[float, float, float]
+    breaks_Nm: tuple[float, float]
+    broken: bool
+
+
+def three_pieces(
+    torque_Nm: Floats, angle_arcsec: Floats, breaks_Nm: Sequence[float] | None = None
+) -> ThreePieces | None:
+    """The best three pieces through a curve, torques above 0, shape (n,); None with few points."""
+    if len(torque_Nm) < _FEWEST:
+        return None
+    if breaks_Nm is None:
+        breaks_Nm = _searched(torque_Nm, angle_arcsec)
+    first, second = sorted(breaks_Nm)
+    slopes, left = _fitted(torque_Nm, angle_arcsec, first, second)
+    single = float(torque_Nm @ angle_arcsec / (torque_Nm @ torque_Nm))
+    straight = float(np.sum((angle_arcsec - single * torque_Nm) ** 2))
+    rest = float(left @ left)
+    tiny = (1e-10 * float(np.ptp(angle_arcsec))) ** 2 * len(torque_Nm)
+    return ThreePieces(
+        (float(slopes[0]), float(slopes[1]), float(slopes[2])),
+        (float(first), float(second)),
+        broken=straight > tiny and _beyond_chance(straight, rest, len(torque_Nm)),
+    )
+
+
+def _beyond_chance(straight: float, rest: float, n: int) -> bool:
+    from scipy.special import fdtrc
+
+    if rest <= 1e-12 * straight:
+        return True
+    ratio = (straight - rest) / 4 / (rest / (n - 5))
+    return float(fdtrc(4, n - 5, ratio)) < _CHANCE
+
+
+def _columns(torque: Floats, first: float, second: float) -> Floats:
+    pieces = [
+        np.minimum(torque, first),
+        np.clip(torque - first, 0.0, second - first),
+        np.maximum(torque - second, 0.0),
+    ]
+    return np.column_stack(pieces)
+
+
+def _fitted(torque: Floats, angle: Floats, first: float, second: float) -> tuple[Floats, Floats]:
+    """Slopes and what they leave, shape (3,) and (n,)."""
+    columns = _columns(torque, first, second)
+    slopes: Floats = np.linalg.lstsq(columns, angle, rcond=None)[0].astype(np.float64)
+    return slopes, angle - columns @ slopes
+
+
+def _searched(torque: Floats, angle: Floats) -> tuple[float, float]:
+    from scipy.optimize import least_squares
+
+    inside = np.unique(torque)[1:-1]
+    places = np.unique(np.quantile(inside, np.linspace(0, 1, _SEARCHED), method="nearest"))
+    best, start = np.inf, (float(places[0]), float(places[-1]))
+    for i, first in enumerate(places):
+        for second in places[i + 1 :]:
+            left = _fitted(torque, angle, first, second)[1]
+            if left @ left < best:
+                best, start = float(left @ left), (float(first), float(second))
+    low, high = float(inside[0]), float(inside[-1])
+    size = float(np.ptp(angle)) or 1.0
+
+    def rest(breaks: Floats) -> Floats:
+        return np.asarray(_fitted(torque, angle, *np.sort(breaks))[1] / size)
+
+    tight = 1e-14
+    bounds = ([low, low], [high, high])
+    found = least_squares(rest, start, bounds=bounds, xtol=tight, ftol=tight, gtol=tight)
+    first, second = np.sort(found.x if 2 * found.cost * size**2 <= best else start)
+    return float(first), float(second)

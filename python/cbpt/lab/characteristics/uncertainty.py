@@ -1,0 +1,238 @@
+"""Figures with their standard uncertainties (GUM).
+
+    Figure      a number, its uncertainty, unit and convention; or why there is none
+    Sources     what is known of the uncertainty of the readings
+    Estimates   the figures of some loops: values and the parts of their uncertainty
+    estimated   makes them
+
+Type A is the standard deviation of the mean over loops (repeats and runs); a single loop is read
+off again with the scatter of its readings added (JCGM 101, Monte Carlo). Type B is what a standard
+uncertainty of a gain does to the figure: readings of torque are scaled and the figures read off
+again; the angle scales them directly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cbpt.lab.characteristics.figures import DEFINITIONS, NAMES, Convention, of_loop
+from cbpt.lab.characteristics.loops import Branch, Loop
+
+Floats = NDArray[np.float64]
+
+_DRAWS = 40
+"""Of the scatter, for a single loop: their standard deviation is known to 11 %."""
+_STEP = 1e-3
+"""By which torques are scaled down; up would push the last ones beyond the rated torque."""
+_CLASS = 1.5
+"""Amplitudes further apart than this factor are different ones."""
+_GROWS_WITH_ANGLE = {"arcsec": 1.0, "J": 1.0, "N m/arcmin": -1.0, "N m": 0.0}
+"""Power of the angle in a figure, by its unit."""
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One figure; `value` is None where it cannot be had, and `reason` says why."""
+
+    name: str
+    value: float | None
+    u: float | None
+    """Standard uncertainty (k = 1)."""
+    unit: str
+    convention: str
+    torque_Nm: float | tuple[float, float] | None
+    """Where it is read off: a torque, or from one torque to another."""
+    rests_on: tuple[str, ...]
+    u_type_a: float | None = None
+    u_type_b: float | None = None
+    reason: str | None = None
+    setting: str | None = None
+    """Preload or level of the column, where the table has several."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain values."""
+        return asdict(self) | {"rests_on": list(self.rests_on)}
+
+
+@dataclass(frozen=True)
+class Sources:
+    """Standard uncertainties behind readings."""
+
+    scatter_arcsec: float = 0.0
+    """Of one reading, where no repeats tell it."""
+    torque_gain_rel: float = 0.0
+    sensor_gain_rel: float = 0.0
+
+
+@dataclass(frozen=True)
+class LoopSet:
+    """The loops that figures are read off: those to the rated torque, and the smallest ones."""
+
+    full: Sequence[Loop]
+    small: Sequence[Loop]
+
+    @property
+    def amplitude_Nm(self) -> float:
+        """Mean amplitude of the full loops."""
+        return float(np.mean([loop.amplitude_Nm for loop in self.full]))
+
+    @property
+    def small_amplitude_Nm(self) -> float:
+        """Mean amplitude of the smallest loops."""
+        return float(np.mean([loop.amplitude_Nm for loop in self.small]))
+
+    @property
+    def several(self) -> bool:
+        """Whether there are loops of different amplitudes."""
+        return self.amplitude_Nm > _CLASS * self.small_amplitude_Nm
+
+    @property
+    def turn_arcsec(self) -> float:
+        """Mean angle from end to end of the smallest loops."""
+        return float(np.mean([_turn(loop) for loop in self.small]))
+
+    def changed(self, change: Callable[[Loop], Loop]) -> LoopSet:
+        """With every loop changed."""
+        full = [change(loop) for loop in self.full]
+        known = {id(loop): new for loop, new in zip(self.full, full, strict=True)}
+        return LoopSet(full, [known.get(id(loop)) or change(loop) for loop in self.small])
+
+
+@dataclass(frozen=True)
+class Estimates:
+    """Figures by name: value (NaN for none), type A and type B."""
+
+    value: dict[str, float]
+    type_a: dict[str, float]
+    type_b: dict[str, float]
+    loops: int
+
+    def u(self, name: str) -> float:
+        """Both types together."""
+        return float(np.hypot(self.type_a[name], self.type_b[name]))
+
+
+def estimated(loops: LoopSet, convention: Convention, sources: Sources) -> Estimates:
+    """The figures of some loops."""
+    table = _Table.of(loops, convention)
+    value = table.figures()
+    if table.repeated:
+        type_a = table.jackknife()
+    else:
+        type_a = _drawn(loops, convention, sources.scatter_arcsec)
+    shifted = _Table.of(loops.changed(partial(Loop.scaled, torque=1 - _STEP)), convention).figures()
+    type_b = {}
+    for name in NAMES:
+        by_torque = (value[name] - shifted[name]) / _STEP * sources.torque_gain_rel
+        power = _GROWS_WITH_ANGLE[DEFINITIONS[name][0]]
+        by_angle = power * value[name] * sources.sensor_gain_rel
+        type_b[name] = float(np.hypot(np.nan_to_num(by_torque), by_angle))
+    return Estimates(value, type_a, type_b, len(loops.full))
+
+
+def read_off(loops: LoopSet, convention: Convention) -> dict[str, float]:
+    """The figures alone, NaN for those that cannot be had."""
+    return _Table.of(loops, convention).figures()
+
+
+@dataclass(frozen=True)
+class _Table:
+    """Figures of each loop."""
+
+    loops: LoopSet
+    full: list[dict[str, float]]
+    small: list[dict[str, float]]
+
+    @classmethod
+    def of(cls, loops: LoopSet, convention: Convention) -> _Table:
+        full = [of_loop(loop, convention) for loop in loops.full]
+        known = {id(loop): read for loop, read in zip(loops.full, full, strict=True)}
+        small = [known.get(id(loop)) or of_loop(loop, convention) for loop in loops.small]
+        return cls(loops, full, small)
+
+    @property
+    def repeated(self) -> bool:
+        return min(len(self.full), len(self.small)) > 1
+
+    def figures(self) -> dict[str, float]:
+        found = {name: _mean(self.full, name) for name in NAMES}
+        return found | {"backlash": self._backlash(found)}
+
+    def _backlash(self, found: dict[str, float]) -> float:
+        """The play: the jump of the centre line, or, where loops of several amplitudes show the
+        width at zero torque as the amplitude goes to zero, the larger of both; never more than the
+        smallest loop turns."""
+        step = _mean(self.small, "step")
+        if not self.loops.several:
+            most = np.fmax(found["lost_motion"], found["hysteresis_loss"])
+            return float(np.clip(step, 0.0, max(most, 0.0))) if np.isfinite(step) else np.nan
+        large, small = self.loops.amplitude_Nm, self.loops.small_amplitude_Nm
+        wide, narrow = found["hysteresis_loss"], _mean(self.small, "hysteresis_loss")
+        at_none = (narrow * large - wide * small) / (large - small)
+        best = float(np.fmax(step, at_none))
+        most = self.loops.turn_arcsec
+        return float(np.clip(best, 0.0, max(most, 0.0))) if np.isfinite(best) else np.nan
+
+    def jackknife(self) -> dict[str, float]:
+        """Of a mean it is the standard deviation over the square root of the number."""
+        square = dict.fromkeys(NAMES, 0.0)
+        same = not self.loops.several
+        for part in ("full",) if same else ("full", "small"):
+            rows = getattr(self, part)
+            left = [self._without(i, part, same).figures() for i in range(len(rows))]
+            for name in NAMES:
+                values = np.array([found[name] for found in left])
+                values = values[np.isfinite(values)]
+                n = len(values)
+                if n > 1:
+                    square[name] += (n - 1) / n * float(np.sum((values - values.mean()) ** 2))
+        return {name: float(np.sqrt(value)) for name, value in square.items()}
+
+    def _without(self, i: int, part: str, same: bool) -> _Table:
+        rows = getattr(self, part)
+        kept = [*rows[:i], *rows[i + 1 :]]
+        loops = list(getattr(self.loops, part))
+        few = replace(self.loops, **{part: [*loops[:i], *loops[i + 1 :]]})
+        if same:
+            return _Table(replace(few, small=few.full), kept, kept)
+        return replace(self, loops=few, **{part: kept})
+
+
+def _turn(loop: Loop) -> float:
+    angles = np.concatenate([branch.angle_arcsec for branch in loop.branches])
+    return float(np.ptp(angles))
+
+
+def _mean(rows: Sequence[dict[str, float]], name: str) -> float:
+    values = np.array([row[name] for row in rows])
+    values = values[np.isfinite(values)]
+    return float(values.mean()) if len(values) else np.nan
+
+
+def _drawn(loops: LoopSet, convention: Convention, scatter_arcsec: float) -> dict[str, float]:
+    if not scatter_arcsec:
+        return dict.fromkeys(NAMES, 0.0)
+    rng = np.random.default_rng(0)
+
+    def noisy(branch: Branch | None) -> Branch | None:
+        if branch is None:
+            return None
+        noise = rng.normal(0.0, scatter_arcsec, len(branch.angle_arcsec))
+        return replace(branch, angle_arcsec=branch.angle_arcsec + noise)
+
+    def again(loop: Loop) -> Loop:
+        return loop.with_branches(noisy(loop.rising), noisy(loop.falling))
+
+    draws = [read_off(loops.changed(again), convention) for _ in range(_DRAWS)]
+    found = {}
+    for name in NAMES:
+        values = np.array([draw[name] for draw in draws])
+        values = values[np.isfinite(values)]
+        found[name] = float(values.std(ddof=1)) if len(values) > 1 else 0.0
+    return found

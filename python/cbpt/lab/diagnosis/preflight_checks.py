@@ -1,0 +1,329 @@
+"""The checks of a table, each a subject with what was found and the remedy on the rig.
+
+Check      one subject: good, or another look, or lost
+Blind      effects that a table cannot show
+checks     all of them
+blind_to   what could not be told from the table, whatever the model
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cbpt._core import Case, Drive, effect_specs
+from cbpt.lab.characteristics.loops import Loop, loops_of
+from cbpt.lab.covariance.repeatability import Repeats, pooled
+from cbpt.lab.covariance.within_run import display_step
+from cbpt.lab.readings.reader import Readings
+from cbpt.lab.readings.set_points import levels_of
+from cbpt.lab.wording.numbers import rounded
+
+Floats = NDArray[np.float64]
+State = Literal["good", "look", "lost"]
+
+
+@dataclass(frozen=True)
+class Check:
+    """One subject. state: good; look: another look is due; lost: something cannot be told."""
+
+    subject: str
+    state: State
+    finding: str
+    remedy: str = ""
+
+
+@dataclass(frozen=True)
+class Blind:
+    """Effects that the table cannot show."""
+
+    effects: tuple[str, ...]
+    why: str
+    remedy: str
+
+
+@dataclass(frozen=True)
+class _Limits:
+    """From where another look is due."""
+
+    usual_arcsec: tuple[float, float] = (0.05, 36_000.0)
+    """Elastic angles of reducers: beyond it the unit is doubtful."""
+    rates: float = 1.5
+    """Ratio of the quickest rate to the slowest."""
+    misstated: float = 1.5
+    """Repeats against the stated uncertainty, either way."""
+    window: float = 0.03
+    """Share of the largest torque at which lost motion is read."""
+
+
+_LIMITS = _Limits()
+
+
+def checks(readings: Readings, case: Case | Drive | None) -> Iterator[Check]:
+    """Every subject once, in the order in which a rig would be set right."""
+    loops = loops_of(readings)
+    yield _units(readings)
+    yield _sides(readings)
+    yield from _coverage(readings)
+    yield _repeats(readings, loops)
+    yield from _display(readings, loops)
+    yield _torque_noise(readings, loops)
+    yield _rates(readings, loops)
+    yield _closed(loops)
+    yield _zeros(readings, case)
+
+
+def _units(r: Readings) -> Check:
+    size = float(np.abs(r.elastic_angle_arcsec - np.median(r.elastic_angle_arcsec)).max())
+    torque = float(np.abs(r.torque_Nm).max())
+    words = f"angles reach {rounded(size)} arcsec about their middle, torques {rounded(torque)} N m"
+    low, high = _LIMITS.usual_arcsec
+    if low <= size <= high:
+        return Check("units", "good", words)
+    return Check("units", "look", words, "Check the units of torque and angle in the headers.")
+
+
+def _sides(r: Readings) -> Check:
+    above, below = int(np.sum(r.torque_Nm > 0)), int(np.sum(r.torque_Nm < 0))
+    words = f"{above} readings at positive torque, {below} at negative"
+    if not np.ptp(r.torque_Nm) > 0:
+        remedy = "Load the output with several torques; without them no stiffness can be told."
+        return Check("sides", "lost", words, remedy)
+    if min(above, below) < 0.1 * max(above, below):
+        remedy = "Load both ways: play, lost motion and differences by sign need both."
+        return Check("sides", "lost", words, remedy)
+    return Check("sides", "good", words)
+
+
+def _coverage(r: Readings) -> Iterator[Check]:
+    torques = len(levels_of(r.torque_Nm))
+    span = f"{r.torque_Nm.min():.4g} to {r.torque_Nm.max():.4g} N m"
+    words = f"{torques} torques, {span}"
+    if torques < 5:
+        yield Check("torque", "look", words, "Take 5 or more torques, or a bend has no shape.")
+    else:
+        yield Check("torque", "good", words)
+    if r.preload_N is None and r.preload_step is None:
+        remedy = "Repeat the torques at 2 or more preloads; add the column preload_N."
+        yield Check("preload", "lost", "no preload in the table", remedy)
+    else:
+        count = 0
+        if r.preload_N is not None:
+            count = len(levels_of(r.preload_N))
+        elif r.preload_step is not None:
+            count = len(np.unique(r.preload_step))
+        words = f"{count} preload{'s' * (count != 1)}"
+        remedy = "Repeat the torques at a second preload that differs by a factor 1.5 or more."
+        yield Check("preload", "good" if count > 1 else "lost", words, remedy * (count == 1))
+    angles = len(np.unique(np.round(np.mod(r.input_angle_deg, 360.0), 3)))
+    words = f"{angles} input angle{'s' * (angles != 1)}"
+    remedy = "Repeat at 4 or more input angles that are not multiples of each other."
+    yield Check("input angle", "good" if angles > 3 else "lost", words, remedy * (angles < 4))
+
+
+def _repeats(r: Readings, loops: list[Loop]) -> Check:
+    found: Repeats | None = pooled(r, r.elastic_angle_arcsec)
+    if found is None:
+        count, spread = _repeated_loops(loops)
+        if count > 1:
+            words = f"{count} loops of one amplitude differ by {rounded(spread)} arcsec"
+            return Check("repeats", "good", f"{words} (standard deviation about their mean)")
+        remedy = "Repeat at least one run without touching the rig: repeats alone tell the noise."
+        return Check("repeats", "lost", "hardly any reading was repeated", remedy)
+    words = f"{found}; standard deviation {rounded(found.u_arcsec)} arcsec"
+    if found.ratio is None:
+        return Check("repeats", "good", words)
+    words += f", {rounded(found.ratio)} of the stated uncertainty"
+    if 1 / _LIMITS.misstated < found.ratio < _LIMITS.misstated:
+        return Check("repeats", "good", words)
+    remedy = "Check u_elastic_angle_arcsec, or what moves between repeats (clamping, temperature)."
+    return Check("repeats", "look", words, remedy)
+
+
+def _repeated_loops(loops: list[Loop]) -> tuple[int, float]:
+    """How many loops go to the most common amplitude, and how far apart they lie: both branches on
+    the same torques, each loop without its offset, arcsec."""
+    whole = [loop for loop in loops if loop.whole]
+    alike = [[b for b in whole if 0.9 < b.amplitude_Nm / a.amplitude_Nm < 1.1] for a in whole]
+    group = max(alike, key=len, default=[])
+    if len(group) < 2:
+        return len(group), 0.0
+    grid = np.linspace(-0.9, 0.9, 19) * min(loop.amplitude_Nm for loop in group)
+    table = np.array([np.concatenate([b.at(grid) for b in loop.branches]) for loop in group])
+    table = table[:, np.isfinite(table).all(axis=0)]
+    table = table - table.mean(axis=1)[:, None]
+    return len(group), float(np.sqrt(np.mean(table.var(axis=0, ddof=1))))
+
+
+def _display(r: Readings, loops: list[Loop]) -> Iterator[Check]:
+    step = display_step(r.elastic_angle_arcsec)
+    u = r.u_elastic_angle_arcsec
+    typical = None if u is None else float(np.median(u))
+    if not step:
+        yield Check("display of the angle", "good", "no step is to be seen")
+    else:
+        words = f"the angle comes in steps of {rounded(step)} arcsec"
+        coarse = typical is not None and step > 1.5 * typical
+        remedy = "Read more digits, or average; state a u that holds the step over the root of 12."
+        yield Check("display of the angle", "look" if coarse else "good", words, remedy * coarse)
+    if not loops:
+        return
+    window = _LIMITS.window * max(loop.amplitude_Nm for loop in loops)
+    steps = [_step_near_zero(loop, window) for loop in loops]
+    largest = float(np.median(steps))
+    words = (
+        f"steps of {rounded(largest)} N m near zero, window of lost motion {rounded(window)} N m"
+    )
+    fine = largest <= window * 1.001
+    remedy = "Take finer steps near zero: there the angle changes most."
+    yield Check("steps of the torque", "good" if fine else "look", words, remedy * (not fine))
+
+
+def _step_near_zero(loop: Loop, window: float) -> float:
+    found = []
+    for branch in loop.branches:
+        near = branch.torque_Nm[np.abs(branch.torque_Nm) <= 2 * window]
+        low, high = branch.ends_Nm
+        ends = max(low, -2 * window), min(high, 2 * window)
+        if ends[0] < ends[1]:
+            found.append(float(np.diff(np.r_[ends[0], near, ends[1]]).max()))
+    return max(found, default=0.0)
+
+
+def _torque_noise(r: Readings, loops: list[Loop]) -> Check:
+    scattered = sum(any(b.scattered for b in loop.branches) for loop in loops)
+    if not scattered:
+        return Check("noise of the torque", "good", "the torque moves one way along each branch")
+    size = []
+    for run in range(int(r.run_index.max()) + 1):
+        torque = r.torque_Nm[r.run_index == run]
+        if len(torque) > 4:
+            size.append(1.4826 * float(np.median(np.abs(np.diff(torque, 3)))) / 20**0.5)
+    words = (
+        f"in {scattered} of {len(loops)} loops the torque goes back and forth along a branch; it "
+        f"scatters by about {rounded(float(np.median(size)))} N m"
+    )
+    remedy = (
+        "Measure the torque itself, or use the commanded torque if it is a column of the table; "
+        "play and friction are else found too wide."
+    )
+    return Check("noise of the torque", "look", words, remedy)
+
+
+def _rates(r: Readings, loops: list[Loop]) -> Check:
+    if r.time_s is None:
+        remedy = "Record the time of each reading: drift, creep and the rate need it."
+        return Check("rates", "lost", "no time in the table", remedy)
+    rates = [loop.rate_Nm_per_s for loop in loops if loop.rate_Nm_per_s]
+    if not rates:
+        return Check("rates", "good", "no loop with a rate")
+    words = f"{rounded(min(rates))} to {rounded(max(rates))} N m/s"
+    if max(rates) > _LIMITS.rates * min(rates):
+        remedy = "Load at one rate: friction of reducers depends on it."
+        return Check("rates", "look", words, remedy)
+    return Check("rates", "good", words)
+
+
+def _closed(loops: list[Loop]) -> Check:
+    whole = [loop for loop in loops if loop.whole]
+    words = f"{len(whole)} whole loops, {len(loops) - len(whole)} half or one-way"
+    if not whole:
+        remedy = "Run one and a quarter cycles: 0, +T, -T, +T, and on to -T."
+        return Check("loops", "lost", words, remedy)
+    composed = sum(loop.composed for loop in whole)
+    open_ = sum(loop.open_arcsec is not None for loop in whole)
+    if open_:
+        words += f"; {open_} do not close"
+        remedy = "Repeat the cycle until it closes; a first loading and drift do not."
+        return Check("loops", "look", words, remedy)
+    if composed:
+        words += f"; {composed} start and end at zero torque, so nobody knows whether they close"
+        return Check("loops", "look", words, "Run a quarter cycle more.")
+    return Check("loops", "good", words)
+
+
+def _zeros(r: Readings, case: Case | Drive | None) -> Check:
+    """The first reading near zero torque of each run against those of the others."""
+    near = np.abs(r.torque_Nm) <= 0.1 * float(np.abs(r.torque_Nm).max())
+    runs = [np.flatnonzero(near & (r.run_index == k)) for k in range(int(r.run_index.max()) + 1)]
+    firsts = np.array([r.elastic_angle_arcsec[rows[0]] for rows in runs if len(rows)])
+    if len(firsts) < 2:
+        return Check("zeros of runs", "good", "too few runs come near zero torque to compare them")
+    spread = float(np.std(firsts, ddof=1))
+    size = float(np.ptp(r.elastic_angle_arcsec))
+    words = f"the runs start {rounded(spread)} arcsec apart (standard deviation)"
+    common = not (isinstance(case, Case) and case.zero == "per_run")
+    u = r.u_elastic_angle_arcsec
+    much = spread > (0.02 * size if u is None else 5 * float(np.median(u)))
+    if much and common:
+        remedy = 'Set zero = "per_run" under [measurement], or zero the sensor once for all runs.'
+        return Check("zeros of runs", "look", words, remedy)
+    return Check("zeros of runs", "good", words)
+
+
+# --- what could not be told ---------------------------------------------------------------
+
+
+def blind_to(readings: Readings, case: Case | Drive | None) -> Iterator[Blind]:
+    """Effects that no model could find in these readings, for what they do not vary."""
+    drive = case.drive if isinstance(case, Case) else case
+    kind = drive.kind if drive is not None else None
+    known = {spec.id for spec in effect_specs() if kind is None or kind in spec.reducers}
+    for effects, there, why, remedy in _needs(readings):
+        suited = tuple(effect for effect in effects if effect in known)
+        if suited and not there:
+            yield Blind(suited, why, remedy)
+
+
+def _needs(r: Readings) -> Iterator[tuple[tuple[str, ...], bool, str, str]]:
+    """Effects, whether the table varies what they need, why not, and the remedy."""
+    preload = r.preload_N
+    yield (
+        ("preload_loss", "preload_spring", "preload_scale", "rough_contact"),
+        preload is not None and len(levels_of(preload)) > 1,
+        "the preload does not vary",
+        "Repeat the torques at a second preload.",
+    )
+    angles = len(np.unique(np.round(np.mod(r.input_angle_deg, 360.0), 3)))
+    yield (
+        ("eccentricity_error", "groove_pitch_error", "ball_diameter_lot", "plate_tilt"),
+        angles > 3,
+        f"{angles} input angle{'s' * (angles != 1)} cannot show a pattern round the turn",
+        "Repeat at 4 or more input angles.",
+    )
+    yield (
+        ("drift", "creep", "wear"),
+        r.time_s is not None,
+        "there is no time",
+        "Add the column time_s.",
+    )
+    temperature = r.temperature_degC
+    yield (
+        ("thermal_preload",),
+        temperature is not None and float(np.ptp(temperature)) > 0.5,
+        "the temperature is not known, or does not vary by half a kelvin",
+        "Record temperature_degC, and measure cold and warm.",
+    )
+    ways = r.direction()
+    yield (
+        ("friction_hysteresis",),
+        bool(np.any(ways > 0) and np.any(ways < 0)),
+        "the torque goes only one way",
+        "Unload in the same steps.",
+    )
+    yield (
+        ("bearing_play", "backlash"),
+        bool(np.any(r.torque_Nm > 0) and np.any(r.torque_Nm < 0)),
+        "the torque has one sign",
+        "Load both ways.",
+    )
+    yield (
+        ("run_offset",),
+        int(r.run_index.max()) > 0,
+        "there is one run",
+        "Take the readings in several runs, and say which in the column run.",
+    )

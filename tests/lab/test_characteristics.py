@@ -1,0 +1,276 @@
+"""The figures of catalogues: against loops whose figures are known in closed form."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import ArrayLike, NDArray
+
+import cbpt
+from cbpt.cli import main as commands
+from cbpt.lab.characteristics.loops import loops_of
+from cbpt.lab.characteristics.three_pieces import three_pieces
+
+Floats = NDArray[np.float64]
+RATED, STEP = 10.0, 0.1
+SPRING = {
+    "torsion_spring": {"torsional_stiffness_Nm_per_arcmin": 1.0},
+    "rating": {"rated_torque_Nm": RATED},
+    "uncertainty": {"torque_gain_rel": 0.0, "sensor_gain_rel": 0.0},
+}
+UP = np.round(np.arange(-RATED, RATED + STEP / 2, STEP), 9)
+CYCLES = np.concatenate([UP[UP >= 0], *[UP[-2::-1], UP[1:]] * 3])
+FALLS = np.diff(CYCLES, prepend=-1.0) < 0
+FIRST = np.cumsum(FALLS) == 0
+
+
+def read(torque: Floats, angle: Floats, **more: Floats) -> cbpt.Characteristics:
+    return cbpt.characterise(SPRING, {"torque_Nm": torque, "elastic_angle_arcsec": angle} | more)
+
+
+def virgin(torque: Floats | float) -> Floats:
+    """The first loading of the Masing loop, arcsec."""
+    torque = np.asarray(torque)
+    return 60 * torque + 0.5 * np.sign(torque) * torque**2
+
+
+def masing() -> Floats:
+    """Masing's rule: each branch is the virgin curve doubled in both directions."""
+    tip = virgin(RATED)
+    falls = tip - 2 * virgin((RATED - CYCLES) / 2)
+    rises = -tip + 2 * virgin((RATED + CYCLES) / 2)
+    return np.where(FIRST, virgin(CYCLES), np.where(FALLS, falls, rises))
+
+
+def with_play(play: float = 30.0) -> Floats:
+    """A play held by friction until the torque turns over, before a spring of 1 N m/arcmin."""
+    side = np.where(CYCLES == 0, np.where(FALLS, 1.0, -1.0), np.sign(CYCLES))
+    return 60 * CYCLES + 0.5 * play * side
+
+
+# --- closed form --------------------------------------------------------------------------
+
+
+def test_the_figures_of_a_masing_loop() -> None:
+    found = read(CYCLES, masing())
+    window = 0.03 * RATED
+    ends = virgin((RATED + window) / 2) - virgin((RATED - window) / 2)
+    expected: dict[str, ArrayLike] = {
+        "lost_motion": 2 * ends,
+        "hysteresis_loss": 2 * virgin(RATED) - 4 * virgin(RATED / 2),
+        # The mean angle of both branches from half to full torque.
+        "torsional_rigidity": 60
+        * (RATED / 2)
+        / (virgin(RATED) - virgin(0.75 * RATED) + virgin(0.25 * RATED)),
+        "loop_energy": 2 / 3 * RATED**3 * np.pi / 648000,
+        "backlash": 0.0,
+    }
+    for name, value in expected.items():
+        assert found.figure(name).value == pytest.approx(
+            float(np.asarray(value)), rel=1e-6, abs=1e-9
+        ), name
+
+
+def test_the_figures_of_a_play_with_a_spring() -> None:
+    found = read(CYCLES, with_play())
+    expected = {"lost_motion": 30 + 36, "hysteresis_loss": 30, "backlash": 30}
+    for name, value in (expected | {"torsional_rigidity": 1.0}).items():
+        assert found.figure(name).value == pytest.approx(value, rel=1e-6), name
+    assert all(found.figure(name).u == pytest.approx(0, abs=1e-9) for name in expected)
+
+
+def test_three_pieces_are_found_and_may_be_given() -> None:
+    compliance, breaks = [120.0, 60.0, 40.0], [2.5, 6.3]
+    knots = [0.0, *breaks, RATED]
+    angles = np.concatenate([[0.0], np.cumsum(np.array(compliance) * np.diff(knots))])
+    angle = np.sign(CYCLES) * np.interp(np.abs(CYCLES), knots, angles)
+    found = read(CYCLES, angle)
+    for name, value in zip(("K1", "K2", "K3"), compliance, strict=True):
+        assert found.figure(name).value == pytest.approx(60 / value, rel=1e-6)
+    for name, value in zip(("T1", "T2"), breaks, strict=True):
+        assert found.figure(name).value == pytest.approx(value, rel=1e-6)
+    given = cbpt.characterise(
+        SPRING,
+        {"torque_Nm": CYCLES, "elastic_angle_arcsec": angle},
+        break_torques_Nm=breaks,
+    )
+    assert given.figure("K2").value == pytest.approx(1.0, rel=1e-9)
+    assert "given break torques" in given.figure("K2").convention
+
+
+def test_a_straight_curve_has_no_break_torques() -> None:
+    found = three_pieces(UP[UP > 0], 60 * UP[UP > 0])
+    assert found is not None and not found.broken
+    figure = read(CYCLES, 60 * CYCLES).figure("T1")
+    assert figure.value is None and figure.reason and "straight" in figure.reason
+
+
+def test_the_width_goes_with_the_amplitude_to_the_play() -> None:
+    """Where loops of two amplitudes have a width w0 + c A, the play is w0."""
+    torque, angle, run = [], [], []
+    for number, amplitude in enumerate((1.0, 10.0), 1):
+        scale = amplitude / RATED
+        width = 20 + 3 * amplitude
+        torque.append(CYCLES * scale)
+        angle.append(60 * CYCLES * scale + np.where(FALLS, 0.5, -0.5) * width)
+        run.append(np.full(len(CYCLES), number))
+    table = dict(
+        zip(("torque_Nm", "elastic_angle_arcsec", "run"), (torque, angle, run), strict=True)
+    )
+    joined = {name: np.concatenate(parts) for name, parts in table.items()}
+    found = cbpt.characterise(SPRING, joined)
+    assert found.figure("backlash").value == pytest.approx(20, rel=1e-6)
+    assert found.figure("hysteresis_loss").value == pytest.approx(50, rel=1e-6)
+
+
+# --- uncertainty --------------------------------------------------------------------------
+
+
+def test_type_a_is_that_of_the_mean_over_loops() -> None:
+    rng = np.random.default_rng(3)
+    noisy = with_play() + rng.normal(0, 2.0, len(CYCLES))
+    found = read(CYCLES, noisy)
+    readings = cbpt.read_readings(
+        {"torque_Nm": CYCLES, "elastic_angle_arcsec": noisy}, need_preload=False
+    )
+    losses = [
+        float(x.falling.at(0.0) - x.rising.at(0.0))
+        for x in loops_of(readings)
+        if x.falling and x.rising
+    ]
+    assert len(losses) == 3
+    figure = found.figure("hysteresis_loss")
+    assert figure.value == pytest.approx(np.mean(losses))
+    assert figure.u_type_a == pytest.approx(np.std(losses, ddof=1) / 3**0.5)
+
+
+def test_a_single_loop_takes_the_stated_uncertainty() -> None:
+    """The width is the difference of two readings."""
+    one = CYCLES[: 4 * len(UP) // 2]
+    found = read(one, with_play()[: len(one)], u_elastic_angle_arcsec=np.full(len(one), 2.0))
+    figure = found.figure("hysteresis_loss")
+    assert figure.u_type_a == pytest.approx(2 * 2**0.5, rel=0.35)
+
+
+def test_type_b_follows_the_gains() -> None:
+    case = SPRING | {"uncertainty": {"torque_gain_rel": 0.02, "sensor_gain_rel": 0.01}}
+    table = {"torque_Nm": CYCLES, "elastic_angle_arcsec": 60 * CYCLES}
+    found = cbpt.characterise(case, table)
+    assert found.figure("torsional_rigidity").u_type_b == pytest.approx(5**0.5 * 0.01, rel=1e-3)
+    motion = found.figure("lost_motion")
+    assert motion.value is not None
+    assert motion.u_type_b == pytest.approx(5**0.5 * 0.01 * motion.value, rel=1e-3)
+
+
+# --- the model ----------------------------------------------------------------------------
+
+
+def test_the_model_has_the_figures_of_its_effects() -> None:
+    play = {"id": "backlash", "play_arcsec": 30, "transition_torque_Nm": 1e-6}
+    found = cbpt.characterise(SPRING | {"effect": [play]})
+    assert found.figure("backlash").value == pytest.approx(30, rel=1e-6)
+    assert found.figure("lost_motion").value == pytest.approx(66, rel=1e-6)
+    assert found.figure("torsional_rigidity").value == pytest.approx(1, rel=1e-6)
+    assert found.figure("torsional_rigidity").u == pytest.approx(0.1, rel=0.15)
+
+
+def test_readings_of_the_model_stand_beside_it() -> None:
+    friction = {"id": "friction_hysteresis", "friction_torque_Nm": 1, "engagement_angle_arcsec": 40}
+    case = cbpt.Case.from_dict(SPRING | {"effect": [friction]})
+    rows = {"torque_Nm": CYCLES, "elastic_angle_arcsec": CYCLES, "time_s": np.arange(len(CYCLES))}
+    made = cbpt.simulate(
+        case, cbpt.read_readings(rows, need_preload=False), noise="none", u_elastic_angle_arcsec=1.0
+    )
+    found = cbpt.characterise(case, made)
+    ratios = {entry["name"]: entry["value"] for entry in found.to_dict()["ratios"]}
+    for name in ("lost_motion", "hysteresis_loss", "torsional_rigidity", "loop_energy"):
+        assert ratios[name] == pytest.approx(1, abs=2e-3), name
+
+
+def test_a_torque_that_is_not_held_has_no_figures() -> None:
+    case = cbpt.example_case() + "\n[rating]\nrated_torque_Nm = 500\n"
+    figure = cbpt.characterise(cbpt.Case.from_toml(case)).figure("lost_motion")
+    assert figure.value is None and figure.reason and "beyond_hold" in figure.reason
+
+
+# --- what is told -------------------------------------------------------------------------
+
+
+def test_half_a_loop_has_a_rigidity_and_no_lost_motion() -> None:
+    half = np.r_[np.arange(0, 10.01, 0.5), np.arange(9.5, -0.01, -0.5)]
+    found = read(half, 60 * half)
+    assert found.figure("torsional_rigidity").value == pytest.approx(1)
+    figure = found.figure("lost_motion")
+    assert figure.value is None and figure.reason and "both sides of zero" in figure.reason
+
+
+def test_warnings_name_steps_closure_and_rate() -> None:
+    coarse = CYCLES[::10]
+    drifting = 60 * coarse + 2.0 * np.arange(len(coarse))
+    warnings = " ".join(read(coarse, drifting).groups[0].warnings)
+    assert "coarser than the window" in warnings and "does not close" in warnings
+    time = np.r_[0.0, np.cumsum(np.abs(np.diff(CYCLES)))]
+    time[len(CYCLES) // 2 :] += np.arange(len(CYCLES) - len(CYCLES) // 2) * 1.0
+    assert "N m/s" in " ".join(read(CYCLES, 60 * CYCLES, time_s=time).groups[0].warnings)
+
+
+def test_each_preload_and_each_level_of_a_column_has_figures() -> None:
+    moments = np.repeat(["before", "after"], len(CYCLES))
+    table = {
+        "moment": moments,
+        "run": np.repeat([1, 2], len(CYCLES)),
+        "torque_Nm": np.tile(CYCLES, 2),
+        "elastic_angle_arcsec": np.r_[with_play(30), with_play(12)],
+    }
+    found = cbpt.characterise(SPRING, table, by="moment")
+    assert found.figure("backlash", "moment before").value == pytest.approx(30)
+    assert found.figure("backlash", "moment after").value == pytest.approx(12)
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({"window": 0.7}, "window"),
+        ({"rated_torque_Nm": -1.0}, "rated_torque_Nm"),
+        ({"break_torques_Nm": (3.0, 2.0)}, "break_torques_Nm"),
+    ],
+)
+def test_arguments_are_checked(given: dict[str, object], told: str) -> None:
+    with pytest.raises(cbpt.InvalidInputError, match=told):
+        cbpt.characterise(SPRING, **given)  # type: ignore[arg-type]
+
+
+def test_a_table_without_a_loop_is_refused() -> None:
+    with pytest.raises(cbpt.ReadingsError, match="up and down"):
+        read(np.ones(5), np.arange(5.0))
+
+
+# --- the command --------------------------------------------------------------------------
+
+
+def test_the_verb(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    case, table = tmp_path / "case.toml", tmp_path / "loop.csv"
+    case.write_text(cbpt.Case.from_dict(SPRING).to_toml())
+    rows = zip(CYCLES.tolist(), with_play().tolist(), strict=True)
+    lines = ["torque_Nm,elastic_angle_arcsec", *(f"{t},{a}" for t, a in rows)]
+    table.write_text("\n".join(lines))
+    out, picture = tmp_path / "f.json", tmp_path / "f.svg"
+    arguments = ["characterise", str(case), str(table), "--json", str(out), "--plot", str(picture)]
+    assert commands.main([*arguments, "--angle-unit", "arcmin"]) == 0
+    shown = capsys.readouterr().out
+    assert "backlash" in shown and "arcmin" in shown and "Conventions" in shown
+    document = json.loads(out.read_text())
+    figures = {figure["name"]: figure for figure in document["figures"]}
+    keys = {"name", "value", "u", "unit", "convention", "torque_Nm", "rests_on"}
+    assert all(keys <= figure.keys() for figure in figures.values())
+    assert list(figures) == [
+        *("lost_motion", "hysteresis_loss", "backlash", "torsional_rigidity"),
+        *("K1", "K2", "K3", "T1", "T2", "loop_energy"),
+    ]
+    assert figures["backlash"]["value"] == pytest.approx(30)
+    assert picture.read_text().startswith("<?xml")
+    assert commands.main(["characterise", str(case), "--by", "run"]) == 2
+    assert commands.main(["characterise", str(case), "--json"]) == 0
