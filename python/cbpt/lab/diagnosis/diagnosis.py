@@ -21,7 +21,7 @@ from cbpt.errors import Say
 from cbpt.figures.diagnosis import DiagnosisPicture, draw_diagnosis
 from cbpt.lab.diagnosis.alternatives import moved, smallest
 from cbpt.lab.diagnosis.combinations import Combination, combinations, remains
-from cbpt.lab.diagnosis.deciding_runs import next_run
+from cbpt.lab.diagnosis.deciding_runs import RankedRuns, next_run, rank_if_open
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData, Rung
 from cbpt.lab.diagnosis.misfit import as_rows
 from cbpt.lab.diagnosis.noise_statement import noise_floor, noise_of
@@ -30,6 +30,8 @@ from cbpt.lab.diagnosis.report import lines
 from cbpt.lab.diagnosis.sentence import Say as Telling
 from cbpt.lab.diagnosis.sentence import sentence
 from cbpt.lab.diagnosis.unexplained import card
+from cbpt.lab.diagnosis.why import Why, whys
+from cbpt.lab.diagnosis.why import sentence as sentence_of_rival
 from cbpt.lab.inference.prediction import AtLoad, Load, angle_at, load_of_choice
 from cbpt.lab.inference.results import Results, results_of
 from cbpt.lab.model.priors import ODDS, PRIORS
@@ -182,7 +184,19 @@ class Diagnosis(DiagnosisData):
     def next_run(self) -> dict[str, Any] | None:
         """The run that would decide between rivals: peak torque, preload, input angle, what it
         separates, and the log odds it is expected to bring; None where there are no rivals."""
-        return next_run(self)
+        return next_run(self._runs)
+
+    @cached_property
+    def _runs(self) -> RankedRuns | None:
+        return rank_if_open(self)
+
+    def why(self) -> list[Why]:
+        """The answer against each rival: log odds, and what the readings contribute to them."""
+        return list(self._whys)
+
+    @cached_property
+    def _whys(self) -> list[Why]:
+        return whys(self, self.combinations(), self._runs)
 
     def where(self) -> list[dict[str, Any]]:
         """Regions where the drive as stated fails."""
@@ -231,6 +245,7 @@ class Diagnosis(DiagnosisData):
             },
             "combinations": [c.to_dict() for c in self.combinations()],
             "remains": self.remains(),
+            "why": [w.to_dict() | {"sentence": sentence_of_rival(self, w)} for w in self._whys],
             "noise": noise_of(self),
             "before": self._errors(self.ladder[0]),
             "after": self._errors(self.final_rung),
@@ -314,7 +329,8 @@ class Diagnosis(DiagnosisData):
     def report(self, say: Say = str, angle_unit: str = "arcsec") -> str:
         """The answer in words and tables, angles in `angle_unit`; `say` says the steps of notes,
         else they are Python."""
-        return "\n".join(lines(self, self._document, say, angle_unit_of(angle_unit)))
+        angle = angle_unit_of(angle_unit)
+        return "\n".join(lines(self, self._document, self._whys, say, angle))
 
     def __repr__(self) -> str:
         return self.report()

@@ -4,6 +4,7 @@ Misfit, misfit_of       bias, RMSE, largest error and chi-squared of some of the
 Group, groups_of        the misfit of a preload, torque range, direction, input angle or run
 p_value                 chance of such a misfit, judged by the stated uncertainty
 p_value_of              the same, judged by an uncertainty that was estimated
+divisions               the rows of each value or range of a column
 as_rows                 columns as rows of a table, with nothing where there is no number
 """
 
@@ -128,7 +129,7 @@ def p_value_of(
 
 def groups_of(readings: Readings, residual: Floats, solved: Mask) -> Iterator[Group]:
     total = float(np.sum(residual[solved] ** 2))
-    for column, label, low, high, rows in _divisions(readings):
+    for column, label, low, high, rows in divisions(readings):
         rows = rows[solved[rows]]
         misfit = misfit_of(readings, residual, rows)
         if misfit is not None:
@@ -149,7 +150,8 @@ def _parts(index: Ints) -> list[Ints]:
     return np.split(order, np.cumsum(np.bincount(index))[:-1])
 
 
-def _divisions(readings: Readings) -> Iterator[Division]:
+def divisions(readings: Readings) -> Iterator[Division]:
+    """By preload, torque, direction, input angle and run, as far as they vary."""
     if readings.preload_N is not None:
         yield from _of_numbers("preload_N", readings.preload_N, _SHOWN.most_levels)
     if readings.preload_step is not None:

@@ -15,6 +15,8 @@ from cbpt.lab.diagnosis.noise_statement import noise_floor, statement
 from cbpt.lab.diagnosis.sentence import Say as Telling
 from cbpt.lab.diagnosis.sentence import sentence
 from cbpt.lab.diagnosis.unexplained import shape_of
+from cbpt.lab.diagnosis.why import Why
+from cbpt.lab.diagnosis.why import sentence as sentence_of_rival
 from cbpt.lab.experiment.candidates import BOTH_WAYS
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording.names import columns_in_words
@@ -26,9 +28,14 @@ _MOST_COMBINATIONS, _MOST_SIZES = 6, 3
 
 
 def lines(
-    d: DiagnosisData, document: Mapping[str, Any], say: Say, angle: AngleUnit = ARCSEC
+    d: DiagnosisData,
+    document: Mapping[str, Any],
+    rivals: Sequence[Why],
+    say: Say,
+    angle: AngleUnit = ARCSEC,
 ) -> Iterator[str]:
-    """The report, line by line; `document` is the answer as plain values."""
+    """The report, line by line; `document` is the answer as plain values, `rivals` are what it is
+    held against."""
     yield f"{len(d.readings)} readings of {d.readings.source}"
     yield from (f"Note: {said(note, say)}" for note in d.notes)
     yield ""
@@ -65,6 +72,7 @@ def lines(
     if document["unknown"]:
         yield from _unknown(d, document["unknown"], run, angle)
     yield from _combinations(d, document["combinations"], angle)
+    yield from _why(d, document, rivals, angle)
     yield from _ladder(d, angle)
     yield from _ranking(d, document["ranking"][:6], angle)
     where = document["where"]
@@ -140,6 +148,17 @@ def _combinations(
         sizes = "; ".join(f"{e}: {_sizes(d, e, p, angle)}" for e, p in c["parameters"].items() if p)
         if sizes:
             yield from _wrapped(f"{label_of(c)}: {sizes}" if len(c["effects"]) > 1 else sizes)
+
+
+def _why(
+    d: DiagnosisData, document: Mapping[str, Any], rivals: Sequence[Why], angle: AngleUnit
+) -> Iterator[str]:
+    """The answer against each rival."""
+    if rivals:
+        yield ""
+        yield f"Why {label_of(document['combinations'][0])}, and not:"
+    for why in rivals:
+        yield from _wrapped(sentence_of_rival(d, why, angle))
 
 
 def _ladder(d: DiagnosisData, angle: AngleUnit) -> Iterator[str]:
@@ -231,14 +250,22 @@ def _wrapped(text: str) -> list[str]:
 
 def _next_run(run: dict[str, Any]) -> str:
     if run["gain"] < RULES.log_rival_odds:
+        if run["runs"] is None:
+            return (
+                "No run like the previous ones would decide between the combinations below; other "
+                "knowledge, such as a drawing, can."
+            )
         return (
-            "No single run like the previous ones would decide between the combinations below; "
-            "other knowledge, such as a drawing, can."
+            f"No single run would decide between the combinations below. About {run['runs']} runs "
+            f"like this would distinguish {listed(run['separates'])}: {_load(run)}."
         )
+    return f"A run that would distinguish {listed(run['separates'])}: {_load(run)}."
+
+
+def _load(run: Mapping[str, Any]) -> str:
     return (
-        f"A run that would distinguish {listed(run['separates'])}: "
-        f"preload {run['preload_N']:g} N, input angle {run['input_angle_deg']:g} deg, "
-        f"torque to {_ends(run)} N m ({run['direction']})."
+        f"preload {run['preload_N']:g} N, input angle {run['input_angle_deg']:g} deg, torque to "
+        f"{_ends(run)} N m ({run['direction']})"
     )
 
 
