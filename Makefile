@@ -7,7 +7,7 @@ CRATES := $(OUT)/crates
 export CARGO_TARGET_DIR := $(CURDIR)/target
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help build demo test rust python package wheel bench trial trial-short instructions setup-browser screenshots docs format clean
+.PHONY: help build demo test rust python package wheel wheels audit bench trial trial-short instructions setup-browser screenshots docs format clean
 help:  ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
 
@@ -67,6 +67,19 @@ package: build  ## a crate outside the workspace, cargo package, the wheel in an
 
 wheel: build  ## the wheel, into dist/
 	$(VENV)/bin/maturin build --release --out dist
+
+$(VENV)/wheeled: $(VENV)/installed
+	$(PYTHON) -m pip install -q --group wheels
+	touch $@
+
+wheels: $(VENV)/wheeled  ## wheels for Linux (x86_64, aarch64; glibc, musl) and the sdist, into dist/; run where this machine can
+	$(PYTHON) .ci/wheels.py
+
+audit:  ## licences, sources, duplicates and known weaknesses of the crates; the API against the last tag (cargo-deny, cargo-semver-checks)
+	cargo deny --log-level error check licenses bans sources
+	cargo deny --log-level error check advisories || echo 'advisories: not checked, or something was found (see above)'
+	tag=$$(git describe --tags --abbrev=0 2>/dev/null) && cargo semver-checks --baseline-rev $$tag -p cbpt-core -p cbpt-cli \
+	|| echo 'No tag yet: no API to compare with.'
 
 $(VENV)/benched: $(VENV)/installed
 	$(PYTHON) -m pip install -q --group bench

@@ -21,6 +21,7 @@ PAGES: dict[str, tuple[str, str, tuple[str, ...]]] = {
             "example_case",
             "Solution",
             "PairSolution",
+            "Enclosure",
             "PreloadThresholds",
             "Thresholds",
             "LargestAngle",

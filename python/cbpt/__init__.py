@@ -7,7 +7,8 @@
 Map:
 
 - `Drive`, `Case`: the drive, from a case file, TOML text or a dict;
-- `Drive.solve` -> `Solution` -> `PairSolution`: one load, every meshing point;
+- `Drive.solve` -> `Solution` -> `PairSolution`: one load, every meshing point; `Enclosure`:
+  where its angle lies for certain;
 - `Drive.preload` -> `PreloadThresholds`: the preload that a torque needs;
 - `solve_many` -> `Angles`: arrays of loads on all cores;
 - `sweep` -> `Sweep`: any parameter of drive, load or effects, also on an executor or to a file;
@@ -37,6 +38,7 @@ from typing import TYPE_CHECKING, Any
 from cbpt._core import (
     Case,
     Drive,
+    Enclosure,
     Finding,
     LargestAngle,
     PairSolution,
@@ -128,6 +130,7 @@ __all__ = [
     "Diagnosis",
     "DividedDiagnosis",
     "Drive",
+    "Enclosure",
     "Finding",
     "Fitted",
     "InvalidInputError",

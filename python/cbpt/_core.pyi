@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from os import PathLike
 from typing import Any, SupportsFloat, SupportsIndex, final
 
-__all__ = ["Case", "Drive", "Effect", "EffectParameter", "EffectSpec", "Finding", "LargestAngle", "OwnEffect", "PairSolution", "Prediction", "Predictor", "PreloadThresholds", "Sensitivities", "Sensitivity", "Solution", "SweepCsv", "SweepPlan", "SweepTally", "Thresholds", "Unit", "design_number", "design_numbers", "effect_specs", "example_case", "is_sweep_plan", "judge_designs", "own_effect_variables", "run_command_line", "solve_angles", "sweep_findings", "sweep_statuses", "text_table", "units"]
+__all__ = ["Case", "Drive", "Effect", "EffectParameter", "EffectSpec", "Enclosure", "Finding", "LargestAngle", "OwnEffect", "PairSolution", "Prediction", "Predictor", "PreloadThresholds", "Sensitivities", "Sensitivity", "Solution", "SweepCsv", "SweepPlan", "SweepTally", "Thresholds", "Unit", "design_number", "design_numbers", "effect_specs", "example_case", "is_sweep_plan", "judge_designs", "own_effect_variables", "run_command_line", "solve_angles", "sweep_findings", "sweep_statuses", "text_table", "units"]
 
 @final
 class Case:
@@ -391,6 +391,37 @@ class EffectSpec:
     def twins(self, /) -> list[str]:
         """
         Ids of effects that no torque-angle data can tell from this one when the contact stiffness is fitted as well.
+        """
+
+@final
+class Enclosure:
+    """
+    Intervals, lower and upper bound, in which the only solution of a drive's equations was proved to lie.
+    """
+    def __eq__(self, value: object, /) -> bool: ...
+    def __ne__(self, value: object, /) -> bool: ...
+    def __new__(cls, /, elastic_angle_rad: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], elastic_angle_arcsec: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], alpha_deceleration_arcsec: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], alpha_equal_speed_arcsec: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex]) -> Enclosure: ...
+    def __reduce__(self, /) -> tuple[Any, tuple[tuple[float, float], tuple[float, float], tuple[float, float], tuple[float, float]]]: ...
+    def __repr__(self, /) -> str: ...
+    @property
+    def alpha_deceleration_arcsec(self, /) -> tuple[float, float]:
+        """
+        Part of the deceleration pair, seconds of arc.
+        """
+    @property
+    def alpha_equal_speed_arcsec(self, /) -> tuple[float, float]:
+        """
+        Part of the equal-speed pair that reaches the output, seconds of arc.
+        """
+    @property
+    def elastic_angle_arcsec(self, /) -> tuple[float, float]:
+        """
+        Elastic angle of the drive at its output, seconds of arc.
+        """
+    @property
+    def elastic_angle_rad(self, /) -> tuple[float, float]:
+        """
+        Elastic angle of the drive at its output, rad.
         """
 
 @final
@@ -939,6 +970,12 @@ class Solution:
     def elastic_angle_rad(self, /) -> float | None:
         """
         Elastic angle of the drive at its output, rad.
+        """
+    @property
+    def enclosure(self, /) -> Enclosure | None:
+        """
+        Where the elastic angle lies for certain, rounding included, with the proof that there is no other solution; ``None``
+        without a solution, where no proof was found, and for a torsion spring. It is worked out each time it is asked for.
         """
     @property
     def equal_speed(self, /) -> PairSolution | None:

@@ -83,6 +83,8 @@ def dense(noise: Noise, u_arcsec: Floats, rows: Rows) -> Floats:
     covariance = d[:, None] * correlated * d + noise.offset_arcsec**2 * same
     if noise.rounding_arcsec is not None:
         covariance += np.diag(noise.rounding_arcsec**2)
+    if noise.torque_arcsec is not None:
+        covariance += np.diag(noise.torque_arcsec**2)
     return np.asarray(covariance)
 
 

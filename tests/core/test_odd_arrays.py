@@ -64,7 +64,7 @@ def test_a_missing_library_is_told(
 ) -> None:
     found = cbpt.sweep(DRIVE, {"load.torque_Nm": [1.0], "load.preload_N": 600.0})
     monkeypatch.setitem(sys.modules, library, None)
-    with pytest.raises(MissingLibraryError, match="pip install") as caught:
+    with pytest.raises(MissingLibraryError, match=rf"pip install .cbpt\[{library}\]") as caught:
         getattr(found, method)()
     assert isinstance(caught.value, ImportError) and caught.value.name == library
 

@@ -101,6 +101,10 @@ def test_whole_drives_agree_with_the_reference(expected: CaseDict) -> None:
         assert s.deceleration is not None
         assert s.equal_speed is not None
         assert s.alpha_equal_speed_arcsec is not None
+        assert s.enclosure is not None
+        # The reference solves its own equations, from its own stiffnesses, to 14 digits.
+        for bound in s.enclosure.elastic_angle_rad:
+            assert bound == pytest.approx(load["total_rad"], rel=1e-11, abs=load["floor_rad"])
         for found, name in [
             (s.elastic_angle_rad, "total_rad"),
             (s.deceleration.angle_rad, "deceleration_rad"),

@@ -151,7 +151,6 @@ def competition(
         names={},
         null_maximum=np.zeros(400),
         flexible=Noise(),
-        inflation=None,
     )
 
 

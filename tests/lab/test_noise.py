@@ -5,11 +5,14 @@ Groups: order of rows; whitening; a coarse display; margins; the noise that suit
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
+from scipy import stats
 from scipy.optimize import minimize
 
 from cbpt.lab.covariance.fit_noise import (
@@ -19,6 +22,7 @@ from cbpt.lab.covariance.fit_noise import (
     _Sums,
     fit_noise,
     log_scale_prior,
+    price_of,
 )
 from cbpt.lab.covariance.linear_gaussian import (
     Linear,
@@ -28,6 +32,7 @@ from cbpt.lab.covariance.linear_gaussian import (
     Whitener,
     log_likelihood,
 )
+from cbpt.lab.covariance.outliers import price_of_inflation
 from cbpt.lab.model.dataset import rounds_alike
 from common.drives import examples
 from common.simulated import Floats, dense, sample
@@ -80,6 +85,7 @@ def noises(draw: st.DrawFn) -> tuple[Noise, Floats, Rows]:
         offset_arcsec=draw(st.sampled_from([0.0, 0.01, 1.0, 30.0])),
         inflation=inflation,
         rounding_arcsec=rng.uniform(0.1, 2.0, len(runs)) if draw(st.booleans()) else None,
+        torque_arcsec=rng.uniform(0.1, 2.0, len(runs)) if draw(st.booleans()) else None,
     )
     return noise, rng.uniform(0.1, 3.0, len(runs)), Rows.of(runs)
 
@@ -113,6 +119,27 @@ def test_whitener_takes_vectors_and_columns_alike(
     np.testing.assert_array_equal(columns, given_columns)
 
 
+def test_what_is_known_of_each_reading_is_selected_with_it() -> None:
+    each = np.arange(1.0, 4.0)
+    noise = Noise(inflation=each, rounding_arcsec=2 * each, torque_arcsec=3 * each)
+    some = noise.select(np.array([True, False, True]))
+    assert some.inflation is not None and some.beside_arcsec is not None
+    assert some.inflation.tolist() == [1, 3]
+    np.testing.assert_allclose(some.beside_arcsec, np.hypot([2, 6], [3, 9]))
+    assert noise.numbers == 1 and Noise(torque_arcsec=None).beside_arcsec is None
+
+
+def test_the_price_of_inflation_is_what_students_t_says_less() -> None:
+    z = np.array([1.5, 4.0, 8.0])
+    inflation = np.sqrt((4 + z**2) / 5)
+    claimed = stats.norm.logpdf(z, scale=inflation) - stats.t.logpdf(z, 4)
+    assert price_of_inflation(inflation) == pytest.approx(claimed.sum(), abs=1e-9)
+    z = stats.norm.ppf(np.linspace(stats.norm.cdf(-1), stats.norm.cdf(1), 2001))
+    mean = float(np.mean(stats.norm.logpdf(z) - stats.t.logpdf(z, 4)))
+    assert price_of_inflation(np.ones(50)) == pytest.approx(50 * mean, rel=0.05)
+    assert price_of(Noise(correlation=0.3, inflation=inflation)) > price_of(Noise()) + PRICE
+
+
 def test_likelihood_is_that_of_the_dense_normal() -> None:
     rng = np.random.default_rng(5)
     rows = Rows.of(np.arange(40) % 3)
@@ -137,7 +164,7 @@ def test_products_of_columns_are_those_of_whitened_ones(
     """Found once, for any scale, correlation and offset."""
     noise, u, rows = drawn
     columns = np.random.default_rng(seed).standard_normal((len(u), 4))
-    start = Noise(inflation=noise.inflation, rounding_arcsec=noise.rounding_arcsec)
+    start = replace(noise, scale=1.0, correlation=0.0, offset_arcsec=0.0)
     whitener = Whitener.of(noise, u, rows)
     seen = whitener(columns)
     gram, log_det = _Sums(columns, u, rows, start).gram(noise)

@@ -164,6 +164,9 @@ pub struct Solve {
     /// Also give the largest elastic angle over a period of the drive
     #[arg(long)]
     pub over_period: bool,
+    /// Also prove the solution: an interval that holds the elastic angle for certain, rounding included
+    #[arg(long)]
+    pub certify: bool,
     /// Form of the output.
     #[command(flatten)]
     pub output: OutputOptions,

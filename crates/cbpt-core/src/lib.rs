@@ -9,7 +9,8 @@
 //! - [`equilibrium`]: meshing points and load to equations, their solution and what it means point by point;
 //! - [`solver`]: Newton with Levenberg-Marquardt for convex problems; knows no ball and no groove;
 //! - [`status`]: how a solve ended, with the reason;
-//! - [`transmission`]: the whole drive; [`extremes`]: its largest elastic angle over a period;
+//! - [`transmission`]: the whole drive; [`extremes`]: its largest elastic angle over a period; [`enclosure`]: where its angle
+//!   lies for certain, in numbers that are [`interval`]s;
 //! - [`design`]: the numbers that a designer chooses; [`sensitivity`]: how angle and thresholds answer to them, in numbers
 //!   that carry derivatives ([`real`]);
 //! - [`findings`]: what a designer should know before building; [`preload`]: the three thresholds; [`sweep`]: many loads on all cores;
@@ -23,12 +24,14 @@
 pub mod design;
 pub mod drive;
 pub mod effect;
+pub mod enclosure;
 pub mod equilibrium;
 pub mod error;
 pub mod extremes;
 pub mod findings;
 pub mod geometry;
 pub mod hertz;
+pub mod interval;
 pub mod judge;
 pub mod pair;
 mod period;
@@ -48,6 +51,7 @@ pub use drive::{
     CrossSlide, CrossSlideForm, CrossSlideShare, Deceleration, Drive, Elasticity, EqualSpeed, GrooveSection,
     Load, Material, OutputPlate, RingGroove, TrackCurvature,
 };
+pub use enclosure::Enclosure;
 pub use error::InvalidInput;
 pub use findings::{Finding, Severity};
 pub use preload::{DriveThresholds, PreloadThresholds};

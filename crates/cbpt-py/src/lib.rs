@@ -61,7 +61,7 @@ mod _core {
     #[pymodule_export]
     use super::sensitivity::{Sensitivities, Sensitivity};
     #[pymodule_export]
-    use super::solution::{LargestAngle, PairSolution, Solution};
+    use super::solution::{Enclosure, LargestAngle, PairSolution, Solution};
     #[pymodule_export]
     use super::sweep::{SweepCsv, SweepPlan, SweepTally, is_sweep_plan, sweep_findings, sweep_statuses};
     #[pymodule_export]

@@ -4,6 +4,7 @@ use cbpt_cli::commands::Units;
 use cbpt_cli::commands::solve::{report, solved};
 use cbpt_core::equilibrium::report::{LoadedPoint, PairSolution as RustPair};
 use cbpt_core::hertz::LoadedContact;
+use cbpt_core::interval::Interval;
 use cbpt_core::units::ARCSEC_PER_RAD;
 use cbpt_core::{InvalidInput, Load, Reducer, Status};
 use pyo3::prelude::*;
@@ -138,6 +139,14 @@ impl Solution {
     #[getter]
     fn equal_speed(&self) -> Option<PairSolution> {
         self.pair("equal_speed", self.solution.equal_speed.as_ref())
+    }
+
+    /// Where the elastic angle lies for certain, rounding included, with the proof that there is no other solution; ``None``
+    /// without a solution, where no proof was found, and for a torsion spring. It is worked out each time it is asked for.
+    #[getter]
+    fn enclosure(&self, py: Python<'_>) -> Option<Enclosure> {
+        let drive = self.reducer.ball_drive()?;
+        py.detach(|| drive.enclosure(&self.solution.load)).map(Enclosure::from)
     }
 
     /// Findings of the design under this load, the worst first.
@@ -357,6 +366,65 @@ impl PairSolution {
             self.pair.points.len(),
             self.pair.peak_pressure_Pa * 1e-9,
         )
+    }
+}
+
+/// Lower and upper bound.
+type Bounds = (f64, f64);
+
+/// Intervals, lower and upper bound, in which the only solution of a drive's equations was proved to lie.
+#[pyclass(frozen, eq, get_all, module = "cbpt._core")]
+#[derive(Clone, PartialEq)]
+pub struct Enclosure {
+    /// Elastic angle of the drive at its output, rad.
+    elastic_angle_rad: (f64, f64),
+    /// Elastic angle of the drive at its output, seconds of arc.
+    elastic_angle_arcsec: (f64, f64),
+    /// Part of the deceleration pair, seconds of arc.
+    alpha_deceleration_arcsec: (f64, f64),
+    /// Part of the equal-speed pair that reaches the output, seconds of arc.
+    alpha_equal_speed_arcsec: (f64, f64),
+}
+
+impl From<cbpt_core::Enclosure> for Enclosure {
+    fn from(found: cbpt_core::Enclosure) -> Self {
+        let bounds = |of: Interval| (of.lower(), of.upper());
+        let arcsec = |of: Interval| bounds(of.times_rounded(ARCSEC_PER_RAD));
+        Self {
+            elastic_angle_rad: bounds(found.elastic_angle_rad),
+            elastic_angle_arcsec: arcsec(found.elastic_angle_rad),
+            alpha_deceleration_arcsec: arcsec(found.deceleration_rad),
+            alpha_equal_speed_arcsec: arcsec(found.equal_speed_rad),
+        }
+    }
+}
+
+#[pymethods]
+impl Enclosure {
+    #[new]
+    fn new(
+        elastic_angle_rad: (f64, f64),
+        elastic_angle_arcsec: (f64, f64),
+        alpha_deceleration_arcsec: (f64, f64),
+        alpha_equal_speed_arcsec: (f64, f64),
+    ) -> Self {
+        Self { elastic_angle_rad, elastic_angle_arcsec, alpha_deceleration_arcsec, alpha_equal_speed_arcsec }
+    }
+
+    fn __reduce__(slf: &Bound<'_, Self>) -> Reduced<(Bounds, Bounds, Bounds, Bounds)> {
+        let own = slf.get();
+        let fields = (
+            own.elastic_angle_rad,
+            own.elastic_angle_arcsec,
+            own.alpha_deceleration_arcsec,
+            own.alpha_equal_speed_arcsec,
+        );
+        Ok((slf.get_type().into_any().unbind(), fields))
+    }
+
+    fn __repr__(&self) -> String {
+        let (lower, upper) = self.elastic_angle_arcsec;
+        format!("Enclosure(elastic angle between {lower} and {upper} arcsec)")
     }
 }
 

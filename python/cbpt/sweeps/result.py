@@ -198,7 +198,7 @@ class Sweep:
         """A data frame with a row for each row of the plan; columns as in a CSV file. Raises
         `MissingLibraryError` without pandas.
         """
-        pandas = _library("pandas", "to_pandas", "pandas")
+        pandas = _library("pandas", "to_pandas", "cbpt[pandas]")
 
         columns: dict[str, Any] = {name: self.axis(name) for name in self.plan.names}
         columns |= self.rows.found

@@ -2,6 +2,7 @@
 
 pub mod check;
 pub mod effects;
+mod enclosure;
 pub mod preload;
 pub mod schema;
 pub mod sensitivity;

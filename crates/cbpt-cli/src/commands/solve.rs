@@ -10,7 +10,7 @@ use cbpt_core::{Angles, Finding, Load, Reducer, Solution, Status};
 use serde_json::{Value, json};
 
 use super::check::finding_text;
-use super::{CaseEffects, Units, ball_drive, load, note_bare_drive};
+use super::{CaseEffects, Units, ball_drive, enclosure, load, note_bare_drive};
 use crate::args::Solve;
 use crate::case::Case;
 use crate::exit::{Exit, Failure};
@@ -39,6 +39,7 @@ pub fn run(verb: &Solve) -> Result<Exit, Failure> {
         add_period(&mut report, status, largest.as_ref(), &units);
         of_drive_alone.push("the largest angle over a period");
     }
+    let proved = !verb.certify || certify(&mut report, &case, verb, &solution, detail.as_ref())?;
     if verb.points && solution.status.has_solution() {
         report.text.push_str(
             "\n\nMeshing points (one row for each diagonal: the two points at its ends carry the same force; --out FILE.csv adds \
@@ -50,7 +51,28 @@ pub fn run(verb: &Solve) -> Result<Exit, Failure> {
         note_bare_drive(&mut report, &case, &format!("{} are", of_drive_alone.join(" and ")));
     }
     report.deliver(&verb.output)?;
-    Ok(if solution.status.has_solution() { Exit::Success } else { Exit::NoSolution })
+    Ok(if solution.status.has_solution() && proved { Exit::Success } else { Exit::NoSolution })
+}
+
+/// Adds the proof; whether there is one.
+fn certify(
+    report: &mut Report,
+    case: &Case,
+    verb: &Solve,
+    solution: &Solution,
+    detail: Option<&LoadDetail>,
+) -> Result<bool, Failure> {
+    let drive = ball_drive(case, &verb.case.path, "a proof is")?;
+    let found = match detail {
+        Some(detail) => detail.points.as_ref().and_then(|points| {
+            let [torque_Nm, preload_N] = detail.mesh_load;
+            points.enclosure(torque_Nm, preload_N)
+        }),
+        None => drive.enclosure(&solution.load),
+    };
+    let solved = solution.status.has_solution();
+    enclosure::add(report, found.as_ref(), verb.output.angle_unit, solved, detail.is_some());
+    Ok(found.is_some())
 }
 
 /// A reducer without effects under a load.

@@ -6,6 +6,7 @@
 #![allow(clippy::float_cmp)]
 
 mod files;
+mod proof;
 mod refused;
 mod verbs;
 

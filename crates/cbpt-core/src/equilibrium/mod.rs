@@ -3,7 +3,8 @@
 //! - here: the equations; [`ready`]: what of them does not depend on the load;
 //! - [`solve`]: their solution, [`PairState`](solve::PairState); [`lanes`]: many loads side by side;
 //! - [`response`]: the same from a start nearby, and how it answers to every number that it depends on;
-//! - [`report`]: what it means at each meshing point, [`PairSolution`](report::PairSolution).
+//! - [`report`]: what it means at each meshing point, [`PairSolution`](report::PairSolution);
+//! - [`proof`]: intervals in which it lies for certain, [`PairEnclosure`](proof::PairEnclosure).
 //!
 //! Unknowns: approach d, rotation alpha and, where the plate floats sideways, its shift t. Per diagonal
 //! delta = (d + zeta) sin(beta) + g +- (a alpha + p + t) cos(beta), N = k max(delta, 0)^1.5 (or another exponent n:
@@ -27,6 +28,7 @@
 //! [`crate::Status`] is judged by.
 
 pub mod lanes;
+pub mod proof;
 pub mod ready;
 pub mod report;
 pub mod response;

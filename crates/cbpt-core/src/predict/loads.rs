@@ -14,7 +14,7 @@ use crate::pair::MeshingPoints;
 use crate::reducer::Reducer;
 use crate::status::Status;
 use crate::sweep::{Progress, Row};
-use crate::transmission::{Angles, Solution};
+use crate::transmission::{Angles, DrivePoints, Solution};
 
 /// Loads that are predicted together.
 const BATCH: usize = 2048;
@@ -52,6 +52,8 @@ impl LoadOutcome {
 pub struct LoadDetail {
     /// The pairs, with the torque and preload that reach them; its load is the one asked for.
     pub solution: Solution,
+    /// The meshing points as the effects make them; `None` of a torsion spring and where there is no solution.
+    pub points: Option<DrivePoints>,
     /// Angle as the instrument shows it, rad; `None` where there is no solution.
     pub angle_rad: Option<f64>,
     /// Torque (N m) and preload (N) that reach the meshing points.
@@ -107,12 +109,13 @@ pub fn solve_load(
     let contributions = predictor.contributions(effects.values)?;
     let found = predictor.predict(effects.values, &[])?;
     let mesh_load = found.mesh_load[0];
-    let solution = if found.status[0].has_solution() {
+    let (solution, points) = if found.status[0].has_solution() {
         predictor.meshing(effects.values, load, mesh_load)?
     } else {
-        Solution::none(found.status[0], *load)
+        (Solution::none(found.status[0], *load), None)
     };
     Ok(LoadDetail {
+        points,
         angle_rad: solution.angles.map(|_| found.angle_rad[0]),
         solution,
         mesh_load,
@@ -136,25 +139,42 @@ fn twisted(spring: &Spring<'_>, load: &Load, torque_Nm: f64) -> Solution {
 
 impl Predictor {
     /// Pairs or spring as the effects make them, under the torque and preload that reach them.
-    fn meshing(&self, values: &[f64], load: &Load, mesh_load: [f64; 2]) -> Result<Solution, InvalidInput> {
+    fn meshing(
+        &self,
+        values: &[f64],
+        load: &Load,
+        mesh_load: [f64; 2],
+    ) -> Result<(Solution, Option<DrivePoints>), InvalidInput> {
         let contact = self.chain(values, &[], &|_| true).contact();
         match &self.reducer {
-            Reducer::TorsionSpring(curve) => Ok(twisted(&Spring::new(curve, &contact), load, mesh_load[0])),
+            Reducer::TorsionSpring(curve) => {
+                Ok((twisted(&Spring::new(curve, &contact), load, mesh_load[0]), None))
+            }
             Reducer::BallDrive(drive) => {
                 let at_mesh = Load::new(mesh_load[0], mesh_load[1], load.input_angle_rad())?;
-                Ok(Solution { load: *load, ..self.pairs(drive, values, &at_mesh)? })
+                let points = self.pairs(drive, values, &at_mesh)?;
+                let solution = match &points {
+                    Some(points) => points.solution(&at_mesh),
+                    None => Solution::none(Status::Undercut, at_mesh),
+                };
+                Ok((Solution { load: *load, ..solution }, points))
             }
         }
     }
 
-    /// The pairs with contacts and gaps as the effects make them, under a load at the meshing points.
-    fn pairs(&self, nominal: &Drive, values: &[f64], at_mesh: &Load) -> Result<Solution, InvalidInput> {
+    /// The pairs with contacts and gaps as the effects make them at the angle of a load; `None` where they undercut.
+    fn pairs(
+        &self,
+        nominal: &Drive,
+        values: &[f64],
+        at_mesh: &Load,
+    ) -> Result<Option<DrivePoints>, InvalidInput> {
         let chain = self.chain(values, &[], &|_| true);
         let contact = chain.contact();
         let shift_rad = contact.contact_angle_shift_rad.value;
         let drive = if shift_rad == 0.0 { nominal.clone() } else { shifted(nominal, shift_rad)? };
         if undercuts(&drive) {
-            return Ok(Solution::none(Status::Undercut, *at_mesh));
+            return Ok(None);
         }
         let angle_rad = at_mesh.input_angle_rad();
         let mut points = drive.points(angle_rad);
@@ -182,6 +202,6 @@ impl Predictor {
         for (number, row) in points.equal_speed.iter_mut().enumerate() {
             change(row, number + 1);
         }
-        Ok(points.solution(at_mesh))
+        Ok(Some(points))
     }
 }

@@ -2,6 +2,7 @@
 
 fit_noise        scale, correlation along a run and offsets of runs, as far as they pay their price
 log_scale_prior  how far the scale may be from what is stated
+price_of         what the structure of a noise costs
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from cbpt.lab.covariance.linear_gaussian import (
     Solved,
     Whitener,
 )
+from cbpt.lab.covariance.outliers import price_of_inflation
 
 Floats = NDArray[np.float64]
 
@@ -51,6 +53,12 @@ def log_scale_prior(scale: Floats, stated_dof: float) -> Floats:
     return np.asarray(-0.5 * stated_dof * (2 * np.log(scale) + 1 / scale**2 - 1))
 
 
+def price_of(noise: Noise) -> float:
+    """Log likelihood that the structure of a noise has to gain."""
+    inflation = 0.0 if noise.inflation is None else price_of_inflation(noise.inflation)
+    return PRICE * noise.numbers + inflation
+
+
 class _Sums:
     """Scalar products of columns, from which those of whitened columns follow for any noise.
 
@@ -60,7 +68,7 @@ class _Sums:
 
     def __init__(self, columns: Floats, u_arcsec: Floats, rows: Rows, start: Noise) -> None:
         self._columns, self._u, self._rows = columns, u_arcsec, rows
-        self._exact = start.rounding_arcsec is not None
+        self._exact = start.beside_arcsec is not None
         if self._exact:
             return
         sd = u_arcsec * (1.0 if start.inflation is None else start.inflation)
@@ -152,7 +160,7 @@ def fit_noise(
                 break
             scale = new
         value = -0.5 * (margin.chi2 + log_det) + margin.log_volume
-        value += float(log_scale_prior(np.array(scale), stated_dof)) - PRICE * noise.numbers
+        value += float(log_scale_prior(np.array(scale), stated_dof)) - price_of(noise)
         return value, noise
 
     best = rated(0.0, 0.0)

@@ -11,9 +11,9 @@ log_likelihood  of the readings, from misfit and volume
 The covariance is  s^2 D A D + o^2 B + R,  D the stated uncertainties (times the inflation factor of
 a reading that scatters more), A the correlation rho^|i-j| of a first-order autoregression along
 each run, B = 1 where two readings share a run, R = r^2 on the diagonal the rounding of a coarse
-display. Whitening is exact and costs a few passes over the rows: the autoregression is undone by
-differences (Cochrane and Orcutt 1949), the offsets of runs by a rank-one step a run. Beside a
-rounding the autoregression is whitened stretch by stretch.
+display and the noise of the torque. Whitening is exact and costs a few passes over the rows: the
+autoregression is undone by differences (Cochrane and Orcutt 1949), the offsets of runs by a
+rank-one step a run. Beside R the autoregression is whitened stretch by stretch.
 """
 
 from __future__ import annotations
@@ -107,17 +107,29 @@ class Noise:
     rounding_arcsec: Floats | None = None
     """Standard deviation of each reading by the rounding of a coarse display, beside the rest:
     independent of the readings before it, and known, so that no scale applies."""
+    torque_arcsec: Floats | None = None
+    """The same by the noise of the torque readings, seen through the slope of the angle: it
+    scatters most where the drive is soft (errors in variables; Fuller 1987)."""
 
     @property
     def numbers(self) -> int:
         """How many numbers it has beside its scale."""
-        return int(self.correlation != 0) + int(self.offset_arcsec != 0)
+        structures = self.correlation != 0, self.offset_arcsec != 0, self.torque_arcsec is not None
+        return sum(structures)
+
+    @property
+    def beside_arcsec(self) -> Floats | None:
+        """Standard deviation of each reading that is independent of those before it and that no
+        scale applies to; None where there is none."""
+        if self.rounding_arcsec is None or self.torque_arcsec is None:
+            return self.torque_arcsec if self.rounding_arcsec is None else self.rounding_arcsec
+        return np.hypot(self.rounding_arcsec, self.torque_arcsec)
 
     def select(self, rows: NDArray[np.bool_]) -> Noise:
         """That of some of the readings."""
-        of_each = self.inflation, self.rounding_arcsec
-        inflation, rounding = (None if a is None else a[rows] for a in of_each)
-        return replace(self, inflation=inflation, rounding_arcsec=rounding)
+        of_each = self.inflation, self.rounding_arcsec, self.torque_arcsec
+        inflation, rounding, torque = (None if a is None else a[rows] for a in of_each)
+        return replace(self, inflation=inflation, rounding_arcsec=rounding, torque_arcsec=torque)
 
 
 class Linear(NamedTuple):
@@ -150,11 +162,12 @@ class Whitener:
     def of(cls, noise: Noise, u_arcsec: Floats, rows: Rows) -> Whitener:
         """For readings with the stated uncertainties `u_arcsec`."""
         sd = noise.scale * u_arcsec * (1.0 if noise.inflation is None else noise.inflation)
-        if noise.rounding_arcsec is not None and noise.correlation:
-            plain = cls._in_blocks(noise, sd, rows)
+        beside = noise.beside_arcsec
+        if beside is not None and noise.correlation:
+            plain = cls._in_blocks(noise, sd, beside, rows)
         else:
-            if noise.rounding_arcsec is not None:
-                sd = np.hypot(sd, noise.rounding_arcsec)
+            if beside is not None:
+                sd = np.hypot(sd, beside)
             followers = int(np.count_nonzero(rows.before >= 0))
             log_det = 2 * float(np.log(sd).sum()) + followers * np.log1p(-(noise.correlation**2))
             plain = cls(rows, 1 / sd, noise.correlation, np.zeros(0), np.zeros(0), log_det)
@@ -169,16 +182,15 @@ class Whitener:
         return replace(plain, ones=ones, shrink=shrink, log_det=log_det)
 
     @classmethod
-    def _in_blocks(cls, noise: Noise, sd: Floats, rows: Rows) -> Whitener:
-        """Of correlated noise beside a rounding: no differences whiten it, so stretches of a run
-        are whitened by their covariance, as if independent of each other."""
-        assert noise.rounding_arcsec is not None
+    def _in_blocks(cls, noise: Noise, sd: Floats, beside: Floats, rows: Rows) -> Whitener:
+        """Of correlated noise beside an independent one: no differences whiten it, so stretches of
+        a run are whitened by their covariance, as if independent of each other."""
         blocks, log_det = [], 0.0
         for at in rows.stretches(_LONGEST):
             steps = np.abs(np.subtract.outer(np.arange(at.shape[1]), np.arange(at.shape[1])))
             covariance = sd[at][:, :, None] * sd[at][:, None, :] * noise.correlation**steps
             place = np.arange(at.shape[1])
-            covariance[:, place, place] += noise.rounding_arcsec[at] ** 2
+            covariance[:, place, place] += beside[at] ** 2
             factor = np.linalg.cholesky(covariance)
             log_det += 2 * float(np.log(np.einsum("bii->bi", factor)).sum())
             blocks.append((at, np.linalg.inv(factor)))

@@ -38,6 +38,8 @@ from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.points import points_of
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.unit_check import slips
+from cbpt.lab.wording import html
+from cbpt.lab.wording.numbers import rounded
 from cbpt.lab.wording.versions import versions
 from cbpt.results import ANGLE_UNITS, Angles, solve_many
 
@@ -142,6 +144,28 @@ class Comparison(ComparisonData):
 
     def __repr__(self) -> str:
         return self.report()
+
+    def _repr_html_(self) -> str:
+        """As a notebook shows it: groups of readings, picture, and the report folded."""
+        rows = [
+            [
+                f"{g.column} {g.label}",
+                g.misfit.readings,
+                f"{g.share_of_misfit:.0%}",
+                rounded(g.misfit.bias_arcsec),
+                rounded(g.misfit.rmse_arcsec),
+            ]
+            for g in self.groups
+            if g.column != "run"
+        ]
+        headers = ["readings at", "readings", "share of misfit", "bias_arcsec", "rmse_arcsec"]
+        parts = (
+            html.paragraph(f"{len(self.readings)} readings of {self.readings.source}"),
+            html.table(headers, rows) if self.overall else "",
+            html.picture(self.plot) if self.overall else "",
+            html.folded("the whole report", self.report()),
+        )
+        return "".join(parts)
 
 
 def compare(

@@ -23,7 +23,7 @@ from cbpt.errors import InvalidInputError, ReadingsError
 from cbpt.lab.covariance.repeatability import pooled
 from cbpt.lab.covariance.within_run import estimate
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
-from cbpt.lab.diagnosis.diagnosis_data import Rung
+from cbpt.lab.diagnosis.diagnosis_data import Rung, finished
 from cbpt.lab.diagnosis.fit_text import solutions
 from cbpt.lab.diagnosis.rungs import rung_of, rung_of_lack_of_fit
 from cbpt.lab.inference.closing import closed
@@ -135,7 +135,7 @@ def diagnosed(
     fold, held_by = folds(campaign)
     fits = competition.fits
     fits[verdict.names] = closed(competition.fitter, fits[verdict.names])
-    notes += _notes(campaign, competition, fits[verdict.names])
+    notes += _notes(campaign, fits[verdict.names])
     nominal = competition.fitter.at_nominal(fits[verdict.names])
     return Diagnosis(
         case=case,
@@ -153,13 +153,13 @@ def diagnosed(
     )
 
 
-def _notes(campaign: Campaign, competition: Competition, fit: Fit) -> Iterator[str]:
+def _notes(campaign: Campaign, fit: Fit) -> Iterator[str]:
     """What a reader should know of the fit behind the answer."""
     offset = float(np.abs(fit.offsets_arcsec).max()) if campaign.offsets.shape[1] == 1 else 0.0
     if offset > 5 * float(np.median(campaign.u_arcsec)):
         yield f"a common offset of {fit.offsets_arcsec[0]:.3g} arcsec was subtracted"
-    if competition.inflation is not None:
-        lines = campaign.readings.line[competition.inflation > RULES.far_reading].tolist()
+    if fit.noise.inflation is not None:
+        lines = campaign.readings.line[fit.noise.inflation > RULES.far_reading].tolist()
         if 0 < len(lines) <= 0.05 * len(campaign):
             shown = ", ".join(map(str, lines[:8]))
             yield f"{len(lines)} readings are outliers and were given less weight: lines {shown}"
@@ -184,7 +184,7 @@ def _ladder(
     noise = fits[names].noise if lack_of_fit is None else lack_of_fit.noise
 
     def seen(added: str, fit: Fit) -> Rung:
-        return rung_of(fitter, added, fitter.look(fit, noise), fold)
+        return rung_of(fitter, added, fitter.look(finished(fitter, fit, noise), noise), fold)
 
     yield seen("", nominal)
     yield seen("parameters refitted", fits[()])

@@ -26,7 +26,7 @@ from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData, Rung
 from cbpt.lab.diagnosis.misfit import as_rows
 from cbpt.lab.diagnosis.noise_statement import noise_floor, noise_of
 from cbpt.lab.diagnosis.ranking import ranking
-from cbpt.lab.diagnosis.report import lines
+from cbpt.lab.diagnosis.report import label_of, lines
 from cbpt.lab.diagnosis.sentence import Say as Telling
 from cbpt.lab.diagnosis.sentence import sentence
 from cbpt.lab.diagnosis.unexplained import card
@@ -37,7 +37,8 @@ from cbpt.lab.inference.results import Results, results_of
 from cbpt.lab.model.priors import ODDS, PRIORS
 from cbpt.lab.readings.points import points_of
 from cbpt.lab.selection.scan import Scanned, find_regions
-from cbpt.lab.wording.numbers import angle_unit_of
+from cbpt.lab.wording import html
+from cbpt.lab.wording.numbers import angle_unit_of, probability, rounded
 from cbpt.lab.wording.versions import versions
 
 SCHEMA = "cbpt.diagnosis/2"
@@ -314,10 +315,16 @@ class Diagnosis(DiagnosisData):
 
         Needs matplotlib: `pip install "cbpt[plot]"`.
         """
+        # Runs with offsets of their own are drawn on top of each other.
+        c = self.competition.campaign
+        zero = self.after.residual_arcsec - self.residual_after_arcsec
+        if c.offsets.shape[1] > 1:
+            zero = zero + c.offsets @ self.after.offsets_arcsec
+        level = self.readings.elastic_angle_arcsec - zero
         picture = DiagnosisPicture(
-            points=points_of(self.readings),
-            model_before_arcsec=self.model_before_arcsec,
-            model_after_arcsec=self.model_after_arcsec,
+            points=points_of(self.readings, zero),
+            model_before_arcsec=level - self.residual_before_arcsec,
+            model_after_arcsec=level - self.residual_after_arcsec,
             residual_before_arcsec=self.residual_before_arcsec,
             residual_after_arcsec=self.residual_after_arcsec,
             ladder=self.ladder,
@@ -334,6 +341,26 @@ class Diagnosis(DiagnosisData):
 
     def __repr__(self) -> str:
         return self.report()
+
+    def _repr_html_(self) -> str:
+        """As a notebook shows it: sentence, combinations, rivals, picture, the report folded."""
+        rows = [
+            [
+                label_of(c.to_dict()),
+                probability(c.probability),
+                rounded(c.rmse_arcsec),
+                rounded(c.held_out_rmse_arcsec),
+            ]
+            for c in self.combinations()
+        ]
+        parts = (
+            html.paragraph(self.sentence),
+            html.table(["effects", "probability", "rmse_arcsec", "held_out_arcsec"], rows),
+            html.bullets(sentence_of_rival(self, why) for why in self._whys),
+            html.picture(self.plot),
+            html.folded("the whole report", self.report()),
+        )
+        return "".join(parts)
 
 
 def prior_odds() -> dict[str, float]:

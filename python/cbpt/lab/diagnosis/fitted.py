@@ -31,6 +31,7 @@ from cbpt.lab.model.priors import PRIORS
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.selection.fit_effects import best_fit
+from cbpt.lab.wording import html
 from cbpt.lab.wording.numbers import AngleUnit, angle_unit_of, rounded
 
 __all__ = ["Fitted", "fit"]
@@ -164,6 +165,25 @@ class Fitted:
 
     def __repr__(self) -> str:
         return self.report()
+
+    def _repr_html_(self) -> str:
+        """As a notebook shows it: parameters, errors, and the report folded."""
+        c = self.fitter.campaign
+        numbers = [
+            (effect, *parameter_words(c, (effect, name), p))
+            for effect, found in self.parameters().items()
+            for name, p in found.items()
+        ]
+        errors = [
+            (name, rounded(r.rmse_arcsec), rounded(r.held_out_rmse_arcsec))
+            for name, r in (("as given", self.before), ("fitted", self.after))
+        ]
+        parts = (
+            html.table(["effect", "parameter", "value"], numbers),
+            html.table(["", "rmse_arcsec", "held_out_arcsec"], errors),
+            html.folded("the whole report", self.report()),
+        )
+        return "".join(parts)
 
 
 def fit(

@@ -24,6 +24,8 @@ from cbpt.lab.experiment.candidates import Limits, described
 from cbpt.lab.experiment.expected_gain import LIMIT, Suggested
 from cbpt.lab.experiment.plan import Plan
 from cbpt.lab.readings.reader import Readings
+from cbpt.lab.wording import html
+from cbpt.lab.wording.numbers import listed, rounded
 from cbpt.lab.wording.versions import versions
 
 __all__ = ["NextRuns", "next_runs", "ranked"]
@@ -131,6 +133,23 @@ class NextRuns:
 
     def __repr__(self) -> str:
         return self.report()
+
+    def _repr_html_(self) -> str:
+        """As a notebook shows it: a table of the best runs, and the report folded."""
+        rows = [
+            [
+                d["preload_N"],
+                d["torque_Nm"],
+                d["direction"],
+                rounded(s.gain),
+                listed(d["separates"]),
+            ]
+            for s in self.ranked[:5]
+            for d in [s.to_dict()]
+        ]
+        headers = ["preload_N", "torque_Nm", "torque goes", "gain", "separates"]
+        found = html.table(headers, rows) if rows else html.paragraph(self.why_none)
+        return found + html.folded("the whole report", self.report())
 
 
 def next_runs(

@@ -19,6 +19,7 @@ _NOISE = {
     "run_offset": "an offset that differs from run to run",
     "correlated": "noise that is correlated between successive readings",
     "heavy_tailed": "noise with heavy tails",
+    "torque_noise": "scatter of the torque readings",
     "outliers": "a few outliers",
     "misstated": "a misstated uncertainty",
 }

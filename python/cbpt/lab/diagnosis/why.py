@@ -143,7 +143,7 @@ def _why(
 
 def _whitened(d: DiagnosisData, names: Names) -> Floats:
     """What a set leaves of each reading, in standard uncertainties, without correlation."""
-    fit = d.competition.fitter.look(d.competition.fits[named_of(names)], d.noise)
+    fit = d.competition.fitter.look(d.fit_of(named_of(names)), d.noise)
     return np.asarray(fit.whitener(fit.residual_arcsec))
 
 

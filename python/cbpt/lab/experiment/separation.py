@@ -122,13 +122,14 @@ def between(sizes: Floats, d: Floats) -> tuple[Floats, Floats]:
 
 
 def soonest(found: Sequence[Seen]) -> Seen:
-    """The form seen at the smallest part of its plausible range; else the one seen best."""
+    """The simplest form that is seen, at the smallest part of its plausible range; else the one
+    seen best."""
 
-    def rank(seen: Seen) -> tuple[float, float]:
-        size = seen.smallest["even"]
+    def rank(seen: Seen) -> tuple[bool, int, float, float]:
+        size, variant = seen.smallest["even"], seen.form.variant
         at = np.inf if size is None else size / seen.form.sizes[0]
         largest = np.nanmax(seen.d) if np.isfinite(seen.d).any() else 0.0
-        return at, -float(largest)
+        return size is None, len(variant.sizes) + len(variant.shapes), at, -float(largest)
 
     return min(found, key=rank)
 

@@ -19,7 +19,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.covariance.fit_noise import PRICE, log_scale_prior
+from cbpt.lab.covariance.fit_noise import log_scale_prior, price_of
 from cbpt.lab.covariance.linear_gaussian import Linear, Margin, Noise, Whitener, log_likelihood
 from cbpt.lab.inference.gauss_newton import Problem
 from cbpt.lab.inference.hypothesis import Hypothesis, Unknown
@@ -174,7 +174,7 @@ def evaluated(
     ).mode
     marginal = log_likelihood(margin.chi2, problem.whitener, margin.log_volume)
     marginal += float(log_scale_prior(np.array(problem.noise.scale), stated_dof))
-    marginal -= PRICE * problem.noise.numbers
+    marginal -= price_of(problem.noise)
     if not converged:
         # The linear problem counts as reached what the search did not reach.
         marginal -= 0.5 * max(problem.step(point)[1], 0.0)

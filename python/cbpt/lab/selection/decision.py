@@ -368,6 +368,8 @@ def noise_words(competition: Competition, noise: Noise) -> tuple[str, ...]:
         words.append("run_offset")
     if noise.correlation:
         words.append("correlated")
+    if noise.torque_arcsec is not None:
+        words.append("torque_noise")
     if noise.inflation is not None:
         far = np.count_nonzero(noise.inflation > RULES.far_reading)
         words.append(

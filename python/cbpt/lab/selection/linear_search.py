@@ -4,6 +4,7 @@ Offer          a set of effects with the score that a view gives it, and where a
 View           the library about one fit, seen through one noise
 views          one view for each noise that the readings may have
 single_offers  every variant of every effect
+variant_prices what the best variant of an effect exceeds their mean by
 set_offers     pairs, and triples
 additions_to   one effect more than those of a fit
 
@@ -233,14 +234,14 @@ def views(setting: Setting) -> list[View]:
 
 
 def _noises(setting: Setting) -> list[Noise]:
-    """That of the drive as stated, which may have taken an effect for noise, that of a fit which
-    may follow the whole library, and a grid."""
+    """Those of the drive as stated, which may have taken an effect for noise, and of fits which may
+    follow the whole library, and a grid."""
     c, rows = setting.fitter.campaign, setting.fitter.campaign.rows
     flexible = setting.flexible
     typical = float(np.median(c.u_arcsec)) * flexible.scale
     correlations = _LIMITS.correlations if rows.runs < len(c) else (0.0,)
     offsets = _LIMITS.offsets if 2 < rows.runs < len(c) else (0.0,)
-    return [setting.null.noise, flexible] + [
+    return list(setting.noises) + [
         replace(flexible, correlation=correlation, offset_arcsec=offset * typical)
         for correlation in correlations
         for offset in offsets
@@ -269,6 +270,17 @@ def single_offers(seen: Sequence[View]) -> list[Offer]:
                 found[label] = float(score[m]), view, m
     offers = [view.offer((m,)) for _, view, m in found.values()]
     return sorted((o for o in offers if np.isfinite(o.score)), key=lambda o: -round(o.score, 6))
+
+
+def variant_prices(setting: Setting, singles: Sequence[Offer]) -> dict[str, float]:
+    """The evidence of an effect is the mean over its variants, of which the best is shown."""
+    found: dict[str, list[float]] = {}
+    for offer in singles:
+        found.setdefault(offer.names[0], []).append(offer.score)
+    return {
+        effect: float(np.log(setting.variants[effect]) - np.log(np.exp(scores - max(scores)).sum()))
+        for effect, scores in ((e, np.array(s)) for e, s in found.items())
+    }
 
 
 def set_offers(seen: Sequence[View], count: int) -> list[Offer]:

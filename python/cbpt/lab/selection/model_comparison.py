@@ -14,14 +14,14 @@ asking decides.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 from itertools import product as cartesian
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.covariance.fit_noise import PRICE
+from cbpt.lab.covariance.fit_noise import price_of
 from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
@@ -36,6 +36,7 @@ from cbpt.lab.selection.linear_search import (
     additions_to,
     set_offers,
     single_offers,
+    variant_prices,
     views,
 )
 from cbpt.lab.selection.rules import RULES
@@ -106,7 +107,6 @@ class Competition:
     """Largest log odds of any effect in noise alone."""
     flexible: Noise
     """The noise as a fit sees it that may follow the whole library."""
-    inflation: Floats | None = field(repr=False)
 
     @property
     def campaign(self) -> Campaign:
@@ -151,10 +151,10 @@ class _Contest:
     """The fits so far, and the steps that add to them."""
 
     def __init__(self, setting: Setting, report: Progress) -> None:
-        self.setting, self.report = setting, report
-        self.fitter = setting.fitter
+        self.report, self.fitter = report, setting.fitter
         self.views = views(setting)
         self.singles = single_offers(self.views)
+        self.setting = replace(setting, variant_price=variant_prices(setting, self.singles))
         self.fits: dict[Names, Fit] = {(): setting.null}
         """The best fit of every set of effects so far."""
 
@@ -279,7 +279,7 @@ class _Contest:
         taken the loop for one of them there is no way to the others.
         """
         effects = [effect for (effect,) in self.ranked_singles[: _EFFORT.large]]
-        signatures, screen = self.setting.signatures, self.setting.looks[0].screen
+        signatures, screen = self.setting.signatures, self.views[0].screen
         variants = {
             e: [m for m, s in enumerate(signatures) if s.variant.effect == e and screen.usable(m)]
             for e in effects
@@ -345,13 +345,12 @@ class _Contest:
             setting.names,
             screen.null_of_maximum(weights, _EFFORT.replicates, rng),
             setting.flexible,
-            setting.plain.inflation,
         )
 
 
 def follows(fit: Fit) -> float:
     """Log density of the readings at the mode, with what the noise costs."""
-    return -0.5 * (fit.margin.chi2 + fit.whitener.log_det) - PRICE * fit.noise.numbers
+    return -0.5 * (fit.margin.chi2 + fit.whitener.log_det) - price_of(fit.noise)
 
 
 def _promising(singles: Sequence[Offer]) -> list[Offer]:

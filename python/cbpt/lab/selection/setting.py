@@ -1,16 +1,14 @@
 """What all hypotheses of one competition share: the readings, their noise, the library, prior odds.
 
 Setting     the shared part, frozen
-Look        the whole library seen linearly through one noise
-prepare     a first fit of the drive as stated, readings that scatter more, noises, looks
+prepare     a first fit of the drive as stated, readings that scatter more, noises
 prior       log prior odds of a set of effects
-
-The library is seen through two noises: that of the drive as stated, which may have taken an effect
-for noise, and that of a fit that may follow the whole library.
 """
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -26,10 +24,12 @@ from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.priors import ODDS, Variant
 from cbpt.lab.readings.set_points import levels_of
 from cbpt.lab.selection.lack_of_fit import Component, components
-from cbpt.lab.selection.linear_screen import Screen, Signature, Signatures
+from cbpt.lab.selection.linear_screen import Signature, Signatures
 from cbpt.lab.selection.starts import places
 
 Floats = NDArray[np.float64]
+_TORQUE_SHARES = (0.7, 1.4, 2.8)
+"""Of the uncertainty of a reading that the noise of the torque may be."""
 Names = tuple[str, ...]
 """A set of effects by their ids, sorted; empty: the drive as stated."""
 
@@ -40,15 +40,6 @@ def prior(names: Names) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class Look:
-    """The library seen linearly through one noise."""
-
-    screen: Screen
-    log_evidence: float
-    """Of the drive as stated under this noise: a gain of the screen counts from it."""
-
-
-@dataclass(frozen=True, eq=False)
 class Setting:
     """What all hypotheses of one competition share."""
 
@@ -56,9 +47,12 @@ class Setting:
     null: Fit
     """The drive as stated, with its own noise."""
     plain: Noise
-    """White noise of the stated size; readings that scatter more keep their inflation."""
+    """White noise of the stated size, of the kind that `null` has."""
     flexible: Noise
     """The noise as a fit sees it that may follow the whole library."""
+    noises: tuple[Noise, ...]
+    """Both of these, and the same of every other kind of noise that the readings may have: an
+    effect may hide in what seems to scatter."""
     library: Signatures = field(repr=False)
     names: dict[int, tuple[str, str]] = field(repr=False)
     """(effect, parameter) of each value of the model."""
@@ -68,15 +62,14 @@ class Setting:
     """Of the library, about the drive as stated."""
     wider: list[Signature] = field(repr=False)
     """The same, and behind them those of finite sizes that only single effects are tried with."""
-    looks: tuple[Look, ...] = field(repr=False)
-    """Of `wider`, under the noise of `null` and the flexible one."""
-    variant_price: dict[str, float] = field(repr=False)
+    variants: Mapping[str, int] = field(repr=False)
+    """By effect: how many variants it has."""
+    variant_price: Mapping[str, float] = field(default_factory=dict, repr=False)
     """By effect: log of how much the best of its variants exceeds their mean evidence."""
 
     def weight(self, variant: Variant) -> float:
         """Log prior odds of one variant of an effect."""
-        count = sum(v.effect == variant.effect for v in self.fitter.variants)
-        return prior((variant.effect,)) - float(np.log(count))
+        return prior((variant.effect,)) - float(np.log(self.variants[variant.effect]))
 
     def price(self, names: Names) -> float:
         """Log price of having chosen the best of several variants of each effect."""
@@ -98,26 +91,31 @@ def prepare(fitter: Fitter) -> Setting:
     families = components(campaign.readings)
     library = Signatures(campaign, fitter.variants)
     signatures = library.about(first, names)
-    plain = replace(campaign.plain_noise, inflation=_inflation(fitter, first, signatures, families))
-    null = fitter.fit(nothing, noise=plain)
-    assert null is not None
-    flexible = _flexible_noise(fitter, null, signatures, plain)
+    kinds = [campaign.plain_noise]
+    inflation = _inflation(fitter, first, signatures, families)
+    if inflation is not None:
+        kinds.append(replace(campaign.plain_noise, inflation=inflation))
+    kinds += _of_the_torque(fitter, first, signatures)
+    nulls = [fit for kind in kinds if (fit := fitter.fit(nothing, noise=kind)) is not None]
+    nulls.sort(key=lambda fit: -fit.log_evidence)
+    null = nulls[0]
+    plain = _plain(null.noise)
+    flexibles = [_flexible_noise(fitter, fit, signatures) for fit in nulls]
+    flexible = flexibles[0]
     # Behind the others, so that a number means the same in both lists.
     wider = signatures + library.far(first, names)
-    seen = [fitter.look(null, noise) for noise in (null.noise, flexible)]
-    looks = tuple(Look(Screen(fit, wider), fit.log_evidence) for fit in seen)
     return Setting(
         fitter=fitter,
         null=null,
         plain=plain,
         flexible=flexible,
+        noises=tuple(n for f, g in zip(nulls, flexibles, strict=True) for n in (f.noise, g)),
         library=library,
         names=names,
         families=families,
         signatures=signatures,
         wider=wider,
-        looks=looks,
-        variant_price=_variant_prices(fitter, looks),
+        variants=Counter(v.effect for v in fitter.variants),
     )
 
 
@@ -164,20 +162,66 @@ def _of_one_place(campaign: Campaign, loose: NDArray[np.bool_]) -> bool:
     return False
 
 
-def _flexible_noise(fitter: Fitter, fit: Fit, signatures: list[Signature], start: Noise) -> Noise:
+def _of_the_torque(fitter: Fitter, fit: Fit, signatures: list[Signature]) -> list[Noise]:
+    """Noise of the torque readings, where a fit that may follow the whole library scatters that
+    way; none else."""
+    slope = _slope(fit, np.abs(fitter.campaign.readings.torque_Nm))
+    if slope is None:
+        return []
+    plain = fitter.campaign.plain_noise
+    noise, value = _flexible_fit(fitter, fit, signatures, plain)
+    typical = float(np.median(fitter.campaign.u_arcsec))
+    found = []
+    for share in _TORQUE_SHARES:
+        own = slope * (share * typical / float(np.quantile(slope, 0.9)))
+        found.append(
+            _flexible_fit(
+                fitter, fit, signatures, replace(noise, torque_arcsec=own), bool(noise.numbers)
+            )
+        )
+    best, of_best = max(found, key=lambda f: f[1])
+    return [_plain(best)] if of_best > value else []
+
+
+def _slope(fit: Fit, size: Floats) -> Floats | None:
+    """How fast the angle of each reading changes with its torque (of these sizes), arcsec/(N m)."""
+    gains = [i for i, u in enumerate(fit.unknowns) if u.name == "torque_scale"]
+    if not gains:
+        return None
+    loaded = size > 0.05 * size.max()
+    slope = np.abs(fit.point.slopes[:, gains[0]]) / np.where(loaded, size, np.inf)
+    # Without torque a gain shows nothing; the slope there is that of small torques.
+    small = loaded & (size <= np.quantile(size[loaded], 0.3))
+    return np.where(loaded, slope, np.median(slope[small]))
+
+
+def _plain(noise: Noise) -> Noise:
+    """A noise without what is fitted of it."""
+    return replace(noise, scale=1.0, correlation=0.0, offset_arcsec=0.0)
+
+
+def _flexible_noise(fitter: Fitter, fit: Fit, signatures: list[Signature]) -> Noise:
     """The noise as seen by a fit that may follow the whole library."""
     c = fitter.campaign
+    noise, _ = _flexible_fit(fitter, fit, signatures, _plain(fit.noise))
+    # What so many free columns take from the scatter by chance is given back.
     columns = _library_columns(fitter, signatures)
+    size = np.linalg.svd(columns / c.u_arcsec[:, None], compute_uv=False)
+    taken = float(np.sum(size**2 / (size**2 + 1e-2)))
+    return replace(noise, scale=noise.scale * np.sqrt(len(c) / max(len(c) - taken, 1.0)))
+
+
+def _flexible_fit(
+    fitter: Fitter, fit: Fit, signatures: list[Signature], start: Noise, structures: bool = True
+) -> tuple[Noise, float]:
+    """The noise that suits a fit which may follow the whole library, and its log likelihood."""
+    c, columns = fitter.campaign, _library_columns(fitter, signatures)
     y, x, precision = fitter.linear(fit)
     # Each signature may be as strong as a hundred standard deviations of the whole table.
     free = np.full(columns.shape[1], 1e-4)
     linear = Linear(y, np.column_stack([x, columns]), np.r_[precision, free])
-    structures = len(c) > 3 * columns.shape[1]
-    noise, _ = fit_noise(linear, c.u_arcsec, c.rows, start, fitter.stated_dof, structures)
-    # What so many free columns take from the scatter by chance is given back.
-    size = np.linalg.svd(columns / c.u_arcsec[:, None], compute_uv=False)
-    taken = float(np.sum(size**2 / (size**2 + 1e-2)))
-    return replace(noise, scale=noise.scale * np.sqrt(len(c) / max(len(c) - taken, 1.0)))
+    enough = len(c) > 3 * columns.shape[1]
+    return fit_noise(linear, c.u_arcsec, c.rows, start, fitter.stated_dof, structures and enough)
 
 
 def _library_columns(fitter: Fitter, signatures: list[Signature]) -> Floats:
@@ -186,21 +230,3 @@ def _library_columns(fitter: Fitter, signatures: list[Signature]) -> Floats:
     columns = columns[:, np.isfinite(columns).all(axis=0)]
     size = np.linalg.norm(columns / fitter.campaign.u_arcsec[:, None], axis=0)
     return np.asarray(columns[:, size > 1e-9] / size[size > 1e-9])
-
-
-def _variant_prices(fitter: Fitter, looks: tuple[Look, ...]) -> dict[str, float]:
-    """The evidence of an effect is the mean over its variants; here as the screen sees them."""
-    found = {}
-    for effect in {v.effect for v in fitter.variants}:
-        odds: dict[str, float] = {}
-        for look in looks:
-            for m, s in enumerate(look.screen.signatures):
-                if s.variant.effect == effect and look.screen.usable(m):
-                    value = look.log_evidence + look.screen.single(m).log_odds
-                    odds[s.variant.label] = max(value, odds.get(s.variant.label, -np.inf))
-        count = sum(v.effect == effect for v in fitter.variants)
-        values = np.array(list(odds.values()))
-        if count > 1 and len(values) and np.isfinite(values.max()):
-            share = float(np.exp(values - values.max()).sum())
-            found[effect] = float(np.log(count / share))
-    return found

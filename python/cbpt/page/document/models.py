@@ -25,7 +25,7 @@ from cbpt.lab.diagnosis.sentence import name_of
 from cbpt.lab.inference.cross_validation import held_out_residual, rms
 from cbpt.lab.inference.estimates import parameters_of
 from cbpt.lab.inference.evidence import Fit
-from cbpt.lab.inference.residuals import chi2_of, rmse_of
+from cbpt.lab.inference.residuals import chi2_of, rmse_of, without_offsets
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.own_terms import campaign_of
@@ -72,6 +72,9 @@ class Models:
         self._lock = threading.Lock()
         nominal = self._bench.fitter.look(diagnosis.before, self._bench.noise)
         self._stated = self.predicted(self._bench, nominal)
+        after = self._bench.fitter.look(diagnosis.after, self._bench.noise)
+        self.zero = self._zeros(after)
+        """The offset of the run of each reading by the answer, shape (n,)."""
         self._curves = Curves(readings)
 
     # --- entries of the document ---
@@ -108,7 +111,10 @@ class Models:
         # One noise judges all, as in the ladder; the numbers of a fit stay its own.
         look = bench.fitter.look(fit, bench.noise)
         model = self.predicted(bench, look)
-        entry = rows_of(key, role, label, effects, self._whole.y_arcsec, model)
+        # Runs with offsets of their own are drawn on top of each other.
+        level = self._whole.y_arcsec - self.zero
+        left = self._left(self._whole.y_arcsec - model)
+        entry = rows_of(key, role, label, effects, level, level - left)
         held = held_out_residual(bench.fitter, look, self.diagnosis.fold)
         names = tuple(effects)
         known = key != STATED and bench is self._bench and names in c.log_odds
@@ -154,6 +160,20 @@ class Models:
             return np.asarray(angle + fit.offsets_arcsec[0])
         return with_zeros(self._whole, angle)[0]
 
+    def _left(self, residual: Floats) -> Floats:
+        """A residual without the offset of each run, where the noise has offsets."""
+        if not np.isfinite(residual).all():
+            return residual
+        return without_offsets(self._whole, residual, self._bench.noise)
+
+    def _zeros(self, fit: Fit) -> Floats:
+        """The offset of the run of each reading, fitted to it or part of the noise."""
+        residual = self._whole.y_arcsec - self.predicted(self._bench, fit)
+        zero = residual - self._left(residual)
+        if self.used.all() and self._whole.offsets.shape[1] > 1:
+            zero = zero + self._whole.offsets @ fit.offsets_arcsec
+        return np.asarray(np.where(np.isfinite(zero), zero, 0.0))
+
     def _model(self, bench: Bench) -> Assembled:
         """The model of a bench at every row of the table, whatever it was asked before."""
         if id(bench) not in self._assembled:
@@ -189,7 +209,9 @@ class Models:
         residual = pattern.problem.residual(pattern.amplitude, pattern.noise)
         model[self.used] = d.competition.campaign.y_arcsec - residual
         label = free_function(pattern.columns)
-        entry = rows_of(UNKNOWN, "unknown", label, (), self._whole.y_arcsec, model)
+        level = self._whole.y_arcsec - self.zero
+        left = self._left(self._whole.y_arcsec - model)
+        entry = rows_of(UNKNOWN, "unknown", label, (), level, level - left)
         return entry | {
             "held_out_rmse_arcsec": d.ladder[-1].held_out_rmse_arcsec,
             "chi2_per_dof": d.ladder[-1].chi2_per_dof,

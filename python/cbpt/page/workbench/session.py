@@ -26,11 +26,12 @@ from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.reader import Readings
 from cbpt.page.document.document import Isolability, page_document
 from cbpt.page.document.drive import redrawn
+from cbpt.page.document.drive_types import DriveSection
 from cbpt.page.document.plain import to_json
 from cbpt.page.document.source import Source, as_word, from_here, named
 from cbpt.page.document.stated import stop_if_taken
 from cbpt.page.document.tables import csv_of
-from cbpt.page.document.types import DriveSection, PageDocument
+from cbpt.page.document.types import PageDocument
 from cbpt.page.workbench.ahead import Ahead, Effects, Step, Turns
 from cbpt.page.workbench.job import Cancelled, Job
 from cbpt.page.workbench.scratch import sweep
