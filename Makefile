@@ -7,7 +7,7 @@ CRATES := $(OUT)/crates
 export CARGO_TARGET_DIR := $(CURDIR)/target
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help build demo test rust python package wheel wheels audit bench trial trial-short instructions setup-browser screenshots docs format clean
+.PHONY: help build demo test rust python package wheel wheels audit fuzz mutants bench trial trial-short instructions setup-browser screenshots docs format clean
 help:  ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
 
@@ -50,6 +50,7 @@ python: build $(VENV)/tested  ## lints, types, stubs and tests of the Python pac
 	$(VENV)/bin/mypy
 	git diff --exit-code -- python/cbpt/_core.pyi  # the stub is the build's own
 	$(PYTHON) -m mypy.stubtest cbpt._core
+	cargo build --quiet -p cbpt-cli  # the plain binary, whose answers the package's are compared with
 	$(PYTHON) -m pytest -n 2 --dist loadfile
 
 package: build  ## a crate outside the workspace, cargo package, the wheel in an empty environment
@@ -80,6 +81,16 @@ audit:  ## licences, sources, duplicates and known weaknesses of the crates; the
 	cargo deny --log-level error check advisories || echo 'advisories: not checked, or something was found (see above)'
 	tag=$$(git describe --tags --abbrev=0 2>/dev/null) && cargo semver-checks --baseline-rev $$tag -p cbpt-core -p cbpt-cli \
 	|| echo 'No tag yet: no API to compare with.'
+
+FUZZ_SECONDS ?= 600
+fuzz: build $(VENV)/tested  ## parsers and readers on edited seeds, FUZZ_SECONDS (600) for each; what fails is kept in tests/data/corpus
+	FUZZ_SECONDS=$(FUZZ_SECONDS) cargo test --release --quiet -p cbpt-cli --test fuzz -- --nocapture
+	FUZZ_SECONDS=$(FUZZ_SECONDS) $(PYTHON) -m pytest -s tests/readings/test_fuzz.py
+
+SHARD ?= 1/24
+mutants: $(VENV)/tested  ## mutants of the mechanics (cargo-mutants; SHARD=K/N of them) and of the decision: docs/explanation/mutants.md
+	PROPTEST_CASES=60 cargo mutants -j1 --shard $(SHARD) --sharding round-robin -o $(OUT)
+	$(PYTHON) benches/mutants.py
 
 $(VENV)/benched: $(VENV)/installed
 	$(PYTHON) -m pip install -q --group bench

@@ -69,9 +69,12 @@ def nested(fitter: Fitter, fit: Fit, noise: Noise, seed: int) -> tuple[float, fl
     at = np.array([u.index for u in unknowns])
     none = np.zeros(problem.offsets.shape[1])
     base = fitter.start(fit.hypothesis, {})
+    lower, upper = np.array([[u.lower, u.upper] for u in unknowns]).T
     constant = laplace_constant(fitter, fit, noise)
 
     def log_likelihood(x: Floats) -> float:
+        if (x < lower).any() or (x > upper).any():
+            return -1e300
         values = base.copy()
         values[at] = x
         angle = fitter.model.at(values, ()).angle_arcsec

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Any, Literal, Protocol, TypeVar, get_args
 
 import numpy as np
 
@@ -268,9 +268,18 @@ def make_trial(family: Family, index: int, seed: int) -> Campaign:
     return campaign
 
 
-def drawn(
-    made: Callable[[np.random.Generator, float], Campaign], words: tuple[int, ...]
-) -> Campaign:
+class Drawn(Protocol):
+    """What is drawn notes how."""
+
+    @property
+    def truth(self) -> Any:
+        """What is hidden, and the attempt: a dict."""
+
+
+D = TypeVar("D", bound=Drawn)
+
+
+def drawn(made: Callable[[np.random.Generator, float], D], words: tuple[int, ...]) -> D:
     """What is made with the seed of these words, in as many attempts as it takes, up to 40.
 
     Where an effect does not come to its strength the noise is changed at the next attempt.

@@ -247,7 +247,10 @@ def _confident(outcomes: Sequence[Outcome]) -> list[Measure]:
     asked = [o for o in outcomes if o["family"] not in ("confounded", "parameter_only")]
     sure = [o for o in asked if claims.confident(o)]
     name = "p >= 0.9: truth not held, or false name"
-    found = [share(name, "all", sure, claims.misleads, most=0.03)]
+    found = [
+        share("p >= 0.9: no truth held, or a false name certain", "all", sure, _wrong, most=0.03),
+        share(name, "all", sure, claims.misleads),
+    ]
     for family in dict.fromkeys(o["family"] for o in asked):
         these = _of(sure, family)
         found.append(share(f"  {name}", NAMES.get(family, family), these, claims.misleads))
@@ -258,6 +261,13 @@ def _confident(outcomes: Sequence[Outcome]) -> list[Measure]:
 
 def _nothing_true(o: Outcome) -> bool:
     return not claims.part_held(o)
+
+
+def _wrong(o: Outcome) -> bool:
+    """What `claims.misleads` is but for half a truth: of two effects one held, the other open."""
+    if claims.accepted(o):
+        return bool(claims.false_certain(o)) or _nothing_true(o)
+    return claims.misleads(o)
 
 
 def event(o: Outcome) -> bool:
@@ -273,7 +283,8 @@ def calibration_error(stated: np.ndarray[Any, Any], true: np.ndarray[Any, Any]) 
 
 
 def calibration(outcomes: Sequence[Outcome]) -> list[Measure]:
-    """Of each family, and of all."""
+    """Of each family, and of all; an undecided answer claims nothing."""
+    outcomes = [o for o in outcomes if not o["answer"].get("undecided")]
     found, rng = [], np.random.default_rng(1)
     families = list(dict.fromkeys(o["family"] for o in outcomes))
     for where, these in [(f, _of(outcomes, f)) for f in families] + [("all", list(outcomes))]:

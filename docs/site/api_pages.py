@@ -47,8 +47,18 @@ PAGES: dict[str, tuple[str, str, tuple[str, ...]]] = {
     ),
     "diagnosis": (
         "Diagnosis and fit",
-        "A diagnosis says which effect is missing. A fit adds effects to the case.",
-        ("diagnose", "Diagnosis", "diagnose_by", "DividedDiagnosis", "fit", "Fitted"),
+        "A diagnosis says which effect is missing, a change which one is not what it was. "
+        "A fit adds effects to the case.",
+        (
+            "diagnose",
+            "Diagnosis",
+            "diagnose_by",
+            "DividedDiagnosis",
+            "change",
+            "Change",
+            "fit",
+            "Fitted",
+        ),
     ),
     "campaigns": (
         "Campaigns",

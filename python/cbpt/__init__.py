@@ -16,6 +16,7 @@ Map:
 - `read_readings` -> `Readings`, `compare` -> `Comparison`: model against measurement;
 - `preflight` -> `Preflight`: what a table holds, and what it cannot tell, before any model;
 - `characterise` -> `Characteristics`: lost motion, hysteresis loss, rigidity of loops;
+- `change` -> `Change`: what changed between two campaigns, or from level to level;
 - `diagnose` -> `Diagnosis`: which effect is missing; `diagnose_by` -> `DividedDiagnosis`: the same
   for each level of a column; `fit` -> `Fitted`: the case with it;
 - `effects`: effects of your own, as an expression or a Python function;
@@ -64,6 +65,8 @@ if TYPE_CHECKING:
     from cbpt import effects as effects
     from cbpt.design.optimise import Optimum, optimise
     from cbpt.design.tolerance import Tolerance, tolerance
+    from cbpt.lab.change.answer import Change
+    from cbpt.lab.change.change import change
     from cbpt.lab.characteristics.characterise import characterise
     from cbpt.lab.characteristics.characteristics import Characteristics
     from cbpt.lab.diagnosis.by_level import DividedDiagnosis, diagnose_by
@@ -86,6 +89,7 @@ if TYPE_CHECKING:
 # Loaded when first asked for, so that `import cbpt` stays light.
 _LAZY = {
     "Angles": "cbpt.results",
+    "Change": "cbpt.lab.change.answer",
     "Characteristics": "cbpt.lab.characteristics.characteristics",
     "Comparison": "cbpt.lab.diagnosis.compare",
     "Design": "cbpt.lab.experiment.shortest_plan",
@@ -101,6 +105,7 @@ _LAZY = {
     "Readings": "cbpt.lab.readings.reader",
     "Sweep": "cbpt.sweeps.result",
     "Tolerance": "cbpt.design.tolerance",
+    "change": "cbpt.lab.change.change",
     "characterise": "cbpt.lab.characteristics.characterise",
     "compare": "cbpt.lab.diagnosis.compare",
     "diagnose": "cbpt.lab.diagnosis.diagnose",
@@ -124,6 +129,7 @@ __all__ = [
     "Case",
     "CaseError",
     "CbptError",
+    "Change",
     "Characteristics",
     "Comparison",
     "Design",
@@ -154,6 +160,7 @@ __all__ = [
     "SweepPlan",
     "Thresholds",
     "Tolerance",
+    "change",
     "characterise",
     "compare",
     "diagnose",

@@ -76,7 +76,7 @@ def binary() -> Path:
         path
         for crate in ("cbpt-core", "cbpt-cli")
         for path in (TOP / "crates" / crate / "src").rglob("*")
-        if path.is_file()
+        if path.is_file() and "tests" not in path.parts[len(TOP.parts) :]  # not part of the binary
     ]
     newest = max(path.stat().st_mtime for path in sources)
     module = importlib.util.find_spec("cbpt._core")

@@ -119,6 +119,17 @@ def test_history_goes_by_time(effect: str, values: dict[str, float]) -> None:
     np.testing.assert_array_equal(angle(effect, values, shuffled), in_order[shuffled])
 
 
+# --- sensors ----------------------------------------------------------------------------------
+
+
+def test_a_sensor_may_flatten_beyond_a_knee() -> None:
+    s, k = 3e-5, 10 * ARCSEC
+    plain = angle("sensor_nonlinearity", {})
+    found = angle("sensor_nonlinearity", {"flattening_rad": s, "knee_rad": k})
+    np.testing.assert_allclose(found, plain + s * (np.tanh(plain / k) - plain / k), rtol=1e-9)
+    assert np.abs(plain).max() > k
+
+
 # --- joints -----------------------------------------------------------------------------------
 
 C = 2e-6

@@ -25,7 +25,7 @@ from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.covariance.repeatability import Repeats
 from cbpt.lab.inference.hypothesis import Unknown
 from cbpt.lab.model.dataset import Campaign
-from cbpt.lab.model.priors import PRIORS
+from cbpt.lab.model.priors import PRIORS, TWINS
 from cbpt.lab.selection import decision
 from cbpt.lab.selection.adequacy import Source
 from cbpt.lab.selection.decision import Verdict, judge
@@ -92,10 +92,10 @@ def white(count: int, times: float = 1.0) -> Floats:
     return times * 0.3 * np.random.default_rng(17).standard_normal(count)
 
 
-def shared_by_all() -> tuple[Floats, Floats, Floats]:
-    """Readings that move by 1.5 standard uncertainties of any of the five numbers, and a zero."""
+def shared_by(numbers: tuple[str, ...]) -> tuple[Floats, Floats, Floats]:
+    """Readings that move by 1.5 standard uncertainties of any of these numbers, and a zero."""
     slope = np.linspace(-40.0, 40.0, 20)
-    x = np.column_stack([*[slope] * len(PRIORS), np.ones(20)])
+    x = np.column_stack([*[slope * (number in numbers) for number in PRIORS], np.ones(20)])
     return 1.5 * slope, x, np.r_[np.ones(len(PRIORS)), 0.0]
 
 
@@ -106,6 +106,7 @@ class Around:
     nominal_chi2: float = 300.0
     calibrations: Mapping[str, float] = field(default_factory=dict)
     campaign: Campaign = field(default_factory=lambda: plan("dev03"))
+    sharing: tuple[str, ...] = tuple(PRIORS)
 
 
 def competition(
@@ -139,7 +140,7 @@ def competition(
             SimpleNamespace(
                 campaign=c,
                 at_nominal=lambda _: MadeUpFit(chi2=around.nominal_chi2),
-                linear=lambda _: shared_by_all(),
+                linear=lambda _: shared_by(around.sharing),
                 look=lambda fit, _: fit,
             ),
         ),
@@ -378,6 +379,23 @@ def test_calibrations_known_loosely_share_a_shift() -> None:
     assert verdict.within_uncertainty
     close = judge(competition({(): 1.0}, {(): null}, Around(nominal_chi2=400.0)))
     assert close.kind == "complete"
+
+
+@pytest.mark.parametrize("others", [(), ("contact_stiffness",)])
+def test_only_numbers_that_share_a_shift_are_rivals(others: tuple[str, ...]) -> None:
+    null = MadeUpFit(values=NUMBERS | {"sensor_gain": (1.0, 0.02, 1.03)})
+    sharing = (*others, "sensor_gain")
+    around = Around(nominal_chi2=400.0, calibrations={"sensor_gain": 0.1}, sharing=sharing)
+    verdict = judge(competition({(): 1.0}, {(): null}, around))
+    assert said(verdict) == (("ambiguous", (), (sharing,)) if others else ("complete", (), ()))
+
+
+@pytest.mark.parametrize("value", [0.01, 100.0])
+def test_a_number_at_the_end_of_its_range_has_its_twins_as_rivals(value: float) -> None:
+    null = MadeUpFit(values=NUMBERS | {"contact_stiffness": (1.0, 0.02, value)})
+    verdict = judge(competition({(): 1.0}, {(): null}, Around(nominal_chi2=400.0)))
+    rivals = tuple(sorted({"contact_stiffness", *TWINS["contact_stiffness"]}))
+    assert len(rivals) > 1 and said(verdict) == ("ambiguous", (), (rivals,))
 
 
 @pytest.mark.parametrize("sigmas", [-2.5, 2.5])

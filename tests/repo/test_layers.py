@@ -317,7 +317,7 @@ PACKAGES = (
 WITHIN = {
     "lab": (
         *("wording", "readings", "covariance", "model", "inference"),
-        *("selection", "characteristics", "experiment", "diagnosis"),
+        *("selection", "characteristics", "experiment", "diagnosis", "change"),
     ),
     "page": ("document", "report", "workbench"),
 }

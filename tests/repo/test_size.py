@@ -20,6 +20,7 @@ _PUBLIC = "public: a few arguments by place, options by name alone"
 FILES = {"python/cbpt/_core.pyi": "made by the build"}
 FUNCTIONS: dict[str, str] = {}
 ARGUMENTS = {
+    "python/cbpt/lab/change/change.py change": _PUBLIC,
     "python/cbpt/lab/characteristics/characterise.py characterise": _PUBLIC,
     "python/cbpt/lab/diagnosis/by_level.py diagnose_by": _PUBLIC,
     "python/cbpt/lab/diagnosis/compare.py compare": _PUBLIC,

@@ -179,6 +179,8 @@ fn sensitivities_are_derivatives() {
         (_, "stiffness_scale" | "torque_gain" | "sensor_gain") => 0.9,
         (_, "quadratic") => 0.5,
         (_, "cubic") => 20.0,
+        (_, "flattening") => 1e-3,
+        (_, "knee") => 0.01,
         (_, "rate") => 1e-6,
         ("eccentric_bearing", "exponent") => 0.8,
         (_, "play") => 5e-3,

@@ -2,6 +2,7 @@
 
 compare     model against a table of readings, with effects fitted where asked
 diagnose    which effect is missing
+change      what changed between two campaigns
 fit         add effects to a case
 """
 
@@ -177,6 +178,51 @@ def _diagnose(options: argparse.Namespace, given: dict[str, Any]) -> int:
     sys.stdout.flush()
     if options.plot:
         answer.plot(options.plot, options.angle_unit)
+    return SUCCESS
+
+
+def change(argv: list[str]) -> int:
+    """cbpt change CASE BEFORE [AFTER]"""
+    from cbpt.lab.change.change import change as changed
+
+    parser = inputs(
+        "cbpt change",
+        "Find out what changed between two campaigns on the same reducer: for each effect and for "
+        "each number the probability that it did, with its value before and after; and whether the "
+        "scatter changed.",
+        epilog="The case is the same before and after. Readings that were repeated without "
+        "touching the rig test the answer: nothing changed.",
+        table=("BEFORE", "table of readings before, or the one table that --by divides"),
+    )
+    parser.add_argument(
+        "after", metavar="AFTER", type=Path, nargs="?", help="table of readings after"
+    )
+    parser.add_argument(
+        "--by",
+        metavar="COLUMN",
+        help="in place of AFTER: each value of COLUMN of BEFORE is a level",
+    )
+    add_effects(
+        parser,
+        "effects to fit before and after (default: what a diagnosis of either demands)",
+    )
+    add_json(parser)
+    add_seed(parser, "answer")
+    options = parser.parse_args(optional_files(argv, json=(".json",)))
+    if (options.after is None) == (options.by is None):
+        parser.error("give AFTER, or --by COLUMN, and not both")
+    answer = changed(
+        options.case,
+        options.data,
+        options.after,
+        by=options.by,
+        effects=options.effects or None,
+        columns=columns_of(parser, options) or None,
+        sheet=options.sheet,
+        only=only_of(parser, options),
+        seed=options.seed,
+    )
+    show_answer(answer, options.json, answer.report)
     return SUCCESS
 
 

@@ -2,9 +2,9 @@
 
 Verbs of the mechanics (solve, preload, sweep, sensitivity, check, effects, schema) are handed to
 the Rust command line as they are, but for a sweep to Parquet (`sweep`); those of the lab are in
-`lab` (compare, diagnose, fit) and, about campaigns to come, in `campaigns` (simulate, isolability,
-next-run, plan); those about drives to be built in `design` (tolerance, optimise); those of the page
-in `page` (report, workbench); those about a table of readings by itself in `tables`
+`lab` (compare, diagnose, change, fit) and, about campaigns to come, in `campaigns` (simulate,
+isolability, next-run, plan); those about drives to be built in `design` (tolerance, optimise);
+those of the page in `page` (report, workbench); those about loops and a table by itself in `tables`
 (characterise, preflight). What they share is in `options`.
 """
 
@@ -111,6 +111,7 @@ _LAB: dict[str, Callable[[list[str]], int]] = {
     "preflight": table_verbs.preflight,
     "compare": verbs.compare,
     "diagnose": verbs.diagnose,
+    "change": verbs.change,
     "fit": verbs.fit,
     "simulate": plan_verbs.simulate,
     "isolability": plan_verbs.isolability,

@@ -36,7 +36,7 @@ RESULTS = (".csv", ".md", ".json")
 _TABLE = "table of readings: CSV, xlsx, xls, ods, MATLAB, TDMS or Parquet"
 
 # What verbs read, and the flags of what they write.
-_INPUTS = ("case", "data", "bounds", "plan")
+_INPUTS = ("case", "data", "after", "bounds", "plan")
 _OUTPUTS = ("out", "json", "plot", "results")
 
 

@@ -11,4 +11,5 @@ selection    hypotheses weighed against each other
 characteristics   the figures of catalogues, read off loops of readings and model
 experiment   campaigns to come: simulated, judged, chosen
 diagnosis    the verbs that answer a user, and how the answer is told
+change       what changed between campaigns
 """

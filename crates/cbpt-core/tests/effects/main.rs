@@ -156,6 +156,8 @@ fn typical(id: &str, name: &str) -> f64 {
         (_, "sensor_gain") => 1.1,
         (_, "quadratic_per_rad") => 300.0,
         (_, "cubic_per_rad2") => 1e6,
+        (_, "flattening_rad") => 8.0 * ARCSEC,
+        (_, "knee_rad") => 40.0 * ARCSEC,
         (_, "spread_rad") => ARCSEC,
         (_, "rate_rad_per_s") => 1e-8,
         (_, "rate_rad_per_K") => 1e-6,

@@ -29,8 +29,9 @@ Ints = NDArray[np.int64]
 class _Limits:
     """What makes a turn and a loop; shares are of the torque's range or of the amplitude."""
 
-    turn: float = 0.04
-    """A turn smaller than this share of the range of the run is none."""
+    turns: tuple[float, ...] = (0.04, 0.12, 0.3)
+    """A turn smaller than this share of the range of the run is none; the first that gives whole
+    loops."""
     of_scatter: float = 5.0
     """Nor is one smaller than so many standard deviations of the torque."""
     reaches: float = 0.8
@@ -162,10 +163,19 @@ def loops_of(readings: Readings) -> list[Loop]:
     found: list[Loop] = []
     for run in range(int(readings.run_index.max()) + 1 if len(readings) else 0):
         rows = np.flatnonzero(readings.run_index == run)
-        legs = _legs(readings, rows)
-        whole = list(_whole(legs, -1)) or list(_whole(legs, 1))
-        found += whole or list(_halves(legs))
+        found += _of_run(readings, rows)
     return found
+
+
+def _of_run(readings: Readings, rows: Ints) -> list[Loop]:
+    """Loops with the finest turns that give whole ones; where the torque slips back along a leg,
+    fine turns cut a loop into pieces."""
+    for least in _LIMITS.turns:
+        legs = _legs(readings, rows, least)
+        whole = list(_whole(legs, -1)) or list(_whole(legs, 1))
+        if whole:
+            return whole
+    return list(_halves(_legs(readings, rows, _LIMITS.turns[0])))
 
 
 # --- legs ---------------------------------------------------------------------------------
@@ -195,18 +205,18 @@ class _Leg:
         return 1 if self.end > self.start else -1
 
 
-def _legs(readings: Readings, rows: Ints) -> list[_Leg]:
-    turns = _turns(readings.torque_Nm[rows])
+def _legs(readings: Readings, rows: Ints, least: float) -> list[_Leg]:
+    turns = _turns(readings.torque_Nm[rows], least)
     return [_Leg(readings, rows[first : last + 1]) for first, last in pairwise(turns)]
 
 
-def _turns(torque: Floats) -> list[int]:
-    """Where the torque turns, with its first and last extreme."""
+def _turns(torque: Floats, share: float) -> list[int]:
+    """Where the torque turns by a share of its range, with its first and last extreme."""
     if len(torque) < 3 or not np.ptp(torque) > 0:
         return []
     second = np.abs(np.diff(torque, 2))
     scatter = 1.4826 * float(np.median(second)) / 6**0.5
-    least = max(_LIMITS.turn * float(np.ptp(torque)), _LIMITS.of_scatter * scatter)
+    least = max(share * float(np.ptp(torque)), _LIMITS.of_scatter * scatter)
     found: list[int] = []
     way, extreme, low, high = 0, 0, 0, 0
     for i, value in enumerate(torque.tolist()):

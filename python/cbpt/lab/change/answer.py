@@ -1,0 +1,96 @@
+"""What changed: the record with its text and its document.
+
+Change   the answer of `change`
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from cbpt.lab.change.record import ChangeData
+from cbpt.lab.change.text import lines, sentence
+from cbpt.lab.wording.versions import versions
+
+__all__ = ["Change"]
+
+_PERHAPS = 0.05
+"""Effects that changed with a smaller probability are not named at all."""
+SCHEMA = "cbpt.change/1"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Change(ChangeData):
+    """What changed between campaigns on the same reducer."""
+
+    @property
+    def sentence(self) -> str:
+        """The verdict in words."""
+        return sentence(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain values, the same that `to_json` writes. Values SI."""
+        return {
+            "schema": SCHEMA,
+            "versions": versions(),
+            "by": self.by,
+            "verdict": {
+                "kind": self.kind,
+                "changed": [
+                    asdict(c) | {"values": list(c.values), "u": list(c.u)} for c in self.changed
+                ],
+                "perhaps": [
+                    {"effect": g.effect, "probability": chance}
+                    for g in self.weighed.groups
+                    if _PERHAPS <= (chance := self.weighed.changed(g.effect)) < 0.5
+                ],
+                "probability": self.probability,
+                "sentence": self.sentence,
+            },
+            "unchanged": [asdict(u) for u in self.unchanged],
+            "noise": self.noise.to_dict(),
+            "remains": self.remains,
+            "levels": [
+                {
+                    "level": level,
+                    "source": readings.source,
+                    "data_sha256": readings.sha256,
+                    "readings": len(readings),
+                    "rmse_arcsec": rmse,
+                    "u_arcsec": u,
+                }
+                for level, readings, rmse, u in zip(
+                    self.levels,
+                    self.readings,
+                    self.rmse_arcsec,
+                    self.noise.u_arcsec,
+                    strict=True,
+                )
+            ],
+            "effects_fitted_at_every_level": list(self.effects),
+            "probability_of_change": {
+                g.effect: self.weighed.changed(g.effect) for g in self.weighed.groups
+            },
+            "combinations": [
+                {
+                    "effects": sorted({v.effect for v in choice.levels.variants}),
+                    "changed": sorted(choice.changed),
+                    "probability": choice.probability,
+                }
+                for choice in self.weighed.choices
+                if choice.probability >= 0.001
+            ],
+            "notes": list(self.notes),
+        }
+
+    def to_json(self) -> str:
+        """One JSON document."""
+        return json.dumps(self.to_dict(), indent=2, allow_nan=False, default=float)
+
+    def report(self) -> str:
+        """As text."""
+        return "\n".join(lines(self))
+
+    def __repr__(self) -> str:
+        return self.report()

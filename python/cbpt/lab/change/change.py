@@ -1,0 +1,280 @@
+"""What changed between two campaigns on the same reducer, or from level to level of a column.
+
+change   a case, and readings before and after -> Change
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from threadpoolctl import threadpool_limits
+
+from cbpt._core import Case, Drive, OwnEffect
+from cbpt.errors import InvalidInputError, NoSolutionError
+from cbpt.lab.change.answer import Change
+from cbpt.lab.change.noise import noise_change
+from cbpt.lab.change.parties import Levels, levels_of
+from cbpt.lab.change.posterior import Weighed, groups_of, weigh
+from cbpt.lab.change.record import Changed, Direction, Kind, Unchanged
+from cbpt.lab.diagnosis.diagnose import diagnosed, prepared
+from cbpt.lab.diagnosis.diagnosis import Diagnosis
+from cbpt.lab.inference.estimates import unit_of
+from cbpt.lab.inference.residuals import rmse_of
+from cbpt.lab.model.own_terms import campaign_of, chosen
+from cbpt.lab.model.priors import PRIORS
+from cbpt.lab.readings.inputs import case_and_readings
+from cbpt.lab.readings.readings import Readings
+
+__all__ = ["change"]
+
+_CERTAIN = 0.95
+_OPEN = 0.5
+"""Below this probability nothing changed; from there to certain the readings do not decide."""
+_LIKELY = 0.1
+"""Combinations of a level that are less probable are not looked at."""
+_MOST_SETS = 4
+"""Sets of effects that are fitted at all levels."""
+_MOST_LEVELS = 40
+
+Given = str | os.PathLike[str] | Mapping[str, ArrayLike]
+
+
+def change(
+    case: Case | Drive | str | os.PathLike[str] | Mapping[str, Any],
+    before: Readings | Given,
+    after: Readings | Given | None = None,
+    *,
+    by: str | None = None,
+    effects: Sequence[str | OwnEffect] | None = None,
+    columns: Mapping[str, str] | None = None,
+    sheet: str | None = None,
+    only: Mapping[str, Any] | None = None,
+    seed: int = 0,
+) -> Change:
+    """Find out what changed between campaigns on the same reducer.
+
+    One model stands for all campaigns. For each effect, and for each number of drive and rig, the
+    evidence that it has one value is weighed against one value for each campaign.
+
+    Parameters
+    ----------
+    case : Case, Drive, str, PathLike or dict
+        The drive, as in `compare`; the same before and after.
+    before : Readings, str, PathLike, mapping or data frame
+        The table of readings before, or the one table that `by` divides.
+    after : Readings, str, PathLike, mapping or data frame, optional
+        The table of readings after.
+    by : str, optional
+        A column of `before` in place of `after`: each of its values is a level, in the order of the
+        table.
+    effects : sequence of str or OwnEffect, optional
+        Effects to fit at every level. Without it each level is diagnosed, and what any of them
+        demands is fitted at all.
+    columns : mapping of str to str, optional
+        What headers of the tables mean, as in `read_readings`.
+    sheet : str, optional
+        Sheet of a workbook, struct of a MATLAB file or group of a TDMS file.
+    only : mapping, optional
+        The readings to take, for example ``{"preload_step": 3}``.
+    seed : int
+        Seed of the diagnoses.
+
+    Returns
+    -------
+    Change
+        The verdict, what changed and what did not, and whether the scatter changed.
+
+    Raises
+    ------
+    CaseError, ReadingsError, InvalidInputError
+        Case, table or an argument cannot be read.
+    NoSolutionError
+        The model has no solution with the same numbers at all levels.
+    """
+    if (after is None) == (by is None):
+        raise InvalidInputError("after, by: give a second table, or a column, and not both")
+    case, first = case_and_readings(case, before, columns, sheet, only, by)
+    if by is not None:
+        names, parts = _levels(first, by)
+    else:
+        assert after is not None
+        second = case_and_readings(case, after, columns, sheet, only)[1]
+        names, parts = ["before", "after"], [first, second]
+    with threadpool_limits(1, user_api="blas"):
+        answers: list[Diagnosis] = []
+        own: list[OwnEffect] = []
+        if effects is None:
+            answers = [diagnosed(case, part, seed) for part in parts]
+            sets = _demanded(answers)
+        else:
+            ids, own = chosen(case, effects)
+            sets = [ids]
+        campaigns = [prepared(campaign_of(case, part, own))[0] for part in parts]
+        candidates = [levels_of(campaigns, ids) for ids in sets]
+        weighed = weigh([levels for levels in candidates if levels is not None])
+    if weighed is None:
+        raise NoSolutionError(
+            "the model has no solution with the same numbers at all levels; compare each level "
+            "with cbpt compare first"
+        )
+    return _answer(names, parts, weighed, answers, by)
+
+
+def _levels(readings: Readings, by: str) -> tuple[list[str], list[Readings]]:
+    labels = readings.labels[by]
+    names = list(dict.fromkeys(labels.tolist()))
+    if not 2 <= len(names) <= _MOST_LEVELS:
+        raise InvalidInputError(
+            f"by = {by!r}: the column has {len(names)} different values, from 2 to {_MOST_LEVELS} "
+            "are possible"
+        )
+    return names, [readings.select(labels == name) for name in names]
+
+
+def _demanded(answers: Sequence[Diagnosis]) -> list[list[str]]:
+    """Sets of effects for all levels: what the most probable combinations of the levels demand
+    together, the likeliest first."""
+    skipped = {"run_offset", "unknown", *PRIORS}
+    known = [{v.effect for v in d.competition.fitter.variants} for d in answers]
+    sets: dict[frozenset[str], float] = {frozenset(): 1.0}
+    for d in answers:
+        rows = [row for row in d.to_dict()["combinations"] if row["probability"] >= _LIKELY]
+        options = {frozenset(row["effects"]) - skipped: row["probability"] for row in rows}
+        options = options or {frozenset(d.verdict.names) - skipped: 1.0}
+        joined: dict[frozenset[str], float] = {}
+        for have, p in sets.items():
+            for more, q in options.items():
+                joined[have | more] = joined.get(have | more, 0.0) + p * q
+        top = sorted(joined, key=lambda names: -joined[names])[:_MOST_SETS]
+        sets = {names: joined[names] for names in top}
+    return [sorted(e for e in names if all(e in some for some in known)) for names in sets]
+
+
+# --- the answer ---------------------------------------------------------------------------
+
+
+def _answer(
+    names: Sequence[str],
+    parts: Sequence[Readings],
+    weighed: Weighed,
+    answers: Sequence[Diagnosis],
+    by: str | None,
+) -> Change:
+    something, levels = weighed.something, weighed.best.levels
+    kind: Kind = "undecided"
+    if something >= _CERTAIN:
+        kind = "changed"
+    elif something < _OPEN:
+        kind = "nothing"
+    changed = tuple(_changed(weighed)) if kind == "changed" else ()
+    rests = [d.to_dict()["remains"] for d in answers]
+    left = [rest for rest in rests if rest is not None]
+    return Change(
+        kind=kind,
+        changed=changed,
+        unchanged=tuple(_unchanged(weighed)),
+        probability=1 - something if kind == "nothing" else something,
+        noise=noise_change(levels.fits),
+        remains=max(left, key=lambda rest: rest["rms_arcsec"], default=None),
+        levels=tuple(names),
+        readings=tuple(parts),
+        rmse_arcsec=tuple(
+            rmse_of(p.problem.campaign, f) for p, f in zip(levels.parties, levels.fits, strict=True)
+        ),
+        effects=tuple(dict.fromkeys(v.effect for v in levels.variants)),
+        by=by,
+        weighed=weighed,
+    )
+
+
+def _changed(weighed: Weighed) -> list[Changed]:
+    """Parameters of the groups that more likely changed than not: sizes, and shapes that moved."""
+    found = []
+    for group in weighed.groups:
+        chance = weighed.changed(group.effect)
+        if chance < _OPEN:
+            continue
+        choice = weighed.best_with(group.effect)
+        best, levels = choice.fit, choice.levels
+        own = next(g for g in groups_of(levels) if g.effect == group.effect)
+        for place in own.unknowns:
+            unknown = levels.fits[0].unknowns[place]
+            pairs = [_si(levels, best.value(k, place), place) for k in range(len(levels.fits))]
+            values, u = (tuple(column) for column in zip(*pairs, strict=True))
+            moved = abs(values[-1] - values[0]) > 2 * float(np.hypot(u[0], u[-1]))
+            is_size = unknown.size_of >= 0 or "." not in unknown.name
+            if not (is_size or moved):
+                continue
+            name = _name(levels, place)
+            found.append(
+                Changed(
+                    group.effect,
+                    name,
+                    unit_of(name),
+                    values[0],
+                    values[-1],
+                    u[0],
+                    u[-1],
+                    _direction(values, u, is_size and "." in unknown.name),
+                    chance,
+                    values,
+                    u,
+                    _trend(values, u),
+                )
+            )
+    return sorted(found, key=lambda c: -c.probability)
+
+
+def _unchanged(weighed: Weighed) -> list[Unchanged]:
+    """Sizes and numbers that one value describes at all levels."""
+    found = []
+    best, levels = weighed.best.fit, weighed.best.levels
+    for group in groups_of(levels):
+        if weighed.changed(group.effect) >= _OPEN:
+            continue
+        place = group.unknowns[0]
+        value, u = _si(levels, best.value(0, place), place)
+        name = _name(levels, place)
+        found.append(Unchanged(group.effect, name, unit_of(name), value, u))
+    return found
+
+
+def _name(levels: Levels, place: int) -> str:
+    """The name of a parameter, also of a number that is known by its effect."""
+    unknown = levels.fits[0].unknowns[place]
+    name = unknown.name.partition(".")[2]
+    if name:
+        return name
+    model = levels.parties[0].problem.model
+    return next(p for (_, p), i in model.places.items() if i == unknown.index)
+
+
+def _si(levels: Levels, found: tuple[float, float], place: int) -> tuple[float, float]:
+    """Coordinate and its uncertainty, in SI."""
+    unknown = levels.fits[0].unknowns[place]
+    value, u = found[0] * unknown.unit, found[1] * unknown.unit
+    return (float(np.exp(value)), float(np.exp(value)) * u) if unknown.log else (value, u)
+
+
+def _direction(values: Sequence[float], u: Sequence[float], may_vanish: bool) -> Direction:
+    first, last = abs(values[0]), abs(values[-1])
+    if may_vanish and first < 2 * u[0] and last > 3 * u[-1]:
+        return "new"
+    if may_vanish and last < 2 * u[-1] and first > 3 * u[0]:
+        return "gone"
+    return "up" if values[-1] > values[0] else "down"
+
+
+def _trend(values: Sequence[float], u: Sequence[float]) -> Any:
+    if len(values) < 3:
+        return None
+    steps, size = np.diff(values), np.hypot(u[1:], u[:-1])
+    if np.all(steps > -2 * size) and values[-1] > values[0]:
+        return "rising"
+    if np.all(steps < 2 * size) and values[-1] < values[0]:
+        return "falling"
+    return "neither"

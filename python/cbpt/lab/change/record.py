@@ -1,0 +1,73 @@
+"""What changed, as a record.
+
+Changed      one parameter that changed, before and after
+ChangeData   the verdict with everything that it rests on
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from cbpt.lab.change.noise import NoiseChange
+from cbpt.lab.change.posterior import Weighed
+from cbpt.lab.readings.readings import Readings
+
+Kind = Literal["changed", "nothing", "undecided"]
+Direction = Literal["up", "down", "new", "gone"]
+
+
+@dataclass(frozen=True)
+class Changed:
+    """One parameter; values SI. before, after: of the first and the last level."""
+
+    effect: str
+    parameter: str
+    unit: str
+    before: float
+    after: float
+    u_before: float
+    u_after: float
+    direction: Direction
+    probability: float
+    """That the effect, or the number, changed."""
+    values: tuple[float, ...]
+    """At every level."""
+    u: tuple[float, ...]
+    trend: Literal["rising", "falling", "neither"] | None
+    """Of more than two levels: whether the values only rise or only fall, within their u."""
+
+
+@dataclass(frozen=True)
+class Unchanged:
+    """One size or number that the levels share."""
+
+    effect: str
+    parameter: str
+    unit: str
+    value: float
+    u: float
+    """Standard uncertainty, SI."""
+
+
+@dataclass(frozen=True, eq=False)
+class ChangeData:
+    """What changed between levels, and what did not."""
+
+    kind: Kind
+    changed: tuple[Changed, ...]
+    unchanged: tuple[Unchanged, ...]
+    probability: float
+    """That something changed; for `nothing`, that nothing did."""
+    noise: NoiseChange
+    remains: dict[str, Any] | None
+    """What is left after the most probable combination of the level where most is left; None where
+    that is noise, or where the effects were given and nothing was diagnosed."""
+    levels: tuple[str, ...]
+    readings: tuple[Readings, ...] = field(repr=False)
+    rmse_arcsec: tuple[float, ...]
+    effects: tuple[str, ...]
+    """Fitted at every level."""
+    by: str | None
+    weighed: Weighed = field(repr=False)
+    notes: tuple[str, ...] = ()

@@ -1,0 +1,239 @@
+"""One model for the campaigns of all levels, with some numbers shared and the others each its own.
+
+    Party       one level: its problem under its own noise, and where its search begins
+    Shared      a choice of the numbers that have a value for each level, fitted
+    fit_shared  the most probable values of a choice, and its evidence
+
+The misfits of the levels add up, each through its own noise and without its own offsets. A number
+that is shared has one slot for all levels, another one slot for each. Gauss-Newton on the slots;
+Laplace's approximation gives the evidence, with one prior for each slot.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cbpt.lab.covariance.linear_gaussian import Margin
+from cbpt.lab.inference.gauss_newton import Problem, point_at
+from cbpt.lab.model.forward import Point
+from cbpt.lab.model.priors import Variant, log_size_prior
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+_STEPS = 25
+_ENOUGH = 0.01
+"""Gain in misfit that ends the search."""
+
+
+@dataclass(frozen=True, eq=False)
+class Party:
+    """One level under its own noise."""
+
+    problem: Problem
+    point: Point
+    """The most probable values of the level by itself."""
+    log_noise: float
+    """What the noise itself adds to the log evidence, whatever the values: with it, choices with
+    other effects can be compared too."""
+
+
+@dataclass(frozen=True, eq=False)
+class Shared:
+    """A choice fitted. Coordinates are in the units of the unknowns, shape (slots,)."""
+
+    separate: frozenset[int]
+    """Unknowns that have a value for each level."""
+    slots: Ints
+    """The slot of each unknown at each level, shape (levels, p)."""
+    x: Floats
+    covariance: Floats
+    points: tuple[Point, ...]
+    misfit: float
+    log_evidence: float
+
+    def value(self, level: int, unknown: int) -> tuple[float, float]:
+        """Coordinate and standard uncertainty of an unknown at a level, in its unit."""
+        slot = self.slots[level, unknown]
+        return float(self.x[slot]), float(np.sqrt(self.covariance[slot, slot]))
+
+
+def fit_shared(
+    parties: Sequence[Party],
+    variants: Sequence[Variant],
+    separate: frozenset[int],
+    start: Sequence[Point] | None = None,
+) -> Shared | None:
+    """The most probable values with the unknowns in `separate` free at each level; None where the
+    model has no solution. start: a point for each level, else those of the levels themselves."""
+    first = parties[0].problem
+    slots = _slots(len(parties), len(first.unknowns), separate)
+    system = _System(parties, slots)
+    x = system.mean_of([p.point for p in parties] if start is None else list(start))
+    points = system.points(x)
+    if points is None:
+        x = system.mean_of([p.point for p in parties[:1]] * len(parties))
+        points = system.points(x)
+    if points is None:
+        return None
+    value = system.objective(points, x)
+    for _ in range(_STEPS):
+        step, promised = system.step(points, x)
+        if promised < _ENOUGH:
+            break
+        moved = system.moved(points, x, step, value)
+        if moved is None:
+            break
+        gained = value - moved[2]
+        x, points, value = moved
+        if gained < _ENOUGH:
+            break
+    gram = system.gram(points)
+    covariance: Floats = np.linalg.inv(gram).astype(np.float64)
+    prior = system.precision[system.precision > 0]
+    log_evidence = -0.5 * value - 0.5 * float(np.linalg.slogdet(gram)[1])
+    log_evidence += 0.5 * float(np.sum(np.log(prior)))
+    log_evidence += float(sum(_priors(first, variants, slots, x, covariance)))
+    log_evidence += sum(party.log_noise for party in parties)
+    return Shared(separate, slots, x, covariance, tuple(points), value, log_evidence)
+
+
+def _slots(levels: int, p: int, separate: frozenset[int]) -> Ints:
+    slots = np.tile(np.arange(p, dtype=np.int64), (levels, 1))
+    fresh = p
+    for level in range(1, levels):
+        for unknown in sorted(separate):
+            slots[level, unknown] = fresh
+            fresh += 1
+    return slots
+
+
+def _priors(
+    problem: Problem, variants: Sequence[Variant], slots: Ints, x: Floats, covariance: Floats
+) -> list[float]:
+    """Log priors of the sizes: once for each value that they have."""
+    own = np.sqrt(np.diag(covariance))
+    found = []
+    for number, variant in enumerate(variants):
+        at = [i for i, u in enumerate(problem.unknowns) if u.size_of == number]
+        places = {tuple(row[at].tolist()) for row in slots}
+        for place in sorted(places):
+            rows = list(place)
+            off = x[rows] - problem.mean[at] / problem.unit[at]
+            found.append(float(log_size_prior(variant, off, own[rows])))
+    return found
+
+
+class _System:
+    """The slots' misfit, step and second derivatives; coordinates are in units from zero."""
+
+    def __init__(self, parties: Sequence[Party], slots: Ints) -> None:
+        self.parties, self.slots = parties, slots
+        first = parties[0].problem
+        count = int(slots.max()) + 1
+        owner = np.zeros(count, dtype=np.int64)
+        for row in slots:
+            owner[row] = np.arange(len(row))
+        self.precision = first.precision[owner]
+        self.mean = (first.mean / first.unit)[owner]
+        self.low, self.high = (first.low / first.unit)[owner], (first.high / first.unit)[owner]
+        self.bases = [np.linalg.qr(p.problem.offsets)[0] for p in parties]
+
+    def mean_of(self, points: Sequence[Point]) -> Floats:
+        """A start: the mean over the levels that share a slot, weighted by what they know of it."""
+        total, weight = np.zeros(len(self.mean)), np.full(len(self.mean), 1e-12)
+        for party, point, row, basis in zip(
+            self.parties, points, self.slots, self.bases, strict=True
+        ):
+            jacobian = self._projected(party.problem, point, basis)[1]
+            known = np.sum(jacobian**2, axis=0) + 1e-9
+            at = party.problem.coordinates(point) / party.problem.unit
+            np.add.at(total, row, known * at)
+            np.add.at(weight, row, known)
+        return np.asarray(np.clip(total / weight, self.low, self.high))
+
+    def points(self, x: Floats, slopes: bool = True) -> list[Point] | None:
+        """The model of each level there."""
+        found = []
+        for party, row in zip(self.parties, self.slots, strict=True):
+            problem = party.problem
+            values = party.point.values.copy()
+            at = x[row] * problem.unit
+            values[problem.index] = np.where(problem.log, np.exp(np.where(problem.log, at, 0)), at)
+            point = point_at(problem.model, values, problem.unknowns if slopes else ())
+            if point is None:
+                return None
+            found.append(point)
+        return found
+
+    def objective(self, points: Sequence[Point], x: Floats) -> float:
+        """Whitened misfit after the best offsets of each level, and priors."""
+        total = float(self.precision @ (x - self.mean) ** 2)
+        for party, point in zip(self.parties, points, strict=True):
+            problem = party.problem
+            r = problem.whitener(problem.campaign.y_arcsec - point.angle_arcsec)
+            none = np.zeros(problem.offsets.shape[1])
+            total += Margin.of(r, problem.offsets, none).chi2
+        return total
+
+    def _projected(self, problem: Problem, point: Point, basis: Floats) -> tuple[Floats, Floats]:
+        """Whitened residual and columns with the offsets taken out."""
+        y = problem.whitener(problem.campaign.y_arcsec - point.angle_arcsec)
+        columns = problem.whitener(problem.columns(point))
+        return y - basis @ (basis.T @ y), columns - basis @ (basis.T @ columns)
+
+    def _normal(self, points: Sequence[Point]) -> tuple[Floats, Floats]:
+        """Second derivatives and slopes of half the misfit, without priors."""
+        n = len(self.mean)
+        gram, push = np.zeros((n, n)), np.zeros(n)
+        for party, point, row, basis in zip(
+            self.parties, points, self.slots, self.bases, strict=True
+        ):
+            y, columns = self._projected(party.problem, point, basis)
+            gram[np.ix_(row, row)] += columns.T @ columns
+            push[row] += columns.T @ y
+        return gram, push
+
+    def gram(self, points: Sequence[Point]) -> Floats:
+        """Second derivatives with the priors; a size that nothing shows is known to a unit."""
+        gram = self._normal(points)[0] + np.diag(self.precision)
+        gram[np.diag_indices_from(gram)] += 1e-6
+        return gram
+
+    def step(self, points: Sequence[Point], x: Floats) -> tuple[Floats, float]:
+        """The step within the bounds, and what it promises to gain."""
+        gram, push = self._normal(points)
+        gram += np.diag(self.precision)
+        gram[np.diag_indices_from(gram)] *= 1 + 1e-10
+        gram[np.diag_indices_from(gram)] += 1e-9
+        push = push - self.precision * (x - self.mean)
+        step = np.zeros(len(x))
+        free = np.ones(len(x), dtype=bool)
+        for _ in range(len(x) + 1):
+            held = push[free] - gram[np.ix_(free, ~free)] @ step[~free]
+            step[free] = np.linalg.solve(gram[np.ix_(free, free)], held)
+            goal = x + step
+            out = free & ((goal < self.low - 1e-12) | (goal > self.high + 1e-12))
+            if not out.any():
+                break
+            step[out] = (np.clip(goal, self.low, self.high) - x)[out]
+            free &= ~out
+        return step, float(2 * push @ step - step @ gram @ step)
+
+    def moved(
+        self, points: Sequence[Point], x: Floats, step: Floats, value: float
+    ) -> tuple[Floats, list[Point], float] | None:
+        """A step that gains, shortened where it has to be; None where none does."""
+        for _ in range(5):
+            goal = np.clip(x + step, self.low, self.high)
+            tried = self.points(goal, slopes=False)
+            if tried is not None and self.objective(tried, goal) < value:
+                found = self.points(goal)
+                if found is not None:
+                    return goal, found, self.objective(found, goal)
+            step = step / 3
+        return None

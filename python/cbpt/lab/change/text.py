@@ -1,0 +1,108 @@
+"""What changed, in words.
+
+sentence   the verdict
+lines      the whole answer
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from cbpt._core import text_table
+from cbpt.lab.change.record import Changed, ChangeData, Unchanged
+from cbpt.lab.wording.names import called
+from cbpt.lab.wording.numbers import in_words, listed
+
+_WAYS = {"up": "rose", "down": "fell", "new": "appeared", "gone": "disappeared"}
+
+
+def sentence(found: ChangeData) -> str:
+    """The verdict in one sentence."""
+    if found.kind == "nothing":
+        return (
+            f"Nothing changed (probability {found.probability:.2f})."
+            + _noise(found)
+            + _within(found)
+        )
+    if found.kind == "undecided":
+        return (
+            f"The readings do not decide whether something changed (probability "
+            f"{found.probability:.2f})." + _noise(found)
+        )
+    # The first of an effect is its size; what else of it changed stands in the document.
+    first = {c.effect: c for c in reversed(found.changed)}
+    told = [_told(first[effect]) for effect in dict.fromkeys(c.effect for c in found.changed)]
+    if not told:
+        weighed = found.weighed
+        names = [g.effect for g in weighed.groups if weighed.changed(g.effect) > 0.05]
+        return (
+            f"Something changed (probability {found.probability:.2f}), and the readings do not "
+            f"tell which of {listed(names, 'or')}." + _noise(found)
+        )
+    return f"{'; '.join(told)}." + _noise(found) + _within(found)
+
+
+def _told(c: Changed) -> str:
+    label, before = in_words(c.effect, c.parameter, c.before, c.u_before, c.unit)
+    _, after = in_words(c.effect, c.parameter, c.after, c.u_after, c.unit)
+    trend = "" if c.trend in (None, "neither") else f", {c.trend} from level to level"
+    return (
+        f"{c.effect} {_WAYS[c.direction]}: {label} from {before} to {after}{trend} (probability "
+        f"{c.probability:.2f})"
+    )
+
+
+def _noise(found: ChangeData) -> str:
+    if not found.noise.changed:
+        return ""
+    sizes = " to ".join(f"{u:.3g}" for u in (found.noise.u_arcsec[0], found.noise.u_arcsec[-1]))
+    return f" The scatter changed: {sizes} arcsec (probability {found.noise.probability:.2f})."
+
+
+def _within(found: ChangeData) -> str:
+    """What did not change, and within what."""
+    told = [f"{u.effect} within {u.u / abs(u.value):.1%}" for u in found.unchanged if _firm(u)]
+    return f" Unchanged: {listed(told)}." if told else ""
+
+
+def _firm(u: Unchanged) -> bool:
+    return abs(u.value) > 3 * u.u > 0
+
+
+def lines(found: ChangeData) -> Iterator[str]:
+    """The whole answer."""
+    kind = found.readings[0].preload_N is None
+    yield sentence(found)
+    yield ""
+    head = found.by or "campaign"
+    rows = [
+        [level, str(len(r)), f"{rmse:.3g}", f"{u:.3g}"]
+        for level, r, rmse, u in zip(
+            found.levels, found.readings, found.rmse_arcsec, found.noise.u_arcsec, strict=True
+        )
+    ]
+    yield text_table([head, "readings", "rmse_arcsec", "scatter_arcsec"], rows)
+    fitted = listed(found.effects) if found.effects else "no effect"
+    yield f"Fitted at every level: {fitted}, and the numbers of drive and rig within [uncertainty]."
+    rows = []
+    for group in found.weighed.groups:
+        name = called(group.effect, "torsion_spring" if kind else "ball_drive")
+        rows.append([group.effect, name, f"{found.weighed.changed(group.effect):.3f}"])
+    yield text_table(["effect or number", "", "probability of a change"], rows)
+    if found.changed and len(found.levels) > 2:
+        rows = []
+        for c in found.changed:
+            pairs = [
+                in_words(c.effect, c.parameter, v, u, c.unit)
+                for v, u in zip(c.values, c.u, strict=True)
+            ]
+            rows.append([f"{c.effect} {pairs[0][0]}", *(value for _, value in pairs)])
+        yield text_table([head, *found.levels], rows)
+    if found.remains:
+        share = found.remains.get("share_of_misfit")
+        told = f", {share:.0%} of the misfit" if isinstance(share, float) else ""
+        yield (
+            f"After the most probable combination {found.remains['rms_arcsec']:.3g} arcsec remain"
+            f"{told}, more than noise: the numbers above share that rest."
+        )
+    yield from (f"Note: {note}" for note in found.notes)

@@ -1,0 +1,147 @@
+"""What changed between campaigns: nothing, an effect, a number, the scatter; trends by level."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import cbpt
+from cbpt.cli import main as commands
+
+TOP = Path(__file__).parents[2]
+SPRING = {
+    "torsion_spring": {"torsional_stiffness_Nm_per_arcmin": 1.0},
+    "uncertainty": {"contact_stiffness_rel": 0.2},
+}
+HALF = np.arange(0, 10, 0.5)
+LOOP = np.concatenate([HALF, np.arange(10, -10, -0.5), np.arange(-10, 0.1, 0.5)])
+FRICTION = "friction_hysteresis"
+
+
+@cache
+def loops(
+    friction_Nm: float = 1.0, stiffness: float = 1.0, seed: int = 1, u: float = 2.0
+) -> dict[str, NDArray[np.float64]]:
+    """Two loops of a spring with friction."""
+    case: dict[str, object] = {
+        "torsion_spring": {"torsional_stiffness_Nm_per_arcmin": stiffness},
+        "effect": [
+            {
+                "id": FRICTION,
+                "friction_torque_Nm": friction_Nm,
+                "engagement_angle_arcsec": 30,
+            }
+        ],
+    }
+    n = len(LOOP)
+    plan = {
+        "run": np.repeat([1.0, 2.0], n),
+        "torque_Nm": np.tile(LOOP, 2),
+        "time_s": np.arange(2.0 * n),
+        "elastic_angle_arcsec": np.zeros(2 * n),
+    }
+    rows = cbpt.read_readings(plan, need_preload=False)
+    made = cbpt.simulate(case, rows, seed=seed, u_elastic_angle_arcsec=u)
+    return plan | {
+        "elastic_angle_arcsec": np.array(made.elastic_angle_arcsec),
+        "u_elastic_angle_arcsec": np.full(2 * n, 2.0),
+    }
+
+
+def found(*tables: dict[str, NDArray[np.float64]]) -> cbpt.Change:
+    return cbpt.change(SPRING, *tables, effects=[FRICTION])
+
+
+# --- the verdict --------------------------------------------------------------------------
+
+
+def test_repeated_readings_say_that_nothing_changed() -> None:
+    answer = found(loops(seed=1), loops(seed=2))
+    assert answer.kind == "nothing" and not answer.changed and not answer.noise.changed
+    assert answer.probability > 0.9
+    assert "Nothing changed" in answer.sentence
+    assert {u.effect for u in answer.unchanged} >= {FRICTION, "contact_stiffness"}
+
+
+@pytest.mark.parametrize(("after", "direction"), [(1.5, "up"), (0.6, "down")])
+def test_a_changed_effect_is_named_with_both_values(after: float, direction: str) -> None:
+    answer = found(loops(1.0), loops(after, seed=2))
+    assert answer.kind == "changed" and answer.probability > 0.99
+    first = answer.changed[0]
+    assert (first.effect, first.parameter) == (FRICTION, "friction_torque_Nm")
+    assert first.direction == direction and first.probability > 0.95
+    assert abs(first.before - 1.0) < 3 * first.u_before
+    assert abs(first.after - after) < 3 * first.u_after
+    assert {c.effect for c in answer.changed} == {FRICTION}
+
+
+def test_an_effect_may_be_gone() -> None:
+    answer = found(loops(1.0), loops(0.0, seed=2))
+    assert answer.kind == "changed" and answer.changed[0].direction == "gone"
+    assert found(loops(0.0), loops(1.0, seed=2)).changed[0].direction == "new"
+
+
+def test_a_changed_stiffness_is_no_changed_effect() -> None:
+    answer = found(loops(1.0), loops(1.0, stiffness=0.85, seed=2))
+    assert {c.effect for c in answer.changed} == {"contact_stiffness"}
+    assert answer.changed[0].direction == "down"
+
+
+def test_a_changed_scatter_is_a_finding_of_its_own() -> None:
+    answer = found(loops(1.0, u=2.0), loops(1.0, seed=2, u=5.0))
+    assert answer.kind == "nothing"
+    assert answer.noise.changed and "scatter changed" in answer.sentence
+
+
+def test_levels_of_a_column_have_a_trend() -> None:
+    parts = [loops(f, seed=s) for s, f in enumerate((0.6, 1.0, 1.6))]
+    table = {name: np.concatenate([p[name] for p in parts]) for name in parts[0]}
+    table["run"] = np.repeat(np.arange(6.0), len(LOOP))
+    table["step"] = np.repeat([1.0, 2.0, 3.0], 2 * len(LOOP))
+    answer = cbpt.change(SPRING, table, by="step", effects=[FRICTION])
+    assert answer.levels == ("1.0", "2.0", "3.0") or len(answer.levels) == 3
+    first = answer.changed[0]
+    assert first.trend == "rising" and first.values[1] == pytest.approx(1.0, abs=0.1)
+
+
+def test_what_changed_is_found_without_being_told_the_effect() -> None:
+    answer = cbpt.change(SPRING, loops(0.0, seed=3), loops(1.2, seed=4))
+    assert answer.kind == "changed"
+    assert answer.changed[0].effect == FRICTION
+
+
+# --- the document and the command ---------------------------------------------------------
+
+
+def write(path: Path, table: dict[str, NDArray[np.float64]]) -> Path:
+    rows = zip(*(values.tolist() for values in table.values()), strict=True)
+    path.write_text("\n".join([",".join(table), *(",".join(map(str, row)) for row in rows)]))
+    return path
+
+
+def test_the_verb(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    case = tmp_path / "case.toml"
+    case.write_text(cbpt.Case.from_dict(SPRING).to_toml())
+    one = write(tmp_path / "before.csv", loops(1.0))
+    two = write(tmp_path / "after.csv", loops(1.5, seed=2))
+    given = ["change", str(case), str(one), str(two), "--with", FRICTION]
+    assert commands.main([*given, "--json", str(tmp_path / "c.json")]) == 0
+    assert "rose" in capsys.readouterr().out
+    document = json.loads((tmp_path / "c.json").read_text())
+    verdict = document["verdict"]
+    assert verdict["kind"] == "changed"
+    keys = {"effect", "parameter", "unit", "before", "after", "u_before", "u_after"}
+    assert keys | {"direction", "probability"} <= verdict["changed"][0].keys()
+    assert {"remains", "noise", "levels", "unchanged", "combinations"} <= document.keys()
+    assert commands.main(["change", str(case), str(one)]) == 2
+    assert commands.main(["change", str(case), str(one), str(two), "--by", "run"]) == 2
+
+
+def test_both_a_table_and_a_column_are_refused() -> None:
+    with pytest.raises(cbpt.InvalidInputError, match="not both"):
+        cbpt.change(SPRING, loops(), loops(seed=2), by="run")
