@@ -84,3 +84,8 @@ def test_the_schema_refuses_a_misspelt_key() -> None:
     assert not validator().is_valid(document)
     with pytest.raises(cbpt.CaseError, match="did you mean ball_count"):
         cbpt.Case.from_dict(document)
+
+
+def test_the_program_of_the_rust_page_is_the_one_that_is_run() -> None:
+    program = (TOP / "examples/embed/src/main.rs").read_text()
+    assert f"```rust\n{program}```" in (TOP / "docs/reference/rust.md").read_text()

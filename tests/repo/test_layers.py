@@ -112,6 +112,7 @@ CORE_USES: dict[str, set[str]] = {
         *("drive", "effect", "error", "geometry", "pair", "equilibrium", "status"),
         *("reducer", "torsion_spring", "transmission", "sweep", "units"),
     },
+    "fit": {"effect", "error", "predict"},
     "preload": {"drive", "geometry", "pair", "period", "real", "transmission"},
     "sensitivity": {
         *(

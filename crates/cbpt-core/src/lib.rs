@@ -15,7 +15,8 @@
 //!   that carry derivatives ([`real`]);
 //! - [`findings`]: what a designer should know before building; [`preload`]: the three thresholds; [`sweep`]: many loads on all cores;
 //! - [`judge`]: many designs;
-//! - [`effect`]: the library of effects; [`predict`]: a drive with effects on a table of readings;
+//! - [`effect`]: the library of effects; [`predict`]: a drive with effects on a table of readings; [`fit`]: that against
+//!   measured angles;
 //! - [`units`]: the one table of units;
 //! - [`error`]: bad input. A load that cannot be carried is a [`Status`], not an error.
 //!
@@ -29,6 +30,7 @@ pub mod equilibrium;
 pub mod error;
 pub mod extremes;
 pub mod findings;
+pub mod fit;
 pub mod geometry;
 pub mod hertz;
 pub mod interval;

@@ -230,7 +230,7 @@ def _rates(r: Readings, loops: list[Loop]) -> Check:
 
 def _closed(loops: list[Loop]) -> Check:
     whole = [loop for loop in loops if loop.whole]
-    words = f"{len(whole)} whole loops, {len(loops) - len(whole)} half or one-way"
+    words = f"loops: {len(whole)} whole, {len(loops) - len(whole)} half or one-way"
     if not whole:
         remedy = "Run one and a quarter cycles: 0, +T, -T, +T, and on to -T."
         return Check("loops", "lost", words, remedy)

@@ -104,6 +104,7 @@ def page_document(
     why that is not known.
     """
     from cbpt.page.document.drive import drive_section
+    from cbpt.page.document.loops import table_section
 
     if diagnosis is None:
         entry, _, regimes = stated(case, readings)
@@ -133,6 +134,7 @@ def page_document(
         "combinations": list(found.combinations()),
         "remains": found.remains(),
         "undecided": answer["verdict"]["undecided"] if answer else None,
+        "table": table_section(case, readings) if diagnosis else None,
         "readings": columns_of_readings(readings, regimes, found),
         "regimes": names,
         "regimes_full": [name == REGIMES[0] for name in names],

@@ -403,6 +403,8 @@ class PageDocument(TypedDict):
     remains: Remains | None
     undecided: str | None
     """Why the readings do not decide; null where they do."""
+    table: Any
+    """`checks` of `cbpt preflight` and the figures of `loops`; null before a diagnosis."""
     readings: ReadingColumns
     regimes: list[str]
     """Names of the contact regimes."""

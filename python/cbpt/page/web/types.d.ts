@@ -375,6 +375,8 @@ export interface PageDocument {
   remains: Remains | null;
   /** Why the readings do not decide; null where they do. */
   undecided: string | null;
+  /** `checks` of `cbpt preflight` and the figures of `loops`; null before a diagnosis. */
+  table: Any;
   readings: ReadingColumns;
   /** Names of the contact regimes. */
   regimes: string[];

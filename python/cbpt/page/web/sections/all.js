@@ -13,6 +13,7 @@ import { setUpLadder } from "./ladder.js";
 import { setUpNext } from "./next.js";
 import { setUpOwn } from "./own.js";
 import { documentShown, on, state, tell, tellNewcomers } from "../lib/store.js";
+import { setUpTable } from "./table.js";
 import { openUpload, setUpUpload } from "./upload.js";
 import { setUpWhere } from "./where.js";
 
@@ -40,6 +41,7 @@ export function setUpSections() {
       setUpCandidates,
       setUpOwn,
       setUpNext,
+      setUpTable,
       setUpDrive,
       setUpExport,
       setUpUpload,

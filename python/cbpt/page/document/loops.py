@@ -1,0 +1,55 @@
+"""The table by itself, for the page: checks before any model, and the figures of its loops.
+
+table_section   both, from what `preflight` and `characterise` say
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Any
+
+from cbpt._core import Case, Drive
+from cbpt.errors import CbptError
+from cbpt.lab.characteristics.characterise import characterise
+from cbpt.lab.characteristics.uncertainty import Figure
+from cbpt.lab.diagnosis.preflight_checks import checks
+from cbpt.lab.readings.reader import Readings
+
+_MOST_SETTINGS = 8
+"""A page of more loops than that is no page."""
+
+
+def table_section(case: Case | Drive, readings: Readings) -> dict[str, Any]:
+    """It takes longer than a first plot may wait, so a page has it once there is a diagnosis."""
+    return {
+        "checks": [asdict(check) for check in checks(readings, case)],
+        "loops": _loops(case, readings),
+    }
+
+
+def _loops(case: Case | Drive, readings: Readings) -> list[dict[str, Any]]:
+    try:
+        found = characterise(case, readings)
+    except CbptError:  # no loop in the table, or no torque to rate it by
+        return []
+    return [
+        {
+            "setting": group.setting,
+            "figures": [_figure(a, b) for a, b in zip(group.readings, group.model, strict=True)],
+            "warnings": list(group.warnings),
+        }
+        for group in found.groups[:_MOST_SETTINGS]
+    ]
+
+
+def _figure(of_readings: Figure, of_model: Figure) -> dict[str, Any]:
+    return {
+        "name": of_readings.name,
+        "unit": of_readings.unit,
+        "convention": of_readings.convention,
+        "value": of_readings.value,
+        "u": of_readings.u,
+        "model": of_model.value,
+        "u_model": of_model.u,
+        "reason": of_readings.reason,
+    }
