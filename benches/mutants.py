@@ -19,6 +19,7 @@ import os
 import signal
 import sys
 import time
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from types import ModuleType
@@ -124,8 +125,8 @@ class Changed(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         exec(compile(self.tree, str(self.path), "exec"), module.__dict__)
 
 
-def survives(name: str, path: Path, tree: ast.Module, tests: Sequence[str]) -> bool:
-    """Whether all tests pass with a module changed."""
+def outcome(name: str, path: Path, tree: ast.Module, tests: Sequence[str]) -> str:
+    """How the tests end with a module changed; a crash of the process says nothing of them."""
     child = os.fork()
     if child == 0:
         code = 3  # whatever ends the tests
@@ -140,7 +141,8 @@ def survives(name: str, path: Path, tree: ast.Module, tests: Sequence[str]) -> b
         finally:
             os._exit(int(code))
     _, status = os.waitpid(child, 0)
-    return os.waitstatus_to_exitcode(status) == 0
+    code = os.waitstatus_to_exitcode(status)
+    return {0: "survived", 1: "killed", 2: "killed", -signal.SIGALRM: "killed"}.get(code, "crashed")
 
 
 def main() -> None:
@@ -157,16 +159,19 @@ def main() -> None:
         path = TOP / f"python/cbpt/lab/selection/{module}.py"
         all_of_it = list(mutants(path.read_text(encoding="utf-8")))
         tried = all_of_it[part - 1 :: parts]
-        alive = 0
-        if not survives(f"cbpt.lab.selection.{module}", path, ast.parse(path.read_text()), tests):
+        name = f"cbpt.lab.selection.{module}"
+        if outcome(name, path, ast.parse(path.read_text(encoding="utf-8")), tests) != "survived":
             raise SystemExit(f"{module}: the tests fail without any change")
+        ends: Counter[str] = Counter()
         for told, tree in tried:
-            if survives(f"cbpt.lab.selection.{module}", path, tree, tests):
-                alive += 1
-                print(f"survived  {module}.py:{told}", flush=True)
+            end = outcome(name, path, tree, tests)
+            ends[end] += 1
+            if end != "killed":
+                print(f"{end:<9} {module}.py:{told}", flush=True)
+        counts = ", ".join(f"{count} {end}" for end, count in ends.items())
+        seconds = time.perf_counter() - began
         print(
-            f"{module}: {len(tried)} of {len(all_of_it)} mutants tried, {len(tried) - alive} killed"
-            f" ({time.perf_counter() - began:.0f} s)",
+            f"{module}: {len(tried)} of {len(all_of_it)} tried, {counts} ({seconds:.0f} s)",
             flush=True,
         )
 

@@ -39,6 +39,7 @@ def claims() -> tuple[Claim, ...]:
         pairs.inside_softer(),
         pairs.deformation_against_equal_speed_balls(),
         *pairs.angle_against_deceleration_balls(),
+        pairs.stiffness_against_short_amplitude(),
         *drive.amplitude_of_drive(),
         *drive.influence_of_short_amplitude(),
         *drive.influence_of_preload(),

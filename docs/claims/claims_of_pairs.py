@@ -461,3 +461,29 @@ def angle_against_deceleration_balls() -> Iterator[Claim]:
             "NFTMP, 20 balls, μm": unloaded[i],
         },
     )
+
+
+def stiffness_against_short_amplitude() -> Claim:
+    """The reason that the paper gives for what K does."""
+
+    def of(k: float) -> tuple[float, float]:
+        """Mean stiffness of a meshing point, N/m^1.5, and torsional stiffness of the pair."""
+        pair = make_drive(short_amplitude_coefficient=k).solve(1e-6, PRELOAD_N).deceleration
+        assert pair is not None
+        point = pair.force_N / pair.deformation_m**1.5
+        return float(point.mean()), pair.torsional_stiffness_Nm_per_rad
+
+    (low, turning_low), (high, turning_high) = of(0.3), of(0.55)
+    return Claim(
+        "stiffness against K",
+        "14",
+        "The larger K, the greater the stiffness of the meshing points; therefore the angle falls.",
+        verdict(high / low > (turning_high / turning_low) ** 0.5),
+        "The angle falls because the eccentricity e = K r0, and with it the lever arm, grows. The "
+        "curvature that K adds to one wall it takes from the opposite wall of the same ball.",
+        {
+            "stiffness of a meshing point, K = 0.55 over K = 0.3": high / low,
+            "torsional stiffness of the pair, K = 0.55 over K = 0.3": turning_high / turning_low,
+            "lever arm, K = 0.55 over K = 0.3": 0.55 / 0.3,
+        },
+    )

@@ -105,6 +105,13 @@ ROWS: dict[str, tuple[str, dict[str, float]]] = {
         HOLDS,
         {"NFTMP, 10 balls, μm": 2.01783, "NFTMP, 14 balls, μm": 2.16574},
     ),
+    "stiffness against K": (
+        FAILS,
+        {
+            "stiffness of a meshing point, K = 0.55 over K = 0.3": 0.996978,
+            "torsional stiffness of the pair, K = 0.55 over K = 0.3": 3.36097,
+        },
+    ),
     "amplitude of the drive": (
         HOLDS,
         {"with rings, arcsec": 1.6e-4, "with a cross-slide, arcsec": 1.6e-4},

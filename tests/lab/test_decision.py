@@ -1,8 +1,7 @@
 """From odds to words: the rules on odds made up by hand.
 
-The readings are those of a real table, so that its checks are the real ones; fits and odds are made
-up, and so is how well a fit predicts readings that are kept back. What is read off a posterior has
-tests of its own (`test_posterior`).
+The readings are those of a real table; fits and odds are made up, and so is how well a fit predicts
+readings that are kept back. What is read off a posterior has tests of its own (`test_posterior`).
 
 Groups: a competition made up; effects demanded; something without a name; no effect demanded;
 what is left; undecided; probabilities.
@@ -556,6 +555,7 @@ def test_what_predicts_nothing_is_not_certain() -> None:
         verdict = judge(competition(shares, fits))
         assert verdict.effects == ((CREEP, FRICTION) if certain else (FRICTION,))
         assert (CREEP in dict(verdict.perhaps)) != certain
+        assert verdict.probability == pytest.approx(0.996 if certain else 0.998)
 
 
 def test_an_answer_that_predicts_nothing_is_none() -> None:

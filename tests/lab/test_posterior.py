@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cbpt.lab.selection.posterior import Posterior, Spoken, spoken_of
+from cbpt.lab.selection.posterior import OFFSET, Posterior, Spoken, spoken_of
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.selection.setting import Names
 from common.drives import examples
@@ -120,7 +120,8 @@ def valid(posterior: Posterior, group: Names) -> bool:
 @given(posteriors())
 @examples(150)
 def test_groups_are_what_they_are_said_to_be(posterior: Posterior) -> None:
-    """A group holds one that is needed; what is certain or improbable is in none."""
+    """A group holds one that is needed; what is certain is in none, and what is improbable only
+    where a group alone needs it."""
     said = spoken_of(posterior, RULES)
     inclusion = posterior.inclusion
     told = [e for g in said.rivals for e in g]
@@ -129,9 +130,12 @@ def test_groups_are_what_they_are_said_to_be(posterior: Posterior) -> None:
     for group in said.rivals:
         assert len(group) > 1
         assert posterior.of_any(group) >= RULES.certain
-        assert all(RULES.likely <= inclusion[e] < RULES.certain for e in group)
+        assert all(inclusion[e] < RULES.certain for e in group)
         if said.effects or len(said.rivals) > 1:
             assert valid(posterior, group)
+        elif any(inclusion[e] < RULES.likely for e in group):
+            least = min(group, key=lambda e: inclusion[e])
+            assert posterior.of_any(set(group) - {least}) < RULES.certain
 
 
 @given(posteriors())
@@ -187,6 +191,15 @@ def test_one_or_more_of_several_is_told_where_nothing_else_is() -> None:
     assert beside.effects == ("loss",) and beside.rivals == ()
 
 
+def test_it_may_take_an_improbable_one_for_a_group_to_be_certain() -> None:
+    said = spoken(bearing=0.945, torsion=0.045, nothing=0.01)
+    assert said.rivals == (("bearing", "torsion"),)
+    sets = {("bearing", OFFSET): 0.945, (OFFSET, "torsion"): 0.045, (OFFSET,): 0.01}
+    zeros = Posterior(sets)
+    assert spoken_of(zeros, RULES).effects == (OFFSET,)
+    assert spoken_of(zeros, RULES).rivals == (("bearing", "torsion"),)
+
+
 # --- likely -------------------------------------------------------------------------------
 
 
@@ -196,7 +209,12 @@ def test_everything_likely_is_told_once(posterior: Posterior) -> None:
     said = spoken_of(posterior, RULES)
     inclusion = posterior.inclusion
     told = [*said.effects, *(e for g in said.rivals for e in g), *(e for e, _ in said.perhaps)]
-    assert sorted(told) == sorted(e for e, p in inclusion.items() if p >= RULES.likely)
+    likely = {e for e, p in inclusion.items() if p >= RULES.likely}
+    assert len(told) == len(set(told)) and likely <= set(told)
+    # What is not likely stands in a group alone, where it takes it for the group to be certain.
+    assert not set(told) - likely or (
+        len(said.rivals) == 1 and set(told) - likely < set(said.rivals[0])
+    )
     assert dict(said.perhaps) == {e: inclusion[e] for e, _ in said.perhaps}
 
 

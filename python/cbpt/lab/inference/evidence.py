@@ -175,9 +175,10 @@ def evaluated(
     marginal = log_likelihood(margin.chi2, problem.whitener, margin.log_volume)
     marginal += float(log_scale_prior(np.array(problem.noise.scale), stated_dof))
     marginal -= price_of(problem.noise)
-    if not converged:
-        # The linear problem counts as reached what the search did not reach.
-        marginal -= 0.5 * max(problem.step(point)[1], 0.0)
+    # The linear problem counts as reached what lies beyond a bound or where no search came.
+    marginal -= 0.5 * max(
+        problem.objective(point) - _promised(problem, point, margin, discrepancy), 0.0
+    )
     return Fit(
         hypothesis=hypothesis,
         point=point,
@@ -194,6 +195,16 @@ def evaluated(
         noise_of_values=problem.noise,
         discrepancy_sd=discrepancy.sd,
     )
+
+
+def _promised(problem: Problem, point: Point, margin: Margin, discrepancy: Discrepancy) -> float:
+    """Misfit with priors at the end of the linear problem, the equations exact."""
+    if not discrepancy.sd:
+        return margin.chi2
+    y, columns, precision = problem.linear(point)
+    x = np.column_stack([problem.whitener(columns), problem.offsets])
+    flat = np.zeros(problem.offsets.shape[1])
+    return Margin.of(problem.whitener(y), x, np.r_[precision, flat]).chi2
 
 
 def _log_prior_of_sizes(

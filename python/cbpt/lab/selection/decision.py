@@ -290,7 +290,7 @@ def _effects(
         kind=kind,
         effects=certain,
         rivals=spoken.rivals,
-        probability=posterior.of_all(spoken.effects, spoken.rivals),
+        probability=posterior.of_all((*certain, *([UNKNOWN] if lack else [])), spoken.rivals),
         rests_on=() if kind == "unknown" else _decided_by(competition, named, rules),
         within_uncertainty=False,
         names=named,

@@ -159,7 +159,9 @@ class _Contest:
         """The best fit of every set of effects so far."""
 
     def keep(self, fit: Fit | None) -> None:
-        """Keep a fit where it is the best of its set."""
+        """Keep a fit where it is the best of its set, without the effects that it put to
+        nothing."""
+        fit = _without_idle(self.fitter, fit)
         if fit is None or not np.isfinite(fit.log_evidence):
             return
         names = fit.hypothesis.effects
@@ -231,8 +233,10 @@ class _Contest:
                 self.fit_near(additions_to(self.setting, fit))
             if self.score(base) == best:
                 for gone in base if len(base) > 1 else ():
-                    rest = self.fits[tuple(n for n in base if n != gone)]
-                    self.fit_near(additions_to(self.setting, rest, (fit.noise,)))
+                    rest = self.fits.get(tuple(n for n in base if n != gone))
+                    # None where the fit put another of its effects to nothing.
+                    if rest is not None:
+                        self.fit_near(additions_to(self.setting, rest, (fit.noise,)))
 
     def fit_near(self, offers: Sequence[Offer]) -> None:
         """The best offers that may come near the best fit and are not fitted yet."""
@@ -241,12 +245,13 @@ class _Contest:
         for offer in fresh[: _EFFORT.additions]:
             self.fit_offer(offer)
 
-    def drop(self, names: Names) -> None:
-        """All sets of one effect less than a set."""
+    def drop(self, names: Names, again: bool = False) -> None:
+        """All sets of one effect less than a set; `again`: those that are fitted too, from its
+        values and its noise."""
         fit = self.fits[names]
         for gone in names:
             rest = tuple(v for v in fit.hypothesis.variants if v.effect != gone)
-            if tuple(sorted(v.effect for v in rest)) not in self.fits:
+            if again or tuple(sorted(v.effect for v in rest)) not in self.fits:
                 start = self.fitter.start(Hypothesis(rest), {})
                 kept = [u.index for u in fit.unknowns if u.name.partition(".")[0] != gone]
                 start[kept] = fit.point.values[kept]
@@ -254,7 +259,8 @@ class _Contest:
 
     def settle(self) -> None:
         """No set may follow the readings worse than one that it contains: such a fit has ended in
-        another mode, and begins again from the values and the noise of the smaller set."""
+        another mode, and begins again from the values and the noise of the smaller set. Nor may the
+        best set owe its place to a noise that the sets within it have not been tried with."""
         best = max(self.score(n) for n in self.fits)
         for names in sorted(self.fits, key=len):
             fit = self.fits[names]
@@ -271,6 +277,11 @@ class _Contest:
                 kept = [u.index for u in self.fits[below].unknowns]
                 start[kept] = self.fits[below].point.values[kept]
                 self.keep(self.fitter.fit(fit.hypothesis, start, self.fits[below].noise))
+        for _ in range(_EFFORT.most):
+            leader = max(self.fits, key=self.score)
+            self.drop(leader, again=True)
+            if max(self.fits, key=self.score) == leader:
+                return
 
     def fit_together(self) -> None:
         """Two and three effects at once, from the linear problem about the reducer as stated.
@@ -297,7 +308,7 @@ class _Contest:
                 start = start_values(self.fitter, members, gain.sizes)
                 fit = self.fitter.fit(hypothesis, start, self.setting.plain)
                 self.report("effects together", 0.8)
-                self.keep(_without_idle(self.fitter, fit, self.setting.plain))
+                self.keep(fit)
 
     def find_modes_of_best(self) -> None:
         """Other modes of the best set, where they were not searched for yet."""
@@ -369,8 +380,9 @@ def _promising(singles: Sequence[Offer]) -> list[Offer]:
     return out
 
 
-def _without_idle(fitter: Fitter, fit: Fit | None, noise: Noise) -> Fit | None:
-    """A fit without the effects that it put to nothing: they are no part of what it found."""
+def _without_idle(fitter: Fitter, fit: Fit | None) -> Fit | None:
+    """A fit without the effects that it put to nothing: they are no part of what it found, but the
+    noise may be."""
     if fit is None:
         return None
     idle = {
@@ -384,4 +396,4 @@ def _without_idle(fitter: Fitter, fit: Fit | None, noise: Noise) -> Fit | None:
     if not idle:
         return fit
     rest = tuple(v for v in fit.hypothesis.variants if v.effect not in idle)
-    return fitter.fit(Hypothesis(rest), fit.point.values, noise)
+    return fitter.fit(Hypothesis(rest), fit.point.values, fit.noise)

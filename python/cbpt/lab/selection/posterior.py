@@ -25,7 +25,7 @@ from cbpt.lab.selection.rules import DecisionRules
 from cbpt.lab.selection.setting import Names
 
 _MOST_OPEN = 8
-"""Effects, the most probable ones, among which groups of rivals are looked for."""
+"""Effects, the most probable ones, among which groups are looked for of which one is needed."""
 UNKNOWN, OFFSET = "unknown", "run_offset"
 
 
@@ -130,9 +130,10 @@ def spoken_of(posterior: Posterior, rules: DecisionRules) -> Spoken:
     for group in _groups(posterior, open_[:_MOST_OPEN], rules):
         if not set(group) & set().union(*groups):
             groups.append(tuple(sorted(group)))
-    if not certain and not groups:
-        # One or more of them are at work, and nobody can say which.
-        groups = _one_or_more(posterior, open_, rules)
+    if not set(certain) - {OFFSET} and not groups:
+        # One or more of them are at work, and nobody can say which. It may take improbable ones.
+        ranked = sorted(set(inclusion) - set(certain), key=lambda e: -inclusion[e])
+        groups = _one_or_more(posterior, ranked[:_MOST_OPEN], rules)
     grouped = set().union(*groups)
     perhaps = tuple((e, inclusion[e]) for e in open_ if e not in grouped)
     return Spoken(tuple(certain), tuple(sorted(groups)), perhaps)
