@@ -103,9 +103,6 @@ def page_document(
     models: of the diagnosis, where they are at hand. isolability: what the campaign could see, or
     why that is not known.
     """
-    from cbpt.page.document.drive import drive_section
-    from cbpt.page.document.loops import table_section
-
     if diagnosis is None:
         entry, _, regimes = stated(case, readings)
         entries, found = [entry], Found()
@@ -115,7 +112,21 @@ def page_document(
         models = models or Models(diagnosis, readings)
         entries, regimes = list(models.entries()), models.regimes()
         found = Found(diagnosis, models)
-    answer = found.answer
+    return _document((case, readings, source), found, entries, regimes, isolability)
+
+
+def _document(
+    of: tuple[Case | Drive, Readings, Source],
+    found: Found,
+    entries: list[Model],
+    regimes: Sequence[str],
+    isolability: Isolability | None,
+) -> PageDocument:
+    """All keys. of: the case, its readings, and what they are called."""
+    from cbpt.page.document.drive import drive_section
+    from cbpt.page.document.loops import table_section
+
+    (case, readings, source), diagnosis, answer = of, found.diagnosis, found.answer
     curves, mean_over = curves_of(readings, entries)
     names = list(dict.fromkeys(name for name in regimes if name))
     return {
