@@ -261,8 +261,8 @@ def _misfit(why: Why) -> str:
         return f"It fits better by {size}{where}; {price or 'but not enough'}."
     if other < -1:
         price = (
-            "small departures from the equations, allowed to each effect, take back log odds of "
-            f"{rounded(-other, 2)}"
+            "the noise that it would take for its misfit, and departures from the equations, take "
+            f"back log odds of {rounded(-other, 2)}"
         )
     return f"It fits worse by {size}{where}{f'; {price}' if price else ''}."
 
