@@ -530,7 +530,7 @@ class OwnEffect:
             Takes all columns (a dict of arrays) and the values of the parameters (a list), and returns an array with one number
             for each row. Its attribute ``used`` is the set of columns that it reads.
         parameters : list of tuple
-            Name, unit, start, least and greatest value of each parameter.
+            Name, unit, start, least and greatest value of each parameter, in that unit.
 
         Returns
         -------
@@ -550,12 +550,17 @@ class OwnEffect:
     @property
     def parameters(self, /) -> list[tuple[str, str, float, float | None, float | None]]:
         """
-        Name, unit, start, least and greatest value of each parameter.
+        Name, SI unit, start, least and greatest value of each parameter, in SI.
         """
     @property
     def port(self, /) -> str:
         """
         ``load``, ``series`` or ``reading``.
+        """
+    @property
+    def stated_units(self, /) -> dict[str, str]:
+        """
+        The unit in which each parameter was stated.
         """
     def to_toml(self, /) -> str:
         """
@@ -1441,6 +1446,11 @@ def text_table(columns: SupportsGetItem[int, str], rows: SupportsGetItem[int, Su
 
     ``columns`` are the column names; each row has a cell for each column. Numbers are shown to six significant digits;
     ``None`` and numbers that are not finite are shown as ``-``.
+    """
+
+def unit_size(text: str) -> float:
+    """
+    The SI value of one unit as people write it, for example ``arcsec/(N m)``. Raises ``ValueError`` where it is none.
     """
 
 def units() -> list[Unit]:

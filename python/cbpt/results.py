@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from html import escape
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,6 +30,8 @@ ANGLE_UNITS = {
     if unit.quantity == "angle"
 }
 """Units that results can be given in: the value of one arcsec in each."""
+_SHOWN_ROWS = 20
+"""Loads that a notebook shows."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +80,16 @@ class Angles:
 
     def __len__(self) -> int:
         return int(self.torque_Nm.size)
+
+    def _repr_html_(self) -> str:
+        """As a notebook shows it: a table of the first loads."""
+        columns = ("torque_Nm", "preload_N", "input_angle_deg", "elastic_angle_arcsec", "status")
+        values = [np.ravel(getattr(self, name))[:_SHOWN_ROWS].tolist() for name in columns]
+        head = "".join(f"<th>{name}</th>" for name in columns)
+        rows = zip(*values, strict=True)
+        told = ((v if isinstance(v, str) else f"{v:.6g}" for v in row) for row in rows)
+        body = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>" for row in told)
+        return f"<p>{escape(repr(self))}</p><table><tr>{head}</tr>{body}</table>"
 
     def __repr__(self) -> str:
         solved = int(np.count_nonzero(self.has_solution))

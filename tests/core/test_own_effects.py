@@ -451,3 +451,47 @@ def test_from_the_case_file_to_the_case_file(
     assert own["parameters"]["t"]["start"] == pytest.approx(3.0, abs=0.2)
     assert commands.main(["compare", "fitted.toml", str(DATA), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["overall"]["rmse_arcsec"] < 1.1 * SIGMA
+
+
+# --- units ----------------------------------------------------------------------------------
+
+
+def test_the_unit_of_a_parameter_counts() -> None:
+    """0.2 arcsec/(N m) adds 0.2 arcsec for each N m, in whatever unit it is stated."""
+    arcsec = np.pi / 648000
+    bare = Case.from_toml(case_of("dev10"))
+    for unit, size in (
+        ("rad/(N m)", 1.0),
+        ("arcsec/(N m)", arcsec),
+        ("mrad / (kN m)", 1e-6),
+        ("arcsec/(lbf in)", arcsec / 0.1129848290276167),
+    ):
+        a = {"unit": unit, "start": 0.2 * arcsec / size, "max": 1 * arcsec / size}
+        own = effects.expression("shaft", "series", "a * torque_Nm", {"a": a})
+        ((_, told, start, least, most),) = own.parameters
+        assert told == "rad/(N m)" and least is None
+        assert start == pytest.approx(0.2 * arcsec, rel=1e-12)
+        assert most == pytest.approx(arcsec, rel=1e-12)
+        listed: Listed = [(own, {})]
+        both = (bare, bare.with_effects(listed))
+        before, after = (cbpt.solve_many(c, 3.0, 600.0).elastic_angle_arcsec for c in both)
+        assert after - before == pytest.approx(0.6, rel=1e-6)
+        function = as_function(own, lambda rows, a: a * rows["torque_Nm"])
+        assert function.parameters == own.parameters
+
+
+@pytest.mark.parametrize("unit", ["furlong", "rad/(N m", "arcsec per week", "degC"])
+def test_a_unit_that_is_not_known_is_refused(unit: str) -> None:
+    a = {"a": {"unit": unit, "start": 1.0}}
+    with pytest.raises(CaseError, match=r"parameters\.a\.unit = "):
+        effects.expression("shaft", "series", "a * torque_Nm", a)
+    with pytest.raises(CaseError, match=r"parameters\.a\.unit = "):
+        effects.own_effect("shaft", "series", lambda rows, a: 0.0, a)
+
+
+def test_a_case_keeps_the_unit_in_which_a_parameter_was_stated() -> None:
+    a = {"unit": "arcsec/(N m)", "start": 0.21, "min": 0.0, "max": 3.3}
+    own = effects.expression("shaft", "series", "a * torque_Nm", {"a": a})
+    text = 'a = { unit = "arcsec/(N m)", start = 0.21, min = 0.0, max = 3.3 }'
+    assert text in own.to_toml() and own.stated_units == {"a": "arcsec/(N m)"}
+    assert text in pickle.loads(pickle.dumps(own)).to_toml()

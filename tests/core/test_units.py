@@ -34,6 +34,7 @@ def test_a_name_ends_in_its_unit() -> None:
         ("stiffness_Nm_per_arcmin", "N m/arcmin"),
         ("quadratic_per_rad", "1/rad"),
         ("rate_arcsec_per_h", "arcsec/h"),
+        ("torque_lbf_in", "lbf in"),
     ):
         unit = unit_at_end(name)
         assert unit is not None and unit.written == written

@@ -19,6 +19,7 @@ from cbpt.lab.diagnosis.alternatives import smallest
 from cbpt.lab.diagnosis.diagnose import diagnose
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.diagnosis.diagnosis_data import Rung
+from cbpt.lab.wording.numbers import ARCSEC
 from common.hidden import ANGLE, U, case_of, diagnosed, table_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -199,7 +200,7 @@ def test_nothing_is_missing_says_what_could_not_have_been_seen() -> None:
     unseen_ones = [one for one in smallest(d) if one.share > 0.5]
     assert unseen_ones
     for one in unseen_ones:
-        assert one.says in words(d)
+        assert one.says(ARCSEC) in words(d)
     lot = next(e for e in d.to_dict()["detectable"] if e["effect"] == "ball_diameter_lot")
     assert list(lot["smallest"]) == ["spread_m"] and 1e-8 < lot["smallest"]["spread_m"] < 1e-5
     pitch = next(e for e in d.to_dict()["detectable"] if e["effect"] == "groove_pitch_error")

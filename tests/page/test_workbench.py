@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import os
 import posixpath
 import re
 import socket
+from contextlib import closing
 from pathlib import Path, PurePosixPath
 from types import SimpleNamespace
 
@@ -20,6 +22,8 @@ from cbpt.page.workbench.job import Job
 from cbpt.page.workbench.serve import _listening
 from cbpt.page.workbench.server import _mark
 from cbpt.page.workbench.session import CLOSING_S, Session
+from common import PATIENCE_S
+from common.hidden import FOLDER
 from common.page_server import client_of
 
 
@@ -117,3 +121,30 @@ def test_the_first_plot_asks_for_all_its_modules_at_once() -> None:
         needed |= new
         ways += sorted(new)
     assert preloaded == needed
+
+
+def test_readings_are_diagnosed_again_with_an_own_effect_and_the_headline_follows() -> None:
+    """What the library lacks, written and fitted, then weighed: it is what is missing."""
+    damage = {
+        "id": "groove_damage",
+        "port": "series",
+        "expression": "a * sign(torque_Nm) * max(abs(torque_Nm) - t, 0)"
+        " * exp(-((input_angle_rad - c) / w)^2)",
+        "parameters": [
+            {"name": "a", "unit": "rad/(N m)", "start": 1e-5, "min": 0.0, "max": 1e-3},
+            {"name": "t", "unit": "N m", "start": 2.0, "min": 0.0, "max": 6.0},
+            {"name": "c", "unit": "rad", "start": 2.2, "min": 1.8, "max": 2.8},
+            {"name": "w", "unit": "rad", "start": 0.5, "min": 0.1, "max": 1.0},
+        ],
+    }
+    with closing(Session.of_files(FOLDER / "dev10.toml", FOLDER / "dev10.csv")) as found:
+        found.start()
+        assert found.join(PATIENCE_S)
+        before = json.loads(found.document() or "")["answer"]
+        found.fit_own(damage)
+        found.start(own=True)
+        assert found.join(PATIENCE_S)
+        after = json.loads(found.document() or "")["answer"]
+    assert before["verdict"]["effects"] != ["groove_damage"]
+    assert "groove_damage" in after["verdict"]["effects"]
+    assert after["after"]["rmse_arcsec"] < 0.2 * after["before"]["rmse_arcsec"]

@@ -344,8 +344,8 @@ def test_units_of_channels(tmp_path: Path) -> None:
     angle = CAMPAIGN["elastic_angle_arcsec"]
     np.testing.assert_allclose(read.elastic_angle_arcsec, angle, rtol=1e-14)
     assert list(read.extra) == ["Voltage"]
-    tdms(tmp_path / "t.tdms", columns, units | {"Torque": "lbf in"})
-    assert "'Torque' with the unit 'lbf in'" in str(refused(tmp_path / "t.tdms"))
+    tdms(tmp_path / "t.tdms", columns, units | {"Torque": "ozf in"})
+    assert "'Torque' with the unit 'ozf in'" in str(refused(tmp_path / "t.tdms"))
 
 
 @pytest.mark.parametrize("clock", [False, True])

@@ -72,10 +72,10 @@ def test_a_row_of_too_few_or_too_many_cells_is_mended_differently(
             "a unit for elastic_angle (rad, mrad, urad, deg, arcmin, arcsec)",
         ),
         (
-            "torque,preload_N,alpha_deg\nlbf,N,deg\n1,2,3\n",
+            "torque,preload_N,alpha_deg\nozf,N,deg\n1,2,3\n",
             1,
             "torque",
-            "with the unit 'lbf'",
+            "with the unit 'ozf'",
             "N cm",
         ),
         ("torque_Nm;preload_N;alpha_deg\n1,5;6;7\n1.5;6;7\n", 3, "torque_Nm", "'1.5'", "comma"),
@@ -131,7 +131,7 @@ def test_many_mistakes_are_counted(write: Write) -> None:
     [
         ("torqe_Nm,preload_N,alpha_deg", "columns={'torqe_Nm': 'torque_Nm'}"),
         ("torque_Nm,preload_N,angle_deg", "columns={'angle_deg': 'elastic_angle_deg'}"),
-        ("T [lbf in],preload_N,alpha_deg", "'lbf in' is not a unit of"),
+        ("T [ozf in],preload_N,alpha_deg", "'ozf in' is not a unit of"),
         ("torque_Nm,preload_mark,alpha_deg", "'mark' is not a unit of it"),
         ("torque_Nm preload_N alpha_deg", "by commas, semicolons or tabs"),
         ("torque,preload_N,alpha_deg", "columns={'torque': 'torque_Nm'}"),
@@ -149,7 +149,7 @@ def test_remedies(write: Write, header: str, remedy: str) -> None:
         ({"Momnt": "torque_Nm"}, "one of the headers 'Moment'"),
         ({"Moment": "torqe_Nm"}, "not 'torqe_Nm'"),
         ({"Moment": "torque"}, "for example pass columns={'Moment': 'torque_Nm'}"),
-        ({"Moment": "torque_lbf"}, "not 'torque_lbf'"),
+        ({"Moment": "torque_ozf"}, "not 'torque_ozf'"),
     ],
 )
 def test_columns_that_cannot_be(write: Write, columns: dict[str, str], expected: str) -> None:

@@ -17,7 +17,10 @@ MOST_ARGUMENTS = 6
 
 _PUBLIC = "public: a few arguments by place, options by name alone"
 
-FILES = {"python/cbpt/_core.pyi": "made by the build"}
+FILES = {
+    "python/cbpt/_core.pyi": "made by the build",
+    "python/cbpt/page/web/types.d.ts": "made from page/document/types.py",
+}
 FUNCTIONS: dict[str, str] = {}
 ARGUMENTS = {
     "python/cbpt/lab/change/change.py change": _PUBLIC,

@@ -15,7 +15,14 @@ use proptest::prelude::*;
 type Like = (&'static str, &'static str, AddsTo, &'static [(&'static str, f64)]);
 
 fn parameter(name: &str, start: f64) -> OwnParameter {
-    OwnParameter { name: name.into(), unit: String::new(), start, min: None, max: None }
+    OwnParameter {
+        name: name.into(),
+        unit: String::new(),
+        stated: String::new(),
+        start,
+        min: None,
+        max: None,
+    }
 }
 
 fn own(adds_to: AddsTo, text: &str, parameters: &[(&str, f64)]) -> Effect {

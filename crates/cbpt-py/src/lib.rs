@@ -65,7 +65,7 @@ mod _core {
     #[pymodule_export]
     use super::sweep::{SweepCsv, SweepPlan, SweepTally, is_sweep_plan, sweep_findings, sweep_statuses};
     #[pymodule_export]
-    use super::units::{Unit, all_units};
+    use super::units::{Unit, all_units, unit_size};
     #[pymodule_export]
     use super::{example_case, run_command_line, text_table};
 }

@@ -1,5 +1,6 @@
 //! Effects of the user's own, as Python has them: an expression, or a function on whole arrays.
 
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use cbpt_cli::case::{self, EffectEntry};
@@ -65,7 +66,13 @@ impl OwnEffect {
     pub fn entry(&self, starts: &Map<String, Value>) -> Option<Value> {
         let Kind::Formula(formula) = &self.kind else { return None };
         let parameter = |parameter: &OwnParameter| {
-            let start = starts.get(&parameter.name).cloned().unwrap_or_else(|| json!(parameter.start));
+            let start = starts.get(&parameter.name).cloned();
+            // What is no finite number stays as text, so that the message names its place.
+            let value = start.as_ref().map_or(Some(parameter.start), Value::as_f64);
+            let moved = value.map(|start| OwnParameter { start, ..parameter.clone() });
+            let stated = moved.as_ref().and_then(case::as_stated).or(moved);
+            let parameter = stated.as_ref().unwrap_or(parameter);
+            let start = if stated.is_some() { json!(parameter.start) } else { json!(start) };
             let mut fields = json!({"unit": parameter.unit, "start": start});
             for (name, bound) in [("min", parameter.min), ("max", parameter.max)] {
                 if let Some(bound) = bound {
@@ -115,7 +122,7 @@ impl OwnEffect {
     ///     Takes all columns (a dict of arrays) and the values of the parameters (a list), and returns an array with one number
     ///     for each row. Its attribute ``used`` is the set of columns that it reads.
     /// parameters : list of tuple
-    ///     Name, unit, start, least and greatest value of each parameter.
+    ///     Name, unit, start, least and greatest value of each parameter, in that unit.
     ///
     /// Returns
     /// -------
@@ -144,9 +151,10 @@ impl OwnEffect {
         })?;
         let checked = Self::of(&Arc::new(formula));
         let entry = checked.entry(&Map::new()).unwrap_or_default();
-        case::effects_of(&[entry]).map_err(|error| case_error(py, &error))?;
-        let Kind::Formula(formula) = checked.kind else { unreachable!() };
-        let parameters = formula.parameters().to_vec();
+        let read = case::effects_of(&[entry]).map_err(|error| case_error(py, &error))?;
+        // As a case file is read: numbers and units in SI.
+        let formula = read.into_iter().find_map(|entry| entry.own);
+        let parameters = formula.map(|formula| formula.parameters().to_vec()).unwrap_or_default();
         let function = Function { id, adds_to, parameters, function, raised: Mutex::new(None) };
         Ok(Self { kind: Kind::Function(Arc::new(function)) })
     }
@@ -178,11 +186,18 @@ impl OwnEffect {
         }
     }
 
-    /// Name, unit, start, least and greatest value of each parameter.
+    /// Name, SI unit, start, least and greatest value of each parameter, in SI.
     #[getter]
     fn parameters(&self) -> Vec<ParameterFields> {
         let fields = |p: &OwnParameter| (p.name.clone(), p.unit.clone(), p.start, p.min, p.max);
         self.own().parameters().iter().map(fields).collect()
+    }
+
+    /// The unit in which each parameter was stated.
+    #[getter]
+    fn stated_units(&self) -> BTreeMap<String, String> {
+        let stated = |p: &OwnParameter| if p.stated.is_empty() { p.unit.clone() } else { p.stated.clone() };
+        self.own().parameters().iter().map(|p| (p.name.clone(), stated(p))).collect()
     }
 
     /// Whether it depends on a variable, for example ``time_s``; for a function, whether it has read that column.
@@ -233,7 +248,7 @@ impl OwnEffect {
 }
 
 fn parameter_of((name, unit, start, min, max): ParameterFields) -> OwnParameter {
-    OwnParameter { name, unit, start, min, max }
+    OwnParameter { name, unit, stated: String::new(), start, min, max }
 }
 
 /// Variables that an own effect may depend on: name and meaning.

@@ -96,3 +96,9 @@ impl Unit {
 pub fn all_units() -> Vec<Unit> {
     units::all().map(|unit| Unit { unit }).collect()
 }
+
+/// The SI value of one unit as people write it, for example ``arcsec/(N m)``. Raises ``ValueError`` where it is none.
+#[pyfunction]
+pub fn unit_size(text: &str) -> PyResult<f64> {
+    units::compound::read(text).map(|unit| unit.size).map_err(PyValueError::new_err)
+}

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 from cbpt.cli.options import (
     NO_SOLUTION,
     SUCCESS,
+    add_angle_unit,
     add_json,
     add_plot,
     add_seed,
@@ -139,6 +140,7 @@ def next_run(argv: list[str]) -> int:
     )
     add_limits(parser, "default: 25 %% beyond the readings")
     add_json(parser)
+    add_angle_unit(parser)
     parser.add_argument("--out", metavar="PLAN", type=Path, help="write the best run to PLAN.toml")
     add_seed(parser, "answer")
     options = parser.parse_args(argv)
@@ -151,7 +153,7 @@ def next_run(argv: list[str]) -> int:
     plan = found.plan()
     if options.out and plan:
         write_whole(options.out, plan.to_toml())
-    show_answer(found, options.json, found.report)
+    show_answer(found, options.json, lambda: found.report(angle_unit=options.angle_unit))
     return SUCCESS
 
 

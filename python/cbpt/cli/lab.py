@@ -42,6 +42,7 @@ from cbpt.whole_files import write_whole
 
 if TYPE_CHECKING:
     from cbpt.lab.diagnosis.compare import Comparison
+    from cbpt.lab.diagnosis.diagnosis import Diagnosis
 
 
 def compare(argv: list[str]) -> int:
@@ -92,14 +93,14 @@ def compare(argv: list[str]) -> int:
     return SUCCESS if comparison.overall else NO_SOLUTION
 
 
-def _write(comparison: Comparison, out: Path | None) -> None:
-    """The comparison as a table or a document."""
+def _write(found: Comparison | Diagnosis, out: Path | None) -> None:
+    """A comparison or an answer as a table or a document."""
     if out is None:
         return
     if out.suffix.lower() == ".json":
-        write_whole(out, comparison.to_json() + "\n")
+        write_whole(out, found.to_json() + "\n")
         return
-    names, rows = comparison.rows()
+    names, rows = found.rows()
     table = io.StringIO()
     csv.writer(table).writerows([names, *rows])
     write_whole(out, table.getvalue())
@@ -123,11 +124,21 @@ def diagnose(argv: list[str]) -> int:
     )
     add_seed(parser, "answer")
     add_results(parser)
+    add_angle_unit(parser)
+    parser.add_argument(
+        "--out",
+        metavar="FILE",
+        type=Path,
+        help="write FILE.csv (reading, model and residual of every row, before and after) or "
+        "FILE.json (the complete answer)",
+    )
     options = parser.parse_args(optional_files(argv, json=(".json",), results=RESULTS))
     check_results(parser, options)
-    if options.by and (options.plot or options.results):
+    check_name(parser, "--out", options.out, ".csv", ".json")
+    if options.by and (options.plot or options.results or options.out):
         parser.error(
-            "--plot and --results need a single diagnosis: choose a value with --only, not --by"
+            "--plot, --results and --out need a single diagnosis: choose a value with --only, not "
+            "--by"
         )
     check_plot(options)
     given = {
@@ -143,7 +154,7 @@ def _diagnose_by(options: argparse.Namespace, given: dict[str, Any]) -> int:
     from cbpt.lab.diagnosis.by_level import diagnose_by
 
     answer = diagnose_by(options.case, options.data, options.by, **given)
-    show_answer(answer, options.json, answer.report)
+    show_answer(answer, options.json, lambda: answer.report(options.angle_unit))
     return SUCCESS
 
 
@@ -160,12 +171,13 @@ def _diagnose(options: argparse.Namespace, given: dict[str, Any]) -> int:
         )
         counter.share("what the answer depends on", 0.98)
         answer.to_dict()  # made once and kept
-    show_answer(answer, options.json, lambda: answer.report(in_flags))
+    _write(answer, options.out)
+    show_answer(answer, options.json, lambda: answer.report(in_flags, options.angle_unit))
     if options.json != "-" or options.results not in (None, "-"):
         show_results(answer, options)
     sys.stdout.flush()
     if options.plot:
-        answer.plot(options.plot)
+        answer.plot(options.plot, options.angle_unit)
     return SUCCESS
 
 
@@ -230,6 +242,7 @@ def fit(argv: list[str]) -> int:
     )
     parser.add_argument("--out", metavar="CASE2", type=Path, help="write the case with the effects")
     add_results(parser)
+    add_angle_unit(parser)
     options = parser.parse_args(optional_files(argv, results=RESULTS))
     check_name(parser, "--out", options.out, ".toml")
     columns = columns_of(parser, options)
@@ -244,7 +257,7 @@ def fit(argv: list[str]) -> int:
     )
     if options.out:
         write_whole(options.out, found.case.to_toml())
-    print(found.report(in_flags))
+    print(found.report(in_flags, options.angle_unit))
     show_results(found, options)
     if options.out:
         print(f"Wrote {options.out}: the case with the fitted effects.")

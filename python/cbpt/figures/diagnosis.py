@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from textwrap import wrap
 from typing import TYPE_CHECKING, Protocol
 
@@ -20,6 +20,7 @@ from cbpt.figures.shared import (
     new_figure,
     save,
 )
+from cbpt.results import ANGLE_UNITS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -63,14 +64,45 @@ class DiagnosisPicture:
     sentence: str
 
 
-def draw_diagnosis(d: DiagnosisPicture, path: str | os.PathLike[str]) -> None:
-    """Draw to `path` (SVG, PNG or PDF by its ending). Raises `PlotError` without matplotlib."""
+@dataclass(frozen=True)
+class _Scaled:
+    """A step of the ladder in the unit of the picture."""
+
+    added: str
+    rmse_arcsec: float
+    held_out_rmse_arcsec: float
+
+
+def _in_unit(d: DiagnosisPicture, one: float) -> DiagnosisPicture:
+    """All angles times the value of one arcsec in the unit of the picture."""
+    p, floor = d.points, d.noise_floor_arcsec
+    u = None if p.u_arcsec is None else p.u_arcsec * one
+    steps = [_Scaled(s.added, s.rmse_arcsec * one, s.held_out_rmse_arcsec * one) for s in d.ladder]
+    return DiagnosisPicture(
+        points=replace(p, angle_arcsec=p.angle_arcsec * one, u_arcsec=u),
+        model_before_arcsec=d.model_before_arcsec * one,
+        model_after_arcsec=d.model_after_arcsec * one,
+        residual_before_arcsec=d.residual_before_arcsec * one,
+        residual_after_arcsec=d.residual_after_arcsec * one,
+        ladder=steps,
+        noise_floor_arcsec=None if floor is None else floor * one,
+        sentence=d.sentence,
+    )
+
+
+def draw_diagnosis(
+    d: DiagnosisPicture, path: str | os.PathLike[str], angle_unit: str = "arcsec"
+) -> None:
+    """Draw to `path` (SVG, PNG or PDF by its ending), angles in `angle_unit`. Raises `PlotError`
+    without matplotlib."""
     figure = new_figure(path, 8, 9.6)
+    d = _in_unit(d, ANGLE_UNITS[angle_unit])
     angle, before, after, ladder = _panels(figure)
     _draw_angle(angle, d)
-    _draw_residual(before, d, d.residual_before_arcsec, "as stated")
-    _draw_residual(after, d, d.residual_after_arcsec, "as diagnosed")
-    _draw_ladder(ladder, d)
+    _draw_residual(before, d, d.residual_before_arcsec, "as stated", angle_unit)
+    _draw_residual(after, d, d.residual_after_arcsec, "as diagnosed", angle_unit)
+    _draw_ladder(ladder, d, angle_unit)
+    angle.set_ylabel(f"elastic angle ({angle_unit})")
     _draw_legend(angle, d.points)
     bare(angle, before, after, ladder)
     figure.suptitle("\n".join(wrap(d.sentence, 104)), x=0.01, ha="left", fontsize=10.5)
@@ -95,7 +127,6 @@ def _draw_angle(axes: Axes, d: DiagnosisPicture) -> None:
         axes.plot(torque, angle, color=colour(setting), lw=1.4)
     draw_points(axes, p, p.angle_arcsec, _size(p))
     axes.set_xlabel("torque (N m)")
-    axes.set_ylabel("elastic angle (arcsec)")
     axes.grid(color="0.92", lw=0.6)
 
 
@@ -113,7 +144,9 @@ def _remembers(points: Points, model: Floats) -> bool:
     return widest > 0.005 * float(np.ptp(model[np.isfinite(model)]))
 
 
-def _draw_residual(axes: Axes, d: DiagnosisPicture, residual: Floats, name: str) -> None:
+def _draw_residual(
+    axes: Axes, d: DiagnosisPicture, residual: Floats, name: str, angle_unit: str
+) -> None:
     u = d.points.u_arcsec
     band = d.noise_floor_arcsec if u is None else float(np.median(u))
     if band is not None:
@@ -122,17 +155,17 @@ def _draw_residual(axes: Axes, d: DiagnosisPicture, residual: Floats, name: str)
     draw_points(axes, d.points, residual, _size(d.points))
     rmse = float(np.sqrt(np.nanmean(residual**2)))
     own = "" if name == "as stated" else " (own scale)"
-    axes.set_title(f"{name}: RMSE {rmse:.3g} arcsec{own}", loc="left", fontsize=10)
+    axes.set_title(f"{name}: RMSE {rmse:.3g} {angle_unit}{own}", loc="left", fontsize=10)
     axes.set_xlabel("torque (N m)")
     if name == "as stated":
         what = "scatter" if u is None else "u, k = 1"
         says = "" if band is None else f"\nband: ± {band:.2g} ({what})"
-        axes.set_ylabel(f"reading minus model (arcsec){says}")
+        axes.set_ylabel(f"reading minus model ({angle_unit}){says}")
     # On the scale of the first the second would be a line.
     axes.grid(color="0.94", lw=0.6)
 
 
-def _draw_ladder(axes: Axes, d: DiagnosisPicture) -> None:
+def _draw_ladder(axes: Axes, d: DiagnosisPicture, angle_unit: str) -> None:
     steps = list(d.ladder)
     place = np.arange(len(steps))
     inside = np.array([s.rmse_arcsec for s in steps])
@@ -155,7 +188,7 @@ def _draw_ladder(axes: Axes, d: DiagnosisPicture) -> None:
     floor = d.noise_floor_arcsec
     finite = np.r_[inside, outside]
     if floor is not None:
-        label = f"noise, {floor:.2g} arcsec"
+        label = f"noise, {floor:.3g} {angle_unit}"
         axes.axhline(floor, color=_FLOOR, lw=1.3, ls=(0, (5, 2)), label=label)
         finite = np.r_[finite, floor]
     finite = finite[np.isfinite(finite) & (finite > 0)]
@@ -168,7 +201,7 @@ def _draw_ladder(axes: Axes, d: DiagnosisPicture) -> None:
     axes.set_xlim(-0.6, max(len(steps) - 0.4, 2.4))
     axes.set_xticks(place, [_step_name(s.added, i, len(steps)) for i, s in enumerate(steps)])
     axes.tick_params(axis="x", length=0, labelsize=9)
-    axes.set_ylabel("RMSE (arcsec)")
+    axes.set_ylabel(f"RMSE ({angle_unit})")
     axes.legend(fontsize="small", frameon=False, loc="upper right")
 
 

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use cbpt_core::effect::own::{AddsTo, OwnParameter, Variable};
+use cbpt_core::units::compound;
 
 use crate::formula::value::Function;
 use crate::formula::{Formula, Wrong};
@@ -217,11 +218,26 @@ fn own_parameter(path: &str, entry: &Entry, notes: &mut Notes<'_>) -> Option<Own
     let (min, max) = (values.real("effect.parameters.min"), values.real("effect.parameters.max"));
     let unit = values.text("effect.parameters.unit")?.to_owned();
     let start = values.real("effect.parameters.start")?;
+    let stated = unit;
+    let unit = match compound::read(&stated) {
+        Ok(unit) => unit,
+        Err(problem) => {
+            let at = entries.iter().find(|entry| entry.key == "unit").and_then(|entry| entry.node.at);
+            let (key, found) = (dotted(&path, "unit"), shortened(&format!("{stated:?}")));
+            let allowed =
+                "expected a unit such as \"rad/(N m)\", \"arcsec\" or \"s\", \"\" for a number".into();
+            notes.add(at, Mistake { key, found, problem, allowed, ..Mistake::default() });
+            return None;
+        }
+    };
     if min.is_some_and(|min| min > start) || max.is_some_and(|max| max < start) {
         let allowed = "min, start and max must be in this order".into();
         notes.add(entry.at, Mistake { key: path, allowed, ..Mistake::default() });
     }
-    Some(OwnParameter { name, unit, start, min, max })
+    // The formula is in SI, so its numbers are from here on.
+    let [start, min, max] = [Some(start), min, max].map(|number| number.map(|number| number * unit.size));
+    let stated = if stated == unit.si { String::new() } else { stated };
+    Some(OwnParameter { name, unit: unit.si, stated, start: start?, min, max })
 }
 
 /// Whether an expression can hold the name.

@@ -417,7 +417,11 @@ static PARAMETER: LazyLock<Section> = LazyLock::new(|| Section {
     mechanics: false,
     meaning: "One parameter of an own effect: `parameters = { a = { unit = \"rad/(N m)\", start = 1e-7 } }`.",
     keys: vec![
-        Key::text("unit", "", "unit of the parameter, for reports; \"\" for a plain number"),
+        Key::text(
+            "unit",
+            "",
+            "unit of start, min and max, for example \"arcsec/(N m)\"; the formula takes them in SI; \"\" for a plain number",
+        ),
         Key::number("start", 1.0, "value from which a fit starts"),
         Key::number("min", 0.0, "least value").optional(),
         Key::number("max", 1.0, "greatest value").optional(),

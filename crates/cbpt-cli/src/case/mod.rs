@@ -42,6 +42,7 @@ pub use error::{CaseError, Mistake};
 pub use library::EFFECTS;
 pub use reference::{json_schema, key_table};
 pub use spread::{Spread, in_usual_unit, number_of_key};
+pub use write::as_stated;
 
 /// A reducer with its loads, its measurement, what is known of its numbers, and effects. SI units.
 #[derive(Debug, Clone, PartialEq)]

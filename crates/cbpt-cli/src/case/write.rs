@@ -6,6 +6,7 @@ use super::keys::{Key, Section, Value};
 use super::{Case, EffectEntry, build};
 use cbpt_core::Reducer;
 use cbpt_core::effect::own::{AddsTo, OwnEffect, OwnParameter};
+use cbpt_core::units::compound;
 
 /// TOML that reads back as the very same case.
 pub(super) fn toml(case: &Case) -> String {
@@ -53,11 +54,31 @@ fn block(head: String, lines: Vec<(String, String)>) -> String {
 }
 
 fn parameter(parameter: &OwnParameter) -> String {
-    let OwnParameter { name, unit, start, min, max } = parameter;
+    let stated = as_stated(parameter);
+    let OwnParameter { name, unit, start, min, max, .. } = stated.as_ref().unwrap_or(parameter);
     let bound =
         |name, bound: &Option<f64>| bound.map(|bound| format!(", {name} = {bound:?}")).unwrap_or_default();
     let (min, max) = (bound("min", min), bound("max", max));
     format!("{} = {{ unit = {}, start = {start:?}{min}{max} }}", bare(name), quoted(unit))
+}
+
+/// The parameter in the unit in which it was stated; `None` where it would not read back the same.
+pub fn as_stated(parameter: &OwnParameter) -> Option<OwnParameter> {
+    let OwnParameter { name, unit, stated, start, min, max } = parameter;
+    let size = compound::read(stated).ok().filter(|_| !stated.is_empty())?.size;
+    let back = |number: f64| {
+        let rounded = format!("{:.14e}", number / size).parse().unwrap_or(f64::NAN);
+        [rounded, number / size].into_iter().find(|value: &f64| (value * size).to_bits() == number.to_bits())
+    };
+    let bound = |bound: &Option<f64>| bound.map_or(Some(None), |number| back(number).map(Some));
+    Some(OwnParameter {
+        name: name.clone(),
+        unit: stated.clone(),
+        stated: unit.clone(),
+        start: back(*start)?,
+        min: bound(min)?,
+        max: bound(max)?,
+    })
 }
 
 /// A value as TOML; the shortest number that reads back the same.

@@ -36,7 +36,7 @@
 //!     }
 //! }
 //!
-//! let a = OwnParameter { name: "a".into(), unit: "rad/(N m)^3".into(), start: 1e-8, min: None, max: None };
+//! let a = OwnParameter { name: "a".into(), unit: "rad/(N m)^3".into(), stated: String::new(), start: 1e-8, min: None, max: None };
 //! let effects = [Effect::Own(Arc::new(Hardening([a])))];
 //! let effects = Effects { effects: &effects, values: &[1e-8] };
 //! let found = solve_load(&Drive::paper_base_case(), effects, &Load::new(5.0, 600.0, 0.0)?)?;
@@ -120,8 +120,10 @@ impl AddsTo {
 pub struct OwnParameter {
     /// Its name.
     pub name: String,
-    /// Its unit, for reports.
+    /// Its SI unit.
     pub unit: String,
+    /// The unit in which it was stated, for reports and files; empty for the SI unit.
+    pub stated: String,
     /// Its value; where a fit starts.
     pub start: f64,
     /// Least plausible value.

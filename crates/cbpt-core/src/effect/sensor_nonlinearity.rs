@@ -60,7 +60,10 @@ mod tests {
     #[test]
     fn it_flattens_beyond_the_knee() {
         let (s, k) = (3e-6, 1e-4);
-        assert_close(reading(&SPEC, &[0.0, 0.0, s, k], 1e-6), 1e-6 - s * 1e-6 / 3.0 + s * 1e-10 * (2.0 / 15.0));
+        assert_close(
+            reading(&SPEC, &[0.0, 0.0, s, k], 1e-6),
+            1e-6 - s * 1e-6 / 3.0 + s * 1e-10 * (2.0 / 15.0),
+        );
         assert_close(reading(&SPEC, &[0.0, 0.0, s, k], -4e-3), -4e-3 + s * 39.0);
     }
 

@@ -43,8 +43,8 @@ def sentence(found: ChangeData) -> str:
 
 
 def _told(c: Changed) -> str:
-    label, before = in_words(c.effect, c.parameter, c.before, c.u_before, c.unit)
-    _, after = in_words(c.effect, c.parameter, c.after, c.u_after, c.unit)
+    label, before = in_words((c.effect, c.parameter), c.before, c.u_before, c.unit)
+    _, after = in_words((c.effect, c.parameter), c.after, c.u_after, c.unit)
     trend = "" if c.trend in (None, "neither") else f", {c.trend} from level to level"
     return (
         f"{c.effect} {_WAYS[c.direction]}: {label} from {before} to {after}{trend} (probability "
@@ -93,7 +93,7 @@ def lines(found: ChangeData) -> Iterator[str]:
         rows = []
         for c in found.changed:
             pairs = [
-                in_words(c.effect, c.parameter, v, u, c.unit)
+                in_words((c.effect, c.parameter), v, u, c.unit)
                 for v, u in zip(c.values, c.u, strict=True)
             ]
             rows.append([f"{c.effect} {pairs[0][0]}", *(value for _, value in pairs)])

@@ -7,6 +7,7 @@ fitted            effects added to a case
 next_runs         the run that would decide; deciding_runs, the same for a diagnosis
 preflight         a table before any model; preflight_checks
 compare           the model against the readings; comparison_data, comparison_text, misfit
+why               the answer against each rival, split by readings
 alternatives      what an answer may have missed
 noise_statement   what the answer says of the noise
 sparse_term       a formula for what is unknown

@@ -18,7 +18,7 @@ from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
 from cbpt.lab.model.priors import LOT, TWINS, Variant
 from cbpt.lab.selection.linear_screen import Screen
 from cbpt.lab.selection.rules import RULES
-from cbpt.lab.wording.numbers import display, shown
+from cbpt.lab.wording.numbers import ARCSEC, AngleUnit, display, rounded, shown
 
 
 @dataclass(frozen=True)
@@ -53,15 +53,15 @@ class Smallest:
     shapes: dict[str, float]
     """The other parameters, at which it shows itself best."""
 
-    @property
-    def says(self) -> str:
+    def says(self, angle: AngleUnit) -> str:
         """In the unit that people read."""
         if not self.neutral:
-            return f"{self.effect} smaller than {shown(self.effect, self.name, self.value, None)}"
-        label, size = display(self.effect, self.name)
+            told = shown((self.effect, self.name), self.value, None, angle=angle)
+            return f"{self.effect} smaller than {told}"
+        label, size = angle.named(*display(self.effect, self.name))
         off = abs(self.value - self.neutral) / size
         which = "" if label == self.effect else f" with {label}"
-        return f"{self.effect}{which} less than {off:.2g} from {self.neutral / size:g}"
+        return f"{self.effect}{which} less than {rounded(off, 2)} from {self.neutral / size:g}"
 
 
 def _screen(d: DiagnosisData) -> Screen:
@@ -100,12 +100,12 @@ def _largest_spread(variants: Iterable[Variant]) -> float:
     return max(v.spread for v in variants if v.effect == LOT)
 
 
-def unseen(d: DiagnosisData) -> list[str]:
+def unseen(d: DiagnosisData, angle: AngleUnit = ARCSEC) -> list[str]:
     """In words; an effect that would not be seen at any likely size says so."""
     found = smallest(d)
     known = {one.effect for one in found} | set(d.verdict.names)
     blind = {v.effect for v in d.competition.fitter.variants} - known
-    return [one.says for one in found if one.share > 0.5] + [
+    return [one.says(angle) for one in found if one.share > 0.5] + [
         f"{effect} of any likely size" for effect in sorted(blind)
     ]
 

@@ -25,7 +25,7 @@ from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.residuals import rmse_of
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.selection.fit_effects import best_fit
-from cbpt.lab.wording.numbers import in_words
+from cbpt.lab.wording.numbers import AngleUnit, angle_unit_of, in_words
 from cbpt.lab.wording.versions import versions
 
 __all__ = ["DividedDiagnosis", "diagnose_by"]
@@ -91,13 +91,14 @@ class DividedDiagnosis:
         """One JSON document."""
         return json.dumps(self.to_dict(), indent=2, allow_nan=False, default=float)
 
-    def report(self) -> str:
-        """As text."""
-        return "\n".join(self._lines())
+    def report(self, angle_unit: str = "arcsec") -> str:
+        """As text, angles in `angle_unit`."""
+        return "\n".join(self._lines(angle_unit_of(angle_unit)))
 
-    def _lines(self) -> Iterator[str]:
+    def _lines(self, angle: AngleUnit) -> Iterator[str]:
         for level, d in self.answers.items():
-            yield f"{self.by} {level} ({len(d.readings)} readings): {d.sentence}"
+            told = d.sentence_in(angle.symbol)
+            yield f"{self.by} {level} ({len(d.readings)} readings): {told}"
         yield from (
             f"{self.by} {level}: not diagnosed. {why}" for level, why in self.failed.items()
         )
@@ -118,12 +119,12 @@ class DividedDiagnosis:
                 if p is None:
                     cells.append("")
                     continue
-                head, value = in_words(effect, name or effect, p["value"], p["u"])
+                head, value = in_words((effect, name or effect), p["value"], p["u"], angle=angle)
                 label = f"{effect} {head}" if name else label
                 cells.append(value)
             rows.append([label, *cells])
-        rmse = [f"{value:.3g}" for value in self.rmse_arcsec().values()]
-        yield text_table([self.by, *self.fits], [*rows, ["rmse_arcsec", *rmse]])
+        rmse = [angle.number(value) for value in self.rmse_arcsec().values()]
+        yield text_table([self.by, *self.fits], [*rows, [f"rmse_{angle.symbol}", *rmse]])
 
     def __repr__(self) -> str:
         return self.report()

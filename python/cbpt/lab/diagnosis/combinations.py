@@ -56,7 +56,7 @@ def _combination(d: DiagnosisData, names: tuple[str, ...], probability: float) -
     """One set. One noise judges all that have names: a fit without an effect may take it for noise.
     What has no name is a free function, with the noise that was fitted beside it."""
     fitter, base = d.competition.fitter, named_of(names)
-    fit = d.competition.fits[base]
+    fit = d.fit_of(base)
     lacks = [lack for lack in d.competition.lacks_of_fit if lack.base == base]
     if UNKNOWN in names and lacks:
         errors = rung_of_lack_of_fit(lacks[0], d.fold)

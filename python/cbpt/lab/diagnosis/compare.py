@@ -33,11 +33,13 @@ from cbpt.lab.covariance.repeatability import Repeats, pooled
 from cbpt.lab.covariance.within_run import Scatter, estimate
 from cbpt.lab.diagnosis.comparison_data import ComparisonData
 from cbpt.lab.diagnosis.comparison_text import lines
-from cbpt.lab.diagnosis.misfit import groups_of, misfit_of, p_value, p_value_of
+from cbpt.lab.diagnosis.misfit import as_rows, groups_of, misfit_of, p_value, p_value_of
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.points import points_of
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.unit_check import slips
+from cbpt.lab.wording import html
+from cbpt.lab.wording.numbers import rounded
 from cbpt.lab.wording.versions import versions
 from cbpt.results import ANGLE_UNITS, Angles, solve_many
 
@@ -122,9 +124,7 @@ class Comparison(ComparisonData):
             "residual_arcsec": self.residual_arcsec,
             "status": self.model.status,
         }
-        kept = {name: values.tolist() for name, values in columns.items() if values is not None}
-        empty = [[None if v != v else v for v in values] for values in kept.values()]
-        return list(kept), [list(row) for row in zip(*empty, strict=True)]
+        return as_rows(columns)
 
     def plot(self, path: str | os.PathLike[str], angle_unit: str = "arcsec") -> None:
         """Draw readings, model and residual to an SVG, PNG or PDF file.
@@ -144,6 +144,28 @@ class Comparison(ComparisonData):
 
     def __repr__(self) -> str:
         return self.report()
+
+    def _repr_html_(self) -> str:
+        """As a notebook shows it: groups of readings, picture, and the report folded."""
+        rows = [
+            [
+                f"{g.column} {g.label}",
+                g.misfit.readings,
+                f"{g.share_of_misfit:.0%}",
+                rounded(g.misfit.bias_arcsec),
+                rounded(g.misfit.rmse_arcsec),
+            ]
+            for g in self.groups
+            if g.column != "run"
+        ]
+        headers = ["readings at", "readings", "share of misfit", "bias_arcsec", "rmse_arcsec"]
+        parts = (
+            html.paragraph(f"{len(self.readings)} readings of {self.readings.source}"),
+            html.table(headers, rows) if self.overall else "",
+            html.picture(self.plot) if self.overall else "",
+            html.folded("the whole report", self.report()),
+        )
+        return "".join(parts)
 
 
 def compare(

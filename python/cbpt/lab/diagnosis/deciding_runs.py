@@ -1,8 +1,9 @@
 """The run that would decide what a diagnosis leaves open, or that none within reach can.
 
-NextRuns          runs ranked by what they are expected to bring
-ranked            ranks them
+RankedRuns        runs ranked by what they are expected to bring
+rank              ranks them; rank_if_open, where something is open
 next_run          the best of them, as the document of the answer has it
+name_among        the hypothesis that a set of effects is among those that are open
 open_hypotheses   the hypotheses that a diagnosis leaves open
 """
 
@@ -19,7 +20,7 @@ from threadpoolctl import threadpool_limits
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
 from cbpt.lab.diagnosis.unexplained import measure_next
 from cbpt.lab.experiment.candidates import Limits, candidates, limits_of
-from cbpt.lab.experiment.expected_gain import OpenHypotheses, Suggested, lacking, prospect
+from cbpt.lab.experiment.expected_gain import LIMIT, OpenHypotheses, Suggested, lacking, prospect
 from cbpt.lab.experiment.plan import PlannedRun
 from cbpt.lab.model.priors import PRIORS, TWINS
 from cbpt.lab.selection.rules import RULES
@@ -49,6 +50,16 @@ class RankedRuns:
     """Why no run is suggested, where none is."""
     twins: tuple[tuple[str, str], ...] = ()
     """Pairs that no reading of this rig tells apart."""
+
+    def closest(self, run: Suggested) -> tuple[str, ...]:
+        """The pair that a run tells most about, where it decides none."""
+        return max(run.pairs, key=lambda pair: run.pairs[pair], default=())
+
+    def runs_like(self, run: Suggested) -> int | None:
+        """About how many such runs decide the pair that it tells most about; None where hardly any
+        number does."""
+        most = max(run.pairs.values(), default=0.0)
+        return int(np.ceil(LIMIT / most)) if most > HARDLY else None
 
 
 def rank(d: DiagnosisData, limits: Limits | None = None, most: int = CANDIDATES) -> RankedRuns:
@@ -90,14 +101,22 @@ def rank(d: DiagnosisData, limits: Limits | None = None, most: int = CANDIDATES)
     return RankedRuns(shares, ranked, "", twins)
 
 
-def next_run(d: DiagnosisData) -> dict[str, Any] | None:
-    """The best run for what is open, as the answer's document has it; None where nothing is."""
+def rank_if_open(d: DiagnosisData) -> RankedRuns | None:
+    """The same where something is open; None where nothing is."""
     if d.competition.campaign.drive.kind != "ball_drive":
         return None  # how far a torsion spring may be loaded is not known
-    if not d.verdict.rivals and not d.verdict.perhaps:
+    return rank(d) if d.verdict.rivals or d.verdict.perhaps else None
+
+
+def next_run(found: RankedRuns | None) -> dict[str, Any] | None:
+    """The best run for what is open, as the answer's document has it; None where nothing is."""
+    if found is None or not found.ranked:
         return None
-    found = rank(d).ranked
-    return found[0].to_dict() if found else None
+    best = found.ranked[0].to_dict()
+    return best | {
+        "separates": best["separates"] or list(found.closest(found.ranked[0])),
+        "runs": found.runs_like(found.ranked[0]),
+    }
 
 
 def open_hypotheses(d: DiagnosisData) -> OpenHypotheses:
@@ -112,11 +131,20 @@ def open_hypotheses(d: DiagnosisData) -> OpenHypotheses:
     if d.verdict.within_uncertainty and d.verdict.rivals:
         numbers = dict.fromkeys(number for group in d.verdict.rivals for number in group)
         return _hypotheses(d, {n: (n,) if (n,) in fits else () for n in numbers})
-    near = _near(d)
+    return _hypotheses(d, {name: names for names, name in _named(_near(d)).items()})
+
+
+def _named(near: Sequence[tuple[str, ...]]) -> dict[tuple[str, ...], str]:
+    """Sets by what they have beside the effects that all of them have."""
     common = set(near[0]).intersection(*near)
     # Beside several that have more, the one that all have in common is called so.
     rest = "nothing else" if common else "nothing"
-    return _hypotheses(d, {" + ".join(e for e in n if e not in common) or rest: n for n in near})
+    return {n: " + ".join(e for e in n if e not in common) or rest for n in near}
+
+
+def name_among(d: DiagnosisData, names: tuple[str, ...]) -> str | None:
+    """The hypothesis that a set of effects is among those that are open; None where it is none."""
+    return _named(_near(d)).get(names)
 
 
 def _hypotheses(d: DiagnosisData, sets: Mapping[str, tuple[str, ...]]) -> OpenHypotheses:

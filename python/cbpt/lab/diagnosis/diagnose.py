@@ -23,7 +23,7 @@ from cbpt.errors import InvalidInputError, ReadingsError
 from cbpt.lab.covariance.repeatability import pooled
 from cbpt.lab.covariance.within_run import estimate
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
-from cbpt.lab.diagnosis.diagnosis_data import Rung
+from cbpt.lab.diagnosis.diagnosis_data import Rung, finished
 from cbpt.lab.diagnosis.fit_text import solutions
 from cbpt.lab.diagnosis.rungs import rung_of, rung_of_lack_of_fit
 from cbpt.lab.inference.closing import closed
@@ -189,7 +189,7 @@ def _ladder(
     noise = fits[names].noise if lack_of_fit is None else lack_of_fit.noise
 
     def seen(added: str, fit: Fit) -> Rung:
-        return rung_of(fitter, added, fitter.look(fit, noise), fold)
+        return rung_of(fitter, added, fitter.look(finished(fitter, fit, noise), noise), fold)
 
     yield seen("", nominal)
     yield seen("parameters refitted", fits[()])

@@ -21,18 +21,24 @@ from cbpt.errors import Say
 from cbpt.figures.diagnosis import DiagnosisPicture, draw_diagnosis
 from cbpt.lab.diagnosis.alternatives import moved, smallest
 from cbpt.lab.diagnosis.combinations import Combination, combinations, remains
-from cbpt.lab.diagnosis.deciding_runs import next_run
+from cbpt.lab.diagnosis.deciding_runs import RankedRuns, next_run, rank_if_open
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData, Rung
+from cbpt.lab.diagnosis.misfit import as_rows
 from cbpt.lab.diagnosis.noise_statement import noise_floor, noise_of
 from cbpt.lab.diagnosis.ranking import ranking
-from cbpt.lab.diagnosis.report import lines
+from cbpt.lab.diagnosis.report import label_of, lines
+from cbpt.lab.diagnosis.sentence import Say as Telling
 from cbpt.lab.diagnosis.sentence import sentence
 from cbpt.lab.diagnosis.unexplained import card
+from cbpt.lab.diagnosis.why import Why, whys
+from cbpt.lab.diagnosis.why import sentence as sentence_of_rival
 from cbpt.lab.inference.prediction import AtLoad, Load, angle_at, load_of_choice
 from cbpt.lab.inference.results import Results, results_of
 from cbpt.lab.model.priors import ODDS, PRIORS
 from cbpt.lab.readings.points import points_of
 from cbpt.lab.selection.scan import Scanned, find_regions
+from cbpt.lab.wording import html
+from cbpt.lab.wording.numbers import angle_unit_of, probability, rounded
 from cbpt.lab.wording.versions import versions
 
 SCHEMA = "cbpt.diagnosis/2"
@@ -46,6 +52,10 @@ class Diagnosis(DiagnosisData):
     def sentence(self) -> str:
         """The answer as an engineer would write it."""
         return sentence(self)
+
+    def sentence_in(self, angle_unit: str) -> str:
+        """The same with angles in another unit: arcsec, arcmin, deg, mrad, urad, rad."""
+        return sentence(self, Telling(angle=angle_unit_of(angle_unit)))
 
     @property
     def noise_floor_arcsec(self) -> float | None:
@@ -175,7 +185,19 @@ class Diagnosis(DiagnosisData):
     def next_run(self) -> dict[str, Any] | None:
         """The run that would decide between rivals: peak torque, preload, input angle, what it
         separates, and the log odds it is expected to bring; None where there are no rivals."""
-        return next_run(self)
+        return next_run(self._runs)
+
+    @cached_property
+    def _runs(self) -> RankedRuns | None:
+        return rank_if_open(self)
+
+    def why(self) -> list[Why]:
+        """The answer against each rival: log odds, and what the readings contribute to them."""
+        return list(self._whys)
+
+    @cached_property
+    def _whys(self) -> list[Why]:
+        return whys(self, self.combinations(), self._runs)
 
     def where(self) -> list[dict[str, Any]]:
         """Regions where the drive as stated fails."""
@@ -224,6 +246,7 @@ class Diagnosis(DiagnosisData):
             },
             "combinations": [c.to_dict() for c in self.combinations()],
             "remains": self.remains(),
+            "why": [w.to_dict() | {"sentence": sentence_of_rival(self, w)} for w in self._whys],
             "noise": noise_of(self),
             "before": self._errors(self.ladder[0]),
             "after": self._errors(self.final_rung),
@@ -266,29 +289,78 @@ class Diagnosis(DiagnosisData):
         """The document as text."""
         return json.dumps(self.to_dict(), indent=2, allow_nan=False, default=float)
 
-    def plot(self, path: str | os.PathLike[str]) -> None:
+    def rows(self) -> tuple[list[str], list[list[Any]]]:
+        """Column names and rows: each reading with the model before and after, for a table or a CSV
+        file."""
+        r = self.readings
+        columns: dict[str, Any] = {
+            "line": r.line,
+            "run": r.run,
+            "time_s": r.time_s,
+            "torque_Nm": r.torque_Nm,
+            "preload_N": r.preload_N,
+            "input_angle_deg": r.input_angle_deg,
+            "direction": r.direction(),
+            "elastic_angle_arcsec": r.elastic_angle_arcsec,
+            "u_elastic_angle_arcsec": r.u_elastic_angle_arcsec,
+            "model_before_arcsec": self.model_before_arcsec,
+            "model_after_arcsec": self.model_after_arcsec,
+            "residual_before_arcsec": self.residual_before_arcsec,
+            "residual_after_arcsec": self.residual_after_arcsec,
+        }
+        return as_rows(columns)
+
+    def plot(self, path: str | os.PathLike[str], angle_unit: str = "arcsec") -> None:
         """Draw readings, model before and after, residuals and ladder to an SVG, PNG or PDF file.
 
         Needs matplotlib: `pip install "cbpt[plot]"`.
         """
+        # Runs with offsets of their own are drawn on top of each other.
+        c = self.competition.campaign
+        zero = self.after.residual_arcsec - self.residual_after_arcsec
+        if c.offsets.shape[1] > 1:
+            zero = zero + c.offsets @ self.after.offsets_arcsec
+        level = self.readings.elastic_angle_arcsec - zero
         picture = DiagnosisPicture(
-            points=points_of(self.readings),
-            model_before_arcsec=self.model_before_arcsec,
-            model_after_arcsec=self.model_after_arcsec,
+            points=points_of(self.readings, zero),
+            model_before_arcsec=level - self.residual_before_arcsec,
+            model_after_arcsec=level - self.residual_after_arcsec,
             residual_before_arcsec=self.residual_before_arcsec,
             residual_after_arcsec=self.residual_after_arcsec,
             ladder=self.ladder,
             noise_floor_arcsec=self.noise_floor_arcsec,
-            sentence=self.sentence,
+            sentence=self.sentence_in(angle_unit),
         )
-        draw_diagnosis(picture, path)
+        draw_diagnosis(picture, path, angle_unit)
 
-    def report(self, say: Say = str) -> str:
-        """The answer in words and tables; `say` says the steps of notes, else they are Python."""
-        return "\n".join(lines(self, self._document, say))
+    def report(self, say: Say = str, angle_unit: str = "arcsec") -> str:
+        """The answer in words and tables, angles in `angle_unit`; `say` says the steps of notes,
+        else they are Python."""
+        angle = angle_unit_of(angle_unit)
+        return "\n".join(lines(self, self._document, self._whys, say, angle))
 
     def __repr__(self) -> str:
         return self.report()
+
+    def _repr_html_(self) -> str:
+        """As a notebook shows it: sentence, combinations, rivals, picture, the report folded."""
+        rows = [
+            [
+                label_of(c.to_dict()),
+                probability(c.probability),
+                rounded(c.rmse_arcsec),
+                rounded(c.held_out_rmse_arcsec),
+            ]
+            for c in self.combinations()
+        ]
+        parts = (
+            html.paragraph(self.sentence),
+            html.table(["effects", "probability", "rmse_arcsec", "held_out_arcsec"], rows),
+            html.bullets(sentence_of_rival(self, why) for why in self._whys),
+            html.picture(self.plot),
+            html.folded("the whole report", self.report()),
+        )
+        return "".join(parts)
 
 
 def prior_odds() -> dict[str, float]:

@@ -1,12 +1,13 @@
 """The answer as data: what was judged, the fits before and after, how the error falls.
 
 Rung             one step of the ladder of errors
+finished         a fit whose search is brought to its end
 DiagnosisData    the answer with all it rests on, without its words
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -16,10 +17,12 @@ from cbpt._core import Case, Drive
 from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.inference.estimates import parameters_of
 from cbpt.lab.inference.evidence import Closing, Fit
+from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.residuals import without_offsets
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.selection.decision import Verdict
 from cbpt.lab.selection.model_comparison import Competition
+from cbpt.lab.selection.setting import Names
 
 Floats = NDArray[np.float64]
 FAR_BELOW = 0.8
@@ -49,6 +52,20 @@ class Rung:
         return self.of_effects and self.held_out_rmse_arcsec < FAR_BELOW * self.rmse_arcsec
 
 
+def finished(fitter: Fitter, fit: Fit, noise: Noise) -> Fit:
+    """The fit as it is where its search ended; else searched further.
+
+    The comparison leaves a fit where it is out. Whoever shows numbers of a fit shows these, so that
+    they are the same everywhere.
+    """
+    if fit.converged:
+        return fit
+    found = fitter.fit(fit.hypothesis, fit.point.values, noise, free_noise=False)
+    if found is None:
+        return fit
+    return fitter.look(replace(found, discrepancy_sd=fit.discrepancy_sd), noise)
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class DiagnosisData:
     """The answer with all it rests on."""
@@ -69,6 +86,14 @@ class DiagnosisData:
     fold: NDArray[np.int64] = field(repr=False)
     notes: tuple[str, ...]
     seed: int
+    _finished: dict[Names, Fit] = field(default_factory=dict, init=False, repr=False)
+
+    def fit_of(self, names: Names) -> Fit:
+        """The fit of a set of effects, its search brought to its end."""
+        if names not in self._finished:
+            fit = self.competition.fits[names]
+            self._finished[names] = finished(self.competition.fitter, fit, self.noise)
+        return self._finished[names]
 
     @property
     def model_before_arcsec(self) -> Floats:

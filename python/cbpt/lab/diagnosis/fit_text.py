@@ -4,17 +4,20 @@ moved            how far the fit changed a parameter of the drive or the instrum
 moved_numbers    all parameters that changed by more than their standard uncertainty
 Several          an effect that fits about as well with other values or in another form
 solutions        the effects of a fit of which that holds
+parameter_words  a parameter of an effect: its name with the unit, and its value
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from cbpt.lab.inference.evidence import Fit
-from cbpt.lab.wording.numbers import shown
+from cbpt.lab.model.dataset import Campaign
+from cbpt.lab.wording.numbers import ARCSEC, AngleUnit, in_words, shown
 
 _SHOWN_SOLUTIONS = 3
 
@@ -39,6 +42,16 @@ def moved_numbers(fit: Fit, priors: Mapping[str, float]) -> str:
             sigma = (fit.value(u) - u.mean) / u.sd
             parts.append(f"{moved(u.name, fit)} ({sigma:+.1f} standard uncertainties)")
     return ", ".join(parts)
+
+
+def parameter_words(
+    campaign: Campaign, number: tuple[str, str], p: Mapping[str, Any], angle: AngleUnit = ARCSEC
+) -> tuple[str, str]:
+    """Name and value of a parameter as people read it; that of an own effect in the unit in which
+    it was stated. number: effect and name. p: value and uncertainty in SI."""
+    own = campaign.own.get(number[0])
+    unit = own.stated_units.get(number[1], "") if own else p["unit"]
+    return in_words(number, p["value"], p["u"], unit, angle)
 
 
 @dataclass(frozen=True)
@@ -72,7 +85,7 @@ def _solution(fit: Fit, effect: str) -> str:
     variant = next(v for v in fit.hypothesis.variants if v.effect == effect)
     sizes = [f"{effect}.{name}" for name in variant.sizes]
     values = [
-        shown(effect, name, fit.value(u), fit.u(u) if fit.u(u) < u.upper - u.lower else None)
+        shown((effect, name), fit.value(u), fit.u(u) if fit.u(u) < u.upper - u.lower else None)
         for name, full in zip(variant.sizes, sizes, strict=True)
         for u in fit.unknowns
         if u.name == full

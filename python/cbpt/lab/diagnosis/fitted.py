@@ -18,7 +18,7 @@ from cbpt._core import Case, Drive, OwnEffect, text_table
 from cbpt.errors import InvalidInputError, Say, said
 from cbpt.lab.diagnosis.diagnose import prepared
 from cbpt.lab.diagnosis.diagnosis_data import Rung
-from cbpt.lab.diagnosis.fit_text import moved_numbers, solutions
+from cbpt.lab.diagnosis.fit_text import moved_numbers, parameter_words, solutions
 from cbpt.lab.diagnosis.rungs import rung_of
 from cbpt.lab.inference.cross_validation import folds
 from cbpt.lab.inference.estimates import parameters_of
@@ -31,7 +31,8 @@ from cbpt.lab.model.priors import PRIORS
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.selection.fit_effects import best_fit
-from cbpt.lab.wording.numbers import shown
+from cbpt.lab.wording import html
+from cbpt.lab.wording.numbers import AngleUnit, angle_unit_of, rounded
 
 __all__ = ["Fitted", "fit"]
 
@@ -134,32 +135,55 @@ class Fitted:
             angle_at(self.fitter, self.result, load) if load else None,
         )
 
-    def report(self, say: Say = str) -> str:
-        """As text; `say` says the steps of notes, else they are Python."""
-        return "\n".join(self._lines(say))
+    def report(self, say: Say = str, angle_unit: str = "arcsec") -> str:
+        """As text, angles in `angle_unit`; `say` says the steps of notes, else they are Python."""
+        return "\n".join(self._lines(say, angle_unit_of(angle_unit)))
 
-    def _lines(self, say: Say) -> Iterator[str]:
+    def _lines(self, say: Say, angle: AngleUnit) -> Iterator[str]:
         yield f"{len(self.readings)} readings of {self.readings.source}"
         yield from (f"Note: {said(note, say)}" for note in self.notes)
         for effect, found in self.parameters().items():
-            values = ", ".join(
-                shown(effect, n, p["value"], p["u"], p["unit"]) for n, p in found.items()
-            )
-            yield f"{effect}: {values}"
+            c = self.fitter.campaign
+            words = (parameter_words(c, (effect, n), p, angle) for n, p in found.items())
+            yield f"{effect}: {', '.join(map(' '.join, words))}"
         if self.closing:
             yield f"Values at the minimum: {self.closing}."
         moved = moved_numbers(self.result, self.priors)
         if moved:
             yield f"Parameters of drive and rig changed by the fit, now in the case: {moved}."
         rows = [
-            [name, f"{r.rmse_arcsec:.3f}", f"{r.held_out_rmse_arcsec:.3f}", f"{r.chi2_per_dof:.2f}"]
+            [
+                name,
+                angle.number(r.rmse_arcsec),
+                angle.number(r.held_out_rmse_arcsec),
+                rounded(r.chi2_per_dof),
+            ]
             for name, r in (("as given", self.before), ("fitted", self.after))
         ]
         yield f"Error, in sample and held out (cross-validation by {self.held_out_by}):"
-        yield text_table(["", "rmse_arcsec", "held_out_arcsec", "chi2/dof"], rows)
+        yield text_table(["", f"rmse_{angle.symbol}", f"held_out_{angle.symbol}", "chi2/dof"], rows)
 
     def __repr__(self) -> str:
         return self.report()
+
+    def _repr_html_(self) -> str:
+        """As a notebook shows it: parameters, errors, and the report folded."""
+        c = self.fitter.campaign
+        numbers = [
+            (effect, *parameter_words(c, (effect, name), p))
+            for effect, found in self.parameters().items()
+            for name, p in found.items()
+        ]
+        errors = [
+            (name, rounded(r.rmse_arcsec), rounded(r.held_out_rmse_arcsec))
+            for name, r in (("as given", self.before), ("fitted", self.after))
+        ]
+        parts = (
+            html.table(["effect", "parameter", "value"], numbers),
+            html.table(["", "rmse_arcsec", "held_out_arcsec"], errors),
+            html.folded("the whole report", self.report()),
+        )
+        return "".join(parts)
 
 
 def fit(

@@ -4,6 +4,8 @@ Misfit, misfit_of       bias, RMSE, largest error and chi-squared of some of the
 Group, groups_of        the misfit of a preload, torque range, direction, input angle or run
 p_value                 chance of such a misfit, judged by the stated uncertainty
 p_value_of              the same, judged by an uncertainty that was estimated
+divisions               the rows of each value or range of a column
+as_rows                 columns as rows of a table, with nothing where there is no number
 """
 
 from __future__ import annotations
@@ -127,7 +129,7 @@ def p_value_of(
 
 def groups_of(readings: Readings, residual: Floats, solved: Mask) -> Iterator[Group]:
     total = float(np.sum(residual[solved] ** 2))
-    for column, label, low, high, rows in _divisions(readings):
+    for column, label, low, high, rows in divisions(readings):
         rows = rows[solved[rows]]
         misfit = misfit_of(readings, residual, rows)
         if misfit is not None:
@@ -148,7 +150,8 @@ def _parts(index: Ints) -> list[Ints]:
     return np.split(order, np.cumsum(np.bincount(index))[:-1])
 
 
-def _divisions(readings: Readings) -> Iterator[Division]:
+def divisions(readings: Readings) -> Iterator[Division]:
+    """By preload, torque, direction, input angle and run, as far as they vary."""
     if readings.preload_N is not None:
         yield from _of_numbers("preload_N", readings.preload_N, _SHOWN.most_levels)
     if readings.preload_step is not None:
@@ -191,3 +194,10 @@ def _of_numbers(column: str, values: Floats, most: int) -> Iterator[Division]:
         if single:
             label = f"{low:g}" if low == high else f"{levels.value[i]:.4g}"
         yield column, label, low, high, rows
+
+
+def as_rows(columns: dict[str, Any]) -> tuple[list[str], list[list[Any]]]:
+    """Names of the columns that are there, and the rows of a table."""
+    kept = {name: values.tolist() for name, values in columns.items() if values is not None}
+    empty = [[None if v != v else v for v in values] for values in kept.values()]
+    return list(kept), [list(row) for row in zip(*empty, strict=True)]

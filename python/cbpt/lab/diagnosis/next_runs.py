@@ -24,6 +24,8 @@ from cbpt.lab.experiment.candidates import Limits, described
 from cbpt.lab.experiment.expected_gain import LIMIT, Suggested
 from cbpt.lab.experiment.plan import Plan
 from cbpt.lab.readings.reader import Readings
+from cbpt.lab.wording import html
+from cbpt.lab.wording.numbers import listed, rounded
 from cbpt.lab.wording.versions import versions
 
 __all__ = ["NextRuns", "next_runs", "ranked"]
@@ -87,12 +89,12 @@ class NextRuns:
         """The document as text."""
         return json.dumps(self.to_dict(), indent=2, allow_nan=False, default=float)
 
-    def report(self, most: int = 5) -> str:
+    def report(self, most: int = 5, angle_unit: str = "arcsec") -> str:
         """In words and a table of the best runs."""
-        return "\n".join(self._lines(most))
+        return "\n".join(self._lines(most, angle_unit))
 
-    def _lines(self, most: int) -> Iterator[str]:
-        yield self.diagnosis.sentence
+    def _lines(self, most: int, angle_unit: str) -> Iterator[str]:
+        yield self.diagnosis.sentence_in(angle_unit)
         if self.open:
             shares = ", ".join(f"{name} {share:.2f}" for name, share in self.open.items())
             yield f"Open hypotheses with their probabilities: {shares}."
@@ -131,6 +133,23 @@ class NextRuns:
 
     def __repr__(self) -> str:
         return self.report()
+
+    def _repr_html_(self) -> str:
+        """As a notebook shows it: a table of the best runs, and the report folded."""
+        rows = [
+            [
+                d["preload_N"],
+                d["torque_Nm"],
+                d["direction"],
+                rounded(s.gain),
+                listed(d["separates"]),
+            ]
+            for s in self.ranked[:5]
+            for d in [s.to_dict()]
+        ]
+        headers = ["preload_N", "torque_Nm", "torque goes", "gain", "separates"]
+        found = html.table(headers, rows) if rows else html.paragraph(self.why_none)
+        return found + html.folded("the whole report", self.report())
 
 
 def next_runs(

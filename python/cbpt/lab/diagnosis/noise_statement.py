@@ -16,6 +16,7 @@ import numpy as np
 
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
 from cbpt.lab.inference.residuals import scatter_of
+from cbpt.lab.wording.numbers import ARCSEC, AngleUnit
 
 
 def noise_of(d: DiagnosisData) -> dict[str, Any]:
@@ -92,51 +93,51 @@ def floor_of(d: DiagnosisData) -> tuple[float | None, str]:
     return None, f"{of}, no uncertainty is stated and no load was repeated"
 
 
-def statement(d: DiagnosisData) -> str:
+def statement(d: DiagnosisData, angle: AngleUnit = ARCSEC) -> str:
     """What the uncertainty of a reading is and what it rests on."""
     c, stated = d.competition.campaign, _stated(d)
-    about, used = _about(d), estimated(d)
+    about, used = _about(d, angle), estimated(d)
     if stated is not None and c.u_believed != 1:
         text = (
-            f"The table states an uncertainty of {stated:.3g} arcsec, but within runs the "
-            f"readings scatter by {stated * c.u_believed:.3g} arcsec, which was used instead; "
+            f"The table states an uncertainty of {angle.text(stated)}, but within runs the "
+            f"readings scatter by {angle.text(stated * c.u_believed)}, which was used instead; "
             f"{about}"
         )
     elif stated is not None:
-        text = f"The stated uncertainty of a reading is {stated:.3g} arcsec; {about}"
+        text = f"The stated uncertainty of a reading is {angle.text(stated)}; {about}"
     elif c.u_repeated:
         assert c.repeats is not None
         text = (
             f"The uncertainty of a reading was estimated from repeated readings, "
-            f"{c.repeats.u_arcsec:.3g} arcsec ({c.repeats}); {about}"
+            f"{angle.text(c.repeats.u_arcsec)} ({c.repeats}); {about}"
         )
     else:
         text = f"No uncertainty is stated, so that of a reading was estimated: {about}"
     if c.repeats and c.u_stated and c.repeats.steady:
-        text += f", repeated readings give {c.repeats.u_arcsec:.3g} arcsec ({c.repeats})"
+        text += f", repeated readings give {angle.text(c.repeats.u_arcsec)} ({c.repeats})"
     scatter = scatter_of(d.competition.fitter, d.after)[0]
     if d.verdict.lack_of_fit is None and abs(used / max(scatter, 1e-300) - 1) > 0.02:
         between = stated is not None and min(stated, scatter) < used < max(stated, scatter)
         text += (
-            f". Combined, the two give {used:.3g} arcsec"
+            f". Combined, the two give {angle.text(used)}"
             if between
-            else f". Without outliers and model discrepancy it is {used:.3g} arcsec"
+            else f". Without outliers and model discrepancy it is {angle.text(used)}"
         )
     if c.repeats and not c.repeats.steady:
         text += (
-            f". Repeated readings differ by {c.repeats.u_arcsec:.3g} arcsec ({c.repeats}), far "
+            f". Repeated readings differ by {angle.text(c.repeats.u_arcsec)} ({c.repeats}), far "
             "more than the readings scatter within runs: something changes between the repeats"
         )
     return f"{text}."
 
 
-def _about(d: DiagnosisData) -> str:
+def _about(d: DiagnosisData, angle: AngleUnit) -> str:
     """The scatter about the answer, with its own degrees of freedom."""
     scatter, dof = scatter_of(d.competition.fitter, d.after)
     if d.verdict.lack_of_fit is not None:
-        return f"the scatter that no model explains is {estimated(d):.3g} arcsec"
+        return f"the scatter that no model explains is {angle.text(estimated(d))}"
     offsets = ", with an offset for each run" if d.noise.offset_arcsec else ""
     return (
-        f"the residuals of the answer give {scatter:.3g} arcsec ({dof:.0f} degrees of freedom"
+        f"the residuals of the answer give {angle.text(scatter)} ({dof:.0f} degrees of freedom"
         f"{offsets})"
     )

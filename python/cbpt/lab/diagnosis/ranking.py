@@ -31,7 +31,7 @@ def ranking(d: DiagnosisData) -> list[dict[str, Any]]:
     rows = []
     singles = sorted((n for n in c.fits if len(n) == 1), key=lambda n: -c.log_odds[n])
     for names in singles:
-        fit, effect = c.fits[names], names[0]
+        fit, effect = d.fit_of(names), names[0]
         seen = c.fitter.look(fit, d.noise)
         member = _member(screen, fit)
         rival, correlation = _rival(screen, member, c)

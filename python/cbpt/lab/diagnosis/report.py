@@ -10,26 +10,38 @@ from cbpt._core import text_table
 from cbpt.errors import Say, said
 from cbpt.lab.diagnosis.alternatives import unseen
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
-from cbpt.lab.diagnosis.fit_text import moved_numbers
-from cbpt.lab.diagnosis.noise_statement import noise_floor
+from cbpt.lab.diagnosis.fit_text import moved_numbers, parameter_words
+from cbpt.lab.diagnosis.noise_statement import noise_floor, statement
+from cbpt.lab.diagnosis.sentence import Say as Telling
+from cbpt.lab.diagnosis.sentence import sentence
+from cbpt.lab.diagnosis.unexplained import shape_of
+from cbpt.lab.diagnosis.why import Why
+from cbpt.lab.diagnosis.why import sentence as sentence_of_rival
 from cbpt.lab.experiment.candidates import BOTH_WAYS
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording.names import columns_in_words
-from cbpt.lab.wording.numbers import listed, shown
+from cbpt.lab.wording.numbers import ARCSEC, AngleUnit, listed, probability, rounded
 
 _WIDTH = 100
 _MOST_COMBINATIONS, _MOST_SIZES = 6, 3
 """Combinations in the table, and those whose sizes are listed."""
 
 
-def lines(d: DiagnosisData, document: Mapping[str, Any], say: Say) -> Iterator[str]:
-    """The report, line by line; `document` is the answer as plain values."""
+def lines(
+    d: DiagnosisData,
+    document: Mapping[str, Any],
+    rivals: Sequence[Why],
+    say: Say,
+    angle: AngleUnit = ARCSEC,
+) -> Iterator[str]:
+    """The report, line by line; `document` is the answer as plain values, `rivals` are what it is
+    held against."""
     yield f"{len(d.readings)} readings of {d.readings.source}"
     yield from (f"Note: {said(note, say)}" for note in d.notes)
     yield ""
-    yield from wrap(document["verdict"]["sentence"], _WIDTH)
+    yield from wrap(sentence(d, Telling(angle=angle)), _WIDTH)
     yield from _probabilities(document)
-    yield from _remains(document["remains"])
+    yield from _remains(document["remains"], angle)
     moved = moved_numbers(d.after, d.competition.campaign.priors)
     if moved:
         text = f"Parameters of drive and rig changed by the fit: {moved}."
@@ -41,8 +53,8 @@ def lines(d: DiagnosisData, document: Mapping[str, Any], say: Say) -> Iterator[s
                 f"The change of {number['number']} could also be caused by {other}.", _WIDTH
             )
     if not d.verdict.effects and not d.verdict.rivals and d.verdict.lack_of_fit is None:
-        yield from _unseen(d)
-    yield from wrap(document["noise"]["u_says"], _WIDTH)
+        yield from _unseen(d, angle)
+    yield from wrap(statement(d, angle), _WIDTH)
     joint = sum(r.number not in d.verdict.effects for r in d.verdict.rests_on) > 1
     together = ", with the other parameters within their uncertainties" if joint else ""
     for r in d.verdict.rests_on:
@@ -58,26 +70,28 @@ def lines(d: DiagnosisData, document: Mapping[str, Any], say: Say) -> Iterator[s
     if run:
         yield from wrap(_next_run(run), _WIDTH)
     if document["unknown"]:
-        yield from _unknown(document["unknown"], run)
-    yield from _combinations(document["combinations"])
-    yield from _ladder(d)
-    yield from _ranking(document["ranking"][:6])
+        yield from _unknown(d, document["unknown"], run, angle)
+    yield from _combinations(d, document["combinations"], angle)
+    yield from _why(d, document, rivals, angle)
+    yield from _ladder(d, angle)
+    yield from _ranking(d, document["ranking"][:6], angle)
     where = document["where"]
     if where:
         yield ""
         yield "Where the model of the case disagrees with the readings:"
         for region in where[:4]:
-            yield f"  {_region(region)}"
+            yield f"  {_region(region, angle)}"
 
 
 def _probabilities(document: Mapping[str, Any]) -> Iterator[str]:
     """The two probabilities of an answer, each with what it is of."""
     v, best = document["verdict"], document["combinations"][0]
-    exactly = f"{label_of(best)} and nothing else: {best['probability']:.2f}"
+    exactly = f"{label_of(best)} and nothing else: {probability(best['probability'])}"
     if v["kind"] == "undecided":
         text = f"Probability of the most probable combination, {exactly}."
     else:
-        text = f"Probability that the answer holds: {v['probability']:.2f}; of exactly {exactly}."
+        holds = probability(v["probability"])
+        text = f"Probability that the answer holds: {holds}; of exactly {exactly}."
     yield from wrap(text, _WIDTH)
 
 
@@ -87,7 +101,7 @@ def label_of(combination: Mapping[str, Any]) -> str:
     return " + ".join([*combination["effects"], *unnamed]) or "no effect"
 
 
-def _remains(rest: Mapping[str, Any] | None) -> Iterator[str]:
+def _remains(rest: Mapping[str, Any] | None, angle: AngleUnit) -> Iterator[str]:
     """What is left after the answer, against what readings scatter by."""
     if rest is None:
         return
@@ -96,16 +110,18 @@ def _remains(rest: Mapping[str, Any] | None) -> Iterator[str]:
     scatter = ""
     if rest["expected_arcsec"] is not None:
         scatter = (
-            f"; readings scatter by {rest['expected_arcsec']:.2g} arcsec ({rest['expected_from']})"
+            f"; readings scatter by {angle.text(rest['expected_arcsec'])} ({rest['expected_from']})"
         )
     text = (
-        f"What remains: {rest['rms_arcsec']:.2g} arcsec rms{part}; it depends on "
+        f"What remains: {angle.text(rest['rms_arcsec'])} rms{part}; it depends on "
         f"{columns_in_words(rest['depends_on'])}{scatter}."
     )
     yield from wrap(text, _WIDTH)
 
 
-def _combinations(found: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+def _combinations(
+    d: DiagnosisData, found: Sequence[Mapping[str, Any]], angle: AngleUnit
+) -> Iterator[str]:
     """The sets of effects that the readings leave, each with its own errors and sizes."""
     yield ""
     yield (
@@ -113,14 +129,14 @@ def _combinations(found: Sequence[Mapping[str, Any]]) -> Iterator[str]:
         "each with its own error:"
     )
     yield _table(
-        ["effects", "probability", "rmse_arcsec", "held_out_arcsec", "chi2/dof"],
+        ["effects", "probability", *_errors(angle)],
         [
             [
                 label_of(c),
-                f"{c['probability']:.3f}",
-                f"{c['rmse_arcsec']:.3f}",
-                f"{c['held_out_rmse_arcsec']:.3f}",
-                f"{c['chi2_per_dof']:.2f}",
+                probability(c["probability"]),
+                angle.number(c["rmse_arcsec"]),
+                angle.number(c["held_out_rmse_arcsec"]),
+                rounded(c["chi2_per_dof"]),
             ]
             for c in found[:_MOST_COMBINATIONS]
         ],
@@ -129,43 +145,56 @@ def _combinations(found: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     if more > 0:
         yield f"  and {more} less probable"
     for c in found[:_MOST_SIZES]:
-        sizes = "; ".join(f"{e}: {_sizes(e, p)}" for e, p in c["parameters"].items() if p)
+        sizes = "; ".join(f"{e}: {_sizes(d, e, p, angle)}" for e, p in c["parameters"].items() if p)
         if sizes:
             yield from _wrapped(f"{label_of(c)}: {sizes}" if len(c["effects"]) > 1 else sizes)
 
 
-def _ladder(d: DiagnosisData) -> Iterator[str]:
+def _why(
+    d: DiagnosisData, document: Mapping[str, Any], rivals: Sequence[Why], angle: AngleUnit
+) -> Iterator[str]:
+    """The answer against each rival."""
+    if rivals:
+        yield ""
+        yield f"Why {label_of(document['combinations'][0])}, and not:"
+    for why in rivals:
+        yield from _wrapped(sentence_of_rival(d, why, angle))
+
+
+def _ladder(d: DiagnosisData, angle: AngleUnit) -> Iterator[str]:
     """The error after each step of the model."""
     yield ""
     floor, of = noise_floor(d)
-    noise = f"the noise floor {of}" if floor is None else f"noise {floor:.3f} arcsec"
+    noise = f"the noise floor {of}" if floor is None else f"noise {angle.text(floor)}"
     yield f"Error, in sample and held out (cross-validation by {d.held_out_by}; {noise}):"
     rows = [
         [
             r.added or "as stated",
-            f"{r.rmse_arcsec:.3f}",
-            f"{r.held_out_rmse_arcsec:.3f}",
-            f"{r.chi2_per_dof:.2f}",
+            angle.number(r.rmse_arcsec),
+            angle.number(r.held_out_rmse_arcsec),
+            rounded(r.chi2_per_dof),
         ]
         for r in d.ladder
     ]
-    yield _table(["added", "rmse_arcsec", "held_out_arcsec", "chi2/dof"], rows)
+    yield _table(["added to the step above", *_errors(angle)], rows)
     if d.ladder_says:
         yield from wrap(d.ladder_says, _WIDTH)
 
 
-def _ranking(ranking: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+def _ranking(
+    d: DiagnosisData, ranking: Sequence[Mapping[str, Any]], angle: AngleUnit
+) -> Iterator[str]:
     """Single effects with their probabilities and parameters."""
     if ranking:
         yield ""
         yield "Single effects, the most probable first (probability that it alone is missing):"
         yield _table(
-            ["effect", "probability", "held_out_arcsec", "p_value", "most similar to"],
+            ["effect", "probability", f"held_out_{angle.symbol}", "p_value", "most similar to"],
             [
                 [
                     row["effect"],
-                    f"{row['probability']:.3f}",
-                    f"{row['held_out_rmse_arcsec']:.3f}",
+                    probability(row["probability"]),
+                    angle.number(row["held_out_rmse_arcsec"]),
                     f"{row['p_value']:.3f}",
                     f"{row['rival']} ({row['rival_correlation']:.2f})" if row["rival"] else "",
                 ]
@@ -173,14 +202,17 @@ def _ranking(ranking: Sequence[Mapping[str, Any]]) -> Iterator[str]:
             ],
         )
         for row in ranking:
-            yield from _wrapped(f"{row['effect']}: {_sizes(row['effect'], row['parameters'])}")
+            sizes = _sizes(d, row["effect"], row["parameters"], angle)
+            yield from _wrapped(f"{row['effect']}: {sizes}")
 
 
-def _unknown(card: Mapping[str, Any], run: Mapping[str, Any] | None) -> Iterator[str]:
+def _unknown(
+    d: DiagnosisData, card: Mapping[str, Any], run: Mapping[str, Any] | None, angle: AngleUnit
+) -> Iterator[str]:
     """What is known of a misfit that no effect explains."""
     yield ""
-    yield "The misfit, in arcsec:"
-    for line in card["shape"]:
+    yield f"The misfit, in {angle.symbol}:"
+    for line in shape_of(d, angle):
         yield from _wrapped(line)
     if not run:
         yield ""
@@ -189,20 +221,27 @@ def _unknown(card: Mapping[str, Any], run: Mapping[str, Any] | None) -> Iterator
         yield ""
         yield (
             "A draft of the missing term, to be added to the case as an own effect and fitted "
-            f"(held-out error with it {card['expression_held_out_rmse_arcsec']:.3f} arcsec):"
+            f"(held-out error with it {angle.text(card['expression_held_out_rmse_arcsec'])}):"
         )
         yield from card["effect_toml"].splitlines()
 
 
-def _unseen(d: DiagnosisData) -> Iterator[str]:
+def _unseen(d: DiagnosisData, angle: AngleUnit) -> Iterator[str]:
     """What could be there all the same."""
-    found = unseen(d)
+    found = unseen(d, angle)
     if found:
         yield from wrap(f"Not detectable with these readings: {listed(found, 'or')}.", _WIDTH)
 
 
-def _sizes(effect: str, parameters: dict[str, Any]) -> str:
-    return ", ".join(shown(effect, n, p["value"], p["u"], p["unit"]) for n, p in parameters.items())
+def _sizes(d: DiagnosisData, effect: str, parameters: Mapping[str, Any], angle: AngleUnit) -> str:
+    c = d.competition.campaign
+    words = (parameter_words(c, (effect, n), p, angle) for n, p in parameters.items())
+    return ", ".join(map(" ".join, words))
+
+
+def _errors(angle: AngleUnit) -> tuple[str, str, str]:
+    """Headers of errors."""
+    return f"rmse_{angle.symbol}", f"held_out_{angle.symbol}", "chi2/dof"
 
 
 def _wrapped(text: str) -> list[str]:
@@ -211,14 +250,22 @@ def _wrapped(text: str) -> list[str]:
 
 def _next_run(run: dict[str, Any]) -> str:
     if run["gain"] < RULES.log_rival_odds:
+        if run["runs"] is None:
+            return (
+                "No run like the previous ones would decide between the combinations below; other "
+                "knowledge, such as a drawing, can."
+            )
         return (
-            "No single run like the previous ones would decide between the combinations below; "
-            "other knowledge, such as a drawing, can."
+            f"No single run would decide between the combinations below. About {run['runs']} runs "
+            f"like this would distinguish {listed(run['separates'])}: {_load(run)}."
         )
+    return f"A run that would distinguish {listed(run['separates'])}: {_load(run)}."
+
+
+def _load(run: Mapping[str, Any]) -> str:
     return (
-        f"A run that would distinguish {listed(run['separates'])}: "
-        f"preload {run['preload_N']:g} N, input angle {run['input_angle_deg']:g} deg, "
-        f"torque to {_ends(run)} N m ({run['direction']})."
+        f"preload {run['preload_N']:g} N, input angle {run['input_angle_deg']:g} deg, torque to "
+        f"{_ends(run)} N m ({run['direction']})"
     )
 
 
@@ -228,7 +275,7 @@ def _ends(run: Mapping[str, Any]) -> str:
     return f"+-{abs(run['torque_Nm']):g}" if both else f"{run['torque_Nm']:g}"
 
 
-def _region(region: dict[str, object]) -> str:
+def _region(region: dict[str, object], angle: AngleUnit) -> str:
     ranges = region["region"]
     assert isinstance(ranges, dict)
     parts = [
@@ -239,7 +286,7 @@ def _region(region: dict[str, object]) -> str:
         parts.append(str(region["regime"]))
     return (
         f"{', '.join(parts)}: {100 * float(str(region['share_of_misfit'])):.0f} % of the misfit, "
-        f"bias {float(str(region['bias_arcsec'])):+.2f} arcsec "
+        f"bias {angle.text(float(str(region['bias_arcsec'])))} "
         f"(p-value {float(str(region['p_value'])):.3f})"
     )
 

@@ -9,11 +9,11 @@ import numpy as np
 
 from cbpt._core import Drive
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
-from cbpt.lab.diagnosis.fit_text import moved_by, solutions
+from cbpt.lab.diagnosis.fit_text import moved_by, parameter_words, solutions
 from cbpt.lab.diagnosis.noise_statement import noise_floor
 from cbpt.lab.selection.decision import Why
 from cbpt.lab.wording.names import called, columns_in_words
-from cbpt.lab.wording.numbers import in_words, listed
+from cbpt.lab.wording.numbers import ARCSEC, AngleUnit, listed, probability
 
 _NOISE = {
     "run_offset": "an offset that differs from run to run",
@@ -33,6 +33,7 @@ class Say:
     """From its name and its value with the uncertainty: `exponent 0.914 +- 0.017`."""
     aside: Callable[[str], str] = "({})".format
     """All numbers of one effect."""
+    angle: AngleUnit = ARCSEC
 
 
 _PLAINLY = Say()
@@ -79,7 +80,7 @@ def _ratio(drive: Drive) -> float:
 def _answer(d: DiagnosisData, say: Say) -> str:
     """What was found."""
     v = d.verdict
-    sure = f"probability {v.probability:.2f}"
+    sure = f"probability {probability(v.probability)}"
     if v.probability < 0.5:
         sure = f"the most probable answer, but uncertain: {sure}"
     if v.undecided:
@@ -89,34 +90,36 @@ def _answer(d: DiagnosisData, say: Say) -> str:
     if v.kind == "complete":
         return _complete(d, sure, say) + _besides(d)
     if v.kind == "rig" and set(v.effects) <= {"run_offset"}:
-        what = listed([_noise(d, n) for n in v.noise if n in _NOISE])
+        what = listed([_noise(d, n, say.angle) for n in v.noise if n in _NOISE])
         said = f"No effect is missing from the model: the readings show {what} ({sure})."
         return said + _besides(d)
-    fall = f"{_also(d)}; {_with(d)}{_fall(d)}"
+    fall = f"{_also(d)}; {_with(d)}{_fall(d, say.angle)}"
     if v.kind == "ambiguous":
-        return _ambiguous(d, sure, fall)
+        return _ambiguous(d, sure, fall, say.angle)
     what = listed([_with_value(d, e, say) for e in v.effects])
     kinds = {
         "parameter": "A parameter of the drive differs from the case",
         "rig": "The measurement has an error",
     }
-    rest = _rest(d)
+    rest = _rest(d, say.angle)
     return f"{kinds.get(v.kind, 'Missing from the model')}: {what} ({sure}){fall}.{rest}"
 
 
-def _fall(d: DiagnosisData) -> str:
+def _fall(d: DiagnosisData, angle: AngleUnit) -> str:
     """What the error does from the model as stated to that of the answer."""
     before, after = d.ladder[0].rmse_arcsec, d.final_rung.rmse_arcsec
     if after > 0.97 * before:
-        return f"the error stays at {after:.2f} arcsec"
+        return f"the error stays at {angle.text(after)}"
     floor = noise_floor(d)[0]
-    noise = "" if floor is None else f" (noise {floor:.2f})"
-    return f"the error falls from {before:.2f} to {after:.2f} arcsec{noise}"
+    noise = "" if floor is None else f" (noise {angle.number(floor)})"
+    return f"the error falls from {angle.number(before)} to {angle.text(after)}{noise}"
 
 
 def likely(d: DiagnosisData) -> str:
     """What is likely but not certain, the most probable first, with probabilities."""
-    return listed([f"{name_of(d, e)} ({p:.2f})" for e, p in d.verdict.perhaps[:_MOST_LIKELY]])
+    return listed(
+        [f"{name_of(d, e)} ({probability(p)})" for e, p in d.verdict.perhaps[:_MOST_LIKELY]]
+    )
 
 
 def _also(d: DiagnosisData) -> str:
@@ -166,26 +169,27 @@ def _undecided(d: DiagnosisData) -> str:
     )
 
 
-def _rest(d: DiagnosisData) -> str:
+def _rest(d: DiagnosisData, angle: AngleUnit) -> str:
     """What is left beside the effects that have a name."""
     lack = d.verdict.lack_of_fit
     if lack is None:
         return ""
     left = float(np.sqrt(np.mean(lack.fitted_arcsec**2)))
     return (
-        f" A misfit of {left:.2g} arcsec remains that no effect of the library explains; it "
+        f" A misfit of {angle.text(left)} remains that no effect of the library explains; it "
         f"depends on {columns_in_words(lack.columns)}."
     )
 
 
-def _noise(d: DiagnosisData, word: str) -> str:
+def _noise(d: DiagnosisData, word: str, angle: AngleUnit) -> str:
     """A kind of noise with its size."""
     c, noise = d.competition.campaign, d.after.noise
     if word == "run_offset":
-        return f"{_NOISE[word]} (standard deviation {noise.offset_arcsec:.2g} arcsec)"
+        return f"{_NOISE[word]} (standard deviation {angle.text(noise.offset_arcsec)})"
     if word == "misstated":
         u = float(np.median(c.u_arcsec))
-        return f"{_NOISE[word]} (stated {u / c.u_believed:.2g}, found {u * noise.scale:.2g} arcsec)"
+        stated, found = angle.number(u / c.u_believed), angle.text(u * noise.scale)
+        return f"{_NOISE[word]} (stated {stated}, found {found})"
     if word == "correlated":
         return f"{_NOISE[word]} ({noise.correlation:.2f})"
     return _NOISE[word]
@@ -207,8 +211,9 @@ def _beside(d: DiagnosisData, say: Say) -> str:
         return ""
     what = listed([_with_value(d, e, say) for e in named])
     return (
-        f" In addition there is {what}: the error falls from {d.ladder[0].rmse_arcsec:.3g} to "
-        f"{d.final_rung.rmse_arcsec:.3g} arcsec."
+        f" In addition there is {what}: the error falls from "
+        f"{say.angle.number(d.ladder[0].rmse_arcsec)} to "
+        f"{say.angle.text(d.final_rung.rmse_arcsec)}."
     )
 
 
@@ -217,7 +222,7 @@ def _complete(d: DiagnosisData, sure: str, say: Say) -> str:
     if not v.within_uncertainty:
         return (
             f"No effect is missing ({sure}): the model as stated explains the readings to within "
-            f"their noise of {noise_floor(d)[0]:.2f} arcsec."
+            f"their noise of {say.angle.text(noise_floor(d)[0] or 0.0)}."
         )
     null = d.competition.fits[()]
     far = [r.number for r in v.rests_on if abs(r.needed_shift_sigma) > 0.8]
@@ -225,11 +230,11 @@ def _complete(d: DiagnosisData, sure: str, say: Say) -> str:
     which = f" {say.aside(listed(off))}" if off else ""
     return (
         f"No effect is missing ({sure}): with the parameters of the drive changed within their "
-        f"stated uncertainty{which}, {_fall(d)}."
+        f"stated uncertainty{which}, {_fall(d, say.angle)}."
     )
 
 
-def _ambiguous(d: DiagnosisData, sure: str, fall: str) -> str:
+def _ambiguous(d: DiagnosisData, sure: str, fall: str, angle: AngleUnit) -> str:
     v = d.verdict
     parts = []
     if v.effects:
@@ -238,7 +243,7 @@ def _ambiguous(d: DiagnosisData, sure: str, fall: str) -> str:
         names = listed([name_of(d, e) for e in group], "or")
         parts.append(f"one of {names} is needed, but these readings cannot distinguish them")
     text = "; ".join(parts)
-    return f"{text[:1].upper()}{text[1:]} ({sure}){fall}.{_rest(d)}"
+    return f"{text[:1].upper()}{text[1:]} ({sure}){fall}.{_rest(d, angle)}"
 
 
 def _with_value(d: DiagnosisData, effect: str, say: Say) -> str:
@@ -249,7 +254,8 @@ def _with_value(d: DiagnosisData, effect: str, say: Say) -> str:
         if effect not in {u.name for u in d.after.unknowns}:
             return name
         return f"{name} {say.aside(say.number(effect, moved_by(effect, d.after)))}"
-    words = (in_words(effect, n, p["value"], p["u"], p["unit"]) for n, p in found.items())
+    c = d.competition.campaign
+    words = (parameter_words(c, (effect, n), p, say.angle) for n, p in found.items())
     values = [say.number(*number) for number in words]
     if any(several.effect == effect for several in solutions(d.after)):
         values.append("or another solution, see the notes")

@@ -2,6 +2,7 @@
 
 card           what it depends on, ready to be written as an own effect
 measure_next   what to measure next, in words
+shape_of       how the misfit goes over what it depends on
 column         a column of the table, or one made from it, as numbers
 """
 
@@ -21,6 +22,7 @@ from cbpt.lab.readings.set_points import levels_of
 from cbpt.lab.selection.lack_of_fit import rate_of, run_time
 from cbpt.lab.selection.scan import label_of
 from cbpt.lab.wording.names import columns_in_words
+from cbpt.lab.wording.numbers import ARCSEC, AngleUnit, rounded
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -58,7 +60,7 @@ def card(d: DiagnosisData) -> dict[str, Any]:
         "noise_arcsec": _noise_arcsec(d),
         "strong_where": {name: list(ends) for name, ends in _strong_where(d).items()},
         "measure_next": measure_next(d),
-        "shape": list(_shape(d, columns, f))[: _SHOWN.most_lines],
+        "shape": shape_of(d),
     }
 
 
@@ -125,16 +127,28 @@ def column(d: DiagnosisData, name: str) -> Floats:
     return np.asarray(getattr(readings, name), dtype=np.float64)
 
 
+def shape_of(d: DiagnosisData, angle: AngleUnit = ARCSEC) -> list[str]:
+    """The misfit over what it depends on, line by line."""
+    lack_of_fit = d.verdict.lack_of_fit
+    assert lack_of_fit is not None
+    f = lack_of_fit.fitted_arcsec * angle.per_arcsec
+    return list(_shape(d, list(lack_of_fit.columns), f))[: _SHOWN.most_lines]
+
+
 def _shape(d: DiagnosisData, columns: list[str], f: Floats) -> Iterator[str]:
     """Lines such as `input_angle_deg 130: -5.9 at -8, ... +10.6 at 8 torque_Nm`, in arcsec."""
     along, across = columns[0], columns[1:]
     for label, rows in _cells(d, across):
         parts = [
-            f"{float(f[rows & part].mean()):+.2f} at {text}"
+            f"{_signed(float(f[rows & part].mean()))} at {text}"
             for text, part in _parts(column(d, along))
             if (rows & part).any()
         ]
         yield f"{label}{', '.join(parts)} {along}"
+
+
+def _signed(value: float) -> str:
+    return f"{'+' if value > 0 else ''}{rounded(value)}"
 
 
 def _cells(d: DiagnosisData, columns: list[str]) -> Iterator[tuple[str, Mask]]:

@@ -69,7 +69,7 @@ def sized(form: Form, sizes: Sequence[float | None]) -> tuple[str, list[str]]:
         several = len(variant.sizes) > 1 and not variant.spread
         # Of components of one amplitude the direction is but an example.
         value = size if several else form.values(size)[name]
-        label, text = in_words(effect, name, value, None)
+        label, text = in_words((effect, name), value, None)
         values.append(text)
     for part in ("_sine", "_cosine"):
         label = label.replace(part, "")

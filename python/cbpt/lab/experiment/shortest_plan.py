@@ -99,7 +99,7 @@ class Design:
 
     def _lines(self) -> Iterator[str]:
         for effect, values in self.sizes.items():
-            told = ", ".join(shown(effect, n, v, None) for n, v in values.items())
+            told = ", ".join(shown((effect, n), v, None) for n, v in values.items())
             yield f"{effect}: {told}"
         for one, other in self.twins:
             yield (

@@ -2,5 +2,6 @@
 
 names      effects and columns of readings in words
 numbers    numbers rounded for people, parameters in their usual units, words in a row
+html       what results show of themselves in a notebook
 versions   what an answer was made with
 """

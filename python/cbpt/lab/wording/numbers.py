@@ -1,5 +1,7 @@
 """Numbers as people read them, rounded in one way, and words in a row.
 
+The page rounds in the same way (`page/web/lib/numbers.js`), so a number has the same digits there.
+
 DISPLAY             name with its usual unit, and that unit in SI, of each parameter
 display             the same of one parameter
 name_of_size        the parameter that an effect's own size is
@@ -7,17 +9,25 @@ listed              a, b and c
 significant         a number rounded to so many significant digits
 rounded             the same as text
 with_uncertainty    a value and its uncertainty, rounded to the same place
+probability         never more certain than it can be
+AngleUnit, ARCSEC   the unit that angles are told in
+angle_unit_of       that of a symbol
 in_words            a parameter: its name with the unit, and its value in that unit
 shown               the same in one text
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from cbpt._core import effect_specs
+from cbpt._core import effect_specs, unit_size
+from cbpt.errors import InvalidInputError
+from cbpt.results import ANGLE_UNITS
+from cbpt.units import unit_at_end
 
 DISPLAY = {
     (spec.id, p.name): (p.display_name, p.display_size)
@@ -55,7 +65,16 @@ def rounded(value: float | None, digits: int = 3) -> str:
     if value is None:
         return ""
     text = f"{value:.{digits}g}"
-    return f"{float(text):.0f}" if "e+0" in text and abs(value) < 1e6 else text
+    if "e+" in text and abs(value) < 1e6:
+        return f"{float(text):.0f}"
+    return re.sub(r"e([+-])0*", lambda sign: "e" + sign[1].strip("+"), text)
+
+
+def probability(p: float) -> str:
+    """A probability to two decimals, never more certain than it can be."""
+    if p < 0.005:
+        return "< 0.01"
+    return "> 0.99" if p > 0.995 else f"{p:.2f}"
 
 
 def with_uncertainty(value: float, u: float, *more: float) -> tuple[str, ...]:
@@ -74,25 +93,87 @@ def _to(value: float, place: int) -> str:
     if place >= 0:
         whole = round(value / 10.0**place) * 10.0**place
         return f"{whole:.0f}" if place < 6 else f"{whole:.3g}"
-    if place < -7:
+    if place < -5:
         return f"{value:.{max(int(np.floor(np.log10(abs(value) or 1))) - place, 0)}e}"
     return f"{value:.{-place}f}"
 
 
+_SMALL = re.compile("arcsec|arcmin")
+"""Angles that parameters of the library have in their usual units; others are of the drawing."""
+
+
+@dataclass(frozen=True)
+class AngleUnit:
+    """The unit that angles are told in."""
+
+    symbol: str = "arcsec"
+
+    @property
+    def per_arcsec(self) -> float:
+        """The value of one arcsec in this unit."""
+        return ANGLE_UNITS[self.symbol]
+
+    def number(self, arcsec: float | None, digits: int = 3) -> str:
+        """An angle in this unit as text; empty for None."""
+        return rounded(None if arcsec is None else arcsec * self.per_arcsec, digits)
+
+    def text(self, arcsec: float, digits: int = 3) -> str:
+        """The same with the unit: 5.31 arcsec."""
+        return f"{self.number(arcsec, digits)} {self.symbol}"
+
+    def named(self, label: str, size: float) -> tuple[str, float]:
+        """The name of a parameter and the size of its unit in SI, with this unit in place of the
+        small angle that the name ends with: `rate_arcsec_per_h` is `rate_mrad_per_h`."""
+        unit = unit_at_end(label)
+        if self.symbol == "arcsec" or unit is None or not _SMALL.search(unit.symbol):
+            return label, size
+        stem = label.removesuffix(unit.symbol)
+        size = unit_size(_SMALL.sub(self.symbol, unit.written))
+        return stem + _SMALL.sub(self.symbol, unit.symbol), size
+
+
+ARCSEC = AngleUnit()
+"""Taken where no unit is chosen."""
+
+
+def angle_unit_of(symbol: str) -> AngleUnit:
+    """The unit of a symbol; raises `InvalidInputError` for one that measures no angle."""
+    if symbol not in ANGLE_UNITS:
+        required = f"expected one of {', '.join(ANGLE_UNITS)}"
+        told = f"angle_unit = {symbol!r}: {required}"
+        raise InvalidInputError(told, "angle_unit", symbol, required)
+    return AngleUnit(symbol)
+
+
 def in_words(
-    effect: str, name: str, value: float, u: float | None, unit: str = ""
+    number: tuple[str, str],
+    value: float,
+    u: float | None,
+    unit: str = "",
+    angle: AngleUnit = ARCSEC,
 ) -> tuple[str, str]:
     """A parameter as a case file would have it: its name with the unit, and its value in that unit
-    with the uncertainty. `unit` is for an own effect, whose names do not carry it."""
-    if (effect, name) not in DISPLAY:
-        known = "" if u is None else f" +- {u:.2g}"
-        return name, f"{value:.4g}{known} {unit}".rstrip()
-    label, size = DISPLAY[effect, name]
+    with the uncertainty.
+
+    number: effect and name. value, u: SI. unit: that of an own effect, whose names do not carry it.
+    angle: the unit of small angles.
+    """
+    label, size = angle.named(*display(*number))
+    if number not in DISPLAY and unit:
+        size = unit_size(unit)
     if u is None:
-        return label, rounded(value / size)
-    return label, " +- ".join(with_uncertainty(value / size, u / size))
+        told = rounded(value / size)
+    else:
+        told = " +- ".join(with_uncertainty(value / size, u / size))
+    return label, f"{told} {unit}".rstrip() if number not in DISPLAY else told
 
 
-def shown(effect: str, name: str, value: float, u: float | None, unit: str = "") -> str:
+def shown(
+    number: tuple[str, str],
+    value: float,
+    u: float | None,
+    unit: str = "",
+    angle: AngleUnit = ARCSEC,
+) -> str:
     """A parameter as a case file would have it: `reference_deflection_um 0.209 +- 0.010`."""
-    return " ".join(in_words(effect, name, value, u, unit))
+    return " ".join(in_words(number, value, u, unit, angle))

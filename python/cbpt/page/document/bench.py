@@ -67,7 +67,8 @@ class Bench:
         """With everything that was fitted."""
         c = d.competition
         alone = sorted((n for n in c.fits if len(n) == 1), key=lambda n: -c.log_odds[n])
-        return cls(c.fitter, d.noise, c.fits, [effect for (effect,) in alone])
+        fits = {names: d.fit_of(names) for names in c.fits}
+        return cls(c.fitter, d.noise, fits, [effect for (effect,) in alone])
 
     def with_own(self, d: Diagnosis, own: Sequence[OwnEffect]) -> Bench:
         """The same readings with effects of the user's own beside the library.
@@ -89,11 +90,10 @@ class Bench:
         """The fit of a set. Raises `InvalidInputError` for what cannot be fitted."""
         names = tuple(sorted(dict.fromkeys(effects)))
         known = self.fits.get(names)
-        if known is not None and known.converged:
+        if known is not None:
             return known
         if names not in self._kept:
-            # What the diagnosis left as it was out, or has grown, is searched to its end.
-            found = known or self._grown(names)
+            found = self._grown(names)
             self._kept[names] = found if found.converged else self._further(found)
             if len(self._kept) > _MOST_KEPT:
                 self._kept.popitem(last=False)

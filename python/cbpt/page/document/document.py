@@ -24,10 +24,11 @@ from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.set_points import settings
 from cbpt.lab.selection.posterior import OFFSET
 from cbpt.lab.wording.names import called, columns_in_words, tell_tale
+from cbpt.lab.wording.numbers import AngleUnit
 from cbpt.lab.wording.versions import product_version
 from cbpt.page.document.curves import BRANCHES, Curves
 from cbpt.page.document.plain import array, finite_numbers, numbers
-from cbpt.page.document.sentence import sentence_parts
+from cbpt.page.document.sentence import sentences
 from cbpt.page.document.source import Source
 from cbpt.page.document.stated import REFITTED, STATED, UNKNOWN, free_function, key_of, stated
 from cbpt.page.document.types import (
@@ -45,6 +46,7 @@ from cbpt.page.document.types import (
     PageDocument,
     ReadingColumns,
     Remains,
+    Rival,
     Rung,
     Where,
 )
@@ -101,9 +103,6 @@ def page_document(
     models: of the diagnosis, where they are at hand. isolability: what the campaign could see, or
     why that is not known.
     """
-    from cbpt.page.document.drive import drive_section
-    from cbpt.page.document.loops import table_section
-
     if diagnosis is None:
         entry, _, regimes = stated(case, readings)
         entries, found = [entry], Found()
@@ -113,7 +112,21 @@ def page_document(
         models = models or Models(diagnosis, readings)
         entries, regimes = list(models.entries()), models.regimes()
         found = Found(diagnosis, models)
-    answer = found.answer
+    return _document((case, readings, source), found, entries, regimes, isolability)
+
+
+def _document(
+    of: tuple[Case | Drive, Readings, Source],
+    found: Found,
+    entries: list[Model],
+    regimes: Sequence[str],
+    isolability: Isolability | None,
+) -> PageDocument:
+    """All keys. of: the case, its readings, and what they are called."""
+    from cbpt.page.document.drive import drive_section
+    from cbpt.page.document.loops import table_section
+
+    (case, readings, source), diagnosis, answer = of, found.diagnosis, found.answer
     curves, mean_over = curves_of(readings, entries)
     names = list(dict.fromkeys(name for name in regimes if name))
     return {
@@ -125,7 +138,9 @@ def page_document(
         "command_words": source.command.words(),
         "answer": answer,
         "answer_key": found.key,
-        "sentence": [] if diagnosis is None else sentence_parts(diagnosis),
+        "sentence": {} if diagnosis is None else sentences(diagnosis),
+        "u_says": found.u_says(),
+        "why": list(found.why()),
         "perhaps": list(found.perhaps()),
         "combinations": list(found.combinations()),
         "remains": found.remains(),
@@ -138,7 +153,7 @@ def page_document(
         "models": entries,
         "candidates": list(found.candidates()),
         "library": list(library(case, found)),
-        "ladder": found.ladder(entries),
+        "ladder": found.ladder(),
         "where": found.where(),
         "curves": curves,
         "curves_mean_over": mean_over,
@@ -215,7 +230,8 @@ def columns_of_readings(readings: Readings, regimes: Sequence[str], found: Found
         "cycle": numbers(readings.cycle),
         "branch": [BRANCHES[way] for way in readings.direction().tolist()],
         "level": levels.index.tolist(),
-        "measured_arcsec": finite_numbers(readings.elastic_angle_arcsec),
+        "measured_arcsec": finite_numbers(readings.elastic_angle_arcsec - found.zero(readings)),
+        "zero_arcsec": finite_numbers(found.zero(readings)),
         "u_arcsec": numbers(readings.u_elastic_angle_arcsec),
         "regime": [places.get(name) for name in regimes],
         "used": found.used(len(readings)).tolist(),
@@ -271,6 +287,10 @@ class Found:
             kept[self.used(n)] = inflation <= 2.0
         return kept
 
+    def zero(self, readings: Readings) -> Floats:
+        """The offset of the run of each reading, which is taken off what is drawn."""
+        return np.zeros(len(readings)) if self.models is None else self.models.zero
+
     def perhaps(self) -> Iterator[Likely]:
         """Effects that are likely, with their names."""
         if self.diagnosis is None:
@@ -295,6 +315,43 @@ class Found:
                 "rmse_arcsec": row["rmse_arcsec"],
                 "held_out_arcsec": row["held_out_rmse_arcsec"],
                 "chi2_per_dof": row["chi2_per_dof"],
+            }
+
+    def u_says(self) -> dict[str, str]:
+        """What the uncertainty of a reading is, by unit of angle."""
+        if self.diagnosis is None:
+            return {}
+        from cbpt.lab.diagnosis.noise_statement import statement
+
+        return {unit: statement(self.diagnosis, AngleUnit(unit)) for unit in ANGLE_SIZES}
+
+    def why(self) -> Iterator[Rival]:
+        """The answer against each rival."""
+        if self.diagnosis is None or self.answer is None:
+            return
+        from cbpt.lab.diagnosis.report import label_of
+        from cbpt.lab.diagnosis.why import sentence
+
+        units = {column: (label, unit) for column, label, unit, _ in _COLUMNS}
+        units["direction"] = units["branch"]
+        for why, row in zip(self.diagnosis.why(), self.answer["why"], strict=True):
+            told = {unit: sentence(self.diagnosis, why, AngleUnit(unit)) for unit in ANGLE_SIZES}
+            first = {group["column"] for group in row["decides"]}
+            yield {
+                "label": label_of(row).replace("_", " "),
+                "effects": row["effects"],
+                "log_odds": row["log_odds"],
+                "delta_chi2": row["delta_chi2"],
+                "other_log_odds": row["other_log_odds"],
+                "sentence": told,
+                "by": [
+                    {
+                        "label": " ".join(units.get(column, (column, ""))).strip(),
+                        "decides": column in first,
+                        "groups": groups,
+                    }
+                    for column, groups in row["by"].items()
+                ],
             }
 
     def remains(self) -> Remains | None:
@@ -354,14 +411,13 @@ class Found:
         v = None if self.diagnosis is None else self.diagnosis.verdict
         return [e for e in v.effects if e in PRIORS and e not in v.names] if v else []
 
-    def ladder(self, entries: Sequence[Model]) -> Ladder | None:
+    def ladder(self) -> Ladder | None:
         """The rungs with the models they stand for."""
         d = self.diagnosis
         if d is None:
             return None
         from cbpt.lab.diagnosis.diagnosis_data import FAR_BELOW, LOOSE
 
-        models = {entry["key"]: entry for entry in entries}
         final = d.final_rung
         rungs: list[Rung] = []
         have: tuple[str, ...] | None = ()
@@ -383,12 +439,6 @@ class Found:
                 "held_out_arcsec": rung.held_out_rmse_arcsec,
                 "chi2_per_dof": rung.chi2_per_dof,
             }
-            if have and not d.competition.fits[tuple(sorted(have))].converged:
-                # The model has been searched further than the diagnosis had to.
-                further = models[key]
-                told["in_sample_arcsec"] = further["rmse_arcsec"] or rung.rmse_arcsec
-                told["held_out_arcsec"] = further["held_out_rmse_arcsec"]
-                told["chi2_per_dof"] = further["chi2_per_dof"]
             rungs.append(told)
         if d.verdict.lack_of_fit is not None:
             rungs[-1]["label"] = free_function(d.verdict.lack_of_fit.columns)

@@ -24,8 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt._core import Drive, PairSolution, Solution
-from cbpt.page.document.plain import finite, finite_numbers
-from cbpt.page.document.types import (
+from cbpt.page.document.drive_types import (
     Arrow,
     CutBall,
     Drawing,
@@ -37,6 +36,7 @@ from cbpt.page.document.types import (
     PointState,
     Wall,
 )
+from cbpt.page.document.plain import finite, finite_numbers
 
 Complex = NDArray[np.complex128]
 

@@ -18,8 +18,7 @@ from cbpt._core import Case, Drive, Solution, Thresholds
 from cbpt.errors import InvalidInputError
 from cbpt.lab.readings.reader import Readings
 from cbpt.page.document.drawing import drawing_of
-from cbpt.page.document.plain import finite, finite_numbers, numbers
-from cbpt.page.document.types import (
+from cbpt.page.document.drive_types import (
     AngleCurve,
     DriveSection,
     DriveSolution,
@@ -29,6 +28,7 @@ from cbpt.page.document.types import (
     Slider,
     Sliders,
 )
+from cbpt.page.document.plain import finite, finite_numbers, numbers
 from cbpt.results import ARCSEC_PER_RAD, solve_many
 from cbpt.units import UNITS
 

@@ -18,20 +18,22 @@ from threadpoolctl import threadpool_limits
 from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
+from cbpt.lab.diagnosis.fit_text import parameter_words
 from cbpt.lab.diagnosis.fitted import case_with
 from cbpt.lab.diagnosis.ranking import probabilities
 from cbpt.lab.diagnosis.sentence import name_of
 from cbpt.lab.inference.cross_validation import held_out_residual, rms
 from cbpt.lab.inference.estimates import parameters_of
 from cbpt.lab.inference.evidence import Fit
-from cbpt.lab.inference.residuals import chi2_of, rmse_of
+from cbpt.lab.inference.residuals import chi2_of, rmse_of, without_offsets
+from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.own_terms import campaign_of
 from cbpt.lab.model.priors import PRIORS
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.selection.setting import Names
 from cbpt.lab.wording.names import tell_tale
-from cbpt.lab.wording.numbers import display, in_words
+from cbpt.lab.wording.numbers import display
 from cbpt.page.document.bench import Bench
 from cbpt.page.document.curves import Curves
 from cbpt.page.document.plain import array, numbers
@@ -70,6 +72,9 @@ class Models:
         self._lock = threading.Lock()
         nominal = self._bench.fitter.look(diagnosis.before, self._bench.noise)
         self._stated = self.predicted(self._bench, nominal)
+        after = self._bench.fitter.look(diagnosis.after, self._bench.noise)
+        self.zero = self._zeros(after)
+        """The offset of the run of each reading by the answer, shape (n,)."""
         self._curves = Curves(readings)
 
     # --- entries of the document ---
@@ -106,7 +111,10 @@ class Models:
         # One noise judges all, as in the ladder; the numbers of a fit stay its own.
         look = bench.fitter.look(fit, bench.noise)
         model = self.predicted(bench, look)
-        entry = rows_of(key, role, label, effects, self._whole.y_arcsec, model)
+        # Runs with offsets of their own are drawn on top of each other.
+        level = self._whole.y_arcsec - self.zero
+        left = self._left(self._whole.y_arcsec - model)
+        entry = rows_of(key, role, label, effects, level, level - left)
         held = held_out_residual(bench.fitter, look, self.diagnosis.fold)
         names = tuple(effects)
         known = key != STATED and bench is self._bench and names in c.log_odds
@@ -120,7 +128,7 @@ class Models:
             "held_out_rmse_arcsec": rms(held) if fit.converged else None,
             "chi2_per_dof": chi2_of(bench.fitter, look),
             "zero_arcsec": float(look.offsets_arcsec[0]) if len(look.offsets_arcsec) == 1 else None,
-            "parameters": list(_parameters(fit, effects)),
+            "parameters": list(_parameters(bench.fitter.campaign, fit, effects)),
             "numbers": list(_numbers(fit)),
             "probability": self._chances[names] if known else None,
             "tell_tale": " ".join(
@@ -151,6 +159,20 @@ class Models:
         if len(fit.offsets_arcsec) == 1 and self._whole.offsets.shape[1] == 1:
             return np.asarray(angle + fit.offsets_arcsec[0])
         return with_zeros(self._whole, angle)[0]
+
+    def _left(self, residual: Floats) -> Floats:
+        """A residual without the offset of each run, where the noise has offsets."""
+        if not np.isfinite(residual).all():
+            return residual
+        return without_offsets(self._whole, residual, self._bench.noise)
+
+    def _zeros(self, fit: Fit) -> Floats:
+        """The offset of the run of each reading, fitted to it or part of the noise."""
+        residual = self._whole.y_arcsec - self.predicted(self._bench, fit)
+        zero = residual - self._left(residual)
+        if self.used.all() and self._whole.offsets.shape[1] > 1:
+            zero = zero + self._whole.offsets @ fit.offsets_arcsec
+        return np.asarray(np.where(np.isfinite(zero), zero, 0.0))
 
     def _model(self, bench: Bench) -> Assembled:
         """The model of a bench at every row of the table, whatever it was asked before."""
@@ -187,7 +209,9 @@ class Models:
         residual = pattern.problem.residual(pattern.amplitude, pattern.noise)
         model[self.used] = d.competition.campaign.y_arcsec - residual
         label = free_function(pattern.columns)
-        entry = rows_of(UNKNOWN, "unknown", label, (), self._whole.y_arcsec, model)
+        level = self._whole.y_arcsec - self.zero
+        left = self._left(self._whole.y_arcsec - model)
+        entry = rows_of(UNKNOWN, "unknown", label, (), level, level - left)
         return entry | {
             "held_out_rmse_arcsec": d.ladder[-1].held_out_rmse_arcsec,
             "chi2_per_dof": d.ladder[-1].chi2_per_dof,
@@ -254,7 +278,7 @@ class Models:
         }
 
 
-def _parameters(fit: Fit, effects: Sequence[str]) -> Iterator[Parameter]:
+def _parameters(campaign: Campaign, fit: Fit, effects: Sequence[str]) -> Iterator[Parameter]:
     """In the unit that people read, with the SI value beside it; without an uncertainty where the
     search was not ended, as the value is then none of its best."""
     rough = {} if fit.converged else {"u": None, "why_no_u": ROUGH}
@@ -262,7 +286,7 @@ def _parameters(fit: Fit, effects: Sequence[str]) -> Iterator[Parameter]:
         for name, found in parameters_of(fit, effect).items():
             p = found | rough
             label, size = display(effect, name)
-            named, valued = in_words(effect, name, p["value"], p["u"], p["unit"])
+            named, valued = parameter_words(campaign, (effect, name), p)
             yield {
                 "effect": effect,
                 "name": label,

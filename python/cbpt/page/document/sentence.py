@@ -4,18 +4,24 @@ from __future__ import annotations
 
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
 from cbpt.lab.diagnosis.sentence import Say, sentence
+from cbpt.lab.wording.numbers import AngleUnit
 from cbpt.page.document.types import SentencePart
-from cbpt.page.document.units import name_and_unit
+from cbpt.page.document.units import ANGLE_SIZES, name_and_unit
 
-__all__ = ["sentence_parts"]
+__all__ = ["sentences"]
 
 # No name and no number holds it.
 _MARK = "\0"
 
 
-def sentence_parts(d: DiagnosisData) -> list[SentencePart]:
+def sentences(d: DiagnosisData) -> dict[str, list[SentencePart]]:
+    """The sentence by unit of angle."""
+    return {unit: _parts(d, AngleUnit(unit)) for unit in ANGLE_SIZES}
+
+
+def _parts(d: DiagnosisData, angle: AngleUnit) -> list[SentencePart]:
     """Words and numbers that were found, in turn; the numbers with names and units in print."""
-    text = sentence(d, Say(_in_print, f"{_MARK}({{}}){_MARK}".format))
+    text = sentence(d, Say(_in_print, f"{_MARK}({{}}){_MARK}".format, angle))
     return [
         {"text": part, "aside": bool(k % 2)} for k, part in enumerate(text.split(_MARK)) if part
     ]

@@ -29,6 +29,12 @@ def csv_of(document: PageDocument, entry: Model) -> str:
     readings: Mapping[str, Any] = document["readings"]
     columns: dict[str, Any] = {document["data"]["place"]: readings["row"]}
     columns |= {name: readings[name] for name in _COLUMNS if readings[name] is not None}
+    zero = readings["zero_arcsec"]
+    if any(zero):
+        # As they were read, with what was taken off beside them.
+        measured = zip(readings["measured_arcsec"], zero, strict=True)
+        columns["measured_arcsec"] = [value + off for value, off in measured]
+        columns["zero_of_run_arcsec"] = zero
     columns["model_arcsec"] = entry["model_arcsec"]
     columns["residual_arcsec"] = entry["residual_arcsec"]
     text = io.StringIO()

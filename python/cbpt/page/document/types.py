@@ -14,8 +14,8 @@ from __future__ import annotations
 
 from typing import Any, Literal, NotRequired, TypedDict
 
-Column = list[float | None]
-"""Numbers; null where there is none."""
+from cbpt.page.document.drive_types import Column, DriveSection
+
 Branch = Literal["up", "down", "none"]
 """The way of the torque."""
 Role = Literal["stated", "refitted", "answer", "rival", "candidate", "unknown", "own"]
@@ -152,6 +152,9 @@ class ReadingColumns(TypedDict):
     level: list[int]
     """Index into `data.settings`."""
     measured_arcsec: list[float]
+    """Less the offset of its run, so that runs lie on top of each other."""
+    zero_arcsec: list[float]
+    """The offset of the run: with it the angle is as it was read."""
     u_arcsec: Column | None
     regime: list[int | None]
     """Index into `regimes`."""
@@ -189,6 +192,36 @@ class Combination(TypedDict):
     rmse_arcsec: float
     held_out_arcsec: float
     chi2_per_dof: float
+
+
+class RivalGroup(TypedDict):
+    """Readings that share a value or a range of a column."""
+
+    label: str
+    readings: int
+    delta_chi2: float
+
+
+class RivalColumn(TypedDict):
+    """Chi-squared of a rival less that of the answer, by the values of a column."""
+
+    label: str
+    decides: bool
+    """Whether a few values of it make up most of the difference."""
+    groups: list[RivalGroup]
+
+
+class Rival(TypedDict):
+    """What the answer is held against."""
+
+    label: str
+    effects: list[str]
+    log_odds: float
+    delta_chi2: float | None
+    other_log_odds: float | None
+    sentence: dict[str, str]
+    """By unit of angle."""
+    by: list[RivalColumn]
 
 
 class Remains(TypedDict):
@@ -325,203 +358,6 @@ class Own(TypedDict):
     ports: list[Port]
 
 
-class Load(TypedDict):
-    torque_Nm: float
-    preload_N: float | None
-    input_angle_deg: float
-
-
-class DriveSolution(TypedDict):
-    status: str
-    message: str
-    elastic_angle_arcsec: float | None
-    deceleration_arcsec: float | None
-    equal_speed_arcsec: float | None
-    torsional_stiffness_Nm_per_arcsec: float | None
-    hold_preload_N: float | None
-
-
-class Finding(TypedDict):
-    code: str
-    severity: str
-    pair: str | None
-    message: str
-    remedy: str
-
-
-class PairThresholds(TypedDict):
-    hold_N: float | None
-    continuous_N: float | None
-    zero_backlash_N: float | None
-
-
-class DriveThresholds(TypedDict):
-    """Preloads, maxima over a period; null: no preload does it."""
-
-    torque_Nm: float
-    drive: PairThresholds
-    deceleration: PairThresholds
-    equal_speed: PairThresholds
-
-
-class AngleCurve(TypedDict):
-    """At the load's preload and input angle."""
-
-    torque_Nm: list[float]
-    elastic_angle_arcsec: Column
-    deceleration_arcsec: Column
-    equal_speed_arcsec: Column
-    status: list[str]
-
-
-class Slider(TypedDict):
-    key: str
-    label: str
-    unit: str
-    value: float
-    min: float
-    max: float
-    step: float
-
-
-class Sliders(TypedDict):
-    load: list[Slider]
-    design: list[Slider]
-
-
-class DrawnLine(TypedDict):
-    plate: str
-    kind: str
-    x: list[float]
-    y: list[float]
-
-
-class DrawnCircle(TypedDict):
-    plate: str
-    kind: str
-    x: float
-    y: float
-    radius: float
-
-
-class DrawnBall(TypedDict):
-    number: int
-    x: float
-    y: float
-    radius: float
-
-
-class PointState(TypedDict):
-    """What a meshing point carries; nothing is known without a solution."""
-
-    state: str | None
-    role: str | None
-    force_N: float | None
-    in_plane_force_N: float | None
-    deformation_um: float | None
-    gap_um: float | None
-    peak_pressure_GPa: float | None
-
-
-class MeshingPoint(PointState):
-    ball: int
-    diagonal: str
-    plate: str
-    x: float
-    y: float
-    nx: float
-    ny: float
-
-
-class Arrow(TypedDict):
-    ball: int
-    diagonal: str
-    x: float
-    y: float
-    dx: float
-    dy: float
-    force_N: float
-
-
-class Centre(TypedDict):
-    label: str
-    x: float
-    y: float
-
-
-class Place(TypedDict):
-    x: float
-    y: float
-
-
-class Wall(DrawnLine):
-    diagonal: str
-    contact: Place
-    nx: float
-    ny: float
-    state: str | None
-    force_N: float | None
-
-
-class CutBall(TypedDict):
-    ball: int
-    ball_radius_mm: float
-    walls: list[Wall]
-
-
-class Plates(TypedDict):
-    output: str
-    other: str
-
-
-class LoadedPair(TypedDict):
-    """The balls of a pair and what they carry."""
-
-    pair: str
-    title: str
-    extent_mm: float
-    balls: list[DrawnBall]
-    points: list[MeshingPoint]
-    arrows: list[Arrow]
-    arrow_mm_per_N: float | None
-    torque_Nm: float | None
-    angle_arcsec: float | None
-    carrying: int | None
-    peak_pressure_GPa: float | None
-
-
-class DrawnPair(LoadedPair):
-    plates: Plates
-    lines: list[DrawnLine]
-    circles: list[DrawnCircle]
-    centres: list[Centre]
-    section: CutBall
-
-
-class Drawing(TypedDict):
-    """See `drawing`."""
-
-    unit: Literal["mm"]
-    pairs: list[DrawnPair]
-
-
-class DriveSection(TypedDict):
-    """The drive at one load."""
-
-    kind: str
-    """ball_drive or torsion_spring."""
-    load: Load
-    design: dict[str, float]
-    """By key of the design sliders."""
-    solution: DriveSolution
-    findings: list[Finding]
-    thresholds: DriveThresholds | None
-    angle_curve: AngleCurve
-    sliders: Sliders
-    drawing: Drawing | None
-    why_no_drawing: str | None
-
-
 class CommandWords(TypedDict):
     """Parts of a command line on these files, each quoted for a shell."""
 
@@ -553,8 +389,12 @@ class PageDocument(TypedDict):
     command_words: CommandWords
     answer: Any
     """What `cbpt diagnose --json` writes, or null before a diagnosis."""
-    sentence: list[SentencePart]
-    """The sentence of the answer; empty before a diagnosis."""
+    sentence: dict[str, list[SentencePart]]
+    """The sentence of the answer by unit of angle; empty before a diagnosis."""
+    u_says: dict[str, str]
+    """What the uncertainty of a reading is, by unit of angle."""
+    why: list[Rival]
+    """The answer against each rival."""
     answer_key: str | None
     """Key of the model that the answer offers; null where none explains the readings."""
     perhaps: list[Likely]
@@ -594,4 +434,4 @@ class PageDocument(TypedDict):
     reasons: dict[str, str]
 
 
-__all__ = ["Choice", "PageDocument"]
+__all__ = ["Choice", "Column", "PageDocument"]

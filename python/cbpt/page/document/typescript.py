@@ -11,7 +11,7 @@ import ast
 from collections.abc import Iterator
 from pathlib import Path
 
-SOURCE = Path(__file__).with_name("types.py")
+SOURCES = tuple(map(Path(__file__).with_name, ("types.py", "drive_types.py")))
 TARGET = Path(__file__).parents[1] / "web" / "types.d.ts"
 _HEAD = """\
 /**
@@ -33,7 +33,8 @@ _WIDTH = 100
 
 def declarations() -> str:
     """The file as it has to be."""
-    body = ast.parse(SOURCE.read_text(encoding="utf-8")).body
+    files = (ast.parse(path.read_text(encoding="utf-8")) for path in SOURCES)
+    body = [node for file in files for node in file.body]
     parts = [_HEAD, _ANY]
     for node, below in zip(body, [*body[1:], None], strict=True):
         if isinstance(node, ast.ClassDef):

@@ -15,9 +15,7 @@ from cbpt.units import UNITS, unit_at_end
 __all__ = ["ANGLE_SIZES", "at_ends", "name_and_unit", "written"]
 
 ANGLE_SIZES = {
-    **{unit: 1.0 / ANGLE_UNITS[unit] for unit in ("arcsec", "arcmin")},
-    "mdeg": 1e-3 / ANGLE_UNITS["deg"],
-    "urad": 1.0 / ANGLE_UNITS["urad"],
+    unit: 1.0 / ANGLE_UNITS[unit] for unit in ("arcsec", "arcmin", "deg", "mrad", "urad")
 }
 _SIGNS = {"degC": "°C", "deg": "°", "um": "µm", "urad": "µrad"}
 

@@ -6,9 +6,6 @@
 // deno-lint-ignore no-explicit-any
 export type Any = any;
 
-/** Numbers; null where there is none. */
-export type Column = (number | null)[];
-
 /** The way of the torque. */
 export type Branch = "up" | "down" | "none";
 
@@ -141,7 +138,10 @@ export interface ReadingColumns {
   branch: Branch[];
   /** Index into `data.settings`. */
   level: number[];
+  /** Less the offset of its run, so that runs lie on top of each other. */
   measured_arcsec: number[];
+  /** The offset of the run: with it the angle is as it was read. */
+  zero_arcsec: number[];
   u_arcsec: Column | null;
   /** Index into `regimes`. */
   regime: (number | null)[];
@@ -176,6 +176,33 @@ export interface Combination {
   rmse_arcsec: number;
   held_out_arcsec: number;
   chi2_per_dof: number;
+}
+
+/** Readings that share a value or a range of a column. */
+export interface RivalGroup {
+  label: string;
+  readings: number;
+  delta_chi2: number;
+}
+
+/** Chi-squared of a rival less that of the answer, by the values of a column. */
+export interface RivalColumn {
+  label: string;
+  /** Whether a few values of it make up most of the difference. */
+  decides: boolean;
+  groups: RivalGroup[];
+}
+
+/** What the answer is held against. */
+export interface Rival {
+  label: string;
+  effects: string[];
+  log_odds: number;
+  delta_chi2: number | null;
+  other_log_odds: number | null;
+  /** By unit of angle. */
+  sentence: Record<string, string>;
+  by: RivalColumn[];
 }
 
 /** What is left after the answer, against what readings scatter by. */
@@ -305,6 +332,82 @@ export interface Own {
   variables: Variable[];
   ports: Port[];
 }
+
+/** Parts of a command line on these files, each quoted for a shell. */
+export interface CommandWords {
+  case: string;
+  data: string;
+  /** Flags that say how the table is read; empty where there are none. */
+  reading: string;
+}
+
+/** A part of the sentence of the answer. */
+export interface SentencePart {
+  text: string;
+  /** Whether it stands in parentheses: the numbers that were found. */
+  aside: boolean;
+}
+
+/** Every number on the page. */
+export interface PageDocument {
+  /** Which of the files that a workbench has shown; a report has no such number. */
+  opened?: number;
+  schema: string;
+  product: Product;
+  case: CaseFile;
+  data: Data;
+  /** The command line that makes this report. */
+  command: string;
+  command_words: CommandWords;
+  /** What `cbpt diagnose --json` writes, or null before a diagnosis. */
+  answer: Any;
+  /** The sentence of the answer by unit of angle; empty before a diagnosis. */
+  sentence: Record<string, SentencePart[]>;
+  /** What the uncertainty of a reading is, by unit of angle. */
+  u_says: Record<string, string>;
+  /** The answer against each rival. */
+  why: Rival[];
+  /** Key of the model that the answer offers; null where none explains the readings. */
+  answer_key: string | null;
+  perhaps: Likely[];
+  /** Those that make up 95 % of the posterior, the most probable first. */
+  combinations: Combination[];
+  remains: Remains | null;
+  /** Why the readings do not decide; null where they do. */
+  undecided: string | null;
+  /** `checks` of `cbpt preflight` and the figures of `loops`; null before a diagnosis. */
+  table: Any;
+  readings: ReadingColumns;
+  /** Names of the contact regimes. */
+  regimes: string[];
+  /** Of each regime, whether all meshing points carry in it. */
+  regimes_full: boolean[];
+  columns: MapColumn[];
+  models: Model[];
+  candidates: Candidate[];
+  library: LibraryEffect[];
+  ladder: Ladder | null;
+  where: Where | null;
+  curves: Curve[];
+  /** What differs between the readings of one point of a curve: it shows the mean over that. */
+  curves_mean_over: string[];
+  own: Own;
+  /** `answer.noise` with noise_floor_arcsec and noise_floor_of: what it was taken from. */
+  noise: Any;
+  /** `answer.next_run`. */
+  next_run: Any;
+  /** What `cbpt isolability` says of this campaign, with the sizes that are shown. */
+  isolability: Any;
+  drive: DriveSection;
+  /** Units of angle on the page, each with its size in arcsec. */
+  units: Record<string, number>;
+  /** How the unit in which a key ends is written: N m for Nm of `torque_Nm`. */
+  units_of_keys: Record<string, string>;
+  reasons: Record<string, string>;
+}
+
+/** Numbers; null where there is none. */
+export type Column = (number | null)[];
 
 export interface Load {
   torque_Nm: number;
@@ -495,73 +598,4 @@ export interface DriveSection {
   sliders: Sliders;
   drawing: Drawing | null;
   why_no_drawing: string | null;
-}
-
-/** Parts of a command line on these files, each quoted for a shell. */
-export interface CommandWords {
-  case: string;
-  data: string;
-  /** Flags that say how the table is read; empty where there are none. */
-  reading: string;
-}
-
-/** A part of the sentence of the answer. */
-export interface SentencePart {
-  text: string;
-  /** Whether it stands in parentheses: the numbers that were found. */
-  aside: boolean;
-}
-
-/** Every number on the page. */
-export interface PageDocument {
-  /** Which of the files that a workbench has shown; a report has no such number. */
-  opened?: number;
-  schema: string;
-  product: Product;
-  case: CaseFile;
-  data: Data;
-  /** The command line that makes this report. */
-  command: string;
-  command_words: CommandWords;
-  /** What `cbpt diagnose --json` writes, or null before a diagnosis. */
-  answer: Any;
-  /** The sentence of the answer; empty before a diagnosis. */
-  sentence: SentencePart[];
-  /** Key of the model that the answer offers; null where none explains the readings. */
-  answer_key: string | null;
-  perhaps: Likely[];
-  /** Those that make up 95 % of the posterior, the most probable first. */
-  combinations: Combination[];
-  remains: Remains | null;
-  /** Why the readings do not decide; null where they do. */
-  undecided: string | null;
-  /** `checks` of `cbpt preflight` and the figures of `loops`; null before a diagnosis. */
-  table: Any;
-  readings: ReadingColumns;
-  /** Names of the contact regimes. */
-  regimes: string[];
-  /** Of each regime, whether all meshing points carry in it. */
-  regimes_full: boolean[];
-  columns: MapColumn[];
-  models: Model[];
-  candidates: Candidate[];
-  library: LibraryEffect[];
-  ladder: Ladder | null;
-  where: Where | null;
-  curves: Curve[];
-  /** What differs between the readings of one point of a curve: it shows the mean over that. */
-  curves_mean_over: string[];
-  own: Own;
-  /** `answer.noise` with noise_floor_arcsec and noise_floor_of: what it was taken from. */
-  noise: Any;
-  /** `answer.next_run`. */
-  next_run: Any;
-  /** What `cbpt isolability` says of this campaign, with the sizes that are shown. */
-  isolability: Any;
-  drive: DriveSection;
-  /** Units of angle on the page, each with its size in arcsec. */
-  units: Record<string, number>;
-  /** How the unit in which a key ends is written: N m for Nm of `torque_Nm`. */
-  units_of_keys: Record<string, string>;
-  reasons: Record<string, string>;
 }

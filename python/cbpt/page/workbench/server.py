@@ -97,7 +97,7 @@ def application(
             _texts(b, "columns"), None if b.get("sheet") is None else _text(b, "sheet")
         ),
         "forget": lambda b: session.forget(),
-        "diagnose": lambda b: session.start(_seed(b)),
+        "diagnose": lambda b: session.start(_seed(b), b.get("own") is True),
         "cancel": lambda b: session.cancel(),
         "model": lambda b: session.model(_list(b, "effects")),
         "shown": lambda b: session.shown(_list(b, "effects")),

@@ -26,11 +26,12 @@ from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.reader import Readings
 from cbpt.page.document.document import Isolability, page_document
 from cbpt.page.document.drive import redrawn
+from cbpt.page.document.drive_types import DriveSection
 from cbpt.page.document.plain import to_json
 from cbpt.page.document.source import Source, as_word, from_here, named
 from cbpt.page.document.stated import stop_if_taken
 from cbpt.page.document.tables import csv_of
-from cbpt.page.document.types import DriveSection, PageDocument
+from cbpt.page.document.types import PageDocument
 from cbpt.page.workbench.ahead import Ahead, Effects, Step, Turns
 from cbpt.page.workbench.job import Cancelled, Job
 from cbpt.page.workbench.scratch import sweep
@@ -197,9 +198,12 @@ class Session:
 
     # --- the diagnosis ---
 
-    def start(self, seed: int = 0) -> dict[str, Any]:
+    def start(self, seed: int = 0, own: bool = False) -> dict[str, Any]:
         """Begin a diagnosis, or join the same one that is under way. Raises `NotNow` where another
-        one is, or where there is nothing to diagnose."""
+        one is, or where there is nothing to diagnose.
+
+        own: the effects of the user's own that were fitted compete with the library.
+        """
         with self._lock:
             case, readings = self._shown.case, self._readings
             if case is None or readings is None:
@@ -209,25 +213,33 @@ class Session:
                     raise NotNow("a diagnosis is under way; wait for it or cancel it")
                 return self._job.to_dict()
 
+            models = self._models
+            extra = models.own if own and models is not None else ()
+
             def work(step: Callable[[str, float], None]) -> None:
                 with self._turns.rest():
-                    self._diagnose(case, readings, seed, step)
+                    self._diagnose((case, readings, extra), seed, step)
 
             self._job, self._seed = Job(work).start(), seed
             return self._job.to_dict()
 
     def _diagnose(
         self,
-        case: Case | Drive,
-        readings: Readings,
+        of: tuple[Case | Drive, Readings, Sequence[OwnEffect]],
         seed: int,
         step: Callable[[str, float], None],
     ) -> None:
+        """of: the case, its readings, and own effects that compete with the library."""
         from cbpt.lab.diagnosis.diagnose import diagnose
         from cbpt.page.document.models import Models
 
+        case, readings, own = of
         diagnosis = diagnose(
-            case, readings, seed=seed, progress=lambda what, share: step(what, 0.9 * share)
+            case,
+            readings,
+            effects=own,
+            seed=seed,
+            progress=lambda what, share: step(what, 0.9 * share),
         )
         step("the answer", 0.9)
         models = Models(diagnosis, readings)

@@ -116,7 +116,9 @@ fn any_effect() -> impl Strategy<Value = EffectEntry> {
         let numbers = spec.parameters.iter().zip(shares).map(number).collect();
         EffectEntry { id: spec.id.into(), numbers, own: None }
     });
-    let parameter = (any::<String>(), number(), option::of(0.0..1e9), option::of(0.0..1e9));
+    let unit = proptest::sample::select(vec!["", "rad/(N m)", "N m", "1/s", "rad/(N m)^2 N"])
+        .prop_map(str::to_owned);
+    let parameter = (unit, number(), option::of(0.0..1e9), option::of(0.0..1e9));
     let adds_to =
         proptest::sample::select(vec![AddsTo::Torque, AddsTo::Preload, AddsTo::Series, AddsTo::Reading]);
     let own =
@@ -125,7 +127,7 @@ fn any_effect() -> impl Strategy<Value = EffectEntry> {
             let parameter =
                 |(name, (unit, start, below, above)): (String, (String, f64, Option<f64>, Option<f64>))| {
                     let (min, max) = (below.map(|below| start - below), above.map(|above| start + above));
-                    OwnParameter { name, unit, start, min, max }
+                    OwnParameter { name, unit, stated: String::new(), start, min, max }
                 };
             let parameters = parameters.into_iter().map(parameter).collect();
             let own = Formula::new("own_effect", adds_to, expression, parameters).unwrap();

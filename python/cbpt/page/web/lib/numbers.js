@@ -1,20 +1,21 @@
-/** How numbers are written: digits that can be seen, uncertainty beside. */
+/**
+ * How numbers are written: digits that can be seen, uncertainty beside. The texts of the answer
+ * round in the same way (`lab/wording/numbers.py`), so a number has the same digits everywhere.
+ */
 
 /**
- * A number with some significant digits; a minus sign that is one.
+ * A number with so many significant digits at most; a minus sign that is one.
  * @param {number | null | undefined} value
  * @param {number} [digits]
  * @returns {string}
  */
 export function text(value, digits = 3) {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
-  if (value === 0) return "0";
-  const size = Math.abs(value);
-  const shown = size >= 1e5 || size < 1e-3
-    ? value.toExponential(digits - 1).replace("e+", "e")
-    : size >= 10 ** digits
-    ? value.toFixed(0)
-    : value.toPrecision(digits);
+  const rounded = Number(value.toPrecision(digits));
+  const size = Math.abs(rounded);
+  const shown = size > 0 && (size >= 1e6 || size < 1e-4)
+    ? rounded.toExponential().replace("e+", "e")
+    : String(rounded);
   return shown.replace("-", "−").replace("e-", "e−");
 }
 

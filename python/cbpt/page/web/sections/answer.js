@@ -1,7 +1,7 @@
 /** 1. The sentence of the answer, how sure it is, what it rests on, the error before and after. */
 
 /** @import { Child } from "../lib/page.d.ts" */
-/** @import { Combination, PageDocument } from "../types.d.ts" */
+/** @import { Combination, PageDocument, Rival } from "../types.d.ts" */
 import { bar, bodyOf, byId, el, fill, svg, table } from "../lib/dom.js";
 import { nameOf } from "../lib/names.js";
 import { percent, probability, text } from "../lib/numbers.js";
@@ -84,7 +84,7 @@ function found(whole) {
     el(
       "p",
       { class: "sentence", id: "sentence" },
-      whole.sentence.map((part) =>
+      (whole.sentence[state.unit] ?? []).map((part) =>
         part.aside ? el("span", { class: "aside" }, part.text) : part.text
       ),
     ),
@@ -141,6 +141,7 @@ function found(whole) {
       { class: "stack" },
       remains(whole),
       combinations(whole),
+      why(whole),
       !whole.undecided && restsOn(verdict.rests_on),
       notes(whole),
       el(
@@ -171,7 +172,7 @@ function found(whole) {
           "Show the lack of fit as a free function",
         ),
         whole.own.draft && el("a", { href: "#own" }, "A draft of the missing term"),
-        el("span", { class: "small quiet" }, noise.u_says),
+        el("span", { class: "small quiet" }, whole.u_says[state.unit]),
       ),
     ),
   );
@@ -235,6 +236,73 @@ function combinations(whole) {
     { id: "combinations" },
     el("h2", { class: "minor" }, "Combinations that the readings leave"),
     drawn,
+  );
+}
+
+/** The answer against each rival: in words, and where the readings speak for which. @param {PageDocument} whole */
+function why(whole) {
+  if (!whole.why.length) return null;
+  return el(
+    "div",
+    { id: "why" },
+    el("h2", { class: "minor" }, `Why ${whole.combinations[0]?.label ?? "this"}, and not`),
+    el(
+      "p",
+      { class: "small quiet" },
+      "Bars: by how much χ² of the rival is larger in these readings. To the right they speak for the answer, to the left for the rival.",
+    ),
+    el(
+      "div",
+      { class: "rivals" },
+      whole.why.map((rival) =>
+        el(
+          "div",
+          { class: "rival" },
+          el("p", { class: "small" }, rival.sentence[state.unit]),
+          speaking(rival),
+        )
+      ),
+    ),
+  );
+}
+
+const MOST_BARS = 8;
+
+/** Bars of the column that decides, else of the first. @param {Rival} rival */
+function speaking(rival) {
+  const column = rival.by.find((c) => c.decides) ?? rival.by[0];
+  if (!column) return null;
+  const most = Math.max(...column.groups.map((g) => Math.abs(g.delta_chi2)), 1e-9);
+  const shown = [...column.groups].sort((a, b) => Math.abs(b.delta_chi2) - Math.abs(a.delta_chi2))
+    .slice(0, MOST_BARS);
+  return el(
+    "figure",
+    { class: "speaking" },
+    el("figcaption", { class: "small quiet" }, `Δχ² by ${column.label}`),
+    column.groups.filter((g) => shown.includes(g)).map((g) =>
+      el(
+        "div",
+        { class: "speaks" },
+        el("span", { class: "small" }, g.label),
+        svg(
+          "svg",
+          { width: 120, height: 10, viewBox: "-60 0 120 10", "aria-hidden": "true" },
+          svg("line", { class: "zero", x1: 0, x2: 0, y1: 0, y2: 10 }),
+          svg("rect", {
+            class: g.delta_chi2 < 0 ? "against" : "for",
+            x: (Math.min(g.delta_chi2, 0) / most) * 58,
+            width: (Math.abs(g.delta_chi2) / most) * 58,
+            y: 1,
+            height: 8,
+          }),
+        ),
+        el(
+          "span",
+          { class: "small number" },
+          `${g.delta_chi2 > 0 ? "+" : ""}${text(g.delta_chi2)}`,
+        ),
+      )
+    ),
   );
 }
 

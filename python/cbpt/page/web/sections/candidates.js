@@ -12,7 +12,7 @@ import { markSwitches, switchOf } from "./bar.js";
 import { canSwitch, isOn, ROUGH } from "../lib/models.js";
 import { nameOf } from "../lib/names.js";
 import { fixed, plain, probability } from "../lib/numbers.js";
-import { columnOf, documentShown, modelOf, on, size, state } from "../lib/store.js";
+import { columnOf, documentShown, modelOf, modelShown, on, size, state } from "../lib/store.js";
 
 const FIRST_CARDS = 6;
 const POINTS = 260;
@@ -99,7 +99,7 @@ function follow() {
   const { candidates } = documentShown();
   const stale = (/** @type {Candidate} */ c) => {
     const drawn = cards.get(c.effect);
-    return drawn?.node.isConnected ? drawn.of !== modelOf(c.key) : isOn(c.effect);
+    return drawn?.node.isConnected ? drawn.of !== modelBehind(c) : isOn(c.effect);
   };
   if (candidates.some(stale)) draw();
   for (const { node } of cards.values()) {
@@ -108,9 +108,14 @@ function follow() {
   markSwitches(place);
 }
 
+/** The model whose numbers a card shows: the model shown where it has the effect, else the effect alone. @param {Candidate} c */
+function modelBehind(c) {
+  return modelShown().effects.includes(c.effect) ? modelShown() : modelOf(c.key);
+}
+
 /** The card of a candidate: it stays while its model does. @param {Candidate} c */
 function cardOf(c) {
-  const of = modelOf(c.key);
+  const of = modelBehind(c);
   const drawn = cards.get(c.effect);
   if (drawn && drawn.of === of) return drawn.node;
   const node = card(c);
@@ -120,7 +125,7 @@ function cardOf(c) {
 
 /** @param {Candidate} c */
 function card(c) {
-  const m = modelOf(c.key);
+  const m = modelBehind(c), alone = modelOf(c.key);
   const on_ = isOn(c.effect);
   return el(
     "article",
@@ -158,9 +163,10 @@ function card(c) {
       "off by ",
       el("b", {}, c.moved.replace("-", "−")),
     ),
-    m && parameters(m),
+    m && m !== alone && el("p", { class: "small quiet" }, `in the model shown: ${m.label}`),
+    m && parameters(m, c.effect),
     c.tell_tale && el("p", { class: "tell" }, `Typical sign: ${c.tell_tale}`),
-    m?.signature_arcsec && picture(c, m.signature_arcsec),
+    alone?.signature_arcsec && picture(c, alone.signature_arcsec),
     el(
       "p",
       { class: "small quiet tiny" },
@@ -179,14 +185,18 @@ function card(c) {
   );
 }
 
-/** Numbers with their uncertainty, as the answer words them. @param {Model} m */
-export function parameters(m) {
-  if (!m.parameters.length) return null;
+/**
+ * Numbers with their uncertainty, as the answer words them; of one effect where it is given.
+ * @param {Model} m @param {string} [effect]
+ */
+export function parameters(m, effect) {
+  const own = m.parameters.filter((p) => !effect || p.effect === effect);
+  if (!own.length) return null;
   return el(
     "ul",
     { class: "plain small" },
     !m.converged && el("li", {}, el("b", { class: "rough" }, ROUGH)),
-    m.parameters.map((p) =>
+    own.map((p) =>
       el(
         "li",
         {},

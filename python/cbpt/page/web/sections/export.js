@@ -175,7 +175,9 @@ function csv() {
     ["temperature_degC", r.temperature_degC],
     ["cycle", r.cycle],
     ["direction", r.branch],
-    ["elastic_angle_arcsec", r.measured_arcsec],
+    // As they were read; the model is that of readings without the offsets of their runs.
+    ["elastic_angle_arcsec", r.measured_arcsec.map((v, i) => v + r.zero_arcsec[i])],
+    ["zero_of_run_arcsec", r.zero_arcsec.some((v) => v !== 0) ? r.zero_arcsec : null],
     ["u_elastic_angle_arcsec", r.u_arcsec],
     ["model_arcsec", m.model_arcsec],
     ["residual_arcsec", m.residual_arcsec],

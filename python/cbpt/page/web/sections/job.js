@@ -82,6 +82,17 @@ async function begin() {
   await follow();
 }
 
+/** The same readings again, with the effects of the user's own among those that compete. */
+export async function diagnoseWithOwn() {
+  try {
+    latest++;
+    await post("diagnose", { own: true });
+    await follow();
+  } catch (error) {
+    told(error);
+  }
+}
+
 /** Ask until it has ended. */
 async function follow() {
   const mine = latest;

@@ -17,6 +17,9 @@ const MEANS = /** @type {Record<string, string>} */ ({
   twins: "no reading of this rig separates them",
 });
 
+/** Log odds from which a run decides, 20 : 1. */
+const DECIDES = Math.log(20);
+
 // As long without a switch is taken for a pause.
 const IDLE_MS = 2500;
 
@@ -111,7 +114,15 @@ function drawRun() {
   const nameless = !r && whole.answer?.unknown;
   fill(
     run,
-    el("h3", {}, nameless ? "Where to measure more" : "The run that decides"),
+    el(
+      "h3",
+      {},
+      nameless
+        ? "Where to measure more"
+        : r && r.gain < DECIDES
+        ? "The run that tells most"
+        : "The run that decides",
+    ),
     r
       ? [
         el(
@@ -121,7 +132,17 @@ function drawRun() {
             plain(r.torque_Nm)
           } N m (${r.direction}).`,
         ),
-        el("p", { class: "quiet" }, `It separates ${r.separates.map(nameOf).join(", ")}.`),
+        el(
+          "p",
+          { class: "quiet" },
+          r.gain < DECIDES
+            ? r.runs
+              ? `No single run decides; about ${r.runs} runs like this separate ${
+                r.separates.map(nameOf).join(" and ")
+              }.`
+              : "No run like the previous ones decides; other knowledge, such as a drawing, can."
+            : `It separates ${r.separates.map(nameOf).join(", ")}.`,
+        ),
       ]
       : el(
         "p",

@@ -5,6 +5,7 @@
  */
 
 /** @import { OwnEffect, OwnParameter } from "../types.d.ts" */
+import { diagnoseWithOwn } from "./job.js";
 import { isLive, post } from "../lib/api.js";
 import { afterPause, announce, bodyOf, byId, el, fill, setUsable, usable } from "../lib/dom.js";
 import { redefined, show, take, told } from "../lib/models.js";
@@ -385,6 +386,12 @@ async function fitted() {
   }
 }
 
+/** Whether the diagnosis has weighed an effect. @param {string} effect */
+function weighed(effect) {
+  const { candidates, library } = documentShown();
+  return [...candidates, ...library].some((c) => c.effect === effect);
+}
+
 function drawFound() {
   const m = modelShown();
   if (!found || m.role !== "own") return;
@@ -393,5 +400,11 @@ function drawFound() {
     el("b", {}, told()),
     sizesOf(m),
     el("button", { type: "button", class: "text", onclick: () => show([]) }, "as stated again"),
+    m.effects.some((e) => !weighed(e)) &&
+      el(
+        "button",
+        { type: "button", class: "main", id: "diagnose-own", onclick: diagnoseWithOwn },
+        "Diagnose again with it",
+      ),
   );
 }

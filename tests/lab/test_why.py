@@ -1,0 +1,45 @@
+"""Why an answer holds against each rival: what the readings say, and what run would turn it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cbpt.lab.diagnosis.why import sentence
+from common.hidden import diagnosed
+
+NAMES = ["dev03", "dev09"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_parts_make_up_the_odds(name: str) -> None:
+    d = diagnosed(name)
+    document = d.to_dict()
+    best, *others = document["combinations"]
+    assert [w["effects"] for w in document["why"]][: len(others)] == [c["effects"] for c in others]
+    for why, rival in zip(document["why"], others, strict=False):
+        assert why["log_odds"] == pytest.approx(np.log(best["probability"] / rival["probability"]))
+        half = 0.5 * why["delta_chi2"]
+        assert half + why["other_log_odds"] == pytest.approx(why["log_odds"])
+        for groups in why["by"].values():
+            assert sum(g["delta_chi2"] for g in groups) == pytest.approx(why["delta_chi2"])
+            assert sum(g["readings"] for g in groups) == len(d.readings)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_it_is_told_in_text_and_document(name: str) -> None:
+    d = diagnosed(name)
+    words = " ".join(d.report().split())
+    for why, told in zip(d.why(), d.to_dict()["why"], strict=True):
+        assert told["sentence"] == sentence(d, why)
+        assert told["sentence"] in words
+    # The last is no effect at all, which the misfit excludes.
+    nothing = d.why()[-1]
+    assert not nothing.effects and nothing.delta_chi2 is not None and nothing.delta_chi2 > 100
+    assert "No effect at all: more than a million times less probable" in words
+
+
+def test_a_run_that_would_turn_the_answer_is_named() -> None:
+    runs = [why.run for why in diagnosed("dev09").why() if why.run]
+    assert runs
+    assert all(run["runs"] >= 1 and run["gain"] > 0 for run in runs)
