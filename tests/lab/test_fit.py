@@ -70,7 +70,6 @@ PLANTED: list[tuple[str, str, dict[str, float]]] = [
     ("bearing_play", "", {"clearance_m": 4e-7}),
     ("output_torsion", "", {"compliance_rad_per_Nm": 1e-6}),
     ("output_torsion", "softer one way", {"compliance_rad_per_Nm": 1e-6, "asymmetry": -0.5}),
-    ("output_torsion", "stiffening", {"compliance_rad_per_Nm": 3e-6, "stiffening_per_Nm": 0.1}),
     (
         "friction_hysteresis",
         "",

@@ -107,8 +107,6 @@ LAG = "time_constant_s", (120.0, 500.0)
 SETTLING = _shape("run_in", "settling_cycles", (1.0, 5.0), log=True)
 ASYMMETRY = _shape("output_torsion", "asymmetry", (-0.8, 0.8))
 _CLAMPED = _shape("output_torsion", "preload_exponent", (0.6,))
-_STIFFENING = Shape("stiffening_per_Nm", 5e-3, 0.2, (0.05,), True)
-"""By a tenth to several times at the torques of such drives."""
 _TIME = _shape("creep", "time_constant_s", (2.0, 10.0, 50.0, 400.0), log=True)
 
 
@@ -171,7 +169,6 @@ _TABLE: tuple[Variant, ...] = (
             ((), ""),
             ((ASYMMETRY,), "softer one way"),
             ((_CLAMPED,), "clamped by the preload"),
-            ((_STIFFENING,), "stiffening"),
         )
     ),
     Variant("friction_hysteresis", ("friction_radius_m",), 1e-6, _OF_CORE, shapes=(_ENGAGEMENT,)),
