@@ -16,6 +16,7 @@ import pytest
 from cbpt import Case
 from cbpt.lab.diagnosis.by_level import DividedDiagnosis
 from cbpt.lab.diagnosis.diagnose import diagnose
+from cbpt.lab.wording.numbers import probability
 from common.hidden import ANGLE, TRUTH, Said, U, case_of, diagnosed, said, table_of
 
 # --- answers ------------------------------------------------------------------------------
@@ -311,9 +312,12 @@ def test_combinations_are_the_posterior_that_the_verdict_is_read_off(name: str) 
 def test_the_report_has_both_probabilities_and_the_combinations() -> None:
     d = diagnosed("dev09")
     text = " ".join(d.report().split())
-    assert f"Probability that the answer holds: {d.verdict.probability:.2f}; of exactly " in text
+    assert (
+        f"Probability that the answer holds: {probability(d.verdict.probability)}; of exactly "
+        in text
+    )
     best = d.combinations()[0]
-    assert f"and nothing else: {best.probability:.2f}." in text
+    assert f"and nothing else: {probability(best.probability)}." in text
     assert "Combinations of effects that make up 95 % of the probability" in text
     assert all(" + ".join(c.effects) in text for c in d.combinations()[:4])
     assert all(f"({p:.2f})" in d.sentence for _, p in d.verdict.perhaps[:4])

@@ -176,9 +176,11 @@ def evaluated(
     marginal += float(log_scale_prior(np.array(problem.noise.scale), stated_dof))
     marginal -= price_of(problem.noise)
     # The linear problem counts as reached what lies beyond a bound or where no search came.
-    marginal -= 0.5 * max(
-        problem.objective(point) - _promised(problem, point, margin, discrepancy), 0.0
-    )
+    within = problem.step(point)[1] if p else 0.0
+    promised = problem.objective(point) - _promised(problem, point, margin, discrepancy)
+    marginal -= 0.5 * max(promised - within, 0.0)
+    if not converged:
+        marginal -= 0.5 * max(within, 0.0)
     return Fit(
         hypothesis=hypothesis,
         point=point,
