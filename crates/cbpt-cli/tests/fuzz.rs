@@ -235,7 +235,14 @@ fn tables_of_rows() {
 }
 
 fn parameter(name: &str) -> OwnParameter {
-    OwnParameter { name: name.into(), unit: String::new(), start: 0.5, min: None, max: None }
+    OwnParameter {
+        name: name.into(),
+        unit: String::new(),
+        stated: String::new(),
+        start: 0.5,
+        min: None,
+        max: None,
+    }
 }
 
 #[test]
