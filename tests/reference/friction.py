@@ -19,6 +19,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize
@@ -94,14 +95,12 @@ def _least_sum_of_norms(blocks: list[Floats], offsets: list[Floats]) -> float:
 
     x = np.zeros(3)
     for width in 10.0 ** -np.arange(1.0, 10.0):
-        x = minimize(
-            lambda x, width=width: value(x, width)[0],
-            x,
-            jac=lambda x, width=width: value(x, width)[1],
-            hess=lambda x, width=width: value(x, width)[2],
-            method="trust-exact",
-            options={"gtol": 1e-13, "maxiter": 400},
-        ).x
+        parts: list[Any] = [lambda x, i=i, w=float(width): value(x, w)[i] for i in range(3)]
+        options: Any = {"gtol": 1e-13, "maxiter": 400}
+        found = minimize(
+            parts[0], x, jac=parts[1], hess=parts[2], method="trust-exact", options=options
+        )
+        x = np.asarray(found.x, dtype=np.float64)
     norms = [float(np.linalg.norm(m @ x + v)) for m, v in zip(a, b, strict=True)]
     return scale * sum(norms)
 

@@ -151,6 +151,7 @@ impl Case {
 
     /// What preload and stiffness cost under a load: text for a terminal, and the JSON document of ``cbpt friction``.
     #[pyo3(signature = (torque_Nm, preload_N, input_angle_deg = 0.0, coefficient = None, static_safety = None))]
+    #[expect(clippy::too_many_arguments, reason = "a load, and what stands in place of the case's numbers")]
     fn costs(
         &self,
         py: Python<'_>,

@@ -236,13 +236,20 @@ def friction_map(
     )
     report = None if progress is None else (lambda done: progress(done, torque.size))
     drive = found.drive if isinstance(found, Case) else found
-    *columns, names = friction_of_loads(
+    mean, least, largest, efficiency, wear, names = friction_of_loads(
         drive,
         np.ascontiguousarray(torque).reshape(-1),
         np.ascontiguousarray(preload).reshape(-1),
         coefficient,
         report,
     )
-    arrays = [column.reshape(torque.shape) for column in columns]
-    status = np.array(names, dtype=np.str_).reshape(torque.shape)
-    return FrictionMap(torque.copy(), preload.copy(), *arrays, status)
+    return FrictionMap(
+        torque_Nm=torque.copy(),
+        preload_N=preload.copy(),
+        friction_torque_Nm=mean.reshape(torque.shape),
+        least_Nm=least.reshape(torque.shape),
+        largest_Nm=largest.reshape(torque.shape),
+        efficiency=efficiency.reshape(torque.shape),
+        wear_Nm_per_turn=wear.reshape(torque.shape),
+        status=np.array(names, dtype=np.str_).reshape(torque.shape),
+    )
