@@ -328,7 +328,7 @@ WITHIN = {
         *("wording", "readings", "covariance", "model", "inference"),
         *("selection", "characteristics", "experiment", "diagnosis", "change"),
     ),
-    "page": ("document", "report", "workbench"),
+    "page": ("document", "report", "inline", "workbench"),
 }
 
 

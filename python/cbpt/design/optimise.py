@@ -34,6 +34,7 @@ from cbpt.design.judge import (
     value_of,
 )
 from cbpt.errors import InvalidInputError
+from cbpt.lab.wording.html import Reported
 from cbpt.results import ANGLE_UNITS, ARCSEC_PER_RAD
 
 __all__ = ["Optimum", "optimise"]
@@ -68,7 +69,7 @@ OBJECTIVES = {
 
 
 @dataclass(frozen=True, eq=False)
-class Optimum:
+class Optimum(Reported):
     """The outcome of a search. Numbers are named in SI, values are SI."""
 
     case: Case

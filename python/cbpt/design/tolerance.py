@@ -23,6 +23,7 @@ from cbpt._core import Case, Drive, text_table
 from cbpt.design.judge import Judged, at_load, bare_drive_note, effects_of, judge, shown, value_of
 from cbpt.errors import InvalidInputError, NoSolutionError
 from cbpt.figures.tolerance import draw_tolerance
+from cbpt.lab.wording.html import Reported
 from cbpt.results import ANGLE_UNITS, ARCSEC_PER_RAD
 
 __all__ = ["Scatter", "Tolerance", "tolerance"]
@@ -74,7 +75,7 @@ class Scatter:
 
 
 @dataclass(frozen=True, eq=False)
-class Tolerance:
+class Tolerance(Reported):
     """The elastic angle of drives within their tolerances, arcsec; standard errors of what is
     drawn stand beside it."""
 

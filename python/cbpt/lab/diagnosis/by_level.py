@@ -25,6 +25,7 @@ from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.residuals import rmse_of
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.selection.fit_effects import best_fit
+from cbpt.lab.wording.html import Reported
 from cbpt.lab.wording.numbers import AngleUnit, angle_unit_of, in_words
 from cbpt.lab.wording.versions import versions
 
@@ -35,7 +36,7 @@ _MOST_LEVELS = 40
 
 
 @dataclass(frozen=True, eq=False)
-class DividedDiagnosis:
+class DividedDiagnosis(Reported):
     """Answers by the level of a column, in the order of the table."""
 
     by: str

@@ -38,6 +38,7 @@ from cbpt.lab.readings.headers import unit_at_end
 from cbpt.lab.readings.inputs import case_of
 from cbpt.lab.selection.fit_effects import predicted
 from cbpt.lab.selection.setting import prior
+from cbpt.lab.wording.html import Reported
 from cbpt.lab.wording.numbers import display, listed, shown
 
 __all__ = ["Apart", "Design", "shortest_plan"]
@@ -66,7 +67,7 @@ class Apart:
 
 
 @dataclass(frozen=True, eq=False)
-class Design:
+class Design(Reported):
     """A campaign that was designed. `report` says it in words."""
 
     case: Case | Drive

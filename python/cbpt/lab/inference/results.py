@@ -31,6 +31,7 @@ from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.hypothesis import Unknown
 from cbpt.lab.inference.prediction import AtLoad
 from cbpt.lab.model.priors import LOT, PRIORS
+from cbpt.lab.wording.html import Reported
 from cbpt.lab.wording.numbers import display, name_of_size, rounded, with_uncertainty
 
 Floats = NDArray[np.float64]
@@ -89,7 +90,7 @@ class Result:
 
 
 @dataclass(frozen=True)
-class Results:
+class Results(Reported):
     """A table of quantities."""
 
     rows: tuple[Result, ...]
