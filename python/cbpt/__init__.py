@@ -25,7 +25,8 @@ Map:
   would decide; `shortest_plan` -> `Design`: a whole campaign;
 - `Drive.sensitivities` -> `Sensitivities`: derivatives of angle and thresholds by every design
   number; `tolerance` -> `Tolerance`: what the drawing's tolerances make of the angle; `optimise` ->
-  `Optimum`: the design with the smallest angle within bounds;
+  `Optimum`: the design with the smallest angle within bounds; `transmission` -> `Transmission`: the
+  error of the parts as they were made;
 - `errors`: everything that can be raised, under `CbptError`.
 
 Input is in the unit that its name ends in; inside everything is SI and radians.
@@ -65,6 +66,7 @@ if TYPE_CHECKING:
     from cbpt import effects as effects
     from cbpt.design.optimise import Optimum, optimise
     from cbpt.design.tolerance import Tolerance, tolerance
+    from cbpt.design.transmission import Transmission, transmission
     from cbpt.lab.change.answer import Change
     from cbpt.lab.change.change import change
     from cbpt.lab.characteristics.characterise import characterise
@@ -105,6 +107,7 @@ _LAZY = {
     "Readings": "cbpt.lab.readings.reader",
     "Sweep": "cbpt.sweeps.result",
     "Tolerance": "cbpt.design.tolerance",
+    "Transmission": "cbpt.design.transmission",
     "change": "cbpt.lab.change.change",
     "characterise": "cbpt.lab.characteristics.characterise",
     "compare": "cbpt.lab.diagnosis.compare",
@@ -122,6 +125,7 @@ _LAZY = {
     "solve_many": "cbpt.results",
     "sweep": "cbpt.sweeps.run",
     "tolerance": "cbpt.design.tolerance",
+    "transmission": "cbpt.design.transmission",
 }
 
 __all__ = [
@@ -160,6 +164,7 @@ __all__ = [
     "SweepPlan",
     "Thresholds",
     "Tolerance",
+    "Transmission",
     "change",
     "characterise",
     "compare",
@@ -179,6 +184,7 @@ __all__ = [
     "solve_many",
     "sweep",
     "tolerance",
+    "transmission",
 ]
 
 

@@ -3,7 +3,8 @@
 Verbs of the mechanics (solve, preload, sweep, sensitivity, check, effects, schema) are handed to
 the Rust command line as they are, but for a sweep to Parquet (`sweep`); those of the lab are in
 `lab` (compare, diagnose, change, fit) and, about campaigns to come, in `campaigns` (simulate,
-isolability, next-run, plan); those about drives to be built in `design` (tolerance, optimise);
+isolability, next-run, plan); those about drives to be built in `design` (tolerance, optimise,
+transmission);
 those of the page in `page` (report, workbench); those about loops and a table by itself in `tables`
 (characterise, preflight). What they share is in `options`.
 """
@@ -119,6 +120,7 @@ _LAB: dict[str, Callable[[list[str]], int]] = {
     "plan": plan_verbs.plan,
     "tolerance": design_verbs.tolerance,
     "optimise": design_verbs.optimise,
+    "transmission": design_verbs.transmission,
     "report": page_verbs.report,
     "workbench": page_verbs.workbench,
 }

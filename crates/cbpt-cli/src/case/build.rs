@@ -9,6 +9,7 @@ use cbpt_core::{
 
 use super::fields;
 use super::keys::{self, Value};
+use super::made;
 use super::{Case, LoadDefaults, Measurement, Rating, Uncertainty, Zero};
 
 /// Values in SI by their dotted names: `deceleration.ball_radius_m`.
@@ -61,6 +62,13 @@ impl Values {
     pub(super) fn real(&self, name: &str) -> Option<f64> {
         match self.get(self.given_as(name)) {
             Some(Value::Real(value)) => Some(*value),
+            _ => None,
+        }
+    }
+
+    pub(super) fn reals(&self, name: &str) -> Option<&[f64]> {
+        match self.get(name) {
+            Some(Value::Reals(list)) => Some(list),
             _ => None,
         }
     }
@@ -135,10 +143,7 @@ const SPRING_RADIUS: &str = "torsion_spring.reference_radius_m";
 
 fn torsion_spring(values: &Values) -> Result<TorsionSpring, InvalidInput> {
     let radius = values.real(SPRING_RADIUS);
-    let list = |name: &str| match values.get(name) {
-        Some(Value::Reals(list)) => Ok(list),
-        _ => Err(missing(name)),
-    };
+    let list = |name: &str| values.reals(name).ok_or_else(|| missing(name));
     match values.real(SPRING_STIFFNESS) {
         Some(stiffness) => TorsionSpring::linear(stiffness, radius),
         None => TorsionSpring::table(list(SPRING_TORQUE)?, list(SPRING_ANGLE)?, radius),
@@ -147,12 +152,10 @@ fn torsion_spring(values: &Values) -> Result<TorsionSpring, InvalidInput> {
 
 fn ball_drive(values: &Values) -> Result<Drive, InvalidInput> {
     let track_curvature = TRACK_CURVATURE.into_iter().find(|name| values.has(name)).unwrap_or_default();
-    Drive::new(
-        material(values)?,
-        deceleration(values)?,
-        equal_speed(values)?,
-        values.choice(track_curvature, &TRACK_CURVATURES)?,
-    )
+    let deceleration = deceleration(values)?;
+    let curvature = values.choice(track_curvature, &TRACK_CURVATURES)?;
+    let made = made::as_made(values, &deceleration)?;
+    Drive::new(material(values)?, deceleration, equal_speed(values)?, curvature)?.with_as_made(made)
 }
 
 fn material(values: &Values) -> Result<Material, InvalidInput> {
@@ -289,6 +292,9 @@ fn drive_values(drive: &Drive) -> Values {
     values.set_material(drive.material());
     values.set_deceleration(drive.deceleration());
     values.set_equal_speed(drive.equal_speed());
+    if let Some(parts) = drive.as_made() {
+        made::set(&mut values, parts);
+    }
     values
 }
 
