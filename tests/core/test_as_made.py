@@ -132,9 +132,7 @@ def test_turned_rings_turn_the_output(output: str) -> None:
 def test_a_shifted_plate_is_a_profile(output: str, groove: str) -> None:
     shift = np.array([3e-6, -2e-6])
     by_plate = case({f"{groove}_plate_offset_um": [3.0, -2.0]}, output, "exact")
-    by_table = case(
-        profile(groove, lambda t: shift @ outward(groove, t)), output, "exact"
-    )
+    by_table = case(profile(groove, lambda t: shift @ outward(groove, t)), output, "exact")
     first, second = (rotation(each, 3.0).alpha_deceleration_rad for each in (by_plate, by_table))
     assert first == pytest.approx(second, rel=1e-5)
 
@@ -183,9 +181,7 @@ def test_a_table_is_what_the_effect_says(output: str, groove: str, prefix: str) 
     fixed = "epicycloid" if output == "hypocycloid" else "hypocycloid"
     other = next(name for name in OUTPUTS if name != fixed)
     sign, name = (1.0, fixed) if groove == "fixed" else (-1.0, other)
-    made = case(
-        profile(name, lambda t: sign * 2e-6 * np.sin(4 * t)), output, "exact"
-    )
+    made = case(profile(name, lambda t: sign * 2e-6 * np.sin(4 * t)), output, "exact")
     effect = {"id": "groove_pitch_error", "harmonic": 4, f"{prefix}sine_um": 2.0}
     by_effect = case({}, output, "exact", effect=[effect])
     first, second = rotation(made, 3.0), rotation(by_effect, 3.0)
@@ -272,9 +268,7 @@ def test_what_seats_the_balls_beside_a_large_one() -> None:
 def test_nearly_nominal_parts_have_the_nominal_thresholds() -> None:
     made = case(diameters(b7=1e-7), track="exact").drive
     for torque in (5.0, -3.0):
-        found, nominal = (
-            drive.preload(torque, 33.0).drive for drive in (made, made.nominal())
-        )
+        found, nominal = (drive.preload(torque, 33.0).drive for drive in (made, made.nominal()))
         assert found.hold_N == nominal.hold_N
         assert found.continuous_N == pytest.approx(nominal.continuous_N, rel=1e-3)
         assert found.zero_backlash_N == pytest.approx(nominal.zero_backlash_N, rel=1e-3)

@@ -80,9 +80,7 @@ def test_rings_have_a_profile_each(tmp_path: Path) -> None:
     assert cbpt.Case.from_toml(case.to_toml()) == case
 
 
-def test_the_path_is_relative_to_the_case(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_path_is_relative_to_the_case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     read(tmp_path, "epicycloid_profile", profile())
     (tmp_path / "elsewhere").mkdir()
     monkeypatch.chdir(tmp_path / "elsewhere")

@@ -9,7 +9,7 @@ use cbpt_core::{
 
 use super::fields;
 use super::keys::{self, Value};
-use super::made;
+use super::parts::{self, Lists};
 use super::{Case, LoadDefaults, Measurement, Rating, Uncertainty, Zero};
 
 /// Values in SI by their dotted names: `deceleration.ball_radius_m`.
@@ -66,13 +66,6 @@ impl Values {
         }
     }
 
-    pub(super) fn reals(&self, name: &str) -> Option<&[f64]> {
-        match self.get(name) {
-            Some(Value::Reals(list)) => Some(list),
-            _ => None,
-        }
-    }
-
     pub(super) fn text(&self, name: &str) -> Option<&str> {
         match self.get(name) {
             Some(Value::Text(text)) => Some(text),
@@ -94,6 +87,15 @@ impl Values {
     fn choice<T: Copy>(&self, name: &str, words: &[(&str, T)]) -> Result<T, InvalidInput> {
         let word = self.text(name).ok_or_else(|| missing(name))?;
         words.iter().find(|(known, _)| *known == word).map(|(_, meant)| *meant).ok_or_else(|| missing(name))
+    }
+}
+
+impl Lists for Values {
+    fn reals(&self, name: &str) -> Option<&[f64]> {
+        match self.get(name) {
+            Some(Value::Reals(list)) => Some(list),
+            _ => None,
+        }
     }
 }
 
@@ -154,7 +156,7 @@ fn ball_drive(values: &Values) -> Result<Drive, InvalidInput> {
     let track_curvature = TRACK_CURVATURE.into_iter().find(|name| values.has(name)).unwrap_or_default();
     let deceleration = deceleration(values)?;
     let curvature = values.choice(track_curvature, &TRACK_CURVATURES)?;
-    let made = made::as_made(values, &deceleration)?;
+    let made = parts::as_made(values, &deceleration)?;
     Drive::new(material(values)?, deceleration, equal_speed(values)?, curvature)?.with_as_made(made)
 }
 
@@ -292,8 +294,8 @@ fn drive_values(drive: &Drive) -> Values {
     values.set_material(drive.material());
     values.set_deceleration(drive.deceleration());
     values.set_equal_speed(drive.equal_speed());
-    if let Some(parts) = drive.as_made() {
-        made::set(&mut values, parts);
+    for (name, list) in drive.as_made().map(parts::lists).unwrap_or_default() {
+        values.set(name, Value::Reals(list));
     }
     values
 }

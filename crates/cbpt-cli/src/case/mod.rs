@@ -6,7 +6,7 @@
 //!   `build` turns values into a [`Case`] and back, `write` writes it;
 //! - `spread` is what a case says of how its numbers scatter;
 //! - `reader` reads the keys of one section, `suggest` knows what a wrong key may have meant, `error` how mistakes are told;
-//! - `made` reads the tables of the parts as they were made;
+//! - `tables` reads the files of the parts as they were made, `parts` turns their lists into what the core takes;
 //! - [`parameter`]: what a sweep may vary, by the same keys;
 //! - `reference` makes of the table the JSON Schema for editors and the page of all keys.
 
@@ -17,13 +17,14 @@ pub(crate) mod error;
 mod fields;
 mod keys;
 mod library;
-mod made;
 pub mod parameter;
 mod parse;
+mod parts;
 mod reader;
 mod reference;
 mod spread;
 pub(crate) mod suggest;
+mod tables;
 #[cfg(test)]
 mod tests;
 mod write;

@@ -10,7 +10,7 @@ use super::error::{Mistake, Notes};
 use super::fields;
 use super::keys::{Key, Kind, Need, Section};
 use super::reader::{Reader, Source};
-use super::{Case, effect, made, suggest};
+use super::{Case, effect, suggest, tables};
 
 /// Reads the case; if there are mistakes they are in the notes.
 pub(super) fn case(document: &[Entry], folder: Option<&Path>, notes: &mut Notes<'_>) -> Option<Case> {
@@ -33,7 +33,7 @@ pub(super) fn case(document: &[Entry], folder: Option<&Path>, notes: &mut Notes<
     reader.one_track_curvature();
     let spring = found.iter().any(|(name, _)| *name == fields::SPRING);
     reader.one_reducer(&found);
-    made::read_tables(&mut reader, folder);
+    tables::read_tables(&mut reader, folder);
     for section in fields::sections().iter().filter(|section| section.name != fields::effect().name) {
         let of_ball_drive = section.name.is_empty() || fields::DRIVE.contains(&section.name);
         if (spring && of_ball_drive) || (!spring && section.name == fields::SPRING) {
@@ -167,8 +167,8 @@ impl Reader<'_, '_> {
 
     /// Notes a number that the mechanics refuse and puts an example in its place; `None` where the file has none.
     fn put_aside(&mut self, refused: InvalidInput) -> Option<()> {
-        if made::is_about(&refused) {
-            return made::put_aside(self, refused);
+        if tables::is_about(&refused) {
+            return tables::put_aside(self, refused);
         }
         let name = self.values.given_as(&refused.field).to_owned();
         let keys =
