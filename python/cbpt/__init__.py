@@ -26,7 +26,7 @@ Map:
 - `Drive.sensitivities` -> `Sensitivities`: derivatives of angle and thresholds by every design
   number; `tolerance` -> `Tolerance`: what the drawing's tolerances make of the angle; `optimise` ->
   `Optimum`: the design with the smallest angle within bounds; `transmission` -> `Transmission`: the
-  error of the parts as they were made;
+  error of the parts as they were made; `datasheet`: one page of a drive, HTML;
 - `errors`: everything that can be raised, under `CbptError`.
 
 Input is in the unit that its name ends in; inside everything is SI and radians.
@@ -85,6 +85,7 @@ if TYPE_CHECKING:
     from cbpt.lab.experiment.simulate import simulate
     from cbpt.lab.readings.reader import Readings, read_readings
     from cbpt.results import Angles, solve_many
+    from cbpt.page.datasheet import datasheet
     from cbpt.sweeps.result import Sweep
     from cbpt.sweeps.run import sweep
 
@@ -111,6 +112,7 @@ _LAZY = {
     "change": "cbpt.lab.change.change",
     "characterise": "cbpt.lab.characteristics.characterise",
     "compare": "cbpt.lab.diagnosis.compare",
+    "datasheet": "cbpt.page.datasheet",
     "diagnose": "cbpt.lab.diagnosis.diagnose",
     "diagnose_by": "cbpt.lab.diagnosis.by_level",
     "fit": "cbpt.lab.diagnosis.fitted",
@@ -168,6 +170,7 @@ __all__ = [
     "change",
     "characterise",
     "compare",
+    "datasheet",
     "diagnose",
     "diagnose_by",
     "effects",

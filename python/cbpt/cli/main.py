@@ -5,7 +5,7 @@ the Rust command line as they are, but for a sweep to Parquet (`sweep`); those o
 `lab` (compare, diagnose, change, fit) and, about campaigns to come, in `campaigns` (simulate,
 isolability, next-run, plan); those about drives to be built in `design` (tolerance, optimise,
 transmission);
-those of the page in `page` (report, workbench); those about loops and a table by itself in `tables`
+those of the page in `page` (report, workbench, datasheet); those about loops and a table by itself in `tables`
 (characterise, preflight). What they share is in `options`.
 """
 
@@ -123,6 +123,7 @@ _LAB: dict[str, Callable[[list[str]], int]] = {
     "transmission": design_verbs.transmission,
     "report": page_verbs.report,
     "workbench": page_verbs.workbench,
+    "datasheet": page_verbs.datasheet,
 }
 
 if __name__ == "__main__":

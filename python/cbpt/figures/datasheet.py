@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-_SIZE = (3.55, 2.35)
+_SIZE = (3.55, 2.2)
 _LINE = 1.1
 _SMALL = 7
 _OUTPUT, _OTHER, _FAINT = "#0072B2", "#8a8f98", "#d7dae0"
@@ -72,13 +72,16 @@ def map_svg(
 ) -> str:
     """Lines of equal `values`, shape (preloads, torques); empty where there is no solution."""
     figure, axes = _axes()
+    from matplotlib.ticker import MaxNLocator
+
     shown = np.ma.masked_invalid(values)
-    filled = axes.contourf(torque_Nm, preload_N, shown, levels=12, cmap="viridis")
-    lines = axes.contour(torque_Nm, preload_N, shown, levels=6, colors="w", linewidths=0.5)
+    levels = np.linspace(float(shown.min()), float(shown.max()), 25)
+    filled = axes.contourf(torque_Nm, preload_N, shown, levels=levels, cmap="viridis")
+    lines = axes.contour(torque_Nm, preload_N, shown, levels=7, colors="w", linewidths=0.5)
     axes.clabel(lines, fontsize=6, fmt="%.3g")
     axes.plot(*at, "o", ms=4, mfc="w", mec="k")
     axes.set(xlabel="torque at the output / N m", ylabel="preload / N")
-    bar = figure.colorbar(filled, ax=axes, pad=0.02)
+    bar = figure.colorbar(filled, ax=axes, pad=0.02, ticks=MaxNLocator(5))
     bar.set_label(label, fontsize=_SMALL)
     bar.ax.tick_params(labelsize=6)
     # White seams between the fields, as some viewers show them.
@@ -96,11 +99,11 @@ def pressure_svg(
     figure, axes = _axes()
     for place, (label, pressure) in enumerate(pressures_GPa):
         axes.plot(torque_Nm, pressure, color=COLOURS[place], lw=_LINE, label=label)
-    axes.axhline(limit_GPa, color=COLOURS[1], lw=0.8, ls="--", label="limit")
+    axes.axhline(limit_GPa, color="0.3", lw=0.9, ls=":", label="limit")
     axes.axvline(rated_Nm, color="0.55", lw=0.7, ls="--")
     axes.set(xlabel="torque at the output / N m", ylabel="peak pressure / GPa")
     axes.set_ylim(bottom=0.0)
-    axes.legend(fontsize=_SMALL, frameon=False, loc="lower right")
+    axes.legend(fontsize=_SMALL, frameon=False, loc="lower left")
     return _svg(figure)
 
 

@@ -103,8 +103,9 @@ def draw_transmission(
         )
     shares.set_xlabel("ball")
     shares.set_ylabel("share of the preload [%]")
-    shares.set_ylim(bottom=0.0)
-    for axes in (curve, spectrum, shares):
+    shares.set_ylim(0.0, 1.3 * shares.get_ylim()[1])
+    curve.legend(fontsize=8, frameon=False, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
+    for axes in (spectrum, shares):
         axes.legend(fontsize=8, frameon=False)
     bare(curve, spectrum, shares)
     save(figure, path)

@@ -7,6 +7,7 @@ Numbers come from the verbs of the same names: solve, preload, characterise, fri
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Iterator, Mapping
 from html import escape
 from os import PathLike
@@ -29,6 +30,7 @@ Floats = NDArray[np.float64]
 Row = tuple[str, str, str]
 """Name, value, unit."""
 
+TITLE = "Cycloid ball planetary transmission"
 # Loads of the pictures: torques on one side, and of a map torques and preloads.
 _CURVE, _THRESHOLDS, _MAP = 61, 13, (13, 11)
 _OVER = 1.2
@@ -38,7 +40,7 @@ _PRELOADS = (0.5, 1.0, 1.5)
 def datasheet(
     case: Case | Drive | str | PathLike[str] | Mapping[str, Any],
     *,
-    title: str = "Cycloid ball planetary transmission",
+    title: str = TITLE,
     torque_Nm: float | None = None,
     preload_N: float | None = None,
 ) -> str:
@@ -68,18 +70,18 @@ def datasheet(
     case = at_load(case, torque_Nm, preload_N)
     costs = friction(case)
     pictures = [
-        *_drawings(case),
-        ("Stiffness", _stiffness(case)),
+        ("Grooves and balls along the axis", "".join(_drawings(case))),
+        ("Stiffness at three preloads", _stiffness(case)),
         ("Preload: thresholds and window", _window(case, costs)),
         ("Peak contact pressure", _pressures(case)),
         *_maps(case),
     ]
     blocks = [
         ("Drive", _drive_rows(case)),
+        ("Accuracy", list(_accuracy_rows(case))),
         ("At the rated load", [*_load_rows(case), *_strength_rows(costs)]),
         ("Preload", _preload_rows(case, costs)),
         ("Friction and efficiency", _friction_rows(costs)),
-        ("Accuracy", list(_accuracy_rows(case))),
     ]
     return _page(case, title, pictures, blocks)
 
@@ -92,10 +94,11 @@ def _rated(case: Case) -> tuple[float, float]:
     return case.torque_Nm, case.preload_N
 
 
-def _drawings(case: Case) -> Iterator[tuple[str, str]]:
+def _drawings(case: Case) -> Iterator[str]:
+    """Both pairs, each without its solution's arrows."""
     solution = case.drive.solve(*_rated(case))
-    for pair in drawing_of(case.drive, solution, 0.0)["pairs"]:
-        yield pair["title"], figures.drawing_svg(pair)
+    for place, pair in enumerate(drawing_of(case.drive, solution, 0.0)["pairs"]):
+        yield _own_names(figures.drawing_svg(pair), f"d{place}")
 
 
 def _stiffness(case: Case) -> str:
@@ -157,19 +160,17 @@ def _maps(case: Case) -> Iterator[tuple[str, str]]:
 
 
 def _drive_rows(case: Case) -> list[Row]:
-    import tomllib
-
     stated = tomllib.loads(case.to_toml())
     d, q = stated["deceleration"], stated["equal_speed"]
     ratio = case.drive.transmission_ratio
-    sense = "as the input" if ratio > 0 else "against the input"
+    sense = "same sense" if ratio > 0 else "other sense"
     kind = {"ring_groove": "ring grooves", "cross_slide": "cross-slide"}[q["kind"]]
     return [
-        ("Ratio, output turns " + sense, f"{abs(ratio):g} : 1", ""),
+        (f"Ratio, {sense}", f"{abs(ratio):g} : 1", ""),
         ("Balls, deceleration", f"{d['ball_count']} of {_mm(2 * d['ball_radius_m'])}", "mm"),
         (f"Balls, {kind}", f"{q['ball_count']} of {_mm(2 * q['ball_radius_m'])}", "mm"),
         ("Ball circles", f"{_mm(2 * _pitch_m(d))} / {_mm(2 * q['pitch_radius_m'])}", "mm"),
-        ("Eccentricity of the crank", _mm(2 * case.drive.eccentricity_m), "mm"),
+        ("Crank eccentricity", _mm(2 * case.drive.eccentricity_m), "mm"),
         ("Contact angle", f"{np.degrees(d['contact_angle_rad']):.4g}", "deg"),
     ]
 
@@ -179,8 +180,6 @@ def _pitch_m(deceleration: Mapping[str, Any]) -> float:
 
 
 def _limit_GPa(case: Case) -> float:
-    import tomllib
-
     return float(tomllib.loads(case.to_toml())["material"]["contact_pressure_limit_Pa"]) / 1e9
 
 
@@ -202,7 +201,7 @@ def _strength_rows(costs: Costs) -> list[Row]:
     needed = float(costs.document["required_static_safety"])
     return [
         ("Static safety s₀", _number(costs.static_safety), ""),
-        (f"Largest torque, s₀ ≥ {needed:g}", _number(largest), "N m"),
+        (f"Torque at s₀ = {needed:g}", _number(largest), "N m"),
     ]
 
 
@@ -210,11 +209,10 @@ def _preload_rows(case: Case, costs: Costs) -> list[Row]:
     needed = case.drive.preload(_rated(case)[0]).drive
     window = costs.preload_window_N
     shown = "none" if window is None else f"{_number(window[0])} to {_number(window[1])}"
-    parts = ", parts as made" if case.drive.has_parts_as_made else ""
     return [
-        (f"Holds above{parts}", _number(needed.hold_N), "N"),
-        ("Continuous transmission", _number(needed.continuous_N), "N"),
-        ("Zero backlash", _number(needed.zero_backlash_N), "N"),
+        ("Holds above", _number(needed.hold_N), "N"),
+        ("Continuous above", _number(needed.continuous_N), "N"),
+        ("Zero backlash above", _number(needed.zero_backlash_N), "N"),
         ("Window", shown, "N"),
     ]
 
@@ -223,8 +221,8 @@ def _friction_rows(costs: Costs) -> list[Row]:
     back, efficiency = costs.backdriving_torque_Nm, costs.efficiency
     torque = costs.friction_torque_Nm
     return [
-        ("Friction coefficient assumed", f"{float(costs.document['coefficient']):g}", ""),
-        ("Friction torque at the input", _number(None if torque is None else 1e3 * torque), "N mm"),
+        ("Coefficient (assumed)", f"{float(costs.document['coefficient']):g}", ""),
+        ("Friction torque, input", _number(None if torque is None else 1e3 * torque), "N mm"),
         ("Efficiency", _number(None if efficiency is None else 100 * efficiency), "%"),
         ("Torque to drive back", "locks" if back is None else _number(back), "N m"),
     ]
@@ -236,7 +234,7 @@ def _accuracy_rows(case: Case) -> Iterator[Row]:
         found = characterise(case, rated_torque_Nm=abs(torque_Nm))
         lost = next(f for f in found.figures if f.name == "lost_motion")
         yield (
-            f"Lost motion at ±{100 * found.convention.window:g} %",
+            f"Lost motion (±{100 * found.convention.window:g} %)",
             _number(lost.value),
             "arcsec",
         )
@@ -244,12 +242,12 @@ def _accuracy_rows(case: Case) -> Iterator[Row]:
         pass
     if case.drive.has_parts_as_made:
         error = transmission(case)
-        yield "Transmission error, no load", _number(error.unloaded_range_arcsec), "arcsec"
+        yield "Transmission error, idle", _number(error.unloaded_range_arcsec), "arcsec"
         yield "Transmission error, rated", _number(error.loaded_range_arcsec), "arcsec"
     else:
         largest = case.drive.largest_elastic_angle(torque_Nm, preload_N)
         ripple = None if largest is None else largest.amplitude_arcsec
-        yield "Ripple of the elastic angle", _number(ripple), "arcsec"
+        yield "Ripple of the angle", _number(ripple), "arcsec"
 
 
 def _mm(length_m: float) -> str:
@@ -263,7 +261,7 @@ def _number(value: float | None) -> str:
     if value == 0.0:
         return "0"
     digits = max(2 - int(np.floor(np.log10(abs(value)))), 0)
-    return f"{value:.{digits}f}" if abs(value) >= 1e-3 else f"{value:.1e}"
+    return f"{value:.{digits}f}" if abs(value) >= 1e-2 else f"{value:.2g}"
 
 
 # --- the page -----------------------------------------------------------------------------
@@ -278,18 +276,20 @@ header { border-bottom: 2.2pt solid #0072b2; padding-bottom: 1.6mm; margin-botto
 h1 { font-size: 16pt; margin: 0; letter-spacing: -0.01em; }
 header p { margin: 0.6mm 0 0; color: #515a66; }
 h2 { font-size: 8.8pt; margin: 0 0 0.5mm; color: #0b4f7d; font-weight: 650; }
-.numbers { display: grid; grid-template-columns: repeat(3, 1fr); gap: 2.2mm 5mm; }
+.numbers { columns: 3; column-gap: 6mm; }
+.numbers div { break-inside: avoid; margin-bottom: 2mm; }
 .pictures { display: grid; grid-template-columns: repeat(2, 1fr); gap: 1.4mm 5mm;
   margin-top: 2.4mm; }
 figure { margin: 0; break-inside: avoid; }
 figcaption { font-weight: 650; color: #0b4f7d; }
-figure svg { width: 100%; height: 47mm; display: block; }
-figure.drawing svg { height: 42mm; }
+figure svg { width: 100%; height: 54mm; display: block; }
+figure.drawing { display: grid; grid-template-columns: 1fr 1fr; }
+figure.drawing figcaption { grid-column: 1 / 3; }
 table { width: 100%; border-collapse: collapse; }
 td { padding: 0.35mm 0; border-bottom: 0.4pt solid #dde1e7; vertical-align: baseline; }
 td.value { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap;
   padding-left: 2mm; }
-td.unit { width: 4.6em; padding-left: 1.2mm; color: #515a66; white-space: nowrap; }
+td.unit { width: 1px; padding-left: 1.2mm; color: #515a66; white-space: nowrap; }
 footer { margin-top: 2mm; padding-top: 1mm; border-top: 0.6pt solid #b9c0ca; color: #515a66;
   font-size: 7pt; }
 """
@@ -305,8 +305,8 @@ def _page(
     torque_Nm, preload_N = _rated(case)
     numbers = "\n".join(_block(head, rows) for head, rows in blocks if rows)
     drawn = "\n".join(
-        f'<figure{" class=drawing" if place < 2 else ""}><figcaption>{escape(head)}</figcaption>'
-        f"{_own_names(svg, place)}</figure>"
+        f'<figure{" class=drawing" if place == 0 else ""}><figcaption>{escape(head)}</figcaption>'
+        f"{_own_names(svg, f'p{place}')}</figure>"
         for place, (head, svg) in enumerate(pictures)
     )
     made = "parts as they were made" if case.drive.has_parts_as_made else "nominal parts"
@@ -336,8 +336,8 @@ def _block(head: str, rows: list[Row]) -> str:
     return f"<div><h2>{escape(head)}</h2><table>{cells}</table></div>"
 
 
-def _own_names(svg: str, place: int) -> str:
+def _own_names(svg: str, name: str) -> str:
     """The picture with names that no other picture on the page has."""
     for before in ('id="', 'href="#', "url(#"):
-        svg = svg.replace(before, f"{before}p{place}-")
+        svg = svg.replace(before, f"{before}{name}-")
     return svg
