@@ -15,6 +15,7 @@
 //!   that carry derivatives ([`real`]);
 //! - [`findings`]: what a designer should know before building; [`preload`]: the three thresholds; [`sweep`]: many loads on all cores;
 //! - [`turn`]: when all of a drive stands as before, and what each ball carries;
+//! - [`friction`]: losses at the contacts, efficiency, wear; [`strength`]: static safety, preload window, vibration;
 //! - [`judge`]: many designs;
 //! - [`effect`]: the library of effects; [`predict`]: a drive with effects on a table of readings; [`fit`]: that against
 //!   measured angles;
@@ -33,6 +34,7 @@ pub mod error;
 pub mod extremes;
 pub mod findings;
 pub mod fit;
+pub mod friction;
 pub mod geometry;
 pub mod hertz;
 pub mod interval;
@@ -46,6 +48,7 @@ pub mod reducer;
 pub mod sensitivity;
 pub mod solver;
 pub mod status;
+pub mod strength;
 pub mod sweep;
 pub mod torsion_spring;
 pub mod transmission;
