@@ -91,8 +91,8 @@ if TYPE_CHECKING:
     from cbpt.lab.experiment.shortest_plan import Design, shortest_plan
     from cbpt.lab.experiment.simulate import simulate
     from cbpt.lab.readings.reader import Readings, read_readings
-    from cbpt.results import Angles, solve_many
     from cbpt.page.datasheet import datasheet
+    from cbpt.results import Angles, solve_many
     from cbpt.sweeps.result import Sweep
     from cbpt.sweeps.run import sweep
 

@@ -1,5 +1,5 @@
-"""Parts as they were made against closed forms: a turned groove, one harmonic, one large ball, turned
-rings, a shifted plate; against the effects of the library; and the thresholds of the preload.
+"""Parts as they were made against closed forms (a turned groove, one harmonic, one large ball,
+turned rings, a shifted plate), against the effects of the library; thresholds of the preload.
 
 The tables are lists here; files are in test_as_made_tables.
 """

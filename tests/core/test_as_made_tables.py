@@ -1,4 +1,4 @@
-"""Tables of parts as made in CSV files: what is read, and what is told of bad ones with file and row."""
+"""Tables of parts as made in CSV files: what is read, and what is told of bad ones."""
 
 from __future__ import annotations
 
@@ -113,22 +113,23 @@ def drifting() -> Rows:
     return [head, *(f"{line.split(',')[0]},{0.01 * row}" for row, line in enumerate(lines))]
 
 
+GROOVE = "epicycloid_profile"
 BAD: list[tuple[str, Callable[[], Rows], list[str]]] = [
     # key, table, what the message must have
-    ("epicycloid_profile", without(slice(100, 160)), ["row 100", "gap from 98 to 159 deg", "measure"]),
-    ("epicycloid_profile", without(slice(181, 361)), ["row 181", "gap from 179 to 360 deg"]),
-    ("epicycloid_profile", changed(50, "48,NaN"), ["row 50", 'deviation_um = "NaN"', "finite"]),
-    ("epicycloid_profile", changed(50, "48,"), ["row 50", "deviation_um is empty"]),
-    ("epicycloid_profile", changed(50, "48,2.o"), ["row 50", '"2.o"']),
-    ("epicycloid_profile", changed(50, "46,1.0"), ["row 50", "46 deg after 47 deg", "sort"]),
-    ("epicycloid_profile", changed(50, "48,5000"), ["row 50", "5000 um", "unit"]),
-    ("epicycloid_profile", changed(361, "900,1"), ["row 361", "one turn of 360 deg"]),
-    ("epicycloid_profile", drifting, ["row 361", "close after 360 deg", "drift"]),
-    ("epicycloid_profile", lambda: profile(5), ["row 6", "5 rows", "8 rows or more"]),
-    ("epicycloid_profile", lambda: profile()[:1], ["has a header and no rows"]),
-    ("epicycloid_profile", lambda: ["angle,deviation_um", "1,2"], ["row 1", "no column groove_angle_deg"]),
-    ("epicycloid_profile", lambda: ["groove_angle_deg,deviation", "1,2"], ["row 1", "deviation has no unit", "deviation_um"]),
-    ("epicycloid_profile", lambda: profile(13_000), ["12000 rows", "every nth row"]),
+    (GROOVE, without(slice(100, 160)), ["row 100", "gap from 98 to 159 deg", "measure"]),
+    (GROOVE, without(slice(181, 361)), ["row 181", "gap from 179 to 360 deg"]),
+    (GROOVE, changed(50, "48,NaN"), ["row 50", 'deviation_um = "NaN"', "finite"]),
+    (GROOVE, changed(50, "48,"), ["row 50", "deviation_um is empty"]),
+    (GROOVE, changed(50, "48,2.o"), ["row 50", '"2.o"']),
+    (GROOVE, changed(50, "46,1.0"), ["row 50", "46 deg after 47 deg", "sort"]),
+    (GROOVE, changed(50, "48,5000"), ["row 50", "5000 um", "unit"]),
+    (GROOVE, changed(361, "900,1"), ["row 361", "one turn of 360 deg"]),
+    (GROOVE, drifting, ["row 361", "close after 360 deg", "drift"]),
+    (GROOVE, lambda: profile(5), ["row 6", "5 rows", "8 rows or more"]),
+    (GROOVE, lambda: profile()[:1], ["has a header and no rows"]),
+    (GROOVE, lambda: ["angle,deviation_um", "1,2"], ["row 1", "no column groove_angle_deg"]),
+    (GROOVE, lambda: ["groove_angle_deg,deviation", "1,2"], ["row 1", "deviation has no unit"]),
+    (GROOVE, lambda: profile(13_000), ["12000 rows", "every nth row"]),
     ("deceleration_balls", lambda: balls(19), ["19 diameters", "each of the 20 balls"]),
     ("deceleration_balls", changed(5, "3,1.5", balls), ["table.csv, ball 3: 1.5 mm", "no radius"]),
     ("deceleration_balls", changed(5, "2,3.0", balls), ["row 5", "ball 2 stands on row 4"]),
@@ -185,7 +186,8 @@ def test_bad_lists_are_told(line: str, words: str) -> None:
 
 
 def test_a_torsion_spring_has_no_such_parts() -> None:
-    text = "[torsion_spring]\ntorsional_stiffness_Nm_per_rad = 100\n[as_made]\nring_plate_tilt_urad = [1, 0]\n"
+    spring = "[torsion_spring]\ntorsional_stiffness_Nm_per_rad = 100\n"
+    text = f"{spring}[as_made]\nring_plate_tilt_urad = [1, 0]\n"
     with pytest.raises(cbpt.CaseError, match="about a ball drive"):
         cbpt.Case.from_toml(text)
 

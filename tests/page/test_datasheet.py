@@ -86,5 +86,7 @@ def test_what_cannot_be_is_told(
     spring = TOP / "examples" / "reducer.toml"
     assert main(["datasheet", str(spring), "--out", str(tmp_path / "a.html")]) == 2
     monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(cbpt.CbptError, match=r"none was found: install Chromium, or write .*\.html"):
+    with pytest.raises(
+        cbpt.CbptError, match=r"none was found: install Chromium, or write .*\.html"
+    ):
         print_pdf("<p></p>")

@@ -128,8 +128,9 @@ def datasheet(argv: list[str]) -> int:
     """cbpt datasheet CASE --out sheet.html"""
     parser = of_case(
         "cbpt datasheet",
-        "Write one page of the drive as a catalogue carries it: ratio, stiffness, lost motion, "
-        "preload window, friction torque and efficiency over torque and preload, pressures, drawing.",
+        "Write one page of the drive as a catalogue carries it: drawing, ratio, stiffness, lost "
+        "motion, preload window, pressures, friction torque and efficiency over torque and "
+        "preload.",
     )
     parser.add_argument(
         "--out",

@@ -305,7 +305,7 @@ def _page(
     torque_Nm, preload_N = _rated(case)
     numbers = "\n".join(_block(head, rows) for head, rows in blocks if rows)
     drawn = "\n".join(
-        f'<figure{" class=drawing" if place == 0 else ""}><figcaption>{escape(head)}</figcaption>'
+        f"<figure{' class=drawing' if place == 0 else ''}><figcaption>{escape(head)}</figcaption>"
         f"{_own_names(svg, f'p{place}')}</figure>"
         for place, (head, svg) in enumerate(pictures)
     )
