@@ -81,7 +81,7 @@ def outward(groove: str, t: Floats) -> Floats:
         ]
     )
     normal = np.array([along[1], -along[0]]) / np.hypot(*along)
-    return normal * np.sign(np.sum(normal * track(groove, t), axis=0))
+    return np.asarray(normal * np.sign(np.sum(normal * track(groove, t), axis=0)))
 
 
 # --- rigid motions, exact at any size -----------------------------------------------------
@@ -97,7 +97,7 @@ def test_a_turned_groove_turns_the_output(output: str, groove: str, torque: floa
 
     def deviation(t: Floats) -> Floats:
         x, y = track(groove, t)
-        return turn * np.sum(np.array([-y, x]) * outward(groove, t), axis=0)
+        return np.asarray(turn * np.sum(np.array([-y, x]) * outward(groove, t), axis=0))
 
     made = rotation(case(profile(groove, deviation), output), torque)
     nominal = rotation(case({}, output), torque)
@@ -211,7 +211,7 @@ def stiffness() -> float:
     solution = case({}).drive.solve(0.0, 600.0)
     assert solution.deceleration is not None
     squeezed = solution.deceleration.approach_m * math.sin(BETA)
-    return 600.0 / (2 * Z2 * squeezed**1.5 * math.sin(BETA))
+    return 600.0 / (2 * Z2 * math.pow(squeezed, 1.5) * math.sin(BETA))
 
 
 @pytest.mark.parametrize("oversize_um", [0.5, 3.0, -1.0, 30.0])
