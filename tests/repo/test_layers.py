@@ -114,7 +114,7 @@ CORE_USES: dict[str, set[str]] = {
         *("reducer", "torsion_spring", "transmission", "sweep", "units"),
     },
     "fit": {"effect", "error", "predict"},
-    "turn": {"drive", "equilibrium", "pair", "status", "sweep", "transmission"},
+    "turn": {"as_made", "drive", "equilibrium", "pair", "status", "sweep", "transmission"},
     "preload": {
         *("drive", "equilibrium", "geometry", "pair", "period", "real", "transmission", "turn"),
     },

@@ -6,6 +6,7 @@
 
 use rayon::prelude::*;
 
+use crate::as_made::Plate;
 use crate::drive::{Drive, EqualSpeed, Load, OutputPlate};
 use crate::equilibrium::report::PairSolution;
 use crate::status::Status;
@@ -54,10 +55,10 @@ impl Drive {
         let turns_with_planet = matches!(self.equal_speed(), EqualSpeed::RingGroove(_))
             || made.is_some_and(|made| match self.deceleration().output_plate {
                 OutputPlate::Hypocycloid => {
-                    made.hypocycloid.is_some() || made.hypocycloid_plate != Default::default()
+                    made.hypocycloid.is_some() || made.hypocycloid_plate != Plate::default()
                 }
                 OutputPlate::Epicycloid => {
-                    made.epicycloid.is_some() || made.epicycloid_plate != Default::default()
+                    made.epicycloid.is_some() || made.epicycloid_plate != Plate::default()
                 }
             });
         let by_ball = made.is_some_and(|made| !made.deceleration_balls_m.is_empty());

@@ -145,7 +145,7 @@ pub(super) fn lists(parts: &AsMade) -> Vec<(String, Vec<f64>)> {
     ];
     for (name, plate) in plates {
         for (what, numbers) in [("offset_m", plate.offset_m), ("tilt_rad", plate.tilt_rad)] {
-            if numbers != [0.0; 2] {
+            if numbers.iter().any(|number| *number != 0.0) {
                 list(&format!("{name}_{what}"), numbers.to_vec());
             }
         }
