@@ -332,7 +332,7 @@ WITHIN = {
         *("wording", "readings", "covariance", "model", "inference"),
         *("selection", "characteristics", "experiment", "diagnosis", "change"),
     ),
-    "page": ("document", "report", "workbench"),
+    "page": ("document", "report", "printing", "datasheet", "workbench"),
 }
 
 

@@ -348,6 +348,7 @@ fn check_balls(field: &str, diameters_m: &[f64], count: u32, nominal_m: f64) -> 
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
 

@@ -126,7 +126,6 @@ impl Drive {
             status = status.worse(here);
             state.map_or(f64::NAN, |state| sign * f64::from(points.rows) * state.state.rotation_rad)
         };
-        let nominal = self.nominal();
         let crank = |i: usize| i as f64 * step;
         let wanted = |_: &usize| !progress.is_cancelled();
         let decelerating: Vec<f64> = (0..per_deceleration)
@@ -161,7 +160,7 @@ impl Drive {
                 if progress.is_cancelled() {
                     return f64::NEG_INFINITY;
                 }
-                let (_, angles) = nominal.points(angle).angles(torque_Nm, preload_N);
+                let (_, angles) = self.nominal().points(angle).angles(torque_Nm, preload_N);
                 angles.map_or(f64::NEG_INFINITY, |a| way * sign * a.elastic_angle_rad())
             };
             let (at, value) = period::golden_section(middle - step, middle + step, &mut size);
