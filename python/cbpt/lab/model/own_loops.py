@@ -47,8 +47,10 @@ class SmallLoops:
 
 
 def small_loops_of(campaign: Campaign) -> SmallLoops | None:
-    """The smallest loops through zero torque; None where no run goes both ways."""
+    """The smallest loops through zero torque; None where no run goes both ways, and for a plan."""
     torque, angle, rows = campaign.readings.torque_Nm, campaign.y_arcsec, campaign.rows
+    if not np.isfinite(angle).all():
+        return None  # planned, and not measured
     high, low = _per_run(torque, rows.run_index, rows.runs)
     most, least = _per_run(angle, rows.run_index, rows.runs)
     amplitude, turn = np.minimum(high, -low), most - least
