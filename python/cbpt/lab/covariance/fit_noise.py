@@ -67,6 +67,10 @@ class _Sums:
     """
 
     def __init__(self, columns: Floats, u_arcsec: Floats, rows: Rows, start: Noise) -> None:
+        shared = start.artefact
+        if shared is not None:
+            columns = np.column_stack([columns, shared.columns_arcsec])
+        self._shared = 0 if shared is None else shared.columns_arcsec.shape[1]
         self._columns, self._u, self._rows = columns, u_arcsec, rows
         self._exact = start.beside_arcsec is not None
         if self._exact:
@@ -97,8 +101,18 @@ class _Sums:
 
     def gram(self, noise: Noise) -> tuple[Floats, float]:
         """Products of the whitened columns, and the log determinant of the covariance."""
+        gram, log_det = self._without_artefact(noise)
+        if not self._shared:
+            return gram, log_det
+        # An artefact's columns stand last; what they explain is taken off all other products.
+        kept = len(gram) - self._shared
+        a = np.eye(self._shared) + gram[kept:, kept:]
+        taken = gram[:kept, kept:] @ np.linalg.solve(a, gram[kept:, :kept])
+        return gram[:kept, :kept] - taken, log_det + float(np.linalg.slogdet(a)[1])
+
+    def _without_artefact(self, noise: Noise) -> tuple[Floats, float]:
         if self._exact:
-            whitener = Whitener.of(noise, self._u, self._rows)
+            whitener = Whitener.of(replace(noise, artefact=None), self._u, self._rows)
             seen = whitener(self._columns)
             return seen.T @ seen, whitener.log_det
         rho, square = noise.correlation, noise.scale**2

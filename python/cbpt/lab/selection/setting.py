@@ -8,14 +8,15 @@ prior       log prior odds of a set of effects
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.covariance.fit_noise import fit_noise
-from cbpt.lab.covariance.linear_gaussian import Linear, Noise, Whitener
+from cbpt.lab.covariance.artefacts import Artefact, encoder, first_reading, gains_of, random_walk
+from cbpt.lab.covariance.fit_noise import PRICE, fit_noise
+from cbpt.lab.covariance.linear_gaussian import Linear, Margin, Noise, Whitener
 from cbpt.lab.covariance.outliers import inflation_of
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
@@ -30,6 +31,10 @@ from cbpt.lab.selection.starts import places
 Floats = NDArray[np.float64]
 _TORQUE_SHARES = (0.7, 1.4, 2.8)
 """Of the uncertainty of a reading that the noise of the torque may be."""
+_ARTEFACT_SIZES = (1.0, 2.0, 4.0, 8.0, 16.0)
+"""The same of an artefact."""
+_SCREENED = 2000
+"""Readings by which artefacts are looked for."""
 Names = tuple[str, ...]
 """A set of effects by their ids, sorted; empty: the drive as stated."""
 
@@ -96,6 +101,7 @@ def prepare(fitter: Fitter) -> Setting:
     if inflation is not None:
         kinds.append(replace(campaign.plain_noise, inflation=inflation))
     kinds += _of_the_torque(fitter, first, signatures)
+    kinds += _of_the_instrument(fitter, first, signatures)
     nulls = [fit for kind in kinds if (fit := fitter.fit(nothing, noise=kind)) is not None]
     nulls.sort(key=lambda fit: -fit.log_evidence)
     null = nulls[0]
@@ -181,6 +187,45 @@ def _of_the_torque(fitter: Fitter, fit: Fit, signatures: list[Signature]) -> lis
         )
     best, of_best = max(found, key=lambda f: f[1])
     return [_plain(best)] if of_best > value else []
+
+
+def _of_the_instrument(fitter: Fitter, fit: Fit, signatures: list[Signature]) -> list[Noise]:
+    """Artefacts of the instrument, each where a fit that may follow the whole library gains by
+    it."""
+    c, columns = fitter.campaign, _library_columns(fitter, signatures)
+    noise, value = _flexible_fit(fitter, fit, signatures, c.plain_noise)
+    y, x, precision = fitter.linear(fit)
+    some = c.rows.thinned(_SCREENED) if len(c) > _SCREENED else np.ones(len(c), dtype=bool)
+    whitener = Whitener.of(noise.select(some), c.u_arcsec[some], c.rows.select(some))
+    free = np.r_[precision, np.full(columns.shape[1], 1e-4)]
+    margin = Margin.of(whitener(y[some]), whitener(np.column_stack([x, columns])[some]), free)
+    sizes = np.array(_ARTEFACT_SIZES) * float(np.median(c.u_arcsec))
+    found = []
+    for artefacts in _artefacts(c):
+        seen = whitener(np.column_stack([a.columns_arcsec[some] for a in artefacts]))
+        left, count = margin.left(seen), len(artefacts)
+        seen, left = (m.reshape(len(m), count, -1) for m in (seen, left))
+        grams = np.einsum("nmi,nmj->mij", seen, left)
+        gains = gains_of(grams, np.einsum("nmi,n->mi", left, margin.y), sizes)
+        which, size = np.unravel_index(int(np.argmax(gains)), gains.shape)
+        best = artefacts[which].sized(sizes[size])
+        if gains[which, size] > PRICE * best.numbers:
+            kind = replace(noise, artefact=best)
+            fitted, of_fitted = _flexible_fit(fitter, fit, signatures, kind, bool(noise.numbers))
+            if of_fitted > value:
+                found.append(_plain(fitted))
+    return found
+
+
+def _artefacts(campaign: Campaign) -> Iterator[list[Artefact]]:
+    """Those that the columns of a table can show, kind by kind."""
+    r, typical = campaign.readings, float(np.median(campaign.u_arcsec))
+    if r.time_s is not None and (walk := random_walk(r.time_s)) is not None:
+        yield [walk]
+    if (first := first_reading(campaign.rows.before)) is not None:
+        yield [first]
+    if periods := encoder(campaign.y_arcsec, typical):
+        yield periods
 
 
 def _slope(fit: Fit, size: Floats) -> Floats | None:
