@@ -10,11 +10,11 @@ log_likelihood  of the readings, from misfit and volume
 
 The covariance is  s^2 D A D + o^2 B + R + U U',  D the stated uncertainties (times the inflation
 factor of a reading that scatters more), A the correlation rho^|i-j| of a first-order autoregression
-along each run, B = 1 where two readings share a run, R = r^2 on the diagonal the rounding of a coarse
-display and the noise of the torque, U the few columns of an artefact (`artefacts`). Whitening is
-exact and costs a few passes over the rows: the autoregression is undone by differences (Cochrane and Orcutt 1949), the offsets of runs by a
-rank-one step a run, an artefact by one of its rank. Beside R the autoregression is whitened stretch
-by stretch.
+along each run, B = 1 where two readings share a run, R = r^2 on the diagonal the rounding of a
+coarse display and the noise of the torque, U the few columns of an artefact (`artefacts`).
+Whitening is exact and costs a few passes over the rows: the autoregression is undone by differences
+(Cochrane and Orcutt 1949), the offsets of runs by a rank-one step a run, an artefact by one of its
+rank. Beside R the autoregression is whitened stretch by stretch.
 """
 
 from __future__ import annotations
