@@ -26,8 +26,8 @@ Kind = Literal["random_walk", "first_reading", "encoder"]
 
 _TERMS = 16
 """Of the expansion of a random walk: they hold 97 % of its variance."""
-_FEWEST_PERIODS = 1.5
-"""Of the encoder in the range of the angles: less is any curve."""
+_FEWEST_PERIODS = 5.0
+"""Of the encoder in the range of the angles: fewer are any curve of the angle, and no ripple."""
 _FINEST = 4.0
 """Typical uncertainties of a reading in the shortest period that can be told."""
 _MOST_PERIODS = 400

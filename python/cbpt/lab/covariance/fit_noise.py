@@ -30,6 +30,8 @@ HIDDEN_DOF = 1.0
 """The same where a coarse display hides most of the scatter."""
 PRICE = 3.0
 """Log-likelihood that a further parameter of the noise has to gain: its prior and its width."""
+PRICE_OF_ARTEFACT = 3.5
+"""The same, beside its numbers: an artefact is as improbable beforehand as an effect."""
 LEAST_SCALE = 0.25
 """Smallest scale: readings that agree better than they can are no proof of more."""
 
@@ -56,7 +58,8 @@ def log_scale_prior(scale: Floats, stated_dof: float) -> Floats:
 def price_of(noise: Noise) -> float:
     """Log likelihood that the structure of a noise has to gain."""
     inflation = 0.0 if noise.inflation is None else price_of_inflation(noise.inflation)
-    return PRICE * noise.numbers + inflation
+    artefact = 0.0 if noise.artefact is None else PRICE_OF_ARTEFACT
+    return PRICE * noise.numbers + artefact + inflation
 
 
 class _Sums:
