@@ -18,7 +18,6 @@ from scipy.optimize import minimize
 
 from cbpt.lab.covariance.artefacts import (
     Artefact,
-    encoder,
     first_reading,
     gains_of,
     random_walk,
@@ -96,7 +95,7 @@ def noises(draw: st.DrawFn) -> tuple[Noise, Floats, Rows]:
         inflation=inflation,
         rounding_arcsec=rng.uniform(0.1, 2.0, len(runs)) if draw(st.booleans()) else None,
         torque_arcsec=rng.uniform(0.1, 2.0, len(runs)) if draw(st.booleans()) else None,
-        artefact=Artefact("encoder", columns) if draw(st.booleans()) else None,
+        artefact=Artefact("random_walk", columns) if draw(st.booleans()) else None,
     )
     return noise, rng.uniform(0.1, 3.0, len(runs)), Rows.of(runs)
 
@@ -138,10 +137,10 @@ def test_what_is_known_of_each_reading_is_selected_with_it() -> None:
     assert some.inflation.tolist() == [1, 3]
     np.testing.assert_allclose(some.beside_arcsec, np.hypot([2, 6], [3, 9]))
     assert noise.numbers == 1 and Noise(torque_arcsec=None).beside_arcsec is None
-    shared = Noise(artefact=Artefact("encoder", each[:, None], numbers=3))
+    shared = Noise(artefact=Artefact("random_walk", each[:, None]))
     kept = shared.select(np.array([True, False, True])).artefact
     assert kept is not None and kept.columns_arcsec.tolist() == [[1], [3]]
-    assert shared.numbers == 3
+    assert shared.numbers == 1
 
 
 def test_the_price_of_inflation_is_what_students_t_says_less() -> None:
@@ -190,16 +189,6 @@ def test_first_readings_need_runs_with_others() -> None:
     assert first_reading(Rows.of(np.repeat([0, 1, 2], 2)).before) is None
 
 
-def test_periods_of_an_encoder_are_no_curves_and_no_scatter() -> None:
-    angle = np.linspace(-50, 50, 400)
-    found = encoder(angle, 0.5)
-    wanted = np.sin(2 * np.pi * angle / 10)
-    left = [wanted - a.columns_arcsec @ np.linalg.lstsq(a.columns_arcsec, wanted)[0] for a in found]
-    assert min(float(np.linalg.norm(x)) for x in left) < 1e-9
-    assert len(found) < 200
-    assert encoder(angle, 20.0) == [] and encoder(np.zeros(9), 0.5) == []
-
-
 @given(st.integers(1, 4), st.floats(0.1, 30), st.integers(0, 99))
 @examples(30)
 def test_what_an_artefact_gains_is_that_of_the_dense_normal(k: int, size: float, seed: int) -> None:
@@ -208,11 +197,10 @@ def test_what_an_artefact_gains_is_that_of_the_dense_normal(k: int, size: float,
     covariance = np.eye(30) + size**2 * columns @ columns.T
     exact = stats.multivariate_normal.logpdf(y, cov=covariance)
     exact -= stats.multivariate_normal.logpdf(y, cov=np.eye(30))
-    grams, projections = (columns.T @ columns)[None], (columns.T @ y)[None]
-    found = gains_of(grams, projections, np.array([1.0, size]))
-    assert found.shape == (1, 2)
-    assert found[0, 1] == pytest.approx(exact, abs=1e-8 * (1 + size**2))
-    left = without(Artefact("encoder", size * columns), y, np.ones(30))
+    found = gains_of(columns.T @ columns, columns.T @ y, np.array([1.0, size]))
+    assert found.shape == (2,)
+    assert found[1] == pytest.approx(exact, abs=1e-8 * (1 + size**2))
+    left = without(Artefact("random_walk", size * columns), y, np.ones(30))
     np.testing.assert_allclose(left, np.linalg.solve(covariance, y), atol=1e-8 * (1 + size**2))
 
 

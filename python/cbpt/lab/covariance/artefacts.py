@@ -4,13 +4,16 @@ coefficients.
 Artefact        one of a kind, with the size that it has
 random_walk     the zero wanders in absolute time
 first_reading   the first reading of every run is off, say before a clamp has settled
-encoder         an error with a period of the angle that is read
-gains_of        log likelihood that artefacts gain where all else has been taken out
+gains_of        log likelihood that an artefact gains where all else has been taken out
 without         readings less what an artefact most probably does to them
 
 A random walk is a Brownian motion from the first reading on, by the leading terms of its
 Karhunen-Loeve expansion (Loeve 1978, section 37.5); what they leave is quick and small and counts
-as noise. The error of a graduated disc has the period of its graduation.
+as noise.
+
+The error of a graduated disc, with a period of the angle that is read, is not among them: torques
+of a few sizes turn the drive by angles of a few sizes, and through any of these goes a sine of the
+right period. It stands as a lack of fit without a name.
 """
 
 from __future__ import annotations
@@ -22,15 +25,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
-Kind = Literal["random_walk", "first_reading", "encoder"]
+Kind = Literal["random_walk", "first_reading"]
 
 _TERMS = 16
 """Of the expansion of a random walk: they hold 97 % of its variance."""
-_FEWEST_PERIODS = 5.0
-"""Of the encoder in the range of the angles: fewer are any curve of the angle, and no ripple."""
-_FINEST = 4.0
-"""Typical uncertainties of a reading in the shortest period that can be told."""
-_MOST_PERIODS = 400
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,8 +37,6 @@ class Artefact:
 
     kind: Kind
     columns_arcsec: Floats
-    numbers: int = 1
-    """How many numbers were chosen for it: its size, and for a period what finding it is worth."""
 
     def sized(self, factor: float) -> Artefact:
         """So many times as large."""
@@ -72,28 +68,14 @@ def first_reading(before: NDArray[np.int64]) -> Artefact | None:
     return Artefact("first_reading", first[:, None].astype(np.float64))
 
 
-def encoder(angle_arcsec: Floats, u_arcsec: float) -> list[Artefact]:
-    """Of all periods that can be told apart, 1 arcsec."""
-    extent = float(np.ptp(angle_arcsec))
-    most = min(extent / (_FINEST * u_arcsec), _MOST_PERIODS / 4, len(angle_arcsec) / 8)
-    found = []
-    for periods in np.arange(_FEWEST_PERIODS, most, 0.25):
-        phase = 2 * np.pi * periods * (angle_arcsec - angle_arcsec.min()) / max(extent, 1e-300)
-        # A period that was found among hundreds is worth some three numbers.
-        columns = np.column_stack([np.cos(phase), np.sin(phase)])
-        found.append(Artefact("encoder", columns, numbers=3))
-    return found
-
-
-def gains_of(grams: Floats, projections: Floats, sizes: Floats) -> Floats:
-    """Of m artefacts of k columns U, by their products U'U (m, k, k) and with the readings U'y
-    (m, k), all whitened, and whatever else is free taken out; at s sizes, shape (m, s)."""
-    values, axes = np.linalg.eigh(grams)
-    along = np.einsum("mij,mi->mj", axes, projections)
-    square = sizes[None, :, None] ** 2
-    grown = 1 + square * np.maximum(values, 0.0)[:, None, :]
-    explained = square * along[:, None, :] ** 2 / grown
-    return np.asarray(0.5 * (explained - np.log(grown)).sum(axis=-1))
+def gains_of(gram: Floats, projection: Floats, sizes: Floats) -> Floats:
+    """Of columns U by their products U'U (k, k) and with the readings U'y (k,), all whitened, and
+    whatever else is free taken out; at s sizes, shape (s,)."""
+    values, axes = np.linalg.eigh(gram)
+    square = sizes[:, None] ** 2
+    grown = 1 + square * np.maximum(values, 0.0)
+    explained = square * (axes.T @ projection) ** 2 / grown
+    return np.asarray(0.5 * (explained - np.log(grown)).sum(axis=1))
 
 
 def without(artefact: Artefact, residual_arcsec: Floats, weight: Floats) -> Floats:

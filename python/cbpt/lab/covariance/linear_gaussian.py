@@ -120,8 +120,8 @@ class Noise:
     @property
     def numbers(self) -> int:
         """How many numbers it has beside its scale."""
-        structures = self.correlation != 0, self.offset_arcsec != 0, self.torque_arcsec is not None
-        return sum(structures) + (0 if self.artefact is None else self.artefact.numbers)
+        further = self.torque_arcsec is not None, self.artefact is not None
+        return sum((self.correlation != 0, self.offset_arcsec != 0, *further))
 
     @property
     def beside_arcsec(self) -> Floats | None:

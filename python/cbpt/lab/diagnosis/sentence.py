@@ -22,7 +22,6 @@ _NOISE = {
     "torque_noise": "scatter of the torque readings",
     "random_walk": "a zero that wanders in time",
     "first_reading": "a first reading of each run that is off",
-    "encoder": "an error of the angle sensor with a period of the angle",
     "outliers": "a few outliers",
     "misstated": "a misstated uncertainty",
 }

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.covariance.artefacts import Artefact, encoder, first_reading, gains_of, random_walk
+from cbpt.lab.covariance.artefacts import Artefact, first_reading, gains_of, random_walk
 from cbpt.lab.covariance.fit_noise import fit_noise, price_of
 from cbpt.lab.covariance.linear_gaussian import Linear, Margin, Noise, Whitener
 from cbpt.lab.covariance.outliers import inflation_of
@@ -204,31 +204,26 @@ def _of_the_instrument(fitter: Fitter, fit: Fit, signatures: list[Signature]) ->
     margin = Margin.of(whitener(y[some]), whitener(np.column_stack([x, columns])[some]), free)
     sizes = np.array(_ARTEFACT_SIZES) * float(np.median(c.u_arcsec))
     found = []
-    for artefacts in _artefacts(c):
-        seen = whitener(np.column_stack([a.columns_arcsec[some] for a in artefacts]))
-        left, count = margin.left(seen), len(artefacts)
-        seen, left = (m.reshape(len(m), count, -1) for m in (seen, left))
-        grams = np.einsum("nmi,nmj->mij", seen, left)
-        gains = gains_of(grams, np.einsum("nmi,n->mi", left, margin.y), sizes)
-        which, size = np.unravel_index(int(np.argmax(gains)), gains.shape)
-        best = artefacts[which].sized(sizes[size])
+    for artefact in _artefacts(c):
+        seen = whitener(artefact.columns_arcsec[some])
+        left = margin.left(seen)
+        gains = gains_of(seen.T @ left, left.T @ margin.y, sizes)
+        best = artefact.sized(sizes[int(np.argmax(gains))])
         kind = replace(noise, artefact=best)
-        if gains[which, size] > price_of(kind) - price_of(noise):
+        if gains.max() > price_of(kind) - price_of(noise):
             fitted, of_fitted = _flexible_fit(fitter, fit, signatures, kind, bool(noise.numbers))
             if of_fitted > value:
                 found.append(_plain(fitted))
     return found
 
 
-def _artefacts(campaign: Campaign) -> Iterator[list[Artefact]]:
-    """Those that the columns of a table can show, kind by kind."""
-    r, typical = campaign.readings, float(np.median(campaign.u_arcsec))
-    if r.time_s is not None and (walk := random_walk(r.time_s)) is not None:
-        yield [walk]
+def _artefacts(campaign: Campaign) -> Iterator[Artefact]:
+    """Those that the columns of a table can show."""
+    time_s = campaign.readings.time_s
+    if time_s is not None and (walk := random_walk(time_s)) is not None:
+        yield walk
     if (first := first_reading(campaign.rows.before)) is not None:
-        yield [first]
-    if periods := encoder(campaign.y_arcsec, typical):
-        yield periods
+        yield first
 
 
 def _slope(fit: Fit, size: Floats) -> Floats | None:
@@ -274,7 +269,10 @@ def _flexible_fit(
 
 def _library_columns(fitter: Fitter, signatures: list[Signature]) -> Floats:
     """Of the whole library, each of length 1 in stated uncertainties, shape (n, m)."""
-    columns = np.column_stack([s.columns for s in signatures])
+    return _of_length_1(np.column_stack([s.columns for s in signatures]), fitter.campaign.u_arcsec)
+
+
+def _of_length_1(columns: Floats, u_arcsec: Floats) -> Floats:
     columns = columns[:, np.isfinite(columns).all(axis=0)]
-    size = np.linalg.norm(columns / fitter.campaign.u_arcsec[:, None], axis=0)
+    size = np.linalg.norm(columns / u_arcsec[:, None], axis=0)
     return np.asarray(columns[:, size > 1e-9] / size[size > 1e-9])
