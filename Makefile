@@ -106,7 +106,7 @@ trial: build  ## the diagnosis scored on campaigns with a hidden effect, at full
 	$(PYTHON) benches/trial --sets 60 --null-sets 400 --seed 5 --quiet --page docs/explanation/trial.md --json out/trial.json
 
 trial-short: build  ## the trial on some campaigns of each kind, for development: about ten minutes on two cores
-	$(PYTHON) benches/trial --short
+	$(PYTHON) benches/trial --short --seed 5 --quiet --page docs/explanation/trial.md
 
 screenshots: build $(VENV)/tested  ## the picture of the page in the README, taken anew
 	$(PYTHON) docs/site/screenshots.py $(OUT)/screenshots
