@@ -52,7 +52,7 @@ def small_loops_of(campaign: Campaign) -> SmallLoops | None:
     high, low = _per_run(torque, rows.run_index, rows.runs)
     most, least = _per_run(angle, rows.run_index, rows.runs)
     amplitude, turn = np.minimum(high, -low), most - least
-    both = amplitude > 0.02 * np.abs(torque).max()
+    both = (amplitude > 0.02 * np.abs(torque).max()) & np.isfinite(turn)
     if not both.any():
         return None
     smallest, largest = amplitude[both].min(), amplitude[both].max()
@@ -95,6 +95,7 @@ def _per_run(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """The largest and the smallest value of each run."""
     high, low = np.full(runs, -np.inf), np.full(runs, np.inf)
-    np.maximum.at(high, run, values)
-    np.minimum.at(low, run, values)
+    # Not a number where nothing was read: points that are to be predicted.
+    np.fmax.at(high, run, values)
+    np.fmin.at(low, run, values)
     return high, low
