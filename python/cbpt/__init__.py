@@ -10,6 +10,9 @@ Map:
 - `Drive.solve` -> `Solution` -> `PairSolution`: one load, every meshing point; `Enclosure`:
   where its angle lies for certain;
 - `Drive.preload` -> `PreloadThresholds`: the preload that a torque needs;
+- `Drive.friction` -> `Friction` -> `PairFriction`, `FrictionContact`: friction torque at the input,
+  efficiency, wear; `friction` -> `Costs`: all that preload and stiffness cost; `friction_map` ->
+  `FrictionMap`: arrays of loads;
 - `solve_many` -> `Angles`: arrays of loads on all cores;
 - `sweep` -> `Sweep`: any parameter of drive, load or effects, also on an executor or to a file;
   `SweepPlan`: what it follows;
@@ -25,7 +28,8 @@ Map:
   would decide; `shortest_plan` -> `Design`: a whole campaign;
 - `Drive.sensitivities` -> `Sensitivities`: derivatives of angle and thresholds by every design
   number; `tolerance` -> `Tolerance`: what the drawing's tolerances make of the angle; `optimise` ->
-  `Optimum`: the design with the smallest angle within bounds;
+  `Optimum`: the design with the smallest angle within bounds; `transmission` -> `Transmission`: the
+  error of the parts as they were made; `datasheet`: one page of a drive, HTML;
 - `errors`: everything that can be raised, under `CbptError`.
 
 Input is in the unit that its name ends in; inside everything is SI and radians.
@@ -41,7 +45,10 @@ from cbpt._core import (
     Drive,
     Enclosure,
     Finding,
+    Friction,
+    FrictionContact,
     LargestAngle,
+    PairFriction,
     PairSolution,
     PreloadThresholds,
     Sensitivities,
@@ -63,8 +70,10 @@ from cbpt.errors import (
 if TYPE_CHECKING:
     __version__: str
     from cbpt import effects as effects
+    from cbpt.design.costs import Costs, FrictionMap, friction, friction_map
     from cbpt.design.optimise import Optimum, optimise
     from cbpt.design.tolerance import Tolerance, tolerance
+    from cbpt.design.transmission import Transmission, transmission
     from cbpt.lab.change.answer import Change
     from cbpt.lab.change.change import change
     from cbpt.lab.characteristics.characterise import characterise
@@ -82,6 +91,7 @@ if TYPE_CHECKING:
     from cbpt.lab.experiment.shortest_plan import Design, shortest_plan
     from cbpt.lab.experiment.simulate import simulate
     from cbpt.lab.readings.reader import Readings, read_readings
+    from cbpt.page.datasheet import datasheet
     from cbpt.results import Angles, solve_many
     from cbpt.sweeps.result import Sweep
     from cbpt.sweeps.run import sweep
@@ -92,10 +102,12 @@ _LAZY = {
     "Change": "cbpt.lab.change.answer",
     "Characteristics": "cbpt.lab.characteristics.characteristics",
     "Comparison": "cbpt.lab.diagnosis.compare",
+    "Costs": "cbpt.design.costs",
     "Design": "cbpt.lab.experiment.shortest_plan",
     "Diagnosis": "cbpt.lab.diagnosis.diagnosis",
     "DividedDiagnosis": "cbpt.lab.diagnosis.by_level",
     "Fitted": "cbpt.lab.diagnosis.fitted",
+    "FrictionMap": "cbpt.design.costs",
     "Isolability": "cbpt.lab.experiment.isolability",
     "Limits": "cbpt.lab.experiment.candidates",
     "NextRuns": "cbpt.lab.diagnosis.next_runs",
@@ -105,12 +117,16 @@ _LAZY = {
     "Readings": "cbpt.lab.readings.reader",
     "Sweep": "cbpt.sweeps.result",
     "Tolerance": "cbpt.design.tolerance",
+    "Transmission": "cbpt.design.transmission",
     "change": "cbpt.lab.change.change",
     "characterise": "cbpt.lab.characteristics.characterise",
     "compare": "cbpt.lab.diagnosis.compare",
+    "datasheet": "cbpt.page.datasheet",
     "diagnose": "cbpt.lab.diagnosis.diagnose",
     "diagnose_by": "cbpt.lab.diagnosis.by_level",
     "fit": "cbpt.lab.diagnosis.fitted",
+    "friction": "cbpt.design.costs",
+    "friction_map": "cbpt.design.costs",
     "isolability": "cbpt.lab.experiment.isolability",
     "next_runs": "cbpt.lab.diagnosis.next_runs",
     "optimise": "cbpt.design.optimise",
@@ -122,6 +138,7 @@ _LAZY = {
     "solve_many": "cbpt.results",
     "sweep": "cbpt.sweeps.run",
     "tolerance": "cbpt.design.tolerance",
+    "transmission": "cbpt.design.transmission",
 }
 
 __all__ = [
@@ -132,6 +149,7 @@ __all__ = [
     "Change",
     "Characteristics",
     "Comparison",
+    "Costs",
     "Design",
     "Diagnosis",
     "DividedDiagnosis",
@@ -139,6 +157,9 @@ __all__ = [
     "Enclosure",
     "Finding",
     "Fitted",
+    "Friction",
+    "FrictionContact",
+    "FrictionMap",
     "InvalidInputError",
     "Isolability",
     "LargestAngle",
@@ -146,6 +167,7 @@ __all__ = [
     "NextRuns",
     "NoSolutionError",
     "Optimum",
+    "PairFriction",
     "PairSolution",
     "Plan",
     "PlanError",
@@ -160,14 +182,18 @@ __all__ = [
     "SweepPlan",
     "Thresholds",
     "Tolerance",
+    "Transmission",
     "change",
     "characterise",
     "compare",
+    "datasheet",
     "diagnose",
     "diagnose_by",
     "effects",
     "example_case",
     "fit",
+    "friction",
+    "friction_map",
     "isolability",
     "next_runs",
     "optimise",
@@ -179,6 +205,7 @@ __all__ = [
     "solve_many",
     "sweep",
     "tolerance",
+    "transmission",
 ]
 
 

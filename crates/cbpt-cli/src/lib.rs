@@ -44,6 +44,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let outcome = match &cli.verb {
         Verb::Solve(verb) => commands::solve::run(verb),
         Verb::Preload(verb) => commands::preload::run(verb),
+        Verb::Friction(verb) => commands::friction::run(verb),
         Verb::Sweep(verb) => commands::sweep::run(verb),
         Verb::Sensitivity(verb) => commands::sensitivity::run(verb),
         Verb::Check(verb) => commands::check::run(verb),
@@ -63,6 +64,8 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Verb::Workbench(_) => Err(Failure::needs_python("workbench")),
         Verb::Tolerance(_) => Err(Failure::needs_python("tolerance")),
         Verb::Optimise(_) => Err(Failure::needs_python("optimise")),
+        Verb::Transmission(_) => Err(Failure::needs_python("transmission")),
+        Verb::Datasheet(_) => Err(Failure::needs_python("datasheet")),
     };
     match outcome {
         Ok(exit) => exit.code(),

@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use cbpt_cli::case::{Case as RustCase, Zero};
+use cbpt_cli::commands::friction::{self, Asked, Costs};
 use cbpt_cli::formula::Formula;
 use cbpt_core::design;
 use cbpt_core::effect::OwnEffect as _;
-use cbpt_core::{InvalidInput, Load};
+use cbpt_core::{InvalidInput, Load, Reducer};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 use serde_json::{Map, Number, Value};
@@ -142,6 +143,34 @@ impl Case {
         self.case.rating.rated_torque_Nm
     }
 
+    /// Friction coefficient of ``[friction]``.
+    #[getter]
+    fn friction_coefficient(&self) -> f64 {
+        self.case.friction.coefficient
+    }
+
+    /// What preload and stiffness cost under a load: text for a terminal, and the JSON document of ``cbpt friction``.
+    #[pyo3(signature = (torque_Nm, preload_N, input_angle_deg = 0.0, coefficient = None, static_safety = None))]
+    #[expect(clippy::too_many_arguments, reason = "a load, and what stands in place of the case's numbers")]
+    fn costs(
+        &self,
+        py: Python<'_>,
+        torque_Nm: f64,
+        preload_N: f64,
+        input_angle_deg: f64,
+        coefficient: Option<f64>,
+        static_safety: Option<f64>,
+    ) -> PyResult<(String, String)> {
+        let drive = self.case.drive().ok_or_else(|| about_ball_drives(py, "costs"))?;
+        let mut asked = Asked::of(&self.case);
+        asked.friction.coefficient = coefficient.unwrap_or(asked.friction.coefficient);
+        asked.operation.static_safety = static_safety.unwrap_or(asked.operation.static_safety);
+        let found = Load::new(torque_Nm, preload_N, input_angle_deg.to_radians())
+            .and_then(|load| py.detach(|| Costs::of(drive, &load, asked)));
+        let report = friction::report(&found.map_err(|error| invalid_input(py, &error))?);
+        Ok((report.text, report.json.to_string()))
+    }
+
     /// The case with these effects in place of its own: ids of the library, each with parameters named as in a case file
     /// (``{"reference_deflection_um": 2}``), a parameter that is not given has its default; or own effects, with the values of their
     /// parameters. The same id of the library may stand more than once.
@@ -177,6 +206,16 @@ impl Case {
             numbers.iter().map(|(name, value)| Ok((design::find(name)?, *value))).collect();
         let case = found.and_then(|numbers| self.case.with_numbers(&numbers));
         case.map(|case| Self { case }).map_err(|error| invalid_input(py, &error))
+    }
+
+    /// The same case with nominal parts.
+    fn nominal(&self) -> Self {
+        match &self.case.reducer {
+            Reducer::BallDrive(drive) => {
+                Self { case: RustCase { reducer: drive.nominal().into(), ..self.case.clone() } }
+            }
+            Reducer::TorsionSpring(_) => self.clone(),
+        }
     }
 
     /// Spread of the numbers of a ball drive and its load, from ``[tolerance]`` or else ``[uncertainty]``: name in SI, ``uniform``

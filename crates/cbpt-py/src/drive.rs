@@ -1,6 +1,7 @@
 //! A reducer and what can be asked of it.
 
 use cbpt_cli::case::Case as RustCase;
+use cbpt_core::friction::period::FrictionPeriod;
 use cbpt_core::sweep::Progress;
 use cbpt_core::{Load, Reducer, Severity, TorsionSpring};
 use pyo3::prelude::*;
@@ -9,6 +10,7 @@ use pyo3::types::{PyDict, PyString};
 use crate::Reduced;
 use crate::error::{about_ball_drives, drive_with_effect, half_a_load, invalid_input};
 use crate::finding::Finding;
+use crate::friction::{Friction, backdriving_torque_Nm};
 use crate::given::{CasePath, case_from_dict, case_from_file, case_from_toml};
 use crate::interrupt::without_gil;
 use crate::preload::{PreloadThresholds, Thresholds};
@@ -111,6 +113,34 @@ impl Drive {
         Ok(self.ball_drive(py, "equal_speed_ball_count")?.equal_speed().ball_count())
     }
 
+    /// Whether the drive has tables of its parts as they were made.
+    #[getter]
+    fn has_parts_as_made(&self) -> bool {
+        self.reducer.ball_drive().is_some_and(|drive| drive.as_made().is_some())
+    }
+
+    /// The same drive with nominal parts.
+    fn nominal(&self) -> Self {
+        match &self.reducer {
+            Reducer::BallDrive(drive) => Self { reducer: drive.nominal().into() },
+            Reducer::TorsionSpring(_) => self.clone(),
+        }
+    }
+
+    /// Turns of the input after which the drive, with its parts as they were made, stands as before.
+    #[getter]
+    fn repetition_turns(&self, py: Python<'_>) -> PyResult<u32> {
+        Ok(self.ball_drive(py, "repetition_turns")?.repetition_turns())
+    }
+
+    /// Turns of the planet, then of the deceleration balls, against the line of centres, each as (turns, turns of the
+    /// input).
+    #[getter]
+    fn turns_of_parts(&self, py: Python<'_>) -> PyResult<Vec<(u32, u32)>> {
+        let turns = self.ball_drive(py, "turns_of_parts")?.turns_of_parts();
+        Ok(turns.map(|[turns, of_input]| (turns, of_input)).to_vec())
+    }
+
     /// Solves the drive under one load.
     ///
     /// Parameters
@@ -169,6 +199,64 @@ impl Drive {
             Thresholds::from(found.deceleration),
             Thresholds::from(found.equal_speed),
         ))
+    }
+
+    /// Friction under a load: torque at the input, efficiency, wear.
+    ///
+    /// Parameters
+    /// ----------
+    /// torque_Nm : float
+    ///     Resistance torque on the output, N m, of either sign.
+    /// preload_N : float
+    ///     Axial preload, N.
+    /// input_angle_deg : float, optional
+    ///     Angle of the input crank, degrees: every contact there. Without it, mean and ripple over a period.
+    /// coefficient : float, optional
+    ///     Friction coefficient of the contacts.
+    ///
+    /// Returns
+    /// -------
+    /// Friction
+    ///     Its ``status`` says whether the load has a solution; its numbers are ``None`` if there is none.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     For an invalid number, and for a torsion spring.
+    #[pyo3(signature = (torque_Nm, preload_N, input_angle_deg = None, coefficient = 0.1))]
+    fn friction(
+        &self,
+        py: Python<'_>,
+        torque_Nm: f64,
+        preload_N: f64,
+        input_angle_deg: Option<f64>,
+        coefficient: f64,
+    ) -> PyResult<Friction> {
+        let drive = self.ball_drive(py, "friction")?;
+        let found = py.detach(|| {
+            let load = Load::new(torque_Nm, preload_N, input_angle_deg.unwrap_or(0.0).to_radians())?;
+            if input_angle_deg.is_some() {
+                return drive.friction(&load, coefficient).map(|found| Friction::at_angle(&found));
+            }
+            let (status, found) = FrictionPeriod::new(drive).at(torque_Nm, preload_N, coefficient)?;
+            let ratio = drive.transmission_ratio();
+            Ok(Friction::over_period(status, &load, coefficient, ratio, found.as_ref()))
+        });
+        found.map_err(|error| invalid_input(py, &error))
+    }
+
+    /// Torque at the output, N m, that turns a free input at every angle against the friction; ``None`` if the drive locks
+    /// up to the torque that its preload holds.
+    #[pyo3(signature = (preload_N, coefficient = 0.1))]
+    fn backdriving_torque_Nm(
+        &self,
+        py: Python<'_>,
+        preload_N: f64,
+        coefficient: f64,
+    ) -> PyResult<Option<f64>> {
+        let drive = self.ball_drive(py, "backdriving_torque_Nm")?;
+        let found = py.detach(|| FrictionPeriod::new(drive).backdriving(preload_N, coefficient));
+        found.map(backdriving_torque_Nm).map_err(|error| invalid_input(py, &error))
     }
 
     /// Exact derivatives of the elastic angle and of the preload thresholds by every design number.

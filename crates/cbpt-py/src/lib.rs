@@ -3,10 +3,11 @@
 //! - `error`: each Rust error to one Python class; `threads`: work without the GIL, after a fork too; `interrupt`: the same
 //!   for long calls that mind Ctrl-C;
 //! - `arrays`: numpy arrays with their element type;
-//! - `given`: what Python hands over as a case; `solution`: a solved load; `preload`: thresholds; `finding`: findings about a
+//! - `given`: what Python hands over as a case; `solution`: a solved load; `preload`: thresholds; `friction`: losses; `finding`: findings about a
 //!   design; `sensitivity`: how results answer to its numbers; `drive`: what asks for these; `case`: case files;
-//! - `angles`: many loads; `design`: many designs;
+//! - `angles`, `friction_loads`: many loads; `design`: many designs;
 //! - `sweep`: plans of sweeps, their rows and files;
+//! - `turn`: what each ball carries;
 //! - `units`: the table of units;
 //! - `effects`: the library of effects, and a drive with effects on a table of readings.
 
@@ -23,6 +24,8 @@ mod drive;
 mod effects;
 mod error;
 mod finding;
+mod friction;
+mod friction_loads;
 mod given;
 mod interrupt;
 mod own;
@@ -31,6 +34,7 @@ mod sensitivity;
 mod solution;
 mod sweep;
 mod threads;
+mod turn;
 mod units;
 
 use pyo3::prelude::*;
@@ -55,6 +59,10 @@ mod _core {
     #[pymodule_export]
     use super::finding::Finding;
     #[pymodule_export]
+    use super::friction::{Friction, FrictionContact, PairFriction};
+    #[pymodule_export]
+    use super::friction_loads::friction_of_loads;
+    #[pymodule_export]
     use super::own::{OwnEffect, own_effect_variables};
     #[pymodule_export]
     use super::preload::{PreloadThresholds, Thresholds};
@@ -64,6 +72,8 @@ mod _core {
     use super::solution::{Enclosure, LargestAngle, PairSolution, Solution};
     #[pymodule_export]
     use super::sweep::{SweepCsv, SweepPlan, SweepTally, is_sweep_plan, sweep_findings, sweep_statuses};
+    #[pymodule_export]
+    use super::turn::ball_loads;
     #[pymodule_export]
     use super::units::{Unit, all_units, unit_size};
     #[pymodule_export]

@@ -5,7 +5,7 @@
     at_load    the case with its load completed
     value_of   a number as the case has it
     shown      a number by its key in the usual unit
-    effects_of, bare_drive_note   effects of the case, which are left out here
+    effects_of, bare_drive_note, nominal_parts_note   what of the case is left out here
 
 Numbers are named in SI as in a case file: `deceleration.ball_radius_m`.
 """
@@ -38,7 +38,8 @@ class Judged:
     columns: dict[str, Floats]
     """`elastic_angle_rad`, `outer_radius_m`, `undercut_margin`, `inside_wall_margin`,
     `deceleration_ball_clearance_m`, `equal_speed_ball_clearance_m`, `ring_clearance_m`,
-    `deceleration_pressure_Pa`, `equal_speed_pressure_Pa`, `needed_preload_N`."""
+    `deceleration_pressure_Pa`, `equal_speed_pressure_Pa`, `needed_preload_N`, `friction_torque_Nm`,
+    `efficiency`, `wear_Nm_per_turn`, `static_safety`, `torsional_stiffness_Nm_per_rad`."""
 
     def __getitem__(self, column: str) -> Floats:
         return self.columns[column]
@@ -51,11 +52,14 @@ def judge(
     *,
     pressures: bool = False,
     threshold: str | None = None,
+    coefficient: float | None = None,
 ) -> Judged:
     """Designs with `values`, shape (n, k), in place of the case's own of k `numbers`.
 
     Under the load of the case. `threshold` (hold, continuous or zero_backlash) fills
     `needed_preload_N`, as a maximum over a period; it takes a hundred times as long as all else.
+    `pressures` fills static safety and stiffness too. A friction `coefficient` fills friction
+    torque, efficiency and wear, at the angle of the load.
     """
     assert case.torque_Nm is not None and case.preload_N is not None, "see at_load"
     code, names, table, columns = judge_designs(
@@ -67,6 +71,7 @@ def judge(
         np.ascontiguousarray(values, dtype=np.float64).reshape(-1),
         pressures,
         threshold,
+        coefficient,
     )
     return Judged(
         status=np.array(names, dtype=np.str_)[code],
@@ -120,6 +125,12 @@ def shown(number: str, value: float) -> tuple[str, float]:
 def effects_of(case: Case) -> list[str]:
     """Ids of the effects of a case, all of which are left out here."""
     return [effect.id for effect in case.effects] + [own.id for own in case.own_effects]
+
+
+def nominal_parts_note(case: Case, what: str) -> list[str]:
+    """A line that says so, where the case has tables of its parts."""
+    parts = case.drive.has_parts_as_made
+    return [f"Note: {what} computed for nominal parts, without [as_made]."] if parts else []
 
 
 def bare_drive_note(case: Case, what: str) -> list[str]:

@@ -9,7 +9,8 @@ use cbpt_core::{
 
 use super::fields;
 use super::keys::{self, Value};
-use super::{Case, LoadDefaults, Measurement, Rating, Uncertainty, Zero};
+use super::parts::{self, Lists};
+use super::{Case, Friction, LoadDefaults, Measurement, Operation, Rating, Uncertainty, Zero};
 
 /// Values in SI by their dotted names: `deceleration.ball_radius_m`.
 #[derive(Debug, Clone, Default)]
@@ -89,6 +90,15 @@ impl Values {
     }
 }
 
+impl Lists for Values {
+    fn reals(&self, name: &str) -> Option<&[f64]> {
+        match self.get(name) {
+            Some(Value::Reals(list)) => Some(list),
+            _ => None,
+        }
+    }
+}
+
 fn missing(name: &str) -> InvalidInput {
     InvalidInput::new(name, "nothing", "is required")
 }
@@ -113,11 +123,25 @@ pub(super) fn case(values: &Values) -> Result<Case, InvalidInput> {
             lever_arm_m: values.real("measurement.lever_arm_m"),
         },
         rating: Rating { rated_torque_Nm: values.real("rating.rated_torque_Nm") },
+        friction: Friction {
+            coefficient: values.number("friction.coefficient")?,
+            coefficient_uncertainty: values.number("friction.coefficient_uncertainty")?,
+        },
+        operation: Operation {
+            input_speed_rad_per_s: values.real(INPUT_SPEED),
+            output_inertia_kg_m2: values.real(OUTPUT_INERTIA),
+            planet_mass_kg: values.real(PLANET_MASS),
+            static_safety: values.number("operation.static_safety")?,
+        },
         uncertainty: uncertainty(values)?,
         tolerance: tolerance(values),
         effects: Vec::new(),
     })
 }
+
+const INPUT_SPEED: &str = "operation.input_speed_rad_per_s";
+const OUTPUT_INERTIA: &str = "operation.output_inertia_kg_m2";
+const PLANET_MASS: &str = "operation.planet_mass_kg";
 
 /// The reducer alone.
 pub(super) fn reducer(values: &Values) -> Result<Reducer, InvalidInput> {
@@ -135,10 +159,7 @@ const SPRING_RADIUS: &str = "torsion_spring.reference_radius_m";
 
 fn torsion_spring(values: &Values) -> Result<TorsionSpring, InvalidInput> {
     let radius = values.real(SPRING_RADIUS);
-    let list = |name: &str| match values.get(name) {
-        Some(Value::Reals(list)) => Ok(list),
-        _ => Err(missing(name)),
-    };
+    let list = |name: &str| values.reals(name).ok_or_else(|| missing(name));
     match values.real(SPRING_STIFFNESS) {
         Some(stiffness) => TorsionSpring::linear(stiffness, radius),
         None => TorsionSpring::table(list(SPRING_TORQUE)?, list(SPRING_ANGLE)?, radius),
@@ -147,12 +168,10 @@ fn torsion_spring(values: &Values) -> Result<TorsionSpring, InvalidInput> {
 
 fn ball_drive(values: &Values) -> Result<Drive, InvalidInput> {
     let track_curvature = TRACK_CURVATURE.into_iter().find(|name| values.has(name)).unwrap_or_default();
-    Drive::new(
-        material(values)?,
-        deceleration(values)?,
-        equal_speed(values)?,
-        values.choice(track_curvature, &TRACK_CURVATURES)?,
-    )
+    let deceleration = deceleration(values)?;
+    let curvature = values.choice(track_curvature, &TRACK_CURVATURES)?;
+    let made = parts::as_made(values, &deceleration)?;
+    Drive::new(material(values)?, deceleration, equal_speed(values)?, curvature)?.with_as_made(made)
 }
 
 fn material(values: &Values) -> Result<Material, InvalidInput> {
@@ -255,6 +274,12 @@ pub(super) fn values(case: &Case) -> Values {
     values.set_word("measurement.zero", case.measurement.zero, &ZEROS);
     values.set_some("measurement.lever_arm_m", case.measurement.lever_arm_m);
     values.set_some("rating.rated_torque_Nm", case.rating.rated_torque_Nm);
+    values.set_real("friction.coefficient", case.friction.coefficient);
+    values.set_real("friction.coefficient_uncertainty", case.friction.coefficient_uncertainty);
+    values.set_some(INPUT_SPEED, case.operation.input_speed_rad_per_s);
+    values.set_some(OUTPUT_INERTIA, case.operation.output_inertia_kg_m2);
+    values.set_some(PLANET_MASS, case.operation.planet_mass_kg);
+    values.set_real("operation.static_safety", case.operation.static_safety);
     values.set_uncertainty(&case.uncertainty);
     for (name, value) in &case.tolerance {
         values.set_real(format!("tolerance.{}", fields::uncertainty_of(name)), *value);
@@ -289,6 +314,9 @@ fn drive_values(drive: &Drive) -> Values {
     values.set_material(drive.material());
     values.set_deceleration(drive.deceleration());
     values.set_equal_speed(drive.equal_speed());
+    for (name, list) in drive.as_made().map(parts::lists).unwrap_or_default() {
+        values.set(name, Value::Reals(list));
+    }
     values
 }
 

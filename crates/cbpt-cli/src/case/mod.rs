@@ -6,6 +6,7 @@
 //!   `build` turns values into a [`Case`] and back, `write` writes it;
 //! - `spread` is what a case says of how its numbers scatter;
 //! - `reader` reads the keys of one section, `suggest` knows what a wrong key may have meant, `error` how mistakes are told;
+//! - `tables` reads the files of the parts as they were made, `parts` turns their lists into what the core takes;
 //! - [`parameter`]: what a sweep may vary, by the same keys;
 //! - `reference` makes of the table the JSON Schema for editors and the page of all keys.
 
@@ -18,10 +19,12 @@ mod keys;
 mod library;
 pub mod parameter;
 mod parse;
+mod parts;
 mod reader;
 mod reference;
 mod spread;
 pub(crate) mod suggest;
+mod tables;
 #[cfg(test)]
 mod tests;
 mod write;
@@ -55,6 +58,10 @@ pub struct Case {
     pub measurement: Measurement,
     /// What the maker states of the reducer.
     pub rating: Rating,
+    /// Friction of the contacts.
+    pub friction: Friction,
+    /// How the drive is run, and what moves with it.
+    pub operation: Operation,
     /// Standard uncertainties from outside the readings.
     pub uncertainty: Uncertainty,
     /// `[tolerance]`: limits, plus or minus, of numbers by their names in SI (`deceleration.ball_radius_m`).
@@ -88,6 +95,45 @@ pub struct Measurement {
 pub struct Rating {
     /// Rated torque of the output, N m.
     pub rated_torque_Nm: Option<f64>,
+}
+
+/// `[friction]`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Friction {
+    /// Friction coefficient of every contact.
+    pub coefficient: f64,
+    /// Its standard uncertainty.
+    pub coefficient_uncertainty: f64,
+}
+
+impl Default for Friction {
+    fn default() -> Self {
+        Self { coefficient: cbpt_core::friction::COEFFICIENT, coefficient_uncertainty: 0.03 }
+    }
+}
+
+/// `[operation]`: each number but the safety may be absent.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Operation {
+    /// Speed of the input, rad/s.
+    pub input_speed_rad_per_s: Option<f64>,
+    /// Moment of inertia at the output, kg m^2.
+    pub output_inertia_kg_m2: Option<f64>,
+    /// Mass of the planet, kg.
+    pub planet_mass_kg: Option<f64>,
+    /// Static safety that is required.
+    pub static_safety: f64,
+}
+
+impl Default for Operation {
+    fn default() -> Self {
+        Self {
+            input_speed_rad_per_s: None,
+            output_inertia_kg_m2: None,
+            planet_mass_kg: None,
+            static_safety: 1.0,
+        }
+    }
 }
 
 /// What measured angles are counted from.
@@ -174,13 +220,18 @@ impl Case {
     /// # Errors
     /// [`CaseError`] lists every mistake of the text with its line and what is allowed instead.
     pub fn from_toml(text: &str, name: &str) -> Result<Self, CaseError> {
+        Self::from_toml_in(text, name, None)
+    }
+
+    /// The same where the files that it names stand beside a folder's case file.
+    fn from_toml_in(text: &str, name: &str, folder: Option<&Path>) -> Result<Self, CaseError> {
         if text.len() > LARGEST {
             return Err(CaseError::whole(name, "the file is larger than 1 MiB, too large for a case file"));
         }
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let mut notes = error::Notes::of(text);
-        let case =
-            document::from_toml(text, &mut notes).and_then(|document| parse::case(&document, &mut notes));
+        let case = document::from_toml(text, &mut notes)
+            .and_then(|document| parse::case(&document, folder, &mut notes));
         notes.or(name, case)
     }
 
@@ -192,7 +243,7 @@ impl Case {
         let name = path.display().to_string();
         let bytes = bytes(path).map_err(|problem| CaseError::whole(&name, problem))?;
         match std::str::from_utf8(&bytes) {
-            Ok(text) => Self::from_toml(text, &name),
+            Ok(text) => Self::from_toml_in(text, &name, Some(path.parent().unwrap_or(Path::new("")))),
             Err(error) => Err(CaseError::not_utf8(&name, &bytes[..error.valid_up_to()])),
         }
     }
@@ -203,8 +254,8 @@ impl Case {
     /// As [`Case::from_toml`], without lines.
     pub fn from_json(value: &serde_json::Value) -> Result<Self, CaseError> {
         let mut notes = error::Notes::of("");
-        let case =
-            document::from_json(value, &mut notes).and_then(|document| parse::case(&document, &mut notes));
+        let case = document::from_json(value, &mut notes)
+            .and_then(|document| parse::case(&document, None, &mut notes));
         notes.or("", case)
     }
 

@@ -3,6 +3,7 @@
 pub mod check;
 pub mod effects;
 mod enclosure;
+pub mod friction;
 pub mod preload;
 pub mod schema;
 pub mod sensitivity;
@@ -94,6 +95,16 @@ fn note_bare_drive(report: &mut Report, case: &Case, what: &str) {
     );
     if let serde_json::Value::Object(entries) = &mut report.json {
         entries.insert("effects_not_counted".to_owned(), serde_json::json!(ids));
+    }
+}
+
+/// Says of a verb's answer that it is that of nominal parts, where the case has tables of them.
+fn note_nominal_parts(report: &mut Report, case: &Case, what: &str) {
+    if case.drive().is_some_and(|drive| drive.as_made().is_some()) {
+        report.text += &format!("\nNote: {what} computed for nominal parts, without [as_made].");
+        if let serde_json::Value::Object(entries) = &mut report.json {
+            entries.insert("as_made_counted".to_owned(), false.into());
+        }
     }
 }
 
