@@ -96,8 +96,9 @@ def play_allowed_rad(campaign: Campaign) -> float:
 def _per_run(
     values: NDArray[np.float64], run: NDArray[np.int64], runs: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The largest and the smallest value of each run that are known."""
+    """The largest and the smallest value of each run."""
     high, low = np.full(runs, -np.inf), np.full(runs, np.inf)
+    # Not a number where nothing was read: points that are to be predicted.
     np.fmax.at(high, run, values)
     np.fmin.at(low, run, values)
     return high, low

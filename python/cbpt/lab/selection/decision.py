@@ -387,6 +387,8 @@ def noise_words(competition: Competition, noise: Noise) -> tuple[str, ...]:
         words.append("correlated")
     if noise.torque_arcsec is not None:
         words.append("torque_noise")
+    if noise.artefact is not None:
+        words.append(noise.artefact.kind)
     if noise.inflation is not None:
         far = np.count_nonzero(noise.inflation > RULES.far_reading)
         words.append(
