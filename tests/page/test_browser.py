@@ -130,7 +130,6 @@ def test_any_combination_is_fitted_live(dev04: Any) -> None:
     assert number(dev04, "#rmse") > both
 
 
-@pytest.mark.xfail(strict=False, reason="cards are drawn anew when their numbers change")
 def test_a_switch_leaves_what_does_not_change_and_the_focus_where_they_are(dev04: Any) -> None:
     card = "#missing [data-card=plate_tilt]"
     dev04.evaluate("card => document.querySelector(card).marked = true", card)
@@ -149,9 +148,6 @@ def test_a_switch_leaves_what_does_not_change_and_the_focus_where_they_are(dev04
     dev04.click("#model-bar >> text=as stated")
 
 
-@pytest.mark.xfail(
-    strict=False, reason="runs are drawn on top of each other: the box holds fewer readings"
-)
 def test_a_box_selects_readings_in_every_plot(dev04: Any) -> None:
     plot = dev04.locator("#readings-plot .area")
     plot.scroll_into_view_if_needed()

@@ -196,7 +196,6 @@ def test_a_torsion_spring_has_nothing_of_a_ball_drive(browser: Any, tmp_path: Pa
         assert "Elastic angle over torque" in words
 
 
-@pytest.mark.xfail(strict=False, reason="the tables of the loops scroll at 390 px")
 def test_a_phone_shows_tables_and_names_whole(browser: Any, on_disk: str) -> None:
     with watched(browser, 390) as page:
         page.goto(on_disk)

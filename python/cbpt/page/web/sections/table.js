@@ -47,13 +47,14 @@ function draw() {
           el("h3", {}, setting ? `Figures of the loops, ${setting}` : "Figures of the loops"),
           table(
             "Figures of catalogues",
-            ["figure", "unit", "readings", "model as stated", "read off as"],
+            ["figure", "readings", "model as stated"],
             figures.map((/** @type {Any} */ f) => [
-              f.name.replaceAll("_", " "),
-              f.unit === "arcsec" ? state.unit : f.unit,
+              [
+                `${f.name.replaceAll("_", " ")} (${f.unit === "arcsec" ? state.unit : f.unit})`,
+                el("div", { class: "small quiet" }, f.convention),
+              ],
               f.value === null ? `none: ${f.reason}` : shown(f, f.value, f.u),
               f.model === null ? "none" : shown(f, f.model, f.u_model),
-              f.convention,
             ]),
           ),
           warnings.map((/** @type {string} */ w) => el("p", { class: "small" }, w)),
