@@ -135,6 +135,16 @@ class Data(TypedDict):
     """line or row: what the readings are counted by."""
 
 
+class Head(TypedDict):
+    """What was measured, on what, by whom; null where nobody said it."""
+
+    drive: str
+    measured: str
+    rig: str | None
+    author: str | None
+    date: str | None
+
+
 class ReadingColumns(TypedDict):
     """The readings as columns."""
 
@@ -384,6 +394,7 @@ class PageDocument(TypedDict):
     product: Product
     case: CaseFile
     data: Data
+    head: Head
     command: str
     """The command line that makes this report."""
     command_words: CommandWords

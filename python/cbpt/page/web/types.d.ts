@@ -123,6 +123,15 @@ export interface Data {
   place: string;
 }
 
+/** What was measured, on what, by whom; null where nobody said it. */
+export interface Head {
+  drive: string;
+  measured: string;
+  rig: string | null;
+  author: string | null;
+  date: string | null;
+}
+
 /** The readings as columns. */
 export interface ReadingColumns {
   row: number[];
@@ -356,6 +365,7 @@ export interface PageDocument {
   product: Product;
   case: CaseFile;
   data: Data;
+  head: Head;
   /** The command line that makes this report. */
   command: string;
   command_words: CommandWords;

@@ -1,5 +1,5 @@
 /**
- * 4. What could be missing: a card for each candidate, with its switch and its tell-tale picture.
+ * 7. What could be missing: a card for each candidate, with its switch and its tell-tale picture.
  *
  * The picture lays what the effect adds (its signature) over the residual that it has to explain,
  * along the column in which the signature shows most.

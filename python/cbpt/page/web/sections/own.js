@@ -1,5 +1,5 @@
 /**
- * 6. Your own effect: an expression with parameters, checked as it is typed, fitted like the others.
+ * 9. Your own effect: an expression with parameters, checked as it is typed, fitted like the others.
  *
  * What is a parameter is seen from the expression: a name that is neither variable nor function.
  */

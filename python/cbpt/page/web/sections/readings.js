@@ -57,7 +57,7 @@ export function setUpReadings() {
     build,
     {
       height: innerWidth < 720 ? 520 : 620,
-      paper: 360,
+      paper: 250,
       bar: true,
       first: true,
     },
@@ -84,7 +84,7 @@ export function setUpReadings() {
         el(
           "span",
           { class: "no-print", id: "box-hint", style: "visibility: hidden" },
-          " Drag a box to select readings; double-click to clear the selection. ",
+          " Drag a box to select readings; double-click to clear the selection. Choose a run to see the model reading by reading. ",
         ),
         el("span", { id: "mean-over" }),
       ),
@@ -122,7 +122,7 @@ export function levelColours(t) {
 function drawLegend() {
   const whole = documentShown();
   byId("mean-over").textContent = !inOrder() && whole.curves_mean_over.length
-    ? "Lines show means; the residual stands at each reading. Choose a run to see the model reading by reading."
+    ? "Lines show means; the residual stands at each reading."
     : "";
   const colours = levelColours(theme());
   const names = whole.data.settings;
@@ -219,6 +219,26 @@ function lineKeys() {
     ),
     !inOrder() && ways.has(BRANCHES.down.dash) && ways.size > 1 &&
     el("span", { class: "key" }, line(BRANCHES.down.dash), "model, torque falling"),
+    whole.readings.u_arcsec && el(
+      "span",
+      { class: "key" },
+      svg(
+        "svg",
+        { width: 8, height: 14, "aria-hidden": "true" },
+        svg("line", { x1: 4, x2: 4, y1: 1, y2: 13, stroke: theme().ink, opacity: 0.45 }),
+      ),
+      "± stated uncertainty (k = 1)",
+    ),
+    modelShown().key !== "stated" && el(
+      "span",
+      { class: "key" },
+      svg(
+        "svg",
+        { width: 8, height: 8, "aria-hidden": "true" },
+        svg("circle", { cx: 4, cy: 4, r: 2, fill: theme().quiet, opacity: 0.5 }),
+      ),
+      "residual of the drive as stated",
+    ),
     noiseOf() !== null && el(
       "span",
       { class: "key" },

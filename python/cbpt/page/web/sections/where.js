@@ -1,4 +1,4 @@
-/** 3. Where it fails: the residual over two columns, the regions found, where contact is lost. */
+/** 6. Where it fails: the residual over two columns, the regions found, where contact is lost. */
 
 /** @import { Theme } from "../lib/figure.js" */
 /** @import { Region } from "../types.d.ts" */
