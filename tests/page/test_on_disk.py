@@ -215,6 +215,22 @@ def test_the_legend_says_what_every_line_is(on_screen: Any) -> None:
     assert "residual of the drive as stated" in on_screen.text_content("#legend")
 
 
+def test_the_residual_is_drawn_against_any_column_and_coloured_by_any(on_screen: Any) -> None:
+    drawn = """key => { const p = document.querySelector('#residual-plot .area');
+      return [p._fullLayout.xaxis.title.text, p.data.length, p.data[0].x.length]; }"""
+    on_screen.wait_for_selector("#residual-plot .main-svg")
+    assert on_screen.evaluate(drawn) == ["time (s)", 4, 99]
+    assert "preload (N) 420" in on_screen.text_content("#residual-plot .legend")
+    on_screen.select_option("#residual-x", "input_angle_deg")
+    on_screen.select_option("#residual-colour", "temperature_degC")
+    on_screen.wait_for_selector(DRAWN)
+    assert on_screen.evaluate(drawn) == ["input angle (deg)", 1, 396]
+    assert "temperature (degC)" in on_screen.text_content("#residual-plot .infolayer")
+    on_screen.select_option("#residual-x", "order")
+    on_screen.wait_for_selector(DRAWN)
+    assert on_screen.evaluate(drawn)[0] == "order in the table"
+
+
 def test_a_torsion_spring_has_nothing_of_a_ball_drive(browser: Any, tmp_path: Path) -> None:
     examples = Path(__file__).parents[2] / "examples"
     with watched(browser) as page:

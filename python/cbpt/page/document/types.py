@@ -133,6 +133,8 @@ class Data(TypedDict):
     settings: list[str]
     place: str
     """line or row: what the readings are counted by."""
+    left_out: NotRequired[int]
+    """Readings that somebody has left out in the workbench."""
 
 
 class Head(TypedDict):

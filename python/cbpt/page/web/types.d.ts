@@ -121,6 +121,8 @@ export interface Data {
   settings: string[];
   /** line or row: what the readings are counted by. */
   place: string;
+  /** Readings that somebody has left out in the workbench. */
+  left_out?: number;
 }
 
 /** What was measured, on what, by whom; null where nobody said it. */

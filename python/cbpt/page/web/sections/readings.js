@@ -8,7 +8,8 @@
 /** @import { Theme } from "../lib/figure.js" */
 /** @import { Points, Sign } from "../lib/points.js" */
 /** @import { Branch } from "../types.d.ts" */
-import { bodyOf, byId, el, fill, svg, table } from "../lib/dom.js";
+import { get, handOver, isLive, tellAtOnce } from "../lib/api.js";
+import { bodyOf, byId, el, fill, svg, table, trouble } from "../lib/dom.js";
 import { Figure, MOST_POINTS, onTheme, safe, theme, thin } from "../lib/figure.js";
 import { nameOf } from "../lib/names.js";
 import { fixed, plain } from "../lib/numbers.js";
@@ -23,6 +24,7 @@ import {
   on,
   scale,
   select,
+  setDocument,
   state,
   tell,
   visible,
@@ -156,6 +158,11 @@ function drawLegend() {
       el("span", { class: "key" }, sign(branch), BRANCHES[branch].name)
     ),
     lineKeys(),
+    isLive() && (whole.data.left_out ?? 0) > 0 && el(
+      "button",
+      { type: "button", id: "all-again", onclick: () => leaveOut([]) },
+      `${whole.data.left_out} readings left out: take all again`,
+    ),
     runs.length > 1 && el(
       "label",
       { class: "inline no-print" },
@@ -500,7 +507,16 @@ function drawSelection() {
           fixed(bias * s, decimals(2), true)
         } ${state.unit}`,
       ),
-      el("button", { type: "button", onclick: () => select([]) }, "Clear the selection"),
+      el(
+        "span",
+        { class: "row" },
+        isLive() && el(
+          "button",
+          { type: "button", id: "leave-out", onclick: () => leaveOut(rows) },
+          "Leave these out and diagnose again",
+        ),
+        el("button", { type: "button", onclick: () => select([]) }, "Clear the selection"),
+      ),
     ),
     table(
       "Readings selected",
@@ -530,6 +546,20 @@ function drawSelection() {
     rows.length > ROWS_SHOWN &&
       el("p", { class: "small quiet" }, `The first ${ROWS_SHOWN} are listed; the CSV has all.`),
   );
+}
+
+/** Go on without some readings, or with all again. @param {number[]} rows */
+async function leaveOut(rows) {
+  try {
+    setDocument(
+      await handOver(async () => {
+        await tellAtOnce("leave_out", { rows });
+        return await get("document");
+      }),
+    );
+  } catch (error) {
+    trouble(error instanceof Error ? error.message : String(error));
+  }
 }
 
 /** Before there is an answer what is stated has to do; later the answer says what is known. @returns {number | null} */
