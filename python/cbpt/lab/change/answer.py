@@ -11,12 +11,11 @@ from typing import Any
 
 from cbpt.lab.change.record import ChangeData
 from cbpt.lab.change.text import lines, sentence
+from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording.versions import versions
 
 __all__ = ["Change"]
 
-_PERHAPS = 0.05
-"""Effects that changed with a smaller probability are not named at all."""
 SCHEMA = "cbpt.change/1"
 
 
@@ -43,7 +42,7 @@ class Change(ChangeData):
                 "perhaps": [
                     {"effect": g.effect, "probability": chance}
                     for g in self.weighed.groups
-                    if _PERHAPS <= (chance := self.weighed.changed(g.effect)) < 0.5
+                    if RULES.likely <= (chance := self.weighed.changed(g.effect)) < RULES.undecided
                 ],
                 "probability": self.probability,
                 "sentence": self.sentence,

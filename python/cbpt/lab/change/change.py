@@ -28,12 +28,10 @@ from cbpt.lab.model.own_terms import campaign_of, chosen
 from cbpt.lab.model.priors import PRIORS
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.readings import Readings
+from cbpt.lab.selection.rules import RULES
 
 __all__ = ["change"]
 
-_CERTAIN = 0.95
-_OPEN = 0.5
-"""Below this probability nothing changed; from there to certain the readings do not decide."""
 _LIKELY = 0.1
 """Combinations of a level that are less probable are not looked at."""
 _MOST_SETS = 4
@@ -166,9 +164,9 @@ def _answer(
 ) -> Change:
     something, levels = weighed.something, weighed.best.levels
     kind: Kind = "undecided"
-    if something >= _CERTAIN:
+    if something >= RULES.certain:
         kind = "changed"
-    elif something < _OPEN:
+    elif something < RULES.undecided:
         kind = "nothing"
     changed = tuple(_changed(weighed)) if kind == "changed" else ()
     rests = [d.to_dict()["remains"] for d in answers]
@@ -196,7 +194,7 @@ def _changed(weighed: Weighed) -> list[Changed]:
     found = []
     for group in weighed.groups:
         chance = weighed.changed(group.effect)
-        if chance < _OPEN:
+        if chance < RULES.undecided:
             continue
         choice = weighed.best_with(group.effect)
         best, levels = choice.fit, choice.levels
@@ -234,7 +232,7 @@ def _unchanged(weighed: Weighed) -> list[Unchanged]:
     found = []
     best, levels = weighed.best.fit, weighed.best.levels
     for group in groups_of(levels):
-        if weighed.changed(group.effect) >= _OPEN:
+        if weighed.changed(group.effect) >= RULES.undecided:
             continue
         place = group.unknowns[0]
         value, u = _si(levels, best.value(0, place), place)
