@@ -80,6 +80,7 @@ class Change(ChangeData):
                 for choice in self.weighed.choices
                 if choice.probability >= 0.001
             ],
+            "reproducibility_arcsec": self.reproducibility_arcsec,
             "notes": list(self.notes),
         }
 
