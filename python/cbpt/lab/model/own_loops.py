@@ -94,7 +94,7 @@ def _per_run(
     values: NDArray[np.float64], run: NDArray[np.int64], runs: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """The largest and the smallest value of each run."""
-    high, low = np.full(runs, -np.inf), np.full(runs, np.inf)
-    np.maximum.at(high, run, values)
-    np.minimum.at(low, run, values)
-    return high, low
+    # Not ufunc.at, which warns of what a computation before it has left in the processor's flags.
+    order = np.argsort(run, kind="stable")
+    starts = np.searchsorted(run[order], np.arange(runs))
+    return np.maximum.reduceat(values[order], starts), np.minimum.reduceat(values[order], starts)

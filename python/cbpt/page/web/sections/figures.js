@@ -41,9 +41,9 @@ function draw() {
       { class: "card" },
       table("Figures of catalogues before and after", [
         "figure",
-        { text: "readings", number: true },
-        { text: "drive as stated", number: true },
-        { text: "with the answer", number: true },
+        "readings",
+        "drive as stated",
+        "with the answer",
       ], rows),
       loops.length > MOST_SETTINGS &&
         el(

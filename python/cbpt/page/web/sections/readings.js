@@ -59,7 +59,7 @@ export function setUpReadings() {
     build,
     {
       height: innerWidth < 720 ? 520 : 620,
-      paper: 250,
+      paper: 290,
       bar: true,
       first: true,
     },
