@@ -45,6 +45,7 @@ def claims() -> tuple[Claim, ...]:
         *drive.amplitude_of_drive(),
         *drive.influence_of_short_amplitude(),
         reasons.imbalance(),
+        reasons.price_of_size(),
         *drive.influence_of_preload(),
         reasons.predeformation_against_preload(),
         reasons.wear_against_preload(),

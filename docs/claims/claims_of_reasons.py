@@ -189,9 +189,35 @@ def imbalance() -> Claim:
         "proportion to K and to r0.",
         verdict(close(2 * half, base, 1e-12) and close(2 * base, twice, 1e-12)),
         "The eccentricity of the crank is 2 K r0. At a given mass of the planet the imbalance goes "
-        "with it; with r0 the plate, and so its mass, grows too. This model is static and computes "
-        "no vibration.",
+        "with it (`cbpt friction` tells it where a mass is given); with r0 the plate, and so its "
+        "mass, grows too.",
         {f"eccentricity of the crank, {name}, mm": value for name, value in e_mm.items()},
+    )
+
+
+def _cost(drive: cbpt.Drive, preload_N: float = PRELOAD_N) -> tuple[float, float, float]:
+    """Friction torque at the input (N m), efficiency and wear index for a turn (N m)."""
+    found = drive.friction(TORQUE_NM, preload_N, 0.0)
+    values = found.friction_torque_Nm, found.efficiency, found.wear_Nm_per_turn
+    assert values[0] is not None and values[1] is not None and values[2] is not None
+    return values[0], values[1], values[2]
+
+
+def price_of_size() -> Claim:
+    by_k = {k: _cost(make_drive(short_amplitude_coefficient=k)) for k in (0.3, 0.4, 0.5, 0.58)}
+    by_r0 = {r: _cost(make_drive(rolling_circle_radius_mm=r)) for r in (2.5, 4.0, 8.0)}
+    frictionless = all(not rises([c[0] for c in costs.values()]) for costs in (by_k, by_r0))
+    return Claim(
+        "price of K and r0",
+        "14, 16",
+        "Where vibration allows, take a large K and a large r0: the price named is the imbalance.",
+        verdict(frictionless),
+        "There is a second price. A larger circle and a larger eccentricity move the balls faster "
+        "along their tracks, so friction torque and wear grow with K slowly and with r0 nearly in "
+        "proportion, and the efficiency falls.",
+        {f"friction torque at K = {k:g}, N m": cost[0] for k, cost in by_k.items()}
+        | {f"friction torque at r0 = {r:g} mm, N m": cost[0] for r, cost in by_r0.items()}
+        | {f"efficiency at r0 = {r:g} mm": cost[1] for r, cost in by_r0.items()},
     )
 
 
@@ -209,15 +235,21 @@ def _load_on_contacts_N(beta_deg: float, preload_N: float) -> float:
 def wear_against_preload() -> Claim:
     preloads_N = (300.0, 600.0, 1200.0)
     sums = [_load_on_contacts_N(45.0, n) for n in preloads_N]
+    costs = {n: _cost(make_drive(), n) for n in preloads_N}
+    torque, efficiency, wear = (list(column) for column in zip(*costs.values(), strict=True))
     return Claim(
         "wear against the preload",
         "15",
         "Wear, heat and losses grow with the preload; where efficiency and life allow, take a "
         "large one.",
-        verdict(rises(sums)),
-        "This model has no wear. It gives the normal forces, with which sliding friction and, by "
-        "Archard's law, wear grow: their sum is N_Z/sin β, whatever the torque.",
-        {f"sum of normal forces at {n:g} N, N": x for n, x in zip(preloads_N, sums, strict=True)},
+        verdict(rises(sums) and rises(torque) and rises(wear) and falls(efficiency)),
+        "The sum of the normal forces of the deceleration pair is N_Z/sin β, whatever the torque. "
+        "Slip grows with them, pivoting with their power 4/3, so the friction torque at the input "
+        "(coefficient 0.1) and Archard's index grow a little faster than the preload.",
+        {f"sum of normal forces at {n:g} N, N": x for n, x in zip(preloads_N, sums, strict=True)}
+        | {f"friction torque at {n:g} N, N m": cost[0] for n, cost in costs.items()}
+        | {f"efficiency at {n:g} N": cost[1] for n, cost in costs.items()}
+        | {f"wear index at {n:g} N, N m per turn": cost[2] for n, cost in costs.items()},
     )
 
 
@@ -225,26 +257,44 @@ def wear_against_contact_angle() -> Claim:
     angles_deg = (30.0, 45.0, 60.0)
     fixed = [_load_on_contacts_N(beta, PRELOAD_N) for beta in angles_deg]
     needed_N = [_with_angle(beta).preload(TORQUE_NM).drive.continuous_N for beta in angles_deg]
-    needed = [
-        _load_on_contacts_N(beta, preload_N)
+    at_fixed = [_cost(_with_angle(beta)) for beta in angles_deg]
+    at_least = [
+        _cost(_with_angle(beta), 1.001 * preload_N)
         for beta, preload_N in zip(angles_deg, needed_N, strict=True)
     ]
-    where = "" if rises(fixed) else "the preload is the least that the torque needs"
+
+    def as_said(costs: list[tuple[float, float, float]]) -> bool:
+        torque, efficiency, wear = zip(*costs, strict=True)
+        return rises(torque) and rises(wear) and falls(efficiency)
+
+    where = "" if as_said(at_fixed) else "the preload is the least that the torque needs"
     return Claim(
         "wear against beta",
         "17",
         "A larger β brings more wear, a shorter life and a lower efficiency; where they allow, "
         "take a small one.",
-        verdict(rises(needed), where),
-        "The sum of the normal forces, with which friction and wear grow, is N_Z/sin β: at a fixed "
-        "preload it falls with β. But the preload that a torque needs goes with tan β, and with it "
-        "the sum goes with 1/cos β. How wear widens the contact area is not modelled. "
-        "To take up a wear w the plates approach by w/sin β, which falls with β; the paper has it "
-        "rise.",
+        verdict(as_said(at_fixed) or as_said(at_least), where),
+        "At a fixed preload the normal forces go with 1/sin β and the pivoting with cot β, so "
+        "friction and wear fall with β, and efficiency rises: the opposite. "
+        + (
+            "The preload that a torque needs goes with tan β, and with it friction and wear rise "
+            "all the same."
+            if as_said(at_least)
+            else "The preload that a torque needs goes with tan β, and even with it friction and "
+            "wear do not rise throughout."
+        )
+        + " How wear widens the contact area is not modelled. To take up a wear w the plates "
+        "approach by w/sin β, which falls with β; the paper has it rise.",
         {f"at 600 N, β = {b:g} deg, N": x for b, x in zip(angles_deg, fixed, strict=True)}
         | {
-            f"at the least preload, β = {b:g} deg, N": x
-            for b, x in zip(angles_deg, needed, strict=True)
+            f"friction torque {at}, β = {b:g} deg, N m": cost[0]
+            for at, costs in (("at 600 N", at_fixed), ("at the least preload", at_least))
+            for b, cost in zip(angles_deg, costs, strict=True)
+        }
+        | {
+            f"efficiency {at}, β = {b:g} deg": cost[1]
+            for at, costs in (("at 600 N", at_fixed), ("at the least preload", at_least))
+            for b, cost in zip(angles_deg, costs, strict=True)
         },
     )
 

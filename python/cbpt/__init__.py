@@ -10,6 +10,9 @@ Map:
 - `Drive.solve` -> `Solution` -> `PairSolution`: one load, every meshing point; `Enclosure`:
   where its angle lies for certain;
 - `Drive.preload` -> `PreloadThresholds`: the preload that a torque needs;
+- `Drive.friction` -> `Friction` -> `PairFriction`, `FrictionContact`: friction torque at the input,
+  efficiency, wear; `friction` -> `Costs`: all that preload and stiffness cost; `friction_map` ->
+  `FrictionMap`: arrays of loads;
 - `solve_many` -> `Angles`: arrays of loads on all cores;
 - `sweep` -> `Sweep`: any parameter of drive, load or effects, also on an executor or to a file;
   `SweepPlan`: what it follows;
@@ -41,7 +44,10 @@ from cbpt._core import (
     Drive,
     Enclosure,
     Finding,
+    Friction,
+    FrictionContact,
     LargestAngle,
+    PairFriction,
     PairSolution,
     PreloadThresholds,
     Sensitivities,
@@ -63,6 +69,7 @@ from cbpt.errors import (
 if TYPE_CHECKING:
     __version__: str
     from cbpt import effects as effects
+    from cbpt.design.costs import Costs, FrictionMap, friction, friction_map
     from cbpt.design.optimise import Optimum, optimise
     from cbpt.design.tolerance import Tolerance, tolerance
     from cbpt.lab.change.answer import Change
@@ -92,10 +99,12 @@ _LAZY = {
     "Change": "cbpt.lab.change.answer",
     "Characteristics": "cbpt.lab.characteristics.characteristics",
     "Comparison": "cbpt.lab.diagnosis.compare",
+    "Costs": "cbpt.design.costs",
     "Design": "cbpt.lab.experiment.shortest_plan",
     "Diagnosis": "cbpt.lab.diagnosis.diagnosis",
     "DividedDiagnosis": "cbpt.lab.diagnosis.by_level",
     "Fitted": "cbpt.lab.diagnosis.fitted",
+    "FrictionMap": "cbpt.design.costs",
     "Isolability": "cbpt.lab.experiment.isolability",
     "Limits": "cbpt.lab.experiment.candidates",
     "NextRuns": "cbpt.lab.diagnosis.next_runs",
@@ -111,6 +120,8 @@ _LAZY = {
     "diagnose": "cbpt.lab.diagnosis.diagnose",
     "diagnose_by": "cbpt.lab.diagnosis.by_level",
     "fit": "cbpt.lab.diagnosis.fitted",
+    "friction": "cbpt.design.costs",
+    "friction_map": "cbpt.design.costs",
     "isolability": "cbpt.lab.experiment.isolability",
     "next_runs": "cbpt.lab.diagnosis.next_runs",
     "optimise": "cbpt.design.optimise",
@@ -132,6 +143,7 @@ __all__ = [
     "Change",
     "Characteristics",
     "Comparison",
+    "Costs",
     "Design",
     "Diagnosis",
     "DividedDiagnosis",
@@ -139,6 +151,9 @@ __all__ = [
     "Enclosure",
     "Finding",
     "Fitted",
+    "Friction",
+    "FrictionContact",
+    "FrictionMap",
     "InvalidInputError",
     "Isolability",
     "LargestAngle",
@@ -146,6 +161,7 @@ __all__ = [
     "NextRuns",
     "NoSolutionError",
     "Optimum",
+    "PairFriction",
     "PairSolution",
     "Plan",
     "PlanError",
@@ -168,6 +184,8 @@ __all__ = [
     "effects",
     "example_case",
     "fit",
+    "friction",
+    "friction_map",
     "isolability",
     "next_runs",
     "optimise",

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from os import PathLike
 from typing import Any, SupportsFloat, SupportsIndex, final
 
-__all__ = ["Case", "Drive", "Effect", "EffectParameter", "EffectSpec", "Enclosure", "Finding", "LargestAngle", "OwnEffect", "PairSolution", "Prediction", "Predictor", "PreloadThresholds", "Sensitivities", "Sensitivity", "Solution", "SweepCsv", "SweepPlan", "SweepTally", "Thresholds", "Unit", "design_number", "design_numbers", "effect_specs", "example_case", "is_sweep_plan", "judge_designs", "own_effect_variables", "run_command_line", "solve_angles", "sweep_findings", "sweep_statuses", "text_table", "unit_size", "units"]
+__all__ = ["Case", "Drive", "Effect", "EffectParameter", "EffectSpec", "Enclosure", "Finding", "Friction", "FrictionContact", "LargestAngle", "OwnEffect", "PairFriction", "PairSolution", "Prediction", "Predictor", "PreloadThresholds", "Sensitivities", "Sensitivity", "Solution", "SweepCsv", "SweepPlan", "SweepTally", "Thresholds", "Unit", "design_number", "design_numbers", "effect_specs", "example_case", "friction_of_loads", "is_sweep_plan", "judge_designs", "own_effect_variables", "run_command_line", "solve_angles", "sweep_findings", "sweep_statuses", "text_table", "unit_size", "units"]
 
 @final
 class Case:
@@ -20,6 +20,10 @@ class Case:
     def __ne__(self, value: object, /) -> bool: ...
     def __reduce__(self, /) -> tuple[Any, tuple[str]]: ...
     def __repr__(self, /) -> str: ...
+    def costs(self, /, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex, input_angle_deg: SupportsFloat | SupportsIndex = 0.0, coefficient: SupportsFloat | SupportsIndex | None = None, static_safety: SupportsFloat | SupportsIndex | None = None) -> tuple[str, str]:
+        """
+        What preload and stiffness cost under a load: text for a terminal, and the JSON document of ``cbpt friction``.
+        """
     @property
     def drive(self, /) -> Drive:
         """
@@ -29,6 +33,11 @@ class Case:
     def effects(self, /) -> list[Effect]:
         """
         Effects that the case adds to the drive.
+        """
+    @property
+    def friction_coefficient(self, /) -> float:
+        """
+        Friction coefficient of ``[friction]``.
         """
     @staticmethod
     def from_dict(case: "dict[str, Any]") -> Case:
@@ -121,6 +130,11 @@ class Drive:
     def __ne__(self, value: object, /) -> bool: ...
     def __reduce__(self, /) -> tuple[Any, tuple[str]]: ...
     def __repr__(self, /) -> str: ...
+    def backdriving_torque_Nm(self, /, preload_N: SupportsFloat | SupportsIndex, coefficient: SupportsFloat | SupportsIndex = 0.1) -> float | None:
+        """
+        Torque at the output, N m, that turns a free input at every angle against the friction; ``None`` if the drive locks
+        up to the torque that its preload holds.
+        """
     @property
     def deceleration_ball_count(self, /) -> int:
         """
@@ -156,6 +170,31 @@ class Drive:
         ------
         InvalidInputError
             For an invalid load, for a torque without a preload or the reverse, and for a torsion spring.
+        """
+    def friction(self, /, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex, input_angle_deg: SupportsFloat | SupportsIndex | None = None, coefficient: SupportsFloat | SupportsIndex = 0.1) -> Friction:
+        """
+        Friction under a load: torque at the input, efficiency, wear.
+
+        Parameters
+        ----------
+        torque_Nm : float
+            Resistance torque on the output, N m, of either sign.
+        preload_N : float
+            Axial preload, N.
+        input_angle_deg : float, optional
+            Angle of the input crank, degrees: every contact there. Without it, mean and ripple over a period.
+        coefficient : float, optional
+            Friction coefficient of the contacts.
+
+        Returns
+        -------
+        Friction
+            Its ``status`` says whether the load has a solution; its numbers are ``None`` if there is none.
+
+        Raises
+        ------
+        InvalidInputError
+            For an invalid number, and for a torsion spring.
         """
     @staticmethod
     def from_dict(case: "dict[str, Any]") -> Drive:
@@ -461,6 +500,153 @@ class Finding:
         """
 
 @final
+class Friction:
+    """
+    Friction of a drive under a load: over a period, or at one angle of the crank.
+    """
+    def __repr__(self, /) -> str: ...
+    @property
+    def coefficient(self, /) -> float:
+        """
+        Friction coefficient.
+        """
+    @property
+    def contacts(self, /) -> list[FrictionContact]:
+        """
+        Every loaded contact; empty for a period.
+        """
+    @property
+    def deceleration(self, /) -> PairFriction | None:
+        """
+        The deceleration pair.
+        """
+    @property
+    def efficiency(self, /) -> float | None:
+        """
+        Work at the output over work at the input; 0 without torque.
+        """
+    @property
+    def equal_speed(self, /) -> PairFriction | None:
+        """
+        The equal-speed pair.
+        """
+    @property
+    def friction_torque_Nm(self, /) -> float | None:
+        """
+        Friction torque of the drive at the input, N m: the mean over a period, or the value at the angle. ``None`` without
+        solution, as all below.
+        """
+    @property
+    def gap(self, /) -> float | None:
+        """
+        Largest relative distance of a ball's loss from its proved lower bound; ``None`` for a period.
+        """
+    @property
+    def has_solution(self, /) -> bool:
+        """
+        Whether the load has a solution, so that the friction is a number.
+        """
+    def heat_W(self, /, input_speed_rpm: SupportsFloat | SupportsIndex) -> float | None:
+        """
+        Heat of the contacts, W, at a speed of the input (turns for each minute).
+        """
+    @property
+    def input_angle_deg(self, /) -> float | None:
+        """
+        Angle of the input crank, degrees; ``None`` for a period.
+        """
+    @property
+    def input_torque_Nm(self, /) -> float | None:
+        """
+        Torque at the input that drives the load, N m.
+        """
+    @property
+    def preload_N(self, /) -> float:
+        """
+        Axial preload, N.
+        """
+    @property
+    def ripple_Nm(self, /) -> float | None:
+        """
+        Largest minus smallest friction torque over a period, N m; 0 at one angle.
+        """
+    @property
+    def status(self, /) -> str:
+        """
+        ``ok``, or why there is no solution.
+        """
+    @property
+    def torque_Nm(self, /) -> float:
+        """
+        Torque on the output, N m.
+        """
+    @property
+    def transmission_ratio(self, /) -> float:
+        """
+        Transmission ratio.
+        """
+    @property
+    def wear_Nm_per_turn(self, /) -> float | None:
+        """
+        Archard's index of both pairs for a turn of the input: friction work over the coefficient, N m.
+        """
+    def with_coefficient(self, /, coefficient: SupportsFloat | SupportsIndex) -> float | None:
+        """
+        Friction torque at the input, N m, with another coefficient: it is proportional to the coefficient.
+        """
+
+@final
+class FrictionContact:
+    """
+    One loaded contact of a ball with a groove, for each radian of the input.
+    """
+    @property
+    def ball(self, /) -> int:
+        """
+        Number of the ball in its row, from 0.
+        """
+    @property
+    def diagonal(self, /) -> str:
+        """
+        ``plus`` or ``minus``: the diagonal of the ball.
+        """
+    @property
+    def force_N(self, /) -> float:
+        """
+        Normal force, N.
+        """
+    @property
+    def pair(self, /) -> str:
+        """
+        ``deceleration`` or ``equal_speed``.
+        """
+    @property
+    def pivoting(self, /) -> float:
+        """
+        Turn of the ball about the contact normal against the plate, for each radian of the input.
+        """
+    @property
+    def row(self, /) -> int:
+        """
+        Row of the pair, from 0; only a cross-slide has two.
+        """
+    @property
+    def side(self, /) -> int:
+        """
+        0 for the driving (epicycloid, planet) plate, 1 for the plate opposite.
+        """
+    @property
+    def slip_m_per_rad(self, /) -> float:
+        """
+        Slip along the track, m for each radian of the input.
+        """
+    @property
+    def torque_Nm(self, /) -> float:
+        """
+        Part of the friction torque at the input, N m.
+        """
+
+@final
 class LargestAngle:
     """
     Largest elastic angle over a period of the drive.
@@ -569,6 +755,35 @@ class OwnEffect:
     def uses(self, /, variable: str) -> bool:
         """
         Whether it depends on a variable, for example ``time_s``; for a function, whether it has read that column.
+        """
+
+@final
+class PairFriction:
+    """
+    Friction torque of a pair at the input, N m.
+    """
+    def __eq__(self, value: object, /) -> bool: ...
+    def __ne__(self, value: object, /) -> bool: ...
+    @property
+    def ripple_Nm(self, /) -> float:
+        """
+        Largest minus smallest value over a period, N m; 0 at one angle.
+        """
+    @property
+    def torque_Nm(self, /) -> float:
+        """
+        Friction torque at the input, N m: the mean over a period, or the value at the angle.
+        """
+    @property
+    def track_wear_Nm_per_mm(self, /) -> tuple[float, float]:
+        """
+        Largest index for a turn of the input and a length of track, of the grooves of the driving plate and of the plate
+        opposite, N m/mm.
+        """
+    @property
+    def wear_Nm_per_turn(self, /) -> float:
+        """
+        Archard's index for a turn of the input: friction work over the coefficient, N m.
         """
 
 @final
@@ -1355,12 +1570,39 @@ def example_case() -> str:
     The example case file: the base case of the 2017 paper, as TOML text.
     """
 
+def friction_of_loads(drive: Drive, torque_Nm: NDArray[float64], preload_N: NDArray[float64], coefficient: SupportsFloat | SupportsIndex, progress: Any | None = None) -> tuple[NDArray[float64], NDArray[float64], NDArray[float64], NDArray[float64], NDArray[float64], list[str]]:
+    """
+    Friction of a drive over a period for arrays of loads, on all cores. Ctrl-C stops it.
+
+    Parameters
+    ----------
+    drive : Drive
+        A ball drive.
+    torque_Nm, preload_N : array, shape (n,)
+        The loads: N m and N.
+    coefficient : float
+        Friction coefficient.
+    progress : callable, optional
+        Called from time to time with the number of loads computed.
+
+    Returns
+    -------
+    tuple
+        Mean, least and largest friction torque at the input (N m), efficiency and Archard's index for a turn of the input
+        (N m), each of shape (n,), NaN where there is no solution, and the status of each load.
+
+    Raises
+    ------
+    InvalidInputError
+        For an invalid number, and for a torsion spring.
+    """
+
 def is_sweep_plan(path: str | PathLike[str]) -> bool:
     """
     Whether a file is a plan of a sweep and not a case; false for a file that cannot be read.
     """
 
-def judge_designs(drive: Drive, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex, input_angle_rad: SupportsFloat | SupportsIndex, numbers: SupportsGetItem[int, str], values: NDArray[float64], pressures: bool, threshold: str | None) -> tuple[NDArray[uint8], list[str], NDArray[float64], list[str]]:
+def judge_designs(drive: Drive, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex, input_angle_rad: SupportsFloat | SupportsIndex, numbers: SupportsGetItem[int, str], values: NDArray[float64], pressures: bool, threshold: str | None = None, coefficient: SupportsFloat | SupportsIndex | None = None) -> tuple[NDArray[uint8], list[str], NDArray[float64], list[str]]:
     """
     Judges many designs under one load on all cores. Ctrl-C stops it.
 
@@ -1375,9 +1617,11 @@ def judge_designs(drive: Drive, torque_Nm: SupportsFloat | SupportsIndex, preloa
     values : array
         The values of ``numbers``, row after row.
     pressures : bool
-        Whether to compute the peak pressures.
+        Whether to compute the peak pressures, and what comes with them: static safety and torsional stiffness.
     threshold : str, optional
         The preload to compute: ``hold``, ``continuous`` or ``zero_backlash``; none for any other word.
+    coefficient : float, optional
+        Friction coefficient with which friction torque, efficiency and wear are computed, at the angle of the load.
 
     Returns
     -------

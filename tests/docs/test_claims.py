@@ -127,6 +127,14 @@ ROWS: dict[str, tuple[str, dict[str, float]]] = {
     ),
     "gap shrinks with K": (HOLDS, {"20 less 27 balls at K = 0.5, arcsec": 2.79055}),
     "imbalance": (HOLDS, {"eccentricity of the crank, K = 0.5, mm": 4}),
+    "price of K and r0": (
+        FAILS,
+        {
+            "friction torque at K = 0.3, N m": 0.0780605,
+            "friction torque at r0 = 8 mm, N m": 0.172414,
+            "efficiency at r0 = 4 mm": 0.845993,
+        },
+    ),
     "falls with the preload": (
         "holds where the torque is more than a few per cent of what few balls hold",
         {
@@ -146,7 +154,15 @@ ROWS: dict[str, tuple[str, dict[str, float]]] = {
         HOLDS,
         {"600 N: without torque, μm": 2.79194, "600 N: 5 N m adds, μm": 0.713491},
     ),
-    "wear against the preload": (HOLDS, {"sum of normal forces at 600 N, N": 848.528}),
+    "wear against the preload": (
+        HOLDS,
+        {
+            "sum of normal forces at 600 N, N": 848.528,
+            "friction torque at 1200 N, N m": 0.199092,
+            "efficiency at 600 N": 0.845993,
+            "wear index at 600 N, N m per turn": 5.44671,
+        },
+    ),
     "falls with r0": (UP_TO_UNDERCUT, {"20 balls at 8 mm, arcsec": 8.52052}),
     "gap shrinks with r0": (UP_TO_UNDERCUT, {"20 less 27 balls at 8 mm, arcsec": 0.692638}),
     "arm against r0": (HOLDS, {}),
@@ -158,7 +174,11 @@ ROWS: dict[str, tuple[str, dict[str, float]]] = {
     ),
     "wear against beta": (
         "holds where the preload is the least that the torque needs",
-        {"at 600 N, β = 30 deg, N": 1200},
+        {
+            "at 600 N, β = 30 deg, N": 1200,
+            "friction torque at 600 N, β = 60 deg, N m": 0.0511671,
+            "efficiency at the least preload, β = 60 deg": 0.975625,
+        },
     ),
     "rises with the torque": (HOLDS, {"20 balls at 10 N m, arcsec": 25.5660}),
     "gap grows with the torque": (HOLDS, {"20 less 27 balls at 10 N m, arcsec": 5.77069}),

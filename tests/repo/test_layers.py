@@ -133,7 +133,15 @@ CORE_USES: dict[str, set[str]] = {
         *("transmission", "sweep"),
     },
     "sweep": {"drive", "equilibrium", "geometry", "status", "transmission"},
-    "judge": {"design", "drive", "equilibrium", "preload", "status", "sweep"},
+    "friction": {
+        *("drive", "equilibrium", "error", "extremes", "geometry", "hertz", "pair", "status"),
+        *("sweep",),
+    },
+    "judge": {"design", "drive", "equilibrium", "friction", "preload", "status", "sweep"},
+    "strength": {
+        *("drive", "equilibrium", "findings", "geometry", "pair", "period", "preload"),
+        "transmission",
+    },
     "findings": {"design", "drive", "geometry", "equilibrium", "transmission", "status"},
 }
 CLI_USES: dict[str, set[str]] = {

@@ -23,6 +23,7 @@ FILES = {
 }
 FUNCTIONS: dict[str, str] = {}
 ARGUMENTS = {
+    "python/cbpt/design/optimise.py optimise": _PUBLIC,
     "python/cbpt/lab/change/change.py change": _PUBLIC,
     "python/cbpt/lab/characteristics/characterise.py characterise": _PUBLIC,
     "python/cbpt/lab/diagnosis/by_level.py diagnose_by": _PUBLIC,

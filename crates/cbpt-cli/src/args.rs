@@ -38,6 +38,8 @@ pub enum Verb {
     Solve(Solve),
     /// Preload that a torque needs: to hold it, for continuous transmission, for zero backlash
     Preload(Preload),
+    /// What preload and stiffness cost: friction torque, efficiency, wear, static safety, the window of the preload
+    Friction(Friction),
     /// Elastic angle over a grid of loads (CASE) or over any parameters (PLAN), on all cores
     #[command(mut_arg("out", |out| out.help(SWEEP_OUT)))]
     Sweep(Sweep),
@@ -184,6 +186,26 @@ pub struct Preload {
     /// Angle of the input crank, degrees, at which to take the thresholds instead of their maxima over a period
     #[arg(long = "input-angle-deg", value_name = "A", allow_negative_numbers = true)]
     pub input_angle_deg: Option<f64>,
+    /// Form of the output.
+    #[command(flatten)]
+    pub output: OutputOptions,
+}
+
+/// `cbpt friction`.
+#[derive(Debug, Args)]
+pub struct Friction {
+    /// The case file.
+    #[command(flatten)]
+    pub case: CaseFile,
+    /// The load; the friction is that over a period, the angle counts for the natural frequency.
+    #[command(flatten)]
+    pub load: LoadOptions,
+    /// Friction coefficient of the contacts [default: that of the case, or 0.1]
+    #[arg(long, value_name = "MU", allow_negative_numbers = true)]
+    pub coefficient: Option<f64>,
+    /// Static safety that is required [default: that of the case, or 1]
+    #[arg(long, value_name = "S0")]
+    pub static_safety: Option<f64>,
     /// Form of the output.
     #[command(flatten)]
     pub output: OutputOptions,

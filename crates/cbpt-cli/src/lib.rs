@@ -44,6 +44,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let outcome = match &cli.verb {
         Verb::Solve(verb) => commands::solve::run(verb),
         Verb::Preload(verb) => commands::preload::run(verb),
+        Verb::Friction(verb) => commands::friction::run(verb),
         Verb::Sweep(verb) => commands::sweep::run(verb),
         Verb::Sensitivity(verb) => commands::sensitivity::run(verb),
         Verb::Check(verb) => commands::check::run(verb),

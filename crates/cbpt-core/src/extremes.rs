@@ -7,7 +7,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::drive::{Drive, EqualSpeed, Load, OutputPlate};
+use crate::drive::{Deceleration, Drive, EqualSpeed, Load, OutputPlate};
 use crate::equilibrium::solve::solve_pair;
 use crate::error::InvalidInput;
 use crate::geometry::undercut::undercuts;
@@ -35,26 +35,37 @@ const SAMPLES: u32 = 24;
 const MOST_SOLUTIONS: u32 = 4000;
 
 /// The crank angles at which a period of the drive is sampled. The periods of both pairs divide it.
-struct Grid {
+#[derive(Debug)]
+pub(crate) struct Grid {
     /// Period of the drive, rad.
-    period_rad: f64,
+    pub period_rad: f64,
     /// Samples in it.
-    count: usize,
+    pub count: usize,
     /// Samples in a period of the deceleration pair.
-    per_deceleration: usize,
+    pub per_deceleration: usize,
     /// Samples in a period of the equal-speed pair.
-    per_equal_speed: usize,
+    pub per_equal_speed: usize,
     /// Crank angle from one sample to the next, rad.
-    step_rad: f64,
+    pub step_rad: f64,
 }
 
 impl Grid {
+    /// For elastic angles.
     fn of(drive: &Drive) -> Self {
+        Self::with_slide(drive, (1, 1))
+    }
+
+    /// For friction: the motion of a cross-slide repeats every quarter turn of the crank.
+    pub fn of_losses(drive: &Drive) -> Self {
+        let own_lobes = own_lobes(drive.deceleration());
+        let common = greatest_common_divisor(own_lobes, 4);
+        Self::with_slide(drive, (own_lobes / common, 4 / common))
+    }
+
+    /// With the deceleration periods and equal-speed periods in one period of a drive with a balanced cross-slide.
+    fn with_slide(drive: &Drive, slide: (u32, u32)) -> Self {
         let pair = drive.deceleration();
-        let own_lobes = match pair.output_plate {
-            OutputPlate::Hypocycloid => pair.epicycloid_lobes(),
-            OutputPlate::Epicycloid => pair.hypocycloid_lobes(),
-        };
+        let own_lobes = own_lobes(pair);
         // Deceleration periods (q) and equal-speed periods (w) in one period of the drive.
         let (q, w) = match drive.equal_speed() {
             EqualSpeed::RingGroove(ring) => {
@@ -62,7 +73,7 @@ impl Grid {
                 let common = greatest_common_divisor(other_lobes, ring.ball_count);
                 (other_lobes / common, ring.ball_count / common)
             }
-            EqualSpeed::CrossSlide(_) if drive.equal_speed_period_rad().is_none() => (1, 1),
+            EqualSpeed::CrossSlide(_) if drive.equal_speed_period_rad().is_none() => slide,
             EqualSpeed::CrossSlide(_) => (own_lobes, 1),
         };
         let samples = (MOST_SOLUTIONS / (q + w)).clamp(1, SAMPLES);
@@ -164,6 +175,14 @@ impl Drive {
             period_rad,
         };
         Ok((status, (!progress.is_cancelled()).then_some(found)))
+    }
+}
+
+/// Lobes of the groove whose plate does not turn.
+fn own_lobes(pair: &Deceleration) -> u32 {
+    match pair.output_plate {
+        OutputPlate::Hypocycloid => pair.epicycloid_lobes(),
+        OutputPlate::Epicycloid => pair.hypocycloid_lobes(),
     }
 }
 

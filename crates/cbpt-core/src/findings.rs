@@ -277,7 +277,7 @@ fn under_load(
 ///
 /// The two walls of a groove are arcs of radius g = beta* r whose centres lie (g - r) beyond the ball's centre along
 /// each contact normal; they meet in the groove's bottom, and the face of the plate is `depth` above that.
-fn distance_to_edge_m(groove: &GrooveSection, depth_m: f64, contact_angle_rad: f64) -> f64 {
+pub(crate) fn distance_to_edge_m(groove: &GrooveSection, depth_m: f64, contact_angle_rad: f64) -> f64 {
     let r = groove.ball_radius_m;
     let g = groove.groove_conformity * r;
     let (sin, cos) = contact_angle_rad.sin_cos();

@@ -18,6 +18,8 @@ pub struct Wanted {
     pub pressures: bool,
     /// A threshold over a period, which takes far longer than all else.
     pub threshold: Option<Threshold>,
+    /// Friction with this coefficient, at the load's angle.
+    pub friction_coefficient: Option<f64>,
 }
 
 /// One design.
@@ -34,6 +36,13 @@ pub struct Judgement {
     pub peak_pressures_Pa: [f64; 2],
     /// The threshold of the drive for the load's torque over a period, N; NaN where none was wanted.
     pub threshold_N: f64,
+    /// Friction torque at the input (N m), efficiency, and Archard's index for a turn of the input (N m); NaN where there is
+    /// no solution or they were not wanted.
+    pub friction: [f64; 3],
+    /// Static safety s0 at the load's angle; NaN as the pressures.
+    pub static_safety: f64,
+    /// Torsional stiffness, N m/rad; NaN as the pressures.
+    pub torsional_stiffness_Nm_per_rad: f64,
 }
 
 impl Judgement {
@@ -43,6 +52,9 @@ impl Judgement {
         sizes: None,
         peak_pressures_Pa: [f64::NAN; 2],
         threshold_N: f64::NAN,
+        friction: [f64::NAN; 3],
+        static_safety: f64::NAN,
+        torsional_stiffness_Nm_per_rad: f64::NAN,
     };
 }
 
@@ -80,11 +92,30 @@ pub fn judge_each(
                 }
             });
         }
+        if let Some(coefficient) = wanted.friction_coefficient {
+            let judged = found.len() - built.len();
+            found[judged..].par_iter_mut().zip(&built).for_each(|(judgement, built)| {
+                if let Some((drive, load)) = built.as_ref().filter(|_| !progress.is_cancelled()) {
+                    judgement.friction = friction(drive, load, coefficient);
+                }
+            });
+        }
         if progress.is_cancelled() {
             return None;
         }
     }
     Some(found)
+}
+
+/// Friction torque, efficiency and wear of a design; NaN without solution.
+fn friction(drive: &Drive, load: &Load, coefficient: f64) -> [f64; 3] {
+    let found = drive.friction(load, coefficient).ok();
+    let numbers = found.and_then(|found| {
+        let wear =
+            found.deceleration.as_ref()?.wear_Nm_per_turn + found.equal_speed.as_ref()?.wear_Nm_per_turn;
+        Some([found.torque_Nm()?, found.efficiency()?, wear])
+    });
+    numbers.unwrap_or([f64::NAN; 3])
 }
 
 /// Angles alone, in the lanes of each core.
@@ -116,12 +147,16 @@ fn one_by_one(built: &[Option<(Drive, Load)>]) -> Vec<Judgement> {
         let pressure = |pair: &Option<crate::equilibrium::report::PairSolution>| {
             pair.as_ref().map_or(f64::NAN, |pair| pair.peak_pressure_Pa)
         };
+        let peak_pressures_Pa = [pressure(&solution.deceleration), pressure(&solution.equal_speed)];
+        let highest = peak_pressures_Pa[0].max(peak_pressures_Pa[1]);
         Judgement {
             status: Some(solution.status),
             elastic_angle_rad: solution.elastic_angle_rad().unwrap_or(f64::NAN),
             sizes: Some(Sizes::of(drive)),
-            peak_pressures_Pa: [pressure(&solution.deceleration), pressure(&solution.equal_speed)],
-            threshold_N: f64::NAN,
+            peak_pressures_Pa,
+            static_safety: (drive.material().pressure_limit_Pa / highest).powi(3),
+            torsional_stiffness_Nm_per_rad: solution.torsional_stiffness_Nm_per_rad.unwrap_or(f64::NAN),
+            ..Judgement::NONE
         }
     };
     built.par_iter().map(judge).collect()

@@ -14,6 +14,7 @@
 //! - [`design`]: the numbers that a designer chooses; [`sensitivity`]: how angle and thresholds answer to them, in numbers
 //!   that carry derivatives ([`real`]);
 //! - [`findings`]: what a designer should know before building; [`preload`]: the three thresholds; [`sweep`]: many loads on all cores;
+//! - [`friction`]: losses at the contacts, efficiency, wear; [`strength`]: static safety, preload window, vibration;
 //! - [`judge`]: many designs;
 //! - [`effect`]: the library of effects; [`predict`]: a drive with effects on a table of readings; [`fit`]: that against
 //!   measured angles;
@@ -31,6 +32,7 @@ pub mod error;
 pub mod extremes;
 pub mod findings;
 pub mod fit;
+pub mod friction;
 pub mod geometry;
 pub mod hertz;
 pub mod interval;
@@ -44,6 +46,7 @@ pub mod reducer;
 pub mod sensitivity;
 pub mod solver;
 pub mod status;
+pub mod strength;
 pub mod sweep;
 pub mod torsion_spring;
 pub mod transmission;

@@ -35,6 +35,8 @@ pub enum Quantity {
     ForcePerLength,
     ForcePerTemperature,
     TorquePerAngle,
+    Mass,
+    Inertia,
 }
 
 /// A unit of a quantity: 10^`decimal` `numerator`/`denominator` pi^`pi` of the SI unit, and an offset.
@@ -71,7 +73,7 @@ pub struct Conversion {
 
 impl Quantity {
     /// Every quantity, in the order of [`all`].
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 20] = [
         Self::Number,
         Self::Length,
         Self::Angle,
@@ -90,6 +92,8 @@ impl Quantity {
         Self::ForcePerLength,
         Self::ForcePerTemperature,
         Self::TorquePerAngle,
+        Self::Mass,
+        Self::Inertia,
     ];
 
     /// Its name: `angle`, `torque per angle`.
@@ -113,6 +117,8 @@ impl Quantity {
             Self::ForcePerLength => "force per length",
             Self::ForcePerTemperature => "force per temperature",
             Self::TorquePerAngle => "torque per angle",
+            Self::Mass => "mass",
+            Self::Inertia => "moment of inertia",
         }
     }
 
@@ -137,6 +143,8 @@ impl Quantity {
             Self::ForcePerLength => FORCE_PER_LENGTH,
             Self::ForcePerTemperature => FORCE_PER_TEMPERATURE,
             Self::TorquePerAngle => TORQUE_PER_ANGLE,
+            Self::Mass => MASS,
+            Self::Inertia => INERTIA,
         }
     }
 
@@ -170,7 +178,9 @@ impl Quantity {
             | Self::Torque
             | Self::Time
             | Self::PerTorque
-            | Self::ForcePerTemperature => return self.si(),
+            | Self::ForcePerTemperature
+            | Self::Mass
+            | Self::Inertia => return self.si(),
         };
         self.unit(symbol).unwrap_or(self.si())
     }
@@ -472,6 +482,7 @@ const ANGLE_PER_TIME: &[Unit] = {
         R.turns("arcsec_per_s", 1, ARCSECS).written("arcsec/s"),
         R.turns("arcsec_per_min", 1, ARCSECS * 60).written("arcsec/min"),
         R.turns("arcsec_per_h", 1, ARCSECS * 3600).written("arcsec/h"),
+        R.turns("rpm", 1, 30).spelled(&["rev/min", "r/min"]),
     ]
 };
 
@@ -516,6 +527,20 @@ const TORQUE_PER_ANGLE: &[Unit] = {
         R.per_turn("Nm_per_deg", 180, 1).written("N m/deg"),
         R.per_turn("Nm_per_arcmin", 10_800, 1).written("N m/arcmin"),
         R.per_turn("Nm_per_arcsec", ARCSECS, 1).written("N m/arcsec"),
+    ]
+};
+
+const MASS: &[Unit] = {
+    const M: Of = Of(Quantity::Mass);
+    &[M.tens("kg", 0), M.tens("g", -3)]
+};
+
+const INERTIA: &[Unit] = {
+    const J: Of = Of(Quantity::Inertia);
+    &[
+        J.tens("kg_m2", 0).written("kg m^2"),
+        J.tens("kg_cm2", -4).written("kg cm^2"),
+        J.tens("g_cm2", -7).written("g cm^2"),
     ]
 };
 

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use cbpt_cli::case::{Case as RustCase, Zero};
+use cbpt_cli::commands::friction::{self, Asked, Costs};
 use cbpt_cli::formula::Formula;
 use cbpt_core::design;
 use cbpt_core::effect::OwnEffect as _;
@@ -140,6 +141,34 @@ impl Case {
     #[getter]
     fn rated_torque_Nm(&self) -> Option<f64> {
         self.case.rating.rated_torque_Nm
+    }
+
+    /// Friction coefficient of ``[friction]``.
+    #[getter]
+    fn friction_coefficient(&self) -> f64 {
+        self.case.friction.coefficient
+    }
+
+    /// What preload and stiffness cost under a load: text for a terminal, and the JSON document of ``cbpt friction``.
+    #[pyo3(signature = (torque_Nm, preload_N, input_angle_deg = 0.0, coefficient = None, static_safety = None))]
+    #[expect(clippy::too_many_arguments, reason = "a load, and what stands in place of the case's numbers")]
+    fn costs(
+        &self,
+        py: Python<'_>,
+        torque_Nm: f64,
+        preload_N: f64,
+        input_angle_deg: f64,
+        coefficient: Option<f64>,
+        static_safety: Option<f64>,
+    ) -> PyResult<(String, String)> {
+        let drive = self.case.drive().ok_or_else(|| about_ball_drives(py, "costs"))?;
+        let mut asked = Asked::of(&self.case);
+        asked.friction.coefficient = coefficient.unwrap_or(asked.friction.coefficient);
+        asked.operation.static_safety = static_safety.unwrap_or(asked.operation.static_safety);
+        let found = Load::new(torque_Nm, preload_N, input_angle_deg.to_radians())
+            .and_then(|load| py.detach(|| Costs::of(drive, &load, asked)));
+        let report = friction::report(&found.map_err(|error| invalid_input(py, &error))?);
+        Ok((report.text, report.json.to_string()))
     }
 
     /// The case with these effects in place of its own: ids of the library, each with parameters named as in a case file

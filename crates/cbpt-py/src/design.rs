@@ -39,7 +39,7 @@ pub fn design_numbers() -> BTreeMap<&'static str, (String, f64)> {
 /// Statuses, their places in the names that follow, the columns, and their names.
 type Judged<'py> = (Column<'py, u8>, Vec<&'static str>, Table<'py, f64>, Vec<&'static str>);
 
-const COLUMNS: [&str; 10] = [
+const COLUMNS: [&str; 15] = [
     "elastic_angle_rad",
     "outer_radius_m",
     "undercut_margin",
@@ -50,6 +50,11 @@ const COLUMNS: [&str; 10] = [
     "deceleration_pressure_Pa",
     "equal_speed_pressure_Pa",
     "needed_preload_N",
+    "friction_torque_Nm",
+    "efficiency",
+    "wear_Nm_per_turn",
+    "static_safety",
+    "torsional_stiffness_Nm_per_rad",
 ];
 
 /// Judges many designs under one load on all cores. Ctrl-C stops it.
@@ -65,9 +70,11 @@ const COLUMNS: [&str; 10] = [
 /// values : array
 ///     The values of ``numbers``, row after row.
 /// pressures : bool
-///     Whether to compute the peak pressures.
+///     Whether to compute the peak pressures, and what comes with them: static safety and torsional stiffness.
 /// threshold : str, optional
 ///     The preload to compute: ``hold``, ``continuous`` or ``zero_backlash``; none for any other word.
+/// coefficient : float, optional
+///     Friction coefficient with which friction torque, efficiency and wear are computed, at the angle of the load.
 ///
 /// Returns
 /// -------
@@ -81,6 +88,7 @@ const COLUMNS: [&str; 10] = [
 /// InvalidInputError
 ///     For an unknown name.
 #[pyfunction]
+#[pyo3(signature = (drive, torque_Nm, preload_N, input_angle_rad, numbers, values, pressures, threshold = None, coefficient = None))]
 #[expect(clippy::too_many_arguments, reason = "a load, and what is wanted")]
 pub fn judge_designs<'py>(
     py: Python<'py>,
@@ -92,6 +100,7 @@ pub fn judge_designs<'py>(
     values: Floats<'py>,
     pressures: bool,
     threshold: Option<String>,
+    coefficient: Option<f64>,
 ) -> PyResult<Judged<'py>> {
     let drive = drive.ball_drive(py, "judge_designs")?;
     let load = Load::new(torque_Nm, preload_N, input_angle_rad).map_err(|error| invalid_input(py, &error))?;
@@ -99,7 +108,8 @@ pub fn judge_designs<'py>(
     let numbers = found.map_err(|error| invalid_input(py, &error))?;
     let values = values.view().to_vec();
     let named = |which: &Threshold| threshold.as_deref() == Some(which.name());
-    let wanted = Wanted { pressures, threshold: Threshold::ALL.into_iter().find(named) };
+    let threshold = Threshold::ALL.into_iter().find(named);
+    let wanted = Wanted { pressures, threshold, friction_coefficient: coefficient };
     let work = |progress: &_| judge_each(drive, &load, &numbers, &values, wanted, progress);
     let judged = without_gil(py, None, work)?.unwrap_or_default();
     let mut names: Vec<&'static str> = Vec::new();
@@ -132,5 +142,10 @@ fn row(judgement: &Judgement) -> [f64; COLUMNS.len()] {
         judgement.peak_pressures_Pa[0],
         judgement.peak_pressures_Pa[1],
         judgement.threshold_N,
+        judgement.friction[0],
+        judgement.friction[1],
+        judgement.friction[2],
+        judgement.static_safety,
+        judgement.torsional_stiffness_Nm_per_rad,
     ]
 }

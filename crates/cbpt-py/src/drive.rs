@@ -1,6 +1,7 @@
 //! A reducer and what can be asked of it.
 
 use cbpt_cli::case::Case as RustCase;
+use cbpt_core::friction::period::FrictionPeriod;
 use cbpt_core::sweep::Progress;
 use cbpt_core::{Load, Reducer, Severity, TorsionSpring};
 use pyo3::prelude::*;
@@ -9,6 +10,7 @@ use pyo3::types::{PyDict, PyString};
 use crate::Reduced;
 use crate::error::{about_ball_drives, drive_with_effect, half_a_load, invalid_input};
 use crate::finding::Finding;
+use crate::friction::{Friction, backdriving_torque_Nm};
 use crate::given::{CasePath, case_from_dict, case_from_file, case_from_toml};
 use crate::interrupt::without_gil;
 use crate::preload::{PreloadThresholds, Thresholds};
@@ -169,6 +171,64 @@ impl Drive {
             Thresholds::from(found.deceleration),
             Thresholds::from(found.equal_speed),
         ))
+    }
+
+    /// Friction under a load: torque at the input, efficiency, wear.
+    ///
+    /// Parameters
+    /// ----------
+    /// torque_Nm : float
+    ///     Resistance torque on the output, N m, of either sign.
+    /// preload_N : float
+    ///     Axial preload, N.
+    /// input_angle_deg : float, optional
+    ///     Angle of the input crank, degrees: every contact there. Without it, mean and ripple over a period.
+    /// coefficient : float, optional
+    ///     Friction coefficient of the contacts.
+    ///
+    /// Returns
+    /// -------
+    /// Friction
+    ///     Its ``status`` says whether the load has a solution; its numbers are ``None`` if there is none.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     For an invalid number, and for a torsion spring.
+    #[pyo3(signature = (torque_Nm, preload_N, input_angle_deg = None, coefficient = 0.1))]
+    fn friction(
+        &self,
+        py: Python<'_>,
+        torque_Nm: f64,
+        preload_N: f64,
+        input_angle_deg: Option<f64>,
+        coefficient: f64,
+    ) -> PyResult<Friction> {
+        let drive = self.ball_drive(py, "friction")?;
+        let found = py.detach(|| {
+            let load = Load::new(torque_Nm, preload_N, input_angle_deg.unwrap_or(0.0).to_radians())?;
+            if input_angle_deg.is_some() {
+                return drive.friction(&load, coefficient).map(|found| Friction::at_angle(&found));
+            }
+            let (status, found) = FrictionPeriod::new(drive).at(torque_Nm, preload_N, coefficient)?;
+            let ratio = drive.transmission_ratio();
+            Ok(Friction::over_period(status, &load, coefficient, ratio, found.as_ref()))
+        });
+        found.map_err(|error| invalid_input(py, &error))
+    }
+
+    /// Torque at the output, N m, that turns a free input at every angle against the friction; ``None`` if the drive locks
+    /// up to the torque that its preload holds.
+    #[pyo3(signature = (preload_N, coefficient = 0.1))]
+    fn backdriving_torque_Nm(
+        &self,
+        py: Python<'_>,
+        preload_N: f64,
+        coefficient: f64,
+    ) -> PyResult<Option<f64>> {
+        let drive = self.ball_drive(py, "backdriving_torque_Nm")?;
+        let found = py.detach(|| FrictionPeriod::new(drive).backdriving(preload_N, coefficient));
+        found.map(backdriving_torque_Nm).map_err(|error| invalid_input(py, &error))
     }
 
     /// Exact derivatives of the elastic angle and of the preload thresholds by every design number.

@@ -3,9 +3,9 @@
 //! - `error`: each Rust error to one Python class; `threads`: work without the GIL, after a fork too; `interrupt`: the same
 //!   for long calls that mind Ctrl-C;
 //! - `arrays`: numpy arrays with their element type;
-//! - `given`: what Python hands over as a case; `solution`: a solved load; `preload`: thresholds; `finding`: findings about a
+//! - `given`: what Python hands over as a case; `solution`: a solved load; `preload`: thresholds; `friction`: losses; `finding`: findings about a
 //!   design; `sensitivity`: how results answer to its numbers; `drive`: what asks for these; `case`: case files;
-//! - `angles`: many loads; `design`: many designs;
+//! - `angles`, `friction_loads`: many loads; `design`: many designs;
 //! - `sweep`: plans of sweeps, their rows and files;
 //! - `units`: the table of units;
 //! - `effects`: the library of effects, and a drive with effects on a table of readings.
@@ -23,6 +23,8 @@ mod drive;
 mod effects;
 mod error;
 mod finding;
+mod friction;
+mod friction_loads;
 mod given;
 mod interrupt;
 mod own;
@@ -54,6 +56,10 @@ mod _core {
     use super::effects::{EffectParameter, EffectSpec, Prediction, Predictor, effect_specs};
     #[pymodule_export]
     use super::finding::Finding;
+    #[pymodule_export]
+    use super::friction::{Friction, FrictionContact, PairFriction};
+    #[pymodule_export]
+    use super::friction_loads::friction_of_loads;
     #[pymodule_export]
     use super::own::{OwnEffect, own_effect_variables};
     #[pymodule_export]

@@ -67,20 +67,28 @@ def tolerance(argv: list[str]) -> int:
 
 def optimise(argv: list[str]) -> int:
     """cbpt optimise CASE BOUNDS"""
+    from cbpt.design.optimise import OBJECTIVES
     from cbpt.design.optimise import optimise as optimised
 
     parser = of_case(
         "cbpt optimise",
-        "Find the design with the smallest elastic angle at a load, within bounds on its "
-        "parameters, size, preload, contact pressure, walls and clearances.",
+        "Find the design with the smallest elastic angle (or friction torque, or wear) at a load, "
+        "within bounds on its parameters, size, preload, contact pressure, walls, clearances and "
+        "friction.",
         epilog="BOUNDS has two tables: [free] gives keys of the case with their smallest and "
         "largest value; [limits] may have outer_radius_mm, contact_pressure_GPa, preload (hold, "
         "continuous or "
         "zero_backlash), undercut_margin, inside_wall_margin, ball_clearance_mm, "
-        "ring_clearance_mm.",
+        "ring_clearance_mm, friction_torque_Nm, efficiency, wear_Nm_per_turn, static_safety.",
     )
     parser.add_argument(
         "bounds", metavar="BOUNDS", type=Path, help="free parameters and limits (TOML)"
+    )
+    parser.add_argument(
+        "--objective",
+        choices=list(OBJECTIVES),
+        default="elastic_angle",
+        help="what is made small (default elastic_angle)",
     )
     add_load(parser)
     add_seed(parser, "answer")
@@ -96,6 +104,7 @@ def optimise(argv: list[str]) -> int:
         preload_N=options.preload_N,
         input_angle_deg=options.input_angle_deg,
         seed=options.seed,
+        objective=options.objective,
     )
     if options.out and found.found:
         write_whole(options.out, found.case.to_toml())

@@ -16,6 +16,10 @@ outer_radius_mm = 90                     # at most
 contact_pressure_GPa = 3                 # at most, in both pairs
 preload = "continuous"                   # at least this threshold over a period
 undercut_margin = 0.1                    # at least
+friction_torque_Nm = 0.08                # at most, at the input
+efficiency = 0.8                         # at least
+wear_Nm_per_turn = 6                     # at most
+static_safety = 1.5                      # at least
 """
 
 from __future__ import annotations
@@ -38,6 +42,7 @@ Floats = NDArray[np.float64]
 
 THRESHOLDS = ("hold", "continuous", "zero_backlash")
 _LENGTH = {"_m": 1.0, "_mm": 1e-3, "_um": 1e-6}
+_TORQUE = {"_Nm": 1.0, "_mNm": 1e-3}
 _STRESS = {"_Pa": 1.0, "_MPa": 1e6, "_GPa": 1e9}
 # Of each limit: its units, its sign (at most 1, at least -1), what is 1 of a violation where the
 # limit itself is 0, the columns it holds for, and what holds where nothing is said.
@@ -60,7 +65,15 @@ _KINDS: dict[str, tuple[dict[str, float], int, float, tuple[str, ...], float | N
         0.0,
     ),
     "ring_clearance": (_LENGTH, -1, 1e-3, ("ring_clearance_m",), 0.0),
+    "friction_torque": (_TORQUE, 1, 1e-2, ("friction_torque_Nm",), None),
+    "efficiency": ({"": 1.0}, -1, 1.0, ("efficiency",), None),
+    "wear": ({"_Nm_per_turn": 1.0}, 1, 1.0, ("wear_Nm_per_turn",), None),
+    "static_safety": ({"": 1.0}, -1, 1.0, ("static_safety",), None),
 }
+FRICTION = ("friction_torque_Nm", "efficiency", "wear_Nm_per_turn")
+"""Columns that friction fills."""
+PRESSURE = ("deceleration_pressure_Pa", "equal_speed_pressure_Pa", "static_safety")
+"""Columns that need every meshing point."""
 
 
 @dataclass(frozen=True)
@@ -115,7 +128,15 @@ class Bounds:
     @property
     def needs_pressures(self) -> bool:
         """Whether a limit is about contact pressure."""
-        return any(column.endswith("_Pa") for limit in self.limits for column in limit.columns)
+        return self._about(PRESSURE)
+
+    @property
+    def needs_friction(self) -> bool:
+        """Whether a limit is about friction."""
+        return self._about(FRICTION)
+
+    def _about(self, columns: tuple[str, ...]) -> bool:
+        return any(column in columns for limit in self.limits for column in limit.columns)
 
 
 def read_bounds(bounds: str | os.PathLike[str] | Mapping[str, Any], case: Case) -> Bounds:

@@ -38,7 +38,8 @@ class Judged:
     columns: dict[str, Floats]
     """`elastic_angle_rad`, `outer_radius_m`, `undercut_margin`, `inside_wall_margin`,
     `deceleration_ball_clearance_m`, `equal_speed_ball_clearance_m`, `ring_clearance_m`,
-    `deceleration_pressure_Pa`, `equal_speed_pressure_Pa`, `needed_preload_N`."""
+    `deceleration_pressure_Pa`, `equal_speed_pressure_Pa`, `needed_preload_N`, `friction_torque_Nm`,
+    `efficiency`, `wear_Nm_per_turn`, `static_safety`, `torsional_stiffness_Nm_per_rad`."""
 
     def __getitem__(self, column: str) -> Floats:
         return self.columns[column]
@@ -51,11 +52,14 @@ def judge(
     *,
     pressures: bool = False,
     threshold: str | None = None,
+    coefficient: float | None = None,
 ) -> Judged:
     """Designs with `values`, shape (n, k), in place of the case's own of k `numbers`.
 
     Under the load of the case. `threshold` (hold, continuous or zero_backlash) fills
     `needed_preload_N`, as a maximum over a period; it takes a hundred times as long as all else.
+    `pressures` fills static safety and stiffness too. A friction `coefficient` fills friction
+    torque, efficiency and wear, at the angle of the load.
     """
     assert case.torque_Nm is not None and case.preload_N is not None, "see at_load"
     code, names, table, columns = judge_designs(
@@ -67,6 +71,7 @@ def judge(
         np.ascontiguousarray(values, dtype=np.float64).reshape(-1),
         pressures,
         threshold,
+        coefficient,
     )
     return Judged(
         status=np.array(names, dtype=np.str_)[code],

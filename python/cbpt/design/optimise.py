@@ -1,7 +1,8 @@
-"""The design with the smallest elastic angle within bounds.
+"""The design with the smallest elastic angle, friction torque or wear within bounds.
 
-    optimise  a case and bounds -> Optimum
-    Optimum   the best design, or the nearest to the bounds where none keeps them
+    optimise    a case and bounds -> Optimum
+    Optimum     the best design, or the nearest to the bounds where none keeps them
+    OBJECTIVES  what may be made small
 
 The search is SciPy's differential evolution (Storn and Price 1997): it needs no slopes, takes whole
 numbers, and asks for a whole population at once, which `judge` answers on all cores. Designs are
@@ -22,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive
-from cbpt.design.bounds import Bounds, read_bounds
+from cbpt.design.bounds import FRICTION, Bounds, read_bounds
 from cbpt.design.judge import (
     Judged,
     at_load,
@@ -58,6 +59,14 @@ _CLEAR = 1e-7
 _BINDS = 1e-4
 
 
+OBJECTIVES = {
+    "elastic_angle": "elastic_angle_rad",
+    "friction_torque": "friction_torque_Nm",
+    "wear": "wear_Nm_per_turn",
+}
+"""What may be made small, and its column."""
+
+
 @dataclass(frozen=True, eq=False)
 class Optimum:
     """The outcome of a search. Numbers are named in SI, values are SI."""
@@ -88,6 +97,11 @@ class Optimum:
     """How many were judged."""
     seed: int
     source: str = field(repr=False, default="")
+    objective: str = "elastic_angle"
+    """What was made small: a name of `OBJECTIVES`."""
+    friction: dict[str, float | None] = field(default_factory=dict)
+    """`friction_torque_Nm`, `efficiency` and `wear_Nm_per_turn` of `case` at its input angle, with
+    `..._before` as it was."""
 
     def to_dict(self) -> dict[str, Any]:
         """The document: plain types, JSON-safe."""
@@ -104,6 +118,8 @@ class Optimum:
                 keys[name]: {"before": shown(name, was)[1], "value": shown(name, now)[1]}
                 for name, (was, now) in self.numbers.items()
             },
+            "objective": self.objective,
+            **self.friction,
             "binds": list(self.binds),
             "margins": {key: _plain(value) for key, value in self.margins.items()},
             "over_period": self.over_period,
@@ -146,10 +162,12 @@ class Optimum:
             rows.append([key, before, shown(name, now)[1]])
         lines.append(text_table(["number", "before", "now"], rows))
         lines.append(self._of_period(angle))
+        lines.append(self._of_friction())
         if self.found:
             at = (
                 ", ".join(self.binds)
-                or "none, the smallest angle lies inside the ranges and limits"
+                or f"none, the smallest {self.objective.split('_')[-1]} lies inside the ranges and "
+                "limits"
             )
             lines.append(f"Bounds reached: {at}.")
         if self.found and self.violated_before:
@@ -171,6 +189,17 @@ class Optimum:
                 told += f" (the limit is checked at {self.case.input_angle_deg or 0:g} deg)"
         return f"{told}."
 
+    def _of_friction(self) -> str:
+        now, before = (self.friction.get(f"friction_torque_Nm{end}") for end in ("", "_before"))
+        if now is None:
+            return "Friction torque at the input: no solution."
+        was = "no solution" if before is None else f"{before:.6g} N m"
+        return (
+            f"Friction torque at the input: {now:.6g} N m, efficiency "
+            f"{self.friction['efficiency']:.4g}, coefficient {self.case.friction_coefficient:g}; "
+            f"before: {was}."
+        )
+
     def __repr__(self) -> str:
         return self.report()
 
@@ -183,8 +212,9 @@ def optimise(
     preload_N: float | None = None,
     input_angle_deg: float | None = None,
     seed: int = 0,
+    objective: str = "elastic_angle",
 ) -> Optimum:
-    """Search for the design with the smallest elastic angle within bounds.
+    """Search for the design with the smallest elastic angle, friction torque or wear within bounds.
 
     Parameters
     ----------
@@ -196,6 +226,9 @@ def optimise(
         The load. What is not given comes from `[load]` of the case.
     seed : int
         Seed of the search. The same seed gives the same design.
+    objective : str
+        What is made small: `elastic_angle`, `friction_torque` or `wear`, at the input angle of the
+        load.
 
     Returns
     -------
@@ -213,12 +246,18 @@ def optimise(
         raise InvalidInputError("torque_Nm = 0: without torque every elastic angle is 0")
     if seed < 0:
         raise InvalidInputError(f"seed = {seed}: expected 0 or more")
-    return _Search(whole, bounds).run(seed)
+    if objective not in OBJECTIVES:
+        expected = ", ".join(OBJECTIVES)
+        raise InvalidInputError(f"objective = {objective}: expected one of {expected}")
+    return _Search(whole, bounds, objective).run(seed)
 
 
 class _Search:
-    def __init__(self, case: Case, bounds: Bounds) -> None:
-        self.case, self.bounds = case, bounds
+    def __init__(self, case: Case, bounds: Bounds, objective: str) -> None:
+        self.case, self.bounds, self.objective = case, bounds, objective
+        self.column = OBJECTIVES[objective]
+        rubs = bounds.needs_friction or objective != "elastic_angle"
+        self.coefficient = case.friction_coefficient if rubs else None
         self.names = [free.number for free in bounds.free]
         self.low = np.array([free.low for free in bounds.free])
         self.high = np.array([free.high for free in bounds.free])
@@ -280,7 +319,13 @@ class _Search:
     def judged(self, x: Floats) -> Judged:
         """Without the threshold, which is asked for where nothing else decides."""
         self.designs += len(x)
-        return judge(self.case, self.names, x, pressures=self.bounds.needs_pressures)
+        return judge(
+            self.case,
+            self.names,
+            x,
+            pressures=self.bounds.needs_pressures,
+            coefficient=self.coefficient,
+        )
 
     def excesses(self, x: Floats, judged: Judged) -> Floats:
         """By limit and design, the last row that of the preload; above 0 it is violated. NaN: not
@@ -302,7 +347,8 @@ class _Search:
         return needed / own - 1.0
 
     def merit(self, x: Floats) -> Floats:
-        """Angle (rad, below 1) of what keeps the limits; 1 and the violation of what does not."""
+        """Objective, brought below 1, of what keeps the limits; 1 and the violation of what does
+        not."""
         judged = self.judged(x)
         excess = np.clip(self.excesses(x, judged), 0.0, None)
         excess[-1] = np.nan_to_num(excess[-1], nan=_UNASKED)
@@ -313,11 +359,13 @@ class _Search:
         for limit in self.bounds.limits:
             if limit.key in ("undercut_margin", "inside_wall_margin") and limit.value >= 0:
                 violation += judged[limit.key] < 0
-        angle = np.abs(judged["elastic_angle_rad"])
-        return np.where(violation > 0, 1.0 + violation, np.where(solved, angle, np.inf))
+        size = np.abs(judged[self.column])
+        if self.objective != "elastic_angle":
+            size = size / (1.0 + size)
+        return np.where(violation > 0, 1.0 + violation, np.where(solved, size, np.inf))
 
     def polished(self, x: Floats) -> Floats:
-        """The nearest smallest angle in the numbers that are not whole, by SLSQP."""
+        """The nearest smallest objective in the numbers that are not whole, by SLSQP."""
         from scipy.optimize import minimize
 
         moving = np.flatnonzero(~self.whole)
@@ -328,7 +376,7 @@ class _Search:
         asked: dict[bytes, tuple[Floats, Floats]] = {}
 
         def at(z: Floats) -> tuple[Floats, Floats]:
-            """Value and slopes of the log of the angle, then of what is left to each limit."""
+            """Value and slopes of the log of the objective, then of what is left to each limit."""
             key = z.tobytes()
             if key not in asked:
                 # Inside the bounds, where a number is at one of them to one side.
@@ -344,7 +392,7 @@ class _Search:
                 limits = np.vstack([limit.excesses(judged) for limit in self.bounds.limits])
                 if self.bounds.threshold:
                     limits = np.vstack([limits, self.preload_excess(designs)])
-                found = np.vstack([np.log(np.abs(judged["elastic_angle_rad"])), -limits - _CLEAR])
+                found = np.vstack([np.log(np.abs(judged[self.column])), -limits - _CLEAR])
                 # What is without limit or without a solution does not pull.
                 found = np.nan_to_num(found, nan=-1.0, posinf=1e6, neginf=-1e6)
                 span = np.array([ends[1][i] - ends[0][i] for i in range(len(z))])
@@ -376,6 +424,7 @@ class _Search:
         if self.bounds.threshold:
             excess[-1] = self.preload_excess(both)
         angles = np.abs(judged["elastic_angle_rad"]) * ARCSEC_PER_RAD
+        rubbed = judge(self.case, self.names, both, coefficient=self.case.friction_coefficient)
         values = {name: float(v) for name, v in zip(self.names, now, strict=True)}
         limits = self.bounds.limits
         margins = {
@@ -414,6 +463,12 @@ class _Search:
             designs=self.designs,
             seed=seed,
             source=self.bounds.source,
+            objective=self.objective,
+            friction={
+                name + end: _plain(rubbed[name][place])
+                for name in FRICTION
+                for place, end in ((0, "_before"), (1, ""))
+            },
         )
 
     def over_period(self, case: Case) -> dict[str, float | None]:

@@ -9,7 +9,7 @@ use cbpt_core::{
 
 use super::fields;
 use super::keys::{self, Value};
-use super::{Case, LoadDefaults, Measurement, Rating, Uncertainty, Zero};
+use super::{Case, Friction, LoadDefaults, Measurement, Operation, Rating, Uncertainty, Zero};
 
 /// Values in SI by their dotted names: `deceleration.ball_radius_m`.
 #[derive(Debug, Clone, Default)]
@@ -113,11 +113,25 @@ pub(super) fn case(values: &Values) -> Result<Case, InvalidInput> {
             lever_arm_m: values.real("measurement.lever_arm_m"),
         },
         rating: Rating { rated_torque_Nm: values.real("rating.rated_torque_Nm") },
+        friction: Friction {
+            coefficient: values.number("friction.coefficient")?,
+            coefficient_uncertainty: values.number("friction.coefficient_uncertainty")?,
+        },
+        operation: Operation {
+            input_speed_rad_per_s: values.real(INPUT_SPEED),
+            output_inertia_kg_m2: values.real(OUTPUT_INERTIA),
+            planet_mass_kg: values.real(PLANET_MASS),
+            static_safety: values.number("operation.static_safety")?,
+        },
         uncertainty: uncertainty(values)?,
         tolerance: tolerance(values),
         effects: Vec::new(),
     })
 }
+
+const INPUT_SPEED: &str = "operation.input_speed_rad_per_s";
+const OUTPUT_INERTIA: &str = "operation.output_inertia_kg_m2";
+const PLANET_MASS: &str = "operation.planet_mass_kg";
 
 /// The reducer alone.
 pub(super) fn reducer(values: &Values) -> Result<Reducer, InvalidInput> {
@@ -255,6 +269,12 @@ pub(super) fn values(case: &Case) -> Values {
     values.set_word("measurement.zero", case.measurement.zero, &ZEROS);
     values.set_some("measurement.lever_arm_m", case.measurement.lever_arm_m);
     values.set_some("rating.rated_torque_Nm", case.rating.rated_torque_Nm);
+    values.set_real("friction.coefficient", case.friction.coefficient);
+    values.set_real("friction.coefficient_uncertainty", case.friction.coefficient_uncertainty);
+    values.set_some(INPUT_SPEED, case.operation.input_speed_rad_per_s);
+    values.set_some(OUTPUT_INERTIA, case.operation.output_inertia_kg_m2);
+    values.set_some(PLANET_MASS, case.operation.planet_mass_kg);
+    values.set_real("operation.static_safety", case.operation.static_safety);
     values.set_uncertainty(&case.uncertainty);
     for (name, value) in &case.tolerance {
         values.set_real(format!("tolerance.{}", fields::uncertainty_of(name)), *value);

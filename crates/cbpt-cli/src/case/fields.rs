@@ -11,7 +11,7 @@ use cbpt_core::units::Quantity;
 use cbpt_core::{Elasticity, Material};
 
 use super::keys::{ANY, Key, Kind, Need, PORTS, Range, Section, Value, dotted};
-use super::library;
+use super::{Friction, Operation, library};
 
 const NOT_NEGATIVE: Range = (Included(0.0), Unbounded);
 const ACUTE: Range = (Excluded(0.0), Excluded(FRAC_PI_2));
@@ -103,6 +103,8 @@ static SECTIONS: LazyLock<Vec<Section>> = LazyLock::new(|| {
         load,
         measurement(),
         rating(),
+        friction(),
+        operation(),
         uncertainty,
         tolerance,
         effects(),
@@ -314,6 +316,49 @@ fn rating() -> Section {
         mechanics: false,
         meaning: "What the maker states of the reducer.",
         keys: vec![Key::quantity("rated_torque", Quantity::Torque, "Nm", 5.0, torque).optional()],
+    }
+}
+
+fn friction() -> Section {
+    let coefficient = "friction coefficient mu of every contact; 0.05 to 0.15 for lubricated steel";
+    let spread = "standard uncertainty of the coefficient";
+    Section {
+        name: "friction",
+        required: false,
+        mechanics: false,
+        meaning: "Friction between balls and grooves, for `cbpt friction`.",
+        keys: vec![
+            Key::number("coefficient", Friction::default().coefficient, coefficient)
+                .within((Included(0.0), Included(10.0)))
+                .by_default(),
+            Key::number("coefficient_uncertainty", Friction::default().coefficient_uncertainty, spread)
+                .within(NOT_NEGATIVE)
+                .by_default(),
+        ],
+    }
+}
+
+fn operation() -> Section {
+    let quantity = |stem, quantity, usual, example, meaning| {
+        Key::quantity(stem, quantity, usual, example, meaning).optional()
+    };
+    let speed = "speed of the input; the heat and the force of the unbalance need it";
+    let inertia = "moment of inertia at the output, the load's included; the natural frequency needs it";
+    let mass = "mass of the planet plate, the parts that move with it included; the unbalance needs it";
+    let safety = "static safety s0 that is required of the contacts (ISO 76: 1, for quiet running 2)";
+    Section {
+        name: "operation",
+        required: false,
+        mechanics: false,
+        meaning: "How the drive is run and what moves with it, for `cbpt friction`.",
+        keys: vec![
+            quantity("input_speed", Quantity::AnglePerTime, "rpm", 100.0, speed),
+            quantity("output_inertia", Quantity::Inertia, "kg_m2", 0.01, inertia),
+            quantity("planet_mass", Quantity::Mass, "kg", 0.5, mass),
+            Key::number("static_safety", Operation::default().static_safety, safety)
+                .within((Excluded(0.0), Unbounded))
+                .by_default(),
+        ],
     }
 }
 

@@ -55,6 +55,10 @@ pub struct Case {
     pub measurement: Measurement,
     /// What the maker states of the reducer.
     pub rating: Rating,
+    /// Friction of the contacts.
+    pub friction: Friction,
+    /// How the drive is run, and what moves with it.
+    pub operation: Operation,
     /// Standard uncertainties from outside the readings.
     pub uncertainty: Uncertainty,
     /// `[tolerance]`: limits, plus or minus, of numbers by their names in SI (`deceleration.ball_radius_m`).
@@ -88,6 +92,45 @@ pub struct Measurement {
 pub struct Rating {
     /// Rated torque of the output, N m.
     pub rated_torque_Nm: Option<f64>,
+}
+
+/// `[friction]`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Friction {
+    /// Friction coefficient of every contact.
+    pub coefficient: f64,
+    /// Its standard uncertainty.
+    pub coefficient_uncertainty: f64,
+}
+
+impl Default for Friction {
+    fn default() -> Self {
+        Self { coefficient: cbpt_core::friction::COEFFICIENT, coefficient_uncertainty: 0.03 }
+    }
+}
+
+/// `[operation]`: each number but the safety may be absent.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Operation {
+    /// Speed of the input, rad/s.
+    pub input_speed_rad_per_s: Option<f64>,
+    /// Moment of inertia at the output, kg m^2.
+    pub output_inertia_kg_m2: Option<f64>,
+    /// Mass of the planet, kg.
+    pub planet_mass_kg: Option<f64>,
+    /// Static safety that is required.
+    pub static_safety: f64,
+}
+
+impl Default for Operation {
+    fn default() -> Self {
+        Self {
+            input_speed_rad_per_s: None,
+            output_inertia_kg_m2: None,
+            planet_mass_kg: None,
+            static_safety: 1.0,
+        }
+    }
 }
 
 /// What measured angles are counted from.

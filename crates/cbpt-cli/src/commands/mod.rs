@@ -3,6 +3,7 @@
 pub mod check;
 pub mod effects;
 mod enclosure;
+pub mod friction;
 pub mod preload;
 pub mod schema;
 pub mod sensitivity;

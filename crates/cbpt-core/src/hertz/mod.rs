@@ -74,6 +74,14 @@ impl HertzContact {
         (3.0 * e / (complement * PI * self.contact_modulus_Pa * self.curvature_sum_per_m)).cbrt()
     }
 
+    /// (3/8) a E(m) for a force of 1 N, m: torque that resists pivoting over the friction force (Johnson 1985, section 8.5);
+    /// it grows with the cube root of the force.
+    pub fn pivoting_arm_at_1N_m(&self) -> f64 {
+        let complement = self.ellipticity.powi(-2);
+        let e = Elliptic::new(-(-2.0 * self.ellipticity.ln()).exp_m1(), complement).e;
+        0.375 * e * self.major_semi_axis_at_1N_m()
+    }
+
     /// d ln k / d ln c of one of the two curvatures that the contact was made of, `varied_per_m`, the other being
     /// `other_per_m`.
     ///

@@ -15,7 +15,9 @@ use cbpt_core::effect::{AddsTo, LIBRARY, OwnParameter, Parameter, Scale};
 use crate::formula::Formula;
 
 use super::super::fields;
-use super::super::{Case, EffectEntry, LoadDefaults, Measurement, Rating, Uncertainty, Zero};
+use super::super::{
+    Case, EffectEntry, Friction, LoadDefaults, Measurement, Operation, Rating, Uncertainty, Zero,
+};
 
 fn positive() -> impl Strategy<Value = f64> {
     prop_oneof![
@@ -150,18 +152,29 @@ fn any_case() -> impl Strategy<Value = Case> {
     let tolerance = btree_map(proptest::sample::select(limits), positive(), 0..5);
     let spreads = (proptest::array::uniform5(positive()), of_drive, tolerance);
     let measurement = (any::<bool>(), option::of(positive()), option::of(positive()));
-    (any_drive(), load, measurement, spreads, vec(any_effect(), 0..3)).prop_map(
+    let friction = (0.0..10.0, positive());
+    let operation = (option::of(positive()), option::of(positive()), option::of(positive()), positive());
+    let costs = (friction, operation);
+    (any_drive(), load, measurement, spreads, costs, vec(any_effect(), 0..3)).prop_map(
         |(
             drive,
             (torque_Nm, preload_N, input_angle_rad),
             (per_run, lever_arm_m, rated_torque_Nm),
             ([k, angle, torque, preload, sensor], of_drive, tolerance),
+            ((coefficient, coefficient_uncertainty), (speed, inertia, mass, static_safety)),
             effects,
         )| Case {
             reducer: drive.into(),
             load: LoadDefaults { torque_Nm, preload_N, input_angle_rad },
             measurement: Measurement { zero: if per_run { Zero::PerRun } else { Zero::Common }, lever_arm_m },
             rating: Rating { rated_torque_Nm },
+            friction: Friction { coefficient, coefficient_uncertainty },
+            operation: Operation {
+                input_speed_rad_per_s: speed,
+                output_inertia_kg_m2: inertia,
+                planet_mass_kg: mass,
+                static_safety,
+            },
             uncertainty: Uncertainty {
                 contact_stiffness_rel: k,
                 contact_angle_rad: angle,

@@ -10,7 +10,7 @@ use cbpt_core::{
 };
 use serde_json::json;
 
-use super::super::{Case, LoadDefaults, Measurement, Rating, Uncertainty, Zero};
+use super::super::{Case, Friction, LoadDefaults, Measurement, Operation, Rating, Uncertainty, Zero};
 use super::{RING, edited, message, read};
 
 #[test]
@@ -48,6 +48,8 @@ fn a_drive_is_read_in_si() {
         load: LoadDefaults::default(),
         measurement: Measurement { zero: Zero::Common, lever_arm_m: None },
         rating: Rating::default(),
+        friction: Friction::default(),
+        operation: Operation::default(),
         uncertainty,
         tolerance: BTreeMap::new(),
         effects: Vec::new(),
@@ -90,6 +92,13 @@ fn everything_a_case_may_hold() {
         lever_arm_mm = 100
         [rating]
         rated_torque_Nmm = 4000
+        [friction]
+        coefficient = 0.08
+        [operation]
+        input_speed_rpm = 60
+        output_inertia_kg_cm2 = 250
+        planet_mass_g = 300
+        static_safety = 2
         [uncertainty]
         deceleration_ball_radius_um = 0.5
         deceleration_groove_conformity = 0.01
@@ -125,6 +134,14 @@ fn everything_a_case_may_hold() {
     assert_eq!(case.load, load);
     assert_eq!(case.measurement, Measurement { zero: Zero::PerRun, lever_arm_m: Some(0.1) });
     assert_eq!(case.rating, Rating { rated_torque_Nm: Some(4.0) });
+    assert_eq!(case.friction, Friction { coefficient: 0.08, coefficient_uncertainty: 0.03 });
+    let operation = Operation {
+        input_speed_rad_per_s: Some(2.0 * PI),
+        output_inertia_kg_m2: Some(0.025),
+        planet_mass_kg: Some(0.3),
+        static_safety: 2.0,
+    };
+    assert_eq!(case.operation, operation);
     let of_drive = [
         ("deceleration.ball_radius_m", 0.5e-6),
         ("deceleration.groove_conformity", 0.01),

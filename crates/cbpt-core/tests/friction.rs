@@ -1,0 +1,78 @@
+//! Friction: the values of an independent minimisation, a closed form, and properties.
+
+#![allow(clippy::unwrap_used)]
+
+use cbpt_core::friction::period::FrictionPeriod;
+use cbpt_core::friction::spin::{Touch, least_dissipation};
+use cbpt_core::{Drive, Load};
+
+fn parts(torque_Nm: f64, preload_N: f64) -> [f64; 2] {
+    let load = Load::new(torque_Nm, preload_N, 0.0).unwrap();
+    let found = Drive::paper_base_case().friction(&load, 0.1).unwrap();
+    [found.deceleration.unwrap().torque_Nm, found.equal_speed.unwrap().torque_Nm]
+}
+
+/// Origin: an independent minimisation, to about 0.5 %.
+#[test]
+fn values_of_an_independent_minimisation() {
+    for (torque_Nm, preload_N, expected) in
+        [(0.0, 600.0, [0.0680, 0.0179]), (5.0, 600.0, [0.0684, 0.0183]), (0.0, 300.0, [0.0305, 0.0071])]
+    {
+        for (found, expected) in parts(torque_Nm, preload_N).into_iter().zip(expected) {
+            // Half a digit of the value stated is within the tolerance.
+            assert!(
+                (found - expected).abs() < 0.005 * expected + 5e-5,
+                "{torque_Nm} {preload_N}: {found} {expected}"
+            );
+        }
+    }
+    let load = Load::new(5.0, 600.0, 0.0).unwrap();
+    let found = Drive::paper_base_case().friction(&load, 0.1).unwrap();
+    assert!((found.efficiency().unwrap() - 0.846).abs() < 5e-4);
+}
+
+/// A straight V-groove between two plates that move at +-u, four equal contacts: P = 4 mu Q kappa u cot(beta)/r.
+#[test]
+fn a_straight_v_groove_has_a_closed_form() {
+    let (r, u, force_N, kappa) = (1.5e-3, 2e-3, 20.0, 4e-5);
+    for beta in [0.4_f64, 0.7, 1.1] {
+        let touches = [(1.0, 0), (-1.0, 0), (1.0, 1), (-1.0, 1)].map(|(across, side)| {
+            let away = if side == 0 { 1.0 } else { -1.0 };
+            Touch {
+                normal: [across * away * beta.cos(), away * beta.sin()],
+                track_speed_m: away * u,
+                plate_turn: 0.3,
+                force_N,
+                pivoting_arm_m: kappa,
+            }
+        });
+        let expected = 4.0 * force_N * kappa * u / beta.tan() / r;
+        let found = least_dissipation(r, &touches);
+        assert!((found.loss_Nm / expected - 1.0).abs() < 1e-12, "{} {expected}", found.loss_Nm);
+        assert!(found.gap < 1e-12);
+    }
+}
+
+/// A ball that one diagonal holds between plates that move alike rolls about it without loss.
+#[test]
+fn a_ball_on_one_diagonal_rolls_freely() {
+    let touches = [(1.0, 2e-3), (-1.0, -2e-3)].map(|(side, track_speed_m)| Touch {
+        normal: [side * 0.6, side * 0.8],
+        track_speed_m,
+        plate_turn: -0.9,
+        force_N: 7.0,
+        pivoting_arm_m: 5e-5,
+    });
+    let found = least_dissipation(1.5e-3, &touches);
+    assert!(found.loss_Nm <= 0.0 && found.gap <= 0.0);
+    assert!(least_dissipation(1.5e-3, &[]).loss_Nm <= 0.0);
+}
+
+#[test]
+fn mean_lies_between_least_and_largest() {
+    let drive = Drive::paper_base_case();
+    let (status, found) = FrictionPeriod::new(&drive).at(5.0, 600.0, 0.1).unwrap();
+    assert!(status.has_solution());
+    let torque = found.unwrap().torque;
+    assert!(torque.least_Nm <= torque.mean_Nm && torque.mean_Nm <= torque.largest_Nm);
+}

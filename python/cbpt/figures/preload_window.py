@@ -1,0 +1,60 @@
+"""What a preload brings and what it costs: elastic angle, friction and safety over the preload."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cbpt.figures.shared import bare, colour, new_figure, save
+from cbpt.results import ANGLE_UNITS
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class WindowPicture:
+    """Curves over the preload (N), each of shape (n,)."""
+
+    title: str
+    preload_N: Floats
+    angle_arcsec: Floats
+    friction_torque_Nm: Floats
+    static_safety: Floats
+    required_static_safety: float
+    window: Mapping[str, float | None]
+    """`hold_N`, `continuous_N`, `least_N` and `largest_N`."""
+
+
+def draw_window(
+    picture: WindowPicture, path: str | os.PathLike[str], angle_unit: str = "arcsec"
+) -> None:
+    """Draw three panels to `path` (SVG, PNG or PDF by its ending)."""
+    figure = new_figure(path, 6.4, 6.6)
+    panels = figure.subplots(3, 1, sharex=True)
+    curves = (
+        (picture.angle_arcsec * ANGLE_UNITS[angle_unit], f"elastic angle ({angle_unit})"),
+        (picture.friction_torque_Nm, "friction torque (N m)"),
+        (picture.static_safety, "static safety"),
+    )
+    least, largest = picture.window["least_N"], picture.window["largest_N"]
+    for place, (axes, (values, label)) in enumerate(zip(panels, curves, strict=True)):
+        axes.plot(picture.preload_N, values, color=colour(place))
+        axes.set_ylabel(label)
+        if least is not None and largest is not None:
+            axes.axvspan(least, largest, color="0.9", zorder=0, label="window")
+        for name, style in (("hold_N", ":"), ("continuous_N", "--")):
+            at = picture.window[name]
+            if at is not None and at > 0:
+                axes.axvline(at, color="0.4", lw=0.9, ls=style, label=name.removesuffix("_N"))
+    panels[2].axhline(
+        picture.required_static_safety, color="0.4", lw=0.9, ls="-.", label="required"
+    )
+    panels[2].set(xlabel="preload (N)", yscale="log", xscale="log")
+    panels[2].legend(fontsize="small", frameon=False)
+    panels[0].set_title(picture.title, loc="left", fontsize="small")
+    bare(*panels)
+    save(figure, path)
