@@ -47,11 +47,7 @@ def report(argv: list[str]) -> int:
         help="FILE.html, or FILE.json for the data of the page alone",
     )
     add_effects(parser, COMPETING)
-    parser.add_argument("--author", metavar="NAME", help="who writes the report, for its head")
-    parser.add_argument("--rig", metavar="NAME", help="the rig, for the head of the report")
-    parser.add_argument(
-        "--date", metavar="DATE", help="date of the report, for its head (default: today)"
-    )
+    _add_head(parser)
     add_seed(parser, "page")
     options = parser.parse_args(argv)
     columns = columns_of(parser, options)
@@ -79,13 +75,8 @@ def report(argv: list[str]) -> int:
             diagnosis, lambda what, share: counter.share(what, 0.5 + 0.4 * share)
         )
         counter.share("the page", 0.9)
-        source = Source.of_files(
-            str(options.case),
-            str(options.data),
-            _text(options.case),
-            _reading(options),
-            _judging(options),
-        )
+        files = str(options.case), str(options.data), _text(options.case)
+        source = Source.of_files(*files, _reading(options), _judging(options))
         source = replace(source, told=_told(options))
         document = page_document(case, readings, source, diagnosis, isolability=isolability)
     if options.out.suffix.lower() == ".json":
@@ -186,8 +177,17 @@ def _text(path: Path) -> str:
     return path.read_text(encoding="utf-8")
 
 
-def _told(options: argparse.Namespace) -> Told:
+def _add_head(parser: argparse.ArgumentParser) -> None:
     """What no file says."""
+    parser.add_argument("--author", metavar="NAME", help="who writes the report, for its head")
+    parser.add_argument("--rig", metavar="NAME", help="the rig, for the head of the report")
+    parser.add_argument(
+        "--date", metavar="DATE", help="date of the report, for its head (default: today)"
+    )
+
+
+def _told(options: argparse.Namespace) -> Told:
+    """The same, as given."""
     from cbpt.page.document.source import Told
 
     return Told(options.rig, options.author, options.date or date.today().isoformat())
