@@ -81,6 +81,11 @@ PAGES: dict[str, tuple[str, str, tuple[str, ...]]] = {
         "Sensitivities, tolerances and the best design within bounds.",
         ("Sensitivities", "Sensitivity", "tolerance", "Tolerance", "optimise", "Optimum"),
     ),
+    "parts": (
+        "Parts as made and the data sheet",
+        "The drive that was built, and one page of it.",
+        ("transmission", "Transmission", "datasheet"),
+    ),
     "sweeps": (
         "Sweeps",
         "A sweep varies any parameter of drive, load or effects.",

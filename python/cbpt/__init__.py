@@ -28,7 +28,8 @@ Map:
   would decide; `shortest_plan` -> `Design`: a whole campaign;
 - `Drive.sensitivities` -> `Sensitivities`: derivatives of angle and thresholds by every design
   number; `tolerance` -> `Tolerance`: what the drawing's tolerances make of the angle; `optimise` ->
-  `Optimum`: the design with the smallest angle within bounds;
+  `Optimum`: the design with the smallest angle within bounds; `transmission` -> `Transmission`: the
+  error of the parts as they were made; `datasheet`: one page of a drive, HTML;
 - `errors`: everything that can be raised, under `CbptError`.
 
 Input is in the unit that its name ends in; inside everything is SI and radians.
@@ -72,6 +73,7 @@ if TYPE_CHECKING:
     from cbpt.design.costs import Costs, FrictionMap, friction, friction_map
     from cbpt.design.optimise import Optimum, optimise
     from cbpt.design.tolerance import Tolerance, tolerance
+    from cbpt.design.transmission import Transmission, transmission
     from cbpt.lab.change.answer import Change
     from cbpt.lab.change.change import change
     from cbpt.lab.characteristics.characterise import characterise
@@ -89,6 +91,7 @@ if TYPE_CHECKING:
     from cbpt.lab.experiment.shortest_plan import Design, shortest_plan
     from cbpt.lab.experiment.simulate import simulate
     from cbpt.lab.readings.reader import Readings, read_readings
+    from cbpt.page.datasheet import datasheet
     from cbpt.results import Angles, solve_many
     from cbpt.sweeps.result import Sweep
     from cbpt.sweeps.run import sweep
@@ -114,9 +117,11 @@ _LAZY = {
     "Readings": "cbpt.lab.readings.reader",
     "Sweep": "cbpt.sweeps.result",
     "Tolerance": "cbpt.design.tolerance",
+    "Transmission": "cbpt.design.transmission",
     "change": "cbpt.lab.change.change",
     "characterise": "cbpt.lab.characteristics.characterise",
     "compare": "cbpt.lab.diagnosis.compare",
+    "datasheet": "cbpt.page.datasheet",
     "diagnose": "cbpt.lab.diagnosis.diagnose",
     "diagnose_by": "cbpt.lab.diagnosis.by_level",
     "fit": "cbpt.lab.diagnosis.fitted",
@@ -133,6 +138,7 @@ _LAZY = {
     "solve_many": "cbpt.results",
     "sweep": "cbpt.sweeps.run",
     "tolerance": "cbpt.design.tolerance",
+    "transmission": "cbpt.design.transmission",
 }
 
 __all__ = [
@@ -176,9 +182,11 @@ __all__ = [
     "SweepPlan",
     "Thresholds",
     "Tolerance",
+    "Transmission",
     "change",
     "characterise",
     "compare",
+    "datasheet",
     "diagnose",
     "diagnose_by",
     "effects",
@@ -197,6 +205,7 @@ __all__ = [
     "solve_many",
     "sweep",
     "tolerance",
+    "transmission",
 ]
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from os import PathLike
 from typing import Any, SupportsFloat, SupportsIndex, final
 
-__all__ = ["Case", "Drive", "Effect", "EffectParameter", "EffectSpec", "Enclosure", "Finding", "Friction", "FrictionContact", "LargestAngle", "OwnEffect", "PairFriction", "PairSolution", "Prediction", "Predictor", "PreloadThresholds", "Sensitivities", "Sensitivity", "Solution", "SweepCsv", "SweepPlan", "SweepTally", "Thresholds", "Unit", "design_number", "design_numbers", "effect_specs", "example_case", "friction_of_loads", "is_sweep_plan", "judge_designs", "own_effect_variables", "run_command_line", "solve_angles", "sweep_findings", "sweep_statuses", "text_table", "unit_size", "units"]
+__all__ = ["Case", "Drive", "Effect", "EffectParameter", "EffectSpec", "Enclosure", "Finding", "Friction", "FrictionContact", "LargestAngle", "OwnEffect", "PairFriction", "PairSolution", "Prediction", "Predictor", "PreloadThresholds", "Sensitivities", "Sensitivity", "Solution", "SweepCsv", "SweepPlan", "SweepTally", "Thresholds", "Unit", "ball_loads", "design_number", "design_numbers", "effect_specs", "example_case", "friction_of_loads", "is_sweep_plan", "judge_designs", "own_effect_variables", "run_command_line", "solve_angles", "sweep_findings", "sweep_statuses", "text_table", "unit_size", "units"]
 
 @final
 class Case:
@@ -63,6 +63,10 @@ class Case:
     def lever_arm_mm(self, /) -> float | None:
         """
         Lever arm of a displacement sensor, mm, or ``None``.
+        """
+    def nominal(self, /) -> Case:
+        """
+        The same case with nominal parts.
         """
     @property
     def own_effects(self, /) -> list[OwnEffect]:
@@ -219,6 +223,11 @@ class Drive:
         Raises ``CaseError`` with line, key, what was found and what is allowed.
         """
     @property
+    def has_parts_as_made(self, /) -> bool:
+        """
+        Whether the drive has tables of its parts as they were made.
+        """
+    @property
     def kind(self, /) -> str:
         """
         ``ball_drive`` or ``torsion_spring``.
@@ -228,10 +237,19 @@ class Drive:
         Largest elastic angle over a period of the drive at a torque (N m) and preload (N); ``None`` if some angle of
         the crank has no solution. Ctrl-C stops it.
         """
+    def nominal(self, /) -> Drive:
+        """
+        The same drive with nominal parts.
+        """
     def preload(self, /, torque_Nm: SupportsFloat | SupportsIndex, input_angle_deg: SupportsFloat | SupportsIndex | None = None) -> PreloadThresholds:
         """
         Preload that a torque (N m) needs: to hold, for continuous transmission, for zero backlash, of each pair and of
         the drive; maxima over a period, or the values at ``input_angle_deg`` if it is given.
+        """
+    @property
+    def repetition_turns(self, /) -> int:
+        """
+        Turns of the input after which the drive, with its parts as they were made, stands as before.
         """
     def sensitivities(self, /, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex, input_angle_deg: SupportsFloat | SupportsIndex = 0.0, also: SupportsGetItem[int, str] = ...) -> Sensitivities:
         """
@@ -290,6 +308,12 @@ class Drive:
     def transmission_ratio(self, /) -> float:
         """
         Input turns for one turn of the output; negative if they turn in opposite directions.
+        """
+    @property
+    def turns_of_parts(self, /) -> list[tuple[int, int]]:
+        """
+        Turns of the planet, then of the deceleration balls, against the line of centres, each as (turns, turns of the
+        input).
         """
 
 @final
@@ -1546,6 +1570,34 @@ class Unit:
         """
         How it is written in a sentence, as in ``5 N m``.
         """
+
+def ball_loads(drive: Drive, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex, input_angle_rad: NDArray[float64]) -> tuple[NDArray[float64], NDArray[float64], NDArray[float64], NDArray[float64], NDArray[float64], NDArray[float64]]:
+    """
+    What every ball of a drive carries at many angles of the crank. Ctrl-C stops it.
+
+    Parameters
+    ----------
+    drive : Drive
+        A ball drive.
+    torque_Nm : float
+        Torque on the output, N m.
+    preload_N : float
+        Axial preload, N.
+    input_angle_rad : array, shape (n,)
+        Angles of the input crank, rad.
+
+    Returns
+    -------
+    tuple
+        Axial force (N), share of the pair's torque (N m) and larger normal force (N) of each ball of the deceleration pair,
+        then of the equal-speed pair (of a cross-slide its first row), each of shape (n, balls). NaN where there is no
+        solution.
+
+    Raises
+    ------
+    InvalidInputError
+        For an invalid number, and for a torsion spring.
+    """
 
 def design_number(case: Case, key: str, values: SupportsGetItem[int, SupportsFloat | SupportsIndex]) -> tuple[str, list[float], bool]:
     """

@@ -469,6 +469,7 @@ def test_a_full_disk_behind_standard_output_is_exit_code_1(verb: str) -> None:
         "tolerance {case} --plot {case}",
         "optimise {case} {data} --out {case}",
         "optimise {case} {data} --out {data}",
+        "transmission {case} --plot {case}",
     ],
 )
 def test_no_verb_writes_over_what_it_reads(

@@ -95,14 +95,15 @@ CORE_USES: dict[str, set[str]] = {
     "units": set(),
     "period": set(),
     "real": set(),
-    "drive": {"error", "real"},
+    "as_made": {"error"},
+    "drive": {"as_made", "error", "real"},
     "torsion_spring": {"error", "status"},
     "reducer": {"drive", "effect", "torsion_spring"},
     "hertz": set(),
     "interval": set(),
     "geometry": {"drive", "hertz", "real"},
     "solver": {"error"},
-    "pair": {"drive", "geometry", "hertz"},
+    "pair": {"as_made", "drive", "geometry", "hertz"},
     "equilibrium": {"hertz", "interval", "pair", "solver", "status"},
     "transmission": {"drive", "geometry", "pair", "equilibrium", "status"},
     "enclosure": {"drive", "equilibrium", "geometry", "interval", "transmission"},
@@ -113,7 +114,10 @@ CORE_USES: dict[str, set[str]] = {
         *("reducer", "torsion_spring", "transmission", "sweep", "units"),
     },
     "fit": {"effect", "error", "predict"},
-    "preload": {"drive", "geometry", "pair", "period", "real", "transmission"},
+    "turn": {"as_made", "drive", "equilibrium", "pair", "status", "sweep", "transmission"},
+    "preload": {
+        *("drive", "equilibrium", "geometry", "pair", "period", "real", "transmission", "turn"),
+    },
     "sensitivity": {
         *(
             "design",
@@ -328,7 +332,7 @@ WITHIN = {
         *("wording", "readings", "covariance", "model", "inference"),
         *("selection", "characteristics", "experiment", "diagnosis", "change"),
     ),
-    "page": ("document", "report", "workbench"),
+    "page": ("document", "report", "printing", "datasheet", "workbench"),
 }
 
 

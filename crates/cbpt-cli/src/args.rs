@@ -93,6 +93,12 @@ pub enum Verb {
     /// The design with the smallest elastic angle within bounds (Python package)
     #[command(disable_help_flag = true)]
     Optimise(Elsewhere),
+    /// Transmission error of the parts as they were made, its spectrum, the share of each ball (Python package)
+    #[command(disable_help_flag = true)]
+    Transmission(Elsewhere),
+    /// One page of the drive for a catalogue, HTML or PDF (Python package)
+    #[command(disable_help_flag = true)]
+    Datasheet(Elsewhere),
 }
 
 /// Anything: the verb is implemented elsewhere.

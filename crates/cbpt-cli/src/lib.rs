@@ -64,6 +64,8 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Verb::Workbench(_) => Err(Failure::needs_python("workbench")),
         Verb::Tolerance(_) => Err(Failure::needs_python("tolerance")),
         Verb::Optimise(_) => Err(Failure::needs_python("optimise")),
+        Verb::Transmission(_) => Err(Failure::needs_python("transmission")),
+        Verb::Datasheet(_) => Err(Failure::needs_python("datasheet")),
     };
     match outcome {
         Ok(exit) => exit.code(),

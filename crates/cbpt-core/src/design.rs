@@ -209,7 +209,7 @@ impl Design {
         let material =
             Material { ball: elasticity(BALL), plate: elasticity(PLATE), ..*self.drive.material() };
         let drive = Drive::new(material, deceleration, equal_speed, self.drive.track_curvature())?;
-        Ok((drive, Load::new(v[TORQUE], v[PRELOAD], v[INPUT_ANGLE])?))
+        Ok((drive.with_parts_of(&self.drive)?, Load::new(v[TORQUE], v[PRELOAD], v[INPUT_ANGLE])?))
     }
 }
 

@@ -4,7 +4,9 @@
 //! the 2017 paper (DOI 10.1177/1687814017734112) stand beside them in the documentation of each number.
 
 use std::f64::consts::FRAC_PI_2;
+use std::sync::Arc;
 
+use crate::as_made::{AsMade, Counts};
 use crate::error::{InvalidInput, require, require_positive};
 use crate::real::Real;
 
@@ -297,6 +299,7 @@ pub struct Drive {
     deceleration: Deceleration,
     equal_speed: EqualSpeed,
     track_curvature: TrackCurvature,
+    as_made: Option<Arc<AsMade>>,
 }
 
 impl Drive {
@@ -325,7 +328,51 @@ impl Drive {
             "a cross-slide holds the planet of a drive whose output is the hypocycloid plate; \
              choose output_plate = \"hypocycloid\" or equal_speed.kind = \"ring_groove\"",
         )?;
-        Ok(Self { material, deceleration, equal_speed, track_curvature })
+        Ok(Self { material, deceleration, equal_speed, track_curvature, as_made: None })
+    }
+
+    /// The same drive with its parts as they were made.
+    ///
+    /// Every load that is solved then has them, and so have thresholds of the preload. What a designer asks of the nominal
+    /// drive has not: [`crate::sensitivity`], [`crate::judge`], [`crate::extremes`].
+    ///
+    /// # Errors
+    /// [`InvalidInput`] for a table that does not fit the drive.
+    pub fn with_as_made(self, made: AsMade) -> Result<Self, InvalidInput> {
+        self.with_parts((!made.is_nominal()).then(|| Arc::new(made)))
+    }
+
+    /// The same drive with the parts of another.
+    pub(crate) fn with_parts_of(self, other: &Self) -> Result<Self, InvalidInput> {
+        self.with_parts(other.as_made.clone())
+    }
+
+    fn with_parts(self, as_made: Option<Arc<AsMade>>) -> Result<Self, InvalidInput> {
+        if let Some(made) = &as_made {
+            let (balls, rings) = match &self.equal_speed {
+                EqualSpeed::RingGroove(ring) => (ring.ball_count, ring.ball_count),
+                EqualSpeed::CrossSlide(slide) => (2 * slide.ball_count, 0),
+            };
+            made.check(&Counts {
+                deceleration: self.deceleration.ball_count,
+                equal_speed: balls,
+                rings,
+                diameters_m: [&self.deceleration.groove, self.equal_speed.groove()]
+                    .map(|groove| 2.0 * groove.ball_radius_m),
+            })?;
+        }
+        Ok(Self { as_made, ..self })
+    }
+
+    /// The same drive with nominal parts.
+    #[must_use]
+    pub fn nominal(&self) -> Self {
+        Self { as_made: None, ..self.clone() }
+    }
+
+    /// Its parts as they were made; `None` where all are nominal.
+    pub fn as_made(&self) -> Option<&AsMade> {
+        self.as_made.as_deref()
     }
 
     /// Materials of balls and plates.
@@ -379,6 +426,7 @@ impl Drive {
                 groove,
             }),
             track_curvature: TrackCurvature::Exact,
+            as_made: None,
         }
     }
 }

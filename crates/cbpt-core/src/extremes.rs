@@ -89,7 +89,7 @@ impl Grid {
 }
 
 impl Drive {
-    /// Largest elastic angle over a period of the drive at torque M0 (N m) and preload N_Z (N).
+    /// Largest elastic angle over a period of the drive, its parts nominal, at torque M0 (N m) and preload N_Z (N).
     ///
     /// Without a solution at some angle there is no maximum: the second element is `None` and the status says why.
     ///
@@ -160,7 +160,7 @@ impl Drive {
                 if progress.is_cancelled() {
                     return f64::NEG_INFINITY;
                 }
-                let (_, angles) = self.points(angle).angles(torque_Nm, preload_N);
+                let (_, angles) = self.nominal().points(angle).angles(torque_Nm, preload_N);
                 angles.map_or(f64::NEG_INFINITY, |a| way * sign * a.elastic_angle_rad())
             };
             let (at, value) = period::golden_section(middle - step, middle + step, &mut size);

@@ -61,7 +61,7 @@ impl Judgement {
 /// Designs that are judged together.
 const BATCH: usize = 512;
 
-/// Judges designs: `values` holds those of `numbers`, row after row. `None` if it was cancelled.
+/// Judges designs, their parts nominal: `values` holds those of `numbers`, row after row. `None` if it was cancelled.
 pub fn judge_each(
     drive: &Drive,
     load: &Load,
@@ -70,7 +70,7 @@ pub fn judge_each(
     wanted: Wanted,
     progress: &Progress,
 ) -> Option<Vec<Judgement>> {
-    let nominal = Design::of(drive, load);
+    let nominal = Design::of(&drive.nominal(), load);
     let mut found = Vec::new();
     for rows in values.chunks(numbers.len().max(1) * BATCH) {
         let built: Vec<Option<(Drive, Load)>> = rows

@@ -2,7 +2,7 @@
 //!
 //! # Map
 //! Data runs one way: drive -> meshing points -> equilibrium -> angles.
-//! - [`drive`]: the drive and the load as data, checked once;
+//! - [`drive`]: the drive and the load as data, checked once; [`as_made`]: its parts as they were made;
 //! - [`torsion_spring`]: any other reducer; [`reducer`]: either kind;
 //! - [`geometry`]: tracks, walls, undercut; [`hertz`]: curvatures to stiffness and pressure;
 //! - [`pair`]: each kind of pair to its meshing points;
@@ -14,6 +14,7 @@
 //! - [`design`]: the numbers that a designer chooses; [`sensitivity`]: how angle and thresholds answer to them, in numbers
 //!   that carry derivatives ([`real`]);
 //! - [`findings`]: what a designer should know before building; [`preload`]: the three thresholds; [`sweep`]: many loads on all cores;
+//! - [`turn`]: when all of a drive stands as before, and what each ball carries;
 //! - [`friction`]: losses at the contacts, efficiency, wear; [`strength`]: static safety, preload window, vibration;
 //! - [`judge`]: many designs;
 //! - [`effect`]: the library of effects; [`predict`]: a drive with effects on a table of readings; [`fit`]: that against
@@ -23,6 +24,7 @@
 //!
 //! SI units and radians inside; every public name carries its unit.
 
+pub mod as_made;
 pub mod design;
 pub mod drive;
 pub mod effect;
@@ -50,8 +52,10 @@ pub mod strength;
 pub mod sweep;
 pub mod torsion_spring;
 pub mod transmission;
+pub mod turn;
 pub mod units;
 
+pub use as_made::AsMade;
 pub use drive::{
     CrossSlide, CrossSlideForm, CrossSlideShare, Deceleration, Drive, Elasticity, EqualSpeed, GrooveSection,
     Load, Material, OutputPlate, RingGroove, TrackCurvature,

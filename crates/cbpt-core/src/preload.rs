@@ -12,15 +12,25 @@
 //! N_Z/|M0| = sum k (A sin beta + s cos beta)^n sin beta / sum k (A sin beta + s cos beta)^n s cos beta,
 //!
 //! over what touches; A = 0 for state 2, A = max(-s cot beta) for state 3. This holds for unlike contact angles too.
-//! Where a plate floats sideways, s contains its shift, found from the balance across the grooves.
+//! Where a plate floats sideways, s contains its shift, found from the balance across the grooves. That is for nominal
+//! parts; `made` has those of parts as they were made.
+
+mod made;
 
 use std::f64::consts::TAU;
+
+use rayon::prelude::*;
 
 use crate::drive::{Drive, EqualSpeed};
 use crate::geometry::undercut::undercuts;
 use crate::pair::MeshingPoints;
 use crate::period;
 use crate::real::Real;
+use made::made_thresholds;
+
+/// Places for each ball and turn at which parts as made are looked at, and how many at most.
+const PLACES_PER_BALL: usize = 8;
+const MOST_PLACES: usize = 4096;
 
 /// The three preloads that a torque needs, N; infinite if no preload is enough.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -236,13 +246,14 @@ impl Drive {
     /// Those of a deceleration pair that undercuts are infinite: no preload makes it work.
     pub fn preload_thresholds_at(&self, torque_Nm: f64, input_angle_rad: f64) -> DriveThresholds {
         let points = self.points(input_angle_rad);
+        let of_pair = if self.as_made().is_some() { made_thresholds } else { pair_thresholds };
         DriveThresholds {
             deceleration: if undercuts(self) {
                 PreloadThresholds::NEVER
             } else {
-                pair_thresholds(&points.deceleration, torque_Nm)
+                of_pair(&points.deceleration, torque_Nm)
             },
-            equal_speed: rows_thresholds(&points.equal_speed, torque_Nm * points.equal_speed_share),
+            equal_speed: rows_thresholds(&points.equal_speed, torque_Nm * points.equal_speed_share, of_pair),
         }
     }
 
@@ -257,11 +268,30 @@ impl Drive {
     /// assert!(needed.continuous_N < needed.zero_backlash_N);
     /// ```
     pub fn preload_thresholds(&self, torque_Nm: f64) -> DriveThresholds {
-        self.worst_phases(torque_Nm).0
+        if self.as_made().is_some() { self.made_maxima(torque_Nm) } else { self.worst_phases(torque_Nm).0 }
+    }
+
+    /// The thresholds of parts as they were made at so many places of the turns after which they repeat, the largest of each.
+    fn made_maxima(&self, torque_Nm: f64) -> DriveThresholds {
+        let turns = self.repetition_turns() as usize;
+        let places = (turns * PLACES_PER_BALL * self.deceleration().ball_count as usize).min(MOST_PLACES);
+        let step_rad = TAU * turns as f64 / places as f64;
+        let none = PreloadThresholds { hold_N: 0.0, continuous_N: 0.0, zero_backlash_N: 0.0 };
+        let at = |place: usize| self.preload_thresholds_at(torque_Nm, step_rad * place as f64);
+        (0..places).into_par_iter().map(at).reduce(
+            || DriveThresholds { deceleration: none, equal_speed: none },
+            |a, b| DriveThresholds {
+                deceleration: a.deceleration.max(b.deceleration),
+                equal_speed: a.equal_speed.max(b.equal_speed),
+            },
+        )
     }
 
     /// One of them, of the drive, alone: soon found.
     pub fn preload_threshold_N(&self, torque_Nm: f64, which: Threshold) -> f64 {
+        if self.as_made().is_some() {
+            return which.of(self.made_maxima(torque_Nm).drive());
+        }
         let [[(_, one)], [(_, other)]] = self.over_period(torque_Nm, |thresholds| [which.of(thresholds)]);
         one.max(other)
     }
@@ -291,8 +321,9 @@ impl Drive {
         let share = self.equal_speed_share();
         let deceleration = |phase: f64| pick(pair_thresholds(&self.deceleration_points(phase), torque_Nm));
         // The paper's cross-slide form shifts with the crank itself; every other pair depends on its own phase alone.
-        let equal_speed =
-            |phase: f64| pick(rows_thresholds(&self.equal_speed_points(phase, phase), torque_Nm * share));
+        let equal_speed = |phase: f64| {
+            pick(rows_thresholds(&self.equal_speed_points(phase, phase), torque_Nm * share, pair_thresholds))
+        };
         [
             if undercuts(self) {
                 pick(PreloadThresholds::NEVER).map(|never| (0.0, never))
@@ -323,7 +354,11 @@ impl Drive {
     }
 }
 
-fn rows_thresholds(rows: &[MeshingPoints], torque_Nm: f64) -> PreloadThresholds {
+fn rows_thresholds(
+    rows: &[MeshingPoints],
+    torque_Nm: f64,
+    of_pair: fn(&MeshingPoints, f64) -> PreloadThresholds,
+) -> PreloadThresholds {
     let none = PreloadThresholds { hold_N: 0.0, continuous_N: 0.0, zero_backlash_N: 0.0 };
-    rows.iter().map(|row| pair_thresholds(row, torque_Nm)).fold(none, PreloadThresholds::max)
+    rows.iter().map(|row| of_pair(row, torque_Nm)).fold(none, PreloadThresholds::max)
 }

@@ -11,7 +11,7 @@ use crate::drive::{CrossSlide, CrossSlideForm, CrossSlideShare, Drive, EqualSpee
 use crate::equilibrium::report::PairSolution;
 use crate::equilibrium::solve::{PairState, solve_pair};
 use crate::geometry::undercut::undercuts;
-use crate::pair::{MeshingPoints, cross_slide, deceleration, ring_groove};
+use crate::pair::{MeshingPoints, cross_slide, deceleration, offsets, ring_groove};
 use crate::status::Status;
 
 /// The meshing points of a drive at one angle of the input crank.
@@ -120,13 +120,13 @@ impl Drive {
         }
     }
 
-    /// Meshing points of the deceleration pair at its own phase Phi.
+    /// Meshing points of the deceleration pair at its own phase Phi, its parts nominal.
     pub fn deceleration_points(&self, phase_rad: f64) -> MeshingPoints {
         let modulus = self.material().contact_modulus_Pa();
         deceleration::meshing_points(self.deceleration(), modulus, self.track_curvature(), phase_rad)
     }
 
-    /// Meshing points of the equal-speed pair at its own phase psi, row by row where the rows differ.
+    /// Meshing points of the equal-speed pair at its own phase psi, row by row where the rows differ; its parts nominal.
     pub fn equal_speed_points(&self, phase_rad: f64, input_angle_rad: f64) -> Vec<MeshingPoints> {
         let modulus = self.material().contact_modulus_Pa();
         let e = self.deceleration().eccentricity_m();
@@ -146,13 +146,26 @@ impl Drive {
         }
     }
 
-    /// All meshing points at a crank angle.
+    /// All meshing points at a crank angle, with the parts as they were made.
     pub fn points(&self, input_angle_rad: f64) -> DrivePoints {
-        DrivePoints {
-            deceleration: self.deceleration_points(self.deceleration_phase_rad(input_angle_rad)),
-            equal_speed: self
-                .equal_speed_points(self.equal_speed_phase_rad(input_angle_rad), input_angle_rad),
+        let phases =
+            [self.deceleration_phase_rad(input_angle_rad), self.equal_speed_phase_rad(input_angle_rad)];
+        let mut points = DrivePoints {
+            deceleration: self.deceleration_points(phases[0]),
+            equal_speed: self.equal_speed_points(phases[1], input_angle_rad),
             equal_speed_share: self.equal_speed_share(),
+        };
+        offsets::on_deceleration(self, &mut points.deceleration, phases[0], self.lines_rad(input_angle_rad));
+        offsets::on_equal_speed(self, &mut points.equal_speed, phases[1]);
+        points
+    }
+
+    /// Angles of the line of centres in the epicycloid and in the hypocycloid plate at a crank angle, rad.
+    fn lines_rad(&self, input_angle_rad: f64) -> [f64; 2] {
+        let planet_rad = -self.equal_speed_phase_rad(input_angle_rad);
+        match self.deceleration().output_plate {
+            OutputPlate::Hypocycloid => [input_angle_rad, planet_rad],
+            OutputPlate::Epicycloid => [planet_rad, -input_angle_rad],
         }
     }
 

@@ -8,7 +8,7 @@ use cbpt_cli::commands::friction::{self, Asked, Costs};
 use cbpt_cli::formula::Formula;
 use cbpt_core::design;
 use cbpt_core::effect::OwnEffect as _;
-use cbpt_core::{InvalidInput, Load};
+use cbpt_core::{InvalidInput, Load, Reducer};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 use serde_json::{Map, Number, Value};
@@ -206,6 +206,16 @@ impl Case {
             numbers.iter().map(|(name, value)| Ok((design::find(name)?, *value))).collect();
         let case = found.and_then(|numbers| self.case.with_numbers(&numbers));
         case.map(|case| Self { case }).map_err(|error| invalid_input(py, &error))
+    }
+
+    /// The same case with nominal parts.
+    fn nominal(&self) -> Self {
+        match &self.case.reducer {
+            Reducer::BallDrive(drive) => {
+                Self { case: RustCase { reducer: drive.nominal().into(), ..self.case.clone() } }
+            }
+            Reducer::TorsionSpring(_) => self.clone(),
+        }
     }
 
     /// Spread of the numbers of a ball drive and its load, from ``[tolerance]`` or else ``[uncertainty]``: name in SI, ``uniform``

@@ -113,6 +113,34 @@ impl Drive {
         Ok(self.ball_drive(py, "equal_speed_ball_count")?.equal_speed().ball_count())
     }
 
+    /// Whether the drive has tables of its parts as they were made.
+    #[getter]
+    fn has_parts_as_made(&self) -> bool {
+        self.reducer.ball_drive().is_some_and(|drive| drive.as_made().is_some())
+    }
+
+    /// The same drive with nominal parts.
+    fn nominal(&self) -> Self {
+        match &self.reducer {
+            Reducer::BallDrive(drive) => Self { reducer: drive.nominal().into() },
+            Reducer::TorsionSpring(_) => self.clone(),
+        }
+    }
+
+    /// Turns of the input after which the drive, with its parts as they were made, stands as before.
+    #[getter]
+    fn repetition_turns(&self, py: Python<'_>) -> PyResult<u32> {
+        Ok(self.ball_drive(py, "repetition_turns")?.repetition_turns())
+    }
+
+    /// Turns of the planet, then of the deceleration balls, against the line of centres, each as (turns, turns of the
+    /// input).
+    #[getter]
+    fn turns_of_parts(&self, py: Python<'_>) -> PyResult<Vec<(u32, u32)>> {
+        let turns = self.ball_drive(py, "turns_of_parts")?.turns_of_parts();
+        Ok(turns.map(|[turns, of_input]| (turns, of_input)).to_vec())
+    }
+
     /// Solves the drive under one load.
     ///
     /// Parameters

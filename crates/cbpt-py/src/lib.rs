@@ -7,6 +7,7 @@
 //!   design; `sensitivity`: how results answer to its numbers; `drive`: what asks for these; `case`: case files;
 //! - `angles`, `friction_loads`: many loads; `design`: many designs;
 //! - `sweep`: plans of sweeps, their rows and files;
+//! - `turn`: what each ball carries;
 //! - `units`: the table of units;
 //! - `effects`: the library of effects, and a drive with effects on a table of readings.
 
@@ -33,6 +34,7 @@ mod sensitivity;
 mod solution;
 mod sweep;
 mod threads;
+mod turn;
 mod units;
 
 use pyo3::prelude::*;
@@ -70,6 +72,8 @@ mod _core {
     use super::solution::{Enclosure, LargestAngle, PairSolution, Solution};
     #[pymodule_export]
     use super::sweep::{SweepCsv, SweepPlan, SweepTally, is_sweep_plan, sweep_findings, sweep_statuses};
+    #[pymodule_export]
+    use super::turn::ball_loads;
     #[pymodule_export]
     use super::units::{Unit, all_units, unit_size};
     #[pymodule_export]

@@ -1,7 +1,8 @@
-"""The verbs about drives that are still to be built.
+"""The verbs about drives that are still to be built, and about their parts as they were made.
 
-tolerance   how the elastic angle varies within the tolerances of the drawing
-optimise    the design with the smallest elastic angle within bounds
+tolerance      how the elastic angle varies within the tolerances of the drawing
+optimise       the design with the smallest elastic angle within bounds
+transmission   the transmission error of the parts as they were made
 """
 
 from __future__ import annotations
@@ -110,3 +111,52 @@ def optimise(argv: list[str]) -> int:
         write_whole(options.out, found.case.to_toml())
     show_answer(found, options.json, lambda: found.report(options.angle_unit))
     return SUCCESS if found.found else NO_SOLUTION
+
+
+def transmission(argv: list[str]) -> int:
+    """cbpt transmission CASE"""
+    from cbpt.design.transmission import MOST_TURNS
+    from cbpt.design.transmission import transmission as solved
+
+    parser = of_case(
+        "cbpt transmission",
+        "Solve the drive with its parts as they were made ([as_made]) over the turns of the crank: "
+        "transmission error without and with torque, its spectrum, the share of each ball, and the "
+        "preload that the parts need.",
+    )
+    parser.add_argument(
+        "--turns",
+        metavar="N",
+        type=int,
+        help="turns of the crank to cover (default: all after which the drive repeats)",
+    )
+    for flag, metavar, what in (
+        ("--torque-Nm", "T", "resistance torque"),
+        ("--preload-N", "F", "axial preload"),
+    ):
+        words = f"{what}, instead of that of the case"
+        parser.add_argument(flag, metavar=metavar, type=float, help=words)
+    add_json(parser)
+    parser.add_argument(
+        "--out", metavar="FILE", type=Path, help="write the curve to FILE.csv, the answer to .json"
+    )
+    add_angle_unit(parser)
+    add_plot(parser)
+    options = parser.parse_args(argv)
+    check_name(parser, "--out", options.out, ".csv", ".json")
+    if options.turns is not None and not 1 <= options.turns <= MOST_TURNS:
+        parser.error(f"--turns {options.turns}: expected 1 to {MOST_TURNS}")
+    check_plot(options)
+    found = solved(
+        options.case,
+        torque_Nm=options.torque_Nm,
+        preload_N=options.preload_N,
+        turns=options.turns,
+    )
+    if options.out:
+        csv = options.out.suffix.lower() == ".csv"
+        write_whole(options.out, found.to_csv() if csv else found.to_json() + "\n")
+    show_answer(found, options.json, lambda: found.report(options.angle_unit))
+    if options.plot:
+        found.plot(options.plot, options.angle_unit)
+    return SUCCESS

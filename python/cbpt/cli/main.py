@@ -1,11 +1,12 @@
 """The `cbpt` command of the Python package.
 
-Verbs of the mechanics (solve, preload, sweep, sensitivity, check, effects, schema) are handed to
-the Rust command line as they are, but for a sweep to Parquet (`sweep`); those of the lab are in
-`lab` (compare, diagnose, change, fit) and, about campaigns to come, in `campaigns` (simulate,
-isolability, next-run, plan); those about drives to be built in `design` (tolerance, optimise);
-those of the page in `page` (report, workbench); those about loops and a table by itself in `tables`
-(characterise, preflight). What they share is in `options`.
+Verbs of the mechanics (solve, preload, friction, sweep, sensitivity, check, effects, schema) are
+handed to the Rust command line as they are, but for a sweep to Parquet (`sweep`); those of the lab
+are in `lab` (compare, diagnose, change, fit) and, about campaigns to come, in `campaigns`
+(simulate, isolability, next-run, plan); those about drives to be built, and their parts as they
+were made, in `design` (tolerance, optimise, transmission); those of the page in `page` (report,
+workbench, datasheet); those about loops and a table by itself in `tables` (characterise,
+preflight). What they share is in `options`.
 """
 
 from __future__ import annotations
@@ -119,8 +120,10 @@ _LAB: dict[str, Callable[[list[str]], int]] = {
     "plan": plan_verbs.plan,
     "tolerance": design_verbs.tolerance,
     "optimise": design_verbs.optimise,
+    "transmission": design_verbs.transmission,
     "report": page_verbs.report,
     "workbench": page_verbs.workbench,
+    "datasheet": page_verbs.datasheet,
 }
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 report      the answer as one file to look at, send and print
 workbench   the same live, served on this machine
+datasheet   one page of a drive for a catalogue
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from cbpt.cli.options import (
     check_name,
     columns_of,
     inputs,
+    of_case,
     only_of,
 )
 from cbpt.whole_files import write_whole
@@ -119,6 +121,47 @@ def workbench(argv: list[str]) -> int:
             options.case, options.data, columns, options.sheet, only, _reading(options)
         )
     serve(session, options.host, options.port, not options.no_browser)
+    return SUCCESS
+
+
+def datasheet(argv: list[str]) -> int:
+    """cbpt datasheet CASE --out sheet.html"""
+    parser = of_case(
+        "cbpt datasheet",
+        "Write one page of the drive as a catalogue carries it: drawing, ratio, stiffness, lost "
+        "motion, preload window, pressures, friction torque and efficiency over torque and "
+        "preload.",
+    )
+    parser.add_argument(
+        "--out",
+        metavar="FILE",
+        type=Path,
+        required=True,
+        help="FILE.html, or FILE.pdf, which Chromium or another browser of this machine prints",
+    )
+    parser.add_argument("--title", metavar="TEXT", help="head of the page")
+    for flag, metavar, what in (
+        ("--torque-Nm", "T", "rated torque"),
+        ("--preload-N", "F", "axial preload"),
+    ):
+        words = f"{what}, instead of that of the case"
+        parser.add_argument(flag, metavar=metavar, type=float, help=words)
+    options = parser.parse_args(argv)
+    check_name(parser, "--out", options.out, ".html", ".pdf")
+    from cbpt.page.datasheet import TITLE
+    from cbpt.page.datasheet import datasheet as sheet
+    from cbpt.page.printing import print_pdf
+
+    html = sheet(
+        options.case,
+        title=options.title or TITLE,
+        torque_Nm=options.torque_Nm,
+        preload_N=options.preload_N,
+    )
+    pdf = options.out.suffix.lower() == ".pdf"
+    write_whole(options.out, print_pdf(html) if pdf else html)
+    print(f"Wrote {options.out}.")
+    sys.stdout.flush()
     return SUCCESS
 
 

@@ -5,7 +5,7 @@
     at_load    the case with its load completed
     value_of   a number as the case has it
     shown      a number by its key in the usual unit
-    effects_of, bare_drive_note   effects of the case, which are left out here
+    effects_of, bare_drive_note, nominal_parts_note   what of the case is left out here
 
 Numbers are named in SI as in a case file: `deceleration.ball_radius_m`.
 """
@@ -125,6 +125,12 @@ def shown(number: str, value: float) -> tuple[str, float]:
 def effects_of(case: Case) -> list[str]:
     """Ids of the effects of a case, all of which are left out here."""
     return [effect.id for effect in case.effects] + [own.id for own in case.own_effects]
+
+
+def nominal_parts_note(case: Case, what: str) -> list[str]:
+    """A line that says so, where the case has tables of its parts."""
+    parts = case.drive.has_parts_as_made
+    return [f"Note: {what} computed for nominal parts, without [as_made]."] if parts else []
 
 
 def bare_drive_note(case: Case, what: str) -> list[str]:

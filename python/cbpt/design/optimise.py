@@ -240,7 +240,8 @@ def optimise(
     InvalidInputError
         The bounds are not possible, or there is no torque.
     """
-    whole = at_load(case, torque_Nm, preload_N, input_angle_deg)
+    # What was measured of one drive's parts says nothing of another's.
+    whole = at_load(case, torque_Nm, preload_N, input_angle_deg).nominal()
     bounds = bounds if isinstance(bounds, Bounds) else read_bounds(bounds, whole)
     if whole.torque_Nm == 0.0:
         raise InvalidInputError("torque_Nm = 0: without torque every elastic angle is 0")

@@ -20,7 +20,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive, text_table
-from cbpt.design.judge import Judged, at_load, bare_drive_note, effects_of, judge, shown, value_of
+from cbpt.design.judge import (
+    Judged,
+    at_load,
+    bare_drive_note,
+    effects_of,
+    judge,
+    nominal_parts_note,
+    shown,
+    value_of,
+)
 from cbpt.errors import InvalidInputError, NoSolutionError
 from cbpt.figures.tolerance import draw_tolerance
 from cbpt.results import ANGLE_UNITS, ARCSEC_PER_RAD
@@ -223,6 +232,7 @@ class Tolerance:
                     f"(standard error {100 * error:.2g})"
                 )
         lines += bare_drive_note(self.case, "the angles are")
+        lines += nominal_parts_note(self.case, "the angles are")
         return "\n".join(lines)
 
     def __repr__(self) -> str:

@@ -9,6 +9,7 @@ use cbpt_core::{
 
 use super::fields;
 use super::keys::{self, Value};
+use super::parts::{self, Lists};
 use super::{Case, Friction, LoadDefaults, Measurement, Operation, Rating, Uncertainty, Zero};
 
 /// Values in SI by their dotted names: `deceleration.ball_radius_m`.
@@ -89,6 +90,15 @@ impl Values {
     }
 }
 
+impl Lists for Values {
+    fn reals(&self, name: &str) -> Option<&[f64]> {
+        match self.get(name) {
+            Some(Value::Reals(list)) => Some(list),
+            _ => None,
+        }
+    }
+}
+
 fn missing(name: &str) -> InvalidInput {
     InvalidInput::new(name, "nothing", "is required")
 }
@@ -149,10 +159,7 @@ const SPRING_RADIUS: &str = "torsion_spring.reference_radius_m";
 
 fn torsion_spring(values: &Values) -> Result<TorsionSpring, InvalidInput> {
     let radius = values.real(SPRING_RADIUS);
-    let list = |name: &str| match values.get(name) {
-        Some(Value::Reals(list)) => Ok(list),
-        _ => Err(missing(name)),
-    };
+    let list = |name: &str| values.reals(name).ok_or_else(|| missing(name));
     match values.real(SPRING_STIFFNESS) {
         Some(stiffness) => TorsionSpring::linear(stiffness, radius),
         None => TorsionSpring::table(list(SPRING_TORQUE)?, list(SPRING_ANGLE)?, radius),
@@ -161,12 +168,10 @@ fn torsion_spring(values: &Values) -> Result<TorsionSpring, InvalidInput> {
 
 fn ball_drive(values: &Values) -> Result<Drive, InvalidInput> {
     let track_curvature = TRACK_CURVATURE.into_iter().find(|name| values.has(name)).unwrap_or_default();
-    Drive::new(
-        material(values)?,
-        deceleration(values)?,
-        equal_speed(values)?,
-        values.choice(track_curvature, &TRACK_CURVATURES)?,
-    )
+    let deceleration = deceleration(values)?;
+    let curvature = values.choice(track_curvature, &TRACK_CURVATURES)?;
+    let made = parts::as_made(values, &deceleration)?;
+    Drive::new(material(values)?, deceleration, equal_speed(values)?, curvature)?.with_as_made(made)
 }
 
 fn material(values: &Values) -> Result<Material, InvalidInput> {
@@ -309,6 +314,9 @@ fn drive_values(drive: &Drive) -> Values {
     values.set_material(drive.material());
     values.set_deceleration(drive.deceleration());
     values.set_equal_speed(drive.equal_speed());
+    for (name, list) in drive.as_made().map(parts::lists).unwrap_or_default() {
+        values.set(name, Value::Reals(list));
+    }
     values
 }
 

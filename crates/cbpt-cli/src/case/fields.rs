@@ -55,7 +55,10 @@ pub(super) fn uncertain() -> impl Iterator<Item = (&'static Section, &'static Ke
 }
 
 /// The sections of a ball drive.
-pub(super) const DRIVE: [&str; 3] = ["material", "deceleration", "equal_speed"];
+pub(super) const DRIVE: [&str; 4] = ["material", "deceleration", "equal_speed", AS_MADE];
+
+/// The section of the parts as they were made.
+pub(super) const AS_MADE: &str = "as_made";
 
 /// Limits of checks have no part in the elastic angle, so nothing is lost by their uncertainty.
 const LIMITS: [&str; 2] = ["contact_pressure_limit", "groove_depth"];
@@ -99,6 +102,7 @@ static SECTIONS: LazyLock<Vec<Section>> = LazyLock::new(|| {
         material,
         deceleration,
         equal_speed,
+        as_made(),
         torsion_spring(),
         load,
         measurement(),
@@ -273,6 +277,66 @@ fn torsion_spring() -> Section {
             ),
             Key::quantity("reference_radius", Quantity::Length, "mm", 0.05, radius).optional(),
         ],
+    }
+}
+
+/// Tables in files beside the case, or as lists.
+fn as_made() -> Section {
+    let file = |stem, example: &'static str, meaning| Key::text(stem, example, meaning).optional();
+    let list = |stem, quantity, usual, meaning| {
+        Key::new(stem, Kind::Quantities(quantity, usual), Value::Reals(Vec::new()), meaning).optional()
+    };
+    let angles = |stem, meaning| list(stem, Quantity::Angle, "deg", meaning);
+    let lengths = |stem, meaning| list(stem, Quantity::Length, "um", meaning);
+    let groove = "angle t of the groove's equation: of the ball about the centre of the circle of balls";
+    let polar = "polar angle about the centre of the plate, in place of the groove angle";
+    let out = "deviation normal to the track at each angle, above 0 where the groove lies further out";
+    let rings = "number of the ring of each row, from 0";
+    let about = "angle about the ring's centre, seen from its plate";
+    let diameter = "diameter of each ball, from ball 0";
+    let shift = "[x, y]: shift of the plate's grooves along its angles 0 and 90 deg";
+    let tilt = "[c, s]: tilt that lifts the plate towards the balls at its angles 0 and 90 deg";
+    let of_plate = |offset, angle| [lengths(offset, shift), list(angle, Quantity::Angle, "urad", tilt)];
+    let mut keys = vec![
+        file("epicycloid_profile", "epicycloid.csv", "CSV: groove_angle or polar_angle, deviation"),
+        angles("epicycloid_groove_angle", groove),
+        angles("epicycloid_polar_angle", polar),
+        lengths("epicycloid_deviation", out),
+        file("hypocycloid_profile", "hypocycloid.csv", "the same of the hypocycloid groove"),
+        angles("hypocycloid_groove_angle", groove),
+        angles("hypocycloid_polar_angle", polar),
+        lengths("hypocycloid_deviation", out),
+        file(
+            "planet_rings",
+            "planet_rings.csv",
+            "CSV of the planet's ring grooves: ring, ring_angle, deviation",
+        ),
+        list("planet_ring", Quantity::Number, "", rings),
+        angles("planet_ring_angle", about),
+        lengths("planet_ring_deviation", out),
+        file("facing_rings", "facing_rings.csv", "the same of the ring grooves that face them"),
+        list("facing_ring", Quantity::Number, "", rings),
+        angles("facing_ring_angle", about),
+        lengths("facing_ring_deviation", out),
+        file("deceleration_balls", "balls.csv", "CSV of the deceleration balls: ball, diameter"),
+        list("deceleration_ball_diameter", Quantity::Length, "mm", diameter),
+        file(
+            "equal_speed_balls",
+            "ring_balls.csv",
+            "the same of the equal-speed balls, of a cross-slide row after row",
+        ),
+        list("equal_speed_ball_diameter", Quantity::Length, "mm", diameter),
+    ];
+    keys.extend(of_plate("epicycloid_plate_offset", "epicycloid_plate_tilt"));
+    keys.extend(of_plate("hypocycloid_plate_offset", "hypocycloid_plate_tilt"));
+    keys.extend(of_plate("ring_plate_offset", "ring_plate_tilt"));
+    Section {
+        name: AS_MADE,
+        required: false,
+        mechanics: true,
+        meaning: "The parts as they were made; what is absent is nominal. A table is a CSV file, its path relative to the \
+                  case file, or the lists of the same names. Columns carry their unit, for example `deviation_um`.",
+        keys,
     }
 }
 

@@ -6,6 +6,7 @@
 //!   `build` turns values into a [`Case`] and back, `write` writes it;
 //! - `spread` is what a case says of how its numbers scatter;
 //! - `reader` reads the keys of one section, `suggest` knows what a wrong key may have meant, `error` how mistakes are told;
+//! - `tables` reads the files of the parts as they were made, `parts` turns their lists into what the core takes;
 //! - [`parameter`]: what a sweep may vary, by the same keys;
 //! - `reference` makes of the table the JSON Schema for editors and the page of all keys.
 
@@ -18,10 +19,12 @@ mod keys;
 mod library;
 pub mod parameter;
 mod parse;
+mod parts;
 mod reader;
 mod reference;
 mod spread;
 pub(crate) mod suggest;
+mod tables;
 #[cfg(test)]
 mod tests;
 mod write;
@@ -217,13 +220,18 @@ impl Case {
     /// # Errors
     /// [`CaseError`] lists every mistake of the text with its line and what is allowed instead.
     pub fn from_toml(text: &str, name: &str) -> Result<Self, CaseError> {
+        Self::from_toml_in(text, name, None)
+    }
+
+    /// The same where the files that it names stand beside a folder's case file.
+    fn from_toml_in(text: &str, name: &str, folder: Option<&Path>) -> Result<Self, CaseError> {
         if text.len() > LARGEST {
             return Err(CaseError::whole(name, "the file is larger than 1 MiB, too large for a case file"));
         }
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let mut notes = error::Notes::of(text);
-        let case =
-            document::from_toml(text, &mut notes).and_then(|document| parse::case(&document, &mut notes));
+        let case = document::from_toml(text, &mut notes)
+            .and_then(|document| parse::case(&document, folder, &mut notes));
         notes.or(name, case)
     }
 
@@ -235,7 +243,7 @@ impl Case {
         let name = path.display().to_string();
         let bytes = bytes(path).map_err(|problem| CaseError::whole(&name, problem))?;
         match std::str::from_utf8(&bytes) {
-            Ok(text) => Self::from_toml(text, &name),
+            Ok(text) => Self::from_toml_in(text, &name, Some(path.parent().unwrap_or(Path::new("")))),
             Err(error) => Err(CaseError::not_utf8(&name, &bytes[..error.valid_up_to()])),
         }
     }
@@ -246,8 +254,8 @@ impl Case {
     /// As [`Case::from_toml`], without lines.
     pub fn from_json(value: &serde_json::Value) -> Result<Self, CaseError> {
         let mut notes = error::Notes::of("");
-        let case =
-            document::from_json(value, &mut notes).and_then(|document| parse::case(&document, &mut notes));
+        let case = document::from_json(value, &mut notes)
+            .and_then(|document| parse::case(&document, None, &mut notes));
         notes.or("", case)
     }
 

@@ -1,5 +1,7 @@
 //! From the tree of a file to a case: its sections one by one, what they must be together, then the checks of the mechanics.
 
+use std::path::Path;
+
 use cbpt_core::InvalidInput;
 
 use super::build::{self, TRACK_CURVATURE};
@@ -8,10 +10,10 @@ use super::error::{Mistake, Notes};
 use super::fields;
 use super::keys::{Key, Kind, Need, Section};
 use super::reader::{Reader, Source};
-use super::{Case, effect, suggest};
+use super::{Case, effect, suggest, tables};
 
 /// Reads the case; if there are mistakes they are in the notes.
-pub(super) fn case(document: &[Entry], notes: &mut Notes<'_>) -> Option<Case> {
+pub(super) fn case(document: &[Entry], folder: Option<&Path>, notes: &mut Notes<'_>) -> Option<Case> {
     let mut reader = Reader::new(notes);
     let mut effects = Vec::new();
     let mut found = Vec::new();
@@ -31,6 +33,7 @@ pub(super) fn case(document: &[Entry], notes: &mut Notes<'_>) -> Option<Case> {
     reader.one_track_curvature();
     let spring = found.iter().any(|(name, _)| *name == fields::SPRING);
     reader.one_reducer(&found);
+    tables::read_tables(&mut reader, folder);
     for section in fields::sections().iter().filter(|section| section.name != fields::effect().name) {
         let of_ball_drive = section.name.is_empty() || fields::DRIVE.contains(&section.name);
         if (spring && of_ball_drive) || (!spring && section.name == fields::SPRING) {
@@ -164,6 +167,9 @@ impl Reader<'_, '_> {
 
     /// Notes a number that the mechanics refuse and puts an example in its place; `None` where the file has none.
     fn put_aside(&mut self, refused: InvalidInput) -> Option<()> {
+        if tables::is_about(&refused) {
+            return tables::put_aside(self, refused);
+        }
         let name = self.values.given_as(&refused.field).to_owned();
         let keys =
             |section: &'static Section| section.keys.iter().map(move |key| (section.si_name(key), key));
@@ -177,10 +183,9 @@ impl Reader<'_, '_> {
             if matches!(key.kind, Kind::Quantities(..)) {
                 // Lists go together.
                 let lists = |key: &&Key| matches!(key.kind, Kind::Quantities(..));
-                for section in fields::sections() {
-                    for key in section.keys.iter().filter(lists) {
-                        self.values.set(section.si_name(key), key.example.clone());
-                    }
+                let spring = fields::section(fields::SPRING)?;
+                for key in spring.keys.iter().filter(lists) {
+                    self.values.set(spring.si_name(key), key.example.clone());
                 }
             }
             return Some(());

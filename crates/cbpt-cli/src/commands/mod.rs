@@ -98,6 +98,16 @@ fn note_bare_drive(report: &mut Report, case: &Case, what: &str) {
     }
 }
 
+/// Says of a verb's answer that it is that of nominal parts, where the case has tables of them.
+fn note_nominal_parts(report: &mut Report, case: &Case, what: &str) {
+    if case.drive().is_some_and(|drive| drive.as_made().is_some()) {
+        report.text += &format!("\nNote: {what} computed for nominal parts, without [as_made].");
+        if let serde_json::Value::Object(entries) = &mut report.json {
+            entries.insert("as_made_counted".to_owned(), false.into());
+        }
+    }
+}
+
 /// The ball drive that a verb is about.
 fn ball_drive<'a>(case: &'a Case, path: &Path, what: &str) -> Result<&'a Drive, Failure> {
     case.drive().ok_or_else(|| {

@@ -5,7 +5,7 @@ use cbpt_core::sensitivity::{DriveSensitivities, Sensitivity};
 use cbpt_core::{Drive, InvalidInput, Load};
 use serde_json::{Value, json};
 
-use super::{Units, ball_drive, load, note_bare_drive};
+use super::{Units, ball_drive, load, note_bare_drive, note_nominal_parts};
 use crate::args::UnderLoad;
 use crate::case::{Case, Spread, in_usual_unit};
 use crate::exit::{Exit, Failure};
@@ -20,6 +20,7 @@ pub fn run(verb: &UnderLoad) -> Result<Exit, Failure> {
     let answers = Answers::new(drive, &load, &case.spreads(drive, &load)?)?;
     let mut report = answers.report(&Units::from(&verb.output));
     note_bare_drive(&mut report, &case, "these are sensitivities");
+    note_nominal_parts(&mut report, &case, "these are sensitivities");
     report.deliver(&verb.output)?;
     Ok(if answers.found.status.has_solution() { Exit::Success } else { Exit::NoSolution })
 }

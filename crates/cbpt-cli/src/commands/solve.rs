@@ -10,7 +10,7 @@ use cbpt_core::{Angles, Finding, Load, Reducer, Solution, Status};
 use serde_json::{Value, json};
 
 use super::check::finding_text;
-use super::{CaseEffects, Units, ball_drive, enclosure, load, note_bare_drive};
+use super::{CaseEffects, Units, ball_drive, enclosure, load, note_bare_drive, note_nominal_parts};
 use crate::args::Solve;
 use crate::case::Case;
 use crate::exit::{Exit, Failure};
@@ -37,6 +37,7 @@ pub fn run(verb: &Solve) -> Result<Exit, Failure> {
         let drive = ball_drive(&case, &verb.case.path, "the largest angle over a period is")?;
         let (status, largest) = drive.largest_elastic_angle(load.torque_Nm(), load.preload_N())?;
         add_period(&mut report, status, largest.as_ref(), &units);
+        note_nominal_parts(&mut report, &case, "the largest angle over a period is");
         of_drive_alone.push("the largest angle over a period");
     }
     let proved = !verb.certify || certify(&mut report, &case, verb, &solution, detail.as_ref())?;

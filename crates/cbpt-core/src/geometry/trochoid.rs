@@ -59,10 +59,53 @@ pub fn on_tracks<T: Real>(
     }
 }
 
+/// Which of the two cycloid grooves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Groove {
+    /// The epicycloid groove, R e^(it) - e e^(i `Z2` t).
+    Epicycloid,
+    /// The hypocycloid groove, R e^(it) + e e^(-i `Z2` t).
+    Hypocycloid,
+}
+
+/// Angle t of the groove's equation where the groove stands at a polar angle about the centre of its plate, rad.
+///
+/// By bisection: the polar angle t - atan2(e sin(Z t), R -+ e cos(Z t)) rises with t, as K < 1.
+pub fn groove_angle_rad(pair: &Deceleration, groove: Groove, polar_angle_rad: f64) -> f64 {
+    let (radius, e) = (pair.pitch_radius_m(), pair.eccentricity_m());
+    let (lobes, along) = match groove {
+        Groove::Epicycloid => (f64::from(pair.epicycloid_lobes()), -e),
+        Groove::Hypocycloid => (f64::from(pair.hypocycloid_lobes()), e),
+    };
+    let polar = |t: f64| t - (e * (lobes * t).sin()).atan2(radius + along * (lobes * t).cos());
+    let widest = (e / radius).asin();
+    let (mut low, mut high) = (polar_angle_rad - widest, polar_angle_rad + widest);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if polar(middle) < polar_angle_rad { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::Drive;
+
+    /// Against the equations of both grooves in their plates.
+    #[test]
+    fn polar_angles_lead_back_to_the_groove() {
+        let pair = *Drive::paper_base_case().deceleration();
+        let (radius, e, z2) = (pair.pitch_radius_m(), pair.eccentricity_m(), f64::from(pair.ball_count));
+        for (groove, sign) in [(Groove::Epicycloid, -1.0), (Groove::Hypocycloid, 1.0)] {
+            for t in [-3.1, -0.2, 0.0, 0.07, 0.5, 1.0, 2.9] {
+                let t: f64 = t;
+                let x = radius * t.cos() + sign * e * (z2 * t).cos();
+                let y = radius * t.sin() - e * (z2 * t).sin();
+                assert!((groove_angle_rad(&pair, groove, y.atan2(x)) - t).abs() < 1e-14, "{t}");
+            }
+        }
+    }
 
     /// Limit K -> 0: both tracks become the ball circle, of curvature 1/R, with the centre on P's side at phi = 180.
     #[test]

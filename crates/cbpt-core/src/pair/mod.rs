@@ -1,6 +1,7 @@
 //! From a pair of grooved plates to its meshing points.
 //!
 //! - [`deceleration`], [`ring_groove`], [`cross_slide`]: geometry and contact of each kind of pair at one phase;
+//! - [`offsets`]: what the parts as made shift;
 //! - here: what they all make, [`MeshingPoints`].
 //!
 //! Every ball touches four walls. A wall of one plate and the opposite wall of the other squeeze the ball along one
@@ -15,6 +16,7 @@
 
 pub mod cross_slide;
 pub mod deceleration;
+pub mod offsets;
 pub mod ring_groove;
 
 use crate::drive::{GrooveSection, TrackCurvature};
@@ -113,6 +115,13 @@ impl MeshingPoint {
     pub(crate) fn set_walls(&mut self, walls: [Option<HertzContact>; 2]) {
         self.stiffness = in_series(walls);
         self.walls = walls;
+    }
+
+    /// Whether the ball and its grooves are nominal here.
+    // Neutral values are set, never computed.
+    #[allow(clippy::float_cmp)]
+    pub fn has_no_offset(&self) -> bool {
+        [self.axial_offset_m, self.normal_offset_m, self.in_plane_offset_m] == [0.0; 3]
     }
 
     /// Whether both walls exist.

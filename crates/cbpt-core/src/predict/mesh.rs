@@ -52,12 +52,13 @@ pub fn shifted(drive: &Drive, shift_rad: f64) -> Result<Drive, InvalidInput> {
             ..slide
         }),
     };
-    Drive::new(
+    let shifted = Drive::new(
         *drive.material(),
         Deceleration { contact_angle_rad, ..deceleration },
         equal_speed,
         drive.track_curvature(),
-    )
+    )?;
+    shifted.with_parts_of(drive)
 }
 
 impl Tables {

@@ -65,7 +65,7 @@ fn a_wrong_key_is_told_what_it_may_have_meant() {
 
 #[test]
 fn a_wrong_section_is_told_what_it_may_have_meant() {
-    let sections = "material, deceleration, equal_speed, torsion_spring, load, measurement, rating, friction, operation, uncertainty, \
+    let sections = "material, deceleration, equal_speed, as_made, torsion_spring, load, measurement, rating, friction, operation, uncertainty, \
                     tolerance, effect";
     assert_eq!(
         message(&edited("[deceleration]", "[decelaration]")),

@@ -24,7 +24,7 @@ use std::sync::OnceLock;
 
 use super::solve::{smallness, solve_ready};
 use super::{ReadyPair, State};
-use crate::pair::{HERTZ_EXPONENT, MeshingPoints};
+use crate::pair::{HERTZ_EXPONENT, MeshingPoint, MeshingPoints};
 use crate::status::Status;
 use curve::Curve;
 use kernel::{Block, Contact};
@@ -239,8 +239,5 @@ impl LanePair {
 fn homogeneous(points: &MeshingPoints) -> bool {
     points.exponent == HERTZ_EXPONENT
         && points.axial_spring_N_per_m == 0.0
-        && points
-            .points
-            .iter()
-            .all(|point| [point.axial_offset_m, point.normal_offset_m, point.in_plane_offset_m] == [0.0; 3])
+        && points.points.iter().all(MeshingPoint::has_no_offset)
 }
