@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -36,8 +37,8 @@ def main() -> None:
     )
     for name, text in (("ring grooves", rings), ("cross-slide", slide)):
         drive = cbpt.Drive.from_toml(text)
-        angle = seconds(lambda drive=drive: drive.friction(5, 600, 30), 200)
-        period = seconds(lambda drive=drive: drive.friction(5, 600), 10)
+        angle = seconds(partial(drive.friction, 5, 600, 30), 200)
+        period = seconds(partial(drive.friction, 5, 600), 10)
         print(f"{name}: one load at an angle {1e3 * angle:.3f} ms, a period {1e3 * period:.1f} ms")
     torque, preload = np.linspace(0, 15, 50)[:, None], np.linspace(400, 1500, 50)
     found = seconds(lambda: cbpt.friction_map(drive, torque, preload), 1)
