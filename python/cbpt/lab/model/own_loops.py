@@ -47,12 +47,15 @@ class SmallLoops:
 
 
 def small_loops_of(campaign: Campaign) -> SmallLoops | None:
-    """The smallest loops through zero torque; None where no run goes both ways."""
+    """The smallest loops through zero torque; None where no run goes both ways, and for a ball
+    drive, which the preload keeps free of play."""
+    if campaign.drive.kind == "ball_drive":
+        return None
     torque, angle, rows = campaign.readings.torque_Nm, campaign.y_arcsec, campaign.rows
     high, low = _per_run(torque, rows.run_index, rows.runs)
     most, least = _per_run(angle, rows.run_index, rows.runs)
     amplitude, turn = np.minimum(high, -low), most - least
-    both = amplitude > 0.02 * np.abs(torque).max()
+    both = (amplitude > 0.02 * np.abs(torque).max()) & np.isfinite(turn)
     if not both.any():
         return None
     smallest, largest = amplitude[both].min(), amplitude[both].max()
@@ -94,7 +97,8 @@ def _per_run(
     values: NDArray[np.float64], run: NDArray[np.int64], runs: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """The largest and the smallest value of each run."""
-    # Not ufunc.at, which warns of what a computation before it has left in the processor's flags.
-    order = np.argsort(run, kind="stable")
-    starts = np.searchsorted(run[order], np.arange(runs))
-    return np.maximum.reduceat(values[order], starts), np.minimum.reduceat(values[order], starts)
+    high, low = np.full(runs, -np.inf), np.full(runs, np.inf)
+    # Not a number where nothing was read: points that are to be predicted.
+    np.fmax.at(high, run, values)
+    np.fmin.at(low, run, values)
+    return high, low
