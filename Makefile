@@ -50,8 +50,8 @@ python: build $(VENV)/tested  ## lints, types, stubs and tests of the Python pac
 	$(VENV)/bin/mypy
 	git diff --exit-code -- python/cbpt/_core.pyi  # the stub is the build's own
 	$(PYTHON) -m mypy.stubtest cbpt._core
-	cargo build --quiet -p cbpt-cli  # the plain binary, whose answers the package's are compared with
-	$(PYTHON) -m pytest -n 2 --dist loadfile
+	cargo build --quiet --workspace --bin cbpt  # the plain binary, whose answers the package's are compared with
+	$(PYTHON) -m pytest -n 2 --dist worksteal
 
 package: build  ## a crate outside the workspace, cargo package, the wheel in an empty environment
 	cargo run --quiet --manifest-path examples/embed/Cargo.toml
@@ -106,7 +106,7 @@ trial: build  ## the diagnosis scored on campaigns with a hidden effect, at full
 	$(PYTHON) benches/trial --sets 60 --null-sets 400 --seed 5 --quiet --page docs/explanation/trial.md --json out/trial.json
 
 trial-short: build  ## the trial on some campaigns of each kind, for development: about ten minutes on two cores
-	$(PYTHON) benches/trial --short
+	$(PYTHON) benches/trial --short --seed 5 --quiet --page docs/explanation/trial.md
 
 screenshots: build $(VENV)/tested  ## the picture of the page in the README, taken anew
 	$(PYTHON) docs/site/screenshots.py $(OUT)/screenshots

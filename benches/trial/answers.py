@@ -188,7 +188,12 @@ def answered(d: Diagnosis) -> dict[str, Any]:
 def documented(d: Diagnosis) -> dict[str, Any]:
     """What of an answer's document is scored, and the document without its long lists."""
     document = d.to_dict()
-    return {"answer": read(document).plain(), "document": kept(document)}
+    drive = {
+        u.name.partition(".")[0]: [d.after.value(u) - u.mean, d.after.u(u)]
+        for u in d.after.unknowns
+        if np.isfinite(u.sd)
+    }
+    return {"answer": read(document).plain(), "document": kept(document), "drive": drive}
 
 
 def criteria(d: Diagnosis) -> dict[str, list[str]]:

@@ -191,6 +191,8 @@ def main() -> int:
     print(table(targets(every)))
     if asked.section:
         asked.section.write_text(section(every, asked.seed), encoding="utf-8")
+    if asked.page:
+        write_page(asked.page, every, asked.seed)
     if asked.short:
         if asked.json:
             asked.json.write_text(json.dumps(of_targets(every), indent=1) + "\n", encoding="utf-8")
@@ -212,6 +214,4 @@ def main() -> int:
     if asked.json:
         asked.json.parent.mkdir(parents=True, exist_ok=True)
         asked.json.write_text(json.dumps(score, indent=1) + "\n", encoding="utf-8")
-    if asked.page:
-        write_page(asked.page, score, outcomes, every)
     return 0

@@ -25,6 +25,13 @@ from trial.grades import true_statement
 from trial.score import Z95, Measure, mean, share
 
 STRONG = 8.0
+NUMBERS = {
+    "contact_stiffness": "contact_stiffness_rel",
+    "torque_scale": "torque_gain_rel",
+    "preload_scale": "preload_gain_rel",
+    "sensor_gain": "sensor_gain_rel",
+}
+"""Numbers of drive and rig, and what the rig calls how far their logarithms are off."""
 WORDS = {"white": "white", TOGETHER: "zeros and correlation"}
 NAMES = {"one": "single", "two": "pair", "three": "triple"}
 Event = Callable[[Outcome], bool]
@@ -44,6 +51,7 @@ def targets(outcomes: Sequence[Outcome]) -> list[Measure]:
         *_small(good),
         *_confident(good),
         *calibration(good),
+        *_pulls(good),
         *_speed(good),
         share("no answer", "all", list(outcomes), lambda o: bool(o.get("error")), most=0.0),
     ]
@@ -303,6 +311,30 @@ def calibration(outcomes: Sequence[Outcome]) -> list[Measure]:
 
 
 # --- speed ------------------------------------------------------------------------------------
+
+
+def _pulls(outcomes: Sequence[Outcome]) -> list[Measure]:
+    """How far drive numbers are off after pairs that are held, in their standard uncertainties:
+    root mean square, with the interval of chi-squared."""
+    from scipy.stats import chi2
+
+    held = [o for o in _of(outcomes, "two") if o.get("drive") and _held(o)]
+    found = []
+    for number, shift in NUMBERS.items():
+        pulls = [
+            (off - math.expm1(o["truth"]["shifts"][shift])) / u
+            for o in held
+            if shift in o["truth"].get("shifts", {}) and number in o["drive"]
+            for off, u in [o["drive"][number]]
+        ]
+        if pulls:
+            square, n = float(np.sum(np.square(pulls))), len(pulls)
+            low, high = (math.sqrt(square / chi2.ppf(p, n)) for p in (0.975, 0.025))
+            rms = math.sqrt(square / n)
+            found.append(
+                Measure("rms error in u, after a pair", number, rms, low, high, n, unit="")
+            )
+    return found
 
 
 def _speed(outcomes: Sequence[Outcome]) -> list[Measure]:

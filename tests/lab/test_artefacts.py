@@ -6,14 +6,17 @@ Simulated on the campaign of the demo, whose drive is then exactly as stated.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 import cbpt
 from common.comparisons import EXAMPLES
 
+Floats = NDArray[np.float64]
 CASE = EXAMPLES / "campaign.toml"
 TABLE = cbpt.read_readings(EXAMPLES / "campaign.csv")
 U_ARCSEC = 0.3
@@ -33,6 +36,32 @@ def test_noise_of_the_torque_column_is_no_effect(seed: int) -> None:
     assert found.verdict.effects == () and found.verdict.rivals == ()
     assert "torque_noise" in found.verdict.noise
     assert "scatter of the torque readings" in found.sentence
+
+
+def _walk(rng: np.random.Generator, read: Floats) -> Floats:
+    assert TABLE.time_s is not None
+    passed = np.diff(TABLE.time_s, prepend=TABLE.time_s[0]) / np.ptp(TABLE.time_s)
+    return read + 5 * U_ARCSEC * np.cumsum(np.sqrt(passed) * rng.standard_normal(len(read)))
+
+
+def _first(rng: np.random.Generator, read: Floats) -> Floats:
+    first = np.unique(TABLE.run_index, return_index=True)[1]
+    read[first] += 4 * U_ARCSEC
+    return read
+
+
+@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize(("kind", "add"), [("random_walk", _walk), ("first_reading", _first)])
+def test_what_the_angle_sensor_does_is_no_effect(
+    kind: str, add: Callable[[np.random.Generator, Floats], Floats], seed: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    angle = cbpt.simulate(CASE, TABLE, u_elastic_angle_arcsec=1e-9).elastic_angle_arcsec
+    read = add(rng, angle + U_ARCSEC * rng.standard_normal(len(angle)))
+    found = cbpt.diagnose(CASE, replace(TABLE, elastic_angle_arcsec=read))
+    assert found.verdict.kind in ("rig", "undecided"), found.sentence
+    assert found.verdict.effects == () and found.verdict.rivals == ()
+    assert kind in found.verdict.noise
 
 
 def test_a_set_of_the_first_cycles_is_no_handful_of_outliers() -> None:

@@ -1,6 +1,7 @@
 """What scatters: whitening and margins against dense matrices, and noise found in noise.
 
-Groups: order of rows; whitening; a coarse display; margins; the noise that suits some readings.
+Groups: order of rows; whitening; artefacts of the instrument; a coarse display; margins; the noise
+that suits some readings.
 """
 
 from __future__ import annotations
@@ -15,6 +16,13 @@ from hypothesis.extra import numpy as arrays
 from scipy import stats
 from scipy.optimize import minimize
 
+from cbpt.lab.covariance.artefacts import (
+    Artefact,
+    first_reading,
+    gains_of,
+    random_walk,
+    without,
+)
 from cbpt.lab.covariance.fit_noise import (
     LEAST_SCALE,
     PRICE,
@@ -79,6 +87,7 @@ def noises(draw: st.DrawFn) -> tuple[Noise, Floats, Rows]:
     runs = draw(RUNS)
     rng = np.random.default_rng(draw(st.integers(0, 10**6)))
     inflation = np.exp(rng.uniform(0, 2, len(runs))) if draw(st.booleans()) else None
+    columns = rng.uniform(-2, 2, (len(runs), draw(st.integers(1, 3))))
     noise = Noise(
         scale=draw(st.floats(0.1, 10)),
         correlation=draw(st.sampled_from([0.0, -0.5, 0.2, 0.6, 0.95])),
@@ -86,6 +95,7 @@ def noises(draw: st.DrawFn) -> tuple[Noise, Floats, Rows]:
         inflation=inflation,
         rounding_arcsec=rng.uniform(0.1, 2.0, len(runs)) if draw(st.booleans()) else None,
         torque_arcsec=rng.uniform(0.1, 2.0, len(runs)) if draw(st.booleans()) else None,
+        artefact=Artefact("random_walk", columns) if draw(st.booleans()) else None,
     )
     return noise, rng.uniform(0.1, 3.0, len(runs)), Rows.of(runs)
 
@@ -127,6 +137,10 @@ def test_what_is_known_of_each_reading_is_selected_with_it() -> None:
     assert some.inflation.tolist() == [1, 3]
     np.testing.assert_allclose(some.beside_arcsec, np.hypot([2, 6], [3, 9]))
     assert noise.numbers == 1 and Noise(torque_arcsec=None).beside_arcsec is None
+    shared = Noise(artefact=Artefact("random_walk", each[:, None]))
+    kept = shared.select(np.array([True, False, True])).artefact
+    assert kept is not None and kept.columns_arcsec.tolist() == [[1], [3]]
+    assert shared.numbers == 1
 
 
 def test_the_price_of_inflation_is_what_students_t_says_less() -> None:
@@ -151,6 +165,43 @@ def test_likelihood_is_that_of_the_dense_normal() -> None:
     whitener = Whitener.of(noise, u, rows)
     white = whitener(y)
     assert log_likelihood(float(white @ white), whitener, 0.0) == pytest.approx(exact, abs=1e-9)
+
+
+# --- artefacts of the instrument ----------------------------------------------------------
+
+
+def test_a_random_walk_is_brownian_motion() -> None:
+    """Its covariance is the smaller of two shares of the time that has passed."""
+    time_s = np.array([100.0, 130.0, 150.0, 300.0, 500.0, 900.0])
+    walk = random_walk(time_s)
+    assert walk is not None
+    share = (time_s - 100) / 800
+    found = walk.columns_arcsec @ walk.columns_arcsec.T
+    np.testing.assert_allclose(found, np.minimum.outer(share, share), atol=0.02)
+    assert random_walk(np.full(5, 7.0)) is None
+
+
+def test_first_readings_need_runs_with_others() -> None:
+    found = first_reading(Rows.of(np.repeat([0, 1, 2], 4)).before)
+    assert found is not None
+    assert np.flatnonzero(found.columns_arcsec).tolist() == [0, 4, 8]
+    assert first_reading(Rows.of(np.repeat([0, 1], 4)).before) is None
+    assert first_reading(Rows.of(np.repeat([0, 1, 2], 2)).before) is None
+
+
+@given(st.integers(1, 4), st.floats(0.1, 30), st.integers(0, 99))
+@examples(30)
+def test_what_an_artefact_gains_is_that_of_the_dense_normal(k: int, size: float, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    y, columns = rng.standard_normal(30), rng.standard_normal((30, k))
+    covariance = np.eye(30) + size**2 * columns @ columns.T
+    exact = stats.multivariate_normal.logpdf(y, cov=covariance)
+    exact -= stats.multivariate_normal.logpdf(y, cov=np.eye(30))
+    found = gains_of(columns.T @ columns, columns.T @ y, np.array([1.0, size]))
+    assert found.shape == (2,)
+    assert found[1] == pytest.approx(exact, abs=1e-8 * (1 + size**2))
+    left = without(Artefact("random_walk", size * columns), y, np.ones(30))
+    np.testing.assert_allclose(left, np.linalg.solve(covariance, y), atol=1e-8 * (1 + size**2))
 
 
 # --- a coarse display ---------------------------------------------------------------------

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -96,3 +98,15 @@ def test_no_fitted_play_is_larger_than_the_small_loops_turn(seed: int) -> None:
     play = found.parameters()["backlash"]["play_rad"]["value"]
     assert np.degrees(play) < 1.3 * turned
     assert any("no play is larger than that" in note for note in found.notes)
+
+
+def test_readings_without_an_angle_are_left_out() -> None:
+    """As those that are only predicted."""
+    loops = campaign(table(*((t, played(t, 2.0, 1.0)) for t in map(lap, (4.0, 40.0)))))
+    known = np.arange(len(loops)) % 7 != 0
+    blind = replace(loops, y_arcsec=np.where(known, loops.y_arcsec, np.nan))
+    found, whole = small_loops_of(blind), small_loops_of(loops)
+    assert found is not None and whole is not None
+    assert found.turn_arcsec == pytest.approx(whole.turn_arcsec, rel=0.05)
+    nothing = replace(loops, y_arcsec=np.full(len(loops), np.nan))
+    assert small_loops_of(nothing) is None

@@ -316,7 +316,8 @@ def test_a_diagnosis_has_results() -> None:
 def test_the_verb_writes_them(
     tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("cbpt.lab.diagnosis.diagnose.diagnose", lambda *_, **__: answer())
+    known = answer()
+    monkeypatch.setattr("cbpt.lab.diagnosis.diagnose.diagnose", lambda *_, **__: known)
     flags = ["--torque-Nm", "3", "--preload-N", "600", "--results", str(tmp_path / name)]
     assert commands.main(["diagnose", *flags, str(CASE), str(DATA)]) == 0
     results = answer().results(3, 600)
@@ -328,7 +329,8 @@ def test_the_verb_writes_them(
 def test_flags_without_a_file_leave_the_case_alone(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("cbpt.lab.diagnosis.diagnose.diagnose", lambda *_, **__: answer())
+    known = answer()
+    monkeypatch.setattr("cbpt.lab.diagnosis.diagnose.diagnose", lambda *_, **__: known)
     assert commands.main(["diagnose", "--results", str(CASE), str(DATA)]) == 0
     assert "U (95 %)" in capsys.readouterr().out
     assert commands.main(["diagnose", "--json", str(CASE), str(DATA)]) == 0

@@ -20,7 +20,6 @@ from trial import answers
 from trial.families import FAMILIES, SINGLES, STRENGTHS, Family, make_trial
 from trial.grades import Outcome, contains, grade, named, true_statement
 from trial.oracle import ask
-from trial.page import write_page
 from trial.run import indices, tasks
 from trial.score import document, intervals, measures, table, wilson
 
@@ -202,23 +201,3 @@ def test_families_are_interleaved() -> None:
     work = tasks(FAMILIES, 3, SEED)
     assert len(set(work)) == len(work)
     assert {family for family, _, _ in work[: len(work) // 3]} == set(FAMILIES)
-
-
-# --- the page -----------------------------------------------------------------------------
-
-
-def test_the_page_has_every_measure_and_the_reliability(tmp_path: Path) -> None:
-    right = made_up("outside", OUT, ("unknown", [], []))
-    found = [{**right, "seconds": 1.0}] * 3
-    score = {
-        "seed": 5,
-        "sets_each": 3,
-        "null_sets_each": 7,
-        "order_of_library": {"changed": 0, "sets": 2},
-    }
-    write_page(tmp_path / "trial.md", score, found)
-    page = (tmp_path / "trial.md").read_text()
-    assert "| outside: says unknown | d = 8 | 100.0 % |" in page
-    assert "3 sets of each strength and family, 7 of each noise" in page
-    assert "seed 5" in page and "| Brier score |" in page
-    assert "| 0.9 to 1.0 | 3 |" in page and page.endswith("](trial-notes.md).\n")

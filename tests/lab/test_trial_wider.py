@@ -542,12 +542,11 @@ def test_a_run_that_was_killed_goes_on_where_it_was(
 def test_a_new_page_keeps_the_table_of_before(tmp_path: Path) -> None:
     page = tmp_path / "trial.md"
     page.write_text(f"# Old\n\n{BEFORE}\n\nkept\n\nWhat falls short and why: x\n")
-    order = {"changed": 0, "sets": 0}
-    score = {"seed": 5, "sets_each": 1, "null_sets_each": 1, "order_of_library": order}
     every = [said("two", PAIR, BOTH)]
     for _ in range(2):
-        write_page(page, score, [], every)
+        write_page(page, every, 5)
         text = page.read_text()
         assert text.count(BEFORE) == 1 and text.count("kept\n") == 1 and "Old" not in text
-        assert "## What the answer has to reach" in text and "| pair held |" in text
+        assert "| pair held |" in text and "seed 5: 1 pair." in text
+        assert "| 0.9 to 1.0 | 1 |" in text
         assert text.endswith("](trial-notes.md).\n")

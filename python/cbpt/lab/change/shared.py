@@ -75,9 +75,13 @@ def fit_shared(
     system = _System(parties, slots)
     x = system.mean_of([p.point for p in parties] if start is None else list(start))
     points = system.points(x)
-    if points is None:
-        x = system.mean_of([p.point for p in parties[:1]] * len(parties))
-        points = system.points(x)
+    # With the values of one level for all where the mean has no solution, and with less of them.
+    further = [system.mean_of([p.point] * len(parties)) for p in parties]
+    further += [system.mean + 0.5 * (other - system.mean) for other in (x, *further)]
+    for other in further:
+        if points is not None:
+            break
+        x, points = other, system.points(other)
     if points is None:
         return None
     value = system.objective(points, x)
@@ -140,11 +144,11 @@ class _System:
             owner[row] = np.arange(len(row))
         self.precision = first.precision[owner]
         self.mean = (first.mean / first.unit)[owner]
-        # What a level's own loops exclude is excluded where that level has a share.
-        self.low, self.high = np.full(count, -np.inf), np.full(count, np.inf)
+        # A value of its own keeps to what the level's own loops allow, a shared one to any level's.
+        self.low, self.high = np.full(count, np.inf), np.full(count, -np.inf)
         for party, row in zip(parties, slots, strict=True):
-            np.maximum.at(self.low, row, party.problem.low / first.unit)
-            np.minimum.at(self.high, row, party.problem.high / first.unit)
+            np.minimum.at(self.low, row, party.problem.low / first.unit)
+            np.maximum.at(self.high, row, party.problem.high / first.unit)
         self.bases = [np.linalg.qr(p.problem.offsets)[0] for p in parties]
 
     def mean_of(self, points: Sequence[Point]) -> Floats:

@@ -30,6 +30,8 @@ HIDDEN_DOF = 1.0
 """The same where a coarse display hides most of the scatter."""
 PRICE = 3.0
 """Log-likelihood that a further parameter of the noise has to gain: its prior and its width."""
+PRICE_OF_ARTEFACT = 3.5
+"""The same, beside its numbers: an artefact is as improbable beforehand as an effect."""
 LEAST_SCALE = 0.25
 """Smallest scale: readings that agree better than they can are no proof of more."""
 
@@ -56,7 +58,8 @@ def log_scale_prior(scale: Floats, stated_dof: float) -> Floats:
 def price_of(noise: Noise) -> float:
     """Log likelihood that the structure of a noise has to gain."""
     inflation = 0.0 if noise.inflation is None else price_of_inflation(noise.inflation)
-    return PRICE * noise.numbers + inflation
+    artefact = 0.0 if noise.artefact is None else PRICE_OF_ARTEFACT
+    return PRICE * noise.numbers + artefact + inflation
 
 
 class _Sums:
@@ -67,6 +70,10 @@ class _Sums:
     """
 
     def __init__(self, columns: Floats, u_arcsec: Floats, rows: Rows, start: Noise) -> None:
+        shared = start.artefact
+        if shared is not None:
+            columns = np.column_stack([columns, shared.columns_arcsec])
+        self._shared = 0 if shared is None else shared.columns_arcsec.shape[1]
         self._columns, self._u, self._rows = columns, u_arcsec, rows
         self._exact = start.beside_arcsec is not None
         if self._exact:
@@ -97,8 +104,18 @@ class _Sums:
 
     def gram(self, noise: Noise) -> tuple[Floats, float]:
         """Products of the whitened columns, and the log determinant of the covariance."""
+        gram, log_det = self._without_artefact(noise)
+        if not self._shared:
+            return gram, log_det
+        # An artefact's columns stand last; what they explain is taken off all other products.
+        kept = len(gram) - self._shared
+        a = np.eye(self._shared) + gram[kept:, kept:]
+        taken = gram[:kept, kept:] @ np.linalg.solve(a, gram[kept:, :kept])
+        return gram[:kept, :kept] - taken, log_det + float(np.linalg.slogdet(a)[1])
+
+    def _without_artefact(self, noise: Noise) -> tuple[Floats, float]:
         if self._exact:
-            whitener = Whitener.of(noise, self._u, self._rows)
+            whitener = Whitener.of(replace(noise, artefact=None), self._u, self._rows)
             seen = whitener(self._columns)
             return seen.T @ seen, whitener.log_det
         rho, square = noise.correlation, noise.scale**2

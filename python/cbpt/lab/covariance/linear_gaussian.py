@@ -8,12 +8,13 @@ Solved          normal unknowns taken out of readings, from scalar products
 Margin          the likelihood of readings with linear unknowns of normal priors integrated out
 log_likelihood  of the readings, from misfit and volume
 
-The covariance is  s^2 D A D + o^2 B + R,  D the stated uncertainties (times the inflation factor of
-a reading that scatters more), A the correlation rho^|i-j| of a first-order autoregression along
-each run, B = 1 where two readings share a run, R = r^2 on the diagonal the rounding of a coarse
-display and the noise of the torque. Whitening is exact and costs a few passes over the rows: the
-autoregression is undone by differences (Cochrane and Orcutt 1949), the offsets of runs by a
-rank-one step a run. Beside R the autoregression is whitened stretch by stretch.
+The covariance is  s^2 D A D + o^2 B + R + U U',  D the stated uncertainties (times the inflation
+factor of a reading that scatters more), A the correlation rho^|i-j| of a first-order autoregression
+along each run, B = 1 where two readings share a run, R = r^2 on the diagonal the rounding of a
+coarse display and the noise of the torque, U the few columns of an artefact (`artefacts`).
+Whitening is exact and costs a few passes over the rows: the autoregression is undone by differences
+(Cochrane and Orcutt 1949), the offsets of runs by a rank-one step a run, an artefact by one of its
+rank. Beside R the autoregression is whitened stretch by stretch.
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from cbpt.lab.covariance.artefacts import Artefact
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -111,11 +114,14 @@ class Noise:
     """The same by the noise of the torque readings, seen through the slope of the angle: it
     scatters most where the drive is soft (errors in variables; Fuller 1987)."""
 
+    artefact: Artefact | None = None
+    """What the instrument does to many readings at once."""
+
     @property
     def numbers(self) -> int:
         """How many numbers it has beside its scale."""
-        structures = self.correlation != 0, self.offset_arcsec != 0, self.torque_arcsec is not None
-        return sum(structures)
+        further = self.torque_arcsec is not None, self.artefact is not None
+        return sum((self.correlation != 0, self.offset_arcsec != 0, *further))
 
     @property
     def beside_arcsec(self) -> Floats | None:
@@ -129,7 +135,14 @@ class Noise:
         """That of some of the readings."""
         of_each = self.inflation, self.rounding_arcsec, self.torque_arcsec
         inflation, rounding, torque = (None if a is None else a[rows] for a in of_each)
-        return replace(self, inflation=inflation, rounding_arcsec=rounding, torque_arcsec=torque)
+        artefact = None if self.artefact is None else self.artefact.select(rows)
+        return replace(
+            self,
+            inflation=inflation,
+            rounding_arcsec=rounding,
+            torque_arcsec=torque,
+            artefact=artefact,
+        )
 
 
 class Linear(NamedTuple):
@@ -157,6 +170,10 @@ class Whitener:
     blocks: tuple[tuple[Ints, Floats], ...] = field(default=(), repr=False)
     """Of noise that is correlated beside a rounding which is not: readings that follow each other,
     shape (blocks, m), and inverse factors of their covariance, (blocks, m, m)."""
+    axes: Floats | None = field(default=None, repr=False)
+    """Of an artefact, seen through the rest: orthonormal, shape (n, k)."""
+    axis_shrink: Floats | None = field(default=None, repr=False)
+    """By how much each axis is shortened, shape (k,)."""
 
     @classmethod
     def of(cls, noise: Noise, u_arcsec: Floats, rows: Rows) -> Whitener:
@@ -171,8 +188,12 @@ class Whitener:
             followers = int(np.count_nonzero(rows.before >= 0))
             log_det = 2 * float(np.log(sd).sum()) + followers * np.log1p(-(noise.correlation**2))
             plain = cls(rows, 1 / sd, noise.correlation, np.zeros(0), np.zeros(0), log_det)
-        if noise.offset_arcsec == 0:
-            return plain
+        if noise.offset_arcsec:
+            plain = cls._with_offsets(plain, noise, u_arcsec, rows)
+        return plain if noise.artefact is None else cls._with_artefact(plain, noise.artefact)
+
+    @staticmethod
+    def _with_offsets(plain: Whitener, noise: Noise, u_arcsec: Floats, rows: Rows) -> Whitener:
         ones = plain(np.ones(len(u_arcsec)))
         size = np.bincount(rows.run_index, ones**2, rows.runs)
         grown = 1 + noise.offset_arcsec**2 * size
@@ -180,6 +201,13 @@ class Whitener:
         shrink = (1 - 1 / np.sqrt(grown)) / size
         log_det = float(plain.log_det + np.log(grown).sum())
         return replace(plain, ones=ones, shrink=shrink, log_det=log_det)
+
+    @staticmethod
+    def _with_artefact(plain: Whitener, artefact: Artefact) -> Whitener:
+        axes, size, _ = np.linalg.svd(plain(artefact.columns_arcsec), full_matrices=False)
+        grown = 1 + size**2
+        log_det = float(plain.log_det + np.log(grown).sum())
+        return replace(plain, axes=axes, axis_shrink=1 - 1 / np.sqrt(grown), log_det=log_det)
 
     @classmethod
     def _in_blocks(cls, noise: Noise, sd: Floats, beside: Floats, rows: Rows) -> Whitener:
@@ -212,6 +240,8 @@ class Whitener:
             index = self.rows.run_index
             sums = self.rows.sums(out * self.ones[:, None])
             out = out - self.ones[:, None] * (sums * self.shrink[:, None])[index]
+        if self.axes is not None and self.axis_shrink is not None:
+            out = out - self.axes @ (self.axis_shrink[:, None] * (self.axes.T @ out))
         return out.reshape(columns.shape)
 
 

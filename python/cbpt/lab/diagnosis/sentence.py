@@ -20,6 +20,8 @@ _NOISE = {
     "correlated": "noise that is correlated between successive readings",
     "heavy_tailed": "noise with heavy tails",
     "torque_noise": "scatter of the torque readings",
+    "random_walk": "a zero that wanders in time",
+    "first_reading": "a first reading of each run that is off",
     "outliers": "a few outliers",
     "misstated": "a misstated uncertainty",
 }

@@ -12,9 +12,12 @@ As in what is held out (`holdout`): an offset of a run is no error of the model.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
+from cbpt.lab.covariance.artefacts import without
 from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
@@ -29,14 +32,25 @@ def left_by(campaign: Campaign, fit: Fit) -> Floats:
 
 
 def without_offsets(campaign: Campaign, residual_arcsec: Floats, noise: Noise) -> Floats:
-    """Arcsec, shape (n,)."""
-    if not noise.offset_arcsec:
+    """Nor what an artefact of the instrument does; arcsec, shape (n,)."""
+    if not noise.offset_arcsec and noise.artefact is None:
         return residual_arcsec
     index, weight = campaign.rows.run_index, campaign.u_arcsec**-2.0
     if noise.inflation is not None:
         weight = weight / noise.inflation**2
-    offset = np.bincount(index, weight * residual_arcsec) / np.bincount(index, weight)
-    return np.asarray(residual_arcsec - offset[index])
+
+    def centred(values: Floats) -> Floats:
+        offset = np.bincount(index, weight * values) / np.bincount(index, weight)
+        return np.asarray(values - offset[index])
+
+    found = centred(residual_arcsec) if noise.offset_arcsec else residual_arcsec
+    if noise.artefact is None:
+        return found
+    artefact = noise.artefact
+    if noise.offset_arcsec:
+        columns = np.column_stack([centred(c) for c in artefact.columns_arcsec.T])
+        artefact = replace(artefact, columns_arcsec=columns)
+    return without(artefact, found, weight / noise.scale**2)
 
 
 def rmse_of(campaign: Campaign, fit: Fit) -> float:

@@ -47,12 +47,15 @@ class SmallLoops:
 
 
 def small_loops_of(campaign: Campaign) -> SmallLoops | None:
-    """The smallest loops through zero torque; None where no run goes both ways."""
+    """The smallest loops through zero torque; None where no run goes both ways, and for a ball
+    drive, which the preload keeps free of play."""
+    if campaign.drive.kind == "ball_drive":
+        return None
     torque, angle, rows = campaign.readings.torque_Nm, campaign.y_arcsec, campaign.rows
     high, low = _per_run(torque, rows.run_index, rows.runs)
     most, least = _per_run(angle, rows.run_index, rows.runs)
     amplitude, turn = np.minimum(high, -low), most - least
-    both = amplitude > 0.02 * np.abs(torque).max()
+    both = (amplitude > 0.02 * np.abs(torque).max()) & np.isfinite(turn)
     if not both.any():
         return None
     smallest, largest = amplitude[both].min(), amplitude[both].max()
@@ -95,6 +98,7 @@ def _per_run(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """The largest and the smallest value of each run."""
     high, low = np.full(runs, -np.inf), np.full(runs, np.inf)
-    np.maximum.at(high, run, values)
-    np.minimum.at(low, run, values)
+    # Not a number where nothing was read: points that are to be predicted.
+    np.fmax.at(high, run, values)
+    np.fmin.at(low, run, values)
     return high, low

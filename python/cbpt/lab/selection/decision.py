@@ -82,6 +82,8 @@ class Verdict:
     exactly: float = 1.0
     """Probability that the set the answer is drawn with, and nothing else, is at work;
     `probability` is that of all that is said, whatever else is."""
+    inside: float = 1.0
+    """Probability that the library holds the cause at all; it is a factor of the two above."""
     undecided: Why | None = None
     """Why nothing can be said."""
     adequacy: Adequacy | None = None
@@ -115,6 +117,7 @@ def _checked(
         if adequacy.source == "stated":
             return _undecided(competition, posterior, "scatter or law", rules)
         verdict = _with_remains(competition, verdict)
+    verdict = _beside_rest(verdict, rules)
     free = free_numbers(fitter, fit)
     if verdict.lack_of_fit is not None:
         free += verdict.lack_of_fit.free_numbers
@@ -154,6 +157,20 @@ def _with_remains(competition: Competition, verdict: Verdict) -> Verdict:
     if verdict.effects or verdict.rivals:
         return replace(verdict, lack_of_fit=lack)
     return replace(verdict, kind="unknown", lack_of_fit=lack, rests_on=())
+
+
+def _beside_rest(verdict: Verdict, rules: DecisionRules) -> Verdict:
+    """The verdict with less probability where it names a cause and something else remains: what has
+    no name may as well be what the cause imitates."""
+    if verdict.lack_of_fit is None or verdict.kind == "unknown":
+        return verdict
+    inside = rules.beside_rest
+    return replace(
+        verdict,
+        inside=inside,
+        probability=inside * verdict.probability,
+        exactly=inside * verdict.exactly,
+    )
 
 
 # --- 2 ---
@@ -370,6 +387,8 @@ def noise_words(competition: Competition, noise: Noise) -> tuple[str, ...]:
         words.append("correlated")
     if noise.torque_arcsec is not None:
         words.append("torque_noise")
+    if noise.artefact is not None:
+        words.append(noise.artefact.kind)
     if noise.inflation is not None:
         far = np.count_nonzero(noise.inflation > RULES.far_reading)
         words.append(

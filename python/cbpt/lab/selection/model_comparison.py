@@ -258,9 +258,17 @@ class _Contest:
                 self.keep(self.fitter.fit(Hypothesis(rest), start, fit.noise))
 
     def settle(self) -> None:
+        """No set may owe its place to values or a noise that another has not been tried with."""
+        for _ in range(_EFFORT.most):
+            before = dict(self.fits)
+            self.lift()
+            self.drop(max(self.fits, key=self.score), again=True)
+            if self.fits == before:
+                return
+
+    def lift(self) -> None:
         """No set may follow the readings worse than one that it contains: such a fit has ended in
-        another mode, and begins again from the values and the noise of the smaller set. Nor may the
-        best set owe its place to a noise that the sets within it have not been tried with."""
+        another mode, and begins again from the values and the noise of the smaller set."""
         best = max(self.score(n) for n in self.fits)
         for names in sorted(self.fits, key=len):
             fit = self.fits[names]
@@ -276,12 +284,12 @@ class _Contest:
                 start = self.fitter.start(fit.hypothesis, {})
                 kept = [u.index for u in self.fits[below].unknowns]
                 start[kept] = self.fits[below].point.values[kept]
-                self.keep(self.fitter.fit(fit.hypothesis, start, self.fits[below].noise))
-        for _ in range(_EFFORT.most):
-            leader = max(self.fits, key=self.score)
-            self.drop(leader, again=True)
-            if max(self.fits, key=self.score) == leader:
-                return
+                found = self.fitter.fit(fit.hypothesis, start, self.fits[below].noise)
+                self.keep(found)
+                bare = _without_idle(self.fitter, found)
+                if bare is not None and bare.hypothesis.effects != names:
+                    # What it had was the noise of another fit: nothing of its own is left.
+                    del self.fits[names]
 
     def fit_together(self) -> None:
         """Two and three effects at once, from the linear problem about the reducer as stated.

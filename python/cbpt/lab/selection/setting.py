@@ -8,14 +8,15 @@ prior       log prior odds of a set of effects
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.covariance.fit_noise import fit_noise
-from cbpt.lab.covariance.linear_gaussian import Linear, Noise, Whitener
+from cbpt.lab.covariance.artefacts import Artefact, first_reading, gains_of, random_walk
+from cbpt.lab.covariance.fit_noise import fit_noise, price_of
+from cbpt.lab.covariance.linear_gaussian import Linear, Margin, Noise, Whitener
 from cbpt.lab.covariance.outliers import inflation_of
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
@@ -30,6 +31,10 @@ from cbpt.lab.selection.starts import places
 Floats = NDArray[np.float64]
 _TORQUE_SHARES = (0.7, 1.4, 2.8)
 """Of the uncertainty of a reading that the noise of the torque may be."""
+_ARTEFACT_SIZES = (1.0, 2.0, 4.0, 8.0, 16.0)
+"""The same of an artefact."""
+_SCREENED = 2000
+"""Readings by which artefacts are looked for."""
 Names = tuple[str, ...]
 """A set of effects by their ids, sorted; empty: the drive as stated."""
 
@@ -96,6 +101,7 @@ def prepare(fitter: Fitter) -> Setting:
     if inflation is not None:
         kinds.append(replace(campaign.plain_noise, inflation=inflation))
     kinds += _of_the_torque(fitter, first, signatures)
+    kinds += _of_the_instrument(fitter, first, signatures)
     nulls = [fit for kind in kinds if (fit := fitter.fit(nothing, noise=kind)) is not None]
     nulls.sort(key=lambda fit: -fit.log_evidence)
     null = nulls[0]
@@ -183,6 +189,43 @@ def _of_the_torque(fitter: Fitter, fit: Fit, signatures: list[Signature]) -> lis
     return [_plain(best)] if of_best > value else []
 
 
+def _of_the_instrument(fitter: Fitter, fit: Fit, signatures: list[Signature]) -> list[Noise]:
+    """Artefacts of the instrument, each where a fit that may follow the whole library gains by
+    it."""
+    c, columns = fitter.campaign, _library_columns(fitter, signatures)
+    # Beside a loop of play and friction still to be explained nothing is told of the instrument.
+    if c.drive.kind == "torsion_spring":
+        return []
+    noise, value = _flexible_fit(fitter, fit, signatures, c.plain_noise)
+    y, x, precision = fitter.linear(fit)
+    some = c.rows.thinned(_SCREENED) if len(c) > _SCREENED else np.ones(len(c), dtype=bool)
+    whitener = Whitener.of(noise.select(some), c.u_arcsec[some], c.rows.select(some))
+    free = np.r_[precision, np.full(columns.shape[1], 1e-4)]
+    margin = Margin.of(whitener(y[some]), whitener(np.column_stack([x, columns])[some]), free)
+    sizes = np.array(_ARTEFACT_SIZES) * float(np.median(c.u_arcsec))
+    found = []
+    for artefact in _artefacts(c):
+        seen = whitener(artefact.columns_arcsec[some])
+        left = margin.left(seen)
+        gains = gains_of(seen.T @ left, left.T @ margin.y, sizes)
+        best = artefact.sized(sizes[int(np.argmax(gains))])
+        kind = replace(noise, artefact=best)
+        if gains.max() > price_of(kind) - price_of(noise):
+            fitted, of_fitted = _flexible_fit(fitter, fit, signatures, kind, bool(noise.numbers))
+            if of_fitted > value:
+                found.append(_plain(fitted))
+    return found
+
+
+def _artefacts(campaign: Campaign) -> Iterator[Artefact]:
+    """Those that the columns of a table can show."""
+    time_s = campaign.readings.time_s
+    if time_s is not None and (walk := random_walk(time_s)) is not None:
+        yield walk
+    if (first := first_reading(campaign.rows.before)) is not None:
+        yield first
+
+
 def _slope(fit: Fit, size: Floats) -> Floats | None:
     """How fast the angle of each reading changes with its torque (of these sizes), arcsec/(N m)."""
     gains = [i for i, u in enumerate(fit.unknowns) if u.name == "torque_scale"]
@@ -226,7 +269,10 @@ def _flexible_fit(
 
 def _library_columns(fitter: Fitter, signatures: list[Signature]) -> Floats:
     """Of the whole library, each of length 1 in stated uncertainties, shape (n, m)."""
-    columns = np.column_stack([s.columns for s in signatures])
+    return _of_length_1(np.column_stack([s.columns for s in signatures]), fitter.campaign.u_arcsec)
+
+
+def _of_length_1(columns: Floats, u_arcsec: Floats) -> Floats:
     columns = columns[:, np.isfinite(columns).all(axis=0)]
-    size = np.linalg.norm(columns / fitter.campaign.u_arcsec[:, None], axis=0)
+    size = np.linalg.norm(columns / u_arcsec[:, None], axis=0)
     return np.asarray(columns[:, size > 1e-9] / size[size > 1e-9])

@@ -1,0 +1,88 @@
+"""What an instrument does to many readings at once, as random effects: columns of normal
+coefficients.
+
+Artefact        one of a kind, with the size that it has
+random_walk     the zero wanders in absolute time
+first_reading   the first reading of every run is off, say before a clamp has settled
+gains_of        log likelihood that an artefact gains where all else has been taken out
+without         readings less what an artefact most probably does to them
+
+A random walk is a Brownian motion from the first reading on, by the leading terms of its
+Karhunen-Loeve expansion (Loeve 1978, section 37.5); what they leave is quick and small and counts
+as noise.
+
+The error of a graduated disc, with a period of the angle that is read, is not among them: torques
+of a few sizes turn the drive by angles of a few sizes, and through any of these goes a sine of the
+right period. It stands as a lack of fit without a name.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Kind = Literal["random_walk", "first_reading"]
+
+_TERMS = 16
+"""Of the expansion of a random walk: they hold 97 % of its variance."""
+
+
+@dataclass(frozen=True, eq=False)
+class Artefact:
+    """Columns of shape (n, k), arcsec, each with a normal coefficient of variance 1."""
+
+    kind: Kind
+    columns_arcsec: Floats
+
+    def sized(self, factor: float) -> Artefact:
+        """So many times as large."""
+        return replace(self, columns_arcsec=factor * self.columns_arcsec)
+
+    def select(self, rows: NDArray[np.bool_]) -> Artefact:
+        """That of some of the readings."""
+        return replace(self, columns_arcsec=self.columns_arcsec[rows])
+
+
+def random_walk(time_s: Floats) -> Artefact | None:
+    """Of variance 1 arcsec^2 at the last reading; None where no time passes."""
+    passed = time_s - time_s.min()
+    span = float(passed.max())
+    if not span > 0:
+        return None
+    rate = (np.arange(1, _TERMS + 1) - 0.5) * np.pi
+    columns = np.sqrt(2) * np.sin(np.outer(passed / span, rate)) / rate
+    return Artefact("random_walk", columns)
+
+
+def first_reading(before: NDArray[np.int64]) -> Artefact | None:
+    """1 arcsec; `before` is negative for the first reading of a run. None where all runs are of one
+    or two readings, or there is one run."""
+    first = before < 0
+    runs = int(np.count_nonzero(first))
+    if runs < 3 or len(before) < 3 * runs:
+        return None
+    return Artefact("first_reading", first[:, None].astype(np.float64))
+
+
+def gains_of(gram: Floats, projection: Floats, sizes: Floats) -> Floats:
+    """Of columns U by their products U'U (k, k) and with the readings U'y (k,), all whitened, and
+    whatever else is free taken out; at s sizes, shape (s,)."""
+    values, axes = np.linalg.eigh(gram)
+    square = sizes[:, None] ** 2
+    grown = 1 + square * np.maximum(values, 0.0)
+    explained = square * (axes.T @ projection) ** 2 / grown
+    return np.asarray(0.5 * (explained - np.log(grown)).sum(axis=1))
+
+
+def without(artefact: Artefact, residual_arcsec: Floats, weight: Floats) -> Floats:
+    """Arcsec, shape (n,); weight: of each reading, 1/arcsec^2."""
+    columns = artefact.columns_arcsec
+    weighted = weight[:, None] * columns
+    mode = np.linalg.solve(
+        columns.T @ weighted + np.eye(columns.shape[1]), weighted.T @ residual_arcsec
+    )
+    return np.asarray(residual_arcsec - columns @ mode)
