@@ -41,6 +41,7 @@ SCREENSHOTS = {
     "where": "Where the model fails",
     "ladder": "The error after each step",
     "next": "What to measure next",
+    "tell": "What these runs can detect and tell apart",
     "drive": "The drive to scale",
     "own_dark": "An effect of your own, in dark colours",
     "phone": "The page on a phone",

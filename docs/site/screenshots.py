@@ -38,6 +38,7 @@ def main(folder: Path) -> None:
             take(page, "where", "#where", "#where")
             take(page, "ladder", "#ladder", "#ladder")
             take(page, "next", "#next", "#next", 900)
+            take(page, "tell", "#tell", "#tell", 900)
             take(page, "drive", "#drive", "#drive", 1150)
         with watched(browser, color_scheme="dark") as page:
             opened(page, address, "dev10")

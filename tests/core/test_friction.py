@@ -189,6 +189,32 @@ def test_over_a_period_means_and_extremes_hold_together(
     assert found.with_coefficient(0.2) == pytest.approx(2 * total(found), rel=1e-9)
 
 
+def test_the_mean_of_a_cross_slide_is_that_of_its_angles() -> None:
+    """Over a period one solution serves all angles; here each has its own."""
+    case = base_case()
+    case["equal_speed"] |= {"kind": "cross_slide", "ball_count": 15}
+    drive = Drive.from_dict(case)
+    found = drive.friction(5, 600)
+    assert found.equal_speed is not None
+    angles = [45.0 * (i + 0.5) / 90 for i in range(90)]  # an eighth of a turn, mirrored in itself
+    rows = [parts(of_angle(drive, 5, 600, angle))[1] for angle in angles]
+    assert found.equal_speed.torque_Nm == pytest.approx(sum(rows) / 90, rel=1e-4)
+    most, least = (parts(of_angle(drive, 5, 600, angle))[1] for angle in (45, 0))
+    assert found.equal_speed.ripple_Nm == pytest.approx(most - least, rel=1e-3)
+
+
+def test_the_slip_of_the_deceleration_pair_falls_with_the_number_of_balls() -> None:
+    """Z3/Z1 goes to 1: slip on a track over the way of the ball."""
+    shares = []
+    for balls in (10, 20, 40):
+        case = base_case()
+        case["deceleration"] |= {"ball_count": balls, "short_amplitude_coefficient": 0.3}
+        contacts = of_angle(Drive.from_dict(case), 0, 600, 0.0).contacts
+        slips = [abs(c.slip_m_per_rad) for c in contacts if c.pair == "deceleration"]
+        shares.append(max(slips) / (4e-3 * balls))
+    assert shares == sorted(shares, reverse=True) and shares[-1] < 0.5 * shares[0]
+
+
 def test_a_coefficient_that_cannot_be_is_told() -> None:
     for wrong in (-0.1, math.nan, 11.0):
         with pytest.raises(cbpt.InvalidInputError, match=r"friction\.coefficient"):

@@ -7,10 +7,13 @@ import gzip
 import json
 import re
 from functools import cache
+from pathlib import Path
 
 import pytest
 
 import cbpt
+from cbpt.cli.main import main
+from cbpt.cli.options import Counter
 from cbpt.page.document.document import page_document
 from cbpt.page.document.source import Command, Source
 from cbpt.page.report import WEB, inside_script, plotly_path, report
@@ -74,3 +77,18 @@ def test_json_inside_a_script_is_the_same_json(text: str) -> None:
     inside = inside_script(json.dumps({"key": text}, ensure_ascii=False))
     assert json.loads(inside) == {"key": text}
     assert not set("<\u2028\u2029") & set(inside)
+
+
+def test_a_report_tells_how_far_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shares: list[float] = []
+
+    class Recorded(Counter):
+        def share(self, what: str, share: float) -> None:
+            shares.append(share)
+
+    monkeypatch.setattr("cbpt.cli.page.Counter", Recorded)
+    files = [str(FOLDER / "dev11.toml"), str(FOLDER / "dev11.csv")]
+    assert main(["report", *files, "--out", str(tmp_path / "page.json")]) == 0
+    assert len(shares) > 5
+    assert shares == sorted(shares)
+    assert shares[-1] == 0.9

@@ -541,3 +541,26 @@ def test_workbench_refuses_half_of_its_files(capsys: pytest.CaptureFixture[str])
     assert "both CASE and DATA" in capsys.readouterr().err
     assert main(["workbench", str(CASE), "none.csv", "--no-browser"]) == 2
     assert main(["workbench", "--port", "70000"]) == 2
+
+
+def test_readings_are_left_out_and_taken_again() -> None:
+    session = Session.of_files(CASE, DATA)
+    client = client_of(session)
+    whole = client.get("/api/document").json()
+    n = whole["data"]["rows"]
+    assert client.post("/api/leave_out", json={"rows": [0, 2]}).status_code == 200
+    rest = client.get("/api/document").json()
+    assert rest["opened"] != whole["opened"]
+    assert (rest["data"]["rows"], rest["data"]["left_out"]) == (n - 2, 2)
+    assert rest["readings"]["row"] == [whole["readings"]["row"][1], *whole["readings"]["row"][3:]]
+    # Those shown are counted on; nothing disappears silently.
+    client.post("/api/leave_out", json={"rows": [0]})
+    third = client.get("/api/document").json()
+    assert third["data"]["left_out"] == 3
+    assert f"3 of {n} readings are left out by hand: line 2, 3, 4" in third["data"]["notes"]
+    for wrong in ([n], list(range(n - 3)), ["1"], None):
+        assert client.post("/api/leave_out", json={"rows": wrong}).status_code == 400
+    client.post("/api/leave_out", json={"rows": []})
+    again = client.get("/api/document").json()
+    assert again["readings"] == whole["readings"]
+    session.close()

@@ -4,7 +4,8 @@
 
 use cbpt_core::friction::period::FrictionPeriod;
 use cbpt_core::friction::spin::{Touch, least_dissipation};
-use cbpt_core::{Drive, Load};
+use cbpt_core::{CrossSlide, CrossSlideForm, CrossSlideShare, Drive, EqualSpeed, Load};
+use std::f64::consts::FRAC_PI_4;
 
 fn parts(torque_Nm: f64, preload_N: f64) -> [f64; 2] {
     let load = Load::new(torque_Nm, preload_N, 0.0).unwrap();
@@ -75,4 +76,30 @@ fn mean_lies_between_least_and_largest() {
     assert!(status.has_solution());
     let torque = found.unwrap().torque;
     assert!(torque.least_Nm <= torque.mean_Nm && torque.mean_Nm <= torque.largest_Nm);
+}
+
+/// Over a period one solution serves a balanced cross-slide at every angle; here each has its own.
+#[test]
+fn a_cross_slide_over_a_period_has_the_losses_of_its_angles() {
+    let base = Drive::paper_base_case();
+    let slide = EqualSpeed::CrossSlide(CrossSlide {
+        ball_count: 15,
+        pitch_radius_m: 40e-3,
+        contact_angle_rad: 0.8,
+        groove: base.deceleration().groove,
+        form: CrossSlideForm::Balanced,
+        share: CrossSlideShare::Carried,
+    });
+    let drive = Drive::new(*base.material(), *base.deceleration(), slide, base.track_curvature()).unwrap();
+    let (_, found) = FrictionPeriod::new(&drive).at(5.0, 600.0, 0.1).unwrap();
+    let over = found.unwrap().equal_speed.torque;
+    let at = |angle: f64| {
+        let load = Load::new(5.0, 600.0, angle).unwrap();
+        drive.friction(&load, 0.1).unwrap().equal_speed.unwrap().torque_Nm
+    };
+    let angles = (0..100).map(|i| (f64::from(i) + 0.5) / 100.0 * FRAC_PI_4);
+    let mean = angles.map(at).sum::<f64>() / 100.0;
+    assert!((over.mean_Nm / mean - 1.0).abs() < 1e-4, "{} {mean}", over.mean_Nm);
+    assert!((over.largest_Nm / at(FRAC_PI_4) - 1.0).abs() < 1e-3);
+    assert!((over.least_Nm / at(0.0) - 1.0).abs() < 1e-9);
 }

@@ -9,11 +9,15 @@ from __future__ import annotations
 
 import argparse
 import sys
+from dataclasses import replace
+from datetime import date
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from cbpt.cli.options import (
     COMPETING,
     SUCCESS,
+    Counter,
     add_effects,
     add_seed,
     check_name,
@@ -23,6 +27,9 @@ from cbpt.cli.options import (
     only_of,
 )
 from cbpt.whole_files import write_whole
+
+if TYPE_CHECKING:
+    from cbpt.page.document.source import Told
 
 
 def report(argv: list[str]) -> int:
@@ -40,6 +47,7 @@ def report(argv: list[str]) -> int:
         help="FILE.html, or FILE.json for the data of the page alone",
     )
     add_effects(parser, COMPETING)
+    _add_head(parser)
     add_seed(parser, "page")
     options = parser.parse_args(argv)
     columns = columns_of(parser, options)
@@ -55,22 +63,22 @@ def report(argv: list[str]) -> int:
         options.case, options.data, columns or None, options.sheet, only_of(parser, options)
     )
     readings = named(readings, str(options.data), options.data.name)
-    diagnosis = diagnose(case, readings, effects=options.effects, seed=options.seed)
-    isolability = campaign_isolability(diagnosis)
-    source = Source.of_files(
-        str(options.case),
-        str(options.data),
-        _text(options.case),
-        _reading(options),
-        _judging(options),
-    )
-    document = page_document(
-        case,
-        readings,
-        source,
-        diagnosis,
-        isolability=isolability,
-    )
+    with Counter() as counter:
+        diagnosis = diagnose(
+            case,
+            readings,
+            effects=options.effects,
+            seed=options.seed,
+            progress=lambda what, share: counter.share(what, 0.5 * share),
+        )
+        isolability = campaign_isolability(
+            diagnosis, lambda what, share: counter.share(what, 0.5 + 0.4 * share)
+        )
+        counter.share("the page", 0.9)
+        files = str(options.case), str(options.data), _text(options.case)
+        source = Source.of_files(*files, _reading(options), _judging(options))
+        source = replace(source, told=_told(options))
+        document = page_document(case, readings, source, diagnosis, isolability=isolability)
     if options.out.suffix.lower() == ".json":
         text = to_json(document) + "\n"
     else:
@@ -169,6 +177,22 @@ def _text(path: Path) -> str:
     return path.read_text(encoding="utf-8")
 
 
+def _add_head(parser: argparse.ArgumentParser) -> None:
+    """What no file says."""
+    parser.add_argument("--author", metavar="NAME", help="who writes the report, for its head")
+    parser.add_argument("--rig", metavar="NAME", help="the rig, for the head of the report")
+    parser.add_argument(
+        "--date", metavar="DATE", help="date of the report, for its head (default: today)"
+    )
+
+
+def _told(options: argparse.Namespace) -> Told:
+    """The same, as given."""
+    from cbpt.page.document.source import Told
+
+    return Told(options.rig, options.author, options.date or date.today().isoformat())
+
+
 def _reading(options: argparse.Namespace) -> list[str]:
     """The flags that say how the table is read, to be said again."""
     found = []
@@ -182,4 +206,6 @@ def _reading(options: argparse.Namespace) -> list[str]:
 def _judging(options: argparse.Namespace) -> list[str]:
     """The flags of the diagnosis, to be said again."""
     found = ["--with", *options.effects] if options.effects else []
+    for flag, value in (("--author", options.author), ("--rig", options.rig)):
+        found += [flag, value] if value else []
     return found + (["--seed", str(options.seed)] if options.seed else [])

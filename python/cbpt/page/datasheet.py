@@ -108,7 +108,9 @@ def _stiffness(case: Case) -> str:
     curves = []
     for factor in _PRELOADS:
         found = solve_many(case.drive, torque, factor * preload_N)
-        curves.append((f"{factor * preload_N:.4g} N", found.elastic_angle_rad * ARCSEC_PER_RAD))
+        # From the angle without torque, where parts as made may have an error.
+        angle = (found.elastic_angle_rad - found.elastic_angle_rad[_CURVE]) * ARCSEC_PER_RAD
+        curves.append((f"{factor * preload_N:.4g} N", angle))
     return figures.stiffness_svg(torque, curves, torque_Nm)
 
 
@@ -186,12 +188,15 @@ def _limit_GPa(case: Case) -> float:
 def _load_rows(case: Case) -> list[Row]:
     torque_Nm, preload_N = _rated(case)
     solution = case.drive.solve(torque_Nm, preload_N)
+    angle, idle = solution.elastic_angle_arcsec, case.drive.solve(0.0, preload_N)
+    if angle is not None and idle.elastic_angle_arcsec is not None:
+        angle -= idle.elastic_angle_arcsec
     stiffness = solution.torsional_stiffness_Nm_per_rad
     per_arcmin = None if stiffness is None else stiffness * np.pi / 10_800
     return [
         ("Rated torque", f"{torque_Nm:g}", "N m"),
         ("Preload", f"{preload_N:g}", "N"),
-        ("Elastic angle", _number(solution.elastic_angle_arcsec), "arcsec"),
+        ("Elastic angle", _number(angle), "arcsec"),
         ("Torsional stiffness", _number(per_arcmin), "N m/arcmin"),
     ]
 
@@ -309,7 +314,9 @@ def _page(
         f"{_own_names(svg, f'p{place}')}</figure>"
         for place, (head, svg) in enumerate(pictures)
     )
-    made = "parts as they were made" if case.drive.has_parts_as_made else "nominal parts"
+    made = "nominal parts"
+    if case.drive.has_parts_as_made:
+        made = "parts as they were made (friction, pressures and lines of thresholds: nominal)"
     return (
         "<!doctype html>\n"
         f'<html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>\n'

@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 
-use crate::drive::{Drive, Load};
+use crate::drive::{Drive, EqualSpeed, Load};
 use crate::error::InvalidInput;
 use crate::extremes::Grid;
 use crate::geometry::undercut::undercuts;
@@ -156,7 +156,11 @@ impl<'a> FrictionPeriod<'a> {
             return Ok((Status::Undercut, None));
         }
         let (first, deceleration) = samples(&self.deceleration, &load);
-        let (second, equal_speed) = samples(&self.equal_speed, &load);
+        let (second, equal_speed) = if of_balanced_slide(self.drive) {
+            self.slide_samples(&load)
+        } else {
+            samples(&self.equal_speed, &load)
+        };
         let status = first.worse(second);
         let (Some(deceleration), Some(equal_speed)) = (deceleration, equal_speed) else {
             return Ok((status, None));
@@ -176,6 +180,19 @@ impl<'a> FrictionPeriod<'a> {
             period_rad: self.grid.period_rad,
         };
         Ok((status, Some(found)))
+    }
+
+    /// A balanced cross-slide at all samples: its forces are the same at every angle and no plate turns, so the loss of a row
+    /// is in proportion to its speed, |cos| and |sin| of the crank; with the crank at 0 the first has all of it.
+    fn slide_samples(&self, load: &Load) -> (Status, Option<Vec<RowFriction>>) {
+        let (status, found) = samples(&self.equal_speed[..1], load);
+        let sample = |at_0: &RowFriction, i: usize| {
+            let (sin, cos) = (i as f64 * self.grid.step_rad).sin_cos();
+            RowFriction { loss_Nm: at_0.loss_Nm * (sin.abs() + cos.abs()), ..at_0.clone() }
+        };
+        let all =
+            |found: Vec<RowFriction>| (0..self.grid.per_equal_speed).map(|i| sample(&found[0], i)).collect();
+        (status, found.map(all))
     }
 
     /// The same for many loads, torque (N m) and preload (N), on all cores and in their order; `None` if it was cancelled.
@@ -230,6 +247,11 @@ impl<'a> FrictionPeriod<'a> {
         }
         Ok(Backdriving::From { torque_Nm })
     }
+}
+
+/// Whether the equal-speed pair is a cross-slide whose forces do not depend on the angle.
+fn of_balanced_slide(drive: &Drive) -> bool {
+    matches!(drive.equal_speed(), EqualSpeed::CrossSlide(_)) && drive.equal_speed_period_rad().is_none()
 }
 
 /// Steps towards the torque that drives backwards; each takes off a factor of the rest.

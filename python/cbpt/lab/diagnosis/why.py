@@ -22,6 +22,7 @@ from cbpt.lab.diagnosis.deciding_runs import RankedRuns, name_among
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
 from cbpt.lab.diagnosis.misfit import divisions
 from cbpt.lab.experiment.plan import PlannedRun
+from cbpt.lab.model.priors import TWINS
 from cbpt.lab.selection.posterior import UNKNOWN, named_of, posterior_of
 from cbpt.lab.selection.setting import Names
 from cbpt.lab.wording.names import called
@@ -226,7 +227,19 @@ def sentence(d: DiagnosisData, why: Why, angle: AngleUnit = ARCSEC) -> str:
             f"If it were true, {many} at {r['preload_N']:g} N, torque to {r['torque_Nm']:g} N m "
             f"and input angle {r['input_angle_deg']:g} deg would turn the answer."
         )
+    elif _twin(d, why):
+        told.append(
+            "No run of this rig tells it from the answer: both change every reading in the same "
+            "way. Other knowledge, such as a calibration or a drawing, can."
+        )
     return " ".join(told)
+
+
+def _twin(d: DiagnosisData, why: Why) -> bool:
+    """Whether it is the answer but for one effect in the place of its exact twin."""
+    own = set(why.effects) - set(d.verdict.names)
+    other = set(d.verdict.names) - set(why.effects)
+    return len(own) == len(other) == 1 and other <= set(TWINS.get(own.pop(), []))
 
 
 def _name(d: DiagnosisData, why: Why) -> str:

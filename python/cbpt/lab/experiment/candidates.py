@@ -3,6 +3,9 @@
 Limits       what the rig can do: torque, preloads, input angles, times
 limits_of    as far as a rig went in some readings
 candidates   loops, one-sided runs, held torques and turns of the crank within the limits
+described    how the torque of a run goes
+in_words     a run as one would ask for it at the rig
+duration_s   how long it takes
 """
 
 from __future__ import annotations
@@ -148,3 +151,32 @@ def described(run: PlannedRun) -> str:
     steps = np.diff(torque)
     way = "to " + ("the negative peak" if torque.min() < 0 else "the peak")
     return f"{way}, then held" if np.count_nonzero(steps) == 1 else f"{way} and back"
+
+
+def duration_s(run: PlannedRun) -> float | None:
+    """From the first reading to the last, s; None where the run has no times."""
+    return None if run.dwell_s is None else (_readings(run) - 1) * run.dwell_s
+
+
+def in_words(run: PlannedRun) -> str:
+    """What one would ask for at the rig, N m, N, deg and s or min in the text:
+    `one loop of +-5 N m at 400 N, input angle 10 deg: 13 readings, 2 min`."""
+    torque = np.array(run.torque_Nm)
+    peak = float(torque[np.argmax(np.abs(torque))])
+    at = "" if run.preload_N is None else f" at {run.preload_N:g} N"
+    angle = f", input angle {run.input_angle_deg[0]:g} deg"
+    if len(torque) == 1:
+        what, angle = f"one turn of the crank with {peak:g} N m held{at}", ""
+    elif torque.min() < 0 < torque.max():
+        what = f"one loop of +-{abs(peak):g} N m{at}"
+    elif described(run).endswith("held"):
+        what = f"{peak:g} N m, held{at}"
+    else:
+        what = f"torque to {peak:g} N m and back to zero{at}"
+    time = duration_s(run)
+    short = "" if time is None else f", {time:.0f} s" if time < 100 else f", {time / 60:.0f} min"
+    return f"{what}{angle}: {_readings(run)} readings{short}"
+
+
+def _readings(run: PlannedRun) -> int:
+    return max(len(run.torque_Nm), len(run.input_angle_deg))

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive
 from cbpt.lab.covariance.linear_gaussian import Noise, Rows
-from cbpt.lab.experiment.candidates import described
+from cbpt.lab.experiment.candidates import described, duration_s, in_words
 from cbpt.lab.experiment.plan import Plan, PlannedRun
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
@@ -63,6 +63,8 @@ class Suggested:
             "preload_N": self.run.preload_N,
             "input_angle_deg": self.run.input_angle_deg[0],
             "direction": described(self.run),
+            "in_words": in_words(self.run),
+            "duration_s": duration_s(self.run),
             "separates": self.separates,
             "gain": max(self.pairs.values()),
         }

@@ -11,6 +11,7 @@ from __future__ import annotations
 import hashlib
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import combinations
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
 
 import numpy as np
@@ -19,7 +20,7 @@ from numpy.typing import NDArray
 from cbpt._core import Case, Drive, effect_specs, own_effect_variables
 from cbpt.lab.diagnosis.fit_text import moved_by
 from cbpt.lab.model.forward import REGIMES
-from cbpt.lab.model.priors import PRIORS
+from cbpt.lab.model.priors import PRIORS, TWINS
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.set_points import settings
 from cbpt.lab.selection.posterior import OFFSET
@@ -27,6 +28,7 @@ from cbpt.lab.wording.names import called, columns_in_words, tell_tale
 from cbpt.lab.wording.numbers import AngleUnit
 from cbpt.lab.wording.versions import product_version
 from cbpt.page.document.curves import BRANCHES, Curves
+from cbpt.page.document.head import head_of
 from cbpt.page.document.plain import array, finite_numbers, numbers
 from cbpt.page.document.sentence import sentences
 from cbpt.page.document.source import Source
@@ -134,6 +136,7 @@ def _document(
         "product": {"name": "CBPT", "version": product_version()},
         "case": _case_file(case, source),
         "data": _data(readings, source, answer),
+        "head": head_of(case, readings, source),
         "command": source.command.report,
         "command_words": source.command.words(),
         "answer": answer,
@@ -145,7 +148,7 @@ def _document(
         "combinations": list(found.combinations()),
         "remains": found.remains(),
         "undecided": answer["verdict"]["undecided"] if answer else None,
-        "table": table_section(case, readings) if diagnosis else None,
+        "table": table_section(case, readings, _case_after(found, entries)) if diagnosis else None,
         "readings": columns_of_readings(readings, regimes, found),
         "regimes": names,
         "regimes_full": [name == REGIMES[0] for name in names],
@@ -166,6 +169,11 @@ def _document(
         "units_of_keys": at_ends(),
         "reasons": dict(_reasons(found, isolability)),
     }
+
+
+def _case_after(found: Found, entries: Sequence[Model]) -> str | None:
+    """The case with the answer in it, where the answer has a model."""
+    return next((e["case_text"] for e in entries if e["key"] == found.key), None)
 
 
 def _case_file(case: Case | Drive, source: Source) -> CaseFile:
@@ -535,6 +543,12 @@ def _why_no_run(answer: Mapping[str, Any]) -> str:
     verdict = answer["verdict"]
     if verdict["kind"] == "unknown":
         return str(answer["unknown"]["measure_next"])
+    for one, other in (pair for group in verdict["rivals"] for pair in combinations(group, 2)):
+        if other in TWINS.get(one, []):
+            return (
+                f"no run of this rig tells {one} from {other}: both change every reading in the "
+                "same way; other knowledge, such as a calibration or a drawing, can"
+            ).replace("_", " ")
     if verdict["rivals"] or verdict["perhaps"]:
         return "no run like the previous ones would decide between the combinations that are open"
     return "nothing is open, so no further run is needed to decide"

@@ -1,6 +1,6 @@
 """The table by itself, for the page: checks before any model, and the figures of its loops.
 
-table_section   both, from what `preflight` and `characterise` say
+table_section   both, from what `preflight` and `characterise` say, before and after the answer
 """
 
 from __future__ import annotations
@@ -19,30 +19,40 @@ _MOST_SETTINGS = 8
 """A page of more loops than that is no page."""
 
 
-def table_section(case: Case | Drive, readings: Readings) -> dict[str, Any]:
-    """It takes longer than a first plot may wait, so a page has it once there is a diagnosis."""
+def table_section(
+    case: Case | Drive, readings: Readings, after: str | None = None
+) -> dict[str, Any]:
+    """It takes longer than a first plot may wait, so a page has it once there is a diagnosis.
+
+    after: the case with the answer in it, as TOML.
+    """
     return {
         "checks": [asdict(check) for check in checks(readings, case)],
-        "loops": _loops(case, readings),
+        "loops": _loops(case, readings, None if after is None else Case.from_toml(after)),
     }
 
 
-def _loops(case: Case | Drive, readings: Readings) -> list[dict[str, Any]]:
+def _loops(case: Case | Drive, readings: Readings, after: Case | None) -> list[dict[str, Any]]:
     try:
         found = characterise(case, readings)
+        then = characterise(after, readings).groups if after is not None else ()
     except CbptError:  # no loop in the table, or no torque to rate it by
         return []
+    answered = {group.setting: {f.name: f for f in group.model} for group in then}
     return [
         {
             "setting": group.setting,
-            "figures": [_figure(a, b) for a, b in zip(group.readings, group.model, strict=True)],
+            "figures": [
+                _figure(a, b, answered.get(group.setting, {}).get(a.name))
+                for a, b in zip(group.readings, group.model, strict=True)
+            ],
             "warnings": list(group.warnings),
         }
         for group in found.groups[:_MOST_SETTINGS]
     ]
 
 
-def _figure(of_readings: Figure, of_model: Figure) -> dict[str, Any]:
+def _figure(of_readings: Figure, of_model: Figure, answered: Figure | None) -> dict[str, Any]:
     return {
         "name": of_readings.name,
         "unit": of_readings.unit,
@@ -51,5 +61,7 @@ def _figure(of_readings: Figure, of_model: Figure) -> dict[str, Any]:
         "u": of_readings.u,
         "model": of_model.value,
         "u_model": of_model.u,
+        "after": None if answered is None else answered.value,
+        "u_after": None if answered is None else answered.u,
         "reason": of_readings.reason,
     }

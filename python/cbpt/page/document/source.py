@@ -2,6 +2,7 @@
 
 Command     the words of a command line on a case and a table
 Source      names and texts of the files, as the document tells them
+Told        what no file says: the rig, who writes, when
 from_here   a file as a command line names it
 as_word     a file's name, never taken for an option
 named       readings without the folder that they come from
@@ -17,7 +18,7 @@ from pathlib import Path, PurePath
 from cbpt.lab.readings.reader import Readings
 from cbpt.page.document.types import CommandWords
 
-__all__ = ["Command", "Source", "as_word", "from_here", "named"]
+__all__ = ["Command", "Source", "Told", "as_word", "from_here", "named"]
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,15 @@ class Command:
 
 
 @dataclass(frozen=True)
+class Told:
+    """What no file says, for the head of a report."""
+
+    rig: str | None = None
+    author: str | None = None
+    date: str | None = None
+
+
+@dataclass(frozen=True)
 class Source:
     """What the document tells of its files, and the command line that makes it."""
 
@@ -58,6 +68,7 @@ class Source:
     data_name: str
     case_text: str
     command: Command
+    told: Told = Told()
 
     @classmethod
     def of_files(

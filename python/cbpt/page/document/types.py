@@ -133,6 +133,18 @@ class Data(TypedDict):
     settings: list[str]
     place: str
     """line or row: what the readings are counted by."""
+    left_out: NotRequired[int]
+    """Readings that somebody has left out in the workbench."""
+
+
+class Head(TypedDict):
+    """What was measured, on what, by whom; null where nobody said it."""
+
+    drive: str
+    measured: str
+    rig: str | None
+    author: str | None
+    date: str | None
 
 
 class ReadingColumns(TypedDict):
@@ -384,6 +396,7 @@ class PageDocument(TypedDict):
     product: Product
     case: CaseFile
     data: Data
+    head: Head
     command: str
     """The command line that makes this report."""
     command_words: CommandWords

@@ -121,6 +121,17 @@ export interface Data {
   settings: string[];
   /** line or row: what the readings are counted by. */
   place: string;
+  /** Readings that somebody has left out in the workbench. */
+  left_out?: number;
+}
+
+/** What was measured, on what, by whom; null where nobody said it. */
+export interface Head {
+  drive: string;
+  measured: string;
+  rig: string | null;
+  author: string | null;
+  date: string | null;
 }
 
 /** The readings as columns. */
@@ -356,6 +367,7 @@ export interface PageDocument {
   product: Product;
   case: CaseFile;
   data: Data;
+  head: Head;
   /** The command line that makes this report. */
   command: string;
   command_words: CommandWords;

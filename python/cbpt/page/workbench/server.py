@@ -11,6 +11,7 @@
                                 &more=1: another file follows, with which it is read
     POST /api/columns           {columns {header: meaning}, sheet} -> the same
     POST /api/forget            files that were refused or are in doubt are wanted no more
+    POST /api/leave_out         {rows} of those shown that count no more; none: all count again
     POST /api/diagnose          {seed} -> the job
     GET  /api/job               {state, stage, share, seconds, error}
     POST /api/cancel            the job
@@ -97,6 +98,7 @@ def application(
             _texts(b, "columns"), None if b.get("sheet") is None else _text(b, "sheet")
         ),
         "forget": lambda b: session.forget(),
+        "leave_out": lambda b: session.leave_out(_rows(b)),
         "diagnose": lambda b: session.start(_seed(b), b.get("own") is True),
         "cancel": lambda b: session.cancel(),
         "model": lambda b: session.model(_list(b, "effects")),
@@ -313,6 +315,13 @@ def _list(body: dict[str, Any], key: str) -> list[str]:
     value = body.get(key)
     if not isinstance(value, list) or not all(isinstance(v, str) for v in value):
         raise Wrong(400, f"{key}: expected a list of texts")
+    return value
+
+
+def _rows(body: dict[str, Any]) -> list[int]:
+    value = body.get("rows")
+    if not isinstance(value, list) or any(type(v) is not int for v in value):
+        raise Wrong(400, "rows: expected a list of whole numbers")
     return value
 
 

@@ -19,6 +19,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from cbpt._core import Case, Drive, OwnEffect
 from cbpt.effects import doubtful_names, expression
 from cbpt.errors import CaseError, CbptError, InvalidInputError
@@ -41,6 +43,8 @@ if TYPE_CHECKING:
     from cbpt.page.document.models import Models
 
 MOST_EFFECTS = 8
+_MOST_PLACES = 20
+"""Of readings that are left out, told one by one."""
 CLOSING_S = 1.0
 """How long the end may wait for what is under way, all together."""
 _NOTHING = "there are no readings yet: open a case file and a table of readings first"
@@ -66,6 +70,8 @@ class Session:
         self._next: Opened | None = None
         """Files on their way: they are shown once readings come of them, not before."""
         self._readings: Readings | None = None
+        self._all: Readings | None = None
+        """With those that somebody has left out."""
         self.opened = 0
         """Counts the files that have been shown, so that no answer is taken for one to others."""
         self._models: Models | None = None
@@ -92,7 +98,7 @@ class Session:
         session = cls()
         read, readings = case_and_readings(case, data, dict(columns or {}) or None, sheet, only)
         stop_if_few(data.name, readings)
-        session._readings = named(readings, str(data), data.name)
+        session._readings = session._all = named(readings, str(data), data.name)
         session._shown = Opened(
             read,
             case.name,
@@ -153,14 +159,41 @@ class Session:
             last, self._next = self._next, files
             self._let_go(last, files, self._shown)
             if readings is not None:
-                if self._job is not None:
-                    self._job.cancel()
                 self._let_go(self._shown, files)
-                self._shown, self._next, self._readings = files, None, readings
-                self.opened += 1
-                self._no_more_ahead()
-                self._models = self._document = self._text = self._job = None
+                self._shown, self._next, self._all = files, None, readings
+                self._take(readings)
         return found
+
+    def _take(self, readings: Readings) -> None:
+        """Show readings, of which nothing is known yet."""
+        if self._job is not None:
+            self._job.cancel()
+        self._readings = readings
+        self.opened += 1
+        self._no_more_ahead()
+        self._models = self._document = self._text = self._job = None
+
+    def leave_out(self, rows: Sequence[int]) -> dict[str, Any]:
+        """Go on without some of the readings shown, or without a list with all again; the page asks
+        for a new diagnosis. Raises `InvalidInputError` where too few are left."""
+        with self._lock:
+            now, whole = self._readings, self._all
+            if now is None or whole is None:
+                raise NotNow(_NOTHING)
+            if not rows:
+                self._take(whole)
+                return {}
+            if not all(0 <= row < len(now) for row in rows):
+                raise InvalidInputError(f"rows: expected indices below {len(now)}")
+            mask = np.ones(len(now), dtype=bool)
+            mask[list(rows)] = False
+            kept = now.select(mask)
+            stop_if_few(now.source, kept)
+            out = whole.line[~np.isin(whole.line, kept.line)].tolist()
+            places = ", ".join(map(str, out[:_MOST_PLACES])) + ", ..." * (len(out) > _MOST_PLACES)
+            told = f"{len(out)} of {len(whole)} readings are left out by hand: {now.place} {places}"
+            self._take(replace(kept, notes=(*whole.notes, told)))
+            return {}
 
     @staticmethod
     def _let_go(files: Opened | None, *kept: Opened) -> None:
@@ -194,6 +227,7 @@ class Session:
             isolability=None if models is None else Isolability(None, _ASK_FOR_IT),
         )
         document["opened"] = self.opened
+        document["data"]["left_out"] = len(self._all or ()) - len(self._readings)
         return document
 
     # --- the diagnosis ---

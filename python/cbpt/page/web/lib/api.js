@@ -133,6 +133,15 @@ export function post(route, content) {
   });
 }
 
+/** What changes which readings are shown, inside `handOver`. @param {string} route @param {unknown} content */
+export function tellAtOnce(route, content) {
+  return reached(route, {
+    method: "POST",
+    headers: { "content-type": "application/json" },
+    body: JSON.stringify(content),
+  }).then(read);
+}
+
 /** A file by its name and bytes. @param {File} file @param {boolean} more whether another follows */
 export function upload(file, more) {
   return asked(`upload?name=${encodeURIComponent(file.name)}${more ? "&more=1" : ""}`, {

@@ -205,3 +205,10 @@ export function bar(share) {
   inner.style.width = `${(100 * Math.max(0, Math.min(1, share))).toFixed(1)}%`;
   return inner;
 }
+
+/** Show a section with its entry in the contents, or neither. @param {string} id @param {boolean} there */
+export function showSection(id, there) {
+  byId(id).hidden = !there;
+  const entry = document.querySelector(`.contents a[href="#${id}"]`)?.parentElement;
+  if (entry) entry.hidden = !there;
+}

@@ -16,3 +16,13 @@ export function nameOf(key) {
   }
   return words.join(" ");
 }
+
+/** With a capital and a full stop. @param {string} words */
+export function asSentence(words) {
+  return `${words.charAt(0).toUpperCase()}${words.slice(1)}${words.endsWith(".") ? "" : "."}`;
+}
+
+/** As printed: ±, a minus sign. @param {string} words */
+export function inPrint(words) {
+  return words.replaceAll("+-", "±").replace(/(^|[\s(])-(?=\d)/g, "$1−");
+}

@@ -6,7 +6,7 @@
  */
 
 /** @import { Model, PageDocument } from "../types.d.ts" */
-import { showsFiles } from "./api.js";
+import { isLive, showsFiles } from "./api.js";
 import { text } from "./numbers.js";
 
 /** @typedef {"document" | "models" | "model" | "selection" | "filter" | "unit"} Topic */
@@ -73,8 +73,13 @@ export function setDocument(next) {
     state.hidden = new Set();
     state.run = null;
   }
-  if (!same || !modelOf(state.model)) state.model = "stated";
+  if (!same || !modelOf(state.model)) state.model = first(next);
   tell("document");
+}
+
+/** A report begins with what was found, the workbench with what is known. @param {PageDocument} whole */
+function first(whole) {
+  return isLive() ? "stated" : whole.answer_key ?? "stated";
 }
 
 /**

@@ -7,6 +7,7 @@ import { setUpCandidates } from "./candidates.js";
 import { byId, el, fill } from "../lib/dom.js";
 import { setUpDrive } from "./drive.js";
 import { setUpExport } from "./export.js";
+import { setUpFigures } from "./figures.js";
 import { markDrawn } from "../lib/figure.js";
 import { setUpJob } from "./job.js";
 import { setUpLadder } from "./ladder.js";
@@ -14,8 +15,10 @@ import { setUpNext } from "./next.js";
 import { setUpOwn } from "./own.js";
 import { documentShown, on, state, tell, tellNewcomers } from "../lib/store.js";
 import { setUpTable } from "./table.js";
+import { setUpTell } from "./tell.js";
 import { openUpload, setUpUpload } from "./upload.js";
 import { setUpWhere } from "./where.js";
+import { setUpWhy } from "./why.js";
 
 /** Everything but the first plot. */
 export function setUpSections() {
@@ -39,10 +42,13 @@ export function setUpSections() {
       setUpLadder,
       setUpWhere,
       setUpCandidates,
-      setUpOwn,
+      setUpFigures,
       setUpNext,
+      setUpWhy,
+      setUpOwn,
       setUpTable,
       setUpDrive,
+      setUpTell,
       setUpExport,
       setUpUpload,
       setUpJob,

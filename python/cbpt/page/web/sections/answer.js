@@ -1,9 +1,10 @@
 /** 1. The sentence of the answer, how sure it is, what it rests on, the error before and after. */
 
 /** @import { Child } from "../lib/page.d.ts" */
-/** @import { Combination, PageDocument, Rival } from "../types.d.ts" */
-import { bar, bodyOf, byId, el, fill, svg, table } from "../lib/dom.js";
-import { nameOf } from "../lib/names.js";
+/** @import { PageDocument } from "../types.d.ts" */
+import { isLive } from "../lib/api.js";
+import { bar, bodyOf, byId, el, fill, svg } from "../lib/dom.js";
+import { inPrint, nameOf } from "../lib/names.js";
 import { percent, probability, text } from "../lib/numbers.js";
 import { show } from "../lib/models.js";
 import { documentShown, modelOf, on, setModel, size, state } from "../lib/store.js";
@@ -44,7 +45,44 @@ function draw() {
       } (SHA-256). Every number here is in the answer's JSON document.`,
     ),
   );
-  fill(bodyOf("answer"), whole.answer ? found(whole) : waiting(whole));
+  fill(bodyOf("answer"), !isLive() && head(whole), whole.answer ? found(whole) : waiting(whole));
+}
+
+/** What the answer is held against first, in one sentence. @param {PageDocument} whole */
+function nearest(whole) {
+  const rival = whole.why[0];
+  return rival && el(
+    "p",
+    { class: "small", id: "nearest" },
+    el("b", {}, "Why this and not that. "),
+    inPrint(rival.sentence[state.unit]),
+    " ",
+    el("a", { class: "no-print", href: "#why" }, "All rivals"),
+  );
+}
+
+/** Of a report: what was measured, on what, by whom. @param {PageDocument} whole */
+function head(whole) {
+  const { drive, measured, rig, author, date } = whole.head;
+  const file = (/** @type {string} */ name, /** @type {string} */ sha256) =>
+    `${name} (SHA-256 ${sha256.slice(0, 12)})`;
+  const rows = [
+    ["Drive", drive],
+    ["Rig", rig],
+    ["Measured", measured],
+    [
+      "Files",
+      `${file(whole.case.name, whole.case.sha256)}, ${file(whole.data.name, whole.data.sha256)}`,
+    ],
+    ["Report", [date, author && `by ${author}`].filter(Boolean).join(" ")],
+  ];
+  return el(
+    "dl",
+    { class: "head", id: "head" },
+    rows.filter(([, said]) => said).map(([name, said]) =>
+      el("div", {}, el("dt", {}, name), el("dd", {}, said))
+    ),
+  );
 }
 
 /** @param {PageDocument} whole */
@@ -139,9 +177,8 @@ function found(whole) {
     el(
       "div",
       { class: "stack" },
+      nearest(whole),
       remains(whole),
-      combinations(whole),
-      why(whole),
       !whole.undecided && restsOn(verdict.rests_on),
       notes(whole),
       el(
@@ -198,110 +235,6 @@ function remains(whole) {
       `A misfit of ${
         size(rest.rms_arcsec)
       } ${state.unit}, rms${share}, has no name. It depends on ${rest.depends_on}${scatter}.`,
-    ),
-  );
-}
-
-/** The sets of effects that the readings leave, each with its own errors. @param {PageDocument} whole */
-function combinations(whole) {
-  const list = whole.combinations;
-  if (list.length < 2) return null;
-  const row = (/** @type {Combination} */ c) => [
-    [
-      c.label,
-      el(
-        "div",
-        { class: "small quiet" },
-        (c.key === null ? null : modelOf(c.key))?.parameters.map((p) =>
-          `${nameOf(p.name)} ${p.value_text.replaceAll("+-", "±").replace(/^-/, "−")}`
-        ).join(", "),
-      ),
-    ],
-    probability(c.probability),
-    size(c.rmse_arcsec),
-    size(c.held_out_arcsec),
-  ];
-  const drawn = table(
-    "Combinations of effects that the readings leave",
-    [
-      "effects, and nothing else",
-      { text: "probability", number: true },
-      { text: `error, ${state.unit}`, number: true },
-      { text: "held out", number: true },
-    ],
-    list.map(row),
-  );
-  return el(
-    "div",
-    { id: "combinations" },
-    el("h2", { class: "minor" }, "Combinations that the readings leave"),
-    drawn,
-  );
-}
-
-/** The answer against each rival: in words, and where the readings speak for which. @param {PageDocument} whole */
-function why(whole) {
-  if (!whole.why.length) return null;
-  return el(
-    "div",
-    { id: "why" },
-    el("h2", { class: "minor" }, `Why ${whole.combinations[0]?.label ?? "this"}, and not`),
-    el(
-      "p",
-      { class: "small quiet" },
-      "Bars: by how much χ² of the rival is larger in these readings. To the right they speak for the answer, to the left for the rival.",
-    ),
-    el(
-      "div",
-      { class: "rivals" },
-      whole.why.map((rival) =>
-        el(
-          "div",
-          { class: "rival" },
-          el("p", { class: "small" }, rival.sentence[state.unit]),
-          speaking(rival),
-        )
-      ),
-    ),
-  );
-}
-
-const MOST_BARS = 8;
-
-/** Bars of the column that decides, else of the first. @param {Rival} rival */
-function speaking(rival) {
-  const column = rival.by.find((c) => c.decides) ?? rival.by[0];
-  if (!column) return null;
-  const most = Math.max(...column.groups.map((g) => Math.abs(g.delta_chi2)), 1e-9);
-  const shown = [...column.groups].sort((a, b) => Math.abs(b.delta_chi2) - Math.abs(a.delta_chi2))
-    .slice(0, MOST_BARS);
-  return el(
-    "figure",
-    { class: "speaking" },
-    el("figcaption", { class: "small quiet" }, `Δχ² by ${column.label}`),
-    column.groups.filter((g) => shown.includes(g)).map((g) =>
-      el(
-        "div",
-        { class: "speaks" },
-        el("span", { class: "small" }, g.label),
-        svg(
-          "svg",
-          { width: 120, height: 10, viewBox: "-60 0 120 10", "aria-hidden": "true" },
-          svg("line", { class: "zero", x1: 0, x2: 0, y1: 0, y2: 10 }),
-          svg("rect", {
-            class: g.delta_chi2 < 0 ? "against" : "for",
-            x: (Math.min(g.delta_chi2, 0) / most) * 58,
-            width: (Math.abs(g.delta_chi2) / most) * 58,
-            y: 1,
-            height: 8,
-          }),
-        ),
-        el(
-          "span",
-          { class: "small number" },
-          `${g.delta_chi2 > 0 ? "+" : ""}${text(g.delta_chi2)}`,
-        ),
-      )
     ),
   );
 }

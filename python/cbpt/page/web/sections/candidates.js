@@ -1,5 +1,5 @@
 /**
- * 4. What could be missing: a card for each candidate, with its switch and its tell-tale picture.
+ * 7. What could be missing: a card for each candidate, with its switch and its tell-tale picture.
  *
  * The picture lays what the effect adds (its signature) over the residual that it has to explain,
  * along the column in which the signature shows most.
@@ -20,7 +20,7 @@ const POINTS = 260;
 const SAMPLE = 1500;
 let all = false;
 /** @type {Map<string, { node: HTMLElement, of: Model | undefined }>} by candidate */
-const cards = new Map();
+let cards = new Map();
 
 export function setUpCandidates() {
   on(["document", "unit"], drawAnew);
@@ -29,7 +29,7 @@ export function setUpCandidates() {
 }
 
 function drawAnew() {
-  cards.clear();
+  cards = new Map();
   draw();
 }
 
@@ -93,15 +93,13 @@ function named(c) {
   return documentShown().answer?.verdict.effects.includes(c.effect) ?? false;
 }
 
-/** Cards whose model is another, or a card that has to come in sight; else switches and frames. */
+/** A card that has to come in sight, or what a card says of another model; else switches and frames. */
 function follow() {
   const place = bodyOf("missing");
   const { candidates } = documentShown();
-  const stale = (/** @type {Candidate} */ c) => {
-    const drawn = cards.get(c.effect);
-    return drawn?.node.isConnected ? drawn.of !== modelBehind(c) : isOn(c.effect);
-  };
-  if (candidates.some(stale)) draw();
+  const there = (/** @type {Candidate} */ c) => cards.get(c.effect)?.node.isConnected;
+  if (candidates.some((c) => isOn(c.effect) && !there(c))) draw();
+  else for (const c of candidates) if (there(c)) cardOf(c);
   for (const { node } of cards.values()) {
     node.classList.toggle("on", isOn(node.dataset.card ?? ""));
   }
@@ -113,23 +111,23 @@ function modelBehind(c) {
   return modelShown().effects.includes(c.effect) ? modelShown() : modelOf(c.key);
 }
 
-/** The card of a candidate: it stays while its model does. @param {Candidate} c */
+/** The card of a candidate: the element stays, what it says follows its model. @param {Candidate} c */
 function cardOf(c) {
   const of = modelBehind(c);
   const drawn = cards.get(c.effect);
   if (drawn && drawn.of === of) return drawn.node;
-  const node = card(c);
+  const node = drawn?.node ??
+    el("article", { class: "card candidate", "aria-label": c.label, "data-card": c.effect });
+  fill(node, card(c));
+  node.classList.toggle("on", isOn(c.effect));
   cards.set(c.effect, { node, of });
   return node;
 }
 
-/** @param {Candidate} c */
+/** What stands on a card. @param {Candidate} c */
 function card(c) {
   const m = modelBehind(c), alone = modelOf(c.key);
-  const on_ = isOn(c.effect);
-  return el(
-    "article",
-    { class: `card candidate${on_ ? " on" : ""}`, "aria-label": c.label, "data-card": c.effect },
+  return [
     el(
       "div",
       { class: "row between" },
@@ -182,7 +180,7 @@ function card(c) {
         })`,
       ].filter(Boolean).join(" · "),
     ),
-  );
+  ];
 }
 
 /**

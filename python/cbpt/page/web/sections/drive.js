@@ -1,5 +1,5 @@
 /**
- * 9. The drive: both pairs to scale, forces as arrows, meshing points by state, sliders, the curve.
+ * 11. The drive: both pairs to scale, forces as arrows, meshing points by state, sliders, the curve.
  *
  * Lengths are mm as the document has them; the drawing's y points up, an SVG's down.
  */

@@ -1,4 +1,4 @@
-/** 10. Export: the answer's JSON, the readings as CSV, the case file, plots, the command line. */
+/** 13. Export: the answer's JSON, the readings as CSV, the case file, plots, the command line. */
 
 /** @import { Model } from "../types.d.ts" */
 import { isLive } from "../lib/api.js";

@@ -1,4 +1,4 @@
-/** 5. The ladder: the error in sample and held out with each effect added, noise floor, stop mark. */
+/** 8. The ladder: the error in sample and held out with each effect added, noise floor, stop mark. */
 
 /** @import { Theme } from "../lib/figure.js" */
 /** @import { Rung } from "../types.d.ts" */

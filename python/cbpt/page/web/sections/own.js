@@ -1,5 +1,5 @@
 /**
- * 6. Your own effect: an expression with parameters, checked as it is typed, fitted like the others.
+ * 9. Your own effect: an expression with parameters, checked as it is typed, fitted like the others.
  *
  * What is a parameter is seen from the expression: a name that is neither variable nor function.
  */
@@ -37,11 +37,34 @@ export function setUpOwn() {
     const now = `${whole.opened} ${!!whole.answer}`;
     if (of === now) return;
     of = now;
-    effect = structuredClone(whole.own.draft ?? BLANK);
+    effect = kept() ?? structuredClone(whole.own.draft ?? BLANK);
     seen = new Map(effect.parameters.map((p) => [p.name, p]));
     draw();
   });
   on(["model"], drawFound);
+}
+
+/** What was written last is kept in the browser, by case and table: a reload forgets nothing. */
+function keyOfFiles() {
+  const { case: of_, data } = documentShown();
+  return `cbpt own effect ${of_.sha256.slice(0, 16)} ${data.sha256.slice(0, 16)}`;
+}
+
+/** @returns {OwnEffect | null} */
+function kept() {
+  try {
+    return isLive() ? JSON.parse(localStorage.getItem(keyOfFiles()) ?? "null") : null;
+  } catch {
+    return null;
+  }
+}
+
+function keep() {
+  try {
+    localStorage.setItem(keyOfFiles(), JSON.stringify(effect));
+  } catch {
+    // A browser that keeps nothing still has the editor.
+  }
 }
 
 /** @type {HTMLElement} */
@@ -372,6 +395,7 @@ async function fitted() {
   try {
     const answer = await post("own/fit", effect);
     redefined(id);
+    keep();
     take(answer);
     setModel(answer.model.key, "models");
     announce(told());

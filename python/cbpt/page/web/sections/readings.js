@@ -8,7 +8,8 @@
 /** @import { Theme } from "../lib/figure.js" */
 /** @import { Points, Sign } from "../lib/points.js" */
 /** @import { Branch } from "../types.d.ts" */
-import { bodyOf, byId, el, fill, svg, table } from "../lib/dom.js";
+import { get, handOver, isLive, tellAtOnce } from "../lib/api.js";
+import { bodyOf, byId, el, fill, svg, table, trouble } from "../lib/dom.js";
 import { Figure, MOST_POINTS, onTheme, safe, theme, thin } from "../lib/figure.js";
 import { nameOf } from "../lib/names.js";
 import { fixed, plain } from "../lib/numbers.js";
@@ -23,6 +24,7 @@ import {
   on,
   scale,
   select,
+  setDocument,
   state,
   tell,
   visible,
@@ -57,7 +59,7 @@ export function setUpReadings() {
     build,
     {
       height: innerWidth < 720 ? 520 : 620,
-      paper: 360,
+      paper: 290,
       bar: true,
       first: true,
     },
@@ -84,7 +86,7 @@ export function setUpReadings() {
         el(
           "span",
           { class: "no-print", id: "box-hint", style: "visibility: hidden" },
-          " Drag a box to select readings; double-click to clear the selection. ",
+          " Drag a box to select readings; double-click to clear the selection. Choose a run to see the model reading by reading. ",
         ),
         el("span", { id: "mean-over" }),
       ),
@@ -122,7 +124,7 @@ export function levelColours(t) {
 function drawLegend() {
   const whole = documentShown();
   byId("mean-over").textContent = !inOrder() && whole.curves_mean_over.length
-    ? "Lines show means; the residual stands at each reading. Choose a run to see the model reading by reading."
+    ? "Lines show means; the residual stands at each reading."
     : "";
   const colours = levelColours(theme());
   const names = whole.data.settings;
@@ -156,6 +158,11 @@ function drawLegend() {
       el("span", { class: "key" }, sign(branch), BRANCHES[branch].name)
     ),
     lineKeys(),
+    isLive() && (whole.data.left_out ?? 0) > 0 && el(
+      "button",
+      { type: "button", id: "all-again", onclick: () => leaveOut([]) },
+      `${whole.data.left_out} readings left out: take all again`,
+    ),
     runs.length > 1 && el(
       "label",
       { class: "inline no-print" },
@@ -219,6 +226,26 @@ function lineKeys() {
     ),
     !inOrder() && ways.has(BRANCHES.down.dash) && ways.size > 1 &&
     el("span", { class: "key" }, line(BRANCHES.down.dash), "model, torque falling"),
+    whole.readings.u_arcsec && el(
+      "span",
+      { class: "key" },
+      svg(
+        "svg",
+        { width: 8, height: 14, "aria-hidden": "true" },
+        svg("line", { x1: 4, x2: 4, y1: 1, y2: 13, stroke: theme().ink, opacity: 0.45 }),
+      ),
+      "± stated uncertainty (k = 1)",
+    ),
+    modelShown().key !== "stated" && el(
+      "span",
+      { class: "key" },
+      svg(
+        "svg",
+        { width: 8, height: 8, "aria-hidden": "true" },
+        svg("circle", { cx: 4, cy: 4, r: 2, fill: theme().quiet, opacity: 0.5 }),
+      ),
+      "residual of the drive as stated",
+    ),
     noiseOf() !== null && el(
       "span",
       { class: "key" },
@@ -480,7 +507,16 @@ function drawSelection() {
           fixed(bias * s, decimals(2), true)
         } ${state.unit}`,
       ),
-      el("button", { type: "button", onclick: () => select([]) }, "Clear the selection"),
+      el(
+        "span",
+        { class: "row" },
+        isLive() && el(
+          "button",
+          { type: "button", id: "leave-out", onclick: () => leaveOut(rows) },
+          "Leave these out and diagnose again",
+        ),
+        el("button", { type: "button", onclick: () => select([]) }, "Clear the selection"),
+      ),
     ),
     table(
       "Readings selected",
@@ -510,6 +546,20 @@ function drawSelection() {
     rows.length > ROWS_SHOWN &&
       el("p", { class: "small quiet" }, `The first ${ROWS_SHOWN} are listed; the CSV has all.`),
   );
+}
+
+/** Go on without some readings, or with all again. @param {number[]} rows */
+async function leaveOut(rows) {
+  try {
+    setDocument(
+      await handOver(async () => {
+        await tellAtOnce("leave_out", { rows });
+        return await get("document");
+      }),
+    );
+  } catch (error) {
+    trouble(error instanceof Error ? error.message : String(error));
+  }
 }
 
 /** Before there is an answer what is stated has to do; later the answer says what is known. @returns {number | null} */

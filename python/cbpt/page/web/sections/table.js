@@ -1,9 +1,9 @@
-/** 8. The table by itself: checks before any model, and the figures of its loops. */
+/** 10. The table by itself: checks before any model, and the figures of its loops. */
 
 /** @import { Any } from "../types.d.ts" */
 import { bodyOf, el, fill, table } from "../lib/dom.js";
-import { text } from "../lib/numbers.js";
-import { documentShown, on, scale, state } from "../lib/store.js";
+import { shown, unitOf } from "./figures.js";
+import { documentShown, on } from "../lib/store.js";
 
 /** @type {Record<string, string>} */
 const STATES = { good: "good", look: "look again", lost: "cannot be told" };
@@ -47,13 +47,15 @@ function draw() {
           el("h3", {}, setting ? `Figures of the loops, ${setting}` : "Figures of the loops"),
           table(
             "Figures of catalogues",
-            ["figure", "unit", "readings", "model as stated", "read off as"],
+            ["figure", "readings", "drive as stated", "with the answer"],
             figures.map((/** @type {Any} */ f) => [
-              f.name.replaceAll("_", " "),
-              f.unit === "arcsec" ? state.unit : f.unit,
+              [
+                `${f.name.replaceAll("_", " ")} (${unitOf(f)})`,
+                el("div", { class: "small quiet" }, f.convention),
+              ],
               f.value === null ? `none: ${f.reason}` : shown(f, f.value, f.u),
-              f.model === null ? "none" : shown(f, f.model, f.u_model),
-              f.convention,
+              shown(f, f.model, f.u_model),
+              shown(f, f.after, f.u_after),
             ]),
           ),
           warnings.map((/** @type {string} */ w) => el("p", { class: "small" }, w)),
@@ -61,11 +63,4 @@ function draw() {
       ),
     ),
   );
-}
-
-/** @param {Any} f @param {number} value @param {number | null} u */
-function shown(f, value, u) {
-  const factor = f.unit === "arcsec" ? scale() : 1;
-  const size = text(value * factor);
-  return u ? `${size} ± ${text(u * factor, 2)}` : size;
 }

@@ -1,4 +1,4 @@
-/** 3. Where it fails: the residual over two columns, the regions found, where contact is lost. */
+/** 6. Where it fails: the residual over two columns, the regions found, where contact is lost. */
 
 /** @import { Theme } from "../lib/figure.js" */
 /** @import { Region } from "../types.d.ts" */
@@ -6,6 +6,7 @@ import { bar, bodyOf, el, fill } from "../lib/dom.js";
 import { Figure, safe } from "../lib/figure.js";
 import { percent, plain, text } from "../lib/numbers.js";
 import { BRANCHES } from "./readings.js";
+import { residualCard } from "./residual.js";
 import {
   columnOf,
   documentShown,
@@ -41,7 +42,12 @@ export function setUpWhere() {
   regions = el("div", { class: "card", id: "regions" });
   fill(
     place,
-    el("div", { class: "grid two" }, el("div", { class: "card" }, choices, plot), regions),
+    el(
+      "div",
+      { class: "grid" },
+      el("div", { class: "grid two" }, el("div", { class: "card" }, choices, plot), regions),
+      residualCard(),
+    ),
   );
   figure = new Figure(plot, "where", "Map of the mean residual over two columns", build, {
     height: 400,

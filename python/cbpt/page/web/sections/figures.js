@@ -1,0 +1,70 @@
+/** 3. The figures of catalogues: of the readings, of the drive as stated, and with the answer. */
+
+/** @import { Any } from "../types.d.ts" */
+import { bodyOf, el, fill, showSection, table } from "../lib/dom.js";
+import { text } from "../lib/numbers.js";
+import { documentShown, on, scale, state } from "../lib/store.js";
+
+/** What a buyer compares; all others stand with the table. */
+const FIRST = ["lost_motion", "hysteresis_loss", "torsional_rigidity"];
+/** The lowest setting, one in the middle and the highest are enough to see what changes. */
+const MOST_SETTINGS = 3;
+
+export function setUpFigures() {
+  on(["document", "unit"], draw);
+}
+
+function draw() {
+  /** @type {Any[]} */
+  const loops = documentShown().table?.loops ?? [];
+  showSection("figures", loops.length > 0);
+  const kept = loops.length <= MOST_SETTINGS
+    ? loops
+    : [loops[0], loops[loops.length >> 1], loops[loops.length - 1]];
+  const rows = kept.flatMap(({ setting, figures }) =>
+    figures.filter((/** @type {Any} */ f) => FIRST.includes(f.name)).map((
+      /** @type {Any} */ f,
+    ) => [
+      [
+        `${f.name.replaceAll("_", " ")} (${unitOf(f)})`,
+        setting && el("div", { class: "small quiet" }, setting),
+      ],
+      shown(f, f.value, f.u),
+      shown(f, f.model, f.u_model),
+      shown(f, f.after, f.u_after),
+    ])
+  );
+  fill(
+    bodyOf("figures"),
+    el(
+      "div",
+      { class: "card" },
+      table("Figures of catalogues before and after", [
+        "figure",
+        "readings",
+        "drive as stated",
+        "with the answer",
+      ], rows),
+      loops.length > MOST_SETTINGS &&
+        el(
+          "p",
+          { class: "small quiet" },
+          `${MOST_SETTINGS} of ${loops.length} settings; all figures stand with `,
+          el("a", { href: "#table" }, "the table and its loops"),
+          ".",
+        ),
+    ),
+  );
+}
+
+/** @param {Any} f */
+export function unitOf(f) {
+  return f.unit === "arcsec" ? state.unit : f.unit;
+}
+
+/** A figure with its uncertainty, in the unit shown. @param {Any} f @param {number | null} value @param {number | null} u */
+export function shown(f, value, u) {
+  if (value === null) return "none";
+  const factor = f.unit === "arcsec" ? scale() : 1;
+  return u ? `${text(value * factor)} ± ${text(u * factor, 2)}` : text(value * factor);
+}
