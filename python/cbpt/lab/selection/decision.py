@@ -161,10 +161,10 @@ def _with_remains(competition: Competition, verdict: Verdict) -> Verdict:
 
 def _beside_rest(verdict: Verdict, rules: DecisionRules) -> Verdict:
     """The verdict with less probability where it names a cause and something else remains: what has
-    no name may as well be what the cause imitates."""
+    no name may as well be what the cause imitates, so nothing beside it is certain."""
     if verdict.lack_of_fit is None or verdict.kind == "unknown":
         return verdict
-    inside = rules.beside_rest
+    inside = rules.certain
     return replace(
         verdict,
         inside=inside,

@@ -28,9 +28,6 @@ class DecisionRules:
     """Readings for each free number of an answer, below which it is none."""
     left_chance: float = 0.001
     """Chance of noise leaving as much as an answer does, below which something remains."""
-    beside_rest: float = 0.9
-    """What an answer keeps of its probability where it leaves more than noise: the other part is
-    for causes that the library does not hold."""
     moved_sigma: float = 2.25
     """Standard uncertainties: a number of drive or rig that moves further is a finding of its own
     (2, and the quarter that the readings leave open)."""
