@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from os import PathLike
 from typing import Any, SupportsFloat, SupportsIndex, final
 
-__all__ = ["Case", "Drive", "Effect", "EffectParameter", "EffectSpec", "Enclosure", "Finding", "LargestAngle", "OwnEffect", "PairSolution", "Prediction", "Predictor", "PreloadThresholds", "Sensitivities", "Sensitivity", "Solution", "SweepCsv", "SweepPlan", "SweepTally", "Thresholds", "Unit", "design_number", "design_numbers", "effect_specs", "example_case", "is_sweep_plan", "judge_designs", "own_effect_variables", "run_command_line", "solve_angles", "sweep_findings", "sweep_statuses", "text_table", "unit_size", "units"]
+__all__ = ["Case", "Drive", "Effect", "EffectParameter", "EffectSpec", "Enclosure", "Finding", "LargestAngle", "OwnEffect", "PairSolution", "Prediction", "Predictor", "PreloadThresholds", "Sensitivities", "Sensitivity", "Solution", "SweepCsv", "SweepPlan", "SweepTally", "Thresholds", "Unit", "design_number", "design_numbers", "effect_specs", "example_case", "is_sweep_plan", "judge_designs", "own_effect_variables", "painted", "run_command_line", "solve_angles", "sweep_findings", "sweep_statuses", "terminal_colour", "terminal_width", "text_table", "unit_size", "units"]
 
 @final
 class Case:
@@ -77,9 +77,12 @@ class Case:
 
         Raises ``InvalidInputError`` for a spread that stands for two numbers whose values differ.
         """
-    def to_toml(self, /) -> str:
+    def to_toml(self, /, like: str | None = None) -> str:
         """
         The case as a file in SI units; ``from_toml`` of it gives the same case to the last bit.
+
+        ``like`` is the text of the file that the case was made of: its comments, order and units stay, and only effects that
+        are new or have other numbers are written. Raises ``CaseError`` where that text is no case.
         """
     @property
     def torque_Nm(self, /) -> float | None:
@@ -946,6 +949,10 @@ class Solution:
         Pickled as drive and load; solving again gives the same numbers.
         """
     def __repr__(self, /) -> str: ...
+    def _repr_html_(self, /) -> str:
+        """
+        What a notebook shows.
+        """
     @property
     def alpha_deceleration_arcsec(self, /) -> float | None:
         """
@@ -1397,6 +1404,11 @@ def own_effect_variables() -> list[tuple[str, str]]:
     Variables that an own effect may depend on: name and meaning.
     """
 
+def painted(text: str) -> str:
+    """
+    A text with the colours of the command line.
+    """
+
 def run_command_line(arguments: SupportsGetItem[int, str]) -> int:
     """
     Runs the Rust verbs of the command line (program name first) and returns the exit code.
@@ -1440,12 +1452,23 @@ def sweep_statuses() -> list[str]:
     Names of the statuses of a row, by their codes.
     """
 
-def text_table(columns: SupportsGetItem[int, str], rows: SupportsGetItem[int, SupportsGetItem[int, bool | SupportsIndex | SupportsFloat | str | None]]) -> str:
+def terminal_colour(error: bool) -> bool:
+    """
+    Whether standard output, or standard error, shows colours: a terminal that can, and ``NO_COLOR`` is not set.
+    """
+
+def terminal_width() -> int:
+    """
+    Columns that text on standard output may take.
+    """
+
+def text_table(columns: SupportsGetItem[int, str], rows: SupportsGetItem[int, SupportsGetItem[int, bool | SupportsIndex | SupportsFloat | str | None]], width: SupportsIndex | None = None) -> str:
     """
     A text table as the command line draws it.
 
     ``columns`` are the column names; each row has a cell for each column. Numbers are shown to six significant digits;
     ``None`` and numbers that are not finite are shown as ``-``.
+    The table is as wide as the terminal at most, 100 characters in a file; ``width`` says otherwise.
     """
 
 def unit_size(text: str) -> float:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from html import escape
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -84,12 +85,7 @@ class Angles:
     def _repr_html_(self) -> str:
         """As a notebook shows it: a table of the first loads."""
         columns = ("torque_Nm", "preload_N", "input_angle_deg", "elastic_angle_arcsec", "status")
-        values = [np.ravel(getattr(self, name))[:_SHOWN_ROWS].tolist() for name in columns]
-        head = "".join(f"<th>{name}</th>" for name in columns)
-        rows = zip(*values, strict=True)
-        told = ((v if isinstance(v, str) else f"{v:.6g}" for v in row) for row in rows)
-        body = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>" for row in told)
-        return f"<p>{escape(repr(self))}</p><table><tr>{head}</tr>{body}</table>"
+        return first_rows(repr(self), {name: getattr(self, name) for name in columns})
 
     def __repr__(self) -> str:
         solved = int(np.count_nonzero(self.has_solution))
@@ -100,6 +96,20 @@ class Angles:
         for name in np.unique(self.status[~self.has_solution]):
             text += f", {np.count_nonzero(self.status == name)} {name}"
         return text + ")"
+
+
+def first_rows(heading: str, columns: Mapping[str, NDArray[Any]]) -> str:
+    """The first rows of some columns as HTML, for a notebook."""
+    values = [np.ravel(column)[:_SHOWN_ROWS].tolist() for column in columns.values()]
+    head = "".join(f"<th>{escape(name)}</th>" for name in columns)
+    told = [
+        [escape(v) if isinstance(v, str) else f"{v:.6g}" for v in row]
+        for row in zip(*values, strict=True)
+    ]
+    body = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>" for row in told)
+    total = max((np.size(column) for column in columns.values()), default=0)
+    more = f"<p>and {total - len(told)} more rows</p>" if total > len(told) else ""
+    return f"<p>{escape(heading)}</p><table><tr>{head}</tr>{body}</table>{more}"
 
 
 def solve_many(

@@ -162,3 +162,14 @@ def test_the_plan_that_the_page_shows_is_one(tmp_path: Path) -> None:
     shown = page.split("```toml\n", 1)[1].split("```", 1)[0]
     plan = plan_of(shown, tmp_path)
     assert len(plan.runs) == 4 and plan.rows.cycle is not None
+
+
+def test_a_range_counts_as_in_a_plan_of_a_sweep(tmp_path: Path) -> None:
+    def rows(said: str) -> cbpt.Plan:
+        path = tmp_path / "plan.toml"
+        path.write_text(f"[[run]]\npreload_N = 600\ntorque_Nm = {{ to = 6, {said} }}\n")
+        return cbpt.read_plan(path)
+
+    assert rows("count = 4").rows.torque_Nm.tolist() == rows("points = 4").rows.torque_Nm.tolist()
+    with pytest.raises(cbpt.PlanError, match="not both"):
+        rows("count = 4, points = 4")

@@ -142,11 +142,12 @@ CLI_USES: dict[str, set[str]] = {
     "args": set(),
     "exit": {"case"},
     "whole": set(),
-    "report": {"args", "exit", "whole"},
+    "terminal": set(),
+    "report": {"args", "exit", "terminal", "whole"},
     "progress": set(),
     "sweep": {"case", "exit", "whole"},
     "commands": {"args", "case", "exit", "progress", "report", "sweep"},
-    "lib": {"args", "commands", "exit"},
+    "lib": {"args", "commands", "exit", "terminal"},
     "main": {"lib"},
 }
 
@@ -320,7 +321,7 @@ WITHIN = {
         *("wording", "readings", "covariance", "model", "inference"),
         *("selection", "characteristics", "experiment", "diagnosis", "change"),
     ),
-    "page": ("document", "report", "workbench"),
+    "page": ("document", "report", "inline", "workbench"),
 }
 
 

@@ -19,6 +19,7 @@ from cbpt.cli.options import (
     columns_of,
     inputs,
     only_of,
+    show,
 )
 from cbpt.whole_files import write_whole
 
@@ -76,7 +77,7 @@ def report(argv: list[str]) -> int:
 
         text = page(document)
     write_whole(options.out, text)
-    print(diagnosis.sentence)
+    show(diagnosis.sentence)
     print(f"Wrote {options.out}.")
     sys.stdout.flush()
     return SUCCESS

@@ -33,6 +33,7 @@ from cbpt.design.judge import (
     value_of,
 )
 from cbpt.errors import InvalidInputError
+from cbpt.lab.wording.html import Reported
 from cbpt.results import ANGLE_UNITS, ARCSEC_PER_RAD
 
 __all__ = ["Optimum", "optimise"]
@@ -59,7 +60,7 @@ _BINDS = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
-class Optimum:
+class Optimum(Reported):
     """The outcome of a search. Numbers are named in SI, values are SI."""
 
     case: Case
@@ -121,7 +122,7 @@ class Optimum:
 
     def report(self, angle_unit: str = "arcsec") -> str:
         """Text for a terminal."""
-        from cbpt._core import text_table
+        from cbpt.lab.wording import layout
 
         def angle(arcsec: float | None) -> str:
             if arcsec is None:
@@ -144,7 +145,7 @@ class Optimum:
         for name, (was, now) in self.numbers.items():
             key, before = shown(name, was)
             rows.append([key, before, shown(name, now)[1]])
-        lines.append(text_table(["number", "before", "now"], rows))
+        lines.append(layout.table(["number", "before", "now"], rows))
         lines.append(self._of_period(angle))
         if self.found:
             at = (

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from cbpt._core import SweepPlan, sweep_findings, sweep_statuses
 from cbpt.errors import MissingLibraryError
-from cbpt.results import ARCSEC_PER_RAD
+from cbpt.results import ARCSEC_PER_RAD, first_rows
 
 if TYPE_CHECKING:
     import pandas
@@ -193,6 +193,12 @@ class Sweep:
         return (
             f"Sweep({self.plan.design}, {len(self)} rows over {', '.join(self.plan.names)}{where})"
         )
+
+    def _repr_html_(self) -> str:
+        """As a notebook shows it: a table of the first rows."""
+        columns: dict[str, Any] = {name: self.axis(name) for name in self.plan.names}
+        columns["elastic_angle_arcsec"] = self.elastic_angle_arcsec
+        return first_rows(repr(self), columns | {"status": self.status})
 
     def to_pandas(self) -> pandas.DataFrame:
         """A data frame with a row for each row of the plan; columns as in a CSV file. Raises

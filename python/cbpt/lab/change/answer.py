@@ -11,6 +11,7 @@ from typing import Any
 
 from cbpt.lab.change.record import ChangeData
 from cbpt.lab.change.text import lines, sentence
+from cbpt.lab.wording.html import Reported
 from cbpt.lab.wording.versions import versions
 
 __all__ = ["Change"]
@@ -21,7 +22,7 @@ SCHEMA = "cbpt.change/1"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Change(ChangeData):
+class Change(Reported, ChangeData):
     """What changed between campaigns on the same reducer."""
 
     @property

@@ -16,6 +16,7 @@ from cbpt.figures.characteristics import Branches, LoopPicture, draw_loops
 from cbpt.lab.characteristics.record import CharacteristicsData, Group
 from cbpt.lab.characteristics.text import lines
 from cbpt.lab.characteristics.uncertainty import LoopSet
+from cbpt.lab.wording.html import Reported
 from cbpt.lab.wording.versions import versions
 from cbpt.results import ANGLE_UNITS
 
@@ -25,7 +26,7 @@ SCHEMA = "cbpt.characteristics/1"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Characteristics(CharacteristicsData):
+class Characteristics(Reported, CharacteristicsData):
     """Figures of catalogues and standards, with standard uncertainties (k = 1)."""
 
     def to_dict(self) -> dict[str, Any]:

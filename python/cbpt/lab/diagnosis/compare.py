@@ -39,6 +39,7 @@ from cbpt.lab.readings.points import points_of
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.unit_check import slips
 from cbpt.lab.wording import html
+from cbpt.lab.wording.inline import Shown, page
 from cbpt.lab.wording.numbers import rounded
 from cbpt.lab.wording.versions import versions
 from cbpt.results import ANGLE_UNITS, Angles, solve_many
@@ -142,6 +143,14 @@ class Comparison(ComparisonData):
         )
         draw_comparison(picture, path, angle_unit)
 
+    def show(self, height_px: int = 800) -> Shown:
+        """The page's sections about the drive as stated, for a notebook: no server, no network.
+
+        Needs plotly: `pip install "cbpt[workbench]"`.
+        """
+        assert self.case is not None
+        return page(self.case, self.readings, None, height_px)
+
     def __repr__(self) -> str:
         return self.report()
 
@@ -219,12 +228,14 @@ def compare(
     ball_drive = drive.kind == "ball_drive"
     findings = tuple(map(repr, drive.findings())) if ball_drive else ()
     plain = _compared(data, *_model(case, drive, data, progress), zero, findings)
+    plain = replace(plain, case=case)
     if not effects:
         return plain
     from cbpt.lab.selection.fit_effects import fitted
 
     model = fitted(case, data, effects)
-    return replace(_compared(data, model, model.regime, zero, findings), before=plain)
+    found = _compared(data, model, model.regime, zero, findings)
+    return replace(found, before=plain, case=case)
 
 
 def _model(

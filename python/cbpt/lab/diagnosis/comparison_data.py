@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cbpt._core import Case, Drive
 from cbpt.lab.covariance.repeatability import Repeats
 from cbpt.lab.covariance.within_run import Scatter
 from cbpt.lab.diagnosis.misfit import Group, Misfit
@@ -63,6 +64,8 @@ class ComparisonData:
     """Parameters of the effects that the model has beside the drive."""
     before: ComparisonData | None
     """The same without the effects that were to be fitted; None where none were."""
+    case: Case | Drive | None = field(default=None, kw_only=True, repr=False)
+    """The drive that was compared."""
 
     @property
     def u_from(self) -> str | None:

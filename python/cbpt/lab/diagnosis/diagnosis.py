@@ -38,6 +38,7 @@ from cbpt.lab.model.priors import ODDS, PRIORS
 from cbpt.lab.readings.points import points_of
 from cbpt.lab.selection.scan import Scanned, find_regions
 from cbpt.lab.wording import html
+from cbpt.lab.wording.inline import Shown, page
 from cbpt.lab.wording.numbers import angle_unit_of, probability, rounded
 from cbpt.lab.wording.versions import versions
 
@@ -338,6 +339,13 @@ class Diagnosis(DiagnosisData):
         else they are Python."""
         angle = angle_unit_of(angle_unit)
         return "\n".join(lines(self, self._document, self._whys, say, angle))
+
+    def show(self, height_px: int = 800) -> Shown:
+        """The page of the answer inside a notebook: no server, no network.
+
+        Needs plotly: `pip install "cbpt[workbench]"`.
+        """
+        return page(self.case, self.readings, self, height_px)
 
     def __repr__(self) -> str:
         return self.report()

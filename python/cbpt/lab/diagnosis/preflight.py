@@ -19,6 +19,7 @@ from cbpt.errors import Say, said
 from cbpt.lab.diagnosis.preflight_checks import Blind, Check, blind_to, checks
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.reader import Readings, read_readings
+from cbpt.lab.wording.html import Reported
 from cbpt.lab.wording.versions import versions
 
 __all__ = ["Preflight", "preflight"]
@@ -28,7 +29,7 @@ _MARKS = {"good": "ok  ", "look": "LOOK", "lost": "LOST"}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Preflight:
+class Preflight(Reported):
     """What a table holds, before any model."""
 
     source: Readings = field(repr=False)

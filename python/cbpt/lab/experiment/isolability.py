@@ -47,6 +47,7 @@ from cbpt.lab.model.priors import CLASSES, LOT, PRIORS, VARIANTS, Variant, lots
 from cbpt.lab.readings.inputs import case_of
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.selection.model_comparison import Progress
+from cbpt.lab.wording.html import Reported
 from cbpt.lab.wording.versions import versions
 
 __all__ = ["Isolability", "Pair", "Seen", "isolability"]
@@ -56,7 +57,7 @@ SCHEMA = "cbpt.isolability/1"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Isolability(IsolabilityData):
+class Isolability(Reported, IsolabilityData):
     """What a campaign could see. `to_dict` is the JSON document; `report` says it in words."""
 
     def to_dict(self) -> dict[str, Any]:

@@ -36,6 +36,7 @@ from cbpt.lab.readings.headers import (
     units_of,
 )
 from cbpt.lab.readings.reader import Readings, read_readings
+from cbpt.lab.wording import html
 from cbpt.lab.wording.numbers import significant
 from cbpt.toml_files import is_number, read_toml, shown
 
@@ -118,6 +119,13 @@ class PlannedRun:
         return "\n".join(lines) + "\n"
 
 
+def _ends(values: tuple[float, ...]) -> str:
+    """The values of a run, or between which they lie."""
+    if len(values) < 4:
+        return ", ".join(f"{v:g}" for v in values)
+    return f"{min(values):g} to {max(values):g} ({len(values)})"
+
+
 @dataclass(frozen=True, eq=False)
 class Plan:
     """A campaign that has not been run."""
@@ -160,6 +168,24 @@ class Plan:
 
     def __repr__(self) -> str:
         return repr(self.rows).replace("Readings(", "Plan(").replace("reading", "row")
+
+    def _repr_html_(self) -> str:
+        """As a notebook shows it: a table of the runs, or of the rows."""
+        if not self.runs:
+            return self.rows._repr_html_()
+        headers = ["run", "rows", "preload_N", "torque_Nm", "input_angle_deg", "dwell_s"]
+        runs = [
+            [
+                number,
+                len(run),
+                run.preload_N,
+                _ends(run.torque_Nm),
+                _ends(run.input_angle_deg),
+                run.dwell_s,
+            ]
+            for number, run in enumerate(self.runs, 1)
+        ]
+        return html.paragraph(repr(self)) + html.table(headers, runs)
 
     def to_csv(self) -> str:
         """The rows as a table, which `read_plan` takes as well."""
@@ -311,7 +337,8 @@ _KEYS = (
     *(_OWN[key].column for key in _QUANTITIES),
     *("dwell_s", "pause_s", "rate_Nm_per_s", "repeats", "cycles"),
 )
-_RANGE = ("from", "to", "points", "shape")
+_RANGE = ("from", "to", "count", "points", "shape")
+"""`count`, as plans of sweeps have it; `points` is the same."""
 
 
 class _Reader:
@@ -328,7 +355,7 @@ class _Reader:
             raise PlanError(
                 f"{self.source}: found no [[run]], expected one for each run, for example\n"
                 "  [[run]]\n  preload_N = 600\n  torque_Nm = "
-                '{ to = 10, points = 11, shape = "loop" }'
+                '{ to = 10, count = 11, shape = "loop" }'
             )
         common = self.understood("above the first run", document)
         planned: list[PlannedRun] = []
@@ -477,9 +504,9 @@ class _Reader:
             values = value if isinstance(value, list) else [value]
         if not values or not all(map(is_number, values)) or min(values) <= above:
             some = "a number above 0" if above == 0 else "a number"
-            expected = f"{some}, a list of them or {{ from, to, points }}"
+            expected = f"{some}, a list of them or {{ from, to, count }}"
             if name == "torque_Nm":
-                expected = f"{some}, a list of them or {{ to, points, shape }}"
+                expected = f"{some}, a list of them or {{ to, count, shape }}"
             raise self.wrong(place, key, value, expected)
         if max(map(abs, values)) > _LARGEST:
             raise self.wrong(place, key, value, f"numbers of a size up to {_LARGEST:g}")
@@ -495,11 +522,14 @@ class _Reader:
         for bound in ("from", "to"):
             if not is_number(entry.get(bound, 0.0 if bound == "from" else None)):
                 raise self.wrong(place, f"{key}.{bound}", entry.get(bound), "a number")
-        points = entry.get("points", 2 if name == "temperature_degC" else None)
+        if "count" in entry and "points" in entry:
+            raise self.wrong(place, key, entry, "count or points, which are the same, not both")
+        named = "points" if "points" in entry else "count"
+        points = entry.get(named, 2 if name == "temperature_degC" else None)
         whole = isinstance(points, int) and not isinstance(points, bool)
         if not whole or not 2 <= points <= _MOST_POINTS:
             expected = f"the number of readings from the start to the peak, 2 to {_MOST_POINTS}"
-            raise self.wrong(place, f"{key}.points", entry.get("points"), expected)
+            raise self.wrong(place, f"{key}.{named}", entry.get(named), expected)
         shape = entry.get("shape", "up")
         allowed = SHAPES if name == "torque_Nm" else SHAPES[:1]
         if shape not in allowed:

@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from cbpt.results import first_rows
+
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
@@ -92,6 +94,12 @@ class Readings:
         if n and self.u_elastic_angle_arcsec is not None:
             parts.append(f"u {_span(self.u_elastic_angle_arcsec)} arcsec")
         return f"Readings({', '.join(parts)}, {self.source!r})"
+
+    def _repr_html_(self) -> str:
+        """As a notebook shows it: a table of the first readings."""
+        names = ("run", "torque_Nm", "preload_N", "input_angle_deg", "elastic_angle_arcsec")
+        columns = {name: getattr(self, name) for name in names}
+        return first_rows(repr(self), {n: c for n, c in columns.items() if c is not None})
 
     def direction(self) -> Ints:
         """Shape (n,): +1 where the torque rises, -1 where it falls, 0 where it holds.
