@@ -3,7 +3,7 @@
 The build needs no network, and neither does the site. Steps, each in a file of its own:
 
 - here: the pages of docs/, CONTRIBUTING.md and CHANGELOG.md are copied to a folder of sources;
-- `api_pages`, `command_page`, `answer_page`: pages that follow from the program;
+- `api_pages`, `command_page`, `answer_page`, `notebook_page`: pages that follow from the program;
 - `pictures`: the pictures, and the gallery that shows them;
 - `conf`: Sphinx makes HTML of it, and a warning ends the build;
 - `check_site`: every link inside the site has its target, and nothing is loaded from elsewhere.
@@ -24,6 +24,7 @@ import answer_page
 import api_pages
 import check_site
 import command_page
+import notebook_page
 import pictures
 
 HERE = Path(__file__).parent
@@ -107,7 +108,8 @@ def main() -> int:
     api_pages.write(source)
     command_page.write(source)
     answer_page.write(source)
-    told("pages of the Python API, the command line and the JSON answer")
+    notebook_page.write(source)
+    told("pages of the Python API, the command line, the JSON answer and the notebook")
     pictures.write(source, out.with_name("docs-pictures"), options.keep_pictures)
     told("pictures and gallery")
     shutil.rmtree(out, ignore_errors=True)

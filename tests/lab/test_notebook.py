@@ -2,31 +2,18 @@
 
 from __future__ import annotations
 
-from html.parser import HTMLParser
 from typing import Any
 
 import numpy as np
 import pytest
 
 import cbpt
+from cbpt.lab.wording import layout
+from cbpt.lab.wording.html import Reported
 from common.hidden import FOLDER, diagnosed
+from common.html import tags
 
 ATTACK = "<script>alert(1)</script>"
-
-
-class _Tags(HTMLParser):
-    def __init__(self) -> None:
-        super().__init__()
-        self.tags: list[str] = []
-
-    def handle_starttag(self, tag: str, attrs: object) -> None:
-        self.tags.append(tag)
-
-
-def tags(text: str) -> list[str]:
-    parser = _Tags()
-    parser.feed(text)
-    return parser.tags
 
 
 def test_an_answer_shows_its_sentence_its_tables_and_its_picture() -> None:
@@ -56,3 +43,45 @@ def test_loads_show_as_a_table(shape: tuple[int, ...]) -> None:
     drive = cbpt.Drive.from_toml(cbpt.example_case())
     shown = cbpt.solve_many(drive, np.ones(shape), 600.0)._repr_html_()
     assert tags(shown).count("tr") == 1 + np.prod(shape)
+
+
+def test_a_solution_shows_its_load_and_its_pairs() -> None:
+    drive = cbpt.Drive.from_toml(cbpt.example_case())
+    shown = drive.solve(5, 600)._repr_html_()
+    assert "table" in tags(shown) and "Elastic angle: 12.4605 arcsec" in shown
+    beyond = drive.solve(5000, 600)._repr_html_()
+    assert "table" not in tags(beyond) and "Status" in beyond
+
+
+def test_plans_sweeps_and_readings_show_as_tables() -> None:
+    case = cbpt.Case.from_file(FOLDER / "dev03.toml")
+    swept = cbpt.sweep(case, {"load.torque_Nm": np.linspace(0, 5, 40), "load.preload_N": 600})
+    assert "table" in tags(swept._repr_html_()) and "more rows" in swept._repr_html_()
+    plan = cbpt.read_plan(FOLDER.parents[2] / "examples" / "plan.toml")
+    assert tags(plan._repr_html_()).count("tr") == 1 + len(plan.runs)
+    readings = cbpt.read_readings(FOLDER / "dev03.csv")
+    assert "torque_Nm" in readings._repr_html_()
+    looked = cbpt.preflight(case, FOLDER / "dev03.csv")._repr_html_()
+    assert "p" in tags(looked) and "script" not in tags(looked)
+
+
+def test_a_report_becomes_tables_and_paragraphs_whatever_the_terminal() -> None:
+    class Told(Reported):
+        def report(self) -> str:
+            row = ["<b>", "a long sentence " * 30]
+            return "Heading:\n" + layout.table(["key", "words"], [row]) + "\nEnd"
+
+    shown = Told()._repr_html_()
+    assert tags(shown).count("tr") == 2 and "b" not in tags(shown) and "&lt;b&gt;" in shown
+    assert "<p>Heading:</p>" in shown and ("a long sentence " * 30).strip() in shown
+
+
+def test_the_page_stands_in_a_frame_that_sees_nothing_of_the_notebook() -> None:
+    pytest.importorskip("plotly")
+    names = {"run": [ATTACK] * 7, "torque_Nm": [0.0, 1, 2, 3, 2, 1, 0], "preload_N": [600.0] * 7}
+    data: dict[str, Any] = names | {"elastic_angle_arcsec": [0.0, 3.1, 6.2, 9.0, 6.1, 3.0, 0.1]}
+    shown = cbpt.compare(FOLDER / "dev04.toml", data).show(height_px=500)
+    frame = shown._repr_html_()
+    assert tags(frame) == ["iframe"] and "allow-same-origin" not in frame
+    assert "height:500px" in frame and ATTACK not in shown.html
+    assert shown.html.startswith("<!doctype html>") or "<html" in shown.html[:200]
