@@ -5,6 +5,7 @@ Map:
 - `claim`: what a claim is, and its verdict;
 - `evidence`: the numbers behind the claims, each computed once;
 - `claims_of_pairs`, `claims_of_drive`: one function a claim, or a few of one kind;
+- `claims_of_reasons`: the reasons and the advice that the paper gives beside its figures;
 - here: all of them, in the order of the paper's figures.
 
 A verdict is computed from the numbers, never written down by hand.
@@ -16,6 +17,7 @@ from functools import cache
 
 import claims_of_drive as drive
 import claims_of_pairs as pairs
+import claims_of_reasons as reasons
 from claim import Claim
 
 __all__ = ["Claim", "claims"]
@@ -42,10 +44,19 @@ def claims() -> tuple[Claim, ...]:
         pairs.stiffness_against_short_amplitude(),
         *drive.amplitude_of_drive(),
         *drive.influence_of_short_amplitude(),
+        reasons.imbalance(),
         *drive.influence_of_preload(),
+        reasons.predeformation_against_preload(),
+        reasons.wear_against_preload(),
         *drive.influence_of_rolling_circle(),
+        reasons.arm_against_rolling_circle(),
         *drive.influence_of_contact_angle(),
+        reasons.predeformation_against_contact_angle(),
+        reasons.wear_against_contact_angle(),
         *drive.influence_of_torque(),
+        *reasons.forces_against_torque(),
         *drive.influence_of_ball_number(),
+        reasons.angle_of_the_test_bar(),
+        reasons.reversal_without_load(),
         *drive.prototype(),
     )

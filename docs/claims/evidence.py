@@ -365,6 +365,21 @@ def minimum_preload_N(ball_ring_deg: tuple[float, ...]) -> dict[str, Array]:
     return curves
 
 
+@cache
+def minimum_preload_deformations_um(kind: str, ball_ring_deg: tuple[float, ...]) -> Array:
+    """Deformation of every diagonal, each state at the minimum preload of its own angle, shape
+    (angles, balls, 2): first the diagonal of an FTMP at a positive arm."""
+    drive = make_drive(SLIDE if kind == "slide" else RINGS)
+    name = "deceleration" if kind == "deceleration" else "equal_speed"
+    states = []
+    # Backwards, so that the first ball's angle on its own circle rises with the turn.
+    for crank_deg in -crank_of_ball_ring_deg(np.array(ball_ring_deg)):
+        need_N = getattr(drive.preload(TORQUE_NM, crank_deg), name).continuous_N
+        pair = getattr(drive.solve(TORQUE_NM, need_N, crank_deg), name)
+        states.append(np.asarray(pair.deformation_m).reshape(-1, 2) * 1e6)
+    return np.array(states)
+
+
 PROTOTYPE_PRELOADS_N = (600.0, 500.0, 400.0)
 
 

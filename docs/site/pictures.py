@@ -140,7 +140,6 @@ def write(source: Path, drawn: Path, keep: bool) -> None:
     lines += ["![Stated probability against the share that was right](pictures/trial.svg)", ""]
     lines += ["## Figures of the 2017 paper, computed by this model", ""]
     lines += ["What the paper says of each stands in [the claims](explanation/claims.md).", ""]
-    for number, (title, _, make) in figures.FIGURES.items():
-        if make:
-            lines += [f"{title}:", "", f"![{title}](pictures/claims/fig{number}.svg)", ""]
+    for number, (title, _, _) in figures.FIGURES.items():
+        lines += [f"{title}:", "", f"![{title}](pictures/claims/fig{number}.svg)", ""]
     (source / "gallery.md").write_text("\n".join(lines), encoding="utf-8")

@@ -54,6 +54,27 @@ def test_walls_on_the_side_of_the_centre_of_curvature_fit_the_ball_less(
         np.testing.assert_array_equal(less, towards * curved[clear] > 0)
 
 
+@examples(30)
+@given(cases("ring_groove"), st.floats(-180, 180))
+def test_outside_walls_of_ring_grooves_lie_round_the_ball(case: CaseDict, crank_deg: float) -> None:
+    """Along the track the outside wall curves round the ball, the inside wall away from it: their
+    relative curvatures are e/(r(e + r cos beta)) and e/(r(e - r cos beta)), across 1/r - 1/g."""
+    drive = Drive.from_dict(case)
+    groove = case["equal_speed"]
+    radius, beta = groove["ball_radius_um"] * 1e-6, groove["contact_angle_rad"]
+    shift = radius * math.cos(beta)
+    pair = solved(drive, 0.0, 100.0, crank_deg).equal_speed
+    assert pair is not None
+    ratio = (pair.minor_semi_axis_m / pair.major_semi_axis_m).reshape(groove["ball_count"], 2, 2)
+    assume(np.isfinite(ratio).all())
+    e = drive.eccentricity_m
+    across = (1 - 1 / groove["groove_conformity"]) / radius
+    longer = [abs(math.log(e / (radius * (e + side * shift)) / across)) for side in (1, -1)]
+    assume(abs(longer[0] - longer[1]) > 1e-3)
+    outside_is_rounder = longer[0] < longer[1]
+    np.testing.assert_array_equal(ratio[:, 0] > ratio[:, 1], outside_is_rounder)
+
+
 # --- the crank ----------------------------------------------------------------------------
 
 
@@ -77,6 +98,32 @@ def test_a_crank_that_turns_by_one_pitch_hands_each_ball_to_its_neighbour(
     assume(np.abs(before - np.roll(before, 2, axis=0)).max() > 1e-3 * before.max())
     step = 1 if hypocycloid else -1
     scale = float(before.max())
+    np.testing.assert_allclose(after, np.roll(before, step, axis=0), atol=1e-6 * scale)
+
+
+@examples(40)
+@given(cases("ring_groove"), st.floats(0.2, 0.8), st.floats(-180, 180))
+def test_a_planet_that_turns_by_one_pitch_hands_each_ring_ball_to_its_neighbour(
+    case: CaseDict, share: float, crank_deg: float
+) -> None:
+    """The planet turns against the crank with the balls: backwards where the hypocycloid plate is
+    the output, forwards where the epicycloid plate is."""
+    drive = Drive.from_dict(case)
+    z2, z = case["deceleration"]["ball_count"], case["equal_speed"]["ball_count"]
+    hypocycloid = output_is_hypocycloid(case)
+    turn = (z2 - 1) / (z2 + 1) if hypocycloid else (z2 + 1) / (z2 - 1)
+    pitch_deg = 360 / z / turn
+    torque = 0.5 * min(
+        torque_of(drive, share, 100.0, crank) for crank in (crank_deg, crank_deg + pitch_deg)
+    )
+    one = solved(drive, torque, 100.0, crank_deg).equal_speed
+    other = solved(drive, torque, 100.0, crank_deg + pitch_deg).equal_speed
+    assert one is not None and other is not None
+    before, after = (p.force_N.reshape(z, 2) for p in (one, other))
+    scale = float(before.max())
+    step = 1 if hypocycloid else -1
+    # Either sense alike, and the sense could not be seen.
+    assume(np.abs(np.roll(before, 1, axis=0) - np.roll(before, -1, axis=0)).max() > 1e-3 * scale)
     np.testing.assert_allclose(after, np.roll(before, step, axis=0), atol=1e-6 * scale)
 
 

@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 
 import cbpt
 from cbpt.cli import main as commands
+from cbpt.lab.change.parties import levels_of
+from cbpt.lab.change.reproducibility import with_set_ups
+from cbpt.lab.model.own_terms import campaign_of
 
 TOP = Path(__file__).parents[2]
 SPRING = {
@@ -98,13 +101,18 @@ def test_a_changed_scatter_is_a_finding_of_its_own() -> None:
     assert answer.noise.changed and "scatter changed" in answer.sentence
 
 
-def test_levels_of_a_column_have_a_trend() -> None:
-    parts = [loops(f, seed=s) for s, f in enumerate((0.6, 1.0, 1.6))]
+def by_step(*friction_Nm: float) -> dict[str, NDArray[np.float64]]:
+    """One table, a step for each friction."""
+    parts = [loops(f, seed=s) for s, f in enumerate(friction_Nm)]
     table = {name: np.concatenate([p[name] for p in parts]) for name in parts[0]}
-    table["run"] = np.repeat(np.arange(6.0), len(LOOP))
-    table["step"] = np.repeat([1.0, 2.0, 3.0], 2 * len(LOOP))
-    answer = cbpt.change(SPRING, table, by="step", effects=[FRICTION])
-    assert answer.levels == ("1.0", "2.0", "3.0") or len(answer.levels) == 3
+    table["run"] = np.repeat(np.arange(2.0 * len(parts)), len(LOOP))
+    table["step"] = np.repeat(np.arange(1.0, len(parts) + 1), 2 * len(LOOP))
+    return table
+
+
+def test_levels_of_a_column_have_a_trend() -> None:
+    answer = cbpt.change(SPRING, by_step(0.6, 1.0, 1.6), by="step", effects=[FRICTION])
+    assert answer.levels == ("1", "2", "3.0") or len(answer.levels) == 3
     first = answer.changed[0]
     assert first.trend == "rising" and first.values[1] == pytest.approx(1.0, abs=0.1)
 
@@ -113,6 +121,81 @@ def test_what_changed_is_found_without_being_told_the_effect() -> None:
     answer = cbpt.change(SPRING, loops(0.0, seed=3), loops(1.2, seed=4))
     assert answer.kind == "changed"
     assert answer.changed[0].effect == FRICTION
+
+
+# --- the reproducibility of a set-up ------------------------------------------------------
+
+
+def test_a_set_up_that_differs_a_little_is_no_change() -> None:
+    """0.1 N m of friction are 4 arcsec rms of the angle: far more than the mean leaves open."""
+    one, again, changed = loops(1.0), loops(1.1, seed=2), loops(2.5, seed=3)
+    assert found(one, again).kind == "changed"
+
+    def told(after: dict[str, NDArray[np.float64]]) -> cbpt.Change:
+        return cbpt.change(SPRING, one, after, effects=[FRICTION], reproducibility_arcsec=5.0)
+
+    same, other = told(again), told(changed)
+    assert same.kind == "nothing" and same.to_dict()["reproducibility_arcsec"] == 5.0
+    assert "set-up" in same.report()
+    assert other.kind == "changed" and other.changed[0].effect == FRICTION
+    # The values of a level are known no better than the rig comes back to its state.
+    assert other.changed[0].u_before > 3 * found(one, changed).changed[0].u_before
+
+
+def test_the_reproducibility_is_estimated_from_repeated_set_ups() -> None:
+    def told(*friction_Nm: float) -> cbpt.Change:
+        return cbpt.change(
+            SPRING,
+            by_step(*friction_Nm),
+            by="step",
+            effects=[FRICTION],
+            repeated=[("1", "2")],
+        )
+
+    same, other = told(1.0, 1.1), told(1.0, 1.1, 2.5)
+    assert same.kind == "nothing" and other.kind == "changed"
+    for answer in (same, other):
+        assert answer.reproducibility_arcsec == pytest.approx(3.0, rel=0.5)
+
+
+def test_the_noise_of_a_set_up_is_a_covariance() -> None:
+    """Whitened squares and determinant are those of C + J J', J the columns scaled to the size."""
+    case = cbpt.Case.from_dict(SPRING)
+    readings = cbpt.read_readings(loops(1.0), need_preload=False)
+    levels = levels_of([campaign_of(case, readings, [])], [FRICTION])
+    assert levels is not None
+    plain, wide = levels.parties[0], with_set_ups(levels, 3.0).parties[0]
+    n = len(readings)
+    inverse = plain.problem.whitener(np.eye(n))
+    covariance = np.linalg.inv(inverse.T @ inverse)
+    columns = plain.problem.columns(plain.point)
+    offsets = plain.problem.campaign.offsets
+    if offsets.shape[1]:
+        columns = columns - offsets @ np.linalg.lstsq(offsets, columns, rcond=None)[0]
+    columns *= 3.0 / np.sqrt(np.mean(columns**2, axis=0))
+    wanted = covariance + columns @ columns.T
+    r = np.sin(np.arange(n))
+    assert np.sum(wide.problem.whitener(r) ** 2) == pytest.approx(r @ np.linalg.solve(wanted, r))
+    assert wide.problem.whitener.log_det == pytest.approx(np.linalg.slogdet(wanted)[1])
+
+
+def test_repeated_levels_must_be_there() -> None:
+    table = by_step(1.0, 1.0)
+    with pytest.raises(cbpt.InvalidInputError, match="no level 'initial'"):
+        cbpt.change(SPRING, table, by="step", effects=[FRICTION], repeated=[("initial", "1")])
+    with pytest.raises(cbpt.InvalidInputError, match="two different levels"):
+        cbpt.change(SPRING, table, by="step", effects=[FRICTION], repeated=[("1", "1")])
+    with pytest.raises(cbpt.InvalidInputError, match="give one of them"):
+        cbpt.change(
+            SPRING,
+            table,
+            by="step",
+            effects=[FRICTION],
+            repeated=[("1", "2")],
+            reproducibility_arcsec=1.0,
+        )
+    with pytest.raises(cbpt.InvalidInputError, match="finite number not less than 0"):
+        cbpt.change(SPRING, loops(), loops(), effects=[FRICTION], reproducibility_arcsec=-1.0)
 
 
 # --- the document and the command ---------------------------------------------------------

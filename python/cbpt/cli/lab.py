@@ -202,6 +202,20 @@ def change(argv: list[str]) -> int:
         metavar="COLUMN",
         help="in place of AFTER: each value of COLUMN of BEFORE is a level",
     )
+    parser.add_argument(
+        "--reproducibility-arcsec",
+        metavar="ARCSEC",
+        type=float,
+        help="standard deviation of the angle when the rig is set up again and nothing was changed",
+    )
+    parser.add_argument(
+        "--repeated",
+        metavar="LEVEL",
+        nargs="+",
+        action="append",
+        default=[],
+        help="in place of that: levels of --by that repeat one state; may be given again",
+    )
     add_effects(
         parser,
         "effects to fit before and after (default: what a diagnosis of either demands)",
@@ -220,6 +234,8 @@ def change(argv: list[str]) -> int:
         columns=columns_of(parser, options) or None,
         sheet=options.sheet,
         only=only_of(parser, options),
+        reproducibility_arcsec=options.reproducibility_arcsec,
+        repeated=options.repeated,
         seed=options.seed,
     )
     show_answer(answer, options.json, answer.report)

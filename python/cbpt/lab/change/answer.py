@@ -11,13 +11,12 @@ from typing import Any
 
 from cbpt.lab.change.record import ChangeData
 from cbpt.lab.change.text import lines, sentence
+from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording.html import Reported
 from cbpt.lab.wording.versions import versions
 
 __all__ = ["Change"]
 
-_PERHAPS = 0.05
-"""Effects that changed with a smaller probability are not named at all."""
 SCHEMA = "cbpt.change/1"
 
 
@@ -44,7 +43,7 @@ class Change(Reported, ChangeData):
                 "perhaps": [
                     {"effect": g.effect, "probability": chance}
                     for g in self.weighed.groups
-                    if _PERHAPS <= (chance := self.weighed.changed(g.effect)) < 0.5
+                    if RULES.likely <= (chance := self.weighed.changed(g.effect)) < RULES.undecided
                 ],
                 "probability": self.probability,
                 "sentence": self.sentence,
@@ -82,6 +81,7 @@ class Change(Reported, ChangeData):
                 for choice in self.weighed.choices
                 if choice.probability >= 0.001
             ],
+            "reproducibility_arcsec": self.reproducibility_arcsec,
             "notes": list(self.notes),
         }
 

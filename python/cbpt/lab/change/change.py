@@ -6,7 +6,8 @@ change   a case, and readings before and after -> Change
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -20,20 +21,22 @@ from cbpt.lab.change.noise import noise_change
 from cbpt.lab.change.parties import Levels, levels_of
 from cbpt.lab.change.posterior import Weighed, groups_of, weigh
 from cbpt.lab.change.record import Changed, Direction, Kind, Unchanged
+from cbpt.lab.change.reproducibility import reproducibility_of, with_set_ups
 from cbpt.lab.diagnosis.diagnose import diagnosed, prepared
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
+from cbpt.lab.diagnosis.fit_text import beyond_own_loops
 from cbpt.lab.inference.estimates import unit_of
 from cbpt.lab.inference.residuals import rmse_of
+from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.own_terms import campaign_of, chosen
 from cbpt.lab.model.priors import PRIORS
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.readings import Readings
+from cbpt.lab.selection.rules import RULES
+from cbpt.lab.wording.numbers import listed
 
 __all__ = ["change"]
 
-_CERTAIN = 0.95
-_OPEN = 0.5
-"""Below this probability nothing changed; from there to certain the readings do not decide."""
 _LIKELY = 0.1
 """Combinations of a level that are less probable are not looked at."""
 _MOST_SETS = 4
@@ -53,6 +56,8 @@ def change(
     columns: Mapping[str, str] | None = None,
     sheet: str | None = None,
     only: Mapping[str, Any] | None = None,
+    reproducibility_arcsec: float | None = None,
+    repeated: Sequence[Sequence[str]] = (),
     seed: int = 0,
 ) -> Change:
     """Find out what changed between campaigns on the same reducer.
@@ -80,6 +85,12 @@ def change(
         Sheet of a workbook, struct of a MATLAB file or group of a TDMS file.
     only : mapping, optional
         The readings to take, for example ``{"preload_step": 3}``.
+    reproducibility_arcsec : float, optional
+        Standard deviation of the angle by which the rig differs when it is set up again and nothing
+        was changed. Without it a new set-up changes nothing.
+    repeated : sequence of sequences of str
+        In place of that: levels of `by` that repeat one state, for example
+        ``[("initial", "initial_repeated")]``; the reproducibility is estimated from them.
     seed : int
         Seed of the diagnoses.
 
@@ -104,6 +115,7 @@ def change(
         assert after is not None
         second = case_and_readings(case, after, columns, sheet, only)[1]
         names, parts = ["before", "after"], [first, second]
+    states = _states(names, repeated, reproducibility_arcsec)
     with threadpool_limits(1, user_api="blas"):
         answers: list[Diagnosis] = []
         own: list[OwnEffect] = []
@@ -114,14 +126,60 @@ def change(
             ids, own = chosen(case, effects)
             sets = [ids]
         campaigns = [prepared(campaign_of(case, part, own))[0] for part in parts]
-        candidates = [levels_of(campaigns, ids) for ids in sets]
-        weighed = weigh([levels for levels in candidates if levels is not None])
+        found = (levels_of(campaigns, ids) for ids in sets)
+        candidates = [levels for levels in found if levels is not None]
+        if candidates and states:
+            reproducibility_arcsec = _estimated(candidates, states)
+        if reproducibility_arcsec:
+            candidates = [with_set_ups(c, reproducibility_arcsec) for c in candidates]
+        weighed = weigh(candidates)
     if weighed is None:
         raise NoSolutionError(
             "the model has no solution with the same numbers at all levels; compare each level "
             "with cbpt compare first"
         )
-    return _answer(names, parts, weighed, answers, by)
+    answer = _answer(names, parts, weighed, answers, by)
+    return replace(
+        answer,
+        reproducibility_arcsec=reproducibility_arcsec,
+        notes=tuple(_notes(campaigns, weighed)),
+    )
+
+
+def _states(
+    names: Sequence[str], repeated: Sequence[Sequence[str]], stated_arcsec: float | None
+) -> list[list[int]]:
+    """The places of levels that repeat one state."""
+    if stated_arcsec is not None and not (np.isfinite(stated_arcsec) and stated_arcsec >= 0):
+        raise InvalidInputError(
+            f"reproducibility_arcsec = {stated_arcsec}: expected a finite number not less than 0"
+        )
+    if repeated and stated_arcsec is not None:
+        raise InvalidInputError("reproducibility_arcsec, repeated: give one of them")
+    for level in (level for state in repeated for level in state):
+        if level not in names:
+            raise InvalidInputError(f"repeated: no level {level!r}; the levels are {listed(names)}")
+    if any(len(set(state)) < 2 for state in repeated):
+        raise InvalidInputError("repeated: a state needs two different levels or more")
+    return [[names.index(level) for level in dict.fromkeys(state)] for state in repeated]
+
+
+def _estimated(candidates: Sequence[Levels], states: Sequence[Sequence[int]]) -> float:
+    """The reproducibility by the set of effects that comes first."""
+    found = reproducibility_of(candidates[0], states)
+    if found is None:
+        raise NoSolutionError(
+            "the model of one repeated level has no solution under the loads of the other; state "
+            "reproducibility_arcsec instead"
+        )
+    return found
+
+
+def _notes(campaigns: Sequence[Campaign], weighed: Weighed) -> Iterator[str]:
+    """What the smaller loops of the levels say of their plays, once each."""
+    fits = weighed.best.levels.fits
+    told = (beyond_own_loops(c, fit) for c, fit in zip(campaigns, fits, strict=True))
+    yield from dict.fromkeys(note for notes in told for note in notes)
 
 
 def _levels(readings: Readings, by: str) -> tuple[list[str], list[Readings]]:
@@ -166,9 +224,9 @@ def _answer(
 ) -> Change:
     something, levels = weighed.something, weighed.best.levels
     kind: Kind = "undecided"
-    if something >= _CERTAIN:
+    if something >= RULES.certain:
         kind = "changed"
-    elif something < _OPEN:
+    elif something < RULES.undecided:
         kind = "nothing"
     changed = tuple(_changed(weighed)) if kind == "changed" else ()
     rests = [d.to_dict()["remains"] for d in answers]
@@ -196,7 +254,7 @@ def _changed(weighed: Weighed) -> list[Changed]:
     found = []
     for group in weighed.groups:
         chance = weighed.changed(group.effect)
-        if chance < _OPEN:
+        if chance < RULES.undecided:
             continue
         choice = weighed.best_with(group.effect)
         best, levels = choice.fit, choice.levels
@@ -234,7 +292,7 @@ def _unchanged(weighed: Weighed) -> list[Unchanged]:
     found = []
     best, levels = weighed.best.fit, weighed.best.levels
     for group in groups_of(levels):
-        if weighed.changed(group.effect) >= _OPEN:
+        if weighed.changed(group.effect) >= RULES.undecided:
             continue
         place = group.unknowns[0]
         value, u = _si(levels, best.value(0, place), place)

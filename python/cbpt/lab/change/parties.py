@@ -2,6 +2,7 @@
 
 Levels      parties of all levels, their fits and the forms
 levels_of   finds them: the effects that any level demands, in the forms most probable over all
+log_noise   what the noise of a level adds to the log evidence, whatever the values
 """
 
 from __future__ import annotations
@@ -31,6 +32,8 @@ class Levels:
     parties: tuple[Party, ...]
     fits: tuple[Fit, ...]
     variants: tuple[Variant, ...]
+    stated_dof: tuple[float, ...]
+    """Degrees of freedom of each level's stated uncertainty."""
 
 
 def levels_of(campaigns: Sequence[Campaign], effects: Sequence[str]) -> Levels | None:
@@ -51,11 +54,12 @@ def levels_of(campaigns: Sequence[Campaign], effects: Sequence[str]) -> Levels |
     parties = []
     for fitter, fit in zip(fitters, fits, strict=True):
         problem = Problem(fitter.campaign, fitter.model, fit.unknowns, fit.noise)
-        parties.append(Party(problem, fit.point, _log_noise(problem, fitter.stated_dof)))
-    return Levels(tuple(parties), tuple(fits), forms)
+        parties.append(Party(problem, fit.point, log_noise(problem, fitter.stated_dof)))
+    dof = tuple(fitter.stated_dof for fitter in fitters)
+    return Levels(tuple(parties), tuple(fits), forms, dof)
 
 
-def _log_noise(problem: Problem, stated_dof: float) -> float:
+def log_noise(problem: Problem, stated_dof: float) -> float:
     """The terms of `evidence.evaluated` that depend on the noise alone, offsets integrated out."""
     offsets = problem.offsets
     volume = -0.5 * float(np.linalg.slogdet(offsets.T @ offsets)[1])

@@ -71,3 +71,5 @@ class ChangeData:
     by: str | None
     weighed: Weighed = field(repr=False)
     notes: tuple[str, ...] = ()
+    reproducibility_arcsec: float | None = None
+    """By which the rig differs when it is set up again; None where nothing was stated."""

@@ -140,7 +140,11 @@ class _System:
             owner[row] = np.arange(len(row))
         self.precision = first.precision[owner]
         self.mean = (first.mean / first.unit)[owner]
-        self.low, self.high = (first.low / first.unit)[owner], (first.high / first.unit)[owner]
+        # What a level's own loops exclude is excluded where that level has a share.
+        self.low, self.high = np.full(count, -np.inf), np.full(count, np.inf)
+        for party, row in zip(parties, slots, strict=True):
+            np.maximum.at(self.low, row, party.problem.low / first.unit)
+            np.minimum.at(self.high, row, party.problem.high / first.unit)
         self.bases = [np.linalg.qr(p.problem.offsets)[0] for p in parties]
 
     def mean_of(self, points: Sequence[Point]) -> Floats:

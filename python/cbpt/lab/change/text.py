@@ -89,6 +89,11 @@ def lines(found: ChangeData) -> Iterator[str]:
         name = called(group.effect, "torsion_spring" if kind else "ball_drive")
         rows.append([group.effect, name, f"{found.weighed.changed(group.effect):.3f}"])
     yield layout.table(["effect or number", "", "probability of a change"], rows)
+    if found.reproducibility_arcsec:
+        yield (
+            f"A new set-up alone changes the angles by {found.reproducibility_arcsec:.3g} arcsec "
+            "(standard deviation); a change counts as far as it goes beyond that."
+        )
     if found.changed and len(found.levels) > 2:
         rows = []
         for c in found.changed:

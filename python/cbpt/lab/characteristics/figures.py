@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 
 from cbpt.lab.characteristics.loops import Branch, Loop
 from cbpt.lab.characteristics.three_pieces import ThreePieces, three_pieces
+from cbpt.results import ARCSEC_PER_RAD
 
 Floats = NDArray[np.float64]
 
 ARCSEC_PER_ARCMIN = 60.0
-_RAD_PER_ARCSEC = np.pi / 648000.0
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ def of_loop(loop: Loop, convention: Convention) -> dict[str, float]:
     found["step"] = _step(rising, falling, loop.amplitude_Nm)
     low, high = _shared(rising, falling)
     area = falling.integral(low, high) - rising.integral(low, high)
-    found["loop_energy"] = area * _RAD_PER_ARCSEC
+    found["loop_energy"] = area / ARCSEC_PER_RAD
     return found
 
 

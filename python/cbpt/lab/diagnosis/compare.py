@@ -33,7 +33,7 @@ from cbpt.lab.covariance.repeatability import Repeats, pooled
 from cbpt.lab.covariance.within_run import Scatter, estimate
 from cbpt.lab.diagnosis.comparison_data import ComparisonData
 from cbpt.lab.diagnosis.comparison_text import lines
-from cbpt.lab.diagnosis.misfit import as_rows, groups_of, misfit_of, p_value, p_value_of
+from cbpt.lab.diagnosis.misfit import as_rows, columns_of, groups_of, misfit_of, p_value, p_value_of
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.points import points_of
 from cbpt.lab.readings.reader import Readings
@@ -110,17 +110,8 @@ class Comparison(ComparisonData):
 
     def rows(self) -> tuple[list[str], list[list[Any]]]:
         """Column names and rows: each reading beside the model, for a table or a CSV file."""
-        r, u = self.readings, self.readings.u_elastic_angle_arcsec
-        columns: dict[str, Any] = {
-            "line": r.line,
-            "run": r.run,
-            "time_s": r.time_s,
-            "torque_Nm": r.torque_Nm,
-            "preload_N": r.preload_N,
-            "input_angle_deg": r.input_angle_deg,
-            "direction": r.direction(),
-            "elastic_angle_arcsec": r.elastic_angle_arcsec,
-            "u_elastic_angle_arcsec": u,
+        columns = {
+            **columns_of(self.readings),
             "model_elastic_angle_arcsec": self.model.elastic_angle_arcsec,
             "residual_arcsec": self.residual_arcsec,
             "status": self.model.status,

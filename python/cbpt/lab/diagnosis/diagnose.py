@@ -24,7 +24,7 @@ from cbpt.lab.covariance.repeatability import pooled
 from cbpt.lab.covariance.within_run import estimate
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.diagnosis.diagnosis_data import Rung, finished
-from cbpt.lab.diagnosis.fit_text import solutions
+from cbpt.lab.diagnosis.fit_text import beyond_own_loops, solutions
 from cbpt.lab.diagnosis.rungs import rung_of, rung_of_lack_of_fit
 from cbpt.lab.inference.closing import closed
 from cbpt.lab.inference.cross_validation import folds
@@ -169,6 +169,7 @@ def _notes(campaign: Campaign, fit: Fit) -> Iterator[str]:
             shown = ", ".join(map(str, lines[:8]))
             yield f"{len(lines)} readings are outliers and were given less weight: lines {shown}"
     yield from map(str, solutions(fit))
+    yield from beyond_own_loops(campaign, fit)
     for u in fit.unknowns:
         value = fit.value(u)
         at_end = value <= u.lower * (1 + 1e-6) or value >= u.upper * (1 - 1e-6)

@@ -23,7 +23,7 @@ from cbpt.lab.diagnosis.alternatives import moved, smallest
 from cbpt.lab.diagnosis.combinations import Combination, combinations, remains
 from cbpt.lab.diagnosis.deciding_runs import RankedRuns, next_run, rank_if_open
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData, Rung
-from cbpt.lab.diagnosis.misfit import as_rows
+from cbpt.lab.diagnosis.misfit import as_rows, columns_of
 from cbpt.lab.diagnosis.noise_statement import noise_floor, noise_of
 from cbpt.lab.diagnosis.ranking import ranking
 from cbpt.lab.diagnosis.report import label_of, lines
@@ -293,17 +293,8 @@ class Diagnosis(DiagnosisData):
     def rows(self) -> tuple[list[str], list[list[Any]]]:
         """Column names and rows: each reading with the model before and after, for a table or a CSV
         file."""
-        r = self.readings
-        columns: dict[str, Any] = {
-            "line": r.line,
-            "run": r.run,
-            "time_s": r.time_s,
-            "torque_Nm": r.torque_Nm,
-            "preload_N": r.preload_N,
-            "input_angle_deg": r.input_angle_deg,
-            "direction": r.direction(),
-            "elastic_angle_arcsec": r.elastic_angle_arcsec,
-            "u_elastic_angle_arcsec": r.u_elastic_angle_arcsec,
+        columns = {
+            **columns_of(self.readings),
             "model_before_arcsec": self.model_before_arcsec,
             "model_after_arcsec": self.model_after_arcsec,
             "residual_before_arcsec": self.residual_before_arcsec,

@@ -5,6 +5,7 @@ moved_numbers    all parameters that changed by more than their standard uncerta
 Several          an effect that fits about as well with other values or in another form
 solutions        the effects of a fit of which that holds
 parameter_words  a parameter of an effect: its name with the unit, and its value
+beyond_own_loops a play at odds with the table's own smaller loops
 """
 
 from __future__ import annotations
@@ -17,7 +18,9 @@ import numpy as np
 
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.model.dataset import Campaign
-from cbpt.lab.wording.numbers import ARCSEC, AngleUnit, in_words, shown
+from cbpt.lab.model.own_loops import PLAY, small_loops_of
+from cbpt.lab.wording.numbers import ARCSEC, AngleUnit, in_words, rounded, shown
+from cbpt.results import ARCSEC_PER_RAD
 
 _SHOWN_SOLUTIONS = 3
 
@@ -91,3 +94,25 @@ def _solution(fit: Fit, effect: str) -> str:
         if u.name == full
     ]
     return f"{variant.name + ', ' if variant.name else ''}{', '.join(values)}"
+
+
+def beyond_own_loops(campaign: Campaign, fit: Fit) -> Iterator[str]:
+    """What to say where the fitted play is at odds with the table's own smaller loops."""
+    play = next((u for u in fit.unknowns if u.name == PLAY), None)
+    loops = small_loops_of(campaign)
+    if play is None or loops is None:
+        return
+    value = fit.value(play) * ARCSEC_PER_RAD
+    turned = (
+        f"the loops to +-{loops.amplitude_Nm:.3g} N m turn by {rounded(loops.turn_arcsec)} arcsec"
+    )
+    if loops.held and value > loops.turn_arcsec:
+        yield (
+            f"the fitted play of {rounded(value)} arcsec is more than the small loops show: "
+            f"{turned}; there friction may hold it, so it rests on the larger loops alone"
+        )
+    elif value >= (1 - 1e-6) * play.upper and value >= (1 - 1e-6) * loops.allowed_arcsec:
+        yield (
+            f"{turned}, so no play is larger than that: the fit is held there, and what else these "
+            "readings show near zero torque is no play"
+        )

@@ -18,7 +18,7 @@ from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError, Say, said
 from cbpt.lab.diagnosis.diagnose import prepared
 from cbpt.lab.diagnosis.diagnosis_data import Rung
-from cbpt.lab.diagnosis.fit_text import moved_numbers, parameter_words, solutions
+from cbpt.lab.diagnosis.fit_text import beyond_own_loops, moved_numbers, parameter_words, solutions
 from cbpt.lab.diagnosis.rungs import rung_of
 from cbpt.lab.inference.cross_validation import folds
 from cbpt.lab.inference.estimates import parameters_of
@@ -253,7 +253,7 @@ def fit(
             priors=campaign.priors,
             fitter=fitter,
             held_out_by=held_by,
-            notes=(*notes, *map(str, solutions(found))),
+            notes=(*notes, *map(str, solutions(found)), *beyond_own_loops(campaign, found)),
         )
 
 

@@ -5,6 +5,7 @@ Group, groups_of        the misfit of a preload, torque range, direction, input 
 p_value                 chance of such a misfit, judged by the stated uncertainty
 p_value_of              the same, judged by an uncertainty that was estimated
 divisions               the rows of each value or range of a column
+columns_of              what the row of a reading begins with
 as_rows                 columns as rows of a table, with nothing where there is no number
 """
 
@@ -194,6 +195,21 @@ def _of_numbers(column: str, values: Floats, most: int) -> Iterator[Division]:
         if single:
             label = f"{low:g}" if low == high else f"{levels.value[i]:.4g}"
         yield column, label, low, high, rows
+
+
+def columns_of(r: Readings) -> dict[str, Any]:
+    """Of each reading what a row begins with, before what a model says of it."""
+    return {
+        "line": r.line,
+        "run": r.run,
+        "time_s": r.time_s,
+        "torque_Nm": r.torque_Nm,
+        "preload_N": r.preload_N,
+        "input_angle_deg": r.input_angle_deg,
+        "direction": r.direction(),
+        "elastic_angle_arcsec": r.elastic_angle_arcsec,
+        "u_elastic_angle_arcsec": r.u_elastic_angle_arcsec,
+    }
 
 
 def as_rows(columns: dict[str, Any]) -> tuple[list[str], list[list[Any]]]:

@@ -26,6 +26,7 @@ from cbpt.lab.inference.hypothesis import Hypothesis, Unknown, unknown_of_shape
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.discrepancy import DISCREPANCY_ODDS, modulations
 from cbpt.lab.model.forward import Assembled, Point
+from cbpt.lab.model.own_loops import PLAY, play_allowed_rad
 from cbpt.lab.model.priors import LOT, VARIANTS, Variant, lots
 from cbpt.lab.model.spring_priors import library_of
 
@@ -76,6 +77,8 @@ class Fitter:
         # Play and friction of a torsion spring change the angle a lot, so a fit needs more steps.
         self.steps = 4 * _SEARCH.steps if campaign.drive.kind == "torsion_spring" else _SEARCH.steps
         self.functions = modulations(campaign.readings)
+        self.most = {PLAY: play_allowed_rad(campaign)}
+        """Largest sizes that do not contradict the table's own smaller loops, by name."""
 
     def with_angles(self, y_arcsec: Floats) -> Fitter:
         """The same model and loads with other measured angles, shape (n,)."""
@@ -102,7 +105,7 @@ class Fitter:
                 i, name = self._parameter(variant.effect, size)
                 bounds = self._bounds(i)
                 if variant.scaled:
-                    bounds = self._scaled(i, variant, ratio)
+                    bounds = self._scaled(i, name, variant, ratio)
                 neutral, unit = float(self.model.neutral[i]), variant.low * ratio
                 sd, owner = (variant.spread, -1) if variant.spread else (np.inf, number)
                 found.append(Unknown(i, name, neutral, sd, *bounds, unit=unit, size_of=owner))
@@ -122,10 +125,10 @@ class Fitter:
         low = max(min(low, neutral) - room, self.model.lower[index])
         return float(low), float(min(max(high, neutral) + room, self.model.upper[index]))
 
-    def _scaled(self, index: int, variant: Variant, ratio: float) -> tuple[float, float]:
+    def _scaled(self, index: int, name: str, variant: Variant, ratio: float) -> tuple[float, float]:
         """Bounds of a size whose range is the variant's own: three times what is plausible."""
         neutral = float(self.model.neutral[index])
-        reach = 3.0 * variant.high * ratio
+        reach = min(3.0 * variant.high * ratio, self.most.get(name, np.inf))
         low = max(neutral - reach, float(self.model.lower[index])) if variant.signed else neutral
         return min(low, neutral), min(neutral + reach, float(self.model.upper[index]))
 

@@ -1,0 +1,98 @@
+"""A fitted play against the table's own smaller loops."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import cbpt
+from cbpt.lab.model.dataset import Campaign
+from cbpt.lab.model.own_loops import play_allowed_rad, small_loops_of
+from cbpt.lab.model.own_terms import campaign_of
+from common.drives import examples
+
+CASE = {
+    "torsion_spring": {"torsional_stiffness_Nm_per_deg": 20.0},
+    "measurement": {"zero": "per_run"},
+    "uncertainty": {"contact_stiffness_rel": 0.5},
+}
+Loop = tuple[np.ndarray, np.ndarray]
+
+
+def lap(amplitude_Nm: float, count: int = 24) -> np.ndarray:
+    """0, +T, 0, -T, 0."""
+    up = np.linspace(0, amplitude_Nm, count)
+    return np.concatenate([up, up[-2::-1], -up[1:], -up[-2::-1]])
+
+
+def table(
+    *loops: Loop, sigma_deg: float = 0.0, seed: int = 0
+) -> dict[str, list[float] | list[str]]:
+    rng = np.random.default_rng(seed)
+    torque = np.concatenate([t for t, _ in loops])
+    angle = np.concatenate([a for _, a in loops])
+    return {
+        "run": [str(k) for k, (t, _) in enumerate(loops) for _ in t],
+        "time_s": np.arange(len(torque), dtype=float).tolist(),
+        "torque_Nm": torque.tolist(),
+        "elastic_angle_deg": (angle + sigma_deg * rng.standard_normal(len(angle))).tolist(),
+    }
+
+
+def campaign(rows: dict[str, list[float] | list[str]]) -> Campaign:
+    readings = cbpt.read_readings(rows, need_preload=False)
+    return campaign_of(cbpt.Case.from_dict(CASE), readings, [])
+
+
+def played(torque_Nm: np.ndarray, play_deg: float, friction_Nm: float) -> np.ndarray:
+    """A spring of 20 N m/deg with dry friction and a play behind it."""
+    carried, found = 0.0, []
+    for t in torque_Nm:
+        carried = min(max(carried, t - friction_Nm), t + friction_Nm)
+        found.append(carried / 20 + 0.5 * play_deg * np.tanh(carried / 0.02))
+    return np.array(found)
+
+
+@examples(30)
+@given(st.floats(0.0, 5.0), st.floats(0.0, 1.5), st.floats(2.5, 10.0), st.floats(20.0, 60.0))
+def test_a_play_that_is_there_is_always_allowed(
+    play_deg: float, friction_Nm: float, small_Nm: float, large_Nm: float
+) -> None:
+    loops = [(t, played(t, play_deg, friction_Nm)) for t in map(lap, (small_Nm, large_Nm))]
+    assert play_allowed_rad(campaign(table(*loops))) >= np.radians(play_deg) * 0.999
+
+
+@pytest.mark.parametrize("sigma_deg", [0.0, 0.01])
+def test_a_loop_that_friction_holds_says_nothing_of_a_play(sigma_deg: float) -> None:
+    loops = [(t, played(t, 2.0, 5.0)) for t in map(lap, (4.0, 40.0))]
+    rows = table(*loops, sigma_deg=sigma_deg)
+    found = small_loops_of(
+        campaign(rows | {"u_elastic_angle_deg": [sigma_deg or 1e-4] * len(rows["run"])})
+    )
+    assert found is not None and found.held
+    assert found.amplitude_Nm == 4.0
+    assert found.allowed_arcsec == np.inf
+
+
+def test_a_table_without_loops_allows_any_play() -> None:
+    torque = np.linspace(0, 40, 20)
+    assert small_loops_of(campaign(table((torque, torque / 20)))) is None
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_no_fitted_play_is_larger_than_the_small_loops_turn(seed: int) -> None:
+    """A soft middle that only large loops see: a play of 3 deg would fit them, but the small loops
+    turn by half a degree."""
+
+    def soft(torque: np.ndarray) -> np.ndarray:
+        return torque / 20 + 1.5 * np.tanh(torque / 12)
+
+    loops = [(t, soft(t)) for t in map(lap, (2.0, 2.0, 40.0, 40.0))]
+    rows = table(*loops, sigma_deg=0.02, seed=seed)
+    turned = np.ptp(soft(lap(2.0)))
+    found = cbpt.fit(CASE, rows, ["backlash"])
+    play = found.parameters()["backlash"]["play_rad"]["value"]
+    assert np.degrees(play) < 1.3 * turned
+    assert any("no play is larger than that" in note for note in found.notes)
