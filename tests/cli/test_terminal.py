@@ -69,7 +69,7 @@ def test_a_mistake_is_shown_in_its_line_by_the_verbs_of_rust_and_of_python(verb:
     assert on_terminal(80, *verb, NO_COLOR="1") == ran.stderr
 
 
-@pytest.mark.parametrize("columns", [72, 100])
+@pytest.mark.parametrize("columns", [80, 100])
 @pytest.mark.parametrize(
     "verb",
     [

@@ -69,21 +69,31 @@ impl Table {
         for row in cells {
             drawn.add_row(row);
         }
+        let least = if narrow { self.least_widths(usize::from(width)) } else { Vec::new() };
         for (index, column) in drawn.column_iter_mut().enumerate() {
-            let cells = || self.rows.iter().filter_map(|row| row.get(index));
-            if cells().any(Value::is_number) {
+            if self.rows.iter().any(|row| row.get(index).is_some_and(Value::is_number)) {
                 column.set_cell_alignment(CellAlignment::Right);
             }
-            // What has no space in it is a number or a name, and stays whole; so do the parts of a heading.
-            let longest = |text: &str| text.split(' ').map(|word| word.chars().count()).max().unwrap_or(0);
-            let of_head = self.columns[index].split_inclusive(['_', ' ']).map(longest).max();
-            let least = cells().map(|cell| longest(&cell_text(cell))).chain(of_head).max().unwrap_or(0);
-            if narrow && least < 30 {
+            if let Some(least) = least.get(index).filter(|least| **least < 30) {
                 let least = u16::try_from(least + 2).unwrap_or(u16::MAX);
                 column.set_constraint(ColumnConstraint::LowerBoundary(Width::Fixed(least)));
             }
         }
         drawn.trim_fmt()
+    }
+
+    /// What each column needs so that no number and no name is broken, nor a part of a heading if there is room for that.
+    fn least_widths(&self, width: usize) -> Vec<usize> {
+        let longest = |text: &str| text.split(' ').map(|word| word.chars().count()).max().unwrap_or(0);
+        let cells = |index: usize| {
+            let cells = self.rows.iter().filter_map(move |row| row.get(index));
+            cells.map(|cell| longest(&cell_text(cell))).max().unwrap_or(1)
+        };
+        let head = |name: &String| name.split_inclusive(['_', ' ']).map(longest).max().unwrap_or(0);
+        let bare: Vec<usize> = (0..self.columns.len()).map(cells).collect();
+        let with: Vec<usize> =
+            self.columns.iter().zip(&bare).map(|(name, cells)| head(name).max(*cells)).collect();
+        if with.iter().map(|least| least + 3).sum::<usize>() < width { with } else { bare }
     }
 
     /// As an HTML table, for a notebook.
