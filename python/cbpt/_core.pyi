@@ -90,9 +90,12 @@ class Case:
 
         Raises ``InvalidInputError`` for a spread that stands for two numbers whose values differ.
         """
-    def to_toml(self, /) -> str:
+    def to_toml(self, /, like: str | None = None) -> str:
         """
         The case as a file in SI units; ``from_toml`` of it gives the same case to the last bit.
+
+        ``like`` is the text of the file that the case was made of: its comments, order and units stay, and only effects that
+        are new or have other numbers are written. Raises ``CaseError`` where that text is no case.
         """
     @property
     def torque_Nm(self, /) -> float | None:
@@ -1185,6 +1188,10 @@ class Solution:
         Pickled as drive and load; solving again gives the same numbers.
         """
     def __repr__(self, /) -> str: ...
+    def _repr_html_(self, /) -> str:
+        """
+        What a notebook shows.
+        """
     @property
     def alpha_deceleration_arcsec(self, /) -> float | None:
         """
@@ -1693,6 +1700,11 @@ def own_effect_variables() -> list[tuple[str, str]]:
     Variables that an own effect may depend on: name and meaning.
     """
 
+def painted(text: str) -> str:
+    """
+    A text with the colours of the command line.
+    """
+
 def run_command_line(arguments: SupportsGetItem[int, str]) -> int:
     """
     Runs the Rust verbs of the command line (program name first) and returns the exit code.
@@ -1736,12 +1748,23 @@ def sweep_statuses() -> list[str]:
     Names of the statuses of a row, by their codes.
     """
 
-def text_table(columns: SupportsGetItem[int, str], rows: SupportsGetItem[int, SupportsGetItem[int, bool | SupportsIndex | SupportsFloat | str | None]]) -> str:
+def terminal_colour(error: bool) -> bool:
+    """
+    Whether standard output, or standard error, shows colours: a terminal that can, and ``NO_COLOR`` is not set.
+    """
+
+def terminal_width() -> int:
+    """
+    Columns that text on standard output may take.
+    """
+
+def text_table(columns: SupportsGetItem[int, str], rows: SupportsGetItem[int, SupportsGetItem[int, bool | SupportsIndex | SupportsFloat | str | None]], width: SupportsIndex | None = None) -> str:
     """
     A text table as the command line draws it.
 
     ``columns`` are the column names; each row has a cell for each column. Numbers are shown to six significant digits;
     ``None`` and numbers that are not finite are shown as ``-``.
+    The table is as wide as the terminal at most, 100 characters in a file; ``width`` says otherwise.
     """
 
 def unit_size(text: str) -> float:

@@ -142,15 +142,19 @@ class CaseMistake:
 class CaseError(CbptError, ValueError):
     """A case file cannot be read as it is: file, line, key, what was found and what is allowed.
 
-    Attribute: `mistakes`, in the order of the file; empty where no part of the case is at fault.
+    Attributes: `mistakes`, in the order of the file; empty where no part of the case is at fault;
+    `shown`, the message with the lines of the file and a caret under each mistake.
     """
 
-    def __init__(self, message: str = "", mistakes: Sequence[CaseMistake] = ()) -> None:
+    def __init__(
+        self, message: str = "", mistakes: Sequence[CaseMistake] = (), shown: str = ""
+    ) -> None:
         super().__init__(message)
         self.mistakes = tuple(mistakes)
+        self.shown = shown or message
 
-    def __reduce__(self) -> tuple[type[CaseError], tuple[str, tuple[CaseMistake, ...]]]:
-        return type(self), (str(self), self.mistakes)
+    def __reduce__(self) -> tuple[type[CaseError], tuple[str, tuple[CaseMistake, ...], str]]:
+        return type(self), (str(self), self.mistakes, self.shown)
 
 
 class PlanError(CbptError, ValueError):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import cbpt
-from cbpt._core import text_table
+from cbpt.lab.wording import layout
 from cbpt.lab.wording.html import Reported
 from common.hidden import FOLDER, diagnosed
 from common.html import tags
@@ -45,6 +45,14 @@ def test_loads_show_as_a_table(shape: tuple[int, ...]) -> None:
     assert tags(shown).count("tr") == 1 + np.prod(shape)
 
 
+def test_a_solution_shows_its_load_and_its_pairs() -> None:
+    drive = cbpt.Drive.from_toml(cbpt.example_case())
+    shown = drive.solve(5, 600)._repr_html_()
+    assert "table" in tags(shown) and "Elastic angle: 12.4605 arcsec" in shown
+    beyond = drive.solve(5000, 600)._repr_html_()
+    assert "table" not in tags(beyond) and "Status" in beyond
+
+
 def test_plans_sweeps_and_readings_show_as_tables() -> None:
     case = cbpt.Case.from_file(FOLDER / "dev03.toml")
     swept = cbpt.sweep(case, {"load.torque_Nm": np.linspace(0, 5, 40), "load.preload_N": 600})
@@ -61,7 +69,7 @@ def test_a_report_becomes_tables_and_paragraphs_whatever_the_terminal() -> None:
     class Told(Reported):
         def report(self) -> str:
             row = ["<b>", "a long sentence " * 30]
-            return "Heading:\n" + text_table(["key", "words"], [row]) + "\nEnd"
+            return "Heading:\n" + layout.table(["key", "words"], [row]) + "\nEnd"
 
     shown = Told()._repr_html_()
     assert tags(shown).count("tr") == 2 and "b" not in tags(shown) and "&lt;b&gt;" in shown

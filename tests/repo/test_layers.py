@@ -154,11 +154,12 @@ CLI_USES: dict[str, set[str]] = {
     "args": set(),
     "exit": {"case"},
     "whole": set(),
-    "report": {"args", "exit", "whole"},
+    "terminal": set(),
+    "report": {"args", "exit", "terminal", "whole"},
     "progress": set(),
     "sweep": {"case", "exit", "whole"},
     "commands": {"args", "case", "exit", "progress", "report", "sweep"},
-    "lib": {"args", "commands", "exit"},
+    "lib": {"args", "commands", "exit", "terminal"},
     "main": {"lib"},
 }
 

@@ -7,6 +7,7 @@
 //! - [`args`]: the tree of verbs and flags;
 //! - [`commands`]: one file a verb: case and flags to a [`report::Report`];
 //! - [`report`]: what a verb has to say, as a table, as JSON and as CSV;
+//! - [`terminal`]: its width and colours;
 //! - `whole`: files that are written whole or not at all;
 //! - [`run`]: arguments to exit code.
 
@@ -18,6 +19,7 @@ pub mod formula;
 pub mod progress;
 pub mod report;
 pub mod sweep;
+pub mod terminal;
 mod whole;
 
 use std::ffi::OsString;
@@ -72,7 +74,11 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         // A reader that has closed the pipe (`| head`) has seen enough.
         Err(Failure::Closed) => Exit::Success.code(),
         Err(failure) => {
-            eprintln!("cbpt: {failure}");
+            let told = match &failure {
+                Failure::Case(error) => error.shown(),
+                other => other.to_string(),
+            };
+            eprintln!("{}", terminal::for_terminal(&format!("cbpt: {told}"), true));
             failure.exit().code()
         }
     }

@@ -4,12 +4,12 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use comfy_table::presets::UTF8_FULL_CONDENSED;
-use comfy_table::{CellAlignment, ContentArrangement, Table as Drawn};
+use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, Table as Drawn, Width};
 use serde_json::{Map, Value, json};
 
 use crate::args::OutputOptions;
 use crate::exit::{Failure, keep_input};
-use crate::whole;
+use crate::{terminal, whole};
 
 /// A table: headers and cells as JSON values, so that CSV keeps every digit and text rounds.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -37,32 +37,74 @@ impl Table {
         }
     }
 
-    /// As text; numbers to six significant digits.
+    /// As text, as wide as the terminal; numbers to six significant digits.
     pub fn text(&self) -> String {
-        self.drawn(None)
+        self.text_within(terminal::width())
     }
 
-    /// The same, at most so many characters wide: for cells of words, which then run over several lines.
+    /// The same, at most so many characters wide where words and names can run over several lines; numbers stay whole.
     pub fn text_within(&self, width: u16) -> String {
-        self.drawn(Some(width))
-    }
-
-    fn drawn(&self, within: Option<u16>) -> String {
+        let cells: Vec<Vec<String>> =
+            self.rows.iter().map(|row| row.iter().map(cell_text).collect()).collect();
+        let widest = |index: usize| {
+            cells.iter().filter_map(|row| row.get(index)).map(|cell| cell.chars().count()).max().unwrap_or(0)
+        };
+        // Headings run over several lines where the table would be too wide, and no more than they have to.
+        let headed = |most: usize| -> Vec<String> {
+            self.columns.iter().enumerate().map(|(i, name)| broken(name, widest(i).max(most))).collect()
+        };
+        let fits = |heads: &[String]| {
+            let longest = |head: &String| head.lines().map(|line| line.chars().count()).max().unwrap_or(0);
+            let columns = heads.iter().enumerate().map(|(i, head)| longest(head).max(widest(i)) + 3);
+            columns.sum::<usize>() < usize::from(width)
+        };
+        let heads = (0..=40).rev().map(headed).find(|heads| fits(heads));
+        let narrow = heads.is_none();
         let mut drawn = Drawn::new();
         drawn.load_style(UTF8_FULL_CONDENSED).set_content_arrangement(ContentArrangement::Disabled);
-        if let Some(width) = within {
+        if narrow {
             drawn.set_content_arrangement(ContentArrangement::Dynamic).set_width(width);
         }
-        drawn.set_header(&self.columns);
-        for row in &self.rows {
-            drawn.add_row(row.iter().map(cell_text));
+        drawn.set_header(heads.unwrap_or_else(|| headed(0)));
+        for row in cells {
+            drawn.add_row(row);
         }
+        let least = if narrow { self.least_widths(usize::from(width)) } else { Vec::new() };
         for (index, column) in drawn.column_iter_mut().enumerate() {
             if self.rows.iter().any(|row| row.get(index).is_some_and(Value::is_number)) {
                 column.set_cell_alignment(CellAlignment::Right);
             }
+            if let Some(least) = least.get(index).filter(|least| **least < 30) {
+                let least = u16::try_from(least + 2).unwrap_or(u16::MAX);
+                column.set_constraint(ColumnConstraint::LowerBoundary(Width::Fixed(least)));
+            }
         }
         drawn.trim_fmt()
+    }
+
+    /// What each column needs so that no number and no name is broken, nor a part of a heading if there is room for that.
+    fn least_widths(&self, width: usize) -> Vec<usize> {
+        let longest = |text: &str| text.split(' ').map(|word| word.chars().count()).max().unwrap_or(0);
+        let cells = |index: usize| {
+            let cells = self.rows.iter().filter_map(move |row| row.get(index));
+            cells.map(|cell| longest(&cell_text(cell))).max().unwrap_or(1)
+        };
+        let head = |name: &String| name.split_inclusive(['_', ' ']).map(longest).max().unwrap_or(0);
+        let bare: Vec<usize> = (0..self.columns.len()).map(cells).collect();
+        let with: Vec<usize> =
+            self.columns.iter().zip(&bare).map(|(name, cells)| head(name).max(*cells)).collect();
+        if with.iter().map(|least| least + 3).sum::<usize>() < width { with } else { bare }
+    }
+
+    /// As an HTML table, for a notebook.
+    pub fn html(&self) -> String {
+        let line = |tag: &str, cells: &mut dyn Iterator<Item = String>| {
+            let cells = cells.map(|cell| format!("<{tag}>{}</{tag}>", escaped(&cell)));
+            format!("<tr>{}</tr>", cells.collect::<String>())
+        };
+        let head = line("th", &mut self.columns.iter().cloned());
+        let rows = self.rows.iter().map(|row| line("td", &mut row.iter().map(cell_text)));
+        format!("<table><thead>{head}</thead><tbody>{}</tbody></table>", rows.collect::<String>())
     }
 
     /// As CSV; numbers to their last digit, an empty cell where there is none.
@@ -102,7 +144,7 @@ impl Report {
             };
             write_file(path, &contents)?;
         }
-        print(&if options.json { pretty(&self.json) } else { self.text.clone() })
+        print(&if options.json { pretty(&self.json) } else { terminal::for_terminal(&self.text, false) })
     }
 }
 
@@ -185,6 +227,28 @@ pub fn six_digits(value: f64) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
+/// Text that is no markup.
+pub fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// A name over several lines, broken after underscores: no wider than the cells below, where that can be.
+fn broken(name: &str, cells: usize) -> String {
+    let parts: Vec<&str> = name.split_inclusive(['_', ' ']).collect();
+    let longest = parts.iter().map(|part| part.chars().count()).max().unwrap_or(0);
+    let mut lines = vec![String::new()];
+    for part in parts {
+        let line = lines.last().map_or(0, |line| line.chars().count());
+        if line > 0 && line + part.chars().count() > cells.max(longest) {
+            lines.push(String::new());
+        }
+        if let Some(line) = lines.last_mut() {
+            line.push_str(part);
+        }
+    }
+    lines.join("\n")
+}
+
 fn cell_text(cell: &Value) -> String {
     match cell {
         Value::Null => "-".into(),
@@ -205,6 +269,26 @@ fn extension(path: &Path) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_wide_table_is_folded_between_words_and_no_number_is_broken() {
+        let mut table =
+            Table::new(["alpha_deceleration_arcsec", "scaled_residual_of_it", "what it separates"]);
+        table.rows.push(vec![
+            json!(1.025_11),
+            json!(5.793_1e-16),
+            json!("one effect + another effect + a third"),
+        ]);
+        let text = table.text_within(60);
+        assert!(text.lines().all(|line| line.chars().count() <= 60), "{text}");
+        assert!(
+            text.contains("1.02511") && text.contains("5.79310e-16") && text.contains("alpha_"),
+            "{text}"
+        );
+        assert!(table.text_within(200).lines().count() == 5);
+        assert!(table.html().contains("<td>1.02511</td>"));
+        assert_eq!(escaped("<b> & \"c\""), "&lt;b&gt; &amp; &quot;c&quot;");
+    }
 
     #[test]
     fn six_digits_are_short_and_right() {

@@ -94,8 +94,13 @@ impl Case {
     }
 
     /// The case as a file in SI units; ``from_toml`` of it gives the same case to the last bit.
-    fn to_toml(&self) -> String {
-        self.case.to_toml()
+    ///
+    /// ``like`` is the text of the file that the case was made of: its comments, order and units stay, and only effects that
+    /// are new or have other numbers are written. Raises ``CaseError`` where that text is no case.
+    #[pyo3(signature = (like = None))]
+    fn to_toml(&self, py: Python<'_>, like: Option<&str>) -> PyResult<String> {
+        let text = like.map_or_else(|| Ok(self.case.to_toml()), |text| self.case.to_toml_like(text));
+        text.map_err(|error| case_error(py, &error))
     }
 
     /// The drive without the effects of the case.
@@ -259,11 +264,11 @@ impl Case {
     }
 
     fn __reduce__(slf: &Bound<'_, Self>) -> Reduced<(String,)> {
-        Ok((slf.get_type().getattr("from_toml")?.unbind(), (slf.get().to_toml(),)))
+        Ok((slf.get_type().getattr("from_toml")?.unbind(), (slf.get().case.to_toml(),)))
     }
 
     fn __hash__(&self) -> u64 {
-        hash(&self.to_toml())
+        hash(&self.case.to_toml())
     }
 
     fn __repr__(&self) -> String {

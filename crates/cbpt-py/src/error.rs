@@ -15,11 +15,11 @@ pub fn invalid_input(py: Python<'_>, error: &cbpt_core::InvalidInput) -> PyErr {
 
 /// A mistake in a case file: `cbpt.errors.CaseError`.
 pub fn case_error(py: Python<'_>, error: &cbpt_cli::case::CaseError) -> PyErr {
-    case_mistakes(py, error.to_string(), &error.mistakes)
+    case_mistakes(py, [error.to_string(), error.shown()], &error.mistakes)
 }
 
-/// The mistakes as `cbpt.errors.CaseMistake`, the message in words.
-fn case_mistakes(py: Python<'_>, message: String, mistakes: &[Mistake]) -> PyErr {
+/// The mistakes as `cbpt.errors.CaseMistake`, the message in words, and the same with the lines of the file.
+fn case_mistakes(py: Python<'_>, [message, shown]: [String; 2], mistakes: &[Mistake]) -> PyErr {
     let handed = || {
         let class = py.import("cbpt.errors")?.getattr("CaseMistake")?;
         let hand = |m: &Mistake| {
@@ -29,7 +29,7 @@ fn case_mistakes(py: Python<'_>, message: String, mistakes: &[Mistake]) -> PyErr
         PyTuple::new(py, mistakes.iter().map(hand).collect::<PyResult<Vec<_>>>()?)
     };
     match handed() {
-        Ok(mistakes) => raise(py, "CaseError", (message, mistakes)),
+        Ok(mistakes) => raise(py, "CaseError", (message, mistakes, shown)),
         Err(error) => error,
     }
 }
@@ -37,7 +37,7 @@ fn case_mistakes(py: Python<'_>, message: String, mistakes: &[Mistake]) -> PyErr
 /// One mistake in what is not a file.
 fn case_mistake(py: Python<'_>, key: &str, problem: String) -> PyErr {
     let mistake = Mistake { key: key.into(), problem, ..Mistake::default() };
-    case_mistakes(py, mistake.to_string(), &[mistake])
+    case_mistakes(py, [mistake.to_string(), String::new()], &[mistake])
 }
 
 /// A value that has no place in a case: `cbpt.errors.CaseError`.

@@ -77,7 +77,7 @@ mod _core {
     #[pymodule_export]
     use super::units::{Unit, all_units, unit_size};
     #[pymodule_export]
-    use super::{example_case, run_command_line, text_table};
+    use super::{example_case, painted, run_command_line, terminal_colour, terminal_width, text_table};
 }
 
 /// The example case file: the base case of the 2017 paper, as TOML text.
@@ -105,8 +105,10 @@ enum Cell {
 ///
 /// ``columns`` are the column names; each row has a cell for each column. Numbers are shown to six significant digits;
 /// ``None`` and numbers that are not finite are shown as ``-``.
+/// The table is as wide as the terminal at most, 100 characters in a file; ``width`` says otherwise.
 #[pyfunction]
-fn text_table(columns: Vec<String>, rows: Vec<Vec<Option<Cell>>>) -> String {
+#[pyo3(signature = (columns, rows, width = None))]
+fn text_table(columns: Vec<String>, rows: Vec<Vec<Option<Cell>>>, width: Option<u16>) -> String {
     let value = |cell: Option<Cell>| match cell {
         None => Value::Null,
         Some(Cell::Flag(flag)) => flag.into(),
@@ -115,5 +117,24 @@ fn text_table(columns: Vec<String>, rows: Vec<Vec<Option<Cell>>>) -> String {
         Some(Cell::Text(text)) => text.into(),
     };
     let rows = rows.into_iter().map(|row| row.into_iter().map(value).collect()).collect();
-    cbpt_cli::report::Table { columns, rows }.text()
+    let width = width.unwrap_or_else(cbpt_cli::terminal::width);
+    cbpt_cli::report::Table { columns, rows }.text_within(width)
+}
+
+/// Columns that text on standard output may take.
+#[pyfunction]
+fn terminal_width() -> u16 {
+    cbpt_cli::terminal::width()
+}
+
+/// Whether standard output, or standard error, shows colours: a terminal that can, and ``NO_COLOR`` is not set.
+#[pyfunction]
+fn terminal_colour(error: bool) -> bool {
+    cbpt_cli::terminal::colour(error)
+}
+
+/// A text with the colours of the command line.
+#[pyfunction]
+fn painted(text: &str) -> String {
+    cbpt_cli::terminal::painted(text)
 }

@@ -1,7 +1,7 @@
 //! A solved load: angles, pairs and every meshing point as numpy arrays.
 
 use cbpt_cli::commands::Units;
-use cbpt_cli::commands::solve::{report, solved};
+use cbpt_cli::commands::solve::{html, report, solved};
 use cbpt_core::equilibrium::report::{LoadedPoint, PairSolution as RustPair};
 use cbpt_core::hertz::LoadedContact;
 use cbpt_core::interval::Interval;
@@ -173,6 +173,13 @@ impl Solution {
 
     fn __repr__(&self) -> String {
         report(&self.reducer, &self.solution, None, &Units::default()).text
+    }
+
+    /// What a notebook shows.
+    fn _repr_html_(&self) -> String {
+        let of_drive = |drive: &cbpt_core::Drive| drive.findings(Some(&self.solution.load));
+        let findings = self.reducer.ball_drive().map(of_drive).unwrap_or_default();
+        html(&self.reducer, &self.solution, &findings, &Units::default())
     }
 }
 

@@ -25,6 +25,7 @@ from cbpt.cli.options import (
     columns_of,
     inputs,
     of_case,
+    show,
     show_answer,
 )
 from cbpt.whole_files import write_whole
@@ -210,7 +211,7 @@ def plan(argv: list[str]) -> int:
         sizes={words[0]: _numbers(parser, words[1:]) for words in options.size},
         max_runs=options.max_runs,
     )
-    print(found.report())
+    show(found.report())
     if options.out and found.plan:
         write_whole(options.out, found.plan.to_toml())
         print(f"Wrote {options.out}; check it with cbpt isolability {options.case} {options.out}")

@@ -35,6 +35,7 @@ from cbpt.cli.options import (
     inputs,
     only_of,
     optional_files,
+    show,
     show_answer,
     show_results,
 )
@@ -86,8 +87,7 @@ def compare(argv: list[str]) -> int:
         )
     _write(comparison, options.out)
     report = comparison.report(options.angle_unit, in_flags)
-    print(comparison.to_json() if options.json else report)
-    sys.stdout.flush()
+    show_answer(comparison, "-" if options.json else None, lambda: report)
     if options.plot:
         comparison.plot(options.plot, options.angle_unit)
     return SUCCESS if comparison.overall else NO_SOLUTION
@@ -272,8 +272,9 @@ def fit(argv: list[str]) -> int:
         only=only_of(parser, options),
     )
     if options.out:
-        write_whole(options.out, found.case.to_toml())
-    print(found.report(in_flags, options.angle_unit))
+        # What `fitted` has read: the file is there, and is UTF-8.
+        write_whole(options.out, found.case.to_toml(options.case.read_text(encoding="utf-8-sig")))
+    show(found.report(in_flags, options.angle_unit))
     show_results(found, options)
     if options.out:
         print(f"Wrote {options.out}: the case with the fitted effects.")

@@ -25,8 +25,8 @@ try:
     from cbpt.cli import page as page_verbs
     from cbpt.cli import sweep as sweep_verb
     from cbpt.cli import tables as table_verbs
-    from cbpt.cli.options import in_flags
-    from cbpt.errors import CbptError, NoSolutionError, told
+    from cbpt.cli.options import in_flags, tell
+    from cbpt.errors import CaseError, CbptError, NoSolutionError, told
 except KeyboardInterrupt:  # numpy takes a while to load
     print("cbpt: interrupted", file=sys.stderr)
     os._exit(130)
@@ -87,10 +87,10 @@ def _guarded(verb: Callable[[list[str]], int], argv: list[str]) -> int:
     try:
         return verb(argv)
     except NoSolutionError as error:
-        print(f"cbpt: {error}", file=sys.stderr)
+        tell(str(error))
         return NO_SOLUTION
     except CbptError as error:
-        print(f"cbpt: {told(error, in_flags)}", file=sys.stderr)
+        tell(error.shown if isinstance(error, CaseError) else told(error, in_flags))
         return BAD_INPUT
     except BrokenPipeError:
         # The reader (`| head`) has seen enough; what is left in the buffer must not complain.
@@ -99,7 +99,7 @@ def _guarded(verb: Callable[[list[str]], int], argv: list[str]) -> int:
     except OSError as error:
         # Only what is printed has no name.
         name, why = error.filename or "standard output", error.strerror or error
-        print(f"cbpt: cannot write {name}: {why}", file=sys.stderr)
+        tell(f"cannot write {name}: {why}")
         return CANNOT_WRITE
     except SystemExit as stop:  # of argparse: help, or a mistake that it has told
         return stop.code if isinstance(stop.code, int) else BAD_INPUT

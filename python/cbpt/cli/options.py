@@ -5,6 +5,7 @@ add_*                       one flag, or a few that belong together
 check_*                     refuse before anything is computed
 columns_of, only_of         what --column and --only say
 in_flags                    what a message tells to do, in flags
+show, tell                  text and errors as the terminal takes them
 show_answer, show_results   answers printed or written
 Counter                     progress on a terminal
 """
@@ -18,9 +19,11 @@ import time
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, TextIO
 
+from cbpt._core import painted, terminal_colour
 from cbpt.errors import ChooseSheet, Setting, Step, TakeColumn
+from cbpt.lab.wording.layout import within
 from cbpt.lab.wording.numbers import listed
 from cbpt.results import ANGLE_UNITS
 from cbpt.whole_files import write_whole
@@ -275,6 +278,28 @@ def in_flags(step: Step) -> str:
 # --- answers ------------------------------------------------------------------------------
 
 
+def show(text: str) -> None:
+    """Print a report: as wide as the terminal, with colours where it has them."""
+    if sys.stdout.isatty():
+        text = within(text)
+    print(painted(text) if _coloured(sys.stdout) else text)
+
+
+def tell(problem: str) -> None:
+    """Print what is wrong."""
+    text = f"cbpt: {problem}"
+    print(painted(text) if _coloured(sys.stderr) else text, file=sys.stderr)
+
+
+def _coloured(stream: TextIO) -> bool:
+    """Whether a stream is that of a terminal with colours, and not one put in its place."""
+    try:
+        number = stream.fileno()
+    except (AttributeError, OSError, ValueError):
+        return False
+    return number in (1, 2) and terminal_colour(number == 2)
+
+
 class Answer(Protocol):
     """What a verb of the lab found."""
 
@@ -289,7 +314,7 @@ def show_answer(answer: Answer, json: str | None, report: Callable[[], str]) -> 
     else:
         if json:
             write_whole(json, answer.to_json() + "\n")
-        print(report())
+        show(report())
     sys.stdout.flush()
 
 
@@ -300,7 +325,7 @@ def show_results(found: Diagnosis | Fitted, options: argparse.Namespace) -> None
         return
     results = found.results(*load)
     if options.results in (None, "-"):
-        print(f"\n{results.report()}")
+        show(f"\n{results.report()}")
         return
     made = {".csv": results.to_csv, ".md": results.to_markdown, ".json": results.to_json}
     path = Path(options.results)

@@ -25,6 +25,7 @@ from cbpt.cli.options import (
     inputs,
     of_case,
     only_of,
+    show,
 )
 from cbpt.whole_files import write_whole
 
@@ -86,7 +87,7 @@ def report(argv: list[str]) -> int:
 
         text = page(document)
     write_whole(options.out, text)
-    print(diagnosis.sentence)
+    show(diagnosis.sentence)
     print(f"Wrote {options.out}.")
     sys.stdout.flush()
     return SUCCESS

@@ -138,7 +138,7 @@ class Optimum(Reported):
 
     def report(self, angle_unit: str = "arcsec") -> str:
         """Text for a terminal."""
-        from cbpt._core import text_table
+        from cbpt.lab.wording import layout
 
         def angle(arcsec: float | None) -> str:
             if arcsec is None:
@@ -161,7 +161,7 @@ class Optimum(Reported):
         for name, (was, now) in self.numbers.items():
             key, before = shown(name, was)
             rows.append([key, before, shown(name, now)[1]])
-        lines.append(text_table(["number", "before", "now"], rows))
+        lines.append(layout.table(["number", "before", "now"], rows))
         lines.append(self._of_period(angle))
         lines.append(self._of_friction())
         if self.found:

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt._core import Case, Drive, text_table
+from cbpt._core import Case, Drive
 from cbpt.design.judge import (
     Judged,
     at_load,
@@ -32,6 +32,7 @@ from cbpt.design.judge import (
 )
 from cbpt.errors import InvalidInputError, NoSolutionError
 from cbpt.figures.tolerance import draw_tolerance
+from cbpt.lab.wording import layout
 from cbpt.lab.wording.html import Reported
 from cbpt.results import ANGLE_UNITS, ARCSEC_PER_RAD
 
@@ -222,7 +223,7 @@ class Tolerance(Reported):
                 ]
             )
         heads = ["number", "nominal", "scatters by", "share_%", "share_drawn_%"]
-        lines.append(text_table(heads, rows))
+        lines.append(layout.table(heads, rows))
         lines_of = [(_ended(kind), count) for kind, count in self.status.items() if kind != "ok"]
         lines_of += [(name.replace("_", " "), count) for name, count in self.lost.items()]
         for name, count in lines_of:

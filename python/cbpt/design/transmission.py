@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt._core import Case, Drive, PreloadThresholds, ball_loads, text_table
+from cbpt._core import Case, Drive, PreloadThresholds, ball_loads
 from cbpt.design.judge import at_load, bare_drive_note
 from cbpt.errors import InvalidInputError, NoSolutionError
 from cbpt.figures.transmission import draw_transmission
@@ -187,7 +187,7 @@ class Transmission:
         if not c.drive.has_parts_as_made:
             lines.append("  the case has no [as_made]: all parts are nominal")
         heads = ["order", "source", f"unloaded_{angle_unit}", f"loaded_{angle_unit}"]
-        lines += ["Spectrum", text_table(heads, self._spectrum_rows(one))]
+        lines += ["Spectrum", layout.table(heads, self._spectrum_rows(one))]
         for name, balls in (("Deceleration", self.deceleration), ("Equal-speed", self.equal_speed)):
             lines += [
                 f"{name} balls: share of the preload in %, largest force at a meshing point",
@@ -202,7 +202,7 @@ class Transmission:
             )
         ]
         lines.append("Preload that is needed, largest over the turns")
-        lines.append(text_table(["parts", "hold_N", "continuous_N", "zero_backlash_N"], rows))
+        lines.append(layout.table(["parts", "hold_N", "continuous_N", "zero_backlash_N"], rows))
         lines += bare_drive_note(self.case, "the angles are")
         return "\n".join(lines)
 
@@ -367,7 +367,7 @@ def _ball_table(balls: Balls) -> str:
     ]
     if all(np.allclose(row[1:], rows[0][1:], rtol=1e-3) for row in rows):
         rows = [["each", *rows[0][1:]]]
-    return text_table(["ball", "least_%", "mean_%", "largest_%", "force_N"], rows)
+    return layout.table(["ball", "least_%", "mean_%", "largest_%", "force_N"], rows)
 
 
 def _thresholds(found: PreloadThresholds) -> dict[str, dict[str, float | None]]:

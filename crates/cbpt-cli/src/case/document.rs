@@ -9,7 +9,7 @@ use toml::de::{DeTable, DeValue};
 use super::error::{Mistake, Notes, shortened};
 
 /// A key and what stands behind it.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Entry {
     pub(crate) key: String,
     /// Byte of the text where the key starts.
@@ -18,7 +18,7 @@ pub(crate) struct Entry {
 }
 
 /// A value of the file.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Node {
     pub(crate) at: Option<usize>,
     /// The value as it was written.
@@ -27,7 +27,7 @@ pub(crate) struct Node {
 }
 
 /// What a value is.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) enum Content {
     Text(String),
     Number(f64),

@@ -4,7 +4,7 @@ use std::fmt;
 
 /// A case file that cannot be read, with every mistake in it.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{}", report(.name, .mistakes))]
+#[error("{}", report(.name, .mistakes, false))]
 pub struct CaseError {
     /// Name of the file; empty where the case did not come from a file.
     pub name: String,
@@ -13,6 +13,11 @@ pub struct CaseError {
 }
 
 impl CaseError {
+    /// The error with the line of the file under each mistake, and a caret under its place: for a terminal.
+    pub fn shown(&self) -> String {
+        report(&self.name, &self.mistakes, true)
+    }
+
     /// Reading stops after so many mistakes.
     pub const MOST: usize = 100;
     /// So many of them are told.
@@ -40,6 +45,8 @@ pub struct Mistake {
     pub line: Option<usize>,
     /// Column in characters, from 1.
     pub column: Option<usize>,
+    /// That line as it was written, as much of it as a terminal shows, with a caret below.
+    pub excerpt: Option<String>,
     /// Dotted key as it was written; empty where the whole file is meant.
     pub key: String,
     /// The value as it was written; empty where the key itself is the mistake.
@@ -89,21 +96,35 @@ impl fmt::Display for Mistake {
     }
 }
 
-fn report(name: &str, mistakes: &[Mistake]) -> String {
-    let mut lines: Vec<String> = mistakes
-        .iter()
-        .take(CaseError::TOLD)
-        .map(|mistake| match (name, mistake.line) {
+fn report(name: &str, mistakes: &[Mistake], excerpts: bool) -> String {
+    let mut lines = Vec::new();
+    for mistake in mistakes.iter().take(CaseError::TOLD) {
+        lines.push(match (name, mistake.line) {
             ("", _) => mistake.to_string(),
             (_, None) => format!("{name}: {mistake}"),
             (_, Some(line)) => format!("{name}:{line}: {mistake}"),
-        })
-        .collect();
+        });
+        lines.extend(mistake.excerpt.clone().filter(|_| excerpts));
+    }
     if mistakes.len() > CaseError::TOLD {
         let at_least = if mistakes.len() < CaseError::MOST { "" } else { "at least " };
         lines.push(format!("and {at_least}{} more", mistakes.len() - CaseError::TOLD));
     }
     lines.join("\n")
+}
+
+/// A line of a file with its number, and a caret under a column; both from 1.
+fn excerpt(line: usize, text: &str, column: usize) -> String {
+    const MOST: usize = 90;
+    // A long line is shown from a little before the place; nothing in it may steer the terminal.
+    let from = if column > MOST { column - MOST / 2 } else { 1 };
+    let shown = text.trim_end().chars().skip(from - 1).take(MOST);
+    let shown: String =
+        shown.map(|c| if c.is_control() && c != '\t' { char::REPLACEMENT_CHARACTER } else { c }).collect();
+    let before = shown.chars().take(column - from);
+    let indent: String = before.map(|c| if c == '\t' { c } else { ' ' }).collect();
+    let number = line.to_string();
+    format!("  {number} | {shown}\n  {} | {indent}^", " ".repeat(number.len()))
 }
 
 /// Collects mistakes while a case is read, and finds their lines.
@@ -124,9 +145,10 @@ impl<'t> Notes<'t> {
     /// Notes a mistake at a byte of the text.
     pub(crate) fn add(&mut self, at: Option<usize>, mistake: Mistake) {
         if !self.full() {
-            let (line, column) = at.map(|at| self.position(at)).unzip();
-            let key = shortened(&mistake.key);
-            self.mistakes.push(Mistake { line, column, key, ..mistake });
+            let place = at.map(|at| self.position(at));
+            let excerpt = place.map(|(line, column)| excerpt(line, self.line_text(line), column));
+            let ((line, column), key) = (place.unzip(), shortened(&mistake.key));
+            self.mistakes.push(Mistake { line, column, excerpt, key, ..mistake });
         }
     }
 
@@ -141,6 +163,12 @@ impl<'t> Notes<'t> {
         let start = self.lines[line - 1];
         let before = self.text.get(start..at).or(self.text.get(start..)).unwrap_or_default();
         (line, before.chars().count() + 1)
+    }
+
+    /// The text of a line, from 1.
+    fn line_text(&self, line: usize) -> &'t str {
+        let end = self.lines.get(line).copied().unwrap_or(self.text.len());
+        self.text.get(self.lines[line - 1]..end).unwrap_or_default()
     }
 
     /// How many mistakes were noted.

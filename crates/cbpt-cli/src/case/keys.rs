@@ -230,6 +230,11 @@ impl Section {
         self.keys.iter().find_map(|key| key.unit_of(written).map(|unit| (key, unit)))
     }
 
+    /// Whether its keys are about numbers of other sections.
+    pub(super) fn of_numbers(&self) -> bool {
+        ["uncertainty", "tolerance"].contains(&self.name)
+    }
+
     /// The section in a sentence.
     pub(super) fn place(&self) -> String {
         match self.name {

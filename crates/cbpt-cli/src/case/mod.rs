@@ -3,7 +3,7 @@
 //! - `keys` says what a section and a key are, `fields` is the table of them, `library` that of the built-in effects, made of
 //!   the core's. All else follows them:
 //! - `document` makes one tree of TOML text or a JSON value, `parse` reads the tree by the table, `effect` its effects,
-//!   `build` turns values into a [`Case`] and back, `write` writes it;
+//!   `build` turns values into a [`Case`] and back, `write` writes it, `edit` changes the effects of a file;
 //! - `spread` is what a case says of how its numbers scatter;
 //! - `reader` reads the keys of one section, `suggest` knows what a wrong key may have meant, `error` how mistakes are told;
 //! - `tables` reads the files of the parts as they were made, `parts` turns their lists into what the core takes;
@@ -12,6 +12,7 @@
 
 mod build;
 pub(crate) mod document;
+mod edit;
 mod effect;
 pub(crate) mod error;
 mod fields;
@@ -270,6 +271,15 @@ impl Case {
     /// The case as the text of a case file in SI units. Reading it gives the very same case.
     pub fn to_toml(&self) -> String {
         write::toml(self)
+    }
+
+    /// The text of the file that this case was made of, with the effects of this case: comments, order and units stay. Where
+    /// anything else differs, the same as [`Case::to_toml`].
+    ///
+    /// # Errors
+    /// As [`Case::from_toml`], for the text.
+    pub fn to_toml_like(&self, text: &str) -> Result<String, CaseError> {
+        edit::with_effects(text, self)
     }
 
     /// The ball drive, if the case has one.

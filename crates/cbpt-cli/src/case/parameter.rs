@@ -11,6 +11,7 @@ use cbpt_core::units::Unit;
 use cbpt_core::{InvalidInput, Reducer};
 
 use super::build::{self, Values};
+use super::document::Content;
 use super::error::Mistake;
 use super::fields;
 use super::keys::{self, Key, Kind, Section, Value, dotted};
@@ -163,7 +164,7 @@ fn of_section(case: &Case, name: &str, section_name: &str, key_name: &str) -> Re
         return Err(wrong(problem, "sweep a number of the drive, of [load] or of an effect"));
     }
     let Some((key, unit)) = section.find(key_name) else {
-        let mistake = suggest::unknown_key(section, key_name).mistake;
+        let mistake = suggest::unknown_key(section, key_name, &Content::Other).mistake;
         let nearest = mistake.nearest.map(|nearest| dotted(section.name, &nearest));
         return Err(Mistake { key: name.into(), nearest, ..mistake });
     };
@@ -275,7 +276,7 @@ fn of_effect(case: &Case, name: &str, rest: &str) -> Result<Parameter, Mistake> 
     {
         return Ok(parameter(Some((key.clone(), unit)), None, slot));
     }
-    let mistake = suggest::unknown_key(section, key_name).mistake;
+    let mistake = suggest::unknown_key(section, key_name, &Content::Other).mistake;
     let nearest = mistake.nearest.map(|near| format!("effect.{id}.{near}"));
     let numbers: Vec<String> = library::parameters(section).map(Key::usual).collect();
     let allowed = format!("{} has {}", entry.id, numbers.join(", "));

@@ -1,5 +1,6 @@
 //! From the tree of a file to a case: its sections one by one, what they must be together, then the checks of the mechanics.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use cbpt_core::InvalidInput;
@@ -8,7 +9,7 @@ use super::build::{self, TRACK_CURVATURE};
 use super::document::{Content, Entry};
 use super::error::{Mistake, Notes};
 use super::fields;
-use super::keys::{Key, Kind, Need, Section};
+use super::keys::{Key, Kind, Need, Section, dotted};
 use super::reader::{Reader, Source};
 use super::{Case, effect, suggest, tables};
 
@@ -56,11 +57,31 @@ pub(super) fn case(document: &[Entry], folder: Option<&Path>, notes: &mut Notes<
     Some(case)
 }
 
+/// The entries of a section about numbers of others, named as a plan names its axes: `deceleration.ball_radius_um` stands for
+/// `deceleration_ball_radius_um`.
+fn flat(entries: &[Entry]) -> Cow<'_, [Entry]> {
+    let mut found = Vec::new();
+    for entry in entries {
+        match &entry.node.content {
+            Content::Table(inner) if fields::section(&entry.key).is_some() => {
+                let named = |inner: &Entry| Entry {
+                    key: fields::uncertainty_of(&dotted(&entry.key, &inner.key)),
+                    ..inner.clone()
+                };
+                found.extend(inner.iter().map(named));
+            }
+            _ => found.push(entry.clone()),
+        }
+    }
+    found.into()
+}
+
 impl Reader<'_, '_> {
     /// Reads one section.
     fn section(&mut self, section: &Section, entry: &Entry) {
         if let Content::Table(entries) = &entry.node.content {
-            for other in self.take(section, &entry.key, entries) {
+            let entries = if section.of_numbers() { flat(entries) } else { Cow::Borrowed(&**entries) };
+            for other in self.take(section, &entry.key, entries.iter()) {
                 self.unknown(section, &entry.key, other);
             }
         } else {

@@ -79,7 +79,8 @@ impl<'n, 't> Reader<'n, 't> {
         if self.notes.full() {
             return;
         }
-        let suggest::Unknown { mistake, meant } = suggest::unknown_key(section, &entry.key);
+        let suggest::Unknown { mistake, meant } =
+            suggest::unknown_key(section, &entry.key, &entry.node.content);
         if let Some(key) = meant
             && !self.values.has(&section.si_name(key))
         {

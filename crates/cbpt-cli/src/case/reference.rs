@@ -48,10 +48,14 @@ fn table(section: &'static Section) -> Json {
     let mut rules: Vec<Json> = section.keys.iter().filter_map(|key| rule(section, key)).collect();
     rules.extend(foreign(section, "ring_groove"));
     rules.extend(foreign(section, "cross_slide"));
+    let mut properties = properties(section);
+    if section.of_numbers() {
+        properties.extend(by_section(section));
+    }
     let mut schema = json!({
         "type": "object",
         "description": section.meaning,
-        "properties": properties(section),
+        "properties": properties,
         "required": required,
         "additionalProperties": false,
     });
@@ -59,6 +63,21 @@ fn table(section: &'static Section) -> Json {
         schema["allOf"] = rules.into();
     }
     schema
+}
+
+/// The keys about numbers of other sections as tables of those: `deceleration.ball_radius_um`.
+fn by_section(section: &'static Section) -> Map<String, Json> {
+    let all = properties(section);
+    let of = |name: &'static str| {
+        let short = |(key, schema): (&String, &Json)| {
+            let short = key.strip_prefix(name)?.strip_prefix('_')?;
+            Some((short.to_owned(), schema.clone()))
+        };
+        let keys: Map<String, Json> = all.iter().filter_map(short).collect();
+        let table = json!({"type": "object", "properties": keys, "additionalProperties": false});
+        (!keys.is_empty()).then(|| (name.to_owned(), table))
+    };
+    fields::DRIVE.into_iter().chain(["load"]).filter_map(of).collect()
 }
 
 /// Built-in effects take the numbers of their ids, own effects what the table says.

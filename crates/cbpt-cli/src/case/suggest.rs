@@ -1,7 +1,8 @@
 //! What a key that nobody knows may have meant.
 
-use cbpt_core::units;
+use cbpt_core::units::{self, Unit};
 
+use super::document::Content;
 use super::error::{Mistake, shortened};
 use super::fields;
 use super::keys::{Key, Kind, Section};
@@ -12,12 +13,12 @@ pub(super) struct Unknown<'s> {
     pub(super) meant: Option<&'s Key>,
 }
 
-/// Says what is wrong with a key that the section does not have.
-pub(super) fn unknown_key<'s>(section: &'s Section, written: &str) -> Unknown<'s> {
+/// Says what is wrong with a key that the section does not have; `content` is what stands behind it.
+pub(super) fn unknown_key<'s>(section: &'s Section, written: &str, content: &Content) -> Unknown<'s> {
     unit_forgotten(section, written)
         .or_else(|| unit_unknown(section, written))
         .or_else(|| elsewhere(section, written))
-        .unwrap_or_else(|| misspelled(section, written))
+        .unwrap_or_else(|| misspelled(section, written, content))
 }
 
 /// The right key without the unit it needs.
@@ -60,9 +61,11 @@ fn unit_unknown<'s>(section: &'s Section, written: &str) -> Option<Unknown<'s>> 
 
 /// The right key in the wrong section.
 fn elsewhere<'s>(section: &'s Section, written: &str) -> Option<Unknown<'s>> {
+    if knows(section, written) {
+        return None;
+    }
     let others = fields::sections().iter().filter(|other| other.name != section.name);
-    let places: Vec<String> =
-        others.filter(|other| other.find(written).is_some()).map(Section::place).collect();
+    let places: Vec<String> = others.filter(|other| knows(other, written)).map(Section::place).collect();
     if places.is_empty() {
         return None;
     }
@@ -71,13 +74,56 @@ fn elsewhere<'s>(section: &'s Section, written: &str) -> Option<Unknown<'s>> {
     Some(Unknown { mistake: Mistake { problem, allowed, ..Mistake::default() }, meant: None })
 }
 
-fn misspelled<'s>(section: &'s Section, written: &str) -> Unknown<'s> {
-    let names: Vec<(String, &Key)> =
-        section.keys.iter().flat_map(|key| key.names().map(move |name| (name, key))).collect();
-    let nearest = nearest(written, names.iter().map(|(name, _)| &**name));
-    let meant = names.iter().find(|(name, _)| Some(name) == nearest.as_ref()).map(|(_, key)| *key);
-    let problem = "unknown key".into();
-    let allowed = format!("allowed here: {}", keys(section));
+/// Whether a section has a key that is written so, or that people write so.
+fn knows(section: &Section, written: &str) -> bool {
+    section.keys.iter().flat_map(forms).any(|form| form.written == written)
+}
+
+/// A way to write a key, wrong ones among them.
+struct Form<'s> {
+    written: String,
+    key: &'s Key,
+    unit: &'static Unit,
+    /// What the number that stands behind it has to be multiplied by.
+    factor: f64,
+}
+
+/// Every way to write a key, and what people write in its place: `balls` for `ball_count`, diameters for radii.
+fn forms(key: &Key) -> impl Iterator<Item = Form<'_>> {
+    let mut stems = vec![(key.stem.to_string(), 1.0)];
+    if let Some(one) = key.stem.strip_suffix("_count") {
+        let other =
+            [format!("{one}s"), format!("n_{one}s"), format!("number_of_{one}s"), format!("{one}_number")];
+        stems.extend(other.map(|stem| (stem, 1.0)));
+    }
+    if key.stem.contains("radius") {
+        stems.extend(["diameter", "dia"].map(|word| (key.stem.replace("radius", word), 0.5)));
+    }
+    stems.into_iter().flat_map(move |(stem, factor)| {
+        let form = move |unit: &'static Unit| Form { written: unit.name(&stem), key, unit, factor };
+        key.units().iter().map(form)
+    })
+}
+
+fn misspelled<'s>(section: &'s Section, written: &str, content: &Content) -> Unknown<'s> {
+    let forms: Vec<Form<'s>> = section.keys.iter().flat_map(forms).collect();
+    let near = nearest(written, forms.iter().map(|form| &*form.written));
+    let form = forms.into_iter().find(|form| Some(&form.written) == near.as_ref());
+    let (mut problem, allowed) = ("unknown key".to_owned(), format!("allowed here: {}", keys(section)));
+    let nearest = form.as_ref().map(|form| {
+        // A unit that was not written is none that was meant.
+        let stated = written.ends_with(&format!("_{}", form.unit.symbol));
+        let name = if stated { form.key.with(form.unit) } else { form.key.usual() };
+        if (form.factor - 1.0).abs() < f64::EPSILON {
+            return name;
+        }
+        "a case states the radius, which is half of the diameter".clone_into(&mut problem);
+        match content {
+            Content::Number(number) if stated => format!("{name} = {}", number * form.factor),
+            _ => name,
+        }
+    });
+    let meant = form.map(|form| form.key);
     Unknown { mistake: Mistake { problem, allowed, nearest, ..Mistake::default() }, meant }
 }
 

@@ -14,7 +14,7 @@ use super::{CaseEffects, Units, ball_drive, enclosure, load, note_bare_drive, no
 use crate::args::Solve;
 use crate::case::Case;
 use crate::exit::{Exit, Failure};
-use crate::report::{Report, Table, number, object, six_digits};
+use crate::report::{Report, Table, escaped, number, object, six_digits};
 
 /// Runs the verb.
 pub fn run(verb: &Solve) -> Result<Exit, Failure> {
@@ -42,9 +42,12 @@ pub fn run(verb: &Solve) -> Result<Exit, Failure> {
     }
     let proved = !verb.certify || certify(&mut report, &case, verb, &solution, detail.as_ref())?;
     if verb.points && solution.status.has_solution() {
-        report.text.push_str(
-            "\n\nMeshing points (one row for each diagonal: the two points at its ends carry the same force; --out FILE.csv adds \
-             the contact ellipses)\n",
+        let ellipses = match &verb.output.out {
+            Some(file) => format!("{} has the contact ellipses too", file.display()),
+            None => "--out FILE.csv adds the contact ellipses".to_owned(),
+        };
+        report.text += &format!(
+            "\n\nMeshing points (one row for each diagonal: the two points at its ends carry the same force; {ellipses})\n"
         );
         report.text.push_str(&report.table.narrowed(|column| !column.starts_with("wall")).text());
     }
@@ -158,6 +161,16 @@ pub fn text(
     // A finding about the load itself is what the status line says already.
     lines.extend(findings.iter().filter(|finding| finding.pair != "drive").map(finding_text));
     lines.join("\n")
+}
+
+/// The summary for a notebook: its lines, and the table of the pairs.
+pub fn html(reducer: &Reducer, solution: &Solution, findings: &[Finding], units: &Units) -> String {
+    let text = text(reducer, solution, None, findings, units);
+    let framed = |line: &&str| line.is_empty() || line.starts_with(['┌', '│', '╞', '└']);
+    let lines: Vec<String> = text.lines().filter(|line| !framed(line)).map(escaped).collect();
+    let table = pair_table(solution, units);
+    let table = if table.columns.len() > 1 { table.html() } else { String::new() };
+    format!("<p>{}</p>{table}", lines.join("<br>"))
 }
 
 /// Angles, stiffness, status and contributions of a load that has a solution.

@@ -8,7 +8,7 @@ use cbpt_core::sweep::solve_all;
 use serde_json::{Value, json};
 
 use super::{CaseEffects, Units, missing, sweep_plan};
-use crate::args::Sweep;
+use crate::args::{OutputOptions, Sweep};
 use crate::case::Case;
 use crate::exit::{Exit, Failure};
 use crate::progress::with_progress_bar;
@@ -80,7 +80,7 @@ pub fn run(verb: &Sweep) -> Result<Exit, Failure> {
     })?
     .ok_or_else(|| Failure::Usage("the sweep was cancelled".into()))?;
     let any = solved.iter().any(|outcome| outcome.status.has_solution());
-    report(&loads, &solved, case.drive().is_some(), &Units::from(&verb.output)).deliver(&verb.output)?;
+    report(&loads, &solved, case.drive().is_some(), &verb.output).deliver(&verb.output)?;
     Ok(if any { Exit::Success } else { Exit::NoSolution })
 }
 
@@ -103,7 +103,8 @@ fn for_parquet(case: &Path) -> String {
 /// What a sweep has to say.
 ///
 /// A torsion spring has no pairs, and where its loads have no preload none is shown.
-fn report(loads: &[Load], solved: &[LoadOutcome], pairs: bool, units: &Units) -> Report {
+fn report(loads: &[Load], solved: &[LoadOutcome], pairs: bool, options: &OutputOptions) -> Report {
+    let units = &Units::from(options);
     let suffix = units.angle.symbol;
     let mut table = Table::new([
         format!("torque_{}", units.torque.symbol),
@@ -138,7 +139,11 @@ fn report(loads: &[Load], solved: &[LoadOutcome], pairs: bool, units: &Units) ->
     shown.rows.truncate(MOST_ROWS_ON_SCREEN);
     let mut text = shown.text();
     if table.rows.len() > MOST_ROWS_ON_SCREEN {
-        text += &format!("\n... {} rows in all; --out FILE.csv writes all of them", table.rows.len());
+        let all = match &options.out {
+            Some(file) => format!("{} has all of them", file.display()),
+            None => "--out FILE.csv writes all of them".to_owned(),
+        };
+        text += &format!("\n... {} rows in all; {all}", table.rows.len());
     }
     if failed > 0 {
         text += &format!("\n{failed} of {} loads have no solution; the status column says why", solved.len());

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from cbpt._core import text_table
 from cbpt.lab.change.record import Changed, ChangeData, Unchanged
+from cbpt.lab.wording import layout
 from cbpt.lab.wording.names import called
 from cbpt.lab.wording.numbers import in_words, listed
 
@@ -81,14 +81,14 @@ def lines(found: ChangeData) -> Iterator[str]:
             found.levels, found.readings, found.rmse_arcsec, found.noise.u_arcsec, strict=True
         )
     ]
-    yield text_table([head, "readings", "rmse_arcsec", "scatter_arcsec"], rows)
+    yield layout.table([head, "readings", "rmse_arcsec", "scatter_arcsec"], rows)
     fitted = listed(found.effects) if found.effects else "no effect"
     yield f"Fitted at every level: {fitted}, and the numbers of drive and rig within [uncertainty]."
     rows = []
     for group in found.weighed.groups:
         name = called(group.effect, "torsion_spring" if kind else "ball_drive")
         rows.append([group.effect, name, f"{found.weighed.changed(group.effect):.3f}"])
-    yield text_table(["effect or number", "", "probability of a change"], rows)
+    yield layout.table(["effect or number", "", "probability of a change"], rows)
     if found.reproducibility_arcsec:
         yield (
             f"A new set-up alone changes the angles by {found.reproducibility_arcsec:.3g} arcsec "
@@ -102,7 +102,7 @@ def lines(found: ChangeData) -> Iterator[str]:
                 for v, u in zip(c.values, c.u, strict=True)
             ]
             rows.append([f"{c.effect} {pairs[0][0]}", *(value for _, value in pairs)])
-        yield text_table([head, *found.levels], rows)
+        yield layout.table([head, *found.levels], rows)
     if found.remains:
         share = found.remains.get("share_of_misfit")
         told = f", {share:.0%} of the misfit" if isinstance(share, float) else ""

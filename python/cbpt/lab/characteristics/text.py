@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from cbpt._core import text_table
+from cbpt.lab.wording import layout
 from cbpt.lab.wording.numbers import rounded, with_uncertainty
 from cbpt.results import ANGLE_UNITS
 
@@ -50,7 +50,7 @@ def _group(group: Group, angle_unit: str) -> Iterator[str]:
         if both:
             row += [cell(group.model[i], angle_unit), ratios.get(figure.name, "")]
         rows.append(row)
-    yield text_table([*head, "model", "readings/model"] if both else head, rows)
+    yield layout.table([*head, "model", "readings/model"] if both else head, rows)
     for kind, figures in (("readings", group.readings), ("model", group.model)):
         reasons: dict[str, list[str]] = {}
         for figure in figures:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
-from cbpt._core import Case, Drive, text_table
+from cbpt._core import Case, Drive
 from cbpt.errors import InvalidInputError, ReadingsError
 from cbpt.lab.diagnosis.diagnose import diagnosed
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
@@ -25,6 +25,7 @@ from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.residuals import rmse_of
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.selection.fit_effects import best_fit
+from cbpt.lab.wording import layout
 from cbpt.lab.wording.html import Reported
 from cbpt.lab.wording.numbers import AngleUnit, angle_unit_of, in_words
 from cbpt.lab.wording.versions import versions
@@ -125,7 +126,7 @@ class DividedDiagnosis(Reported):
                 cells.append(value)
             rows.append([label, *cells])
         rmse = [angle.number(value) for value in self.rmse_arcsec().values()]
-        yield text_table([self.by, *self.fits], [*rows, [f"rmse_{angle.symbol}", *rmse]])
+        yield layout.table([self.by, *self.fits], [*rows, [f"rmse_{angle.symbol}", *rmse]])
 
     def __repr__(self) -> str:
         return self.report()

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from cbpt._core import text_table
 from cbpt.errors import Say, said
 from cbpt.lab.diagnosis.comparison_data import ComparisonData
 from cbpt.lab.diagnosis.misfit import Misfit
+from cbpt.lab.wording import layout
 from cbpt.lab.wording.numbers import rounded, significant
 from cbpt.results import ANGLE_UNITS
 
@@ -47,7 +47,7 @@ def lines(c: ComparisonData, angle_unit: str, say: Say) -> Iterator[str]:
             for group in c.groups
             if group.column == column
         ]
-    yield text_table(headers, rows)
+    yield layout.table(headers, rows)
     yield ""
     yield from _where(c, angle_unit)
     yield (
@@ -146,7 +146,7 @@ def _added(c: ComparisonData, before: ComparisonData, angle_unit: str) -> Iterat
         [n.effect, n.name if n.name != n.effect else "", rounded(n.value, 4), rounded(n.u, 4)]
         for n in c.numbers
     ]
-    yield text_table(["effect", "parameter", "value", "u"], rows)
+    yield layout.table(["effect", "parameter", "value", "u"], rows)
 
 
 def _scatter(c: ComparisonData, angle_unit: str) -> Iterator[str]:
@@ -235,4 +235,4 @@ def _where(c: ComparisonData, angle_unit: str) -> Iterator[str]:
         ]
         for region in c.where
     ]
-    yield text_table(headers, rows)
+    yield layout.table(headers, rows)

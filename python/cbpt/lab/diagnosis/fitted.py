@@ -14,7 +14,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
-from cbpt._core import Case, Drive, OwnEffect, text_table
+from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError, Say, said
 from cbpt.lab.diagnosis.diagnose import prepared
 from cbpt.lab.diagnosis.diagnosis_data import Rung
@@ -31,7 +31,7 @@ from cbpt.lab.model.priors import PRIORS
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.selection.fit_effects import best_fit
-from cbpt.lab.wording import html
+from cbpt.lab.wording import html, layout
 from cbpt.lab.wording.numbers import AngleUnit, angle_unit_of, rounded
 
 __all__ = ["Fitted", "fit"]
@@ -161,7 +161,9 @@ class Fitted:
             for name, r in (("as given", self.before), ("fitted", self.after))
         ]
         yield f"Error, in sample and held out (cross-validation by {self.held_out_by}):"
-        yield text_table(["", f"rmse_{angle.symbol}", f"held_out_{angle.symbol}", "chi2/dof"], rows)
+        yield layout.table(
+            ["", f"rmse_{angle.symbol}", f"held_out_{angle.symbol}", "chi2/dof"], rows
+        )
 
     def __repr__(self) -> str:
         return self.report()

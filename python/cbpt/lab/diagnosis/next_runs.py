@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cbpt._core import Case, Drive, text_table
+from cbpt._core import Case, Drive
 from cbpt.lab.diagnosis.deciding_runs import CANDIDATES, HARDLY, rank
 from cbpt.lab.diagnosis.diagnose import diagnose
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
@@ -24,7 +24,7 @@ from cbpt.lab.experiment.candidates import Limits, described
 from cbpt.lab.experiment.expected_gain import LIMIT, Suggested
 from cbpt.lab.experiment.plan import Plan
 from cbpt.lab.readings.reader import Readings
-from cbpt.lab.wording import html
+from cbpt.lab.wording import html, layout
 from cbpt.lab.wording.numbers import listed, rounded
 from cbpt.lab.wording.versions import versions
 
@@ -126,7 +126,7 @@ class NextRuns:
             f"({LIMIT:.1f} or more decide):"
         )
         headers = ["preload_N", "torque_Nm", "torque goes", "input_angle_deg", "gain", "separates"]
-        yield text_table(headers, table)
+        yield layout.table(headers, table)
         count = self.runs_like_it()
         if count is not None and count > 1:
             yield f"About {count} such runs would decide between the two closest hypotheses."

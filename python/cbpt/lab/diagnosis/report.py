@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from textwrap import wrap
 from typing import Any
 
-from cbpt._core import text_table
 from cbpt.errors import Say, said
 from cbpt.lab.diagnosis.alternatives import unseen
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
@@ -19,10 +18,10 @@ from cbpt.lab.diagnosis.why import Why
 from cbpt.lab.diagnosis.why import sentence as sentence_of_rival
 from cbpt.lab.experiment.candidates import BOTH_WAYS
 from cbpt.lab.selection.rules import RULES
+from cbpt.lab.wording import layout
 from cbpt.lab.wording.names import columns_in_words
 from cbpt.lab.wording.numbers import ARCSEC, AngleUnit, listed, probability, rounded
 
-_WIDTH = 100
 _MOST_COMBINATIONS, _MOST_SIZES = 6, 3
 """Combinations in the table, and those whose sizes are listed."""
 
@@ -39,22 +38,23 @@ def lines(
     yield f"{len(d.readings)} readings of {d.readings.source}"
     yield from (f"Note: {said(note, say)}" for note in d.notes)
     yield ""
-    yield from wrap(sentence(d, Telling(angle=angle)), _WIDTH)
+    yield from wrap(sentence(d, Telling(angle=angle)), layout.prose_width())
     yield from _probabilities(document)
     yield from _remains(document["remains"], angle)
     moved = moved_numbers(d.after, d.competition.campaign.priors)
     if moved:
         text = f"Parameters of drive and rig changed by the fit: {moved}."
-        yield from wrap(text, _WIDTH)
+        yield from wrap(text, layout.prose_width())
     for number in document["moved"]:
         if number["could_be"]:
             other = listed(number["could_be"], "or")
             yield from wrap(
-                f"The change of {number['number']} could also be caused by {other}.", _WIDTH
+                f"The change of {number['number']} could also be caused by {other}.",
+                layout.prose_width(),
             )
     if not d.verdict.effects and not d.verdict.rivals and d.verdict.lack_of_fit is None:
         yield from _unseen(d, angle)
-    yield from wrap(statement(d, angle), _WIDTH)
+    yield from wrap(statement(d, angle), layout.prose_width())
     joint = sum(r.number not in d.verdict.effects for r in d.verdict.rests_on) > 1
     together = ", with the other parameters within their uncertainties" if joint else ""
     for r in d.verdict.rests_on:
@@ -68,7 +68,7 @@ def lines(
             )
     run = document["next_run"]
     if run:
-        yield from wrap(_next_run(run), _WIDTH)
+        yield from wrap(_next_run(run), layout.prose_width())
     if document["unknown"]:
         yield from _unknown(d, document["unknown"], run, angle)
     yield from _combinations(d, document["combinations"], angle)
@@ -92,7 +92,7 @@ def _probabilities(document: Mapping[str, Any]) -> Iterator[str]:
     else:
         holds = probability(v["probability"])
         text = f"Probability that the answer holds: {holds}; of exactly {exactly}."
-    yield from wrap(text, _WIDTH)
+    yield from wrap(text, layout.prose_width())
 
 
 def label_of(combination: Mapping[str, Any]) -> str:
@@ -116,7 +116,7 @@ def _remains(rest: Mapping[str, Any] | None, angle: AngleUnit) -> Iterator[str]:
         f"What remains: {angle.text(rest['rms_arcsec'])} rms{part}; it depends on "
         f"{columns_in_words(rest['depends_on'])}{scatter}."
     )
-    yield from wrap(text, _WIDTH)
+    yield from wrap(text, layout.prose_width())
 
 
 def _combinations(
@@ -166,7 +166,11 @@ def _ladder(d: DiagnosisData, angle: AngleUnit) -> Iterator[str]:
     yield ""
     floor, of = noise_floor(d)
     noise = f"the noise floor {of}" if floor is None else f"noise {angle.text(floor)}"
-    yield f"Error, in sample and held out (cross-validation by {d.held_out_by}; {noise}):"
+    yield from wrap(
+        "Error that is left with each step and all steps above it (the rows do not add up), in "
+        f"sample and held out (cross-validation by {d.held_out_by}; {noise}):",
+        layout.prose_width(),
+    )
     rows = [
         [
             r.added or "as stated",
@@ -178,7 +182,7 @@ def _ladder(d: DiagnosisData, angle: AngleUnit) -> Iterator[str]:
     ]
     yield _table(["added to the step above", *_errors(angle)], rows)
     if d.ladder_says:
-        yield from wrap(d.ladder_says, _WIDTH)
+        yield from wrap(d.ladder_says, layout.prose_width())
 
 
 def _ranking(
@@ -216,7 +220,7 @@ def _unknown(
         yield from _wrapped(line)
     if not run:
         yield ""
-        yield from wrap(card["measure_next"], _WIDTH)
+        yield from wrap(card["measure_next"], layout.prose_width())
     if card["expression"]:
         yield ""
         yield (
@@ -230,7 +234,9 @@ def _unseen(d: DiagnosisData, angle: AngleUnit) -> Iterator[str]:
     """What could be there all the same."""
     found = unseen(d, angle)
     if found:
-        yield from wrap(f"Not detectable with these readings: {listed(found, 'or')}.", _WIDTH)
+        yield from wrap(
+            f"Not detectable with these readings: {listed(found, 'or')}.", layout.prose_width()
+        )
 
 
 def _sizes(d: DiagnosisData, effect: str, parameters: Mapping[str, Any], angle: AngleUnit) -> str:
@@ -245,7 +251,7 @@ def _errors(angle: AngleUnit) -> tuple[str, str, str]:
 
 
 def _wrapped(text: str) -> list[str]:
-    return wrap(text, _WIDTH, initial_indent="  ", subsequent_indent="    ")
+    return wrap(text, layout.prose_width(), initial_indent="  ", subsequent_indent="    ")
 
 
 def _next_run(run: dict[str, Any]) -> str:
@@ -300,4 +306,4 @@ def _percent(number: str, prior: float) -> str:
 
 
 def _table(headers: list[str], rows: list[list[str]]) -> str:
-    return text_table(headers, rows)
+    return layout.table(headers, rows)

@@ -7,13 +7,11 @@ from textwrap import wrap
 
 import numpy as np
 
-from cbpt._core import text_table
 from cbpt.lab.experiment.effect_changes import Form
 from cbpt.lab.experiment.isolability_data import IsolabilityData, Pair
 from cbpt.lab.model.priors import PRIORS
+from cbpt.lab.wording import layout
 from cbpt.lab.wording.numbers import in_words, listed
-
-_WIDTH = 100
 
 
 def lines(i: IsolabilityData) -> Iterator[str]:
@@ -40,7 +38,7 @@ def lines(i: IsolabilityData) -> Iterator[str]:
             most = f"{rival} ({r:.3f})" if rival and r is not None else ""
             table.append([s.label, name, *values, most])
         headers = ["effect", "parameter", "50 % detected", "95 % detected", "largest plausible"]
-        yield text_table([*headers, "most similar effect"], table)
+        yield layout.table([*headers, "most similar effect"], table)
     for effect, why in i.unseen.items():
         yield f"{effect}: {why}"
     for kind in (_twins, _not_here, _above):
@@ -113,7 +111,7 @@ def _above(i: IsolabilityData) -> Iterator[str]:
         ]
         for p in sorted(pairs, key=lambda p: -p.correlation)
     ]
-    yield text_table(["one", "other", "correlation"], table)
+    yield layout.table(["one", "other", "correlation"], table)
 
 
 def _sides(i: IsolabilityData, p: Pair) -> str:
@@ -128,4 +126,4 @@ def _from(i: IsolabilityData, effect: str, size: float | None) -> str:
 
 
 def _wrapped(text: str) -> list[str]:
-    return wrap(text, _WIDTH, initial_indent="  ", subsequent_indent="    ")
+    return wrap(text, layout.prose_width(), initial_indent="  ", subsequent_indent="    ")

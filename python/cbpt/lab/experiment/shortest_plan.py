@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from cbpt._core import Case, Drive, effect_specs, text_table
+from cbpt._core import Case, Drive, effect_specs
 from cbpt.errors import InvalidInputError
 from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.experiment.candidates import Limits, candidates, described
@@ -38,6 +38,7 @@ from cbpt.lab.readings.headers import unit_at_end
 from cbpt.lab.readings.inputs import case_of
 from cbpt.lab.selection.fit_effects import predicted
 from cbpt.lab.selection.setting import prior
+from cbpt.lab.wording import layout
 from cbpt.lab.wording.html import Reported
 from cbpt.lab.wording.numbers import display, listed, shown
 
@@ -128,13 +129,13 @@ class Design(Reported):
             for run in self.plan.runs
         ]
         headers = ["preload_N", "torque_Nm", "torque sequence", "input_angle_deg"]
-        yield text_table(headers, table)
+        yield layout.table(headers, table)
         rows = [
             [a.effect, a.other or "no effect", f"{a.d:.1f}", f"{a.needed:.1f}"]
             for a in sorted(self.apart, key=lambda a: a.d / a.needed)
         ]
         yield "Distance of each effect from the other, in standard uncertainties, closest first:"
-        yield text_table(["effect", "other", "distance", "needed"], rows[:10])
+        yield layout.table(["effect", "other", "distance", "needed"], rows[:10])
         for now, best in zip(self.apart, self.at_best, strict=True):
             if not now.enough:
                 what = f"{now.effect} and {now.other or 'no effect'}"

@@ -23,7 +23,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt._core import text_table
 from cbpt.lab.inference.budget import Budget, Combined, range_of
 from cbpt.lab.inference.estimates import parameter, parameters_of, unit_of
 from cbpt.lab.inference.evidence import Fit
@@ -31,6 +30,7 @@ from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.hypothesis import Unknown
 from cbpt.lab.inference.prediction import AtLoad
 from cbpt.lab.model.priors import LOT, PRIORS
+from cbpt.lab.wording import layout
 from cbpt.lab.wording.html import Reported
 from cbpt.lab.wording.numbers import display, name_of_size, rounded, with_uncertainty
 
@@ -46,7 +46,6 @@ class _Shown:
     all: float = 0.9
     """A prior with so much of the variance is all there is."""
     fewest_left: int = 3
-    width: int = 100
 
 
 _SHOWN = _Shown()
@@ -153,12 +152,12 @@ class Results(Reported):
         """As text, rounded: a table, then what each quantity rests on."""
         table = [[row.name, *row.rounded, row.unit, row.evaluation] for row in self.rows]
         headers = ["quantity", "value", "u", "U (95 %)", "unit", "type"]
-        lines = [text_table(headers, table)]
+        lines = [layout.table(headers, table)]
         for row in self.rows:
             text = f"{row.name}: {_basis(row)}"
-            lines += wrap(text, _SHOWN.width, initial_indent="  ", subsequent_indent="    ")
+            lines += wrap(text, layout.prose_width(), initial_indent="  ", subsequent_indent="    ")
         for note in self.notes:
-            lines += wrap(note, _SHOWN.width)
+            lines += wrap(note, layout.prose_width())
         return "\n".join(lines)
 
     def __repr__(self) -> str:

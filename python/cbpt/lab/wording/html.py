@@ -16,6 +16,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from cbpt.errors import PlotError
+from cbpt.lab.wording.layout import unlimited
 
 __all__ = ["Reported", "bullets", "folded", "of_report", "paragraph", "picture", "table"]
 
@@ -62,7 +63,8 @@ class Reported:
 
 def of_report(report: Callable[[], str]) -> str:
     """What `report` prints, its text tables as tables."""
-    lines = report().split("\n")
+    with unlimited():
+        lines = report().split("\n")
     parts: list[str] = []
     for is_table, group in groupby(lines, lambda line: line[:1] != "" and line[0] in _ROW + _FRAME):
         if is_table:

@@ -3,6 +3,8 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail this way")]
 #![allow(clippy::float_cmp, reason = "the units promise the very same number")]
 
+mod edited;
+mod helped;
 mod mistakes;
 mod random;
 mod reading;
