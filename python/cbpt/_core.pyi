@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from os import PathLike
 from typing import Any, SupportsFloat, SupportsIndex, final
 
-__all__ = ["Case", "Drive", "Effect", "EffectParameter", "EffectSpec", "Enclosure", "Finding", "Friction", "FrictionContact", "LargestAngle", "OwnEffect", "PairFriction", "PairSolution", "Prediction", "Predictor", "PreloadThresholds", "Sensitivities", "Sensitivity", "Solution", "SweepCsv", "SweepPlan", "SweepTally", "Thresholds", "Unit", "ball_loads", "design_number", "design_numbers", "effect_specs", "example_case", "friction_of_loads", "is_sweep_plan", "judge_designs", "own_effect_variables", "run_command_line", "solve_angles", "sweep_findings", "sweep_statuses", "text_table", "unit_size", "units"]
+__all__ = ["Case", "Drive", "Effect", "EffectParameter", "EffectSpec", "Enclosure", "Finding", "Friction", "FrictionContact", "LargestAngle", "OwnEffect", "PairFriction", "PairSolution", "Prediction", "Predictor", "PreloadThresholds", "Sensitivities", "Sensitivity", "Solution", "SweepCsv", "SweepPlan", "SweepTally", "Thresholds", "Unit", "ball_loads", "design_number", "design_numbers", "effect_specs", "example_case", "friction_of_loads", "is_sweep_plan", "judge_designs", "own_effect_variables", "painted", "run_command_line", "solve_angles", "sweep_findings", "sweep_statuses", "terminal_colour", "terminal_width", "text_table", "unit_size", "units"]
 
 @final
 class Case:

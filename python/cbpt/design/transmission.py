@@ -27,6 +27,7 @@ from cbpt._core import Case, Drive, PreloadThresholds, ball_loads
 from cbpt.design.judge import at_load, bare_drive_note
 from cbpt.errors import InvalidInputError, NoSolutionError
 from cbpt.figures.transmission import draw_transmission
+from cbpt.lab.wording import layout
 from cbpt.results import ANGLE_UNITS, ARCSEC_PER_RAD, solve_many
 
 __all__ = ["Balls", "Line", "Transmission", "transmission"]
