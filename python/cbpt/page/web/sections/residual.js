@@ -4,6 +4,7 @@
  */
 
 /** @import { Theme } from "../lib/figure.js" */
+import { called, columnChoice } from "../lib/columns.js";
 import { el, fill } from "../lib/dom.js";
 import { Figure, safe, thin } from "../lib/figure.js";
 import { plain } from "../lib/numbers.js";
@@ -54,26 +55,21 @@ function valuesOf(key) {
 /** @param {string} key */
 function named(key) {
   const column = columns().find((c) => c.key === key);
-  return column?.unit ? `${column.label} (${column.unit})` : column?.label ?? key;
+  return column ? called(column) : key;
 }
 
 function drawChoices() {
-  /** @param {string} id @param {string} label @param {string} now @param {(key: string) => void} take */
-  const choice = (id, label, now, take) =>
-    el(
-      "label",
-      { class: "inline" },
-      label,
-      el(
-        "select",
-        { id, onchange: (e) => (take(e.target.value), figure.draw()) },
-        columns().map((c) => el("option", { value: c.key, selected: c.key === now }, named(c.key))),
-      ),
-    );
+  const given = { columns: columns() };
   fill(
     choices,
-    choice("residual-x", "Against", against, (key) => (against = key)),
-    choice("residual-colour", "coloured by", by, (key) => (by = key)),
+    columnChoice({ ...given, id: "residual-x", label: "Against", now: against }, (key) => {
+      against = key;
+      figure.draw();
+    }),
+    columnChoice({ ...given, id: "residual-colour", label: "coloured by", now: by }, (key) => {
+      by = key;
+      figure.draw();
+    }),
   );
 }
 

@@ -2,6 +2,7 @@
 
 /** @import { Theme } from "../lib/figure.js" */
 /** @import { Region } from "../types.d.ts" */
+import { called, columnChoice } from "../lib/columns.js";
 import { bar, bodyOf, el, fill } from "../lib/dom.js";
 import { Figure, safe } from "../lib/figure.js";
 import { percent, plain, text } from "../lib/numbers.js";
@@ -95,29 +96,17 @@ function keyOf(name) {
 }
 
 function drawChoices() {
-  const whole = documentShown();
-  /** @param {string} id @param {string} label @param {string} now @param {(key: string) => void} take */
-  const choice = (id, label, now, take) =>
-    el(
-      "label",
-      { class: "inline" },
-      label,
-      el(
-        "select",
-        { id, onchange: (e) => (take(e.target.value), figure.draw()) },
-        whole.columns.map((c) =>
-          el(
-            "option",
-            { value: c.key, selected: c.key === now },
-            c.unit ? `${c.label} (${c.unit})` : c.label,
-          )
-        ),
-      ),
-    );
+  const given = { columns: documentShown().columns };
   fill(
     choices,
-    choice("map-x", "Across", across, (key) => (across = key)),
-    choice("map-y", "Up", up, (key) => (up = key)),
+    columnChoice({ ...given, id: "map-x", label: "Across", now: across }, (key) => {
+      across = key;
+      figure.draw();
+    }),
+    columnChoice({ ...given, id: "map-y", label: "Up", now: up }, (key) => {
+      up = key;
+      figure.draw();
+    }),
   );
 }
 
@@ -126,7 +115,7 @@ function axisOf(key) {
   const whole = documentShown();
   const column = whole.columns.find((c) => c.key === key);
   const raw = columnOf(key);
-  const label = column ? (column.unit ? `${column.label} (${column.unit})` : column.label) : key;
+  const label = column ? called(column) : key;
   const values = [...new Set(raw.filter((v) => v !== null))];
   const named = column?.kind === "category" || values.some((v) => typeof v === "string");
   if (named || values.length <= MOST_LEVELS) {
