@@ -45,7 +45,13 @@ fn a_wrong_key_is_told_what_it_may_have_meant() {
     );
     assert_eq!(
         message(&edited(circle, &format!("{circle}\nnumber = 35"))),
-        format!("drive.toml:9: deceleration.number: unknown key; allowed here: {keys}")
+        format!(
+            "drive.toml:9: deceleration.number: unknown key; did you mean ball_count? Allowed here: {keys}"
+        )
+    );
+    assert_eq!(
+        message(&edited(circle, &format!("{circle}\ncolour = 35"))),
+        format!("drive.toml:9: deceleration.colour: unknown key; allowed here: {keys}")
     );
     assert_eq!(
         message(&edited(circle, &format!("{circle}\nrolling_circle_radius_um = 2500"))),
