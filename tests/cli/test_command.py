@@ -293,7 +293,8 @@ def test_compare_says_angles_in_the_unit_asked_for(
     assert compare("--angle-unit", unit) == 0
     out = capsys.readouterr().out
     assert out == cbpt.compare(CASE, DATA).report(unit) + "\n"
-    header = next(line for line in out.splitlines() if "chi2/dof" in line)
+    # A wide table breaks its headings.
+    header = next(line for line in out.splitlines() if "chi2/" in line)
     assert (
         header.count("┆") and out.splitlines()[out.splitlines().index(header) + 1].count(unit) == 4
     )

@@ -146,6 +146,8 @@ WRITES = {
     "python/cbpt/whole_files.py",
     "python/cbpt/sweeps/files.py",  # parts, each put in its place when it is on the disk
     "python/cbpt/page/workbench/uploads.py",  # in a folder of its own
+    "python/cbpt/page/printing.py",  # in a folder of its own
+    "python/cbpt/figures/datasheet.py",  # into memory
     "python/cbpt/page/document/typescript.py",  # of the repository
     "python/cbpt/lab/readings/apart.py",  # without a name
     "python/cbpt/cli/main.py",  # nowhere

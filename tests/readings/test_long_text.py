@@ -88,7 +88,8 @@ def test_a_long_case_keeps_nobody_waiting(part: str, tmp_path: Path) -> None:
     command = [sys.executable, "-m", "cbpt.cli.main", "check", str(path)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
     assert done.returncode == 2
-    assert len(done.stderr.splitlines()) <= 21
+    # Twenty mistakes, each with its line and a caret, and how many there are.
+    assert len(done.stderr.splitlines()) <= 3 * 20 + 1
 
 
 def test_a_case_is_read_without_the_lock_of_python() -> None:

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import copy
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,17 +61,9 @@ def _with_set_up(party: Party, arcsec: float, stated_dof: float) -> Party:
     more = 1 + grown**2
     problem = copy(plain)
     w = plain.whitener
-    problem.whitener = _WithSetUp(
-        w.rows,
-        w.inverse,
-        w.correlation,
-        w.ones,
-        w.shrink,
-        w.log_det + float(np.log(more).sum()),
-        w.blocks,
-        left,
-        1 - 1 / np.sqrt(more),
-    )
+    kept = {f.name: getattr(w, f.name) for f in fields(w)}
+    kept["log_det"] = w.log_det + float(np.log(more).sum())
+    problem.whitener = _WithSetUp(**kept, basis=left, less=1 - 1 / np.sqrt(more))
     problem.offsets = problem.whitener(plain.campaign.offsets)
     return Party(problem, party.point, log_noise(problem, stated_dof))
 

@@ -47,7 +47,7 @@ function brings(r) {
   const apart = names.length > 1
     ? `these apart: ${names.join("; ")}`
     : `${names[0]} from the others`;
-  const open = documentShown().answer.verdict.rivals.length
+  const open = documentShown().answer?.verdict.rivals.length
     ? ""
     : " It is not needed for the answer above, but for what may be at work beside it.";
   if (r.gain >= DECIDES) return `One such run is expected to tell ${apart}.${open}`;
