@@ -199,7 +199,8 @@ def page(found: list[Audit]) -> str:
         "",
         f"{len(found)} campaigns: the difference is {off.mean():+.2f} on average, its root mean "
         f"square {np.sqrt(np.mean(off**2)):.2f}, the largest {np.abs(off).max():.2f}; an effect is "
-        "certain from log odds of 2.9.",
+        "certain from log odds of 2.9. u is what the sampler says of itself; with 60 live points "
+        "and random walks it is too small.",
         "",
         "| campaign | effect | readings | Laplace | nested sampling | u | difference |",
         "|---|---|---|---|---|---|---|",
