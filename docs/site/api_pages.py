@@ -86,6 +86,19 @@ PAGES: dict[str, tuple[str, str, tuple[str, ...]]] = {
         "The drive that was built, and one page of it.",
         ("transmission", "Transmission", "datasheet"),
     ),
+    "friction": (
+        "Friction and strength",
+        "What preload and stiffness cost: friction torque, efficiency, wear, static safety.",
+        (
+            "friction",
+            "friction_map",
+            "Costs",
+            "Friction",
+            "PairFriction",
+            "FrictionContact",
+            "FrictionMap",
+        ),
+    ),
     "sweeps": (
         "Sweeps",
         "A sweep varies any parameter of drive, load or effects.",

@@ -12,6 +12,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import cbpt
+
 TOP = Path(__file__).parents[2]
 sys.path.insert(0, str(TOP / "docs" / "claims"))
 
@@ -95,6 +97,8 @@ def draw(folder: Path) -> None:
             cwd=TOP,
         )
     draw_trial(folder / "trial.svg")
+    # The command prints and Python draws.
+    cbpt.friction(TOP / "examples" / "base_case.toml").plot(str(folder / "window.svg"))
     if claims.wait():
         raise SystemExit("the figures of the claims were not drawn")
 
