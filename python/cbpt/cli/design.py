@@ -130,12 +130,7 @@ def transmission(argv: list[str]) -> int:
         type=int,
         help="turns of the crank to cover (default: all after which the drive repeats)",
     )
-    for flag, metavar, what in (
-        ("--torque-Nm", "T", "resistance torque"),
-        ("--preload-N", "F", "axial preload"),
-    ):
-        words = f"{what}, instead of that of the case"
-        parser.add_argument(flag, metavar=metavar, type=float, help=words)
+    add_load(parser, angle=False)
     add_json(parser)
     parser.add_argument(
         "--out", metavar="FILE", type=Path, help="write the curve to FILE.csv, the answer to .json"

@@ -155,13 +155,18 @@ def add_seed(parser: argparse.ArgumentParser, same: str) -> None:
     )
 
 
-def add_load(parser: argparse.ArgumentParser, at: str = "") -> None:
-    """Flags of a load, in place of that of the case."""
-    for flag, metavar, what in (
-        ("--torque-Nm", "T", "resistance torque"),
-        ("--preload-N", "F", "axial preload"),
-        ("--input-angle-deg", "A", "angle of the input crank"),
-    ):
+def add_load(
+    parser: argparse.ArgumentParser,
+    at: str = "",
+    *,
+    torque: str = "resistance torque",
+    angle: bool = True,
+) -> None:
+    """Flags of a load, in place of that of the case; the angle where it is at one."""
+    flags = [("--torque-Nm", "T", torque), ("--preload-N", "F", "axial preload")]
+    if angle:
+        flags.append(("--input-angle-deg", "A", "angle of the input crank"))
+    for flag, metavar, what in flags:
         words = f"{what}{at}, instead of that of the case"
         parser.add_argument(flag, metavar=metavar, type=float, help=words)
 

@@ -19,6 +19,7 @@ from cbpt.cli.options import (
     SUCCESS,
     Counter,
     add_effects,
+    add_load,
     add_seed,
     check_name,
     columns_of,
@@ -149,12 +150,7 @@ def datasheet(argv: list[str]) -> int:
         help="FILE.html, or FILE.pdf, which Chromium or another browser of this machine prints",
     )
     parser.add_argument("--title", metavar="TEXT", help="head of the page")
-    for flag, metavar, what in (
-        ("--torque-Nm", "T", "rated torque"),
-        ("--preload-N", "F", "axial preload"),
-    ):
-        words = f"{what}, instead of that of the case"
-        parser.add_argument(flag, metavar=metavar, type=float, help=words)
+    add_load(parser, torque="rated torque", angle=False)
     options = parser.parse_args(argv)
     check_name(parser, "--out", options.out, ".html", ".pdf")
     from cbpt.page.datasheet import TITLE

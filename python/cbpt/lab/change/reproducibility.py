@@ -14,32 +14,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import copy
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.change.parties import Levels, log_noise
 from cbpt.lab.change.shared import Party
-from cbpt.lab.covariance.linear_gaussian import Whitener
 from cbpt.lab.inference.gauss_newton import Problem, point_at
 
 Floats = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class _WithSetUp(Whitener):
-    """A whitener whose covariance has a few more columns."""
-
-    basis: Floats = field(default_factory=lambda: np.zeros((0, 0)), repr=False)
-    """Orthonormal, in whitened coordinates, shape (n, m)."""
-    less: Floats = field(default_factory=lambda: np.zeros(0), repr=False)
-    """What is taken off along each of them, shape (m,)."""
-
-    def __call__(self, columns: Floats) -> Floats:
-        white = super().__call__(columns)
-        less = self.less if white.ndim == 1 else self.less[:, None]
-        return np.asarray(white - self.basis @ (less * (self.basis.T @ white)))
 
 
 def with_set_ups(levels: Levels, arcsec: float) -> Levels:
@@ -56,14 +40,8 @@ def _with_set_up(party: Party, arcsec: float, stated_dof: float) -> Party:
     columns = _freely(plain, plain.columns(party.point))
     size = np.sqrt(np.mean(columns**2, axis=0))
     seen = size > 1e-9 * max(float(size.max(initial=0.0)), 1e-300)
-    white = plain.whitener(columns[:, seen] * (arcsec / size[seen]))
-    left, grown, _ = np.linalg.svd(white, full_matrices=False)
-    more = 1 + grown**2
     problem = copy(plain)
-    w = plain.whitener
-    kept = {f.name: getattr(w, f.name) for f in fields(w)}
-    kept["log_det"] = w.log_det + float(np.log(more).sum())
-    problem.whitener = _WithSetUp(**kept, basis=left, less=1 - 1 / np.sqrt(more))
+    problem.whitener = plain.whitener.beside(columns[:, seen] * (arcsec / size[seen]))
     problem.offsets = problem.whitener(plain.campaign.offsets)
     return Party(problem, party.point, log_noise(problem, stated_dof))
 

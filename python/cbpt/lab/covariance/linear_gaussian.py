@@ -170,10 +170,9 @@ class Whitener:
     blocks: tuple[tuple[Ints, Floats], ...] = field(default=(), repr=False)
     """Of noise that is correlated beside a rounding which is not: readings that follow each other,
     shape (blocks, m), and inverse factors of their covariance, (blocks, m, m)."""
-    axes: Floats | None = field(default=None, repr=False)
-    """Of an artefact, seen through the rest: orthonormal, shape (n, k)."""
-    axis_shrink: Floats | None = field(default=None, repr=False)
-    """By how much each axis is shortened, shape (k,)."""
+    shared: tuple[tuple[Floats, Floats], ...] = field(default=(), repr=False)
+    """Of what moves many readings at once, seen through the rest: orthonormal axes, shape (n, k),
+    and by how much each is shortened, (k,)."""
 
     @classmethod
     def of(cls, noise: Noise, u_arcsec: Floats, rows: Rows) -> Whitener:
@@ -190,7 +189,7 @@ class Whitener:
             plain = cls(rows, 1 / sd, noise.correlation, np.zeros(0), np.zeros(0), log_det)
         if noise.offset_arcsec:
             plain = cls._with_offsets(plain, noise, u_arcsec, rows)
-        return plain if noise.artefact is None else cls._with_artefact(plain, noise.artefact)
+        return plain if noise.artefact is None else plain.beside(noise.artefact.columns_arcsec)
 
     @staticmethod
     def _with_offsets(plain: Whitener, noise: Noise, u_arcsec: Floats, rows: Rows) -> Whitener:
@@ -202,12 +201,12 @@ class Whitener:
         log_det = float(plain.log_det + np.log(grown).sum())
         return replace(plain, ones=ones, shrink=shrink, log_det=log_det)
 
-    @staticmethod
-    def _with_artefact(plain: Whitener, artefact: Artefact) -> Whitener:
-        axes, size, _ = np.linalg.svd(plain(artefact.columns_arcsec), full_matrices=False)
+    def beside(self, columns_arcsec: Floats) -> Whitener:
+        """For a covariance that has columns U, shape (n, k), more: U U'."""
+        axes, size, _ = np.linalg.svd(self(columns_arcsec), full_matrices=False)
         grown = 1 + size**2
-        log_det = float(plain.log_det + np.log(grown).sum())
-        return replace(plain, axes=axes, axis_shrink=1 - 1 / np.sqrt(grown), log_det=log_det)
+        log_det = float(self.log_det + np.log(grown).sum())
+        return replace(self, shared=(*self.shared, (axes, 1 - 1 / np.sqrt(grown))), log_det=log_det)
 
     @classmethod
     def _in_blocks(cls, noise: Noise, sd: Floats, beside: Floats, rows: Rows) -> Whitener:
@@ -240,8 +239,8 @@ class Whitener:
             index = self.rows.run_index
             sums = self.rows.sums(out * self.ones[:, None])
             out = out - self.ones[:, None] * (sums * self.shrink[:, None])[index]
-        if self.axes is not None and self.axis_shrink is not None:
-            out = out - self.axes @ (self.axis_shrink[:, None] * (self.axes.T @ out))
+        for axes, shorter in self.shared:
+            out = out - axes @ (shorter[:, None] * (axes.T @ out))
         return out.reshape(columns.shape)
 
 

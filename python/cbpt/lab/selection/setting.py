@@ -100,8 +100,9 @@ def prepare(fitter: Fitter) -> Setting:
     inflation = _inflation(fitter, first, signatures, families)
     if inflation is not None:
         kinds.append(replace(campaign.plain_noise, inflation=inflation))
-    kinds += _of_the_torque(fitter, first, signatures)
-    kinds += _of_the_instrument(fitter, first, signatures)
+    freely = _flexible_fit(fitter, first, signatures, campaign.plain_noise)
+    kinds += _of_the_torque(fitter, first, signatures, freely)
+    kinds += _of_the_instrument(fitter, first, signatures, freely)
     nulls = [fit for kind in kinds if (fit := fitter.fit(nothing, noise=kind)) is not None]
     nulls.sort(key=lambda fit: -fit.log_evidence)
     null = nulls[0]
@@ -168,14 +169,15 @@ def _of_one_place(campaign: Campaign, loose: NDArray[np.bool_]) -> bool:
     return False
 
 
-def _of_the_torque(fitter: Fitter, fit: Fit, signatures: list[Signature]) -> list[Noise]:
+def _of_the_torque(
+    fitter: Fitter, fit: Fit, signatures: list[Signature], freely: tuple[Noise, float]
+) -> list[Noise]:
     """Noise of the torque readings, where a fit that may follow the whole library scatters that
-    way; none else."""
+    way; none else. freely: such a fit under plain noise."""
     slope = _slope(fit, np.abs(fitter.campaign.readings.torque_Nm))
     if slope is None:
         return []
-    plain = fitter.campaign.plain_noise
-    noise, value = _flexible_fit(fitter, fit, signatures, plain)
+    noise, value = freely
     typical = float(np.median(fitter.campaign.u_arcsec))
     found = []
     for share in _TORQUE_SHARES:
@@ -189,14 +191,16 @@ def _of_the_torque(fitter: Fitter, fit: Fit, signatures: list[Signature]) -> lis
     return [_plain(best)] if of_best > value else []
 
 
-def _of_the_instrument(fitter: Fitter, fit: Fit, signatures: list[Signature]) -> list[Noise]:
+def _of_the_instrument(
+    fitter: Fitter, fit: Fit, signatures: list[Signature], freely: tuple[Noise, float]
+) -> list[Noise]:
     """Artefacts of the instrument, each where a fit that may follow the whole library gains by
-    it."""
+    it. freely: such a fit under plain noise."""
     c, columns = fitter.campaign, _library_columns(fitter, signatures)
     # Beside a loop of play and friction still to be explained nothing is told of the instrument.
     if c.drive.kind == "torsion_spring":
         return []
-    noise, value = _flexible_fit(fitter, fit, signatures, c.plain_noise)
+    noise, value = freely
     y, x, precision = fitter.linear(fit)
     some = c.rows.thinned(_SCREENED) if len(c) > _SCREENED else np.ones(len(c), dtype=bool)
     whitener = Whitener.of(noise.select(some), c.u_arcsec[some], c.rows.select(some))
@@ -269,10 +273,7 @@ def _flexible_fit(
 
 def _library_columns(fitter: Fitter, signatures: list[Signature]) -> Floats:
     """Of the whole library, each of length 1 in stated uncertainties, shape (n, m)."""
-    return _of_length_1(np.column_stack([s.columns for s in signatures]), fitter.campaign.u_arcsec)
-
-
-def _of_length_1(columns: Floats, u_arcsec: Floats) -> Floats:
+    columns = np.column_stack([s.columns for s in signatures])
     columns = columns[:, np.isfinite(columns).all(axis=0)]
-    size = np.linalg.norm(columns / u_arcsec[:, None], axis=0)
+    size = np.linalg.norm(columns / fitter.campaign.u_arcsec[:, None], axis=0)
     return np.asarray(columns[:, size > 1e-9] / size[size > 1e-9])
