@@ -261,12 +261,21 @@ class Solved(NamedTuple):
     @classmethod
     def of(cls, gram: Floats, projection: Floats, square: float, precision: Floats) -> Solved:
         """gram: X'X (p, p); projection: X'y (p,); square: y'y; precision (p,), 0 for none."""
-        a = gram + np.diag(precision)
+        # LAPACK itself: the noise is searched by thousands of systems of a dozen unknowns.
+        from scipy.linalg.lapack import dpotrf, dpotrs
+
+        a = np.array(gram)
+        diagonal = a.reshape(-1)[:: len(a) + 1] if len(a) else a.reshape(-1)
         # A column that the table cannot see at all has no curvature; a hair of precision keeps A
         # invertible.
-        a[np.diag_indices_from(a)] += 1e-12 * max(float(np.trace(a)), 1e-300) / max(len(a), 1)
-        factor = np.asarray(np.linalg.cholesky(a))
-        mode = np.asarray(np.linalg.solve(a, projection))
+        diagonal += precision
+        diagonal += 1e-12 * max(float(diagonal.sum()), 1e-300) / max(len(a), 1)
+        factor, mode = a, np.zeros(0)
+        if len(a):
+            factor, failed = dpotrf(a, lower=1)
+            if failed:
+                raise np.linalg.LinAlgError("the curvature is not positive")
+            mode = dpotrs(factor, projection, lower=1)[0]
         known = precision > 0
         volume = -float(np.log(np.diagonal(factor)).sum())
         volume += 0.5 * float(np.log(precision[known]).sum())
