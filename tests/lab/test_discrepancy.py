@@ -84,3 +84,24 @@ def test_a_departure_is_no_noise() -> None:
 def test_the_drive_alone_has_no_form() -> None:
     found = Fitter(plan("dev03"), []).fit(Hypothesis())
     assert found is not None and found.discrepancy_sd == 0 and found.log_discrepancy == 0
+
+
+def test_an_effect_departs_by_a_share_of_what_it_shows_itself() -> None:
+    """A preload that is lost evenly is what the gain of the preload readings takes as well: the
+    wider that gain is stated, the less the loss can lend to whatever else the readings show."""
+    lost = {("preload_loss", "lost_share"): 0.1}
+
+    def departures(stated: float) -> float:
+        plain = plan("dev03")
+        priors = {**plain.priors, "preload_scale": stated}
+        campaign = replace(plain, y_arcsec=truth(plain, lost), priors=priors)
+        fitter = Fitter(campaign, [variant_of("preload_loss")])
+        hypothesis = Hypothesis((variant_of("preload_loss"),))
+        fit = fitter.fit(hypothesis, fitter.start(hypothesis, {"preload_loss.lost_share": 0.1}))
+        assert fit is not None
+        _, x, _ = fitter.linear(replace(fit, discrepancy_sd=0.08))
+        first, last = len(fit.unknowns), x.shape[1] - campaign.offsets.shape[1]
+        return float(np.linalg.norm(x[:, first:last]))
+
+    assert departures(1e-3) > 0
+    assert departures(1.0) < 0.3 * departures(1e-3)

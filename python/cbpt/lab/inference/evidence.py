@@ -13,7 +13,7 @@ plausible range.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -140,12 +140,30 @@ def linearised(
         size = (problem.coordinates(point) - problem.mean) / problem.unit
         for at in may_depart(hypothesis, problem.unknowns):
             contribution = columns[:, at] @ size[at]
-            found.append(discrepancy.sd * discrepancy_columns(contribution, discrepancy.functions))
+            sd = discrepancy.sd * _own_share(problem, columns, precision, contribution, at)
+            found.append(sd * discrepancy_columns(contribution, discrepancy.functions))
     departures = np.column_stack(found)
     offsets = problem.campaign.offsets
     x = np.column_stack([columns, departures, offsets])
     priors = precision, np.ones(departures.shape[1]), np.zeros(offsets.shape[1])
     return Linear(y, x, np.concatenate(priors))
+
+
+def _own_share(
+    problem: Problem, columns: Floats, precision: Floats, contribution: Floats, at: Sequence[int]
+) -> float:
+    """How much of what an effect contributes the numbers of the drive and the offsets do not take.
+
+    An effect may depart from its form by a share of what it shows itself: one whose contribution
+    is that of a number of the drive would lend its departures to anything.
+    """
+    known = [i for i in range(len(precision)) if precision[i] > 0 and i not in set(at)]
+    white = problem.whitener(np.column_stack([contribution, columns[:, known]]))
+    x = np.column_stack([white[:, 1:], problem.offsets])
+    flat = np.zeros(problem.offsets.shape[1])
+    total = float(white[:, 0] @ white[:, 0])
+    left = Margin.of(white[:, 0], x, np.r_[precision[known], flat]).chi2
+    return float(np.sqrt(left / total)) if total > 0 else 0.0
 
 
 def evaluated(
