@@ -64,6 +64,21 @@ def test_what_the_angle_sensor_does_is_no_effect(
     assert kind in found.verdict.noise
 
 
+def test_runs_at_one_load_each_follow_it_from_run_to_run() -> None:
+    """While the crank turns through a run, the angle hardly changes: less than it scatters."""
+    run = np.repeat(np.arange(6), 12)
+    rows = replace(
+        TABLE.select(np.arange(len(run))),
+        run=run,
+        torque_Nm=np.array([5.0, -5.0, 2.0, -2.0, 1.0, 4.0])[run],
+        preload_N=np.full(len(run), 600.0),
+        input_angle_deg=np.tile(np.arange(12) * 30.0, 6),
+        elastic_angle_arcsec=np.zeros(len(run)),
+    )
+    found = cbpt.diagnose(CASE, cbpt.simulate(CASE, rows, u_elastic_angle_arcsec=3.0, seed=1))
+    assert found.verdict.kind == "complete"
+
+
 def test_a_set_of_the_first_cycles_is_no_handful_of_outliers() -> None:
     """Run-in that is over after the first cycle leaves a few readings far off."""
     values = {"permanent_set_rad": 1.2e-5}
