@@ -39,20 +39,19 @@ def beside(outcome: Outcome) -> set[str]:
     truth = outcome["truth"]
     zeros = {"run_offset"} if truth["noise"]["run_offset_arcsec"] > 0 else set()
     instrument = RIG if outcome["family"] == "artefact" else set()
-    return zeros | instrument | set(truth.get("beside", ()))
+    return zeros | instrument
 
 
 def unnamed(outcome: Outcome) -> bool:
     """Whether something real is hidden that no library need know."""
-    return bool(outcome["truth"].get("unnamed")) or outcome["family"] == "outside"
+    return outcome["family"] == "outside"
 
 
 def tells_unnamed(outcome: Outcome) -> bool:
-    """Whether something without a name is told, or one of the names that would do for it."""
+    """Whether something without a name is told."""
     answer = outcome["answer"]
     spoken = set(answer["effects"]).union(*map(set, answer["rivals"]))
-    would_do = set(outcome["truth"].get("beside", ())) | {"unknown"}
-    return bool(answer.get("remains")) or answer["kind"] == "unknown" or bool(spoken & would_do)
+    return bool(answer.get("remains")) or answer["kind"] == "unknown" or "unknown" in spoken
 
 
 def _matches(ids: Iterable[str], wanted: Sequence[Sequence[str]]) -> bool:

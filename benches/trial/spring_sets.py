@@ -46,9 +46,9 @@ ACCEPTED = {
     "friction_hysteresis": ["friction_hysteresis"],
     "backlash": ["backlash", "bearing_play"],
     "creep": ["creep"],
+    # A function of the load is one of the reading; a joint softer one way has a bend as well.
+    "stiffness_curve": ["stiffness_curve", "sensor_nonlinearity", "output_torsion"],
 }
-CURVE = ("sensor_nonlinearity", "stiffness_curve")
-"""What a curve of the stiffness may be called: a function of the load is one of the reading."""
 MOST_SIZE = 0.6
 FREE = {"contact_stiffness_rel": "stiffer", "torque_gain_rel": "", "sensor_gain_rel": ""}
 
@@ -145,22 +145,19 @@ def spring_set(
     starts = [draw_spring_effect(i, str(rng.choice(SPRING_EFFECTS[i])), rng) for i in ids]
     hidden, left = _sized(yard, starts, d) if ids else ([], [])
     read = noise.readings(turned_rad(real, rows, hidden), rows, rng)
-    curve = "stiffness_curve" in ids
-    kind = "unknown" if curve else ("effect" if ids else "complete")
+    kind = "effect" if ids else "complete"
     truth: dict[str, Any] = {
         "hidden": [{"id": e.id, "form": e.form, "values": vars(e)} for e in hidden],
         "noise": plain_values(noise),
         "shifts": shifts,
         "free": [*FREE, "zero"],
-        "accepted": [ACCEPTED[i] for i in ids if i in ACCEPTED],
-        "unnamed": curve,
-        "beside": list(CURVE) if curve else [],
+        "accepted": [ACCEPTED[i] for i in ids],
         "readings": len(rows),
         "conditional": left,
         "d": min(left, default=0.0),
         "answer": {
             "kind": kind,
-            "effects": [i for i in ids if i in ACCEPTED],
+            "effects": list(ids),
             "rivals": [],
             "kinds": ["complete", "rig", "parameter"],
         },

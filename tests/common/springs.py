@@ -19,6 +19,9 @@ Floats = NDArray[np.float64]
 class Reducer:
     """What turns: stiffness, play, friction that grows with the load, creep."""
 
+    bend_rad: float = 0.0
+    """What it turns less at 30 N m than in proportion, with the cube of the torque."""
+
     stiffness_Nm_per_rad: float = 2000.0
     play_rad: float = 0.0
     transition_Nm: float = 0.5
@@ -31,7 +34,8 @@ class Reducer:
     def angle(self, carried_Nm: float) -> float:
         """Of the spring and its play."""
         play = 0.5 * self.play_rad * carried_Nm / np.hypot(carried_Nm, self.transition_Nm)
-        return float(carried_Nm / self.stiffness_Nm_per_rad + play)
+        bend = self.bend_rad * (carried_Nm / 30.0) ** 3
+        return float(carried_Nm / self.stiffness_Nm_per_rad + play - bend)
 
     def run(self, time_s: Floats, torque_Nm: Floats) -> Floats:
         """Angles along one run that starts unloaded, rad."""

@@ -122,6 +122,15 @@ def test_history_goes_by_time(effect: str, values: dict[str, float]) -> None:
 # --- sensors ----------------------------------------------------------------------------------
 
 
+def test_a_spring_may_bend_otherwise_than_stated() -> None:
+    """Two odd terms, each as large at the reference torque as it says."""
+    values = {"squared_rad": -3e-6, "cubed_rad": 2e-6, "reference_torque_Nm": 2.0}
+    x = TORQUE_Nm / 2.0
+    expected = -3e-6 * x * np.abs(x) + 2e-6 * x**3
+    found = added("stiffness_curve", values, drive=SPRING)
+    np.testing.assert_allclose(found, expected, atol=1e-17)
+
+
 def test_a_sensor_may_flatten_beyond_a_knee() -> None:
     s, k = 3e-5, 10 * ARCSEC
     plain = angle("sensor_nonlinearity", {})

@@ -116,6 +116,14 @@ def test_friction_is_found_with_its_torque() -> None:
     assert value(answer, "friction_hysteresis", "friction_torque_Nm") == pytest.approx(1.5, rel=0.1)
 
 
+def test_a_spring_that_stiffens_is_no_sensor_that_bends() -> None:
+    """Without friction or play nothing tells them apart: the sensor is not named alone."""
+    answer = cbpt.diagnose(CASE, loops([Reducer(bend_rad=1e-3)] * 3))
+    told = {*answer.verdict.effects, *(e for g in answer.verdict.rivals for e in g)}
+    assert "stiffness_curve" in told
+    assert "sensor_nonlinearity" not in answer.verdict.effects
+
+
 def test_creep_is_found() -> None:
     answer = cbpt.diagnose(CASE, loops([Reducer(creep_rad_per_Nm=6e-5)] * 3))
     assert "creep" in {*answer.verdict.effects, *(e for g in answer.verdict.rivals for e in g)}

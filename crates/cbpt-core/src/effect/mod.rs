@@ -40,6 +40,7 @@ pub mod run_in;
 pub mod run_offset;
 pub mod sensor_gain;
 pub mod sensor_nonlinearity;
+pub mod stiffness_curve;
 pub mod thermal_preload;
 pub mod torque_scale;
 pub mod wear;
@@ -51,7 +52,7 @@ pub use own::{AddsTo, OwnEffect, OwnParameter};
 pub use spec::{Class, Parameter, Port, Reducers, Scale, Spec};
 
 /// Every effect, in the order in which all documents list them.
-pub static LIBRARY: [&Spec; 24] = [
+pub static LIBRARY: [&Spec; 25] = [
     &contact_stiffness::SPEC,
     &contact_angle::SPEC,
     &torque_scale::SPEC,
@@ -64,6 +65,7 @@ pub static LIBRARY: [&Spec; 24] = [
     &bearing_play::SPEC,
     &backlash::SPEC,
     &output_torsion::SPEC,
+    &stiffness_curve::SPEC,
     &friction_hysteresis::SPEC,
     &preload_loss::SPEC,
     &preload_spring::SPEC,

@@ -87,6 +87,11 @@ pub struct Contact {
     pub play_rad: Dual,
     /// Torque within which the backlash is taken up, N m.
     pub transition_torque_Nm: Dual,
+    /// What a torsion spring turns beside its curve at the reference torque: a part with the square of the torque and one
+    /// with its cube, rad.
+    pub curve_rad: [Dual; 2],
+    /// The torque at which it does, N m.
+    pub reference_torque_Nm: Dual,
 }
 
 /// A ball's place, for effects on gaps.

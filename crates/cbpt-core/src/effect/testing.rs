@@ -63,6 +63,8 @@ pub fn contact(spec: &Spec, own: &[f64]) -> Contact {
         exponent: Dual::constant(1.5),
         play_rad: Dual::constant(0.0),
         transition_torque_Nm: Dual::constant(1.0),
+        curve_rad: [Dual::constant(0.0); 2],
+        reference_torque_Nm: Dual::constant(1.0),
     };
     act(&duals(own), &mut contact);
     contact
@@ -117,6 +119,7 @@ pub fn vanishes(spec: &Spec) {
             assert_eq!(contact.contact_angle_shift_rad.value, 0.0);
             assert_eq!(contact.exponent.value, 1.5);
             assert_eq!(contact.play_rad.value, 0.0);
+            assert!(contact.curve_rad.iter().all(|part| part.value == 0.0));
         }
         Action::Series(_) => {
             for torque_Nm in [-3.0, 0.0, 5.0] {

@@ -84,6 +84,8 @@ impl Chain {
             exponent: Dual::constant(HERTZ_EXPONENT),
             play_rad: Dual::constant(0.0),
             transition_torque_Nm: Dual::constant(1.0),
+            curve_rad: [Dual::constant(0.0); 2],
+            reference_torque_Nm: Dual::constant(1.0),
         };
         for link in &self.links {
             if let Action::Contact(act) = link.action {

@@ -173,7 +173,7 @@ impl<'a> Pairs<'a> {
             parts_rad: [0.0; 2],
             residual: 0.0,
             slopes: Slopes { gaps: vec![0.0; wanted.map_or(0, |_| self.gaps[0].len())], ..Slopes::default() },
-            backlash: [0.0; 2],
+            spring: [0.0; 5],
             carrying: [0; 2],
             regime: None,
         };
@@ -257,8 +257,9 @@ pub struct Mesh {
     pub residual: f64,
     /// How it answers, torque and preload being those of the drive.
     pub slopes: Slopes,
-    /// How it answers to the play of a torsion spring and to its transition torque.
-    pub backlash: [f64; 2],
+    /// Of a torsion spring: how it answers to its play, the transition torque of that, both parts of its own curve and the
+    /// reference torque of these.
+    pub spring: [f64; 5],
     /// Diagonals that carry in one row of the deceleration and the equal-speed pair.
     pub carrying: [usize; 2],
     /// Which contacts carry; a torsion spring has none.

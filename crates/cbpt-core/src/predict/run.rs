@@ -119,8 +119,17 @@ impl Block<'_> {
             angle.add_slope(slopes.log_stiffness / contact.stiffness_scale.value, &contact.stiffness_scale);
             angle.add_slope(slopes.contact_angle, &contact.contact_angle_shift_rad);
             angle.add_slope(slopes.exponent, &contact.exponent);
-            angle.add_slope(mesh.backlash[0], &contact.play_rad);
-            angle.add_slope(mesh.backlash[1], &contact.transition_torque_Nm);
+            let [squared, cubed] = &contact.curve_rad;
+            let spring = [
+                &contact.play_rad,
+                &contact.transition_torque_Nm,
+                squared,
+                cubed,
+                &contact.reference_torque_Nm,
+            ];
+            for (slope, number) in mesh.spring.iter().zip(spring) {
+                angle.add_slope(*slope, number);
+            }
             for (slope, gap) in slopes.gaps.iter().zip(gaps) {
                 angle.add_slope(*slope, gap);
             }

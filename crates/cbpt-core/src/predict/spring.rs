@@ -1,8 +1,10 @@
-//! A torsion spring in place of meshing points: alpha = f(m)/s + j t(m), with the curve f, the scale s of
-//! `contact_stiffness` and the share t of the play j that `backlash` takes up, each with its slopes in closed form.
+//! A torsion spring in place of meshing points: alpha = f(m)/s + j t(m) + h(m), with the curve f, the scale s of
+//! `contact_stiffness`, the share t of the play j that `backlash` takes up, and the h of `stiffness_curve`, each with its
+//! slopes in closed form.
 
 use crate::effect::backlash::taken_up;
 use crate::effect::port::Contact;
+use crate::effect::stiffness_curve;
 use crate::equilibrium::response::Slopes;
 use crate::torsion_spring::TorsionSpring;
 
@@ -15,6 +17,8 @@ pub struct Spring<'a> {
     scale: f64,
     play_rad: f64,
     transition_Nm: f64,
+    curve_rad: [f64; 2],
+    reference_Nm: f64,
 }
 
 impl<'a> Spring<'a> {
@@ -25,6 +29,8 @@ impl<'a> Spring<'a> {
             scale: contact.stiffness_scale.value,
             play_rad: contact.play_rad.value,
             transition_Nm: contact.transition_torque_Nm.value,
+            curve_rad: contact.curve_rad.map(|part| part.value),
+            reference_Nm: contact.reference_torque_Nm.value,
         }
     }
 
@@ -33,18 +39,27 @@ impl<'a> Spring<'a> {
         let twist = self.curve.twist(torque_Nm);
         let (share, [by_torque, by_transition]) = taken_up(torque_Nm, self.transition_Nm);
         let elastic_rad = twist.angle_rad / self.scale;
-        let angle_rad = elastic_rad + self.play_rad * share;
+        let ([squared, cubed], [by_squared, by_cubed]) = stiffness_curve::parts(torque_Nm, self.reference_Nm);
+        let [a, b] = self.curve_rad;
+        let by_curve = a * by_squared + b * by_cubed;
+        let angle_rad = elastic_rad + self.play_rad * share + a * squared + b * cubed;
         Mesh {
             status: twist.status,
             angle_rad,
             parts_rad: [angle_rad, 0.0],
             residual: 0.0,
             slopes: Slopes {
-                torque: twist.compliance_rad_per_Nm / self.scale + self.play_rad * by_torque,
+                torque: twist.compliance_rad_per_Nm / self.scale + self.play_rad * by_torque + by_curve,
                 log_stiffness: -elastic_rad,
                 ..Slopes::default()
             },
-            backlash: [share, self.play_rad * by_transition],
+            spring: [
+                share,
+                self.play_rad * by_transition,
+                squared,
+                cubed,
+                -by_curve * torque_Nm / self.reference_Nm,
+            ],
             carrying: [0; 2],
             regime: None,
         }

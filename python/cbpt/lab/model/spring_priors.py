@@ -66,6 +66,9 @@ def _of_spring(campaign: Campaign) -> Iterator[Variant]:
         "sensor_nonlinearity", ("quadratic_per_rad", "cubic_per_rad2"), 1 / angle, 1e-3, 0.5
     )
     yield _signed(nonlinear, ratios=(1.0, 1 / angle))
+    # Without friction or play nothing tells it from a sensor that bends.
+    curve = _of("stiffness_curve", ("squared_rad", "cubed_rad"), angle, 1e-3, 0.5)
+    yield replace(_signed(curve), fixed=(("reference_torque_Nm", torque),))
     yield from _run_ins(angle)
     if readings.time_s is not None:
         length = float(np.ptp(readings.time_s)) or 1.0

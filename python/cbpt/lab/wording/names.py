@@ -26,6 +26,7 @@ NAMES = {
     "bearing_play": "play in the bearing",
     "backlash": "backlash",
     "output_torsion": "torsion of the output shaft",
+    "stiffness_curve": "a stiffness that changes with the load otherwise than stated",
     "friction_hysteresis": "friction (a hysteresis loop that follows the preload)",
     "preload_loss": "preload that does not reach the meshing points",
     "preload_spring": "a stiff preload mechanism (the preload changes as the plates move)",
