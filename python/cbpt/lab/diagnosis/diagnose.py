@@ -25,6 +25,7 @@ from cbpt.lab.covariance.within_run import estimate
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.diagnosis.diagnosis_data import Rung, finished
 from cbpt.lab.diagnosis.fit_text import beyond_own_loops, solutions
+from cbpt.lab.diagnosis.held_torque import held_torque
 from cbpt.lab.diagnosis.rungs import rung_of, rung_of_lack_of_fit
 from cbpt.lab.inference.closing import closed
 from cbpt.lab.inference.cross_validation import folds
@@ -233,6 +234,10 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
     _stop_if_too_little(campaign, len(solved), int(np.count_nonzero(solved)))
     _stop_if_a_slip(campaign, model)
     _stop_if_it_does_not_follow(campaign, model)
+    campaign, told = held_torque(campaign, _as_given)
+    if told:
+        model = _as_given(campaign)
+    notes += told
     campaign, told = _believed(campaign, model)
     notes += told
     campaign = _repeated(campaign, model)

@@ -1,0 +1,82 @@
+"""Torques that were held: whether the scatter of their readings is the torque's or the sensor's.
+
+held_torque  a campaign with the mean torque of each hold, where the angle does not follow
+
+An angle that follows a torque follows its scatter as well. Where it does not, the scatter is the
+sensor's, and it would not stay noise: what goes by the sense of loading follows the sense of the
+scatter, and explains some of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cbpt.lab.model.dataset import Campaign
+
+__all__ = ["held_torque"]
+
+Floats = NDArray[np.float64]
+_FEWEST = 3
+"""Readings of a hold."""
+_JUMP, _WANDER = 5.0, 6.0
+"""Steps of the torque from which a hold ends, and the range of one, in typical steps of the run."""
+_LEAST_DOF = 8
+_FOLLOWS, _SIGMAS = 0.5, 3.0
+"""The angle does not follow where so many standard deviations above what it shows is less than half
+of what the model computes."""
+
+
+def held_torque(
+    campaign: Campaign, model: Callable[[Campaign], Floats]
+) -> tuple[Campaign, list[str]]:
+    """The campaign with the mean torque of each hold where that is what was held, and a note.
+
+    model: the case at every reading of a campaign, arcsec.
+    """
+    torque = campaign.readings.torque_Nm
+    hold, long = _holds(campaign)
+    dof = int(np.count_nonzero(long)) - len(np.unique(hold[long]))
+    if dof < _LEAST_DOF:
+        return campaign, []
+    mean = np.where(long, _means(torque, hold), torque)
+    other = replace(campaign, readings=replace(campaign.readings, torque_Nm=mean))
+    at_mean = model(other)
+    follows = (model(campaign) - at_mean)[long]
+    off = campaign.y_arcsec - at_mean
+    off = (off - _means(off, hold))[long]
+    size = float(follows @ follows)
+    if not size > 0:
+        return campaign, []
+    gain = float(follows @ off) / size
+    rest = off - gain * follows
+    if gain + _SIGMAS * float(np.sqrt(rest @ rest / (dof - 1) / size)) > _FOLLOWS:
+        return campaign, []
+    scatter = float(np.sqrt(np.sum((torque - mean)[long] ** 2) / dof))
+    return other, [
+        f"the torque readings scatter by {scatter:.2g} N m while the torque is held, and the angle "
+        "does not follow: the mean of each hold is used"
+    ]
+
+
+def _holds(campaign: Campaign) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Which stretch of a run each reading is of, shape (n,), and whether the torque was held there:
+    the steps inside a stretch are small against those between, and add up to nothing."""
+    torque, rows = campaign.readings.torque_Nm, campaign.rows
+    hold, long = np.zeros(len(torque), dtype=np.int64), np.zeros(len(torque), dtype=bool)
+    count = 0
+    for run in np.split(rows.order, rows.starts[1:]):
+        steps = np.abs(np.diff(torque[run]))
+        typical = float(np.median(steps)) if len(steps) else 0.0
+        for part in np.split(run, np.flatnonzero(steps > _JUMP * typical) + 1):
+            hold[part] = count
+            long[part] = len(part) >= _FEWEST and np.ptp(torque[part]) <= _WANDER * typical
+            count += 1
+    return hold, long
+
+
+def _means(values: Floats, hold: NDArray[np.int64]) -> Floats:
+    return np.asarray((np.bincount(hold, values) / np.bincount(hold))[hold])

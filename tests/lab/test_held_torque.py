@@ -1,0 +1,61 @@
+"""Property: what a torque sensor scatters while the torque is held is its own, unless the angle
+follows it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import cbpt
+from cbpt.lab.readings.readings import Readings
+from common.comparisons import EXAMPLES
+
+Floats = NDArray[np.float64]
+CASE = EXAMPLES / "campaign.toml"
+TABLE = cbpt.read_readings(EXAMPLES / "campaign.csv")
+PER_HOLD = 8
+SCATTER_Nm = 0.15
+
+
+def held(levels_Nm: Floats) -> Readings:
+    """Two runs of holds at these torques."""
+    torque = np.repeat(np.tile(levels_Nm, 2), PER_HOLD)
+    run = np.repeat([1, 2], PER_HOLD * len(levels_Nm))
+    return replace(
+        TABLE.select(np.arange(len(torque))),
+        run=run,
+        time_s=10.0 * np.arange(len(torque)),
+        torque_Nm=torque,
+        preload_N=np.full(len(torque), 600.0),
+        input_angle_deg=np.zeros(len(torque)),
+        elastic_angle_arcsec=np.zeros(len(torque)),
+    )
+
+
+def scattered(rows: Readings, seed: int) -> Readings:
+    noise = SCATTER_Nm * np.random.default_rng([7, seed]).standard_normal(len(rows))
+    return replace(rows, torque_Nm=rows.torque_Nm + noise)
+
+
+LEVELS_Nm = np.array([4.0, -2.5, 5.0, 1.5, -4.0, 3.0])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_scatter_of_the_sensor_is_no_friction(seed: int) -> None:
+    """What goes by the sense of loading follows that of the scatter."""
+    read = cbpt.simulate(CASE, held(LEVELS_Nm), u_elastic_angle_arcsec=0.5, seed=seed)
+    found = cbpt.diagnose(CASE, scattered(read, seed))
+    assert found.verdict.kind in ("complete", "rig", "ambiguous"), found.sentence
+    assert found.verdict.effects == ()
+    assert any("while the torque is held" in note for note in found.notes)
+
+
+def test_a_torque_that_scatters_itself_stays_as_it_was_read() -> None:
+    rows = scattered(held(LEVELS_Nm), 1)
+    read = cbpt.simulate(CASE, rows, u_elastic_angle_arcsec=0.5, seed=1)
+    found = cbpt.diagnose(CASE, read)
+    assert found.verdict.kind == "complete"
+    np.testing.assert_array_equal(found.readings.torque_Nm, rows.torque_Nm)
