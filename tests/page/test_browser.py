@@ -350,6 +350,15 @@ def test_an_own_effect_outlives_a_reload(live: Any) -> None:
     live.wait_for_selector(DRAWN)
     live.wait_for_selector("#own-expression")
     assert live.input_value("#own-expression") == written
+    # New parameters begin where their place in the expression says.
+    live.fill("#own-expression", "size * abs(torque_Nm)^n * exp(-time_s / tau)")
+    for field, value in (
+        ("size.start", "0.000001"),
+        ("n.start", "1"),
+        ("n.max", "3"),
+        ("tau.start", "60"),
+    ):
+        assert float(live.input_value(f'[data-field="parameters.{field}"]')) == float(value)
 
 
 def test_readings_are_left_out_and_the_answer_follows(live: Any) -> None:

@@ -106,14 +106,15 @@ def test_an_own_effect_is_checked_as_it_is_typed_fitted_and_exported(
         "notes": [],
     }
     # The page makes a parameter of every name that it does not know.
-    slip = {"name": "torqe_Nm", "unit": "", "start": 1, "min": None, "max": None}
-    misspelt = effect | {
-        "expression": "a * torqe_Nm",
-        "parameters": [*effect["parameters"], slip],
-    }
-    told = client.post("/api/own/check", json=misspelt).json()
-    said = "`torqe_Nm` is treated as a parameter; did you mean the variable `torque_Nm`?"
-    assert (told["ok"], told["notes"]) == (True, [said])
+    for name in ("torqe_Nm", "Torque"):
+        slip = {"name": name, "unit": "", "start": 1, "min": None, "max": None}
+        misspelt = effect | {
+            "expression": f"a * {name}",
+            "parameters": [*effect["parameters"], slip],
+        }
+        told = client.post("/api/own/check", json=misspelt).json()
+        said = f"`{name}` is treated as a parameter; did you mean the variable `torque_Nm`?"
+        assert (told["ok"], told["notes"]) == (True, [said])
     for formula, why in (
         ("a * log(torque_Nm)", "no number at 216 of 396 readings, first at line 2 (torque 0 N m"),
         ("a * torque_Nm / (time_s - time_s)", "no number at 396 of 396"),
@@ -227,6 +228,19 @@ def test_the_campaign_is_judged_once_when_it_is_asked_for(
     whole = client.get("/api/document").json()
     assert whole["isolability"] == found["isolability"]
     assert "isolability" not in whole["reasons"]
+
+
+def test_the_answer_does_not_wait_for_the_figures_of_loops(
+    diagnosed: tuple[Session, TestClient],
+) -> None:
+    session, client = diagnosed
+    assert client.get("/api/document").json()["table"] is None
+    found = client.get("/api/table").json()
+    assert found["checks"]
+    width = next(f for f in found["loops"][0]["figures"] if f["name"] == "hysteresis_loss")
+    assert width["model"] == 0 < width["after"]
+    assert session.table() is session.table()
+    assert client.get("/api/document").json()["table"] == found
 
 
 def test_what_is_worked_out_meanwhile_lets_a_switch_go_first(

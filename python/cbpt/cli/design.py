@@ -89,7 +89,7 @@ def optimise(argv: list[str]) -> int:
         "--objective",
         choices=list(OBJECTIVES),
         default="elastic_angle",
-        help="what is made small (default elastic_angle)",
+        help="quantity to minimise (default elastic_angle)",
     )
     add_load(parser)
     add_seed(parser, "answer")
@@ -133,7 +133,10 @@ def transmission(argv: list[str]) -> int:
     add_load(parser, angle=False)
     add_json(parser)
     parser.add_argument(
-        "--out", metavar="FILE", type=Path, help="write the curve to FILE.csv, the answer to .json"
+        "--out",
+        metavar="FILE",
+        type=Path,
+        help="write the curve to FILE.csv, or the complete answer to FILE.json",
     )
     add_angle_unit(parser)
     add_plot(parser)

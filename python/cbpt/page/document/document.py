@@ -99,11 +99,13 @@ def page_document(
     *,
     models: Models | None = None,
     isolability: Isolability | None = None,
+    with_table: bool = True,
 ) -> PageDocument:
     """The document; without a diagnosis the readings beside the drive as stated.
 
     models: of the diagnosis, where they are at hand. isolability: what the campaign could see, or
-    why that is not known.
+    why that is not known. with_table: whether its section of the table is made now; it takes
+    longer than all the rest.
     """
     if diagnosis is None:
         entry, _, regimes = stated(case, readings)
@@ -114,7 +116,12 @@ def page_document(
         models = models or Models(diagnosis, readings)
         entries, regimes = list(models.entries()), models.regimes()
         found = Found(diagnosis, models)
-    return _document((case, readings, source), found, entries, regimes, isolability)
+    document = _document((case, readings, source), found, entries, regimes, isolability)
+    if diagnosis is not None and with_table:
+        from cbpt.page.document.loops import table_of
+
+        document["table"] = table_of(document, case, readings)
+    return document
 
 
 def _document(
@@ -126,7 +133,6 @@ def _document(
 ) -> PageDocument:
     """All keys. of: the case, its readings, and what they are called."""
     from cbpt.page.document.drive import drive_section
-    from cbpt.page.document.loops import table_section
 
     (case, readings, source), diagnosis, answer = of, found.diagnosis, found.answer
     curves, mean_over = curves_of(readings, entries)
@@ -148,7 +154,7 @@ def _document(
         "combinations": list(found.combinations()),
         "remains": found.remains(),
         "undecided": answer["verdict"]["undecided"] if answer else None,
-        "table": table_section(case, readings, _case_after(found, entries)) if diagnosis else None,
+        "table": None,
         "readings": columns_of_readings(readings, regimes, found),
         "regimes": names,
         "regimes_full": [name == REGIMES[0] for name in names],
@@ -169,11 +175,6 @@ def _document(
         "units_of_keys": at_ends(),
         "reasons": dict(_reasons(found, isolability)),
     }
-
-
-def _case_after(found: Found, entries: Sequence[Model]) -> str | None:
-    """The case with the answer in it, where the answer has a model."""
-    return next((e["case_text"] for e in entries if e["key"] == found.key), None)
 
 
 def _case_file(case: Case | Drive, source: Source) -> CaseFile:

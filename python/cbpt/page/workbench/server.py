@@ -16,6 +16,7 @@
     GET  /api/job               {state, stage, share, seconds, error}
     POST /api/cancel            the job
     GET  /api/isolability       {isolability, why}: worked out when first asked for
+    GET  /api/table             {checks, loops}: worked out when first asked for
     POST /api/model             {effects} -> {model, curves, ladder}
     POST /api/shown             {effects}: a model that the page had is looked at
     POST /api/own/check         an own effect -> {ok, message, column, field, notes}
@@ -90,6 +91,7 @@ def application(
         Route("/api/document", _getter(lambda r: session.document() or "null")),
         Route("/api/job", _getter(lambda r: session.job())),
         Route("/api/isolability", _getter(lambda r: session.isolability())),
+        Route("/api/table", _getter(lambda r: session.table())),
         Route("/api/export/{what}", _export(session)),
         Route("/api/upload", _upload(session), methods=["POST"]),
     ]

@@ -65,6 +65,7 @@ class Session:
         """Of who reads files: the others may go on asking about those that are shown."""
         self._lock = threading.RLock()
         self._matrix = threading.Lock()
+        self._tables = threading.Lock()
         self._turns = Turns()
         self._shown = Opened()
         self._next: Opened | None = None
@@ -225,6 +226,7 @@ class Session:
             None if models is None else models.diagnosis,
             models=models,
             isolability=None if models is None else Isolability(None, _ASK_FOR_IT),
+            with_table=False,
         )
         document["opened"] = self.opened
         document["data"]["left_out"] = len(self._all or ()) - len(self._readings)
@@ -318,6 +320,25 @@ class Session:
                         self._text = to_json(document)
             why = document["reasons"].get("isolability")
             return {"isolability": document["isolability"], "why": why}
+
+    def table(self) -> dict[str, Any]:
+        """The table by itself and the figures of its loops, worked out when first asked for: a
+        second or two, which the answer does not wait for."""
+        from cbpt.page.document.loops import table_of
+
+        models = self._diagnosed()
+        with self._tables, self._turns.first():
+            document = self._document
+            if document is None or models is not self._models:
+                raise NotNow(_NO_DIAGNOSIS)
+            found: dict[str, Any] | None = document["table"]
+            if found is None:
+                found = table_of(document, models.diagnosis.case, models.readings)
+                with self._lock:
+                    document["table"] = found
+                    if document is self._document:
+                        self._text = to_json(document)
+            return found
 
     def job(self) -> dict[str, Any]:
         """How far the diagnosis is."""
