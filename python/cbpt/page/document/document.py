@@ -1,6 +1,7 @@
 """The page's document: every number on the page, in the report as in the workbench, comes from it.
 
     page_document   a case, its readings and what was found -> a `PageDocument`
+    first_document  the same but for the section of the table
     Isolability     what the campaign could see, or why that is not known
 
 What it holds is typed in `types`: `PageDocument` and its parts.
@@ -58,7 +59,7 @@ if TYPE_CHECKING:
     from cbpt.lab.diagnosis.diagnosis import Diagnosis
     from cbpt.page.document.models import Models
 
-__all__ = ["SCHEMA", "Isolability", "page_document"]
+__all__ = ["SCHEMA", "Isolability", "first_document", "page_document"]
 
 SCHEMA = "cbpt-page-1"
 Floats = NDArray[np.float64]
@@ -99,14 +100,32 @@ def page_document(
     *,
     models: Models | None = None,
     isolability: Isolability | None = None,
-    with_table: bool = True,
 ) -> PageDocument:
     """The document; without a diagnosis the readings beside the drive as stated.
 
     models: of the diagnosis, where they are at hand. isolability: what the campaign could see, or
-    why that is not known. with_table: whether its section of the table is made now; it takes
-    longer than all the rest.
+    why that is not known.
     """
+    document = first_document(
+        case, readings, source, diagnosis, models=models, isolability=isolability
+    )
+    if diagnosis is not None:
+        from cbpt.page.document.loops import table_of
+
+        document["table"] = table_of(document, case, readings)
+    return document
+
+
+def first_document(
+    case: Case | Drive,
+    readings: Readings,
+    source: Source,
+    diagnosis: Diagnosis | None = None,
+    *,
+    models: Models | None = None,
+    isolability: Isolability | None = None,
+) -> PageDocument:
+    """The same without its section of the table, which takes longer than all the rest."""
     if diagnosis is None:
         entry, _, regimes = stated(case, readings)
         entries, found = [entry], Found()
@@ -116,12 +135,7 @@ def page_document(
         models = models or Models(diagnosis, readings)
         entries, regimes = list(models.entries()), models.regimes()
         found = Found(diagnosis, models)
-    document = _document((case, readings, source), found, entries, regimes, isolability)
-    if diagnosis is not None and with_table:
-        from cbpt.page.document.loops import table_of
-
-        document["table"] = table_of(document, case, readings)
-    return document
+    return _document((case, readings, source), found, entries, regimes, isolability)
 
 
 def _document(

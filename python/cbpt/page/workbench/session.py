@@ -26,7 +26,7 @@ from cbpt.effects import doubtful_names, expression
 from cbpt.errors import CaseError, CbptError, InvalidInputError
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.reader import Readings
-from cbpt.page.document.document import Isolability, page_document
+from cbpt.page.document.document import Isolability, first_document
 from cbpt.page.document.drive import redrawn
 from cbpt.page.document.drive_types import DriveSection
 from cbpt.page.document.plain import to_json
@@ -219,14 +219,13 @@ class Session:
         assert shown.upload is not None
         assert self._readings is not None
         source = Source(shown.case_name, shown.upload.name, shown.case_text, shown.command)
-        document = page_document(
+        document = first_document(
             shown.case,
             self._readings,
             source,
             None if models is None else models.diagnosis,
             models=models,
             isolability=None if models is None else Isolability(None, _ASK_FOR_IT),
-            with_table=False,
         )
         document["opened"] = self.opened
         document["data"]["left_out"] = len(self._all or ()) - len(self._readings)
