@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from typing import Any, Literal, NotRequired, TypedDict
 
-from cbpt.page.document.drive_types import Column, DriveSection
+from cbpt.page.document.drive_types import Column, DriveSection, Loop
 
 Branch = Literal["up", "down", "none"]
 """The way of the torque."""
@@ -96,6 +96,8 @@ class Model(TypedDict):
     """The case with effects and refitted numbers in it, as `cbpt fit --out` writes it; null for the
     drive as stated, which is `case.text`, and where why_no_case says why."""
     why_no_case: str | None
+    loop: Loop | None
+    """Of the drive at its load; null where there is none."""
     ladder: NotRequired[list[Rung]]
     """The page keeps the steps that lead to a further model with it."""
 

@@ -7,6 +7,7 @@
  *   lib/        what sections share
  *     dom, numbers, api, store   elements, numbers as text, the server, what is shown now
  *     figure, points, sketch     how plots are drawn and saved; one that stands before its library
+ *     limits                     how far axes reach
  *     drawing                    the drive to scale
  *     plotly                     the library
  *     models, casefile           which effects are on; the case file with them

@@ -86,6 +86,8 @@ export interface Model {
    */
   case_text: string | null;
   why_no_case: string | null;
+  /** Of the drive at its load; null where there is none. */
+  loop: Loop | null;
   /** The page keeps the steps that lead to a further model with it. */
   ladder?: Rung[];
 }
@@ -468,6 +470,18 @@ export interface AngleCurve {
   status: string[];
 }
 
+/**
+ * The drive with the effects of a model along one loop of the torque, there and back; the
+ * instruments of the rig are left out.
+ */
+export interface Loop {
+  /** From the largest down to the smallest and up again. */
+  torque_Nm: number[];
+  elastic_angle_arcsec: Column;
+  /** Standard uncertainty; null where nothing was fitted. */
+  u_arcsec: Column | null;
+}
+
 export interface Slider {
   key: string;
   label: string;
@@ -610,4 +624,6 @@ export interface DriveSection {
   sliders: Sliders;
   drawing: Drawing | null;
   why_no_drawing: string | null;
+  /** At a load of choice, with the effects that were asked for. */
+  loop?: Loop | null;
 }

@@ -20,7 +20,7 @@
     POST /api/shown             {effects}: a model that the page had is looked at
     POST /api/own/check         an own effect -> {ok, message, column, field, notes}
     POST /api/own/fit           an own effect, {effects} beside it -> {model, curves, ladder}
-    POST /api/drive             {load, design} -> the section `drive`
+    POST /api/drive             {load, design} -> the section `drive`; with {effects} its loop too
     GET  /api/export/WHAT       json, csv, case, command; ?effects=a,b
 
 Mistakes of the input are 400 with {error}; what cannot be done now is 409.
@@ -105,7 +105,11 @@ def application(
         "shown": lambda b: session.shown(_list(b, "effects")),
         "own/check": session.check_own,
         "own/fit": lambda b: session.fit_own(b, _list(b, "effects") if "effects" in b else []),
-        "drive": lambda b: session.drive(_numbers(b, "load"), _numbers(b, "design")),
+        "drive": lambda b: session.drive(
+            _numbers(b, "load"),
+            _numbers(b, "design"),
+            _list(b, "effects") if "effects" in b else None,
+        ),
     }
     routes += [Route(f"/api/{name}", _poster(act), methods=["POST"]) for name, act in posts.items()]
     app = Starlette(routes=routes, lifespan=lifespan)

@@ -14,6 +14,7 @@ import { setUpLadder } from "./ladder.js";
 import { setUpNext } from "./next.js";
 import { setUpOwn } from "./own.js";
 import { documentShown, on, state, tell, tellNewcomers } from "../lib/store.js";
+import { setUpSelection } from "./selection.js";
 import { setUpTable } from "./table.js";
 import { setUpTell } from "./tell.js";
 import { openUpload, setUpUpload } from "./upload.js";
@@ -39,6 +40,7 @@ export function setUpSections() {
     const part of [
       setUpBar,
       setUpAnswer,
+      setUpSelection,
       setUpLadder,
       setUpWhere,
       setUpCandidates,
