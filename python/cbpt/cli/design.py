@@ -14,7 +14,6 @@ from cbpt.cli.options import (
     NO_SOLUTION,
     SUCCESS,
     Counter,
-    Parser,
     add_angle_unit,
     add_json,
     add_load,
@@ -76,7 +75,7 @@ def tolerance(argv: list[str]) -> int:
     return SUCCESS
 
 
-def _optimise_parser() -> Parser:
+def _optimise_parser() -> argparse.ArgumentParser:
     from cbpt.design.optimise import OBJECTIVES
 
     parser = of_case(
@@ -149,7 +148,7 @@ def optimise(argv: list[str]) -> int:
     return SUCCESS if found.found else NO_SOLUTION
 
 
-def _front(parser: Parser, options: argparse.Namespace) -> int:
+def _front(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
     """Designs of which none is better in two objectives."""
     from cbpt.design.front import MOST_POINTS, POINTS, pareto_front
 
