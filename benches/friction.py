@@ -2,8 +2,8 @@
 
     python benches/friction.py
 
-Wall time; the map uses all cores. Behind each target stands the share of it that was taken: one load
-at one angle at most 1 ms, a map of 50 x 50 loads over a period, with progress, at most 20 s on two
+Wall time; the map uses all cores. Behind each figure stands its share of the target: one load at
+one angle at most 1 ms, a map of 50 x 50 loads over a period, with progress, at most 20 s on two
 cores.
 """
 
