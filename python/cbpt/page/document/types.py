@@ -389,6 +389,53 @@ class SentencePart(TypedDict):
     """Whether it stands in parentheses: the numbers that were found."""
 
 
+class ChangedNumber(TypedDict):
+    """A number that changed, with its uncertainty as text."""
+
+    effect: str
+    number: str
+    before: str
+    after: str
+    direction: str
+    """up, down, new or gone."""
+    probability: float
+
+
+class UnchangedNumber(TypedDict):
+    effect: str
+    number: str
+    value: str
+
+
+class MeasuredLevel(TypedDict):
+    """One of the tables that were compared."""
+
+    name: str
+    readings: int
+    rmse_arcsec: float
+    u_arcsec: float
+    """Scatter of a typical reading."""
+    run: list[int]
+    torque_Nm: Column
+    elastic_angle_arcsec: Column
+
+
+class ChangeSection(TypedDict):
+    """What changed between the readings shown and a second table."""
+
+    kind: str
+    """changed, nothing or undecided."""
+    sentence: str
+    probability: float
+    changed: list[ChangedNumber]
+    unchanged: list[UnchangedNumber]
+    levels: list[MeasuredLevel]
+    effects: list[str]
+    """Fitted at both levels."""
+    remains_arcsec: float | None
+    notes: list[str]
+
+
 class PageDocument(TypedDict):
     """Every number on the page."""
 

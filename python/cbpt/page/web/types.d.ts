@@ -361,6 +361,50 @@ export interface SentencePart {
   aside: boolean;
 }
 
+/** A number that changed, with its uncertainty as text. */
+export interface ChangedNumber {
+  effect: string;
+  number: string;
+  before: string;
+  after: string;
+  /** up, down, new or gone. */
+  direction: string;
+  probability: number;
+}
+
+export interface UnchangedNumber {
+  effect: string;
+  number: string;
+  value: string;
+}
+
+/** One of the tables that were compared. */
+export interface MeasuredLevel {
+  name: string;
+  readings: number;
+  rmse_arcsec: number;
+  /** Scatter of a typical reading. */
+  u_arcsec: number;
+  run: number[];
+  torque_Nm: Column;
+  elastic_angle_arcsec: Column;
+}
+
+/** What changed between the readings shown and a second table. */
+export interface ChangeSection {
+  /** changed, nothing or undecided. */
+  kind: string;
+  sentence: string;
+  probability: number;
+  changed: ChangedNumber[];
+  unchanged: UnchangedNumber[];
+  levels: MeasuredLevel[];
+  /** Fitted at both levels. */
+  effects: string[];
+  remains_arcsec: number | null;
+  notes: string[];
+}
+
 /** Every number on the page. */
 export interface PageDocument {
   /** Which of the files that a workbench has shown; a report has no such number. */

@@ -33,7 +33,7 @@ from cbpt.page.document.plain import to_json
 from cbpt.page.document.source import Source, as_word, from_here, named
 from cbpt.page.document.stated import stop_if_taken
 from cbpt.page.document.tables import csv_of
-from cbpt.page.document.types import PageDocument
+from cbpt.page.document.types import ChangeSection, PageDocument
 from cbpt.page.workbench.ahead import Ahead, Effects, Step, Turns
 from cbpt.page.workbench.job import Cancelled, Job
 from cbpt.page.workbench.scratch import sweep
@@ -486,6 +486,27 @@ class Session:
         load = document["drive"]["load"]
         name = document["case"]["name"]
         return datasheet(case, title=name, torque_Nm=load["torque_Nm"], preload_N=load["preload_N"])
+
+    # --- what changed ---
+
+    def changed(self, name: str, raw: bytes) -> ChangeSection:
+        """What changed from the readings shown to a table that is handed over, which is read in the
+        same way. Raises `ReadingsError`, `NoSolutionError`, `NotNow`."""
+        from cbpt.page.document.changed import change_section
+
+        case, before, shown = self._shown.case, self._readings, self._shown.upload
+        if case is None or before is None or shown is None:
+            raise NotNow(_NOTHING)
+        if isinstance(case, Drive):
+            case = Case.from_toml(case.to_toml())
+        name = shown_name(name, "table")
+        upload = replace(Upload.of_bytes(name, raw), columns=shown.columns, sheet=shown.sheet)
+        try:
+            after = upload.readings(case)
+            with self._turns.rest():
+                return change_section(case, before, after, (shown.name, name))
+        finally:
+            upload.close()
 
     # --- to take away ---
 

@@ -4,6 +4,7 @@ import { isLive } from "../lib/api.js";
 import { setUpAnswer } from "./answer.js";
 import { setUpBar } from "./bar.js";
 import { setUpCandidates } from "./candidates.js";
+import { setUpChanged } from "./changed.js";
 import { byId, el, fill } from "../lib/dom.js";
 import { setUpDrive } from "./drive.js";
 import { setUpExport } from "./export.js";
@@ -48,6 +49,7 @@ export function setUpSections() {
       setUpFigures,
       setUpNext,
       setUpWhy,
+      setUpChanged,
       setUpOwn,
       setUpTable,
       setUpDrive,
