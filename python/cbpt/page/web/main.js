@@ -1,5 +1,5 @@
 /**
- * The page: one document, fourteen sections, two uses: the answer first, then all that it rests on.
+ * The page: one document, fifteen sections, two uses: the answer first, then all that it rests on.
  *
  * A report has its document inside; the workbench asks its server for it, and for more. The first
  * plot comes first, then the other sections, then the plotting library.

@@ -1,4 +1,4 @@
-/** 14. The data sheet of the drive, as `cbpt datasheet` writes it: made by the server when asked. */
+/** 15. The data sheet of the drive, as `cbpt datasheet` writes it: made by the server when asked. */
 
 import { isLive, post, Superseded } from "../lib/api.js";
 import { announce, bodyOf, byId, el, fill, trouble } from "../lib/dom.js";
