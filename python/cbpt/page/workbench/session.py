@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from cbpt._core import Case, Drive, OwnEffect
-from cbpt.effects import doubtful_names, expression
+from cbpt.effects import doubtful_names
 from cbpt.errors import CaseError, CbptError, InvalidInputError
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.reader import Readings
@@ -31,7 +31,6 @@ from cbpt.page.document.drive import redrawn
 from cbpt.page.document.drive_types import DriveSection
 from cbpt.page.document.plain import to_json
 from cbpt.page.document.source import Source, as_word, from_here, named
-from cbpt.page.document.stated import stop_if_taken
 from cbpt.page.document.tables import csv_of
 from cbpt.page.document.types import ChangeSection, PageDocument
 from cbpt.page.workbench.ahead import Ahead, Effects, Step, Turns
@@ -446,7 +445,7 @@ class Session:
     def check_own(self, entry: Mapping[str, Any]) -> dict[str, Any]:
         """Whether an own effect can be read and fitted, else what is wrong, in which field and at
         which character; notes are what may be a slip all the same."""
-        from cbpt.page.workbench.own_check import refusal
+        from cbpt.page.workbench.own_check import own_effect_of, refusal
 
         try:
             effect = own_effect_of(entry)
@@ -467,6 +466,8 @@ class Session:
 
     def fit_own(self, entry: Mapping[str, Any], effects: Sequence[str] = ()) -> str:
         """An own effect fitted, alone or with others."""
+        from cbpt.page.workbench.own_check import own_effect_of
+
         effect = own_effect_of(entry)
         models = self._diagnosed()
         if why := self._why_not(effect):
@@ -570,32 +571,3 @@ def _stretches(places: Sequence[int]) -> str:
     parts = [part.tolist() for part in np.split(np.asarray(places), steps)]
     words = [f"{p[0]}-{p[-1]}" if len(p) > 1 else f"{p[0]}" for p in parts[:_MOST_PLACES]]
     return ", ".join(words) + ", ..." * (len(parts) > _MOST_PLACES)
-
-
-_OWN_KEYS = {"id", "port", "expression", "adds_to", "parameters"}
-_PARAMETER_KEYS = ("unit", "start", "min", "max")
-
-
-def own_effect_of(entry: Mapping[str, Any]) -> OwnEffect:
-    """An own effect from what the page sends: as in a case file, the parameters as a list."""
-    for key in ("id", "port", "expression"):
-        if not isinstance(entry.get(key), str):
-            raise InvalidInputError(f"{key}: expected text", key)
-    stop_if_taken(entry["id"])
-    parameters = entry.get("parameters") or []
-    if not isinstance(parameters, list) or not all(isinstance(p, dict) for p in parameters):
-        raise InvalidInputError("parameters: expected a list")
-    named = {
-        str(p.get("name", "")): {k: p[k] for k in _PARAMETER_KEYS if p.get(k) is not None}
-        for p in parameters
-    }
-    if len(named) < len(parameters):
-        raise InvalidInputError("parameters: two have the same name")
-    adds_to = entry.get("adds_to")
-    return expression(
-        entry["id"],
-        entry["port"],
-        entry["expression"],
-        named,
-        adds_to=adds_to if isinstance(adds_to, str) else None,
-    )
