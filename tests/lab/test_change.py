@@ -159,24 +159,37 @@ def test_the_reproducibility_is_estimated_from_repeated_set_ups() -> None:
 
 
 def test_the_noise_of_a_set_up_is_a_covariance() -> None:
-    """Whitened squares and determinant are those of C + J J', J the columns scaled to the size."""
+    """Whitened squares and determinant are those of C + J J', J the way from one fitted curve to
+    the other, its beginning and its whole, scaled to the size."""
     case = cbpt.Case.from_dict(SPRING)
-    readings = cbpt.read_readings(loops(1.0), need_preload=False)
-    levels = levels_of([campaign_of(case, readings, [])], [FRICTION])
+    tables = (loops(1.0), loops(2.5, seed=2))
+    readings = [cbpt.read_readings(table, need_preload=False) for table in tables]
+    levels = levels_of([campaign_of(case, r, []) for r in readings], [FRICTION])
     assert levels is not None
-    plain, wide = levels.parties[0], with_set_ups(levels, 3.0).parties[0]
-    n = len(readings)
+    plain, other = levels.parties
+    wide = with_set_ups(levels, 3.0).parties[0]
+    n = len(readings[0])
     inverse = plain.problem.whitener(np.eye(n))
     covariance = np.linalg.inv(inverse.T @ inverse)
-    columns = plain.problem.columns(plain.point)
+    far = plain.problem.coordinates(other.point) - plain.problem.coordinates(plain.point)
+    begun = plain.problem.columns(plain.point) @ (far / plain.problem.unit)
+    # The loads of both tables are the same.
+    columns = np.column_stack([begun, other.point.angle_arcsec - plain.point.angle_arcsec])
     offsets = plain.problem.campaign.offsets
-    if offsets.shape[1]:
-        columns = columns - offsets @ np.linalg.lstsq(offsets, columns, rcond=None)[0]
+    columns = columns - offsets @ np.linalg.lstsq(offsets, columns, rcond=None)[0]
     columns *= 3.0 / np.sqrt(np.mean(columns**2, axis=0))
     wanted = covariance + columns @ columns.T
     r = np.sin(np.arange(n))
     assert np.sum(wide.problem.whitener(r) ** 2) == pytest.approx(r @ np.linalg.solve(wanted, r))
     assert wide.problem.whitener.log_det == pytest.approx(np.linalg.slogdet(wanted)[1])
+
+
+@pytest.mark.parametrize("arcsec", [3.0, 5.0, 10.0, 20.0, 40.0])
+def test_a_worse_reproducibility_never_makes_a_change(arcsec: float) -> None:
+    answer = cbpt.change(
+        SPRING, loops(1.0), loops(1.1, seed=2), effects=[FRICTION], reproducibility_arcsec=arcsec
+    )
+    assert answer.kind == "nothing"
 
 
 def test_repeated_levels_must_be_there() -> None:

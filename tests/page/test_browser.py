@@ -162,7 +162,7 @@ def test_a_box_selects_readings_in_every_plot(dev04: Any) -> None:
     assert 5 < count < 100
     assert dev04.locator("#selection tbody tr").count() == count
     assert "+" in told  # what lies high was selected
-    dev04.click("#selection button:not(#leave-out)")
+    dev04.click("#clear-selection")
     dev04.wait_for_selector("#selected-count", state="detached")
 
 
@@ -196,6 +196,17 @@ def test_the_drive_follows_its_sliders(dev04: Any) -> None:
         "before => document.querySelector('#drive-facts').textContent !== before", arg=before
     )
     assert dev04.locator("#drawing svg circle").count() > 40
+    # Of the model shown too, at this load: both ways, with the band of its uncertainty.
+    dev04.wait_for_selector(DRAWN)
+    keys = dev04.locator("#drive-curve .legendtext").all_text_contents()
+    assert keys[0] == "± 2 standard uncertainties of the model"
+    assert "with the model's effects, torque falling" in keys
+    assert "friction" in dev04.text_content("#curve-note")
+    preload = dev04.locator("#drive [data-key=preload_N]")
+    preload.fill(preload.get_attribute("min"))
+    dev04.wait_for_function(
+        "() => document.querySelector('#curve-note').textContent.includes('axis ends')"
+    )
 
 
 def numbers_of_own(page: Any) -> dict[str, str]:
@@ -343,15 +354,26 @@ def test_an_own_effect_outlives_a_reload(live: Any) -> None:
 
 def test_readings_are_left_out_and_the_answer_follows(live: Any) -> None:
     upload(live, "dev04")
-    live.evaluate("import('/lib/store.js').then(({ select }) => select([0, 1, 2]))")
-    live.click("#leave-out")
+    live.select_option("#rows-by", "time_s")
+    whole = live.evaluate(DOCUMENT)["readings"]["time_s"]
+    last = sorted(whole)[-4]
+    live.fill("#rows-from", "0")
+    live.fill("#rows-to", str(last))
+    live.click("#rows-select")
+    kept = sum(t <= last for t in whole)
+    assert live.text_content("#selected-count").startswith(f"{kept} readings selected")
+    live.click("#keep-alone")
     live.wait_for_selector("#all-again")
     live.wait_for_selector("#job", state="hidden")
     live.wait_for_selector("#sentence")
-    assert "393 readings" in live.text_content("#what")
-    found = live.evaluate("fetch('api/document').then(r => r.json())")
-    assert found["answer"]["readings"] == 393
-    assert "3 of 396 readings are left out by hand" in " ".join(found["data"]["notes"])
+    assert f"{kept} readings" in live.text_content("#what")
+    found = live.evaluate(DOCUMENT)
+    assert found["answer"]["readings"] == kept
+    assert f"{396 - kept} of 396 readings are left out by hand" in " ".join(found["data"]["notes"])
+    # By a level of a column; the readings as a whole are shown again.
+    live.select_option("#rows-by", "preload_N")
+    live.select_option("#rows-value", label="420")
+    assert live.text_content("#selected-count").startswith("99 readings selected")
     live.click("#all-again")
     live.wait_for_function("() => document.querySelector('#what').textContent.includes('396 r')")
     live.wait_for_selector("#sentence")

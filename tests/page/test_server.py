@@ -554,10 +554,10 @@ def test_readings_are_left_out_and_taken_again() -> None:
     assert (rest["data"]["rows"], rest["data"]["left_out"]) == (n - 2, 2)
     assert rest["readings"]["row"] == [whole["readings"]["row"][1], *whole["readings"]["row"][3:]]
     # Those shown are counted on; nothing disappears silently.
-    client.post("/api/leave_out", json={"rows": [0]})
+    client.post("/api/leave_out", json={"rows": [0, 4]})
     third = client.get("/api/document").json()
-    assert third["data"]["left_out"] == 3
-    assert f"3 of {n} readings are left out by hand: line 2, 3, 4" in third["data"]["notes"]
+    assert third["data"]["left_out"] == 4
+    assert f"4 of {n} readings are left out by hand: line 2-4, 8" in third["data"]["notes"]
     for wrong in ([n], list(range(n - 3)), ["1"], None):
         assert client.post("/api/leave_out", json={"rows": wrong}).status_code == 400
     client.post("/api/leave_out", json={"rows": []})

@@ -244,6 +244,34 @@ class Whitener:
         return out.reshape(columns.shape)
 
 
+def cholesky(a: Floats) -> Floats:
+    """The lower factor of a positive matrix; LinAlgError where it is not.
+
+    LAPACK itself: thousands of systems of a dozen unknowns are solved."""
+    from scipy.linalg.lapack import dpotrf
+
+    if not len(a):
+        return a
+    factor, failed = dpotrf(a, lower=1)
+    if failed:
+        raise np.linalg.LinAlgError("the matrix is not positive")
+    return np.asarray(factor)
+
+
+def solved(factor: Floats, b: Floats) -> Floats:
+    """A^-1 b from the lower factor of A."""
+    from scipy.linalg.lapack import dpotrs
+
+    return np.asarray(dpotrs(factor, b, lower=1)[0]) if len(factor) else b
+
+
+def inverse_diagonal(factor: Floats) -> Floats:
+    """The diagonal of A^-1 from the lower factor of A."""
+    from scipy.linalg.lapack import dpotri
+
+    return np.diagonal(dpotri(factor, lower=1)[0]) if len(factor) else np.zeros(0)
+
+
 class Solved(NamedTuple):
     """Normal unknowns taken out of readings, from scalar products alone.
 
@@ -261,12 +289,14 @@ class Solved(NamedTuple):
     @classmethod
     def of(cls, gram: Floats, projection: Floats, square: float, precision: Floats) -> Solved:
         """gram: X'X (p, p); projection: X'y (p,); square: y'y; precision (p,), 0 for none."""
-        a = gram + np.diag(precision)
+        a = np.array(gram, order="C")
+        diagonal = a.reshape(-1)[:: len(a) + 1]
         # A column that the table cannot see at all has no curvature; a hair of precision keeps A
         # invertible.
-        a[np.diag_indices_from(a)] += 1e-12 * max(float(np.trace(a)), 1e-300) / max(len(a), 1)
-        factor = np.asarray(np.linalg.cholesky(a))
-        mode = np.asarray(np.linalg.solve(a, projection))
+        diagonal += precision
+        diagonal += 1e-12 * max(float(diagonal.sum()), 1e-300) / max(len(a), 1)
+        factor = cholesky(a)
+        mode = solved(factor, projection)
         known = precision > 0
         volume = -float(np.log(np.diagonal(factor)).sum())
         volume += 0.5 * float(np.log(precision[known]).sum())

@@ -76,8 +76,8 @@ class Problem:
         x = np.clip(self.coordinates(point) + step * self.unit, self.low, self.high)
         values = point.values.copy()
         values[self.index] = np.where(self.log, np.exp(np.where(self.log, x, 0.0)), x)
-        # Without slopes: most of the cost is saved where the step is refused.
-        return point_at(self.model, values, ())
+        # With slopes: six steps of seven are taken, and then they are wanted.
+        return point_at(self.model, values, self.unknowns)
 
     def step(self, point: Point) -> tuple[Floats, float]:
         """The step in units that the linear problem asks for within the bounds, and what it
@@ -144,11 +144,7 @@ def search(problem: Problem, point: Point, steps: int, bound: float = np.inf) ->
         else:
             return point, False
         assert candidate is not None
-        gained, value = value - got, got
-        accepted = point_at(problem.model, candidate.values, problem.unknowns)
-        if accepted is None:
-            return point, False
-        point = accepted
+        gained, value, point = value - got, got, candidate
         if gained < _ENOUGH:
             return point, True
     return point, False

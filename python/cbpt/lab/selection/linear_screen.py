@@ -18,6 +18,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from cbpt.lab.covariance.linear_gaussian import cholesky, inverse_diagonal, solved
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.forward import Assembled, Point
@@ -215,16 +216,14 @@ class Screen:
         lot = np.concatenate([np.full(w, bool(v.spread)) for v, w in self._widths(members)])
         g[lot, lot] += 1.0
         try:
-            factor = np.linalg.cholesky(g)
+            factor = cholesky(g)
         except np.linalg.LinAlgError:
             return Gain(members, -np.inf, 0.0, np.zeros(len(at)))
-        half = np.linalg.solve(factor, b)
-        sizes = np.linalg.solve(factor.T, half)
-        chi2 = float(half @ half)
-        odds = 0.5 * chi2 - float(np.log(np.diag(factor)).sum())
+        sizes = solved(factor, b)
+        chi2 = float(b @ sizes)
+        odds = 0.5 * chi2 - float(np.log(np.diagonal(factor)).sum())
         start = 0
-        inverse = np.linalg.inv(factor)
-        own = np.sqrt(np.sum(inverse**2, axis=0))
+        own = np.sqrt(inverse_diagonal(factor))
         for m in members:
             s = self.signatures[m]
             part = slice(start, start + s.columns.shape[1])

@@ -65,6 +65,9 @@ class View:
         self.weight = np.array([setting.weight(s.variant) for s in signatures])
         self.usable = np.array([self.screen.usable(m) for m in range(len(signatures))], dtype=bool)
         self.narrow = np.array([not s.variant.spread for s in signatures], dtype=bool)
+        effects = [s.variant.effect for s in signatures]
+        self._kind = np.unique(effects, return_inverse=True)[1]
+        """Which effect each signature is of."""
         self._width = np.array([s.columns.shape[1] for s in signatures])
         self._first = np.array([place.start for place in self.screen.places])
         self._one_sided = np.array([s.one_sided for s in signatures], dtype=bool)
@@ -121,9 +124,7 @@ class View:
         All at once: every signature is padded to two columns, every pair is a 4 x 4 system.
         """
         at = np.array([m for m in members if self.narrow[m] and self.usable[m]], dtype=np.int64)
-        kinds = np.unique(
-            [self.signatures[m].variant.effect for m in at.tolist()], return_inverse=True
-        )[1]
+        kinds = self._kind[at]
         one, two = np.triu_indices(len(at), 1)
         other = kinds[one] != kinds[two]
         a, b = at[one[other]], at[two[other]]
@@ -169,15 +170,8 @@ class View:
         factor = np.linalg.cholesky(g)
         cross = np.linalg.solve(factor, screen.gram[at])
         pull = np.linalg.solve(factor, screen.projection[at])
-        have = {self.signatures[m].variant.effect for m in members}
-        left = np.array(
-            [
-                m
-                for m in np.flatnonzero(self.usable & self.narrow).tolist()
-                if self.signatures[m].variant.effect not in have
-            ],
-            dtype=np.int64,
-        )
+        have = self._kind[list(members)]
+        left = np.flatnonzero(self.usable & self.narrow & ~np.isin(self._kind, have))
         return self._one_more(left, cross, pull, int(self._width[list(members)].sum())), left
 
     def _one_more(self, left: NDArray[np.int64], cross: Floats, pull: Floats, count: int) -> Floats:

@@ -58,7 +58,7 @@ class _Effort:
     """Variants of an effect that are fitted in full."""
     singles: int = 6
     """Effects that are fitted alone, however improbable."""
-    single_room: float = 30.0
+    single_room: float = 15.0
     """Log odds below the best single effect within which all are."""
     variant_room: float = 5.0
     """Log odds below the best variant of an effect at which another one is fitted."""

@@ -1,5 +1,5 @@
 /**
- * The page: one document, thirteen sections, two uses: the answer first, then all that it rests on.
+ * The page: one document, fourteen sections, two uses: the answer first, then all that it rests on.
  *
  * A report has its document inside; the workbench asks its server for it, and for more. The first
  * plot comes first, then the other sections, then the plotting library.
@@ -7,6 +7,7 @@
  *   lib/        what sections share
  *     dom, numbers, api, store   elements, numbers as text, the server, what is shown now
  *     figure, points, sketch     how plots are drawn and saved; one that stands before its library
+ *     limits                     how far axes reach
  *     drawing                    the drive to scale
  *     plotly                     the library
  *     models, casefile           which effects are on; the case file with them

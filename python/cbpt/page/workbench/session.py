@@ -33,7 +33,7 @@ from cbpt.page.document.plain import to_json
 from cbpt.page.document.source import Source, as_word, from_here, named
 from cbpt.page.document.stated import stop_if_taken
 from cbpt.page.document.tables import csv_of
-from cbpt.page.document.types import PageDocument
+from cbpt.page.document.types import ChangeSection, PageDocument
 from cbpt.page.workbench.ahead import Ahead, Effects, Step, Turns
 from cbpt.page.workbench.job import Cancelled, Job
 from cbpt.page.workbench.scratch import sweep
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 
 MOST_EFFECTS = 8
 _MOST_PLACES = 20
-"""Of readings that are left out, told one by one."""
+"""Of readings that are left out, as stretches."""
 CLOSING_S = 1.0
 """How long the end may wait for what is under way, all together."""
 _NOTHING = "there are no readings yet: open a case file and a table of readings first"
@@ -190,8 +190,8 @@ class Session:
             kept = now.select(mask)
             stop_if_few(now.source, kept)
             out = whole.line[~np.isin(whole.line, kept.line)].tolist()
-            places = ", ".join(map(str, out[:_MOST_PLACES])) + ", ..." * (len(out) > _MOST_PLACES)
-            told = f"{len(out)} of {len(whole)} readings are left out by hand: {now.place} {places}"
+            told = f"{len(out)} of {len(whole)} readings are left out by hand: {now.place} "
+            told += _stretches(out)
             self._take(replace(kept, notes=(*whole.notes, told)))
             return {}
 
@@ -458,13 +458,44 @@ class Session:
 
     # --- the drive ---
 
-    def drive(self, load: Mapping[str, float], design: Mapping[str, float]) -> DriveSection:
-        """The drive at another load, with other numbers."""
+    def drive(
+        self,
+        load: Mapping[str, float],
+        design: Mapping[str, float],
+        effects: Sequence[str] | None = None,
+    ) -> DriveSection:
+        """The drive at another load, with other numbers; with the loop of a model where its effects
+        are given, which is fitted to the drive as it is in the case."""
         case, readings = self._shown.case, self._readings
         if case is None or readings is None:
             raise NotNow(_NOTHING)
+        models = self._models
         with self._turns.first():
-            return redrawn(case, readings, load, design)
+            found = redrawn(case, readings, load, design)
+            if models is not None and effects is not None and not design:
+                found["loop"] = models.loop(effects, found["load"])
+            return found
+
+    # --- what changed ---
+
+    def changed(self, name: str, raw: bytes) -> ChangeSection:
+        """What changed from the readings shown to a table that is handed over, which is read in the
+        same way. Raises `ReadingsError`, `NoSolutionError`, `NotNow`."""
+        from cbpt.page.document.changed import change_section
+
+        case, before, shown = self._shown.case, self._readings, self._shown.upload
+        if case is None or before is None or shown is None:
+            raise NotNow(_NOTHING)
+        if isinstance(case, Drive):
+            case = Case.from_toml(case.to_toml())
+        name = shown_name(name, "table")
+        upload = replace(Upload.of_bytes(name, raw), columns=shown.columns, sheet=shown.sheet)
+        try:
+            after = upload.readings(case)
+            with self._turns.rest():
+                return change_section(case, before, after, (shown.name, name))
+        finally:
+            upload.close()
 
     # --- to take away ---
 
@@ -500,6 +531,14 @@ class Session:
     def _stem(self) -> str:
         assert self._shown.upload is not None
         return re.sub(r"[^\w.-]+", "_", Path(self._shown.upload.name).stem) or "cbpt"
+
+
+def _stretches(places: Sequence[int]) -> str:
+    """Places in rising order, with those that follow each other as one stretch: 2, 4-9, 12."""
+    steps = np.flatnonzero(np.diff(places) != 1) + 1
+    parts = [part.tolist() for part in np.split(np.asarray(places), steps)]
+    words = [f"{p[0]}-{p[-1]}" if len(p) > 1 else f"{p[0]}" for p in parts[:_MOST_PLACES]]
+    return ", ".join(words) + ", ..." * (len(parts) > _MOST_PLACES)
 
 
 _OWN_KEYS = {"id", "port", "expression", "adds_to", "parameters"}
