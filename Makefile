@@ -10,7 +10,7 @@ export CARGO_TARGET_DIR := $(CURDIR)/target
 RUSTDOC := RUSTDOCFLAGS='-D warnings' cargo doc --workspace --lib --examples --no-deps --quiet
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help build demo test rust python package wheel wheels audit fuzz mutants bench trial trial-short instructions setup-browser screenshots docs format clean
+.PHONY: help build demo test rust python package wheel wheels audit fuzz mutants bench test-long trial trial-short instructions setup-browser screenshots docs format clean
 help:  ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
 
@@ -55,6 +55,9 @@ python: build $(VENV)/tested  ## lints, types, stubs and tests of the Python pac
 	$(PYTHON) -m mypy.stubtest cbpt._core
 	cargo build --quiet --workspace --bin cbpt --examples  # the plain binary, whose answers the package's are compared with
 	$(PYTHON) -m pytest -n 2 --dist worksteal
+
+test-long: build $(VENV)/tested  ## some claims of the tests on more cases than `make test` has time for
+	$(PYTHON) -m pytest -n 2 --dist worksteal -m long
 
 # As the tests of the workspace have the dependencies: most are compiled already, and built once for both crates below.
 package: export CARGO_PROFILE_DEV_DEBUG := line-tables-only
