@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 import cbpt
 from cbpt.cli import main as commands
-from cbpt.lab.change.parties import levels_of
-from cbpt.lab.change.reproducibility import with_set_ups
+from cbpt.lab.change.parties import Levels, levels_of
+from cbpt.lab.change.reproducibility import with_dispersion, with_set_ups
+from cbpt.lab.change.shared import fit_shared
 from cbpt.lab.model.own_terms import campaign_of
 
 TOP = Path(__file__).parents[2]
@@ -190,6 +191,26 @@ def test_a_worse_reproducibility_never_makes_a_change(arcsec: float) -> None:
         SPRING, loops(1.0), loops(1.1, seed=2), effects=[FRICTION], reproducibility_arcsec=arcsec
     )
     assert answer.kind == "nothing"
+
+
+@pytest.mark.parametrize("friction_Nm", [1.1, 1.3])
+def test_repeated_levels_gain_by_values_of_their_own_what_noise_would(friction_Nm: float) -> None:
+    """A unit of misfit for each value, once their dispersion is taken out."""
+    case = cbpt.Case.from_dict(SPRING)
+    tables = (loops(1.0), loops(friction_Nm, seed=2))
+    readings = [cbpt.read_readings(table, need_preload=False) for table in tables]
+    levels = levels_of([campaign_of(case, r, []) for r in readings], [FRICTION])
+    assert levels is not None
+    [wide] = with_dispersion([levels], [[0, 1]])
+    numbers = frozenset(range(len(levels.fits[0].unknowns)))
+
+    def gain(of: Levels) -> float:
+        one, own = (fit_shared(of.parties, of.variants, s) for s in (frozenset(), numbers))
+        assert one is not None and own is not None
+        return (one.misfit - own.misfit) / len(numbers)
+
+    assert gain(levels) > 5
+    assert gain(wide) == pytest.approx(1, rel=0.2)
 
 
 def test_repeated_levels_must_be_there() -> None:

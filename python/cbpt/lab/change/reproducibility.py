@@ -2,6 +2,7 @@
 
 with_set_ups        levels whose noise has what a new set-up changes
 reproducibility_of  that, from levels that repeat one state
+with_dispersion     levels whose readings count as far as the repeated levels agree
 
 A repeated measurement on a real rig differs by more than readings scatter: the members lie a little
 otherwise, grease and temperature are others. How levels differ is told by their fitted curves; by
@@ -22,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.change.parties import Levels
-from cbpt.lab.change.shared import Party
+from cbpt.lab.change.shared import Party, fit_shared
 from cbpt.lab.inference.gauss_newton import Problem, point_at
 
 Floats = NDArray[np.float64]
@@ -49,6 +50,37 @@ def _with_set_up(party: Party, parties: Sequence[Party], arcsec: float) -> Party
     problem.offsets = problem.whitener(plain.campaign.offsets)
     more = _log_volume(problem) - _log_volume(plain)
     return Party(problem, party.point, party.log_noise + more)
+
+
+def with_dispersion(candidates: Sequence[Levels], places: Sequence[Sequence[int]]) -> list[Levels]:
+    """Sets of effects whose likelihoods are raised to the power 1/phi, all to the same.
+
+    phi is by how much repeated levels gain in misfit by values of their own, for each such value:
+    1 by noise alone (the dispersion of a quasi-likelihood; McCullagh and Nelder, Generalized Linear
+    Models, 1989, section 4.5). It needs no size of what a set-up changes and no direction of it.
+    """
+    gained, numbers = 0.0, 0
+    first = candidates[0]
+    places_of_all = frozenset(range(len(first.fits[0].unknowns)))
+    for state in places:
+        parties = [first.parties[k] for k in state]
+        one = fit_shared(parties, first.variants, frozenset())
+        own = fit_shared(parties, first.variants, places_of_all, [party.point for party in parties])
+        if one is not None and own is not None:
+            gained += max(one.misfit - own.misfit, 0.0)
+            numbers += len(places_of_all) * (len(parties) - 1)
+    phi = max(gained / max(numbers, 1), 1.0)
+    return [
+        replace(levels, parties=tuple(_dispersed(party, phi) for party in levels.parties))
+        for levels in candidates
+    ]
+
+
+def _dispersed(party: Party, phi: float) -> Party:
+    plain = party.problem
+    noise = plain.noise.sized(float(np.sqrt(phi)))
+    problem = Problem(plain.campaign, plain.model, plain.unknowns, noise)
+    return Party(problem, party.point, party.log_noise / phi)
 
 
 def reproducibility_of(levels: Levels, places: Sequence[Sequence[int]]) -> float | None:
