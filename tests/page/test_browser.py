@@ -209,6 +209,21 @@ def test_the_drive_follows_its_sliders(dev04: Any) -> None:
     )
 
 
+def test_the_data_sheet_is_made_shown_and_saved(dev04: Any, tmp_path: Path) -> None:
+    dev04.click("#make-sheet")
+    dev04.wait_for_selector("#save-sheet", timeout=PATIENCE_MS)
+    sheet = dev04.frame_locator("iframe.sheet")
+    sheet.locator("h1").wait_for()
+    # Its own styles hold there, and it has its pictures.
+    rule = sheet.locator("header").evaluate("e => getComputedStyle(e).borderBottomStyle")
+    assert rule == "solid" and sheet.locator("figure svg").count() >= 6
+    with dev04.expect_download() as download:
+        dev04.click("#save-sheet")
+    target = tmp_path / "sheet.html"
+    download.value.save_as(target)
+    assert "Efficiency" in target.read_text(encoding="utf-8")
+
+
 def numbers_of_own(page: Any) -> dict[str, str]:
     """What stands in the fields of the own effect's parameters."""
     found: dict[str, str] = page.evaluate(

@@ -278,7 +278,22 @@ def test_the_drive_is_redrawn(diagnosed: tuple[Session, TestClient]) -> None:
     assert "ball_radius_mm" in wrong.json()["error"]
 
 
-@pytest.mark.parametrize("route", ["model", "own/fit", "diagnose", "drive"])
+def test_the_data_sheet_is_that_of_the_verb(diagnosed: tuple[Session, TestClient]) -> None:
+    session, client = diagnosed
+    found = client.post("/api/datasheet", json={}).json()["html"]
+    document = client.get("/api/document").json()
+    load, case = document["drive"]["load"], session._shown.case
+    assert case is not None
+    expected = cbpt.datasheet(
+        case,
+        title=document["case"]["name"],
+        torque_Nm=load["torque_Nm"],
+        preload_N=load["preload_N"],
+    )
+    assert found == expected
+
+
+@pytest.mark.parametrize("route", ["model", "own/fit", "diagnose", "drive", "datasheet"])
 def test_before_there_are_readings_the_page_is_told_so(client: TestClient, route: str) -> None:
     effect = {
         "id": "x",

@@ -1,5 +1,5 @@
 /**
- * The page: one document, fourteen sections, two uses: the answer first, then all that it rests on.
+ * The page: one document, fifteen sections, two uses: the answer first, then all that it rests on.
  *
  * A report has its document inside; the workbench asks its server for it, and for more. The first
  * plot comes first, then the other sections, then the plotting library.
@@ -17,6 +17,7 @@
  *     all                        everything that the first plot does not wait for:
  *       bar                      the switches of effects and the error left
  *       answer ... export        the other sections, in the order of the page
+ *       sheet                    the data sheet, in the workbench alone
  *       upload, job              files and the diagnosis under way, in the workbench alone
  */
 

@@ -107,6 +107,7 @@ def application(
         "shown": lambda b: session.shown(_list(b, "effects")),
         "own/check": session.check_own,
         "own/fit": lambda b: session.fit_own(b, _list(b, "effects") if "effects" in b else []),
+        "datasheet": lambda b: {"html": session.datasheet()},
         "drive": lambda b: session.drive(
             _numbers(b, "load"),
             _numbers(b, "design"),

@@ -476,6 +476,17 @@ class Session:
                 found["loop"] = models.loop(effects, found["load"])
             return found
 
+    def datasheet(self) -> str:
+        """The data sheet of the drive at the load that the page shows first, as HTML."""
+        from cbpt.page.datasheet import datasheet  # draws, which the start need not wait for
+
+        case, document = self._shown.case, self._document
+        if case is None or document is None:
+            raise NotNow(_NOTHING)
+        load = document["drive"]["load"]
+        name = document["case"]["name"]
+        return datasheet(case, title=name, torque_Nm=load["torque_Nm"], preload_N=load["preload_N"])
+
     # --- what changed ---
 
     def changed(self, name: str, raw: bytes) -> ChangeSection:

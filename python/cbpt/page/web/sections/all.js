@@ -16,6 +16,7 @@ import { setUpNext } from "./next.js";
 import { setUpOwn } from "./own.js";
 import { documentShown, on, state, tell, tellNewcomers } from "../lib/store.js";
 import { setUpSelection } from "./selection.js";
+import { setUpSheet } from "./sheet.js";
 import { setUpTable } from "./table.js";
 import { setUpTell } from "./tell.js";
 import { openUpload, setUpUpload } from "./upload.js";
@@ -54,6 +55,7 @@ export function setUpSections() {
       setUpDrive,
       setUpTell,
       setUpExport,
+      setUpSheet,
       setUpUpload,
       setUpJob,
     ]
