@@ -1,7 +1,5 @@
 //! Friction: the values of an independent minimisation, a closed form, and properties.
 
-#![allow(clippy::unwrap_used)]
-
 use cbpt_core::friction::period::FrictionPeriod;
 use cbpt_core::friction::spin::{Touch, least_dissipation};
 use cbpt_core::{CrossSlide, CrossSlideForm, CrossSlideShare, Drive, EqualSpeed, Load};
