@@ -5,9 +5,12 @@ CBPT   := $(VENV)/bin/cbpt
 OUT    := out
 CRATES := $(OUT)/crates
 export CARGO_TARGET_DIR := $(CURDIR)/target
+# Cargo chooses the features of dependencies by what it is asked to build. With --examples, of which there are none, they are
+# those of the tests: nothing is compiled twice.
+RUSTDOC := RUSTDOCFLAGS='-D warnings' cargo doc --workspace --lib --examples --no-deps --quiet
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help build demo test rust python package wheel wheels audit fuzz mutants bench trial trial-short instructions setup-browser screenshots docs format clean
+.PHONY: help build demo test rust python package wheel wheels audit fuzz mutants bench test-long trial trial-short instructions setup-browser screenshots docs format clean
 help:  ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
 
@@ -30,7 +33,7 @@ rust:  ## format, lints, tests and documentation of the Rust crates
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets -- -D warnings
 	cargo test --workspace --quiet
-	RUSTDOCFLAGS='-D warnings' cargo doc -p cbpt-core -p cbpt-cli --no-deps --quiet
+	$(RUSTDOC)
 
 $(VENV)/tested: $(VENV)/installed
 	$(PYTHON) -m pip install -q --group test
@@ -50,16 +53,21 @@ python: build $(VENV)/tested  ## lints, types, stubs and tests of the Python pac
 	$(VENV)/bin/mypy
 	git diff --exit-code -- python/cbpt/_core.pyi  # the stub is the build's own
 	$(PYTHON) -m mypy.stubtest cbpt._core
-	cargo build --quiet --workspace --bin cbpt  # the plain binary, whose answers the package's are compared with
+	cargo build --quiet --workspace --bin cbpt --examples  # the plain binary, whose answers the package's are compared with
 	$(PYTHON) -m pytest -n 2 --dist worksteal
 
+test-long: build $(VENV)/tested  ## some claims of the tests on more cases than `make test` has time for
+	$(PYTHON) -m pytest -n 2 --dist worksteal -m long
+
+# As the tests of the workspace have the dependencies: most are compiled already, and built once for both crates below.
+package: export CARGO_PROFILE_DEV_DEBUG := line-tables-only
 package: build  ## a crate outside the workspace, cargo package, the wheel in an empty environment
 	cargo run --quiet --manifest-path examples/embed/Cargo.toml
 	# Unpacked anew (-m) and checked here: by version and date cargo takes an earlier cbpt-core for this one.
 	rm -rf target/package $(CRATES) && mkdir -p $(CRATES)
 	cargo package --quiet --allow-dirty --no-verify -p cbpt-core -p cbpt-cli
 	for crate in target/package/cbpt-*.crate; do tar -xzmf $$crate -C $(CRATES) || exit; done
-	cd $(CRATES)/cbpt-cli-* && cargo check --quiet --config "patch.crates-io.cbpt-core.path='$$(echo ../cbpt-core-*)'"
+	cd $(CRATES)/cbpt-cli-* && cargo build --quiet --lib --config "patch.crates-io.cbpt-core.path='$$(echo ../cbpt-core-*)'"
 	rm -rf $(OUT)/wheel $(OUT)/empty && mkdir -p $(OUT)
 	$(VENV)/bin/maturin build --release --quiet --out $(OUT)/wheel
 	python3 -m venv $(OUT)/empty
@@ -117,7 +125,7 @@ $(VENV)/documented: $(VENV)/installed
 	touch $@
 
 docs: build $(VENV)/documented $(VENV)/tested  ## the documentation as a site, without a network: out/docs/index.html
-	RUSTDOCFLAGS='-D warnings' cargo doc -p cbpt-core -p cbpt-cli --no-deps --quiet
+	$(RUSTDOC)
 	$(PYTHON) docs/site/build_site.py --rust $(CARGO_TARGET_DIR)/doc
 
 instructions:  ## instructions of the hot loops against what is kept, by callgrind

@@ -20,7 +20,7 @@ HEAD = (
     "| torque, of what is held | drives | enclosed | relative width, median | largest "
     "| proof, median (µs) | solve, median (µs) |\n|---|---|---|---|---|---|---|"
 )
-COMMAND = "cargo test --release --quiet -p cbpt-core --test proof -- --ignored --nocapture"
+COMMAND = "cargo test --release --quiet -p cbpt-core --test mechanics -- --ignored --nocapture"
 
 
 def main() -> None:

@@ -79,7 +79,16 @@ PAGES: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "design": (
         "Design",
         "Sensitivities, tolerances and the best design within bounds.",
-        ("Sensitivities", "Sensitivity", "tolerance", "Tolerance", "optimise", "Optimum"),
+        (
+            "Sensitivities",
+            "Sensitivity",
+            "tolerance",
+            "Tolerance",
+            "optimise",
+            "Optimum",
+            "pareto_front",
+            "ParetoFront",
+        ),
     ),
     "parts": (
         "Parts as made and the data sheet",

@@ -28,7 +28,8 @@ Map:
   would decide; `shortest_plan` -> `Design`: a whole campaign;
 - `Drive.sensitivities` -> `Sensitivities`: derivatives of angle and thresholds by every design
   number; `tolerance` -> `Tolerance`: what the drawing's tolerances make of the angle; `optimise` ->
-  `Optimum`: the design with the smallest angle within bounds; `transmission` -> `Transmission`: the
+  `Optimum`: the design with the smallest angle within bounds; `pareto_front` -> `ParetoFront`:
+  designs of which none is better in two objectives; `transmission` -> `Transmission`: the
   error of the parts as they were made; `datasheet`: one page of a drive, HTML;
 - `errors`: everything that can be raised, under `CbptError`.
 
@@ -71,6 +72,7 @@ if TYPE_CHECKING:
     __version__: str
     from cbpt import effects as effects
     from cbpt.design.costs import Costs, FrictionMap, friction, friction_map
+    from cbpt.design.front import ParetoFront, pareto_front
     from cbpt.design.optimise import Optimum, optimise
     from cbpt.design.tolerance import Tolerance, tolerance
     from cbpt.design.transmission import Transmission, transmission
@@ -112,6 +114,7 @@ _LAZY = {
     "Limits": "cbpt.lab.experiment.candidates",
     "NextRuns": "cbpt.lab.diagnosis.next_runs",
     "Optimum": "cbpt.design.optimise",
+    "ParetoFront": "cbpt.design.front",
     "Plan": "cbpt.lab.experiment.plan",
     "Preflight": "cbpt.lab.diagnosis.preflight",
     "Readings": "cbpt.lab.readings.reader",
@@ -130,6 +133,7 @@ _LAZY = {
     "isolability": "cbpt.lab.experiment.isolability",
     "next_runs": "cbpt.lab.diagnosis.next_runs",
     "optimise": "cbpt.design.optimise",
+    "pareto_front": "cbpt.design.front",
     "preflight": "cbpt.lab.diagnosis.preflight",
     "read_plan": "cbpt.lab.experiment.plan",
     "read_readings": "cbpt.lab.readings.reader",
@@ -169,6 +173,7 @@ __all__ = [
     "Optimum",
     "PairFriction",
     "PairSolution",
+    "ParetoFront",
     "Plan",
     "PlanError",
     "Preflight",
@@ -197,6 +202,7 @@ __all__ = [
     "isolability",
     "next_runs",
     "optimise",
+    "pareto_front",
     "preflight",
     "read_plan",
     "read_readings",

@@ -69,6 +69,11 @@ class Case:
         The same case with nominal parts.
         """
     @property
+    def output_inertia_kg_m2(self, /) -> float | None:
+        """
+        Moment of inertia at the output of ``[operation]``, kg m^2, or ``None``.
+        """
+    @property
     def own_effects(self, /) -> list[OwnEffect]:
         """
         The effects of the user's own among those of the case.
@@ -254,7 +259,7 @@ class Drive:
         """
         Turns of the input after which the drive, with its parts as they were made, stands as before.
         """
-    def sensitivities(self, /, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex, input_angle_deg: SupportsFloat | SupportsIndex = 0.0, also: SupportsGetItem[int, str] = ...) -> Sensitivities:
+    def sensitivities(self, /, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex, input_angle_deg: SupportsFloat | SupportsIndex = 0.0, also: SupportsGetItem[int, str] = ..., coefficient: SupportsFloat | SupportsIndex | None = None, output_inertia_kg_m2: SupportsFloat | SupportsIndex | None = None) -> Sensitivities:
         """
         Exact derivatives of the elastic angle and of the preload thresholds by every design number.
 
@@ -269,11 +274,16 @@ class Drive:
         also : list of str, optional
             Names of single numbers that are otherwise combined with an equal one, such as
             ``material.ball_youngs_modulus_Pa``.
+        coefficient : float, optional
+            Friction coefficient. With it, friction torque, efficiency, wear and static safety at the input angle too, by central
+            differences: least dissipation has kinks, and ``one_sided`` names the numbers at which the slopes to both sides differ.
+        output_inertia_kg_m2 : float, optional
+            Moment of inertia at the output, kg m^2, for the natural frequency beside them.
 
         Returns
         -------
         Sensitivities
-            One entry for the elastic angle and one for each threshold.
+            One entry for the elastic angle, one for each threshold, and those of friction where they were asked for.
 
         Raises
         ------
@@ -1139,7 +1149,9 @@ class Sensitivities:
         """
         Results by name: ``elastic_angle_rad`` and its parts ``deceleration_angle_rad`` and ``equal_speed_angle_rad``, ``None``
         without a solution; ``hold_N``, ``continuous_N`` and ``zero_backlash_N`` of the drive, and of each pair with
-        ``deceleration_`` or ``equal_speed_`` before the name, over a period, ``None`` where no preload does it.
+        ``deceleration_`` or ``equal_speed_`` before the name, over a period, ``None`` where no preload does it. With a friction
+        coefficient also ``friction_torque_Nm``, ``efficiency``, ``wear_Nm_per_turn`` and ``static_safety``, and with an inertia
+        ``natural_frequency_Hz``, all at the input angle and by central differences.
         """
     @property
     def status(self, /) -> str:
@@ -1312,7 +1324,7 @@ class SweepPlan:
     Axes are pairs of a name, which is a key of the case with its section, and values in the unit of that key. ``cbpt.sweep``
     takes simpler forms of them.
     """
-    def __new__(cls, /, case: Case, axes: "list[tuple[str, tuple[float, float, bool] | NDArray[float64] | list[str]]]", design: str = "grid", rows: SupportsIndex | None = None, seed: SupportsIndex = 0) -> SweepPlan:
+    def __new__(cls, /, case: Case, axes: "list[tuple[str, tuple[float, float, bool] | NDArray[float64] | list[str]]]", design: str = "grid", rows: SupportsIndex | None = None, seed: SupportsIndex = 0, columns: SupportsGetItem[int, str] = ...) -> SweepPlan:
         """
         Makes a plan.
 
@@ -1329,15 +1341,19 @@ class SweepPlan:
         seed : int, optional
             Seed of their random numbers.
 
+        columns : list of str, optional
+            Further columns, of the drive alone: ``friction_torque_Nm``, ``efficiency``, ``wear_Nm_per_turn``, ``static_safety``,
+            ``natural_frequency_Hz``.
+
         Raises
         ------
         PlanError
             Names the axis, what was found and what is allowed.
         """
-    def __reduce__(self, /) -> tuple[Any, tuple[str, list[tuple[str, tuple[float, float, bool] | NDArray[float64] | list[str]]], str, int, int, int]]: ...
+    def __reduce__(self, /) -> tuple[Any, tuple[str, list[tuple[str, tuple[float, float, bool] | NDArray[float64] | list[str]]], str, int, int, int, list[str]]]: ...
     def __repr__(self, /) -> str: ...
     @staticmethod
-    def _of(case: str, axes: "list[tuple[str, tuple[float, float, bool] | NDArray[float64] | list[str]]]", design: str, rows: SupportsIndex, seed: SupportsIndex, first: SupportsIndex) -> SweepPlan:
+    def _of(case: str, axes: "list[tuple[str, tuple[float, float, bool] | NDArray[float64] | list[str]]]", design: str, rows: SupportsIndex, seed: SupportsIndex, first: SupportsIndex, columns: SupportsGetItem[int, str]) -> SweepPlan:
         """
         Makes a plan from the state of ``__reduce__``.
         """
@@ -1353,6 +1369,11 @@ class SweepPlan:
         """
         The parts (first row, row after the last) in which a sweep is solved after ``done`` rows: whole blocks of at least
         ``chunk_rows`` rows.
+        """
+    @property
+    def columns(self, /) -> list[str]:
+        """
+        Names of the further columns, in their order.
         """
     def csv(self, /, start: SupportsIndex, stop: SupportsIndex, threads: SupportsIndex | None = None, progress: Any | None = None) -> bytes:
         """
@@ -1440,7 +1461,7 @@ class SweepPlan:
         """
         Seed of the random numbers of the designs ``random`` and ``latin_hypercube``.
         """
-    def solve(self, /, start: SupportsIndex, stop: SupportsIndex, threads: SupportsIndex | None = None, progress: Any | None = None) -> tuple[list[NDArray[float64]], NDArray[float64], NDArray[float64], NDArray[float64], NDArray[float64], NDArray[float64], NDArray[uint8], NDArray[uint8]]:
+    def solve(self, /, start: SupportsIndex, stop: SupportsIndex, threads: SupportsIndex | None = None, progress: Any | None = None) -> tuple[list[NDArray[float64]], NDArray[float64], NDArray[float64], NDArray[float64], NDArray[float64], NDArray[float64], NDArray[uint8], NDArray[uint8], list[NDArray[float64]]]:
         """
         Solves rows of the plan. Ctrl-C stops it.
 
@@ -1458,7 +1479,8 @@ class SweepPlan:
         tuple
             The columns of the axes (a list), then elastic angle, part of the deceleration pair and part of the equal-speed
             pair (rad), scaled residual, preload to hold (N), index of the finding in ``sweep_findings()`` (empty unless
-            ``has_findings``) and index of the status in ``sweep_statuses()``, each of shape (stop - start,).
+            ``has_findings``) and index of the status in ``sweep_statuses()``, each of shape (stop - start,); and a list of the
+            further ``columns``.
 
         Raises
         ------

@@ -182,12 +182,17 @@ def doubtful_names(effect: OwnEffect) -> list[str]:
     """A sentence for each parameter whose name is nearly that of a variable."""
     told = []
     for name, *_ in effect.parameters:
-        near = get_close_matches(name, VARIABLES, 1, 0.8)
-        if near:
-            told.append(
-                f"`{name}` is treated as a parameter; did you mean the variable `{near[0]}`?"
-            )
+        if near := _variable_near(name):
+            told.append(f"`{name}` is treated as a parameter; did you mean the variable `{near}`?")
     return told
+
+
+def _variable_near(name: str) -> str | None:
+    """The variable that a name may have meant: a slip in it, other capitals, or a word of it."""
+    variables = {variable.lower(): variable for variable in VARIABLES}
+    near = get_close_matches(name.lower(), variables, 1, 0.8)
+    words = (v for v in variables if len(name) > 3 and name.lower() in v.split("_"))
+    return variables[near[0]] if near else next((variables[v] for v in words), None)
 
 
 def _filled(parameter: float | Mapping[str, Any]) -> dict[str, Any]:

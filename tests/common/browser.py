@@ -100,12 +100,23 @@ def watched(
     assert not wrong, wrong
 
 
+# As in conftest.py: models two switches away would be fitted behind whatever test comes next.
+_NEAR_ALONE = """
+import sys
+from cbpt.cli.main import main
+from cbpt.page.workbench import ahead
+
+ahead.MOST_FAR = 0
+sys.exit(main())
+"""
+
+
 @contextmanager
 def workbench(*files: Path, port: int | None = None) -> Iterator[str]:
     """A workbench in a process of its own; its address."""
     flags = ["--no-browser", *([] if port is None else ["--port", str(port)])]
     process = subprocess.Popen(
-        [sys.executable, "-m", "cbpt.cli.main", "workbench", *flags, *map(str, files)],
+        [sys.executable, "-c", _NEAR_ALONE, "workbench", *flags, *map(str, files)],
         stdout=subprocess.PIPE,
         text=True,
     )

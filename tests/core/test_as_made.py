@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 import cbpt
 from cbpt._core import ball_loads
+from cbpt.design.judge import at_load, judge
 
 Floats = NDArray[np.float64]
 CRANKS_DEG = np.array([0.0, 7.3, 45.0, 123.4, 360.0, 2000.5])
@@ -356,3 +357,51 @@ def test_a_cross_slide_has_balls_of_two_rows() -> None:
     in_first, in_second = (rotation(each, 3.0).elastic_angle_rad for each in (first, second))
     assert in_first == pytest.approx(in_second, rel=1e-9)
     assert np.all(np.abs(in_first - rotation(nominal, 3.0).elastic_angle_rad) > 1e-12)
+
+
+# --- friction of the parts as made ---------------------------------------------------------
+
+
+@pytest.mark.parametrize("output", OUTPUTS)
+def test_friction_has_the_forces_of_the_parts_as_made(output: str) -> None:
+    made = case(diameters(b3=2.0), output).drive
+    found = made.friction(4.0, 600.0, 33.0)
+    solved = made.solve(4.0, 600.0, 33.0)
+    for name, pair in (("deceleration", solved.deceleration), ("equal_speed", solved.equal_speed)):
+        assert pair is not None
+        listed = [contact.force_N for contact in found.contacts if contact.pair == name]
+        # Each loaded diagonal has a contact with either plate.
+        expected = np.repeat(pair.force_N[pair.force_N > 0], 2)
+        assert np.sort(listed) == pytest.approx(np.sort(expected), rel=1e-12)
+    nominal = made.nominal().friction(4.0, 600.0, 33.0)
+    assert found.friction_torque_Nm != pytest.approx(nominal.friction_torque_Nm, rel=1e-4)
+
+
+def test_nearly_nominal_parts_rub_like_nominal_ones() -> None:
+    made = case(diameters(b3=1e-6)).drive
+    for angle in (None, 33.0):
+        one, other = (drive.friction(4.0, 600.0, angle) for drive in (made, made.nominal()))
+        assert one.friction_torque_Nm == pytest.approx(other.friction_torque_Nm, rel=1e-5)
+
+
+def test_the_mean_over_the_turns_is_that_of_single_angles() -> None:
+    """At angles that have nothing in common with the places that are summed up."""
+    made = case(diameters(b3=2.0)).drive
+    found = made.friction(4.0, 600.0)
+    turns = made.repetition_turns
+    angles = 360.0 * turns * np.arange(397) / 397 + 0.123
+    rows = [made.friction(4.0, 600.0, float(angle)).friction_torque_Nm or 0.0 for angle in angles]
+    assert found.friction_torque_Nm == pytest.approx(np.mean(rows), rel=2e-3)
+    assert found.ripple_Nm is not None and found.ripple_Nm > 0.5 * np.ptp(rows)
+
+
+def test_a_map_of_the_preload_has_the_parts_as_made() -> None:
+    """A design that only has another load is the same drive; with other balls it is not."""
+    of = case(diameters(b3=2.0))
+    whole = at_load(of, 4.0, 600.0, 33.0)
+    rows = judge(whole, ["load.preload_N"], np.array([[600.0], [900.0]]), coefficient=0.1)
+    expected = [of.drive.friction(4.0, n, 33.0).friction_torque_Nm for n in (600.0, 900.0)]
+    assert rows["friction_torque_Nm"] == pytest.approx(expected, rel=1e-12)
+    radius = judge(whole, ["deceleration.ball_radius_m"], np.array([[1.5e-3]]), coefficient=0.1)
+    nominal = of.drive.nominal().friction(4.0, 600.0, 33.0).friction_torque_Nm
+    assert radius["friction_torque_Nm"] == pytest.approx([nominal], rel=1e-12)

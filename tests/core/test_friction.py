@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 import cbpt
 from cbpt import Drive
+from common import mostly_long
 from common.drives import CRANK_DEG, PRELOAD_N, SHARE, base_case, drives, examples, torque_of
 from reference.contact import Material
 from reference.friction import deceleration_loss_Nm, plate_turns, ring_loss_Nm, slide_loss_Nm
@@ -72,7 +73,7 @@ CASES: list[tuple[dict[str, Any], dict[str, Any], tuple[float, float, float]]] =
 ]
 
 
-@pytest.mark.parametrize(("first", "second", "load"), CASES)
+@pytest.mark.parametrize(("first", "second", "load"), mostly_long(CASES, CASES[2:4]))
 def test_three_unknowns_minimised_by_scipy_give_the_same(
     first: dict[str, Any], second: dict[str, Any], load: tuple[float, float, float]
 ) -> None:
@@ -213,6 +214,41 @@ def test_the_slip_of_the_deceleration_pair_falls_with_the_number_of_balls() -> N
         slips = [abs(c.slip_m_per_rad) for c in contacts if c.pair == "deceleration"]
         shares.append(max(slips) / (4e-3 * balls))
     assert shares == sorted(shares, reverse=True) and shares[-1] < 0.5 * shares[0]
+
+
+@examples(60)
+@given(drives(), st.floats(0.02, 0.5), PRELOAD_N, CRANK_DEG, st.floats(1.1, 3))
+def test_efficiency_falls_with_the_preload_and_rises_with_the_torque(
+    drive: Drive, share: float, preload: float, angle: float, times: float
+) -> None:
+    """Of any drive, away from the limit of hold, where few contacts carry all."""
+
+    def efficiency(torque: float, preload: float) -> float:
+        found = of_angle(drive, torque, preload, angle).efficiency
+        assert found is not None
+        return found
+
+    torque = torque_of(drive, share, preload, angle)
+    here = efficiency(torque, preload)
+    assert efficiency(torque, preload * times) <= here * (1 + 1e-12)
+    assert efficiency(torque / times, preload) <= here * (1 + 1e-12)
+
+
+@examples(40)
+@given(st.integers(6, 30), st.floats(0.1, 0.5), st.floats(1.2, 2))
+def test_the_balls_of_more_lobes_run_nearer_to_rolling(balls: int, k: float, times: float) -> None:
+    """What a ball must slip at least is the difference of its speeds against the two plates, and
+    Z3/Z1 goes to 1."""
+
+    def share(count: int) -> float:
+        case = base_case()
+        case["deceleration"] |= {"ball_count": count, "short_amplitude_coefficient": k}
+        case["track_curvature"] = "neglect"
+        contacts = of_angle(Drive.from_dict(case), 0, 600, 0.0).contacts
+        slips = [abs(c.slip_m_per_rad) for c in contacts if c.pair == "deceleration"]
+        return sum(slips) / count**2  # as many balls, each with a way in proportion
+
+    assert share(math.ceil(balls * times)) < share(balls)
 
 
 def test_a_coefficient_that_cannot_be_is_told() -> None:

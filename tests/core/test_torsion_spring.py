@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import cbpt
+from cbpt._core import Predictor
 from common.springs import Reducer, loops
 
 CASE = {"torsion_spring": {"torsional_stiffness_Nm_per_rad": 2000.0}}
@@ -194,3 +195,25 @@ def test_steps_of_the_preload_are_no_repeats() -> None:
     assert any("--by preload_step" in note for note in whole.notes)
     assert not any("--by" in note for note in one_step().notes)
     assert whole.to_dict()["noise"]["repeats"] is None
+
+
+def test_friction_across_a_play_is_solved_from_any_state() -> None:
+    """The balance of torques has a steep step between flat parts there."""
+    runs, n = 2000, 4
+    torque = np.random.default_rng(0).uniform(-5, 5, runs * n)
+    drive = cbpt.Case.from_dict({"torsion_spring": {"torsional_stiffness_Nm_per_deg": 18.0}}).drive
+    run, none = np.repeat(np.arange(runs), n), np.zeros(runs * n)
+    effects = ["friction_hysteresis", "backlash"]
+    numbers = {
+        "engagement_angle_rad": 5e-4,
+        "friction_torque_Nm": 1.7,
+        "load_growth_per_Nm": 0.17,
+        "play_rad": 0.036,
+    }
+    for transition_Nm in (1.0, 1e-3):
+        model = Predictor(drive, effects, run, none, torque, None, none)
+        values = model.neutral()
+        for i, (_, _, parameter) in enumerate(model.parameters):
+            sizes = numbers | {"transition_torque_Nm": transition_Nm}
+            values[i] = sizes.get(parameter.name, values[i])
+        assert set(model.predict(values).status) == {"ok"}

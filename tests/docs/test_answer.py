@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import cbpt
-from common.hidden import FOLDER
+from common.hidden import diagnosed
 
 TOP = Path(__file__).parents[2]
 SCHEMA = TOP / "docs" / "reference" / "answer.schema.json"
@@ -36,7 +36,7 @@ def answer(name: str) -> dict[str, Any]:
         plan = {"torque_Nm": torque_Nm, "preload_N": np.full(len(torque_Nm), 600.0)}
         found = cbpt.diagnose(case, cbpt.simulate(case, plan, u_elastic_angle_arcsec=0.3))
     else:
-        found = cbpt.diagnose(FOLDER / f"{name}.toml", FOLDER / f"{name}.csv")
+        found = diagnosed(name)
     document: dict[str, Any] = json.loads(found.to_json())
     return document
 

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 import cbpt
 from cbpt.cli import main as commands
-from cbpt.lab.change.parties import levels_of
-from cbpt.lab.change.reproducibility import with_set_ups
+from cbpt.lab.change.parties import Levels, levels_of
+from cbpt.lab.change.reproducibility import with_dispersion, with_set_ups
+from cbpt.lab.change.shared import fit_shared
 from cbpt.lab.model.own_terms import campaign_of
 
 TOP = Path(__file__).parents[2]
@@ -159,24 +160,57 @@ def test_the_reproducibility_is_estimated_from_repeated_set_ups() -> None:
 
 
 def test_the_noise_of_a_set_up_is_a_covariance() -> None:
-    """Whitened squares and determinant are those of C + J J', J the columns scaled to the size."""
+    """Whitened squares and determinant are those of C + J J', J the way from one fitted curve to
+    the other, its beginning and its whole, scaled to the size."""
     case = cbpt.Case.from_dict(SPRING)
-    readings = cbpt.read_readings(loops(1.0), need_preload=False)
-    levels = levels_of([campaign_of(case, readings, [])], [FRICTION])
+    tables = (loops(1.0), loops(2.5, seed=2))
+    readings = [cbpt.read_readings(table, need_preload=False) for table in tables]
+    levels = levels_of([campaign_of(case, r, []) for r in readings], [FRICTION])
     assert levels is not None
-    plain, wide = levels.parties[0], with_set_ups(levels, 3.0).parties[0]
-    n = len(readings)
+    plain, other = levels.parties
+    wide = with_set_ups(levels, 3.0).parties[0]
+    n = len(readings[0])
     inverse = plain.problem.whitener(np.eye(n))
     covariance = np.linalg.inv(inverse.T @ inverse)
-    columns = plain.problem.columns(plain.point)
+    far = plain.problem.coordinates(other.point) - plain.problem.coordinates(plain.point)
+    begun = plain.problem.columns(plain.point) @ (far / plain.problem.unit)
+    # The loads of both tables are the same.
+    columns = np.column_stack([begun, other.point.angle_arcsec - plain.point.angle_arcsec])
     offsets = plain.problem.campaign.offsets
-    if offsets.shape[1]:
-        columns = columns - offsets @ np.linalg.lstsq(offsets, columns, rcond=None)[0]
+    columns = columns - offsets @ np.linalg.lstsq(offsets, columns, rcond=None)[0]
     columns *= 3.0 / np.sqrt(np.mean(columns**2, axis=0))
     wanted = covariance + columns @ columns.T
     r = np.sin(np.arange(n))
     assert np.sum(wide.problem.whitener(r) ** 2) == pytest.approx(r @ np.linalg.solve(wanted, r))
     assert wide.problem.whitener.log_det == pytest.approx(np.linalg.slogdet(wanted)[1])
+
+
+@pytest.mark.parametrize("arcsec", [3.0, 5.0, 10.0, 20.0, 40.0])
+def test_a_worse_reproducibility_never_makes_a_change(arcsec: float) -> None:
+    answer = cbpt.change(
+        SPRING, loops(1.0), loops(1.1, seed=2), effects=[FRICTION], reproducibility_arcsec=arcsec
+    )
+    assert answer.kind == "nothing"
+
+
+@pytest.mark.parametrize("friction_Nm", [1.1, 1.3])
+def test_repeated_levels_gain_by_values_of_their_own_what_noise_would(friction_Nm: float) -> None:
+    """A unit of misfit for each value, once their dispersion is taken out."""
+    case = cbpt.Case.from_dict(SPRING)
+    tables = (loops(1.0), loops(friction_Nm, seed=2))
+    readings = [cbpt.read_readings(table, need_preload=False) for table in tables]
+    levels = levels_of([campaign_of(case, r, []) for r in readings], [FRICTION])
+    assert levels is not None
+    [wide] = with_dispersion([levels], [[0, 1]])
+    numbers = frozenset(range(len(levels.fits[0].unknowns)))
+
+    def gain(of: Levels) -> float:
+        one, own = (fit_shared(of.parties, of.variants, s) for s in (frozenset(), numbers))
+        assert one is not None and own is not None
+        return (one.misfit - own.misfit) / len(numbers)
+
+    assert gain(levels) > 5
+    assert gain(wide) == pytest.approx(1, rel=0.2)
 
 
 def test_repeated_levels_must_be_there() -> None:

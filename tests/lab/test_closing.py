@@ -102,6 +102,8 @@ def test_a_fit_is_at_its_minimum() -> None:
     assert found.closing is not None and found.closing.converged
     assert found.closing.next_step_u <= found.closing.tolerance_u
     assert f"{found.closing.steps} closing Gauss-Newton step" in found.report()
+    # The drive with an effect of the user's own, at a load of choice.
+    assert found.predict(6.0, 600.0).u_elastic_angle_arcsec[0] > 0
     misfit = Misfit(found.fitter.campaign, found.fitter.model, fit.unknowns, fit.noise_of_values)
     _, promised = misfit.step(fit.point)
     assert abs(promised) < 1e-8

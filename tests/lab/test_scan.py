@@ -24,6 +24,7 @@ from cbpt import Comparison, Readings, compare, read_readings
 from cbpt.cli.main import main
 from cbpt.errors import PlotError
 from cbpt.figures.diagnosis import DiagnosisPicture, draw_diagnosis
+from cbpt.figures.shared import new_figure, titled
 from cbpt.lab.covariance.linear_gaussian import Noise, Rows, Whitener
 from cbpt.lab.covariance.within_run import estimate
 from cbpt.lab.readings.points import points_of
@@ -435,3 +436,14 @@ def test_a_diagnosis_is_drawn(tmp_path: Path) -> None:
     assert "noise," not in (tmp_path / "no_floor.svg").read_text()
     with pytest.raises(PlotError, match="must end in"):
         draw_diagnosis(fake, tmp_path / "picture.bmp")
+
+
+def test_a_title_is_folded_to_its_axes(tmp_path: Path) -> None:
+    figure = new_figure(tmp_path / "two.svg", 8.0, 3.0)
+    left, right = figure.subplots(1, 2)
+    titled(left, "the table of a campaign with a name of many words " * 3)
+    figure.draw_without_rendering()
+    (title,) = left.findobj(lambda a: getattr(a, "get_text", str)().startswith("the table"))
+    extent = title.get_window_extent()
+    assert extent.x1 < right.bbox.x0
+    assert extent.y1 <= figure.bbox.y1

@@ -162,7 +162,7 @@ def test_a_box_selects_readings_in_every_plot(dev04: Any) -> None:
     assert 5 < count < 100
     assert dev04.locator("#selection tbody tr").count() == count
     assert "+" in told  # what lies high was selected
-    dev04.click("#selection button:not(#leave-out)")
+    dev04.click("#clear-selection")
     dev04.wait_for_selector("#selected-count", state="detached")
 
 
@@ -196,6 +196,32 @@ def test_the_drive_follows_its_sliders(dev04: Any) -> None:
         "before => document.querySelector('#drive-facts').textContent !== before", arg=before
     )
     assert dev04.locator("#drawing svg circle").count() > 40
+    # Of the model shown too, at this load: both ways, with the band of its uncertainty.
+    dev04.wait_for_selector(DRAWN)
+    keys = dev04.locator("#drive-curve .legendtext").all_text_contents()
+    assert keys[0] == "± 2 standard uncertainties of the model"
+    assert "with the model's effects, torque falling" in keys
+    assert "friction" in dev04.text_content("#curve-note")
+    preload = dev04.locator("#drive [data-key=preload_N]")
+    preload.fill(preload.get_attribute("min"))
+    dev04.wait_for_function(
+        "() => document.querySelector('#curve-note').textContent.includes('axis ends')"
+    )
+
+
+def test_the_data_sheet_is_made_shown_and_saved(dev04: Any, tmp_path: Path) -> None:
+    dev04.click("#make-sheet")
+    dev04.wait_for_selector("#save-sheet", timeout=PATIENCE_MS)
+    sheet = dev04.frame_locator("iframe.sheet")
+    sheet.locator("h1").wait_for()
+    # Its own styles hold there, and it has its pictures.
+    rule = sheet.locator("header").evaluate("e => getComputedStyle(e).borderBottomStyle")
+    assert rule == "solid" and sheet.locator("figure svg").count() >= 6
+    with dev04.expect_download() as download:
+        dev04.click("#save-sheet")
+    target = tmp_path / "sheet.html"
+    download.value.save_as(target)
+    assert "Efficiency" in target.read_text(encoding="utf-8")
 
 
 def numbers_of_own(page: Any) -> dict[str, str]:
@@ -339,19 +365,39 @@ def test_an_own_effect_outlives_a_reload(live: Any) -> None:
     live.wait_for_selector(DRAWN)
     live.wait_for_selector("#own-expression")
     assert live.input_value("#own-expression") == written
+    # New parameters begin where their place in the expression says.
+    live.fill("#own-expression", "size * abs(torque_Nm)^n * exp(-time_s / tau)")
+    for field, value in (
+        ("size.start", "0.000001"),
+        ("n.start", "1"),
+        ("n.max", "3"),
+        ("tau.start", "60"),
+    ):
+        assert float(live.input_value(f'[data-field="parameters.{field}"]')) == float(value)
 
 
 def test_readings_are_left_out_and_the_answer_follows(live: Any) -> None:
     upload(live, "dev04")
-    live.evaluate("import('/lib/store.js').then(({ select }) => select([0, 1, 2]))")
-    live.click("#leave-out")
+    live.select_option("#rows-by", "time_s")
+    whole = live.evaluate(DOCUMENT)["readings"]["time_s"]
+    last = sorted(whole)[-4]
+    live.fill("#rows-from", "0")
+    live.fill("#rows-to", str(last))
+    live.click("#rows-select")
+    kept = sum(t <= last for t in whole)
+    assert live.text_content("#selected-count").startswith(f"{kept} readings selected")
+    live.click("#keep-alone")
     live.wait_for_selector("#all-again")
     live.wait_for_selector("#job", state="hidden")
     live.wait_for_selector("#sentence")
-    assert "393 readings" in live.text_content("#what")
-    found = live.evaluate("fetch('api/document').then(r => r.json())")
-    assert found["answer"]["readings"] == 393
-    assert "3 of 396 readings are left out by hand" in " ".join(found["data"]["notes"])
+    assert f"{kept} readings" in live.text_content("#what")
+    found = live.evaluate(DOCUMENT)
+    assert found["answer"]["readings"] == kept
+    assert f"{396 - kept} of 396 readings are left out by hand" in " ".join(found["data"]["notes"])
+    # By a level of a column; the readings as a whole are shown again.
+    live.select_option("#rows-by", "preload_N")
+    live.select_option("#rows-value", label="420")
+    assert live.text_content("#selected-count").startswith("99 readings selected")
     live.click("#all-again")
     live.wait_for_function("() => document.querySelector('#what').textContent.includes('396 r')")
     live.wait_for_selector("#sentence")

@@ -23,28 +23,14 @@ from cbpt.errors import InvalidInputError
 from cbpt.lab.diagnosis.noise_statement import floor_of
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.page.document.document import SCHEMA, page_document
-from cbpt.page.document.models import Models
 from cbpt.page.document.plain import to_json
 from cbpt.page.document.source import Source, from_here
 from cbpt.page.document.types import Candidate, Model, PageDocument
 from cbpt.page.document.typescript import TARGET, declarations
 from cbpt.page.document.units import name_and_unit
 from cbpt.page.workbench.session import Session
+from common.documents import SOURCE, document, models
 from common.hidden import FOLDER, case_of, diagnosed, table_of
-
-SOURCE = Source.of_files("case.toml", "data.csv")
-
-
-@cache
-def models(name: str) -> Models:
-    d = diagnosed(name)
-    return Models(d, d.readings)
-
-
-@cache
-def document(name: str) -> Any:
-    d = diagnosed(name)
-    return page_document(d.case, d.readings, SOURCE, d, models=models(name))
 
 
 @cache

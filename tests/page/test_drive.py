@@ -14,9 +14,10 @@ from cbpt.errors import InvalidInputError
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.page.document.document import page_document
 from cbpt.page.document.drive import drive_section, redrawn
+from cbpt.page.document.models import Models
 from cbpt.page.document.plain import to_json
 from cbpt.page.document.source import Source
-from common.hidden import table_of
+from common.hidden import diagnosed, table_of
 
 SOURCE = Source.of_files("case.toml", "data.csv")
 
@@ -171,3 +172,30 @@ def test_a_torsion_spring_has_a_page_that_says_why_nothing_is_drawn() -> None:
     tell_tales = {effect["effect"]: effect["tell_tale"] for effect in found["library"]}
     assert "a loop" in tell_tales["friction_hysteresis"]
     assert [e for e, says in tell_tales.items() if "preload" in says or "contact" in says] == []
+
+
+def test_the_loop_of_a_model_is_that_of_its_prediction_with_history() -> None:
+    diagnosis = diagnosed("dev04")
+    models = Models(diagnosis, diagnosis.readings)
+    load: Any = {"torque_Nm": 8.0, "preload_N": 420.0, "input_angle_deg": 10.0}
+    effects = list(diagnosis.verdict.names)
+    assert effects == ["friction_hysteresis"]
+    loop: Any = models.loop(effects, load)
+    torque, angle, u = (array(v) for v in loop.values())
+    assert (torque[0], torque.min(), torque[-1], len(torque)) == (8.0, -8.0, 8.0, 161)
+    # A closed cycle, whose ends the first loading reaches but for what the friction has left.
+    assert angle[0] == pytest.approx(angle[-1], abs=1e-6)
+    fresh = diagnosis.predict([8.0], 420.0, 10.0)
+    assert angle[0] == pytest.approx(fresh.elastic_angle_arcsec[0], abs=1e-3)
+    assert u[0] == pytest.approx(fresh.u_elastic_angle_arcsec[0], rel=1e-3)
+    # Friction opens it: on the way back the angle is ahead.
+    middle = {way: angle[np.flatnonzero(torque == 0.0)[k]] for k, way in enumerate(("down", "up"))}
+    assert middle["down"] - middle["up"] > 1.0
+    refitted: Any = models.loop([], load)
+    assert refitted["elastic_angle_arcsec"] != loop["elastic_angle_arcsec"]
+    # The drive as stated has nothing fitted, and no uncertainty of a fit.
+    entry: Any = next(models.entries())
+    assert (entry["key"], entry["loop"]["u_arcsec"]) == ("stated", None)
+    # Nobody knows the preload: no loop.
+    load["preload_N"] = None
+    assert models.loop(effects, load) is None

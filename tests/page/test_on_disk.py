@@ -44,6 +44,15 @@ def on_screen(browser: Any, on_disk: str) -> Iterator[Any]:
         yield page
 
 
+@pytest.fixture(scope="module")
+def on_phone(browser: Any, on_disk: str) -> Iterator[Any]:
+    """The same 390 px wide."""
+    with watched(browser, 390) as page:
+        page.goto(on_disk)
+        page.wait_for_selector(DRAWN)
+        yield page
+
+
 def test_a_number_that_is_the_answer_is_one_model_and_its_case_is_saved(
     browser: Any, tmp_path: Path
 ) -> None:
@@ -91,14 +100,6 @@ def test_a_report_opens_from_disk_without_a_network(browser: Any, on_disk: str) 
         assert titles and not [t for t in titles if re.search("share|cloud|send", t, re.I)]
         # What needs a server is not offered.
         assert page.locator("#own textarea, #drive input, #open-files:visible").count() == 0
-
-
-@pytest.mark.parametrize("width", [1280, 390])
-def test_nothing_has_to_be_scrolled_sideways(browser: Any, on_disk: str, width: int) -> None:
-    with watched(browser, width) as page:
-        page.goto(on_disk)
-        page.wait_for_selector(DRAWN)
-        assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 
 def test_a_report_prints_with_every_section_in_light_colours(browser: Any, on_disk: str) -> None:
@@ -149,16 +150,17 @@ WIDTHS = """() => [document.documentElement.scrollWidth,
     area => [area.clientWidth, area.querySelector('.main-svg')?.clientWidth])]"""
 
 
-@pytest.mark.parametrize("width", [1280, 390])
-def test_after_printing_plots_are_as_wide_as_before(browser: Any, on_disk: str, width: int) -> None:
-    with watched(browser, width) as page:
-        page.goto(on_disk)
-        page.wait_for_selector(DRAWN)
-        before = page.evaluate(WIDTHS)
-        page.pdf(format="A4")
-        assert page.evaluate(WIDTHS) == before
-        assert before[0] <= width
-        assert all(area == drawn for area, drawn in before[1:])
+@pytest.mark.parametrize(("of", "width"), [("on_screen", 1280), ("on_phone", 390)])
+def test_plots_fit_the_page_and_are_as_wide_after_printing(
+    of: str, width: int, request: pytest.FixtureRequest
+) -> None:
+    page = request.getfixturevalue(of)
+    before = page.evaluate(WIDTHS)
+    page.pdf(format="A4")
+    assert page.evaluate(WIDTHS) == before
+    # Nothing has to be scrolled sideways.
+    assert before[0] <= width
+    assert all(area == drawn for area, drawn in before[1:])
 
 
 def test_a_sketch_is_printed_and_is_the_same_afterwards(browser: Any, on_disk: str) -> None:
@@ -242,23 +244,20 @@ def test_a_torsion_spring_has_nothing_of_a_ball_drive(browser: Any, tmp_path: Pa
         assert "Elastic angle over torque" in words
 
 
-def test_a_phone_shows_tables_and_names_whole(browser: Any, on_disk: str) -> None:
-    with watched(browser, 390) as page:
-        page.goto(on_disk)
-        page.wait_for_selector(DRAWN)
-        cut = page.locator("main .scroll:visible").evaluate_all(
-            "all => all.filter(e => e.scrollWidth > e.clientWidth).map(e => e.ariaLabel)"
+def test_a_phone_shows_tables_and_names_whole(on_phone: Any) -> None:
+    cut = on_phone.locator("main .scroll:visible").evaluate_all(
+        "all => all.filter(e => e.scrollWidth > e.clientWidth).map(e => e.ariaLabel)"
+    )
+    assert cut == []
+    for plot in ("#matrix", "#where-plot", "#ladder-plot"):
+        # Upright names have their width across, so boxes that meet are names that do.
+        boxes = on_phone.locator(f"{plot} .xtick text").evaluate_all(
+            "all => all.map(e => e.getBoundingClientRect()).map(b => [b.left, b.right])"
         )
-        assert cut == []
-        for plot in ("#matrix", "#where-plot", "#ladder-plot"):
-            # Upright names have their width across, so boxes that meet are names that do.
-            boxes = page.locator(f"{plot} .xtick text").evaluate_all(
-                "all => all.map(e => e.getBoundingClientRect()).map(b => [b.left, b.right])"
-            )
-            ends = sorted(boxes)
-            assert len(ends) > 2
-            assert all(a[1] <= b[0] + 2 for a, b in pairwise(ends)), plot
-        assert page.locator("#sizes .scroll").bounding_box()["height"] > 400
+        ends = sorted(boxes)
+        assert len(ends) > 2
+        assert all(a[1] <= b[0] + 2 for a, b in pairwise(ends)), plot
+    assert on_phone.locator("#sizes .scroll").bounding_box()["height"] > 400
 
 
 # --- names that attack --------------------------------------------------------------------

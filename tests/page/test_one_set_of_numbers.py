@@ -6,7 +6,6 @@ Each campaign is a report on disk, opened in a browser; gauge, tables and cards 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -14,31 +13,25 @@ import pytest
 from cbpt.lab.diagnosis.fit_text import parameter_words
 from cbpt.lab.diagnosis.why import sentence
 from cbpt.lab.wording.numbers import AngleUnit, probability, rounded
-from cbpt.page.document.document import page_document
-from cbpt.page.document.source import Source
 from cbpt.page.report import report
-from common.browser import DRAWN, PATIENCE_MS, chromium, watched
+from common.browser import DRAWN, PATIENCE_MS, watched
+from common.documents import document
 from common.hidden import diagnosed
 
 NAMES = ["dev03", "dev09"]
 
 
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with chromium() as found:
-        yield found
-
-
-@pytest.fixture(params=NAMES)
-def opened(request: Any, browser: Any, tmp_path: Path) -> Iterator[tuple[Any, Any]]:
-    d = diagnosed(request.param)
-    document = page_document(d.case, d.readings, Source.of_files("case.toml", "data.csv"), d)
-    file = tmp_path / "report.html"
-    file.write_text(report(document), encoding="utf-8")
+@pytest.fixture(scope="module", params=NAMES)
+def opened(
+    request: Any, browser: Any, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[tuple[Any, Any]]:
+    """A page of each campaign for all tests, and its diagnosis."""
+    file = tmp_path_factory.mktemp("report") / "report.html"
+    file.write_text(report(document(request.param)), encoding="utf-8")
     with watched(browser) as page:
         page.goto(file.as_uri())
         page.wait_for_selector(DRAWN, timeout=PATIENCE_MS)
-        yield page, d
+        yield page, diagnosed(request.param)
 
 
 def words(page: Any, selector: str) -> str:
@@ -90,6 +83,7 @@ def test_every_place_has_the_numbers_of_the_answer(opened: tuple[Any, Any], unit
 
 def test_cards_have_the_numbers_of_the_model_shown(opened: tuple[Any, Any]) -> None:
     page, d = opened
+    page.select_option("#unit", "arcsec")
     page.click("#show-answer")
     report_words = " ".join(d.report().split())
     for effect in d.verdict.names:
@@ -107,8 +101,7 @@ def _values(d: Any, effect: str) -> Iterator[str]:
 @pytest.mark.parametrize("name", NAMES)
 def test_rankings_and_models_of_the_page_are_those_of_the_answer(name: str) -> None:
     d = diagnosed(name)
-    document = page_document(d.case, d.readings, Source.of_files("case.toml", "data.csv"), d)
-    models = {m["key"]: m for m in document["models"]}
+    models = {m["key"]: m for m in document(name)["models"]}
     for row in d.to_dict()["ranking"]:
         for p in models[row["effect"]]["parameters"]:
             assert p["value_SI"] == row["parameters"][p["name_SI"]]["value"]

@@ -106,14 +106,15 @@ def test_an_own_effect_is_checked_as_it_is_typed_fitted_and_exported(
         "notes": [],
     }
     # The page makes a parameter of every name that it does not know.
-    slip = {"name": "torqe_Nm", "unit": "", "start": 1, "min": None, "max": None}
-    misspelt = effect | {
-        "expression": "a * torqe_Nm",
-        "parameters": [*effect["parameters"], slip],
-    }
-    told = client.post("/api/own/check", json=misspelt).json()
-    said = "`torqe_Nm` is treated as a parameter; did you mean the variable `torque_Nm`?"
-    assert (told["ok"], told["notes"]) == (True, [said])
+    for name in ("torqe_Nm", "Torque"):
+        slip = {"name": name, "unit": "", "start": 1, "min": None, "max": None}
+        misspelt = effect | {
+            "expression": f"a * {name}",
+            "parameters": [*effect["parameters"], slip],
+        }
+        told = client.post("/api/own/check", json=misspelt).json()
+        said = f"`{name}` is treated as a parameter; did you mean the variable `torque_Nm`?"
+        assert (told["ok"], told["notes"]) == (True, [said])
     for formula, why in (
         ("a * log(torque_Nm)", "no number at 216 of 396 readings, first at line 2 (torque 0 N m"),
         ("a * torque_Nm / (time_s - time_s)", "no number at 396 of 396"),
@@ -229,6 +230,19 @@ def test_the_campaign_is_judged_once_when_it_is_asked_for(
     assert "isolability" not in whole["reasons"]
 
 
+def test_the_answer_does_not_wait_for_the_figures_of_loops(
+    diagnosed: tuple[Session, TestClient],
+) -> None:
+    session, client = diagnosed
+    assert client.get("/api/document").json()["table"] is None
+    found = client.get("/api/table").json()
+    assert found["checks"]
+    width = next(f for f in found["loops"][0]["figures"] if f["name"] == "hysteresis_loss")
+    assert width["model"] == 0 < width["after"]
+    assert session.table() is session.table()
+    assert client.get("/api/document").json()["table"] == found
+
+
 def test_what_is_worked_out_meanwhile_lets_a_switch_go_first(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -278,7 +292,22 @@ def test_the_drive_is_redrawn(diagnosed: tuple[Session, TestClient]) -> None:
     assert "ball_radius_mm" in wrong.json()["error"]
 
 
-@pytest.mark.parametrize("route", ["model", "own/fit", "diagnose", "drive"])
+def test_the_data_sheet_is_that_of_the_verb(diagnosed: tuple[Session, TestClient]) -> None:
+    session, client = diagnosed
+    found = client.post("/api/datasheet", json={}).json()["html"]
+    document = client.get("/api/document").json()
+    load, case = document["drive"]["load"], session._shown.case
+    assert case is not None
+    expected = cbpt.datasheet(
+        case,
+        title=document["case"]["name"],
+        torque_Nm=load["torque_Nm"],
+        preload_N=load["preload_N"],
+    )
+    assert found == expected
+
+
+@pytest.mark.parametrize("route", ["model", "own/fit", "diagnose", "drive", "datasheet"])
 def test_before_there_are_readings_the_page_is_told_so(client: TestClient, route: str) -> None:
     effect = {
         "id": "x",
@@ -554,10 +583,10 @@ def test_readings_are_left_out_and_taken_again() -> None:
     assert (rest["data"]["rows"], rest["data"]["left_out"]) == (n - 2, 2)
     assert rest["readings"]["row"] == [whole["readings"]["row"][1], *whole["readings"]["row"][3:]]
     # Those shown are counted on; nothing disappears silently.
-    client.post("/api/leave_out", json={"rows": [0]})
+    client.post("/api/leave_out", json={"rows": [0, 4]})
     third = client.get("/api/document").json()
-    assert third["data"]["left_out"] == 3
-    assert f"3 of {n} readings are left out by hand: line 2, 3, 4" in third["data"]["notes"]
+    assert third["data"]["left_out"] == 4
+    assert f"4 of {n} readings are left out by hand: line 2-4, 8" in third["data"]["notes"]
     for wrong in ([n], list(range(n - 3)), ["1"], None):
         assert client.post("/api/leave_out", json={"rows": wrong}).status_code == 400
     client.post("/api/leave_out", json={"rows": []})

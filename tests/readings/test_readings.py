@@ -12,6 +12,7 @@ import pickle
 import numpy as np
 import pytest
 
+import cbpt
 from cbpt.lab.readings.headers import converted, find_unit, read_header
 from cbpt.lab.readings.reader import Readings, read_readings
 from common.tables import CAMPAIGNS, PLAIN, TABLE, Write, refused, same
@@ -400,3 +401,17 @@ def test_repr() -> None:
         "Readings(3 readings, 2 runs, 2 preload levels 450.5..600 N, torque -2..1.25 N m, "
         "u 0.3 arcsec, '<data>')"
     )
+
+
+def test_a_header_without_a_unit_gives_way_to_one_that_states_it() -> None:
+    """`moment` is a torque, and also a word for when something was measured."""
+    told = {"moment": ["before", "after"], "torque_Nm": [1, 2], "elastic_angle_arcsec": [2.5, 5]}
+    read = cbpt.read_readings(told, need_preload=False)
+    assert read.torque_Nm.tolist() == [1, 2]
+    assert any("'moment' is not used" in note and "states no unit" in note for note in read.notes)
+    alone = {"moment": [1, 2], "elastic_angle_arcsec": [2.5, 5]}
+    with pytest.raises(cbpt.ReadingsError, match="expected a unit for torque"):
+        cbpt.read_readings(alone, need_preload=False)
+    stated = {"moment_Nm": [1, 2], "elastic_angle_arcsec": [2.5, 5]}
+    read = cbpt.read_readings(stated, need_preload=False)
+    assert any("'moment_Nm' as torque in N m" in note for note in read.notes)

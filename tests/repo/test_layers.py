@@ -141,7 +141,10 @@ CORE_USES: dict[str, set[str]] = {
         *("drive", "equilibrium", "error", "extremes", "geometry", "hertz", "pair", "status"),
         *("sweep",),
     },
-    "judge": {"design", "drive", "equilibrium", "friction", "preload", "status", "sweep"},
+    "judge": {
+        *("design", "drive", "equilibrium", "friction", "preload", "status", "strength", "sweep"),
+    },
+    "cost": {"design", "drive", "error", "friction", "sensitivity", "strength"},
     "strength": {
         *("drive", "equilibrium", "findings", "geometry", "pair", "period", "preload"),
         "transmission",

@@ -75,6 +75,20 @@ def test_every_crate_has_the_licence_and_says_where_it_lives(crate: Path) -> Non
     assert package.get("publish") is False or (crate / package["readme"]).is_file()
 
 
+@pytest.mark.parametrize("crate", CRATES, ids=lambda crate: crate.name)
+def test_every_rust_file_of_tests_is_part_of_a_program(crate: Path) -> None:
+    """Where a crate lists its programs of tests, cargo looks for no others."""
+    listed = manifest(crate / "Cargo.toml")
+    if listed["package"].get("autotests", True):
+        return
+    roots = {test["name"] for test in listed["test"]}
+    files = {path.stem: path.read_text() for path in (crate / "tests").glob("*.rs")}
+    whole = "".join(text for name, text in files.items() if name in roots)
+    parts = set(re.findall(r"^mod (\w+);", whole, re.MULTILINE))
+    folders = {path.parent.name for path in (crate / "tests").glob("*/main.rs")}
+    assert files.keys() | folders <= roots | parts
+
+
 def test_the_source_distribution_is_the_whole_repository() -> None:
     assert PROJECT["tool"]["maturin"]["sdist-generator"] == "git"
     if not (TOP / ".git").exists():

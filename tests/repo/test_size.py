@@ -23,7 +23,9 @@ FILES = {
 }
 FUNCTIONS: dict[str, str] = {}
 ARGUMENTS = {
+    "python/cbpt/design/front.py pareto_front": _PUBLIC,
     "python/cbpt/design/optimise.py optimise": _PUBLIC,
+    "python/cbpt/design/tolerance.py tolerance": _PUBLIC,
     "python/cbpt/lab/change/change.py change": _PUBLIC,
     "python/cbpt/lab/characteristics/characterise.py characterise": _PUBLIC,
     "python/cbpt/lab/diagnosis/by_level.py diagnose_by": _PUBLIC,

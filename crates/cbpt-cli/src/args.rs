@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use cbpt_core::cost::Cost;
 use cbpt_core::units::{Quantity, Unit};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
@@ -11,6 +12,12 @@ fn unit_of(quantity: Quantity) -> impl TypedValueParser<Value = &'static Unit> {
     let symbols = quantity.units().iter().map(|unit| unit.symbol);
     PossibleValuesParser::new(symbols)
         .map(move |symbol| quantity.unit(&symbol).unwrap_or_else(|| quantity.usual()))
+}
+
+/// Reads a cost by its name.
+fn cost() -> impl TypedValueParser<Value = Cost> {
+    PossibleValuesParser::new(Cost::ALL.map(Cost::name))
+        .map(|name| Cost::find(&name).unwrap_or(Cost::FrictionTorque))
 }
 
 /// Elastic angle of a cycloid ball planetary transmission.
@@ -44,7 +51,7 @@ pub enum Verb {
     #[command(mut_arg("out", |out| out.help(SWEEP_OUT)))]
     Sweep(Sweep),
     /// Derivatives of elastic angle and preload thresholds with respect to every design parameter
-    Sensitivity(UnderLoad),
+    Sensitivity(Sensitivity),
     /// Design findings: undercut, missing walls, touching balls, pressure
     Check(UnderLoad),
     /// The library of effects: equations, how they show in readings, parameters with their ranges
@@ -159,6 +166,7 @@ pub struct LoadOptions {
 
 /// `cbpt solve`.
 #[derive(Debug, Args)]
+#[expect(clippy::struct_excessive_bools, reason = "what may be asked for besides, one flag each")]
 pub struct Solve {
     /// The case file.
     #[command(flatten)]
@@ -172,6 +180,9 @@ pub struct Solve {
     /// Also give the largest elastic angle over a period of the drive
     #[arg(long)]
     pub over_period: bool,
+    /// Also give friction torque, efficiency, wear, static safety and natural frequency at the input angle
+    #[arg(long)]
+    pub friction: bool,
     /// Also prove the solution: an interval that holds the elastic angle for certain, rounding included
     #[arg(long)]
     pub certify: bool,
@@ -232,6 +243,9 @@ pub struct Sweep {
     /// Angles of the input crank, degrees, in the same form
     #[arg(long = "input-angle-deg", value_name = "LIST", allow_hyphen_values = true)]
     pub input_angle_deg: Option<String>,
+    /// For a CASE: further columns, separated by commas; they take time
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = cost())]
+    pub columns: Vec<Cost>,
     /// For a PLAN: number of rows to solve and write at a time, rounded to blocks of 8192, at least one block [default: 65536]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub chunk_rows: Option<u64>,
@@ -243,7 +257,18 @@ pub struct Sweep {
     pub output: OutputOptions,
 }
 
-/// `cbpt sensitivity` and `cbpt check`.
+/// `cbpt sensitivity`.
+#[derive(Debug, Args)]
+pub struct Sensitivity {
+    /// Case, load and form of the output.
+    #[command(flatten)]
+    pub of: UnderLoad,
+    /// Also friction torque, efficiency, wear, static safety and natural frequency at the input angle, by differences
+    #[arg(long)]
+    pub friction: bool,
+}
+
+/// Case, load and form of the output; `cbpt check` has no more.
 #[derive(Debug, Args)]
 pub struct UnderLoad {
     /// The case file.

@@ -34,6 +34,11 @@ const SAMPLES: u32 = 24;
 /// Far more than any drive asks for; with hundreds of balls the samples become fewer instead (and the amplitude is nothing).
 const MOST_SOLUTIONS: u32 = 4000;
 
+/// Samples for each ball and turn of a drive with its parts as made, and how many at most: a prime number, so that no wave of
+/// the grooves comes back to the same samples.
+const SAMPLES_AS_MADE: u32 = 8;
+const MOST_AS_MADE: u32 = 509;
+
 /// The crank angles at which a period of the drive is sampled. The periods of both pairs divide it.
 #[derive(Debug)]
 pub(crate) struct Grid {
@@ -55,11 +60,28 @@ impl Grid {
         Self::with_slide(drive, (1, 1))
     }
 
-    /// For friction: the motion of a cross-slide repeats every quarter turn of the crank.
+    /// For friction: the motion of a cross-slide repeats every quarter turn of the crank. Parts as made are looked at over all
+    /// turns after which they repeat.
     pub fn of_losses(drive: &Drive) -> Self {
+        if drive.as_made().is_some() {
+            return Self::of_turns(drive.repetition_turns(), drive.deceleration().ball_count);
+        }
         let own_lobes = own_lobes(drive.deceleration());
         let common = greatest_common_divisor(own_lobes, 4);
         Self::with_slide(drive, (own_lobes / common, 4 / common))
+    }
+
+    /// Of so many turns of the crank, one period for both pairs.
+    fn of_turns(turns: u32, balls: u32) -> Self {
+        let count = turns.saturating_mul(SAMPLES_AS_MADE * balls).min(MOST_AS_MADE);
+        let period_rad = TAU * f64::from(turns);
+        Self {
+            period_rad,
+            count: count as usize,
+            per_deceleration: count as usize,
+            per_equal_speed: count as usize,
+            step_rad: period_rad / f64::from(count),
+        }
     }
 
     /// With the deceleration periods and equal-speed periods in one period of a drive with a balanced cross-slide.

@@ -9,6 +9,7 @@ use crate::design::{Design, DesignNumber, Sizes};
 use crate::drive::{Drive, Load};
 use crate::preload::Threshold;
 use crate::status::Status;
+use crate::strength::static_safety;
 use crate::sweep::{Progress, Row, solve_each};
 
 /// What is wanted beside angle and sizes.
@@ -61,7 +62,8 @@ impl Judgement {
 /// Designs that are judged together.
 const BATCH: usize = 512;
 
-/// Judges designs, their parts nominal: `values` holds those of `numbers`, row after row. `None` if it was cancelled.
+/// Judges designs: `values` holds those of `numbers`, row after row. `None` if it was cancelled. Their parts are nominal where
+/// numbers of the drive change, as what was measured of one drive's parts says nothing of another's.
 pub fn judge_each(
     drive: &Drive,
     load: &Load,
@@ -70,13 +72,14 @@ pub fn judge_each(
     wanted: Wanted,
     progress: &Progress,
 ) -> Option<Vec<Judgement>> {
-    let nominal = Design::of(&drive.nominal(), load);
+    let of_load = numbers.iter().all(|number| number.name.starts_with("load."));
+    let start = if of_load { Design::of(drive, load) } else { Design::of(&drive.nominal(), load) };
     let mut found = Vec::new();
     for rows in values.chunks(numbers.len().max(1) * BATCH) {
         let built: Vec<Option<(Drive, Load)>> = rows
             .par_chunks(numbers.len().max(1))
             .map(|row| {
-                let mut design = nominal.clone();
+                let mut design = start.clone();
                 for (number, value) in numbers.iter().zip(row) {
                     design.set(number, *value);
                 }
@@ -110,11 +113,8 @@ pub fn judge_each(
 /// Friction torque, efficiency and wear of a design; NaN without solution.
 fn friction(drive: &Drive, load: &Load, coefficient: f64) -> [f64; 3] {
     let found = drive.friction(load, coefficient).ok();
-    let numbers = found.and_then(|found| {
-        let wear =
-            found.deceleration.as_ref()?.wear_Nm_per_turn + found.equal_speed.as_ref()?.wear_Nm_per_turn;
-        Some([found.torque_Nm()?, found.efficiency()?, wear])
-    });
+    let numbers =
+        found.and_then(|found| Some([found.torque_Nm()?, found.efficiency()?, found.wear_Nm_per_turn()?]));
     numbers.unwrap_or([f64::NAN; 3])
 }
 
@@ -154,7 +154,7 @@ fn one_by_one(built: &[Option<(Drive, Load)>]) -> Vec<Judgement> {
             elastic_angle_rad: solution.elastic_angle_rad().unwrap_or(f64::NAN),
             sizes: Some(Sizes::of(drive)),
             peak_pressures_Pa,
-            static_safety: (drive.material().pressure_limit_Pa / highest).powi(3),
+            static_safety: static_safety(drive.material().pressure_limit_Pa, highest),
             torsional_stiffness_Nm_per_rad: solution.torsional_stiffness_Nm_per_rad.unwrap_or(f64::NAN),
             ..Judgement::NONE
         }

@@ -16,7 +16,7 @@
 //! - [`findings`]: what a designer should know before building; [`preload`]: the three thresholds; [`sweep`]: many loads on all cores;
 //! - [`turn`]: when all of a drive stands as before, and what each ball carries;
 //! - [`friction`]: losses at the contacts, efficiency, wear; [`strength`]: static safety, preload window, vibration;
-//! - [`judge`]: many designs;
+//! - [`cost`]: friction, safety and vibration by name, and how they answer to design numbers; [`judge`]: many designs;
 //! - [`effect`]: the library of effects; [`predict`]: a drive with effects on a table of readings; [`fit`]: that against
 //!   measured angles;
 //! - [`units`]: the one table of units;
@@ -25,6 +25,7 @@
 //! SI units and radians inside; every public name carries its unit.
 
 pub mod as_made;
+pub mod cost;
 pub mod design;
 pub mod drive;
 pub mod effect;

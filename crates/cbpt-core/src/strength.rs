@@ -90,7 +90,7 @@ impl Drive {
         let deceleration = contact(first, &pair.groove, &[pair.contact_angle_rad]);
         let equal_speed = contact(second, equal_speed.groove(), &angles);
         let highest = deceleration.peak_pressure_Pa.max(equal_speed.peak_pressure_Pa);
-        let static_safety = (self.material().pressure_limit_Pa / highest).powi(3);
+        let static_safety = static_safety(self.material().pressure_limit_Pa, highest);
         Strength { deceleration, equal_speed, static_safety }
     }
 
@@ -162,6 +162,11 @@ fn worst(rows: &[MeshingPoints], torque_Nm: f64, preload_N: f64) -> [f64; 2] {
         }
     }
     found
+}
+
+/// s0 = (`p_limit`/p)^3 of a highest peak pressure p, both Pa; 0 of an infinite one.
+pub fn static_safety(limit_Pa: f64, peak_pressure_Pa: f64) -> f64 {
+    (limit_Pa / peak_pressure_Pa).powi(3)
 }
 
 /// sqrt(k/J)/(2 pi), Hz, of a stiffness (N m/rad) and an inertia at the output (kg m^2).

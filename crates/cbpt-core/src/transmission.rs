@@ -148,16 +148,27 @@ impl Drive {
 
     /// All meshing points at a crank angle, with the parts as they were made.
     pub fn points(&self, input_angle_rad: f64) -> DrivePoints {
-        let phases =
-            [self.deceleration_phase_rad(input_angle_rad), self.equal_speed_phase_rad(input_angle_rad)];
-        let mut points = DrivePoints {
-            deceleration: self.deceleration_points(phases[0]),
-            equal_speed: self.equal_speed_points(phases[1], input_angle_rad),
+        DrivePoints {
+            deceleration: self.deceleration_as_made(input_angle_rad),
+            equal_speed: self.equal_speed_as_made(input_angle_rad),
             equal_speed_share: self.equal_speed_share(),
-        };
-        offsets::on_deceleration(self, &mut points.deceleration, phases[0], self.lines_rad(input_angle_rad));
-        offsets::on_equal_speed(self, &mut points.equal_speed, phases[1]);
+        }
+    }
+
+    /// The deceleration pair at a crank angle, with the parts as they were made.
+    pub(crate) fn deceleration_as_made(&self, input_angle_rad: f64) -> MeshingPoints {
+        let phase_rad = self.deceleration_phase_rad(input_angle_rad);
+        let mut points = self.deceleration_points(phase_rad);
+        offsets::on_deceleration(self, &mut points, phase_rad, self.lines_rad(input_angle_rad));
         points
+    }
+
+    /// The rows of the equal-speed pair at a crank angle, with the parts as they were made.
+    pub(crate) fn equal_speed_as_made(&self, input_angle_rad: f64) -> Vec<MeshingPoints> {
+        let phase_rad = self.equal_speed_phase_rad(input_angle_rad);
+        let mut rows = self.equal_speed_points(phase_rad, input_angle_rad);
+        offsets::on_equal_speed(self, &mut rows, phase_rad);
+        rows
     }
 
     /// Angles of the line of centres in the epicycloid and in the hypocycloid plate at a crank angle, rad.

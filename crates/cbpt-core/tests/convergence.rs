@@ -1,11 +1,8 @@
 //! The solver reaches its tolerance from a cold start over the whole range it promises.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-mod common;
-
+use crate::common::{any_pair, preload_N};
 use cbpt_core::Status;
 use cbpt_core::equilibrium::solve::solve_pair;
-use common::{any_pair, preload_N};
 use proptest::prelude::*;
 
 /// Share of what the preload can hold: 0 to 99.99 %, with as many cases in the last per cent as below it.

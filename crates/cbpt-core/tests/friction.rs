@@ -1,10 +1,9 @@
 //! Friction: the values of an independent minimisation, a closed form, and properties.
 
-#![allow(clippy::unwrap_used)]
-
 use cbpt_core::friction::period::FrictionPeriod;
 use cbpt_core::friction::spin::{Touch, least_dissipation};
 use cbpt_core::{CrossSlide, CrossSlideForm, CrossSlideShare, Drive, EqualSpeed, Load};
+use proptest::prelude::*;
 use std::f64::consts::FRAC_PI_4;
 
 fn parts(torque_Nm: f64, preload_N: f64) -> [f64; 2] {
@@ -67,6 +66,55 @@ fn a_ball_on_one_diagonal_rolls_freely() {
     let found = least_dissipation(1.5e-3, &touches);
     assert!(found.loss_Nm <= 0.0 && found.gap <= 0.0);
     assert!(least_dissipation(1.5e-3, &[]).loss_Nm <= 0.0);
+}
+
+/// Any four contacts of a ball between two plates, as few as one of them loaded.
+fn touches() -> impl Strategy<Value = [Touch; 4]> {
+    let speeds = prop::array::uniform2(-5e-3..5e-3);
+    let turns = prop::array::uniform2(-3.0..3.0);
+    let contact = (0.2..1.4_f64, 0.0..50.0_f64, 1e-5..2e-4_f64);
+    (speeds, turns, prop::array::uniform4(contact)).prop_map(|(speeds, turns, contacts)| {
+        std::array::from_fn(|place| {
+            let (side, across) = (place / 2, if place % 2 == 0 { 1.0 } else { -1.0 });
+            let (beta, force_N, pivoting_arm_m) = contacts[place];
+            let away = if side == 0 { 1.0 } else { -1.0 };
+            Touch {
+                normal: [across * beta.cos(), away * beta.sin()],
+                track_speed_m: speeds[side],
+                plate_turn: turns[side],
+                force_N,
+                pivoting_arm_m,
+            }
+        })
+    })
+}
+
+proptest! {
+    /// Who turns with the ball about the axis sees other turns, the same slips and the same loss.
+    #[test]
+    fn the_loss_does_not_depend_on_the_frame(touches in touches(), turn in -10.0..10.0_f64) {
+        let r = 1.5e-3;
+        let turned = touches.map(|touch| Touch { plate_turn: touch.plate_turn + turn, ..touch });
+        let (here, there) = (least_dissipation(r, &touches), least_dissipation(r, &turned));
+        prop_assert!((here.loss_Nm - there.loss_Nm).abs() <= 1e-9 * here.loss_Nm);
+        for (touch, other) in touches.iter().zip(&turned) {
+            let [slip_m, pivoting] = touch.motion(r, here.spin);
+            let [other_m, other] = other.motion(r, [here.spin[0], here.spin[1] + turn]);
+            prop_assert!((slip_m - other_m).abs() < 1e-14 && (pivoting - other).abs() < 1e-11);
+        }
+    }
+
+    /// Everything turned the other way round slips the other way round.
+    #[test]
+    fn the_loss_does_not_depend_on_the_sense_of_rotation(touches in touches()) {
+        let back = touches.map(|touch| Touch {
+            track_speed_m: -touch.track_speed_m,
+            plate_turn: -touch.plate_turn,
+            ..touch
+        });
+        let (here, there) = (least_dissipation(1.5e-3, &touches), least_dissipation(1.5e-3, &back));
+        prop_assert!((here.loss_Nm - there.loss_Nm).abs() <= 1e-12 * here.loss_Nm);
+    }
 }
 
 #[test]

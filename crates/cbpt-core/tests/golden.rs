@@ -1,6 +1,5 @@
 //! Agreement with numbers of an independent reference model (tests/data/golden/forward.json at the top of the
 //! repository), relative 1e-8 everywhere; the reference itself is good to 1e-9.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use cbpt_core::drive::{
     CrossSlide, CrossSlideForm, CrossSlideShare, Deceleration, GrooveSection, RingGroove,

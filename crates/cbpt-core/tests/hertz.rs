@@ -2,15 +2,13 @@
 //! Carlson's symmetric form, which needs no 1 - m and so keeps its digits from a circle to a line).
 //!
 //! Source: K. L. Johnson, Contact Mechanics (1985), equations 4.26 and 4.28 to 4.30.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+use crate::common;
 use std::f64::consts::PI;
 
 use cbpt_core::hertz::{HertzContact, in_series};
 use ellip::{elliprd, elliprf, elliprg};
 use proptest::prelude::*;
-
-mod common;
 
 const CONTACT_MODULUS_PA: f64 = 1.1e11;
 

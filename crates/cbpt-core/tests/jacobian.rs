@@ -1,13 +1,11 @@
 //! The derivatives that Newton's method is given, against central finite differences: residual of the energy, Jacobian
 //! of the residual, in two and three unknowns, with gaps, any exponent, an axial spring and contacts that have parted.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-mod common;
-
+use crate::common;
+use crate::common::{any_pair, approach_scale_m, effects, preload_N, torque_Nm};
 use cbpt_core::equilibrium::{PairEquilibrium, ReadyPair};
 use cbpt_core::pair::MeshingPoints;
 use cbpt_core::solver::problem::{Evaluation, Problem};
-use common::{any_pair, approach_scale_m, effects, preload_N, torque_Nm};
 use nalgebra::{SMatrix, SVector};
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseError;

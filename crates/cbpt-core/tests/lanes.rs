@@ -1,13 +1,11 @@
 //! Loads side by side in lanes against the scalar solver: same statuses, same angles.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-mod common;
-
+use crate::common;
+use crate::common::{any_pair, config, effects_up_to, preload_N};
 use cbpt_core::equilibrium::lanes::{BATCH, LaneOutcome, LanePair, two_thirds_powers};
 use cbpt_core::equilibrium::solve::solve_pair;
 use cbpt_core::equilibrium::{PairEquilibrium, ReadyPair};
 use cbpt_core::pair::MeshingPoints;
-use common::{any_pair, config, effects_up_to, preload_N};
 use nalgebra::SVector;
 use proptest::prelude::*;
 

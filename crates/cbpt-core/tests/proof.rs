@@ -1,16 +1,14 @@
 //! Proved solutions: interval arithmetic, solutions that are known exactly, random drives.
 //!
-//! `cargo test --release -p cbpt-core --test proof -- --ignored --nocapture` proves 100,000 drives and tells widths and times.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+//! `cargo test --release -p cbpt-core --test mechanics -- --ignored --nocapture` proves 100,000 drives and tells widths and times.
 
-mod common;
-
+use crate::common;
+use crate::common::{any_drive, any_pair, config, drive_holding_arm_m, effects_up_to, preload_N};
 use cbpt_core::Load;
 use cbpt_core::equilibrium::proof::enclose_pair;
 use cbpt_core::equilibrium::solve::solve_pair;
 use cbpt_core::interval::Interval;
 use cbpt_core::pair::{Diagonal, MeshingPoint, MeshingPoints};
-use common::{any_drive, any_pair, config, drive_holding_arm_m, effects_up_to, preload_N};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;

@@ -5,10 +5,8 @@
 //!
 //! Relative 1e-8, and for angles and approaches what rounding of the inputs alone does to them. The reference itself is
 //! good to 1e-9.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-mod common;
-
+use crate::common;
 use cbpt_core::drive::{
     CrossSlide, CrossSlideForm, CrossSlideShare, Deceleration, EqualSpeed, GrooveSection, OutputPlate,
     RingGroove,

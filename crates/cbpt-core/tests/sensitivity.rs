@@ -1,14 +1,12 @@
 //! The exact sensitivities of the elastic angle and of the thresholds against central differences of the drive itself.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-mod common;
-
+use crate::common;
+use crate::common::{any_drive, drive_holding_arm_m, small_drive};
 use cbpt_core::design::{Design, DesignNumber, NUMBERS, find, numbers_of};
 use cbpt_core::sensitivity::{DriveSensitivities, Sensitivity};
 use cbpt_core::{
     CrossSlideForm, CrossSlideShare, Deceleration, Drive, DriveThresholds, EqualSpeed, Load, TrackCurvature,
 };
-use common::{any_drive, drive_holding_arm_m, small_drive};
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseError;
 

@@ -1,6 +1,5 @@
 //! A torsion spring: its curve between, at and beyond the points; effects on it against closed forms and differences; what
 //! it does not have.
-#![allow(clippy::unwrap_used, clippy::float_cmp, clippy::panic)]
 
 use cbpt_core::effect::{LIBRARY, Scale};
 use cbpt_core::predict::loads::{Effects, solve_load};

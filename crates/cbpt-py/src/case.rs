@@ -154,6 +154,12 @@ impl Case {
         self.case.friction.coefficient
     }
 
+    /// Moment of inertia at the output of ``[operation]``, kg m^2, or ``None``.
+    #[getter]
+    fn output_inertia_kg_m2(&self) -> Option<f64> {
+        self.case.operation.output_inertia_kg_m2
+    }
+
     /// What preload and stiffness cost under a load: text for a terminal, and the JSON document of ``cbpt friction``.
     #[pyo3(signature = (torque_Nm, preload_N, input_angle_deg = 0.0, coefficient = None, static_safety = None))]
     #[expect(clippy::too_many_arguments, reason = "a load, and what stands in place of the case's numbers")]

@@ -1,6 +1,7 @@
 //! A reducer and what can be asked of it.
 
 use cbpt_cli::case::Case as RustCase;
+use cbpt_core::cost::Rubbing;
 use cbpt_core::friction::period::FrictionPeriod;
 use cbpt_core::sweep::Progress;
 use cbpt_core::{Load, Reducer, Severity, TorsionSpring};
@@ -272,17 +273,23 @@ impl Drive {
     /// also : list of str, optional
     ///     Names of single numbers that are otherwise combined with an equal one, such as
     ///     ``material.ball_youngs_modulus_Pa``.
+    /// coefficient : float, optional
+    ///     Friction coefficient. With it, friction torque, efficiency, wear and static safety at the input angle too, by central
+    ///     differences: least dissipation has kinks, and ``one_sided`` names the numbers at which the slopes to both sides differ.
+    /// output_inertia_kg_m2 : float, optional
+    ///     Moment of inertia at the output, kg m^2, for the natural frequency beside them.
     ///
     /// Returns
     /// -------
     /// Sensitivities
-    ///     One entry for the elastic angle and one for each threshold.
+    ///     One entry for the elastic angle, one for each threshold, and those of friction where they were asked for.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
     ///     For an invalid load or an unknown name, and for a torsion spring.
-    #[pyo3(signature = (torque_Nm, preload_N, input_angle_deg = 0.0, also = Vec::new()))]
+    #[pyo3(signature = (torque_Nm, preload_N, input_angle_deg = 0.0, also = Vec::new(), coefficient = None, output_inertia_kg_m2 = None))]
+    #[expect(clippy::too_many_arguments, reason = "a load, and what is wanted beside the angle")]
     fn sensitivities(
         &self,
         py: Python<'_>,
@@ -290,10 +297,13 @@ impl Drive {
         preload_N: f64,
         input_angle_deg: f64,
         also: Vec<String>,
+        coefficient: Option<f64>,
+        output_inertia_kg_m2: Option<f64>,
     ) -> PyResult<Sensitivities> {
         let drive = self.ball_drive(py, "sensitivities")?;
+        let rubbing = coefficient.map(|coefficient| Rubbing { coefficient, output_inertia_kg_m2 });
         let found = Load::new(torque_Nm, preload_N, input_angle_deg.to_radians())
-            .and_then(|load| py.detach(|| Sensitivities::solve(drive, &load, &also)));
+            .and_then(|load| py.detach(|| Sensitivities::solve(drive, &load, &also, rubbing.as_ref())));
         found.map_err(|error| invalid_input(py, &error))
     }
 

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use cbpt_cli::case::Spread;
 use cbpt_cli::commands::Units;
 use cbpt_cli::commands::sensitivity::Answers;
+use cbpt_core::cost::Rubbing;
 use cbpt_core::design::find;
 use cbpt_core::{InvalidInput, Load};
 use pyo3::prelude::*;
@@ -61,7 +62,9 @@ pub struct Sensitivities {
     numbers: BTreeMap<String, f64>,
     /// Results by name: ``elastic_angle_rad`` and its parts ``deceleration_angle_rad`` and ``equal_speed_angle_rad``, ``None``
     /// without a solution; ``hold_N``, ``continuous_N`` and ``zero_backlash_N`` of the drive, and of each pair with
-    /// ``deceleration_`` or ``equal_speed_`` before the name, over a period, ``None`` where no preload does it.
+    /// ``deceleration_`` or ``equal_speed_`` before the name, over a period, ``None`` where no preload does it. With a friction
+    /// coefficient also ``friction_torque_Nm``, ``efficiency``, ``wear_Nm_per_turn`` and ``static_safety``, and with an inertia
+    /// ``natural_frequency_Hz``, all at the input angle and by central differences.
     results: BTreeMap<String, Option<Sensitivity>>,
     report: String,
 }
@@ -99,10 +102,19 @@ impl Sensitivities {
 }
 
 impl Sensitivities {
-    pub fn solve(drive: &cbpt_core::Drive, load: &Load, also: &[String]) -> Result<Self, InvalidInput> {
+    /// `rubbing` asks for the costs too.
+    pub fn solve(
+        drive: &cbpt_core::Drive,
+        load: &Load,
+        also: &[String],
+        rubbing: Option<&Rubbing>,
+    ) -> Result<Self, InvalidInput> {
         let also: Result<Vec<_>, InvalidInput> =
             also.iter().map(|name| Ok((find(name)?, Spread::Normal(0.0)))).collect();
-        let answers = Answers::new(drive, load, &also?)?;
+        let mut answers = Answers::new(drive, load, &also?)?;
+        if let Some(rubbing) = rubbing {
+            answers.add_costs(drive, rubbing)?;
+        }
         let numbers: Vec<(String, f64)> =
             answers.numbers().map(|(name, value)| (name.to_owned(), value)).collect();
         let told = |found: &Option<cbpt_core::sensitivity::Sensitivity>| {
@@ -131,6 +143,9 @@ impl Sensitivities {
             for (kind, threshold) in ["hold_N", "continuous_N", "zero_backlash_N"].into_iter().zip(of_pair) {
                 results.insert(format!("{pair}{kind}"), told(threshold));
             }
+        }
+        for (cost, found) in answers.costs() {
+            results.insert(cost.name().to_owned(), told(found));
         }
         let report = answers.report(&Units::default()).text;
         Ok(Self {

@@ -60,11 +60,11 @@ pub enum GivenValues<'py> {
     Words(Vec<String>),
 }
 
-/// What a plan is made of: case, axes, design, rows, seed, where a part of a table begins.
-type State<'py> = (String, Vec<(String, GivenValues<'py>)>, String, u64, u64, u64);
+/// What a plan is made of: case, axes, design, rows, seed, where a part of a table begins, further columns.
+type State<'py> = (String, Vec<(String, GivenValues<'py>)>, String, u64, u64, u64, Vec<String>);
 
 /// Columns of solved rows: of each axis, elastic angle, its two parts, residual, preload to hold, code of the finding,
-/// place of the status.
+/// place of the status, further columns.
 type Columns<'py> = (
     Vec<Column<'py, f64>>,
     Column<'py, f64>,
@@ -74,6 +74,7 @@ type Columns<'py> = (
     Column<'py, f64>,
     Column<'py, u8>,
     Column<'py, u8>,
+    Vec<Column<'py, f64>>,
 );
 
 /// A sweep as data: a case, its axes, and the design of its rows. Each row depends only on the plan and on its number, so
@@ -127,12 +128,17 @@ impl SweepPlan {
     /// seed : int, optional
     ///     Seed of their random numbers.
     ///
+    /// columns : list of str, optional
+    ///     Further columns, of the drive alone: ``friction_torque_Nm``, ``efficiency``, ``wear_Nm_per_turn``, ``static_safety``,
+    ///     ``natural_frequency_Hz``.
+    ///
     /// Raises
     /// ------
     /// PlanError
     ///     Names the axis, what was found and what is allowed.
     #[new]
-    #[pyo3(signature = (case, axes: "list[tuple[str, tuple[float, float, bool] | NDArray[float64] | list[str]]]", design = "grid", rows = None, seed = 0))]
+    #[pyo3(signature = (case, axes: "list[tuple[str, tuple[float, float, bool] | NDArray[float64] | list[str]]]", design = "grid", rows = None, seed = 0, columns = Vec::new()))]
+    #[expect(clippy::too_many_arguments, reason = "what a plan is made of, one by one")]
     fn new(
         py: Python<'_>,
         case: &Case,
@@ -140,6 +146,7 @@ impl SweepPlan {
         design: &str,
         rows: Option<u64>,
         seed: u64,
+        columns: Vec<String>,
     ) -> PyResult<Self> {
         let names: Vec<&str> = Design::ALL.iter().map(|(name, _)| *name).collect();
         let Some((_, design)) = Design::ALL.iter().find(|(name, _)| *name == design) else {
@@ -152,6 +159,7 @@ impl SweepPlan {
         let axes: Result<Vec<Axis>, Mistake> =
             axes.into_iter().map(|(name, values)| Axis::new(case, &name, values.into())).collect();
         axes.and_then(|axes| Plan::new(case.clone(), axes, *design, rows, seed))
+            .and_then(|plan| plan.with_columns(&columns))
             .map(|plan| Self { plan: Arc::new(plan) })
             .map_err(|mistake| plan_error(py, &mistake.to_string()))
     }
@@ -218,6 +226,12 @@ impl SweepPlan {
     #[getter]
     fn strides(&self) -> Vec<u64> {
         self.plan.strides().to_vec()
+    }
+
+    /// Names of the further columns, in their order.
+    #[getter]
+    fn columns(&self) -> Vec<&'static str> {
+        self.plan.columns().iter().map(|cost| cost.name()).collect()
     }
 
     /// Whether the rows are those of a ball drive, which has parts and a preload to hold.
@@ -287,7 +301,8 @@ impl SweepPlan {
     /// tuple
     ///     The columns of the axes (a list), then elastic angle, part of the deceleration pair and part of the equal-speed
     ///     pair (rad), scaled residual, preload to hold (N), index of the finding in ``sweep_findings()`` (empty unless
-    ///     ``has_findings``) and index of the status in ``sweep_statuses()``, each of shape (stop - start,).
+    ///     ``has_findings``) and index of the status in ``sweep_statuses()``, each of shape (stop - start,); and a list of the
+    ///     further ``columns``.
     ///
     /// Raises
     /// ------
@@ -312,6 +327,7 @@ impl SweepPlan {
             alpha_equal_speed_rad,
             residual,
             hold_preload_N,
+            costs,
             finding,
             status,
         } = Self::on_threads(py, threads, progress.as_ref(), work)?;
@@ -324,6 +340,7 @@ impl SweepPlan {
             Column::new(py, hold_preload_N),
             Column::new(py, finding),
             Column::new(py, status),
+            costs.into_iter().map(|cost| Column::new(py, cost)).collect(),
         ))
     }
 
@@ -378,7 +395,7 @@ impl SweepPlan {
 
     /// Makes a plan from the state of ``__reduce__``.
     #[staticmethod]
-    #[pyo3(signature = (case, axes: "list[tuple[str, tuple[float, float, bool] | NDArray[float64] | list[str]]]", design, rows, seed, first))]
+    #[pyo3(signature = (case, axes: "list[tuple[str, tuple[float, float, bool] | NDArray[float64] | list[str]]]", design, rows, seed, first, columns))]
     #[expect(clippy::too_many_arguments, reason = "the state of a plan, one by one")]
     fn _of(
         py: Python<'_>,
@@ -388,10 +405,11 @@ impl SweepPlan {
         rows: u64,
         seed: u64,
         first: u64,
+        columns: Vec<String>,
     ) -> PyResult<Self> {
         let case = RustCase::from_toml(case, "<plan>").map_err(|error| plan_error(py, &error.to_string()))?;
         let drawn = matches!(design, "random" | "latin_hypercube").then_some(rows);
-        let whole = Self::new(py, &Case::of(case), axes, design, drawn, seed)?;
+        let whole = Self::new(py, &Case::of(case), axes, design, drawn, seed, columns)?;
         Ok(Self { plan: Arc::new(Arc::unwrap_or_clone(whole.plan).beginning_at(first, rows)) })
     }
 
@@ -405,6 +423,7 @@ impl SweepPlan {
             plan.rows(),
             plan.seed(),
             plan.first(),
+            plan.columns().iter().map(|cost| cost.name().to_owned()).collect(),
         );
         Ok((slf.get_type().getattr("_of")?.unbind(), state))
     }

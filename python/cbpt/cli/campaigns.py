@@ -92,8 +92,8 @@ def isolability(argv: list[str]) -> int:
 
     parser = inputs(
         "cbpt isolability",
-        "Find out before any reading is taken which effects a campaign could detect, from which "
-        "size, and which it could distinguish.",
+        "Find which effects a planned campaign could detect, from which size on, and which of them "
+        "it could distinguish, before any reading is taken.",
         epilog=noises(),
         table=PLAN,
     )

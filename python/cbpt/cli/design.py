@@ -1,17 +1,19 @@
 """The verbs about drives that are still to be built, and about their parts as they were made.
 
 tolerance      how the elastic angle varies within the tolerances of the drawing
-optimise       the design with the smallest elastic angle within bounds
+optimise       the design with the smallest elastic angle within bounds; fronts of two objectives
 transmission   the transmission error of the parts as they were made
 """
 
 from __future__ import annotations
 
+import argparse
 from pathlib import Path
 
 from cbpt.cli.options import (
     NO_SOLUTION,
     SUCCESS,
+    Counter,
     add_angle_unit,
     add_json,
     add_load,
@@ -43,6 +45,12 @@ def tolerance(argv: list[str]) -> int:
         default=SAMPLES,
         help=f"number of drives (default {SAMPLES})",
     )
+    parser.add_argument(
+        "--friction",
+        action="store_true",
+        help="also friction torque, efficiency, wear, static safety and natural frequency of each "
+        "drive, at the input angle",
+    )
     add_load(parser)
     add_seed(parser, "answer")
     add_json(parser)
@@ -59,6 +67,7 @@ def tolerance(argv: list[str]) -> int:
         torque_Nm=options.torque_Nm,
         preload_N=options.preload_N,
         input_angle_deg=options.input_angle_deg,
+        friction=options.friction,
     )
     show_answer(found, options.json, lambda: found.report(options.angle_unit))
     if options.plot:
@@ -66,10 +75,8 @@ def tolerance(argv: list[str]) -> int:
     return SUCCESS
 
 
-def optimise(argv: list[str]) -> int:
-    """cbpt optimise CASE BOUNDS"""
+def _optimise_parser() -> argparse.ArgumentParser:
     from cbpt.design.optimise import OBJECTIVES
-    from cbpt.design.optimise import optimise as optimised
 
     parser = of_case(
         "cbpt optimise",
@@ -80,7 +87,8 @@ def optimise(argv: list[str]) -> int:
         "largest value; [limits] may have outer_radius_mm, contact_pressure_GPa, preload (hold, "
         "continuous or "
         "zero_backlash), undercut_margin, inside_wall_margin, ball_clearance_mm, "
-        "ring_clearance_mm, friction_torque_Nm, efficiency, wear_Nm_per_turn, static_safety.",
+        "ring_clearance_mm, friction_torque_Nm, efficiency, wear_Nm_per_turn, static_safety, "
+        "natural_frequency_Hz.",
     )
     parser.add_argument(
         "bounds", metavar="BOUNDS", type=Path, help="free parameters and limits (TOML)"
@@ -89,15 +97,42 @@ def optimise(argv: list[str]) -> int:
         "--objective",
         choices=list(OBJECTIVES),
         default="elastic_angle",
-        help="what is made small (default elastic_angle)",
+        help="quantity to minimise (default elastic_angle)",
+    )
+    parser.add_argument(
+        "--front",
+        choices=list(OBJECTIVES),
+        help="a second objective: designs of which none is better in both",
+    )
+    parser.add_argument(
+        "--points", metavar="N", type=int, help="designs of the front (default 9); each is a search"
     )
     add_load(parser)
     add_seed(parser, "answer")
     add_json(parser)
     add_angle_unit(parser)
-    parser.add_argument("--out", metavar="CASE2", type=Path, help="write the design as a case file")
+    parser.add_argument(
+        "--out",
+        metavar="FILE",
+        type=Path,
+        help="write the design as a case file, FILE.toml; with --front the designs, .csv or .json",
+    )
+    add_plot(parser)
+    return parser
+
+
+def optimise(argv: list[str]) -> int:
+    """cbpt optimise CASE BOUNDS"""
+    from cbpt.design.optimise import optimise as optimised
+
+    parser = _optimise_parser()
     options = parser.parse_args(argv)
+    if options.front is not None:
+        return _front(parser, options)
     check_name(parser, "--out", options.out, ".toml")
+    for name in ("points", "plot"):
+        if getattr(options, name) is not None:
+            parser.error(f"--{name} goes with --front")
     found = optimised(
         options.case,
         options.bounds,
@@ -111,6 +146,38 @@ def optimise(argv: list[str]) -> int:
         write_whole(options.out, found.case.to_toml())
     show_answer(found, options.json, lambda: found.report(options.angle_unit))
     return SUCCESS if found.found else NO_SOLUTION
+
+
+def _front(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
+    """Designs of which none is better in two objectives."""
+    from cbpt.design.front import MOST_POINTS, POINTS, pareto_front
+
+    points = POINTS if options.points is None else options.points
+    check_name(parser, "--out", options.out, ".csv", ".json")
+    check_plot(options)
+    if options.front == options.objective:
+        parser.error(f"--front {options.front}: give another objective than --objective")
+    if not 2 <= points <= MOST_POINTS:
+        parser.error(f"--points {points}: expected 2 to {MOST_POINTS}")
+    with Counter() as counter:
+        found = pareto_front(
+            options.case,
+            options.bounds,
+            (options.objective, options.front),
+            points=points,
+            torque_Nm=options.torque_Nm,
+            preload_N=options.preload_N,
+            input_angle_deg=options.input_angle_deg,
+            seed=options.seed,
+            progress=lambda done, total: counter.share("searches", done / total),
+        )
+    if options.out:
+        csv = options.out.suffix.lower() == ".csv"
+        write_whole(options.out, found.to_csv() if csv else found.to_json() + "\n")
+    show_answer(found, options.json, lambda: found.report(options.angle_unit))
+    if options.plot and found.points:
+        found.plot(options.plot, options.angle_unit)
+    return SUCCESS if found.points else NO_SOLUTION
 
 
 def transmission(argv: list[str]) -> int:
@@ -133,7 +200,10 @@ def transmission(argv: list[str]) -> int:
     add_load(parser, angle=False)
     add_json(parser)
     parser.add_argument(
-        "--out", metavar="FILE", type=Path, help="write the curve to FILE.csv, the answer to .json"
+        "--out",
+        metavar="FILE",
+        type=Path,
+        help="write the curve to FILE.csv, or the complete answer to FILE.json",
     )
     add_angle_unit(parser)
     add_plot(parser)

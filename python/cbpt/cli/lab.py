@@ -190,8 +190,8 @@ def change(argv: list[str]) -> int:
         "Find out what changed between two campaigns on the same reducer: for each effect and for "
         "each number the probability that it did, with its value before and after; and whether the "
         "scatter changed.",
-        epilog="The case is the same before and after. Readings that were repeated without "
-        "touching the rig test the answer: nothing changed.",
+        epilog="The case is the same before and after. To test the answer, compare two "
+        "campaigns between which nothing was changed: it must say so.",
         table=("BEFORE", "table of readings before, or the one table that --by divides"),
     )
     parser.add_argument(
@@ -200,7 +200,7 @@ def change(argv: list[str]) -> int:
     parser.add_argument(
         "--by",
         metavar="COLUMN",
-        help="in place of AFTER: each value of COLUMN of BEFORE is a level",
+        help="compare the values of COLUMN in the table BEFORE, instead of two tables",
     )
     parser.add_argument(
         "--reproducibility-arcsec",
@@ -214,7 +214,8 @@ def change(argv: list[str]) -> int:
         nargs="+",
         action="append",
         default=[],
-        help="in place of that: levels of --by that repeat one state; may be given again",
+        help="levels of --by at which nothing was changed, instead of "
+        "--reproducibility-arcsec; may be repeated",
     )
     add_effects(
         parser,

@@ -99,7 +99,8 @@ def workbench(argv: list[str]) -> int:
     parser = inputs(
         "cbpt workbench",
         "Work with the page in the browser: open a case and readings, see the misfit, switch "
-        "effects on, write your own. Only this machine can reach it; Ctrl-C ends it.",
+        "effects on, and write effects of your own. Only this machine can reach it; Ctrl-C ends "
+        "it.",
         needed=False,
     )
     parser.add_argument(

@@ -55,8 +55,9 @@ def _loop_parser() -> argparse.ArgumentParser:
     parser = inputs(
         "cbpt characterise",
         "Read the figures of catalogues and standards off torque-angle loops: lost motion, "
-        "hysteresis loss, backlash, torsional rigidity, K1 to K3, loop energy. With DATA, those of "
-        "the readings beside those of the model; without, those of the model with its effects.",
+        "hysteresis loss, backlash, torsional rigidity, K1 to K3, loop energy. With DATA, "
+        "the figures of the readings stand beside those of the model; without DATA, those of the "
+        "model with its effects stand alone.",
         epilog="The rated torque is rated_torque_Nm under [rating] of the case; without it, the "
         "largest of the table. u combines the spread over repeats and runs (type A) with "
         "[uncertainty] (type B).",
@@ -98,11 +99,11 @@ def preflight(argv: list[str]) -> int:
 
     parser = inputs(
         "cbpt preflight",
-        "Look at a table of readings before any model does: units, sides, coverage of torque, "
-        "preload and angle, repeats, display steps, rates, closed loops, zeros of runs, and what "
-        "cannot be told from it; each with the remedy on the rig.",
-        epilog="With a single file, that is DATA. CASE adds the lever arm, the load and the kind "
-        "of reducer.",
+        "Check a table of readings before any model is fitted: units, sides, coverage of torque, "
+        "preload and angle, repeats, display steps, rates, closed loops, zeros of runs, and which "
+        "effects the table cannot show. Each finding says what to do on the rig.",
+        epilog="CASE may be left out: a single file is DATA. CASE adds the lever arm, the load "
+        "and the kind of reducer.",
         needed="case",
     )
     add_json(parser)

@@ -20,6 +20,7 @@ friction_torque_Nm = 0.08                # at most, at the input
 efficiency = 0.8                         # at least
 wear_Nm_per_turn = 6                     # at most
 static_safety = 1.5                      # at least
+natural_frequency_Hz = 40                # at least; needs output_inertia under [operation]
 """
 
 from __future__ import annotations
@@ -69,10 +70,16 @@ _KINDS: dict[str, tuple[dict[str, float], int, float, tuple[str, ...], float | N
     "efficiency": ({"": 1.0}, -1, 1.0, ("efficiency",), None),
     "wear": ({"_Nm_per_turn": 1.0}, 1, 1.0, ("wear_Nm_per_turn",), None),
     "static_safety": ({"": 1.0}, -1, 1.0, ("static_safety",), None),
+    "natural_frequency": ({"_Hz": 1.0}, -1, 1.0, ("natural_frequency_Hz",), None),
 }
 FRICTION = ("friction_torque_Nm", "efficiency", "wear_Nm_per_turn")
 """Columns that friction fills."""
-PRESSURE = ("deceleration_pressure_Pa", "equal_speed_pressure_Pa", "static_safety")
+PRESSURE = (
+    "deceleration_pressure_Pa",
+    "equal_speed_pressure_Pa",
+    "static_safety",
+    "natural_frequency_Hz",
+)
 """Columns that need every meshing point."""
 
 
@@ -172,6 +179,11 @@ def _bounds(tables: Mapping[str, Any], source: str, case: Case) -> Bounds:
         raise InvalidInputError(f"{source}: limits: expected a table")
     limits = dict(_limit(key, value, source) for key, value in stated.items())
     threshold = limits.pop("preload", None)
+    if "natural_frequency" in limits and case.output_inertia_kg_m2 is None:
+        raise InvalidInputError(
+            f"{source}: limits.natural_frequency_Hz needs output_inertia under [operation] in the "
+            "case"
+        )
     for kind, (units, sign, size, columns, default) in _KINDS.items():
         if default is not None and kind not in limits:
             suffix = "_mm" if "_mm" in units else ""

@@ -39,7 +39,8 @@ class Judged:
     """`elastic_angle_rad`, `outer_radius_m`, `undercut_margin`, `inside_wall_margin`,
     `deceleration_ball_clearance_m`, `equal_speed_ball_clearance_m`, `ring_clearance_m`,
     `deceleration_pressure_Pa`, `equal_speed_pressure_Pa`, `needed_preload_N`, `friction_torque_Nm`,
-    `efficiency`, `wear_Nm_per_turn`, `static_safety`, `torsional_stiffness_Nm_per_rad`."""
+    `efficiency`, `wear_Nm_per_turn`, `static_safety`, `torsional_stiffness_Nm_per_rad`,
+    `natural_frequency_Hz`."""
 
     def __getitem__(self, column: str) -> Floats:
         return self.columns[column]
@@ -58,7 +59,8 @@ def judge(
 
     Under the load of the case. `threshold` (hold, continuous or zero_backlash) fills
     `needed_preload_N`, as a maximum over a period; it takes a hundred times as long as all else.
-    `pressures` fills static safety and stiffness too. A friction `coefficient` fills friction
+    `pressures` fills static safety, stiffness and, where the case states the inertia at the output,
+    the natural frequency too. A friction `coefficient` fills friction
     torque, efficiency and wear, at the angle of the load.
     """
     assert case.torque_Nm is not None and case.preload_N is not None, "see at_load"
@@ -73,10 +75,15 @@ def judge(
         threshold,
         coefficient,
     )
-    return Judged(
-        status=np.array(names, dtype=np.str_)[code],
-        columns={name: table[:, place] for place, name in enumerate(columns)},
+    found = {name: table[:, place] for place, name in enumerate(columns)}
+    inertia = case.output_inertia_kg_m2
+    stiffness = found["torsional_stiffness_Nm_per_rad"]
+    found["natural_frequency_Hz"] = (
+        np.full(len(stiffness), np.nan)
+        if inertia is None
+        else np.sqrt(stiffness / inertia) / (2 * np.pi)
     )
+    return Judged(status=np.array(names, dtype=np.str_)[code], columns=found)
 
 
 def at_load(

@@ -3,6 +3,7 @@
     optimise    a case and bounds -> Optimum
     Optimum     the best design, or the nearest to the bounds where none keeps them
     OBJECTIVES  what may be made small
+    searched    what is searched: a whole case, and its bounds; Search does it
 
 The search is SciPy's differential evolution (Storn and Price 1997): it needs no slopes, takes whole
 numbers, and asks for a whole population at once, which `judge` answers on all cores. Designs are
@@ -241,20 +242,36 @@ def optimise(
     InvalidInputError
         The bounds are not possible, or there is no torque.
     """
+    whole, bounds = searched(case, bounds, (torque_Nm, preload_N, input_angle_deg), seed)
+    if objective not in OBJECTIVES:
+        expected = ", ".join(OBJECTIVES)
+        raise InvalidInputError(f"objective = {objective}: expected one of {expected}")
+    return Search(whole, bounds, objective).run(seed)
+
+
+def searched(
+    case: Case | Drive | str | PathLike[str] | Mapping[str, Any],
+    bounds: str | PathLike[str] | Mapping[str, Any] | Bounds,
+    load: tuple[float | None, float | None, float | None],
+    seed: int,
+) -> tuple[Case, Bounds]:
+    """The case under its whole load, torque, preload and angle as in `optimise`, and its bounds.
+
+    Raises `InvalidInputError` for bounds that are not possible, and where there is no torque.
+    """
     # What was measured of one drive's parts says nothing of another's.
-    whole = at_load(case, torque_Nm, preload_N, input_angle_deg).nominal()
+    whole = at_load(case, *load).nominal()
     bounds = bounds if isinstance(bounds, Bounds) else read_bounds(bounds, whole)
     if whole.torque_Nm == 0.0:
         raise InvalidInputError("torque_Nm = 0: without torque every elastic angle is 0")
     if seed < 0:
         raise InvalidInputError(f"seed = {seed}: expected 0 or more")
-    if objective not in OBJECTIVES:
-        expected = ", ".join(OBJECTIVES)
-        raise InvalidInputError(f"objective = {objective}: expected one of {expected}")
-    return _Search(whole, bounds, objective).run(seed)
+    return whole, bounds
 
 
-class _Search:
+class Search:
+    """The search for one design: what it changes, what it keeps, what it makes small."""
+
     def __init__(self, case: Case, bounds: Bounds, objective: str) -> None:
         self.case, self.bounds, self.objective = case, bounds, objective
         self.column = OBJECTIVES[objective]
@@ -266,7 +283,8 @@ class _Search:
         self.whole = np.array([free.whole for free in bounds.free])
         self.designs = 0
 
-    def run(self, seed: int) -> Optimum:
+    def run(self, seed: int, start: Optimum | None = None) -> Optimum:
+        """The best design; the search begins at the case, or at another outcome."""
         from scipy.optimize import Bounds as Box
         from scipy.optimize import differential_evolution
 
@@ -276,6 +294,7 @@ class _Search:
         # A start on the very bound is outside to the rounding of SciPy's own scale.
         inside = 1e-9 * (self.high - self.low)
         was = np.array([m if v is None else v for v, m in zip(values, middle, strict=True)])
+        begin = was if start is None else np.array([start.numbers[name][1] for name in self.names])
         of_population: Any = self.of_population  # one number in SciPy's own types
         # Where nothing keeps the limits the search may have run into a blind end: it is begun
         # again, from elsewhere and less greedily.
@@ -283,7 +302,7 @@ class _Search:
             ended = differential_evolution(
                 of_population,
                 Box(self.low, self.high),
-                x0=np.clip(was, self.low + inside, self.high - inside) if attempt == 0 else None,
+                x0=np.clip(begin, self.low + inside, self.high - inside) if attempt == 0 else None,
                 strategy="best1bin" if attempt == 0 else "rand1bin",
                 integrality=self.whole,
                 vectorized=True,

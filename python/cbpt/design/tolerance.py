@@ -2,6 +2,7 @@
 
     tolerance  a case -> Tolerance
     Tolerance  mean, spread, quantiles, worst cases, and the share of each number
+    Spread     how friction, safety or vibration scatters, where that is asked for
 
 Numbers scatter as the case says: evenly within `[tolerance]`, else normally by `[uncertainty]`,
 each by itself. Drives are drawn (Monte Carlo, JCGM 101) and held beside the exact sensitivities
@@ -36,7 +37,7 @@ from cbpt.lab.wording import layout
 from cbpt.lab.wording.html import Reported
 from cbpt.results import ANGLE_UNITS, ARCSEC_PER_RAD
 
-__all__ = ["Scatter", "Tolerance", "tolerance"]
+__all__ = ["Scatter", "Spread", "Tolerance", "tolerance"]
 
 Floats = NDArray[np.float64]
 
@@ -48,6 +49,13 @@ _STACKED_U = 3.0
 # Margins whose loss is counted: name, column.
 # Fewer values say nothing of their own fourth moment.
 _MOMENT = 30
+_COSTS = (
+    "friction_torque_Nm",
+    "efficiency",
+    "wear_Nm_per_turn",
+    "static_safety",
+    "natural_frequency_Hz",
+)
 _LOST = {
     "undercut": "undercut_margin",
     "inside_wall_missing": "inside_wall_margin",
@@ -84,6 +92,29 @@ class Scatter:
         return shown(self.number, 0.0)[0]
 
 
+@dataclass(frozen=True)
+class Spread:
+    """How a number of the drives within their tolerances scatters, in the unit of its name."""
+
+    nominal: float
+    """Of the drawing's own numbers; NaN without a solution."""
+    mean: float
+    sd: float
+    quantiles: dict[float, float]
+    """By probability."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """The numbers in plain types."""
+        return {
+            "nominal": _plain(self.nominal),
+            "mean": _plain(self.mean),
+            "sd": _plain(self.sd),
+            "quantiles": [
+                {"probability": p, "value": _plain(value)} for p, value in self.quantiles.items()
+            ],
+        }
+
+
 @dataclass(frozen=True, eq=False)
 class Tolerance(Reported):
     """The elastic angle of drives within their tolerances, arcsec; standard errors of what is
@@ -114,6 +145,9 @@ class Tolerance(Reported):
     seed: int
     angles_arcsec: Floats = field(repr=False)
     """Of every drawn drive, NaN without a solution."""
+    friction: dict[str, Spread] = field(default_factory=dict)
+    """At the input angle, where it was asked for: `friction_torque_Nm`, `efficiency`,
+    `wear_Nm_per_turn`, `static_safety` and, with an inertia, `natural_frequency_Hz`."""
 
     def share_of(self, count: int) -> tuple[float, float]:
         """Share of the drawn drives, and its standard error."""
@@ -168,6 +202,11 @@ class Tolerance(Reported):
                 }
                 for name, found in counts.items()
             },
+            **(
+                {"friction": {name: spread.to_dict() for name, spread in self.friction.items()}}
+                if self.friction
+                else {}
+            ),
             "not_counted": effects_of(self.case),
             "numbers": numbers,
         }
@@ -224,6 +263,7 @@ class Tolerance(Reported):
             )
         heads = ["number", "nominal", "scatters by", "share_%", "share_drawn_%"]
         lines.append(layout.table(heads, rows))
+        lines += self._of_friction()
         lines_of = [(_ended(kind), count) for kind, count in self.status.items() if kind != "ok"]
         lines_of += [(name.replace("_", " "), count) for name, count in self.lost.items()]
         for name, count in lines_of:
@@ -236,6 +276,16 @@ class Tolerance(Reported):
         lines += bare_drive_note(self.case, "the angles are")
         lines += nominal_parts_note(self.case, "the angles are")
         return "\n".join(lines)
+
+    def _of_friction(self) -> list[str]:
+        if not self.friction:
+            return []
+        rows: list[list[Any]] = [
+            [name, s.nominal, s.mean, s.sd, *s.quantiles.values()]
+            for name, s in self.friction.items()
+        ]
+        heads = ["at the input angle", "nominal", "mean", "sd"]
+        return [layout.table([*heads, *(f"{100 * p:g}_%" for p in QUANTILES)], rows)]
 
     def __repr__(self) -> str:
         return self.report()
@@ -253,6 +303,7 @@ def tolerance(
     torque_Nm: float | None = None,
     preload_N: float | None = None,
     input_angle_deg: float | None = None,
+    friction: bool = False,
 ) -> Tolerance:
     """Draw drives within the tolerances of the case, and solve each one under its load.
 
@@ -266,6 +317,9 @@ def tolerance(
         Seed of the random numbers. The same seed gives the same drives.
     torque_Nm, preload_N, input_angle_deg : float, optional
         The load. What is not given comes from `[load]` of the case.
+    friction : bool
+        Whether to compute friction torque, efficiency, wear, static safety and natural frequency of
+        each drive too, with the coefficient of the case. It takes several times as long.
 
     Returns
     -------
@@ -300,7 +354,13 @@ def tolerance(
             drawn[:, place] = nominal[place] + generator.uniform(-size, size, samples)
         else:
             drawn[:, place] = nominal[place] + size * generator.standard_normal(samples)
-    judged = judge(case, names, drawn)
+    judged = judge(
+        case.nominal(),
+        names,
+        drawn,
+        pressures=friction,
+        coefficient=case.friction_coefficient if friction else None,
+    )
     return _summary(_Sample(case, names, nominal, spreads, drawn, judged), seed)
 
 
@@ -366,7 +426,29 @@ def _summary(sample: _Sample, seed: int) -> Tolerance:
         samples=len(angles),
         seed=seed,
         angles_arcsec=angles,
+        friction=_friction(sample),
     )
+
+
+def _friction(sample: _Sample) -> dict[str, Spread]:
+    """How the costs scatter; nothing where they were not asked for."""
+    case, drawn = sample.case, sample.judged
+    if not np.isfinite(drawn["friction_torque_Nm"]).any():
+        return {}
+    one = sample.nominal[None, :]
+    coefficient = case.friction_coefficient
+    nominal = judge(case.nominal(), sample.names, one, pressures=True, coefficient=coefficient)
+    return {
+        name: Spread(
+            nominal=float(nominal[name][0]),
+            mean=float(good.mean()),
+            sd=float(good.std(ddof=1)) if len(good) > 1 else float("nan"),
+            quantiles={p: float(np.quantile(good, p)) for p in QUANTILES},
+        )
+        for name in _COSTS
+        for good in [drawn[name][np.isfinite(drawn[name])]]
+        if len(good)
+    }
 
 
 def _scatters(
@@ -401,7 +483,7 @@ def _worst_cases(
         return None, (None, None)
     way, reach = np.sign(slopes) * sample.ends, float(np.sum(np.abs(slopes) * sample.ends))
     corners = np.array([sample.nominal - way, sample.nominal + way])
-    both = judge(sample.case, sample.names, corners)["elastic_angle_rad"]
+    both = judge(sample.case.nominal(), sample.names, corners)["elastic_angle_rad"]
     low, high = (_plain(angle * ARCSEC_PER_RAD) for angle in both)
     return (before - reach, before + reach), (low, high)
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.figures.shared import bare, colour, new_figure, save
+from cbpt.figures.shared import bare, colour, new_figure, save, titled
 from cbpt.results import ANGLE_UNITS
 
 if TYPE_CHECKING:
@@ -73,5 +73,5 @@ def _panel(axes: Axes, picture: LoopPicture, factor: float) -> None:
         if place is not None:
             axes.axvline(place, color=colour(4), lw=0.8, ls=":")
             axes.annotate(name, (place, 1), xycoords=("data", "axes fraction"), fontsize="small")
-    axes.set_title(picture.title, loc="left", fontsize="small")
+    titled(axes, picture.title, 8.5)
     axes.legend(fontsize="small", frameon=False)

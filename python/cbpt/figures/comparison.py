@@ -19,6 +19,7 @@ from cbpt.figures.shared import (
     model_curves,
     new_figure,
     save,
+    titled,
 )
 from cbpt.results import ANGLE_UNITS
 
@@ -72,7 +73,7 @@ def draw_comparison(c: ComparisonPicture, path: str | os.PathLike[str], angle_un
     lower.set_xlabel("torque (N m)")
     if c.rmse_arcsec is not None:
         rmse = c.rmse_arcsec * factor
-        upper.set_title(f"{Path(points.source).name}: RMSE {rmse:.3g} {angle_unit}", loc="left")
+        titled(upper, f"{Path(points.source).name}: RMSE {rmse:.3g} {angle_unit}", 12.0)
     for axes in (upper, lower):
         axes.grid(color="0.92", lw=0.6)
     bare(upper, lower)

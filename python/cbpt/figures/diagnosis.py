@@ -19,6 +19,7 @@ from cbpt.figures.shared import (
     model_curves,
     new_figure,
     save,
+    titled,
 )
 from cbpt.results import ANGLE_UNITS
 
@@ -155,7 +156,7 @@ def _draw_residual(
     draw_points(axes, d.points, residual, _size(d.points))
     rmse = float(np.sqrt(np.nanmean(residual**2)))
     own = "" if name == "as stated" else " (own scale)"
-    axes.set_title(f"{name}: RMSE {rmse:.3g} {angle_unit}{own}", loc="left", fontsize=10)
+    titled(axes, f"{name}: RMSE {rmse:.3g} {angle_unit}{own}")
     axes.set_xlabel("torque (N m)")
     if name == "as stated":
         what = "scatter" if u is None else "u, k = 1"

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from cbpt.errors import PlotError
-from cbpt.figures.shared import new_figure, save
+from cbpt.figures.shared import new_figure, save, titled
 
 _SIGNS = {"apart": "", "above": "larger", "not_here": "no", "twins": "twins"}
 
@@ -49,10 +49,11 @@ def draw_isolability(pairs: Sequence[Pair], path: str | os.PathLike[str]) -> Non
     axes.set_xticks(range(len(names)), names, rotation=90, fontsize=8)
     axes.set_yticks(range(len(names)), names, fontsize=8)
     axes.spines[:].set_visible(False)
-    axes.set_title(
+    titled(
+        axes,
         "larger: distinguishable only above the smallest detectable size; "
-        "no: not distinguishable with this plan;\n"
+        "no: not distinguishable with this plan; "
         "twins: not distinguishable by any plan; blank: one of the two is not detectable",
-        fontsize=8,
+        8.0,
     )
     save(figure, path)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.figures.shared import bare, colour, new_figure, save
+from cbpt.figures.shared import bare, colour, new_figure, save, titled
 from cbpt.results import ANGLE_UNITS
 
 Floats = NDArray[np.float64]
@@ -55,6 +55,6 @@ def draw_window(
     )
     panels[2].set(xlabel="preload (N)", yscale="log", xscale="log")
     panels[2].legend(fontsize="small", frameon=False)
-    panels[0].set_title(picture.title, loc="left", fontsize="small")
+    titled(panels[0], picture.title, 8.5)
     bare(*panels)
     save(figure, path)

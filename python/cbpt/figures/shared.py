@@ -5,6 +5,7 @@ model_curves         the model as lines over the torque
 COLOURS, MARKERS     of settings, and of the ways of the torque
 check_picture_name   refuses an ending that is not known
 new_figure, save     a figure of matplotlib, and its file
+titled               a title, folded to its axes
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from textwrap import wrap
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -32,6 +34,9 @@ Ints = NDArray[np.int64]
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 MARKERS = {1: ("^", "torque rising"), -1: ("v", "torque falling"), 0: ("o", "torque held")}
 """Marker and name of each direction of the torque."""
+_PT_PER_INCH = 72.0
+_LETTER = 0.58
+"""Mean width of a letter, as a share of the size of the type."""
 _FORMATS = (".svg", ".png", ".pdf")
 
 
@@ -130,6 +135,17 @@ def new_figure(path: str | os.PathLike[str], width: float, height: float) -> Fig
     except ImportError as error:
         raise PlotError('drawing needs matplotlib: pip install "cbpt[plot]"') from error
     return Figure(figsize=(width, height), layout="constrained")
+
+
+def titled(axes: Axes, title: str, size_pt: float = 10.0) -> None:
+    """A title above axes, folded where it would be wider than they are."""
+    from matplotlib.figure import Figure
+
+    figure, place = axes.get_figure(), axes.get_subplotspec()
+    assert isinstance(figure, Figure)
+    share = 1.0 if place is None else len(place.colspan) / place.get_gridspec().ncols
+    letters = share * figure.get_figwidth() * _PT_PER_INCH / (_LETTER * size_pt)
+    axes.set_title("\n".join(wrap(title, max(int(letters), 10))), loc="left", fontsize=size_pt)
 
 
 def bare(*axes: Axes) -> None:

@@ -316,7 +316,7 @@ def _page(
     )
     made = "nominal parts"
     if case.drive.has_parts_as_made:
-        made = "parts as they were made (friction, pressures and lines of thresholds: nominal)"
+        made = "parts as they were made (static safety and lines of thresholds: nominal)"
     return (
         "<!doctype html>\n"
         f'<html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>\n'

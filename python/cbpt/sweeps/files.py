@@ -25,6 +25,10 @@ from cbpt.whole_files import write_whole
 __all__ = ["Output", "open_output"]
 
 
+_PLAIN = ("residual", "efficiency", "static_safety")
+"""Columns without a unit."""
+
+
 class Output(Protocol):
     """A file that grows."""
 
@@ -225,8 +229,7 @@ class _Parquet:
             column = _words(values, words) if words else _numbers(values)
             add(name, column, unit)
         for name, values in rows.found.items():
-            unit = "" if name == "residual" else name.rsplit("_", 1)[-1]
-            add(name, _numbers(values), unit)
+            add(name, _numbers(values), _unit(name))
         if plan.has_findings:
             add("finding", _words(rows.finding, sweep_findings()), None)
         add("status", _words(rows.status, sweep_statuses()), None)
@@ -255,6 +258,13 @@ class _Parquet:
         if self.lock is not None:
             self.lock.close()
             self.lock = None
+
+
+def _unit(column: str) -> str:
+    """The unit that the name of a column ends in; nothing of a plain number."""
+    if column in _PLAIN:
+        return ""
+    return "Nm_per_turn" if column.endswith("_per_turn") else column.rsplit("_", 1)[-1]
 
 
 def _numbers(values: NDArray[np.float64]) -> Any:

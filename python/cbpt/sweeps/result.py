@@ -32,8 +32,22 @@ _PARTS = {
     "residual": "largest scaled residual of the equations",
     "hold_preload_N": "preload at which the torque would just slip",
 }
-_MEANINGS = {"elastic_angle_arcsec": "elastic angle at the output", **_PARTS}
-_UNITS = {"residual": "1", "hold_preload_N": "N"}
+_FOUND = {"elastic_angle_arcsec": "elastic angle at the output", **_PARTS}
+_FURTHER = {
+    "friction_torque_Nm": "friction torque at the input",
+    "efficiency": "power at the output over power at the input",
+    "wear_Nm_per_turn": "Archard's index for a turn of the input",
+    "static_safety": "static safety of the worst contact",
+    "natural_frequency_Hz": "torsional natural frequency, the input held",
+}
+_MEANINGS = _FOUND | _FURTHER
+_UNITS = {
+    **dict.fromkeys(("residual", "efficiency", "static_safety"), "1"),
+    "hold_preload_N": "N",
+    "friction_torque_Nm": "N m",
+    "wear_Nm_per_turn": "N m",
+    "natural_frequency_Hz": "Hz",
+}
 
 
 def _library(name: str, asked: str, install: str) -> Any:
@@ -47,7 +61,7 @@ def _library(name: str, asked: str, install: str) -> Any:
 
 def found_columns(plan: SweepPlan) -> list[str]:
     """What is found of each row, after its axes and before the words, as in files."""
-    return list(_MEANINGS if plan.has_pairs else ["elastic_angle_arcsec"])
+    return [*(_FOUND if plan.has_pairs else ["elastic_angle_arcsec"]), *plan.columns]
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,10 +80,11 @@ class Rows:
     @classmethod
     def of(cls, plan: SweepPlan, solved: tuple[Any, ...]) -> Rows:
         """Of what `SweepPlan.solve` returns."""
-        axes, angle, deceleration, equal_speed, residual, hold, finding, status = solved
+        axes, angle, deceleration, equal_speed, residual, hold, finding, status, further = solved
         angles = [part * ARCSEC_PER_RAD for part in (angle, deceleration, equal_speed)]
         names = found_columns(plan)
-        columns = dict(zip(names, [*angles, residual, hold], strict=False))
+        of_pairs = [*angles, residual, hold] if plan.has_pairs else angles[:1]
+        columns = dict(zip(names, [*of_pairs, *further], strict=True))
         return cls(axes, columns, finding, status)
 
     @classmethod

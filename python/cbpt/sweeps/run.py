@@ -12,7 +12,7 @@ import sys
 import time
 import warnings
 from collections import deque
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import Executor, Future
 from contextlib import closing
 from dataclasses import dataclass
@@ -59,6 +59,7 @@ def sweep(
     progress: Report | bool | None = None,
     out: str | os.PathLike[str] | None = None,
     fresh: bool = False,
+    columns: Sequence[str] = (),
 ) -> Sweep:
     """Solve a drive, or a case with its effects, over any of its parameters.
 
@@ -96,6 +97,10 @@ def sweep(
         was.
     fresh : bool
         Whether to start again and replace the sweep that `out` holds.
+    columns : sequence of str, optional
+        Further columns, of the drive without effects, at the input angle of each row:
+        `friction_torque_Nm`, `efficiency`, `wear_Nm_per_turn`, `static_safety`,
+        `natural_frequency_Hz`. They take several times as long as the angle. A plan names its own.
 
     Returns
     -------
@@ -109,7 +114,7 @@ def sweep(
     CaseError
         The case cannot be read.
     """
-    plan, scalars = _plan(drive, axes, design, rows, seed)
+    plan, scalars = _plan(drive, axes, design, rows, seed, columns)
     work = Work(executor, in_flight, chunk_rows, progress)
     for remark in plan.remarks:
         warnings.warn(remark, stacklevel=2)
@@ -174,6 +179,7 @@ def _plan(
     design: str,
     rows: int | None,
     seed: int,
+    columns: Sequence[str],
 ) -> tuple[SweepPlan, frozenset[str]]:
     """The plan, and which of its axes were given as one value."""
     if isinstance(drive, str | os.PathLike):
@@ -184,8 +190,11 @@ def _plan(
         else:
             drive = Case.from_file(path)
     if isinstance(drive, SweepPlan):
-        if axes is not None or rows is not None:
-            raise PlanError("the plan already has axes and rows: leave out axes and rows")
+        if axes is not None or rows is not None or columns:
+            raise PlanError(
+                "the plan already has axes and rows, and names its columns: leave out axes, rows "
+                "and columns"
+            )
         return drive, frozenset()
     if not axes:
         raise PlanError('no axes: give what varies, for example axes={"load.torque_Nm": [1, 2, 5]}')
@@ -197,7 +206,7 @@ def _plan(
     if not 0 <= seed < 2**64:
         raise PlanError(f"seed = {seed}: expected a whole number from 0 to 2**64 - 1")
     scalars = frozenset(name for name, values in axes.items() if np.ndim(values) == 0)
-    return SweepPlan(case, given, design, rows, seed), scalars
+    return SweepPlan(case, given, design, rows, seed, list(columns)), scalars
 
 
 def _is_case(path: Path) -> bool:

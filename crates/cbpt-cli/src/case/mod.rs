@@ -36,6 +36,7 @@ use std::io::{ErrorKind, Read};
 use std::path::Path;
 use std::sync::Arc;
 
+use cbpt_core::cost::{Cost, Rubbing};
 use cbpt_core::effect::OwnEffect;
 use cbpt_core::predict::Effect;
 use cbpt_core::{Drive, Reducer};
@@ -69,6 +70,31 @@ pub struct Case {
     pub tolerance: BTreeMap<String, f64>,
     /// Effects in the order of the file.
     pub effects: Vec<EffectEntry>,
+}
+
+impl Case {
+    /// What costs need beside drive and load.
+    pub fn rubbing(&self) -> Rubbing {
+        Rubbing {
+            coefficient: self.friction.coefficient,
+            output_inertia_kg_m2: self.operation.output_inertia_kg_m2,
+        }
+    }
+
+    /// That the case has what costs need.
+    ///
+    /// # Errors
+    /// What is missing, and the remedy.
+    pub fn has_what_costs_need(&self, costs: &[Cost]) -> Result<(), String> {
+        if let (Some(cost), None) = (costs.first(), self.drive()) {
+            return Err(format!("{} is of a ball drive, and the case has a [torsion_spring]", cost.name()));
+        }
+        let stated = self.rubbing().stated();
+        match costs.iter().find(|cost| !stated.contains(cost)) {
+            Some(cost) => Err(format!("{} needs output_inertia under [operation] in the case", cost.name())),
+            None => Ok(()),
+        }
+    }
 }
 
 /// `[load]`: each number may be absent.

@@ -31,6 +31,10 @@ pub fn run(verb: &Friction) -> Result<Exit, Failure> {
     let costs = Costs::of(drive, &load, asked)?;
     let mut report = report(&costs);
     note_bare_drive(&mut report, &case, "this is");
+    if drive.as_made().is_some() {
+        report.text += "\nNote: friction is that of the parts as made, over all turns after which they repeat; peak pressures, static \
+                        safety and the largest torque are those of nominal parts.";
+    }
     report.deliver(&verb.output)?;
     Ok(if costs.status.has_solution() { Exit::Success } else { Exit::NoSolution })
 }

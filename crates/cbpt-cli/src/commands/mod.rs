@@ -1,6 +1,7 @@
 //! One file a verb: case and flags to a report.
 
 pub mod check;
+mod cost;
 pub mod effects;
 mod enclosure;
 pub mod friction;

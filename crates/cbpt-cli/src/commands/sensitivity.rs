@@ -1,23 +1,28 @@
 //! `cbpt sensitivity`: derivatives of elastic angle and preload thresholds with respect to every design number.
 
+use cbpt_core::cost::{Cost, Rubbing};
 use cbpt_core::design::{Design, DesignNumber, NUMBERS, numbers_of};
 use cbpt_core::sensitivity::{DriveSensitivities, Sensitivity};
 use cbpt_core::{Drive, InvalidInput, Load};
 use serde_json::{Value, json};
 
 use super::{Units, ball_drive, load, note_bare_drive, note_nominal_parts};
-use crate::args::UnderLoad;
+use crate::args;
 use crate::case::{Case, Spread, in_usual_unit};
 use crate::exit::{Exit, Failure};
 use crate::report::{Report, Table, number, object, six_digits};
 
 /// Runs the verb.
-pub fn run(verb: &UnderLoad) -> Result<Exit, Failure> {
+pub fn run(verb: &args::Sensitivity) -> Result<Exit, Failure> {
+    let args::Sensitivity { of: verb, friction } = verb;
     verb.output.check(&verb.case.path)?;
     let case = Case::read(&verb.case.path)?;
     let drive = ball_drive(&case, &verb.case.path, "sensitivities are")?;
     let load = load(&case, &verb.load)?;
-    let answers = Answers::new(drive, &load, &case.spreads(drive, &load)?)?;
+    let mut answers = Answers::new(drive, &load, &case.spreads(drive, &load)?)?;
+    if *friction {
+        answers.add_costs(drive, &case.rubbing())?;
+    }
     let mut report = answers.report(&Units::from(&verb.output));
     note_bare_drive(&mut report, &case, "these are sensitivities");
     note_nominal_parts(&mut report, &case, "these are sensitivities");
@@ -37,6 +42,8 @@ pub struct Answers {
     load: Load,
     asked: Vec<Asked>,
     found: DriveSensitivities,
+    /// Costs, where they were asked for.
+    costs: Vec<(Cost, Option<Sensitivity>)>,
 }
 
 /// Names of the thresholds.
@@ -68,7 +75,24 @@ impl Answers {
             .collect();
         let numbers: Vec<&DesignNumber> = asked.iter().map(|asked| asked.number).collect();
         let found = drive.sensitivities(load, &numbers)?;
-        Ok(Self { load: *load, asked, found })
+        Ok(Self { load: *load, asked, found, costs: Vec::new() })
+    }
+
+    /// Adds what friction, safety and vibration answer to the same numbers, by differences.
+    ///
+    /// # Errors
+    /// [`InvalidInput`] for a coefficient or an inertia that cannot be.
+    pub fn add_costs(&mut self, drive: &Drive, rubbing: &Rubbing) -> Result<(), InvalidInput> {
+        let wanted = rubbing.stated();
+        let numbers: Vec<&DesignNumber> = self.asked.iter().map(|asked| asked.number).collect();
+        let found = drive.cost_sensitivities(&self.load, rubbing, &wanted, &numbers)?;
+        self.costs = wanted.into_iter().zip(found).collect();
+        Ok(())
+    }
+
+    /// Those that were added.
+    pub fn costs(&self) -> &[(Cost, Option<Sensitivity>)] {
+        &self.costs
     }
 
     /// The derivatives, in the order of [`Self::numbers`].
@@ -106,7 +130,8 @@ impl Answers {
                 (name, threshold.as_ref(), units.force.per_si())
             })
         });
-        std::iter::once(angle).chain(thresholds).collect()
+        let costs = self.costs.iter().map(|(cost, found)| (cost.name().to_owned(), found.as_ref(), 1.0));
+        std::iter::once(angle).chain(thresholds).chain(costs).collect()
     }
 
     /// What they have to say.
@@ -116,7 +141,7 @@ impl Answers {
         let total: f64 = parts.iter().flatten().map(|part| part * part).sum();
         let share = |part: Option<f64>| part.filter(|_| total > 0.0).map(|part| part * part / total);
         let suffix = units.angle.symbol;
-        let mut table = Table::new([
+        let heads = [
             "number".to_owned(),
             "value".to_owned(),
             format!("angle_{suffix}_per_unit"),
@@ -126,7 +151,9 @@ impl Answers {
             "zero_backlash_%/%".to_owned(),
             "u".to_owned(),
             "share_of_variance_%".to_owned(),
-        ]);
+        ];
+        let of_costs = self.costs.iter().map(|(cost, _)| head_of(*cost));
+        let mut table = Table::new(heads.into_iter().chain(of_costs));
         let (mut documents, mut tied) = (Vec::new(), Vec::new());
         for (place, asked) in self.asked.iter().enumerate() {
             let number = OfNumber { asked, place, results: &results, share: share(parts[place]) };
@@ -202,6 +229,7 @@ impl Answers {
         if !of_thresholds.rows.is_empty() {
             text += &format!("\n{}\nThey do not depend on any other number.", of_thresholds.text());
         }
+        text += &self.text_of_costs(table);
         if !tied.is_empty() {
             text += &format!(
                 "\nOne-sided derivatives, because two contacts are critical at once and respond differently:\n  {}.",
@@ -212,9 +240,47 @@ impl Answers {
     }
 }
 
+impl Answers {
+    /// The costs and their table; nothing where none were asked for.
+    fn text_of_costs(&self, table: &Table) -> String {
+        if self.costs.is_empty() {
+            return String::new();
+        }
+        let values: Vec<String> = self
+            .costs
+            .iter()
+            .filter_map(|(cost, found)| {
+                Some(format!("{} {}", cost.name(), six_digits(found.as_ref()?.value)))
+            })
+            .collect();
+        let heads: Vec<String> = self.costs.iter().map(|(cost, _)| head_of(*cost)).collect();
+        let columns: Vec<Shown<'_>> = std::iter::once(NUMBER)
+            .chain(heads.iter().enumerate().map(|(place, head)| Shown(BEHIND_ANGLE + place, head, 4)))
+            .collect();
+        let shown =
+            shown(table, &columns, |row| row[1..].iter().any(|cell| cell.as_f64().is_some_and(|x| x != 0.0)));
+        format!(
+            "\nFriction, safety and vibration at the input angle: {}\n{}\nThese derivatives are by central differences: where other \
+             contacts slip or decide, the slopes to both sides differ.",
+            values.join(", "),
+            shown.text()
+        )
+    }
+}
+
 /// Names of the numbers that are whole, so that nothing has a derivative with respect to them.
 fn whole_numbers() -> Vec<&'static str> {
     NUMBERS.iter().filter(|number| number.whole).map(|number| number.name).collect()
+}
+
+/// Results of the angle and of the thresholds, behind which the costs stand.
+const OF_ANGLE: usize = 10;
+
+/// The head of a cost's column: without its unit, as the numbers are percent for a percent.
+fn head_of(cost: Cost) -> String {
+    let name = cost.name();
+    let stem = ["_Nm_per_turn", "_Nm", "_Hz"].iter().find_map(|unit| name.strip_suffix(unit));
+    format!("{}_%/%", stem.unwrap_or(name))
 }
 
 /// A result: its name, what was found of it, and how many of its units make one in SI.
@@ -258,6 +324,7 @@ impl OfNumber<'_> {
         row.extend(self.results[..4].iter().map(|(_, found, _)| number(shown(*found))));
         row.push(number(self.asked.spread.map(|spread| spread.u() * per_si)));
         row.push(number(self.share.map(|share| 100.0 * share)));
+        row.extend(self.results[OF_ANGLE..].iter().map(|(_, found, _)| number(shown(*found))));
         row
     }
 
@@ -282,10 +349,10 @@ impl OfNumber<'_> {
 }
 
 /// A column on a terminal: its place among all, its head, and with how many digits; files have them all.
-struct Shown(usize, &'static str, usize);
+struct Shown<'a>(usize, &'a str, usize);
 
-const NUMBER: Shown = Shown(0, "number", 0);
-const ANGLE: [Shown; 6] = [
+const NUMBER: Shown<'static> = Shown(0, "number", 0);
+const ANGLE: [Shown<'static>; 6] = [
     NUMBER,
     Shown(1, "value", 6),
     Shown(2, "angle/unit", 4),
@@ -293,13 +360,15 @@ const ANGLE: [Shown; 6] = [
     Shown(7, "u", 3),
     Shown(8, "share_%", 3),
 ];
-const OF_THRESHOLDS: [Shown; 4] =
+/// Columns of the table before those of the costs.
+const BEHIND_ANGLE: usize = 9;
+const OF_THRESHOLDS: [Shown<'static>; 4] =
     [NUMBER, Shown(4, "hold_%/%", 4), Shown(5, "continuous_%/%", 4), Shown(6, "zero_backlash_%/%", 4)];
 
 /// Some columns and rows for a terminal, without the columns that are empty.
-fn shown(table: &Table, columns: &[Shown], keep: impl Fn(&[Value]) -> bool) -> Table {
+fn shown(table: &Table, columns: &[Shown<'_>], keep: impl Fn(&[Value]) -> bool) -> Table {
     let pick = |row: &Vec<Value>| -> Vec<Value> {
-        let cell = |Shown(place, _, digits): &Shown| match row[*place].as_f64() {
+        let cell = |Shown(place, _, digits): &Shown<'_>| match row[*place].as_f64() {
             Some(number) => json!(rounded(number, *digits)),
             None => row[*place].clone(),
         };

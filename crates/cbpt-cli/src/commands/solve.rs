@@ -10,7 +10,7 @@ use cbpt_core::{Angles, Finding, Load, Reducer, Solution, Status};
 use serde_json::{Value, json};
 
 use super::check::finding_text;
-use super::{CaseEffects, Units, ball_drive, enclosure, load, note_bare_drive, note_nominal_parts};
+use super::{CaseEffects, Units, ball_drive, cost, enclosure, load, note_bare_drive, note_nominal_parts};
 use crate::args::Solve;
 use crate::case::Case;
 use crate::exit::{Exit, Failure};
@@ -39,6 +39,11 @@ pub fn run(verb: &Solve) -> Result<Exit, Failure> {
         add_period(&mut report, status, largest.as_ref(), &units);
         note_nominal_parts(&mut report, &case, "the largest angle over a period is");
         of_drive_alone.push("the largest angle over a period");
+    }
+    if verb.friction {
+        let drive = ball_drive(&case, &verb.case.path, "friction is")?;
+        cost::add(&mut report, drive, &load, &case.rubbing())?;
+        of_drive_alone.push("friction and safety");
     }
     let proved = !verb.certify || certify(&mut report, &case, verb, &solution, detail.as_ref())?;
     if verb.points && solution.status.has_solution() {

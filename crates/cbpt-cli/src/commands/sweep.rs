@@ -2,12 +2,14 @@
 
 use std::path::Path;
 
-use cbpt_core::Load;
+use cbpt_core::cost::Cost;
 use cbpt_core::predict::loads::{Effects, LoadOutcome, solve_loads};
 use cbpt_core::sweep::solve_all;
+use cbpt_core::{InvalidInput, Load};
+use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::{CaseEffects, Units, missing, sweep_plan};
+use super::{CaseEffects, Units, ball_drive, missing, sweep_plan};
 use crate::args::{OutputOptions, Sweep};
 use crate::case::Case;
 use crate::exit::{Exit, Failure};
@@ -79,8 +81,9 @@ pub fn run(verb: &Sweep) -> Result<Exit, Failure> {
         }
     })?
     .ok_or_else(|| Failure::Usage("the sweep was cancelled".into()))?;
+    let columns = Columns::of(&case, &verb.columns, &verb.path, &loads)?;
     let any = solved.iter().any(|outcome| outcome.status.has_solution());
-    report(&loads, &solved, case.drive().is_some(), &verb.output).deliver(&verb.output)?;
+    report(&loads, &solved, &columns, case.drive().is_some(), &verb.output).deliver(&verb.output)?;
     Ok(if any { Exit::Success } else { Exit::NoSolution })
 }
 
@@ -100,13 +103,41 @@ fn for_parquet(case: &Path) -> String {
     )
 }
 
+/// Further columns that were asked for by their names.
+struct Columns {
+    names: Vec<Cost>,
+    /// Of each load.
+    costs: Vec<Vec<f64>>,
+}
+
+impl Columns {
+    /// Of the drive alone, without the effects of the case.
+    fn of(case: &Case, names: &[Cost], path: &Path, loads: &[Load]) -> Result<Self, Failure> {
+        if names.is_empty() {
+            return Ok(Self { names: Vec::new(), costs: Vec::new() });
+        }
+        let drive = ball_drive(case, path, "these columns are")?;
+        case.has_what_costs_need(names).map_err(|problem| Failure::Usage(format!("--columns: {problem}")))?;
+        let rubbing = case.rubbing();
+        let costs: Result<Vec<Vec<f64>>, InvalidInput> =
+            loads.par_iter().map(|load| drive.costs(load, &rubbing, names)).collect();
+        Ok(Self { names: names.to_vec(), costs: costs? })
+    }
+}
+
 /// What a sweep has to say.
 ///
 /// A torsion spring has no pairs, and where its loads have no preload none is shown.
-fn report(loads: &[Load], solved: &[LoadOutcome], pairs: bool, options: &OutputOptions) -> Report {
+fn report(
+    loads: &[Load],
+    solved: &[LoadOutcome],
+    further: &Columns,
+    pairs: bool,
+    options: &OutputOptions,
+) -> Report {
     let units = &Units::from(options);
     let suffix = units.angle.symbol;
-    let mut table = Table::new([
+    let heads = [
         format!("torque_{}", units.torque.symbol),
         format!("preload_{}", units.force.symbol),
         "input_angle_deg".to_owned(),
@@ -114,11 +145,13 @@ fn report(loads: &[Load], solved: &[LoadOutcome], pairs: bool, options: &OutputO
         format!("alpha_deceleration_{suffix}"),
         format!("alpha_equal_speed_{suffix}"),
         "residual".to_owned(),
-        "status".to_owned(),
-    ]);
-    for (load, LoadOutcome { status, angle_rad, mesh: angles }) in loads.iter().zip(solved) {
+    ];
+    let costs = further.names.iter().map(|cost| cost.name().to_owned());
+    let mut table = Table::new(heads.into_iter().chain(costs).chain(["status".to_owned()]));
+    for (row, (load, LoadOutcome { status, angle_rad, mesh: angles })) in loads.iter().zip(solved).enumerate()
+    {
         let angle = |rad: Option<f64>| number(rad.map(|rad| rad * units.angle.per_si()));
-        table.rows.push(vec![
+        let mut cells = vec![
             json!(load.torque_Nm() * units.torque.per_si()),
             json!(load.preload_N() * units.force.per_si()),
             json!(load.input_angle_rad().to_degrees()),
@@ -126,8 +159,10 @@ fn report(loads: &[Load], solved: &[LoadOutcome], pairs: bool, options: &OutputO
             angle(angles.map(|a| a.deceleration_rad)),
             angle(angles.map(|a| a.equal_speed_rad)),
             number(angles.map(|a| a.residual)),
-            json!(status.name()),
-        ]);
+        ];
+        cells.extend(further.costs.get(row).into_iter().flatten().map(|value| number(Some(*value))));
+        cells.push(json!(status.name()));
+        table.rows.push(cells);
     }
     if !pairs {
         let preload = loads.iter().any(|load| load.preload_N() > 0.0);

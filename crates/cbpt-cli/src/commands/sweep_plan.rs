@@ -24,6 +24,10 @@ pub fn run(verb: &Sweep) -> Result<Exit, Failure> {
     if let Some((_, flag, axis)) = flags.iter().find(|(given, _, _)| *given) {
         return Err(Failure::Usage(format!("{flag} is for cases; in a plan, write the axis {axis} instead")));
     }
+    if !verb.columns.is_empty() {
+        let instead = "--columns is for cases; in a plan, write columns = [...] instead";
+        return Err(Failure::Usage(instead.into()));
+    }
     if verb.output.json {
         return Err(Failure::Usage("--json is for cases; the rows of a plan go to --out FILE.csv".into()));
     }

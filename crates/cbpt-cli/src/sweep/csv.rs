@@ -12,7 +12,7 @@ use super::tally::Tally;
 use super::{Plan, Values};
 use cbpt_core::units::ARCSEC_PER_RAD;
 
-/// What is found of each row, after its axes and before why its drive cannot be built (`finding`, where drives vary) and how
+/// What is found of each row, after its axes and before further columns of the plan, why its drive cannot be built (`finding`, where drives vary) and how
 /// it ended (`status`). Only a ball drive has parts and a preload to hold.
 const FOUND: [(&str, bool); 5] = [
     ("elastic_angle_arcsec", false),
@@ -27,10 +27,11 @@ impl Plan {
     pub fn csv_header(&self) -> Vec<u8> {
         let axes = self.axes().iter().map(|axis| axis.parameter.name.as_str());
         let found = FOUND.iter().filter(|(_, pairs)| !pairs || self.has_pairs()).map(|(name, _)| *name);
+        let costs = self.columns().iter().map(|cost| cost.name());
         let words = self.has_findings().then_some("finding").into_iter().chain(["status"]);
         let mut writer = csv::Writer::from_writer(Vec::new());
         // Into memory, which takes everything.
-        let _ = writer.write_record(axes.chain(found).chain(words));
+        let _ = writer.write_record(axes.chain(found).chain(costs).chain(words));
         writer.into_inner().unwrap_or_default()
     }
 
@@ -82,6 +83,10 @@ impl Plan {
                     text.push(b',');
                     number(&mut text, value);
                 }
+            }
+            for column in &rows.costs {
+                text.push(b',');
+                number(&mut text, column[row]);
             }
             if let Some(&finding) = rows.finding.get(row) {
                 text.push(b',');

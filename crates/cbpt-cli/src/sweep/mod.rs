@@ -24,12 +24,14 @@ use std::collections::HashMap;
 use std::ops::Range;
 use std::path::PathBuf;
 
+use cbpt_core::cost::Cost;
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
 use crate::case::Case;
 use crate::case::error::Mistake;
 use crate::case::parameter::{ActsOn, Parameter, Setting, Variants};
+use crate::case::suggest::nearest;
 use design::{Design, Draws};
 
 /// Rows are solved in blocks of so many, whoever solves them.
@@ -200,6 +202,8 @@ pub struct Plan {
     first: u64,
     /// For a grid, after how many rows the value of each axis changes.
     strides: Vec<u64>,
+    /// Further columns.
+    columns: Vec<Cost>,
     /// The files that it was read from.
     sources: Vec<PathBuf>,
     /// What its file says that may not be meant.
@@ -241,9 +245,38 @@ impl Plan {
             variants,
             first: 0,
             strides,
+            columns: Vec::new(),
             sources: Vec::new(),
             notes: Vec::new(),
         })
+    }
+
+    /// The same plan with further columns, of the drive alone without the effects of the case.
+    ///
+    /// # Errors
+    /// A name that is none, or twice, and a column that the case lacks a number for.
+    pub fn with_columns(self, names: &[String]) -> Result<Self, Mistake> {
+        let known = Cost::ALL.map(Cost::name);
+        let mut columns = Vec::new();
+        for name in names {
+            let found = Cost::find(name).filter(|cost| !columns.contains(cost));
+            columns.push(found.ok_or_else(|| Mistake {
+                found: format!("{name:?}"),
+                nearest: nearest(name, known.iter().copied()),
+                ..mistake(
+                    "columns",
+                    "no further column",
+                    &format!("expected some of {}, each once", known.join(", ")),
+                )
+            })?);
+        }
+        self.case.has_what_costs_need(&columns).map_err(|problem| mistake("columns", &problem, ""))?;
+        Ok(Self { columns, ..self })
+    }
+
+    /// Further columns, in their order.
+    pub fn columns(&self) -> &[Cost] {
+        &self.columns
     }
 
     /// The files that it was read from: plan, case and table; none where it was made in a program.
@@ -361,7 +394,7 @@ impl Plan {
                 }
             }
         });
-        json!({
+        let mut record = json!({
             "format": 3,
             "cbpt": env!("CARGO_PKG_VERSION"),
             "design": self.design.name(),
@@ -369,7 +402,12 @@ impl Plan {
             "seed": if self.design.is_drawn() { json!(self.seed) } else { Value::Null },
             "axes": axes.collect::<Vec<Value>>(),
             "case": self.case.to_toml(),
-        })
+        });
+        // A plan without them has the record that it had before there were any.
+        if !self.columns.is_empty() {
+            record["columns"] = self.columns.iter().map(|cost| cost.name()).collect();
+        }
+        record
     }
 }
 

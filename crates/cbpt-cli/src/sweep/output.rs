@@ -5,6 +5,7 @@
 //! so the file always holds at least the rows of the record, and a sweep that continues cuts off anything beyond them.
 //! A file with more than the rows of a finished sweep was changed by someone else, so it is refused.
 
+use std::collections::BTreeSet;
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -235,12 +236,15 @@ pub fn same_plan(path: &Path, there: &Value, wanted: &Value) -> Result<(), Failu
     if there == wanted {
         return Ok(());
     }
-    let keys = wanted.as_object().into_iter().flatten().map(|(key, _)| key.as_str());
-    let differing: Vec<String> = keys
+    let keys = |of: &Value| {
+        of.as_object().into_iter().flatten().map(|(key, _)| key.clone()).collect::<BTreeSet<_>>()
+    };
+    let differing: Vec<String> = keys(wanted)
+        .union(&keys(there))
         .filter(|key| there[*key] != wanted[*key])
         .map(|key| match (&there[key], &wanted[key]) {
             (Value::String(_), _) if key == "case" => "the case".to_owned(),
-            (Value::Array(there), Value::Array(wanted)) => differing_axes(there, wanted),
+            (Value::Array(there), Value::Array(wanted)) if key == "axes" => differing_axes(there, wanted),
             (there, wanted) => format!("{key} ({there} there, {wanted} here)"),
         })
         .collect();

@@ -5,6 +5,7 @@
 //! design = "latin_hypercube"     # grid (the default), random, latin_hypercube; or table = "rows.csv"
 //! rows = 100000                  # of a design that is drawn
 //! seed = 1
+//! columns = ["friction_torque_Nm", "efficiency"]   # further ones
 //!
 //! [axes]
 //! load.torque_Nm = [1, 2, 5]
@@ -23,7 +24,7 @@ use crate::case::suggest::nearest;
 use crate::case::{Case, CaseError};
 
 /// The keys of a plan.
-const KEYS: [&str; 6] = ["case", "design", "rows", "seed", "table", "axes"];
+const KEYS: [&str; 7] = ["case", "design", "rows", "seed", "table", "columns", "axes"];
 /// The keys of a range.
 const RANGE: [&str; 5] = ["from", "to", "count", "step", "scale"];
 /// A list may be long, but a plan is no table.
@@ -86,6 +87,23 @@ fn beside(plan: &Path, node: &Node, key: &str, notes: &mut Notes<'_>) -> Option<
     None
 }
 
+/// The words of a key that is a list of them; `None` where it is something else.
+fn words(entry: Option<&Entry>, notes: &mut Notes<'_>) -> Option<Vec<String>> {
+    let Some(Entry { key, node, .. }) = entry else { return Some(Vec::new()) };
+    let word = |item: &Node| match &item.content {
+        Content::Text(word) => Some(word.clone()),
+        _ => None,
+    };
+    let found = match &node.content {
+        Content::List(items) => items.iter().map(word).collect::<Option<Vec<String>>>(),
+        _ => None,
+    };
+    if found.is_none() {
+        notes.add(node.at, wrong(key, node, "expected a list of names in quotes"));
+    }
+    found
+}
+
 /// The whole number of a key.
 fn whole(entry: Option<&Entry>, notes: &mut Notes<'_>) -> Option<u64> {
     let Entry { key, node, .. } = entry?;
@@ -143,7 +161,9 @@ fn plan(entries: &[Entry], path: &Path, notes: &mut Notes<'_>) -> Result<Option<
     if !notes.is_empty() {
         return Ok(None);
     }
-    match Plan::new(case, axes, design, rows, seed) {
+    let Some(columns) = words(entry("columns"), notes) else { return Ok(None) };
+    let made = Plan::new(case, axes, design, rows, seed).and_then(|plan| plan.with_columns(&columns));
+    match made {
         Ok(plan) => {
             let axes = leaves(given);
             let notes = axes.iter().filter_map(|(name, entry)| short_of_end(&plan, name, entry)).collect();

@@ -44,6 +44,8 @@ pub struct Rows {
     pub residual: Vec<f64>,
     /// Preload at which the torque would just slip, N, where the status is `beyond_hold`.
     pub hold_preload_N: Vec<f64>,
+    /// The further columns of the plan, in their order.
+    pub costs: Vec<Vec<f64>>,
     /// Why the drive of a row cannot be built: 0 where it can, else one more than the place in [`UNBUILDABLE`]. Only where
     /// [`Plan::has_findings`].
     pub finding: Vec<u8>,
@@ -96,6 +98,8 @@ pub fn warn_unbuildable(case: &Case) -> Option<String> {
 #[derive(Default)]
 struct Solved {
     outcomes: Vec<Option<LoadOutcome>>,
+    /// The further columns of each row; empty where there are none.
+    costs: Vec<Vec<f64>>,
     finding: u8,
 }
 
@@ -124,6 +128,9 @@ impl Plan {
             all.alpha_equal_speed_rad.extend(block.alpha_equal_speed_rad);
             all.residual.extend(block.residual);
             all.hold_preload_N.extend(block.hold_preload_N);
+            for (all, block) in all.costs.iter_mut().zip(block.costs) {
+                all.extend(block);
+            }
             all.finding.extend(block.finding);
             all.status.extend(block.status);
         }
@@ -141,6 +148,7 @@ impl Plan {
             alpha_equal_speed_rad: vec![f64::NAN; count],
             residual: vec![f64::NAN; count],
             hold_preload_N: vec![f64::NAN; count],
+            costs: vec![vec![f64::NAN; count]; self.columns().len()],
             finding: if self.has_findings() { vec![0; count] } else { Vec::new() },
             status: vec![code(INVALID_INPUT); count],
             axes,
@@ -158,6 +166,11 @@ impl Plan {
         for (group, solved) in groups.iter().zip(&solved) {
             for row in group.iter().filter(|_| solved.finding > 0) {
                 found.finding[*row] = solved.finding;
+            }
+            for (row, costs) in group.iter().zip(&solved.costs) {
+                for (column, cost) in found.costs.iter_mut().zip(costs) {
+                    column[*row] = *cost;
+                }
             }
             for (row, outcome) in group.iter().zip(&solved.outcomes) {
                 if let Some(outcome) = outcome {
@@ -206,7 +219,17 @@ impl Plan {
         let Some(outcomes) = outcomes else { return Solved { finding, ..Solved::default() } };
         let mut outcomes = outcomes.into_iter();
         let outcomes = loads.iter().map(|load| load.and_then(|_| outcomes.next())).collect();
-        Solved { outcomes, finding }
+        Solved { outcomes, costs: self.costs(&reducer, &loads), finding }
+    }
+
+    /// The further columns of rows of one reducer.
+    fn costs(&self, reducer: &Reducer, loads: &[Option<Load>]) -> Vec<Vec<f64>> {
+        let Some(drive) = reducer.ball_drive().filter(|_| !self.columns().is_empty()) else {
+            return Vec::new();
+        };
+        let rubbing = self.case().rubbing();
+        let of = |load: &Option<Load>| drive.costs(load.as_ref()?, &rubbing, self.columns()).ok();
+        loads.par_iter().map(|load| of(load).unwrap_or_default()).collect()
     }
 
     /// Why the numbers of a row contradict each other; `None` if they do not. The row is looked at anew, so that solving need

@@ -7,7 +7,7 @@
 //! Coulomb friction acts at every contact under the normal forces of the frictionless equilibrium (first order in mu). The
 //! loss of a contact is mu Q (|s| + (3/8) a E(m) |psi|): slip and pivoting added, which is an upper bound, at most about 1.3
 //! times the integral over the ellipse (Johnson, Contact Mechanics, 1985, section 8.5; Jung and Lee 1993 for the sum).
-//! Lubricant, cage, seals and bearings are not in it. Friction torque at the input: the sum of all losses for one radian of
+//! Parts as made count by their normal forces; the motion is the nominal one. Lubricant, cage, seals and bearings are not in it. Friction torque at the input: the sum of all losses for one radian of
 //! the input.
 
 pub mod kinematics;
@@ -69,6 +69,11 @@ impl DriveFriction {
         Some(self.deceleration.as_ref()?.torque_Nm + self.equal_speed.as_ref()?.torque_Nm)
     }
 
+    /// Archard's index of both pairs for a turn of the input at this rate, N m.
+    pub fn wear_Nm_per_turn(&self) -> Option<f64> {
+        Some(self.deceleration.as_ref()?.wear_Nm_per_turn + self.equal_speed.as_ref()?.wear_Nm_per_turn)
+    }
+
     /// Power at the output over power at the input; 0 without torque.
     pub fn efficiency(&self) -> Option<f64> {
         self.torque_Nm().map(|friction| efficiency(&self.load, self.transmission_ratio, friction))
@@ -118,8 +123,8 @@ impl Drive {
         }
         let angle = load.input_angle_rad();
         let pair = |rows: PairRows| pair_friction(&rows, load, coefficient);
-        let (first, deceleration) = pair(deceleration_rows(self, self.deceleration_phase_rad(angle)));
-        let (second, equal_speed) = pair(equal_speed_rows(self, self.equal_speed_phase_rad(angle), angle));
+        let (first, deceleration) = pair(deceleration_rows(self, angle));
+        let (second, equal_speed) = pair(equal_speed_rows(self, angle));
         let status = first.worse(second);
         if !status.has_solution() {
             return Ok(none(status));

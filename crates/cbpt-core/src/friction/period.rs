@@ -1,7 +1,8 @@
 //! Friction over a period of the drive: mean, ripple, wear; what drives it backwards; maps over loads.
 //!
 //! The pairs repeat with different periods of the crank (see [`crate::extremes`]; a cross-slide's losses repeat every quarter
-//! turn). Each is sampled over its own period on a grid that both divide, so the sum over the drive's period is a look-up.
+//! turn). Each is sampled over its own period on a grid that both divide, so the sum over the drive's period is a look-up. A drive
+//! with its parts as made repeats only after many turns of the crank; it is sampled at places spread evenly over all of them.
 
 use rayon::prelude::*;
 
@@ -138,8 +139,8 @@ impl<'a> FrictionPeriod<'a> {
         let (deceleration, equal_speed) = if undercuts(drive) {
             (Vec::new(), Vec::new())
         } else {
-            let first = |i| deceleration_rows(drive, drive.deceleration_phase_rad(crank(i)));
-            let second = |i| equal_speed_rows(drive, drive.equal_speed_phase_rad(crank(i)), crank(i));
+            let first = |i| deceleration_rows(drive, crank(i));
+            let second = |i| equal_speed_rows(drive, crank(i));
             ((0..grid.per_deceleration).map(first).collect(), (0..grid.per_equal_speed).map(second).collect())
         };
         Self { drive, grid, deceleration, equal_speed }
@@ -224,7 +225,8 @@ impl<'a> FrictionPeriod<'a> {
     /// # Errors
     /// As [`FrictionPeriod::at`].
     pub fn backdriving(&self, preload_N: f64, coefficient: f64) -> Result<Backdriving, InvalidInput> {
-        let per_torque = self.drive.preload_thresholds(1.0).drive().hold_N;
+        // Parts as made hold what nominal ones do.
+        let per_torque = self.drive.nominal().preload_thresholds(1.0).drive().hold_N;
         let hold_torque_Nm = preload_N / per_torque;
         let ratio = self.drive.transmission_ratio().abs();
         let needed = |torque_Nm: f64| -> Result<Option<f64>, InvalidInput> {
@@ -249,9 +251,11 @@ impl<'a> FrictionPeriod<'a> {
     }
 }
 
-/// Whether the equal-speed pair is a cross-slide whose forces do not depend on the angle.
+/// Whether the equal-speed pair is a cross-slide whose forces do not depend on the angle, the same in both rows.
 fn of_balanced_slide(drive: &Drive) -> bool {
-    matches!(drive.equal_speed(), EqualSpeed::CrossSlide(_)) && drive.equal_speed_period_rad().is_none()
+    drive.as_made().is_none()
+        && matches!(drive.equal_speed(), EqualSpeed::CrossSlide(_))
+        && drive.equal_speed_period_rad().is_none()
 }
 
 /// Steps towards the torque that drives backwards; each takes off a factor of the rest.

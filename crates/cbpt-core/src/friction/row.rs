@@ -61,16 +61,16 @@ pub(super) struct PairRows {
     share: f64,
 }
 
-/// The deceleration pair at its phase (rad).
-pub(super) fn deceleration_rows(drive: &Drive, phase_rad: f64) -> PairRows {
-    let points = vec![drive.deceleration_points(phase_rad)];
-    PairRows::new(points, vec![kinematics::deceleration(drive, phase_rad)], 1.0)
+/// The deceleration pair at an angle of the crank (rad), with the parts as they were made.
+pub(super) fn deceleration_rows(drive: &Drive, input_angle_rad: f64) -> PairRows {
+    let motion = kinematics::deceleration(drive, drive.deceleration_phase_rad(input_angle_rad));
+    PairRows::new(vec![drive.deceleration_as_made(input_angle_rad)], vec![motion], 1.0)
 }
 
-/// The equal-speed pair at its phase and at the angle of the crank (rad).
-pub(super) fn equal_speed_rows(drive: &Drive, phase_rad: f64, input_angle_rad: f64) -> PairRows {
-    let points = drive.equal_speed_points(phase_rad, input_angle_rad);
-    PairRows::new(points, kinematics::equal_speed(drive, input_angle_rad), drive.equal_speed_share())
+/// The equal-speed pair at an angle of the crank (rad), with the parts as they were made.
+pub(super) fn equal_speed_rows(drive: &Drive, input_angle_rad: f64) -> PairRows {
+    let motions = kinematics::equal_speed(drive, input_angle_rad);
+    PairRows::new(drive.equal_speed_as_made(input_angle_rad), motions, drive.equal_speed_share())
 }
 
 impl PairRows {

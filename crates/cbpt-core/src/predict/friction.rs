@@ -27,8 +27,8 @@ pub struct Memory<T> {
     pub states: Vec<T>,
 }
 
-/// Steps for the torque at the meshing points; bisection alone would need 50.
-const MOST_STEPS: u32 = 100;
+/// Steps for the torque at the meshing points; bisection alone would need 50, and every other step may be one.
+const MOST_STEPS: u32 = 200;
 /// Balance of the torques, as a share of them.
 const TOLERANCE: f64 = 1e-12;
 
@@ -75,7 +75,8 @@ pub struct Held<'a> {
 
 impl Held<'_> {
     /// Solves the row by Newton's method for the torque at the meshing points, between bounds, which bisection narrows where
-    /// Newton would leave them. `warm` and `mesh_torque_Nm` are a solution nearby, and become the one found.
+    /// Newton would leave them or does not halve its steps: across a play the balance is a steep step between flat parts, from
+    /// one of which Newton jumps to the other. `warm` and `mesh_torque_Nm` are a solution nearby, and become the one found.
     ///
     /// # Errors
     /// The status, where there is no solution.
@@ -87,6 +88,7 @@ impl Held<'_> {
         let (mut low, mut high) = (torque_Nm - most, torque_Nm + most);
         let mut m = mesh_torque_Nm.unwrap_or(torque_Nm - now).clamp(low, high);
         let size = torque_Nm.abs() + most;
+        let mut step = high - low;
         let mut last = Status::NotConverged { residual: f64::INFINITY };
         for _ in 0..MOST_STEPS {
             let mesh = match self.site.solve([m, preload_N], None, warm) {
@@ -103,7 +105,10 @@ impl Held<'_> {
                 }
             };
             let (unbalanced_Nm, slope) = self.unbalanced(m, &mesh);
-            if unbalanced_Nm.abs() <= TOLERANCE * size {
+            // Across a steep step the torque's last digit may be more than the tolerance of the balance.
+            if unbalanced_Nm.abs() <= TOLERANCE * size
+                || (unbalanced_Nm / slope).abs() <= f64::EPSILON * m.abs()
+            {
                 *mesh_torque_Nm = Some(m);
                 let again = |wanted| self.site.solve([m, preload_N], Some(wanted), warm);
                 return self.wanted.map_or(Ok(mesh), again);
@@ -111,7 +116,10 @@ impl Held<'_> {
             last = Status::NotConverged { residual: unbalanced_Nm.abs() / size };
             narrow(&mut low, &mut high, m, unbalanced_Nm > 0.0);
             let newton = m - unbalanced_Nm / slope;
-            m = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+            let quick = (newton - m).abs() <= 0.5 * step;
+            let next = if newton > low && newton < high && quick { newton } else { 0.5 * (low + high) };
+            step = (next - m).abs();
+            m = next;
         }
         Err(last)
     }

@@ -41,6 +41,11 @@ pub struct Sensitivity {
 }
 
 impl Sensitivity {
+    /// A result whose derivatives are still to come.
+    pub(crate) fn constant(value: f64) -> Self {
+        Self { value, slopes: Vec::new(), tied: Vec::new() }
+    }
+
     fn of(number: Dual, tied: impl Fn(usize) -> bool) -> Self {
         Self { value: number.value, slopes: number.partials.to_vec(), tied: (0..WIDTH).map(tied).collect() }
     }

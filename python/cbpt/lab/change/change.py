@@ -21,7 +21,11 @@ from cbpt.lab.change.noise import noise_change
 from cbpt.lab.change.parties import Levels, levels_of
 from cbpt.lab.change.posterior import Weighed, groups_of, weigh
 from cbpt.lab.change.record import Changed, Direction, Kind, Unchanged
-from cbpt.lab.change.reproducibility import reproducibility_of, with_set_ups
+from cbpt.lab.change.reproducibility import (
+    reproducibility_of,
+    with_dispersion,
+    with_set_ups,
+)
 from cbpt.lab.diagnosis.diagnose import diagnosed, prepared
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.diagnosis.fit_text import beyond_own_loops
@@ -130,7 +134,8 @@ def change(
         candidates = [levels for levels in found if levels is not None]
         if candidates and states:
             reproducibility_arcsec = _estimated(candidates, states)
-        if reproducibility_arcsec:
+            candidates = with_dispersion(candidates, states)
+        elif reproducibility_arcsec:
             candidates = [with_set_ups(c, reproducibility_arcsec) for c in candidates]
         weighed = weigh(candidates)
     if weighed is None:

@@ -32,8 +32,6 @@ class Levels:
     parties: tuple[Party, ...]
     fits: tuple[Fit, ...]
     variants: tuple[Variant, ...]
-    stated_dof: tuple[float, ...]
-    """Degrees of freedom of each level's stated uncertainty."""
 
 
 def levels_of(campaigns: Sequence[Campaign], effects: Sequence[str]) -> Levels | None:
@@ -55,8 +53,7 @@ def levels_of(campaigns: Sequence[Campaign], effects: Sequence[str]) -> Levels |
     for fitter, fit in zip(fitters, fits, strict=True):
         problem = Problem(fitter.campaign, fitter.model, fit.unknowns, fit.noise)
         parties.append(Party(problem, fit.point, log_noise(problem, fitter.stated_dof)))
-    dof = tuple(fitter.stated_dof for fitter in fitters)
-    return Levels(tuple(parties), tuple(fits), forms, dof)
+    return Levels(tuple(parties), tuple(fits), forms)
 
 
 def log_noise(problem: Problem, stated_dof: float) -> float:

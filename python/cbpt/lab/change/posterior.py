@@ -33,6 +33,8 @@ ODDS = {
 instruments are the same before and after, so their gains hardly change."""
 _MOST = 4
 """Groups that change together at most."""
+_LEADERS = 3
+"""Choices whose values all others are tried at."""
 
 
 @dataclass(frozen=True)
@@ -140,7 +142,23 @@ def _choices(levels: Levels) -> list[Choice]:
         if score(top) < scored[best][1]:
             break
         best = top
+    _settled(levels, scored)
     return [Choice(names, levels, fit, odds) for names, (fit, odds) in scored.items()]
+
+
+def _settled(levels: Levels, scored: dict[frozenset[str], tuple[Shared, float]]) -> None:
+    """Choices fitted again from each other's values, the best first: what fits well with values of
+    its own at each level may do so with one for all, and a search that stopped short of it would
+    count as a change. What a choice holds fits no better than the choice."""
+    leaders = sorted(scored, key=lambda names: -scored[names][1])[:_LEADERS]
+    for names in sorted(scored, key=len):
+        for other in leaders:
+            (fit, odds), start = scored[names], scored[other][0]
+            if not (names < other or (other < names and fit.misfit > start.misfit + 0.1)):
+                continue
+            again = fit_shared(levels.parties, levels.variants, fit.separate, start.points)
+            if again is not None and again.log_evidence > fit.log_evidence:
+                scored[names] = again, odds + again.log_evidence - fit.log_evidence
 
 
 def _fitted(levels: Levels, places: frozenset[int], inside: Sequence[Shared]) -> Shared | None:

@@ -1,13 +1,16 @@
 """How well a rig comes back to the same state when it is set up again.
 
-with_set_ups    levels whose noise has what a new set-up changes
+with_set_ups        levels whose noise has what a new set-up changes
 reproducibility_of  that, from levels that repeat one state
+with_dispersion     levels whose readings count as far as the repeated levels agree
 
 A repeated measurement on a real rig differs by more than readings scatter: the members lie a little
-otherwise, grease and temperature are others. What a set-up changes is taken to be of the kind that
-effects and numbers can change: each of them may stand otherwise at each level, by as much as moves
-the angles by the stated size. It belongs to the noise of a level, whatever changed; so a change
-counts only as far as it goes beyond it (a random effect of the set-up in a mixed model).
+otherwise, grease and temperature are others. How levels differ is told by their fitted curves; by
+the reproducibility a new set-up alone may move a level that way. It belongs to the noise of the
+level, whatever changed; so a change counts only as far as it goes beyond it (a random effect of the
+set-up in a mixed model). Slopes alone would not do: levels that lie far apart differ by what no sum
+of slopes at one of them is. Nor may each number stand otherwise by itself: with many of them almost
+any two curves would be the same.
 """
 
 from __future__ import annotations
@@ -19,8 +22,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.change.parties import Levels, log_noise
-from cbpt.lab.change.shared import Party
+from cbpt.lab.change.parties import Levels
+from cbpt.lab.change.shared import Party, fit_shared
 from cbpt.lab.inference.gauss_newton import Problem, point_at
 
 Floats = NDArray[np.float64]
@@ -28,22 +31,56 @@ Floats = NDArray[np.float64]
 
 def with_set_ups(levels: Levels, arcsec: float) -> Levels:
     """The levels with a reproducibility of this standard deviation."""
-    parties = tuple(
-        _with_set_up(party, arcsec, dof)
-        for party, dof in zip(levels.parties, levels.stated_dof, strict=True)
+    return replace(
+        levels,
+        parties=tuple(_with_set_up(party, levels.parties, arcsec) for party in levels.parties),
     )
-    return replace(levels, parties=parties)
 
 
-def _with_set_up(party: Party, arcsec: float, stated_dof: float) -> Party:
+def _with_set_up(party: Party, parties: Sequence[Party], arcsec: float) -> Party:
     plain = party.problem
-    columns = _freely(plain, plain.columns(party.point))
+    ways = [_way(party, other) for other in parties if other is not party]
+    if not ways:
+        return party
+    columns = _freely(plain, np.column_stack(ways))
     size = np.sqrt(np.mean(columns**2, axis=0))
     seen = size > 1e-9 * max(float(size.max(initial=0.0)), 1e-300)
     problem = copy(plain)
     problem.whitener = plain.whitener.beside(columns[:, seen] * (arcsec / size[seen]))
     problem.offsets = problem.whitener(plain.campaign.offsets)
-    return Party(problem, party.point, log_noise(problem, stated_dof))
+    more = _log_volume(problem) - _log_volume(plain)
+    return Party(problem, party.point, party.log_noise + more)
+
+
+def with_dispersion(candidates: Sequence[Levels], places: Sequence[Sequence[int]]) -> list[Levels]:
+    """Sets of effects whose likelihoods are raised to the power 1/phi, all to the same.
+
+    phi is by how much repeated levels gain in misfit by values of their own, for each such value:
+    1 by noise alone (the dispersion of a quasi-likelihood; McCullagh and Nelder, Generalized Linear
+    Models, 1989, section 4.5). It needs no size of what a set-up changes and no direction of it.
+    """
+    gained, numbers = 0.0, 0
+    first = candidates[0]
+    places_of_all = frozenset(range(len(first.fits[0].unknowns)))
+    for state in places:
+        parties = [first.parties[k] for k in state]
+        one = fit_shared(parties, first.variants, frozenset())
+        own = fit_shared(parties, first.variants, places_of_all, [party.point for party in parties])
+        if one is not None and own is not None:
+            gained += max(one.misfit - own.misfit, 0.0)
+            numbers += len(places_of_all) * (len(parties) - 1)
+    phi = max(gained / max(numbers, 1), 1.0)
+    return [
+        replace(levels, parties=tuple(_dispersed(party, phi) for party in levels.parties))
+        for levels in candidates
+    ]
+
+
+def _dispersed(party: Party, phi: float) -> Party:
+    plain = party.problem
+    noise = plain.noise.sized(float(np.sqrt(phi)))
+    problem = Problem(plain.campaign, plain.model, plain.unknowns, noise)
+    return Party(problem, party.point, party.log_noise / phi)
 
 
 def reproducibility_of(levels: Levels, places: Sequence[Sequence[int]]) -> float | None:
@@ -51,20 +88,45 @@ def reproducibility_of(levels: Levels, places: Sequence[Sequence[int]]) -> float
     itself; None where that cannot be told. places: of the levels of each state."""
     squares, freedom = 0.0, 0
     for state in places:
-        parties = [levels.parties[k] for k in state]
-        problem = parties[0].problem
-        curves = []
-        for party in parties:
-            values = parties[0].point.values.copy()
-            values[problem.index] = party.point.values[party.problem.index]
-            point = point_at(problem.model, values, ())
-            if point is None:
+        first, *others = (levels.parties[k] for k in state)
+        curves = [first.point.angle_arcsec]
+        for other in others:
+            curve = _curve(first, other)
+            if curve is None:
                 return None
-            curves.append(_freely(problem, point.angle_arcsec[:, None])[:, 0])
-        off = np.array(curves) - np.mean(curves, axis=0)
-        squares += float(np.sum(np.mean(off**2, axis=1)))
-        freedom += len(parties) - 1
+            curves.append(curve)
+        free = _freely(first.problem, np.column_stack(curves))
+        off = free - free.mean(axis=1, keepdims=True)
+        squares += float(np.sum(np.mean(off**2, axis=0)))
+        freedom += len(others)
     return float(np.sqrt(squares / freedom)) if freedom else None
+
+
+def _curve(party: Party, other: Party) -> Floats | None:
+    """Angles at the loads of a level by the values of another, arcsec; None without a solution."""
+    problem = party.problem
+    values = party.point.values.copy()
+    values[problem.index] = other.point.values[other.problem.index]
+    point = point_at(problem.model, values, ())
+    return None if point is None else point.angle_arcsec
+
+
+def _way(party: Party, other: Party) -> Floats:
+    """What leads from the fitted curve of a level to that of another: its beginning by the slopes,
+    and their difference where the model has a solution there; shape (n, 1 or 2)."""
+    problem = party.problem
+    far = problem.coordinates(other.point) - problem.coordinates(party.point)
+    begun: Floats = problem.columns(party.point) @ (far / problem.unit)
+    curve = _curve(party, other)
+    if curve is None:
+        return begun[:, None]
+    return np.column_stack([begun, curve - party.point.angle_arcsec])
+
+
+def _log_volume(problem: Problem) -> float:
+    """What the covariance of the readings adds to the log evidence, offsets integrated out."""
+    gram = problem.offsets.T @ problem.offsets
+    return -0.5 * (problem.whitener.log_det + float(np.linalg.slogdet(gram)[1]))
 
 
 def _freely(problem: Problem, columns: Floats) -> Floats:

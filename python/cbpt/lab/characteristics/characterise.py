@@ -37,8 +37,8 @@ Mask = NDArray[np.bool_]
 _OF_MODEL = "jump of the centre line at zero torque in a small loop without friction"
 _FULL = (0.75, 1.25)
 """Amplitudes of full loops, as shares of the rated torque."""
-_ROUNDING = 1e-12
-"""Share of the angle of a loop that is no figure but rounding."""
+_ROUNDING = 1e-6
+"""Share of the angle of a loop that is no figure but rounding, and what extrapolation leaves."""
 _ALIKE = 0.85
 """Loops whose amplitudes differ by no more than this factor are of one amplitude."""
 

@@ -131,6 +131,20 @@ class Noise:
             return self.torque_arcsec if self.rounding_arcsec is None else self.rounding_arcsec
         return np.hypot(self.rounding_arcsec, self.torque_arcsec)
 
+    def sized(self, factor: float) -> Noise:
+        """So many times as large, all of it."""
+        of_each = self.rounding_arcsec, self.torque_arcsec
+        rounding, torque = (None if a is None else a * factor for a in of_each)
+        artefact = None if self.artefact is None else self.artefact.sized(factor)
+        return replace(
+            self,
+            scale=self.scale * factor,
+            offset_arcsec=self.offset_arcsec * factor,
+            rounding_arcsec=rounding,
+            torque_arcsec=torque,
+            artefact=artefact,
+        )
+
     def select(self, rows: NDArray[np.bool_]) -> Noise:
         """That of some of the readings."""
         of_each = self.inflation, self.rounding_arcsec, self.torque_arcsec

@@ -3,6 +3,7 @@
     Load           the loads that are asked for
     AtLoad         the angles, as arrays
     angle_at       what a fit says of them
+    around_loop    the same along one loop of the torque, both ways
     load_of_choice the load that a user states, completed from the case
 
 The drive itself is asked: under the torque and preload that act, whatever the instruments make of
@@ -30,6 +31,10 @@ from cbpt.lab.model.priors import CLASSES
 from cbpt.lab.readings.reader import Readings
 
 Floats = NDArray[np.float64]
+
+_POINTS = 81
+"""Torques of one leg of a loop."""
+_CYCLE_S = 60.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,42 +94,78 @@ def angle_at(
     Raises `InvalidInputError` for a load that cannot be.
     """
     torque, preload, input_angle = load.arrays(fitter.campaign.drive)
-    model = Assembled(
-        _fresh_campaign(fitter.campaign, torque, preload, input_angle), fitter.effects
-    )
-    instrument = np.zeros(len(model.nothing), dtype=bool)
-    for (instance, _), place in model.places.items():
-        instrument[place] = CLASSES[model.effects[instance]] == "rig"
-
-    def values(of: Fit) -> Floats:
-        return np.where(instrument, model.nothing, of.point.values)
-
-    point = model.at(values(fit), [u.index for u in fit.unknowns])
+    drive = _DriveAlone(fitter, _fresh(fitter.campaign.readings, torque, preload, input_angle))
     budget = Budget.of(fitter, fit)
-    log = np.array([fit.value(u) if u.log else 1.0 for u in fit.unknowns])
-    own = np.array([not instrument[u.index] for u in fit.unknowns], dtype=float)
-    gradients = np.zeros((len(torque), len(budget.covariance)))
-    gradients[:, : len(fit.unknowns)] = np.nan_to_num(point.slopes) * log * own
-    solved = np.isfinite(point.angle_arcsec)
+    angle, gradients = drive.angle(fit, budget)
     parts = tuple(
         budget.combined(g) if ok and why_no_u is None else None
-        for g, ok in zip(gradients, solved, strict=True)
+        for g, ok in zip(gradients, np.isfinite(angle), strict=True)
     )
     return AtLoad(
         torque_Nm=torque,
         preload_N=preload,
         input_angle_deg=input_angle,
-        elastic_angle_arcsec=point.angle_arcsec,
+        elastic_angle_arcsec=angle,
         u_elastic_angle_arcsec=np.array([np.nan if p is None else p.u for p in parts]),
-        status=model.states(values(fit))[1],
+        status=drive.model.states(drive.values(fit))[1],
         inside=_inside(fitter.campaign.readings, torque, preload),
         why_no_u=why_no_u,
         by_rival_arcsec={
-            name: model.at(values(rival)).angle_arcsec for name, rival in (rivals or {}).items()
+            name: drive.model.at(drive.values(rival)).angle_arcsec
+            for name, rival in (rivals or {}).items()
         },
         parts=parts,
         gradients=gradients,
     )
+
+
+def around_loop(fitter: Fitter, fit: Fit, load: Load) -> tuple[Floats, Floats, Floats]:
+    """Torques, elastic angles and their standard uncertainties in arcsec, each of shape (n,), along
+    a loop from the load's torque down to its opposite and up again; NaN where there is none.
+
+    Raises `InvalidInputError` for a load that cannot be.
+    """
+    most, preload, input_angle = (float(a[0]) for a in load.arrays(fitter.campaign.drive))
+    half = np.linspace(0.0, abs(most) or 1.0, _POINTS // 2 + 1)
+    down, up = np.r_[half[-2::-1], -half[1:]], np.r_[-half[-2::-1], half[1:]]
+    torque = np.r_[half, down, up, down, up]
+    n = len(torque)
+    rows = _fresh(fitter.campaign.readings, torque, np.full(n, preload), np.full(n, input_angle))
+    time = np.r_[0.0, np.cumsum(np.abs(np.diff(torque)))] * _CYCLE_S / (4 * half[-1])
+    rows = replace(rows, run=np.zeros(n, dtype=int), time_s=None if rows.time_s is None else time)
+    budget = Budget.of(fitter, fit)
+    angle, gradients = _DriveAlone(fitter, rows).angle(fit, budget)
+    square = np.einsum("ij,jk,ik->i", gradients, budget.covariance, gradients)
+    u = np.where(np.isfinite(angle), np.sqrt(np.maximum(square, 0.0)), np.nan)
+    last = slice(n - 2 * _POINTS + 1, None)
+    return torque[last], angle[last], u[last]
+
+
+class _DriveAlone:
+    """The model of a fitter under other loads, its instruments left out."""
+
+    def __init__(self, fitter: Fitter, readings: Readings) -> None:
+        self.model = Assembled(_campaign_of(fitter.campaign, readings), fitter.effects)
+        self._instrument = np.zeros(len(self.model.nothing), dtype=bool)
+        for (instance, _), place in self.model.places.items():
+            effect = self.model.effects[instance]
+            own = fitter.campaign.own.get(effect)
+            self._instrument[place] = (
+                CLASSES[effect] == "rig" if own is None else own.port == "reading"
+            )
+
+    def values(self, fit: Fit) -> Floats:
+        """Of a fit, those of the instruments at nothing."""
+        return np.where(self._instrument, self.model.nothing, fit.point.values)
+
+    def angle(self, fit: Fit, budget: Budget) -> tuple[Floats, Floats]:
+        """Angles in arcsec, shape (n,), and their slopes by the unknowns of the budget, (n, p)."""
+        point = self.model.at(self.values(fit), [u.index for u in fit.unknowns])
+        log = np.array([fit.value(u) if u.log else 1.0 for u in fit.unknowns])
+        own = np.array([not self._instrument[u.index] for u in fit.unknowns], dtype=float)
+        gradients = np.zeros((len(point.angle_arcsec), len(budget.covariance)))
+        gradients[:, : len(fit.unknowns)] = np.nan_to_num(point.slopes) * log * own
+        return point.angle_arcsec, gradients
 
 
 def load_of_choice(
@@ -184,15 +225,15 @@ def _inside(readings: Readings, torque: Floats, preload: Floats) -> NDArray[np.b
     return np.asarray(inside)
 
 
-def _fresh_campaign(c: Campaign, torque: Floats, preload: Floats, angle: Floats) -> Campaign:
-    """The drive under each load, with one offset and nothing read."""
-    n = len(torque)
+def _campaign_of(c: Campaign, readings: Readings) -> Campaign:
+    """The drive under the loads of a table, with one offset and nothing read."""
+    n = len(readings)
     return replace(
         c,
-        readings=_fresh(c.readings, torque, preload, angle),
+        readings=readings,
         y_arcsec=np.zeros(n),
         u_arcsec=np.ones(n),
-        rows=Rows.of(np.arange(n)),
+        rows=Rows.of(readings.run_index),
         zero_per_run=False,
     )
 

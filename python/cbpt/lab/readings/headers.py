@@ -194,6 +194,8 @@ class Header:
     expected: str = ""
     remedy: str = ""
     hint: str = ""
+    bare: bool = False
+    """Whether a unit is expected and none is stated, not even a wrong one."""
 
 
 LONGEST_HEADER = 1000
@@ -309,7 +311,7 @@ def read_header(header: str, unit_below: str | None = None) -> Header:
         kinds = "; ".join(dict.fromkeys(", ".join(units_of(each.kind)) for each in candidates))
         only = candidates[0] if len(candidates) == 1 else None
         expected = f"a unit for {names} ({kinds})"
-        return Header(only, None, candidates, expected, _rename(header, candidates))
+        return Header(only, None, candidates, expected, _rename(header, candidates), bare=True)
 
     fits = [
         (each, unit)

@@ -260,11 +260,17 @@ class _Reader:
         asked: set[str] = set()  # quantities that a header may mean but does not state
         hints: dict[str, str] = {}  # headers that mean none, and why not if they come close
         told: list[str] = []
+        means = [self.understand(name, below) for name, below in zip(headers, units, strict=True)]
+        stated = {m.quantity.key: i for i, m in enumerate(means) if m.quantity and not m.expected}
         for index, (name, below) in enumerate(zip(headers, units, strict=True)):
-            said = self.understand(name, below)
+            said = means[index]
             if said.expected and name in self.kept and name not in self.columns:
                 # Wanted for its cells: a label, though its name may mean a quantity without unit.
                 said = Header()
+            if said.bare and said.quantity and said.quantity.key in stated:
+                # "moment" beside "torque_Nm" may as well be the moment of the measurement.
+                other = headers[stated[said.quantity.key]]
+                said = Header(hint=f"it states no unit, and {other!r} is the {said.quantity.key}")
             if said.expected:
                 asked |= {quantity.key for quantity in said.candidates}
                 found = f"{name!r} with the unit {below!r}" if below else repr(name)

@@ -1,6 +1,7 @@
 """The page's document: every number on the page, in the report as in the workbench, comes from it.
 
     page_document   a case, its readings and what was found -> a `PageDocument`
+    first_document  the same but for the section of the table
     Isolability     what the campaign could see, or why that is not known
 
 What it holds is typed in `types`: `PageDocument` and its parts.
@@ -58,7 +59,7 @@ if TYPE_CHECKING:
     from cbpt.lab.diagnosis.diagnosis import Diagnosis
     from cbpt.page.document.models import Models
 
-__all__ = ["SCHEMA", "Isolability", "page_document"]
+__all__ = ["SCHEMA", "Isolability", "first_document", "page_document"]
 
 SCHEMA = "cbpt-page-1"
 Floats = NDArray[np.float64]
@@ -105,6 +106,26 @@ def page_document(
     models: of the diagnosis, where they are at hand. isolability: what the campaign could see, or
     why that is not known.
     """
+    document = first_document(
+        case, readings, source, diagnosis, models=models, isolability=isolability
+    )
+    if diagnosis is not None:
+        from cbpt.page.document.loops import table_of
+
+        document["table"] = table_of(document, case, readings)
+    return document
+
+
+def first_document(
+    case: Case | Drive,
+    readings: Readings,
+    source: Source,
+    diagnosis: Diagnosis | None = None,
+    *,
+    models: Models | None = None,
+    isolability: Isolability | None = None,
+) -> PageDocument:
+    """The same without its section of the table, which takes longer than all the rest."""
     if diagnosis is None:
         entry, _, regimes = stated(case, readings)
         entries, found = [entry], Found()
@@ -126,7 +147,6 @@ def _document(
 ) -> PageDocument:
     """All keys. of: the case, its readings, and what they are called."""
     from cbpt.page.document.drive import drive_section
-    from cbpt.page.document.loops import table_section
 
     (case, readings, source), diagnosis, answer = of, found.diagnosis, found.answer
     curves, mean_over = curves_of(readings, entries)
@@ -148,7 +168,7 @@ def _document(
         "combinations": list(found.combinations()),
         "remains": found.remains(),
         "undecided": answer["verdict"]["undecided"] if answer else None,
-        "table": table_section(case, readings, _case_after(found, entries)) if diagnosis else None,
+        "table": None,
         "readings": columns_of_readings(readings, regimes, found),
         "regimes": names,
         "regimes_full": [name == REGIMES[0] for name in names],
@@ -169,11 +189,6 @@ def _document(
         "units_of_keys": at_ends(),
         "reasons": dict(_reasons(found, isolability)),
     }
-
-
-def _case_after(found: Found, entries: Sequence[Model]) -> str | None:
-    """The case with the answer in it, where the answer has a model."""
-    return next((e["case_text"] for e in entries if e["key"] == found.key), None)
 
 
 def _case_file(case: Case | Drive, source: Source) -> CaseFile:

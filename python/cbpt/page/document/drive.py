@@ -2,6 +2,7 @@
 
 drive_section   of a case, at the load that its readings reach
 redrawn         the same at another load and with other design numbers
+load_of         the load that it begins with
 
 What it holds is typed: `DriveSection` in `types`.
 """
@@ -78,7 +79,7 @@ _SHOWN = {"mm": ("_m", "_mm"), "deg": ("_rad", "_deg"), "GPa": ("_Pa", "_GPa")}
 def drive_section(case: Case | Drive, readings: Readings) -> DriveSection:
     """Of the case without its effects, at its own load or else at that of the largest torque."""
     drive = case if isinstance(case, Drive) else case.drive
-    load = _load_of(case, readings)
+    load = load_of(case, readings)
     return _section(drive, load, _sliders(drive, load))
 
 
@@ -94,7 +95,7 @@ def redrawn(
     be.
     """
     drive = case if isinstance(case, Drive) else case.drive
-    given = _load_of(case, readings)
+    given = load_of(case, readings)
     sliders = _sliders(drive, given)
     for key, value in (load or {}).items():
         if key not in given:
@@ -135,7 +136,7 @@ def _section(drive: Drive, load: Load, sliders: Sliders) -> DriveSection:
     }
 
 
-def _load_of(case: Case | Drive, readings: Readings) -> Load:
+def load_of(case: Case | Drive, readings: Readings) -> Load:
     """What the case states, else that of the reading with the largest torque."""
     stated = case if isinstance(case, Case) else None
     largest = int(np.argmax(np.abs(readings.torque_Nm)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal, TypedDict
+from typing import Literal, NotRequired, TypedDict
 
 Column = list[float | None]
 """Numbers; null where there is none."""
@@ -55,6 +55,17 @@ class AngleCurve(TypedDict):
     deceleration_arcsec: Column
     equal_speed_arcsec: Column
     status: list[str]
+
+
+class Loop(TypedDict):
+    """The drive with the effects of a model along one loop of the torque, there and back; the
+    instruments of the rig are left out."""
+
+    torque_Nm: list[float]
+    """From the largest down to the smallest and up again."""
+    elastic_angle_arcsec: Column
+    u_arcsec: Column | None
+    """Standard uncertainty; null where nothing was fitted."""
 
 
 class Slider(TypedDict):
@@ -203,3 +214,5 @@ class DriveSection(TypedDict):
     sliders: Sliders
     drawing: Drawing | None
     why_no_drawing: str | None
+    loop: NotRequired[Loop | None]
+    """At a load of choice, with the effects that were asked for."""

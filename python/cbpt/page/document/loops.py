@@ -1,6 +1,7 @@
 """The table by itself, for the page: checks before any model, and the figures of its loops.
 
 table_section   both, from what `preflight` and `characterise` say, before and after the answer
+table_of        the same of a document, whose answer it takes
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from cbpt.lab.characteristics.characterise import characterise
 from cbpt.lab.characteristics.uncertainty import Figure
 from cbpt.lab.diagnosis.preflight_checks import checks
 from cbpt.lab.readings.reader import Readings
+from cbpt.page.document.types import PageDocument
 
 _MOST_SETTINGS = 8
 """A page of more loops than that is no page."""
@@ -30,6 +32,13 @@ def table_section(
         "checks": [asdict(check) for check in checks(readings, case)],
         "loops": _loops(case, readings, None if after is None else Case.from_toml(after)),
     }
+
+
+def table_of(document: PageDocument, case: Case | Drive, readings: Readings) -> dict[str, Any]:
+    """The section of a document, with the model of its answer where that has a case file."""
+    key = document["answer_key"]
+    after = next((e["case_text"] for e in document["models"] if e["key"] == key), None)
+    return table_section(case, readings, after)
 
 
 def _loops(case: Case | Drive, readings: Readings, after: Case | None) -> list[dict[str, Any]]:

@@ -25,6 +25,8 @@ from cbpt.lab.diagnosis.sentence import name_of
 from cbpt.lab.inference.cross_validation import held_out_residual, rms
 from cbpt.lab.inference.estimates import parameters_of
 from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.inference.prediction import Load as Asked
+from cbpt.lab.inference.prediction import around_loop
 from cbpt.lab.inference.residuals import chi2_of, rmse_of, without_offsets
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.forward import Assembled
@@ -36,7 +38,9 @@ from cbpt.lab.wording.names import tell_tale
 from cbpt.lab.wording.numbers import display
 from cbpt.page.document.bench import Bench
 from cbpt.page.document.curves import Curves
-from cbpt.page.document.plain import array, numbers
+from cbpt.page.document.drive import load_of
+from cbpt.page.document.drive_types import Load, Loop
+from cbpt.page.document.plain import array, finite_numbers, numbers
 from cbpt.page.document.stated import (
     STATED,
     UNKNOWN,
@@ -76,6 +80,7 @@ class Models:
         self.zero = self._zeros(after)
         """The offset of the run of each reading by the answer, shape (n,)."""
         self._curves = Curves(readings)
+        self._load = load_of(diagnosis.case, readings)
 
     # --- entries of the document ---
 
@@ -138,6 +143,7 @@ class Models:
             "converged": fit.converged,
             "case_text": text,
             "why_no_case": why,
+            "loop": self._loop(bench, fit, self._load),
         }
 
     def _case(self, bench: Bench, fit: Fit) -> tuple[str | None, str | None]:
@@ -241,6 +247,24 @@ class Models:
             entry = self._of_set(tuple(sorted(wanted)), bench, bench.fit(wanted))
             curves = self._curves.of(array(entry["model_arcsec"]))
             return {"model": entry, "curves": curves, "ladder": ladder}
+
+    def loop(self, effects: Sequence[str], load: Load) -> Loop | None:
+        """The drive with these effects along a loop at a load of choice."""
+        wanted = list(dict.fromkeys(effects))
+        with self._lock, threadpool_limits(1, user_api="blas"):
+            bench = self._bench_for(wanted)
+            return self._loop(bench, bench.fit(wanted), load)
+
+    def _loop(self, bench: Bench, fit: Fit, load: Load) -> Loop | None:
+        try:
+            torque, angle, u = around_loop(bench.fitter, fit, Asked(**load))
+        except InvalidInputError:  # a drive with balls, and nobody knows its preload
+            return None
+        return {
+            "torque_Nm": finite_numbers(torque),
+            "elastic_angle_arcsec": numbers(angle),
+            "u_arcsec": numbers(u) if fit.unknowns and fit.converged else None,
+        }
 
     def add_own(self, effect: OwnEffect) -> None:
         """An effect of the user's own, in place of an earlier one of its id.

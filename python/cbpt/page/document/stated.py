@@ -73,6 +73,7 @@ def rows_of(
         "converged": True,
         "case_text": None,
         "why_no_case": None,
+        "loop": None,
     }
 
 

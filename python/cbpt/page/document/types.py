@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from typing import Any, Literal, NotRequired, TypedDict
 
-from cbpt.page.document.drive_types import Column, DriveSection
+from cbpt.page.document.drive_types import Column, DriveSection, Loop
 
 Branch = Literal["up", "down", "none"]
 """The way of the torque."""
@@ -96,6 +96,8 @@ class Model(TypedDict):
     """The case with effects and refitted numbers in it, as `cbpt fit --out` writes it; null for the
     drive as stated, which is `case.text`, and where why_no_case says why."""
     why_no_case: str | None
+    loop: Loop | None
+    """Of the drive at its load; null where there is none."""
     ladder: NotRequired[list[Rung]]
     """The page keeps the steps that lead to a further model with it."""
 
@@ -385,6 +387,53 @@ class SentencePart(TypedDict):
     text: str
     aside: bool
     """Whether it stands in parentheses: the numbers that were found."""
+
+
+class ChangedNumber(TypedDict):
+    """A number that changed, with its uncertainty as text."""
+
+    effect: str
+    number: str
+    before: str
+    after: str
+    direction: str
+    """up, down, new or gone."""
+    probability: float
+
+
+class UnchangedNumber(TypedDict):
+    effect: str
+    number: str
+    value: str
+
+
+class MeasuredLevel(TypedDict):
+    """One of the tables that were compared."""
+
+    name: str
+    readings: int
+    rmse_arcsec: float
+    u_arcsec: float
+    """Scatter of a typical reading."""
+    run: list[int]
+    torque_Nm: Column
+    elastic_angle_arcsec: Column
+
+
+class ChangeSection(TypedDict):
+    """What changed between the readings shown and a second table."""
+
+    kind: str
+    """changed, nothing or undecided."""
+    sentence: str
+    probability: float
+    changed: list[ChangedNumber]
+    unchanged: list[UnchangedNumber]
+    levels: list[MeasuredLevel]
+    effects: list[str]
+    """Fitted at both levels."""
+    remains_arcsec: float | None
+    notes: list[str]
 
 
 class PageDocument(TypedDict):

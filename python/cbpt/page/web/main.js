@@ -1,5 +1,5 @@
 /**
- * The page: one document, thirteen sections, two uses: the answer first, then all that it rests on.
+ * The page: one document, fifteen sections, two uses: the answer first, then all that it rests on.
  *
  * A report has its document inside; the workbench asks its server for it, and for more. The first
  * plot comes first, then the other sections, then the plotting library.
@@ -7,6 +7,7 @@
  *   lib/        what sections share
  *     dom, numbers, api, store   elements, numbers as text, the server, what is shown now
  *     figure, points, sketch     how plots are drawn and saved; one that stands before its library
+ *     limits                     how far axes reach
  *     drawing                    the drive to scale
  *     plotly                     the library
  *     models, casefile           which effects are on; the case file with them
@@ -16,6 +17,7 @@
  *     all                        everything that the first plot does not wait for:
  *       bar                      the switches of effects and the error left
  *       answer ... export        the other sections, in the order of the page
+ *       sheet                    the data sheet, in the workbench alone
  *       upload, job              files and the diagnosis under way, in the workbench alone
  */
 

@@ -86,6 +86,8 @@ export interface Model {
    */
   case_text: string | null;
   why_no_case: string | null;
+  /** Of the drive at its load; null where there is none. */
+  loop: Loop | null;
   /** The page keeps the steps that lead to a further model with it. */
   ladder?: Rung[];
 }
@@ -359,6 +361,50 @@ export interface SentencePart {
   aside: boolean;
 }
 
+/** A number that changed, with its uncertainty as text. */
+export interface ChangedNumber {
+  effect: string;
+  number: string;
+  before: string;
+  after: string;
+  /** up, down, new or gone. */
+  direction: string;
+  probability: number;
+}
+
+export interface UnchangedNumber {
+  effect: string;
+  number: string;
+  value: string;
+}
+
+/** One of the tables that were compared. */
+export interface MeasuredLevel {
+  name: string;
+  readings: number;
+  rmse_arcsec: number;
+  /** Scatter of a typical reading. */
+  u_arcsec: number;
+  run: number[];
+  torque_Nm: Column;
+  elastic_angle_arcsec: Column;
+}
+
+/** What changed between the readings shown and a second table. */
+export interface ChangeSection {
+  /** changed, nothing or undecided. */
+  kind: string;
+  sentence: string;
+  probability: number;
+  changed: ChangedNumber[];
+  unchanged: UnchangedNumber[];
+  levels: MeasuredLevel[];
+  /** Fitted at both levels. */
+  effects: string[];
+  remains_arcsec: number | null;
+  notes: string[];
+}
+
 /** Every number on the page. */
 export interface PageDocument {
   /** Which of the files that a workbench has shown; a report has no such number. */
@@ -466,6 +512,18 @@ export interface AngleCurve {
   deceleration_arcsec: Column;
   equal_speed_arcsec: Column;
   status: string[];
+}
+
+/**
+ * The drive with the effects of a model along one loop of the torque, there and back; the
+ * instruments of the rig are left out.
+ */
+export interface Loop {
+  /** From the largest down to the smallest and up again. */
+  torque_Nm: number[];
+  elastic_angle_arcsec: Column;
+  /** Standard uncertainty; null where nothing was fitted. */
+  u_arcsec: Column | null;
 }
 
 export interface Slider {
@@ -610,4 +668,6 @@ export interface DriveSection {
   sliders: Sliders;
   drawing: Drawing | null;
   why_no_drawing: string | null;
+  /** At a load of choice, with the effects that were asked for. */
+  loop?: Loop | null;
 }

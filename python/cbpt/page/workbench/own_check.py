@@ -1,7 +1,8 @@
-"""Whether an effect of the user's own can be fitted, told as it is typed.
+"""Whether an effect of the user's own can be fitted, as it is typed.
 
-refusal   what is wrong with an entry that cannot be read: in words, and in which field of the page
-why_not   what keeps an effect from being fitted to these readings, before anything is fitted
+own_effect_of  what the page sends, as an effect
+refusal        what is wrong with an entry that cannot be read, and in which field of the page
+why_not        what keeps an effect from being fitted to these readings, before anything is fitted
 """
 
 from __future__ import annotations
@@ -14,20 +15,48 @@ from typing import Any
 import numpy as np
 
 from cbpt._core import Case, Drive, OwnEffect
+from cbpt.effects import expression
 from cbpt.errors import CaseError, CaseMistake, InvalidInputError, ReadingsError
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.own_terms import COLUMNS, variant_of
 from cbpt.lab.readings.reader import Readings
+from cbpt.page.document.stated import stop_if_taken
 
 _FIELD = re.compile(
     r"(?:effect\[0\]\.)?(parameters\.(\w+)(?:\.(start|min|max|unit))?|id|expression)"
 )
+_PARAMETER_KEYS = ("unit", "start", "min", "max")
 _HEADS = {"start": "start", "min": "minimum", "max": "maximum", "unit": "unit"}
 
 _NOT_FINITE = "effect_not_finite"
 # As many tell it, and a check keeps up with who types.
 _MOST = 1200
+
+
+def own_effect_of(entry: Mapping[str, Any]) -> OwnEffect:
+    """An own effect from what the page sends: as in a case file, the parameters as a list."""
+    for key in ("id", "port", "expression"):
+        if not isinstance(entry.get(key), str):
+            raise InvalidInputError(f"{key}: expected text", key)
+    stop_if_taken(entry["id"])
+    parameters = entry.get("parameters") or []
+    if not isinstance(parameters, list) or not all(isinstance(p, dict) for p in parameters):
+        raise InvalidInputError("parameters: expected a list")
+    named = {
+        str(p.get("name", "")): {k: p[k] for k in _PARAMETER_KEYS if p.get(k) is not None}
+        for p in parameters
+    }
+    if len(named) < len(parameters):
+        raise InvalidInputError("parameters: two have the same name")
+    adds_to = entry.get("adds_to")
+    return expression(
+        entry["id"],
+        entry["port"],
+        entry["expression"],
+        named,
+        adds_to=adds_to if isinstance(adds_to, str) else None,
+    )
 
 
 def refusal(error: CaseError | InvalidInputError, entry: Mapping[str, Any]) -> dict[str, Any]:

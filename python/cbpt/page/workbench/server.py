@@ -9,6 +9,7 @@
     POST /api/upload?name=      bytes of a file -> {ready, message, columns, quantities, sheets,
                                 problem};
                                 &more=1: another file follows, with which it is read
+    POST /api/change?name=      bytes of a second table -> what changed from the one shown
     POST /api/columns           {columns {header: meaning}, sheet} -> the same
     POST /api/forget            files that were refused or are in doubt are wanted no more
     POST /api/leave_out         {rows} of those shown that count no more; none: all count again
@@ -16,11 +17,12 @@
     GET  /api/job               {state, stage, share, seconds, error}
     POST /api/cancel            the job
     GET  /api/isolability       {isolability, why}: worked out when first asked for
+    GET  /api/table             {checks, loops}: worked out when first asked for
     POST /api/model             {effects} -> {model, curves, ladder}
     POST /api/shown             {effects}: a model that the page had is looked at
     POST /api/own/check         an own effect -> {ok, message, column, field, notes}
     POST /api/own/fit           an own effect, {effects} beside it -> {model, curves, ladder}
-    POST /api/drive             {load, design} -> the section `drive`
+    POST /api/drive             {load, design} -> the section `drive`; with {effects} its loop too
     GET  /api/export/WHAT       json, csv, case, command; ?effects=a,b
 
 Mistakes of the input are 400 with {error}; what cannot be done now is 409.
@@ -90,8 +92,10 @@ def application(
         Route("/api/document", _getter(lambda r: session.document() or "null")),
         Route("/api/job", _getter(lambda r: session.job())),
         Route("/api/isolability", _getter(lambda r: session.isolability())),
+        Route("/api/table", _getter(lambda r: session.table())),
         Route("/api/export/{what}", _export(session)),
-        Route("/api/upload", _upload(session), methods=["POST"]),
+        Route("/api/upload", _handed(session.take), methods=["POST"]),
+        Route("/api/change", _handed(lambda n, raw, _: session.changed(n, raw)), methods=["POST"]),
     ]
     posts: dict[str, Callable[[dict[str, Any]], object]] = {
         "columns": lambda b: session.map_columns(
@@ -105,7 +109,12 @@ def application(
         "shown": lambda b: session.shown(_list(b, "effects")),
         "own/check": session.check_own,
         "own/fit": lambda b: session.fit_own(b, _list(b, "effects") if "effects" in b else []),
-        "drive": lambda b: session.drive(_numbers(b, "load"), _numbers(b, "design")),
+        "datasheet": lambda b: {"html": session.datasheet()},
+        "drive": lambda b: session.drive(
+            _numbers(b, "load"),
+            _numbers(b, "design"),
+            _list(b, "effects") if "effects" in b else None,
+        ),
     }
     routes += [Route(f"/api/{name}", _poster(act), methods=["POST"]) for name, act in posts.items()]
     app = Starlette(routes=routes, lifespan=lifespan)
@@ -231,14 +240,14 @@ def _poster(act: Callable[[dict[str, Any]], object]) -> Callable[[Request], Awai
     return post
 
 
-def _upload(session: Session) -> Callable[[Request], Awaitable[Response]]:
+def _handed(take: Callable[[str, bytes, bool], object]) -> Callable[[Request], Awaitable[Response]]:
     async def post(request: Request) -> Response:
         name, more = request.query_params.get("name", ""), "more" in request.query_params
         try:
             raw = await _body(request, MOST_BYTES)
         except Wrong as error:
             return JSONResponse({"error": str(error)}, error.status)
-        return await _answered(lambda: session.take(name, raw, more))
+        return await _answered(lambda: take(name, raw, more))
 
     return post
 

@@ -22,18 +22,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from cbpt._core import Case, Drive, OwnEffect
-from cbpt.effects import doubtful_names, expression
+from cbpt.effects import doubtful_names
 from cbpt.errors import CaseError, CbptError, InvalidInputError
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.reader import Readings
-from cbpt.page.document.document import Isolability, page_document
+from cbpt.page.document.document import Isolability, first_document
 from cbpt.page.document.drive import redrawn
 from cbpt.page.document.drive_types import DriveSection
 from cbpt.page.document.plain import to_json
 from cbpt.page.document.source import Source, as_word, from_here, named
-from cbpt.page.document.stated import stop_if_taken
 from cbpt.page.document.tables import csv_of
-from cbpt.page.document.types import PageDocument
+from cbpt.page.document.types import ChangeSection, PageDocument
 from cbpt.page.workbench.ahead import Ahead, Effects, Step, Turns
 from cbpt.page.workbench.job import Cancelled, Job
 from cbpt.page.workbench.scratch import sweep
@@ -44,7 +43,7 @@ if TYPE_CHECKING:
 
 MOST_EFFECTS = 8
 _MOST_PLACES = 20
-"""Of readings that are left out, told one by one."""
+"""Of readings that are left out, as stretches."""
 CLOSING_S = 1.0
 """How long the end may wait for what is under way, all together."""
 _NOTHING = "there are no readings yet: open a case file and a table of readings first"
@@ -65,6 +64,7 @@ class Session:
         """Of who reads files: the others may go on asking about those that are shown."""
         self._lock = threading.RLock()
         self._matrix = threading.Lock()
+        self._tables = threading.Lock()
         self._turns = Turns()
         self._shown = Opened()
         self._next: Opened | None = None
@@ -190,8 +190,8 @@ class Session:
             kept = now.select(mask)
             stop_if_few(now.source, kept)
             out = whole.line[~np.isin(whole.line, kept.line)].tolist()
-            places = ", ".join(map(str, out[:_MOST_PLACES])) + ", ..." * (len(out) > _MOST_PLACES)
-            told = f"{len(out)} of {len(whole)} readings are left out by hand: {now.place} {places}"
+            told = f"{len(out)} of {len(whole)} readings are left out by hand: {now.place} "
+            told += _stretches(out)
             self._take(replace(kept, notes=(*whole.notes, told)))
             return {}
 
@@ -218,7 +218,7 @@ class Session:
         assert shown.upload is not None
         assert self._readings is not None
         source = Source(shown.case_name, shown.upload.name, shown.case_text, shown.command)
-        document = page_document(
+        document = first_document(
             shown.case,
             self._readings,
             source,
@@ -318,6 +318,25 @@ class Session:
                         self._text = to_json(document)
             why = document["reasons"].get("isolability")
             return {"isolability": document["isolability"], "why": why}
+
+    def table(self) -> dict[str, Any]:
+        """The table by itself and the figures of its loops, worked out when first asked for: a
+        second or two, which the answer does not wait for."""
+        from cbpt.page.document.loops import table_of
+
+        models = self._diagnosed()
+        with self._tables, self._turns.first():
+            document = self._document
+            if document is None or models is not self._models:
+                raise NotNow(_NO_DIAGNOSIS)
+            found: dict[str, Any] | None = document["table"]
+            if found is None:
+                found = table_of(document, models.diagnosis.case, models.readings)
+                with self._lock:
+                    document["table"] = found
+                    if document is self._document:
+                        self._text = to_json(document)
+            return found
 
     def job(self) -> dict[str, Any]:
         """How far the diagnosis is."""
@@ -426,7 +445,7 @@ class Session:
     def check_own(self, entry: Mapping[str, Any]) -> dict[str, Any]:
         """Whether an own effect can be read and fitted, else what is wrong, in which field and at
         which character; notes are what may be a slip all the same."""
-        from cbpt.page.workbench.own_check import refusal
+        from cbpt.page.workbench.own_check import own_effect_of, refusal
 
         try:
             effect = own_effect_of(entry)
@@ -447,6 +466,8 @@ class Session:
 
     def fit_own(self, entry: Mapping[str, Any], effects: Sequence[str] = ()) -> str:
         """An own effect fitted, alone or with others."""
+        from cbpt.page.workbench.own_check import own_effect_of
+
         effect = own_effect_of(entry)
         models = self._diagnosed()
         if why := self._why_not(effect):
@@ -458,13 +479,55 @@ class Session:
 
     # --- the drive ---
 
-    def drive(self, load: Mapping[str, float], design: Mapping[str, float]) -> DriveSection:
-        """The drive at another load, with other numbers."""
+    def drive(
+        self,
+        load: Mapping[str, float],
+        design: Mapping[str, float],
+        effects: Sequence[str] | None = None,
+    ) -> DriveSection:
+        """The drive at another load, with other numbers; with the loop of a model where its effects
+        are given, which is fitted to the drive as it is in the case."""
         case, readings = self._shown.case, self._readings
         if case is None or readings is None:
             raise NotNow(_NOTHING)
+        models = self._models
         with self._turns.first():
-            return redrawn(case, readings, load, design)
+            found = redrawn(case, readings, load, design)
+            if models is not None and effects is not None and not design:
+                found["loop"] = models.loop(effects, found["load"])
+            return found
+
+    def datasheet(self) -> str:
+        """The data sheet of the drive at the load that the page shows first, as HTML."""
+        from cbpt.page.datasheet import datasheet  # draws, which the start need not wait for
+
+        case, document = self._shown.case, self._document
+        if case is None or document is None:
+            raise NotNow(_NOTHING)
+        load = document["drive"]["load"]
+        name = document["case"]["name"]
+        return datasheet(case, title=name, torque_Nm=load["torque_Nm"], preload_N=load["preload_N"])
+
+    # --- what changed ---
+
+    def changed(self, name: str, raw: bytes) -> ChangeSection:
+        """What changed from the readings shown to a table that is handed over, which is read in the
+        same way. Raises `ReadingsError`, `NoSolutionError`, `NotNow`."""
+        from cbpt.page.document.changed import change_section
+
+        case, before, shown = self._shown.case, self._readings, self._shown.upload
+        if case is None or before is None or shown is None:
+            raise NotNow(_NOTHING)
+        if isinstance(case, Drive):
+            case = Case.from_toml(case.to_toml())
+        name = shown_name(name, "table")
+        upload = replace(Upload.of_bytes(name, raw), columns=shown.columns, sheet=shown.sheet)
+        try:
+            after = upload.readings(case)
+            with self._turns.rest():
+                return change_section(case, before, after, (shown.name, name))
+        finally:
+            upload.close()
 
     # --- to take away ---
 
@@ -502,30 +565,9 @@ class Session:
         return re.sub(r"[^\w.-]+", "_", Path(self._shown.upload.name).stem) or "cbpt"
 
 
-_OWN_KEYS = {"id", "port", "expression", "adds_to", "parameters"}
-_PARAMETER_KEYS = ("unit", "start", "min", "max")
-
-
-def own_effect_of(entry: Mapping[str, Any]) -> OwnEffect:
-    """An own effect from what the page sends: as in a case file, the parameters as a list."""
-    for key in ("id", "port", "expression"):
-        if not isinstance(entry.get(key), str):
-            raise InvalidInputError(f"{key}: expected text", key)
-    stop_if_taken(entry["id"])
-    parameters = entry.get("parameters") or []
-    if not isinstance(parameters, list) or not all(isinstance(p, dict) for p in parameters):
-        raise InvalidInputError("parameters: expected a list")
-    named = {
-        str(p.get("name", "")): {k: p[k] for k in _PARAMETER_KEYS if p.get(k) is not None}
-        for p in parameters
-    }
-    if len(named) < len(parameters):
-        raise InvalidInputError("parameters: two have the same name")
-    adds_to = entry.get("adds_to")
-    return expression(
-        entry["id"],
-        entry["port"],
-        entry["expression"],
-        named,
-        adds_to=adds_to if isinstance(adds_to, str) else None,
-    )
+def _stretches(places: Sequence[int]) -> str:
+    """Places in rising order, with those that follow each other as one stretch: 2, 4-9, 12."""
+    steps = np.flatnonzero(np.diff(places) != 1) + 1
+    parts = [part.tolist() for part in np.split(np.asarray(places), steps)]
+    words = [f"{p[0]}-{p[-1]}" if len(p) > 1 else f"{p[0]}" for p in parts[:_MOST_PLACES]]
+    return ", ".join(words) + ", ..." * (len(parts) > _MOST_PLACES)

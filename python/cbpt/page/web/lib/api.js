@@ -4,9 +4,12 @@
  *   isLive         whether there is a server
  *   get, post      ask it; most routes are about the files shown, and the answer is of these or none
  *   upload         hand it a file
+ *   compareWith    hand it a second table, to be told what changed
  *   handOver       what may open other files: meanwhile nothing is asked about those shown
  *   Superseded     thrown where other files have taken the place of those that were asked about
  */
+
+/** @import { ChangeSection } from "../types.d.ts" */
 
 /** Whether a server stands behind the page. */
 export function isLive() {
@@ -144,9 +147,19 @@ export function tellAtOnce(route, content) {
 
 /** A file by its name and bytes. @param {File} file @param {boolean} more whether another follows */
 export function upload(file, more) {
-  return asked(`upload?name=${encodeURIComponent(file.name)}${more ? "&more=1" : ""}`, {
+  return asked(`upload?name=${encodeURIComponent(file.name)}${more ? "&more=1" : ""}`, bytes(file));
+}
+
+/** A second table by its name and bytes. @param {File} file @returns {Promise<ChangeSection>} */
+export function compareWith(file) {
+  return asked(`change?name=${encodeURIComponent(file.name)}`, bytes(file));
+}
+
+/** @param {File} file @returns {RequestInit} */
+function bytes(file) {
+  return {
     method: "POST",
     headers: { "content-type": "application/octet-stream" },
     body: file,
-  });
+  };
 }

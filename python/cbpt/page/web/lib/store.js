@@ -2,14 +2,15 @@
  * What the page shows now, in one place: the document, the model, the selection, the filters.
  *
  * Sections listen to the topics they draw from; whoever changes something tells its topic.
- * Topics: document (another one), models (one more), model (another shown), selection, filter, unit.
+ * Topics: document (another one), models (one more), model (another shown), selection, filter, unit,
+ * table (its section has come after the rest of the document).
  */
 
 /** @import { Model, PageDocument } from "../types.d.ts" */
 import { isLive, showsFiles } from "./api.js";
 import { text } from "./numbers.js";
 
-/** @typedef {"document" | "models" | "model" | "selection" | "filter" | "unit"} Topic */
+/** @typedef {"document" | "models" | "model" | "selection" | "filter" | "unit" | "table"} Topic */
 
 /** @type {{ topics: Topic[], act: () => void }[]} */
 const listeners = [];

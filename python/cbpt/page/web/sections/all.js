@@ -4,6 +4,7 @@ import { isLive } from "../lib/api.js";
 import { setUpAnswer } from "./answer.js";
 import { setUpBar } from "./bar.js";
 import { setUpCandidates } from "./candidates.js";
+import { setUpChanged } from "./changed.js";
 import { byId, el, fill } from "../lib/dom.js";
 import { setUpDrive } from "./drive.js";
 import { setUpExport } from "./export.js";
@@ -14,6 +15,8 @@ import { setUpLadder } from "./ladder.js";
 import { setUpNext } from "./next.js";
 import { setUpOwn } from "./own.js";
 import { documentShown, on, state, tell, tellNewcomers } from "../lib/store.js";
+import { setUpSelection } from "./selection.js";
+import { setUpSheet } from "./sheet.js";
 import { setUpTable } from "./table.js";
 import { setUpTell } from "./tell.js";
 import { openUpload, setUpUpload } from "./upload.js";
@@ -39,17 +42,20 @@ export function setUpSections() {
     const part of [
       setUpBar,
       setUpAnswer,
+      setUpSelection,
       setUpLadder,
       setUpWhere,
       setUpCandidates,
       setUpFigures,
       setUpNext,
       setUpWhy,
+      setUpChanged,
       setUpOwn,
       setUpTable,
       setUpDrive,
       setUpTell,
       setUpExport,
+      setUpSheet,
       setUpUpload,
       setUpJob,
     ]

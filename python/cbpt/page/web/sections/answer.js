@@ -7,10 +7,10 @@ import { bar, bodyOf, byId, el, fill, svg } from "../lib/dom.js";
 import { inPrint, nameOf } from "../lib/names.js";
 import { percent, probability, text } from "../lib/numbers.js";
 import { show } from "../lib/models.js";
-import { documentShown, modelOf, on, setModel, size, state } from "../lib/store.js";
+import { documentShown, modelOf, modelShown, on, setModel, size, state } from "../lib/store.js";
 
 const KINDS = /** @type {Record<string, string>} */ ({
-  effect: "an effect is missing",
+  effect: "the effect that is named is missing",
   parameter: "a number of the drive differs from its stated value",
   rig: "the instrument has an error",
   ambiguous: "these readings do not separate several explanations",
@@ -18,11 +18,17 @@ const KINDS = /** @type {Record<string, string>} */ ({
   complete: "nothing is missing",
   undecided: "these readings do not decide",
 });
+/** Kinds of answers that name something. */
+const NAMED = ["effect", "parameter", "rig"];
 // More notes than this are folded.
 const MOST_NOTES = 3;
 
 export function setUpAnswer() {
   on(["document", "unit"], draw);
+  on(["model"], () => {
+    const button = document.getElementById("show-answer");
+    if (button) button.textContent = showsAnswer();
+  });
 }
 
 function draw() {
@@ -105,6 +111,12 @@ function waiting(whole) {
   );
 }
 
+function showsAnswer() {
+  return modelShown().key === documentShown().answer_key
+    ? "The plots show the model of the answer"
+    : "Show the model of the answer";
+}
+
 /** @param {PageDocument} whole */
 function found(whole) {
   const { verdict, before, after, noise } = whole.answer;
@@ -132,7 +144,9 @@ function found(whole) {
       !whole.undecided && fact(
         "Probability of this answer",
         probability(verdict.probability),
-        `${KINDS[verdict.kind] ?? verdict.kind}; it holds whatever else is at work`,
+        `${KINDS[verdict.kind] ?? verdict.kind}${
+          NAMED.includes(verdict.kind) ? "; other effects may act beside it" : ""
+        }`,
         el("div", { class: "bar" }, bar(verdict.probability)),
       ),
       fact(
@@ -196,7 +210,7 @@ function found(whole) {
               else if (whole.answer_key) setModel(whole.answer_key);
             },
           },
-          "Show the model of the answer",
+          showsAnswer(),
         ),
         !explained && modelOf("unknown") && el(
           "button",

@@ -63,7 +63,7 @@ function draw() {
     el(
       "p",
       { class: "quiet" },
-      "A switch adds the effect to the model and refits it; the curves, the residual and the error ladder follow. Dots: the residual of the drive as stated. Line: the change that the effect makes, with the numbers of the drive refitted.",
+      "A switch adds the effect to the model and refits it; the curves, the residual and the error ladder follow. Dots: the residual of the drive as stated. Lines: the change that the effect makes, with the numbers of the drive refitted; dashed where the torque falls.",
     ),
     el("div", { class: "cards" }, folded.map(cardOf)),
     rest > 0 &&
@@ -73,7 +73,7 @@ function draw() {
         el(
           "button",
           { type: "button", class: "no-print", onclick: () => unfold(folded.length) },
-          `${rest} less likely candidates`,
+          `${rest} less likely candidate${rest === 1 ? "" : "s"}`,
         ),
       ),
     notFitted(),

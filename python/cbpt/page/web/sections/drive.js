@@ -5,13 +5,14 @@
  */
 
 /** @import { Theme } from "../lib/figure.js" */
-/** @import { DrawnPair, DriveSection, Slider } from "../types.d.ts" */
+/** @import { DrawnPair, DriveSection, Loop, Slider } from "../types.d.ts" */
 import { isLive, post } from "../lib/api.js";
-import { afterPause, bodyOf, el, fill, svg, table, trouble } from "../lib/dom.js";
+import { afterPause, bodyOf, byId, el, fill, svg, table, trouble } from "../lib/dom.js";
+import { curveOf } from "./curve.js";
 import { pairDrawing, sectionDrawing } from "../lib/drawing.js";
 import { Figure, onTheme, saveDrawing, theme } from "../lib/figure.js";
 import { fixed, plain, text } from "../lib/numbers.js";
-import { decimals, documentShown, hasBalls, inUnit, on, scale, state } from "../lib/store.js";
+import { decimals, documentShown, hasBalls, modelShown, on, scale, state } from "../lib/store.js";
 
 /** @type {DriveSection | null} */
 let shown = null;
@@ -43,7 +44,7 @@ export function setUpDrive() {
   const curve = el(
     "div",
     { class: "card" },
-    el("h3", {}, "Elastic angle over torque, without effects"),
+    el("h3", {}, "Elastic angle over torque, without and with effects"),
     plot,
   );
   grooves = el("div", { class: "grid" }, pictures, below);
@@ -51,13 +52,14 @@ export function setUpDrive() {
     "div",
     { class: "grid two" },
     grooves,
-    el("div", { class: "grid" }, side, curve),
+    side,
   );
-  fill(bodyOf("drive"), whole);
+  fill(bodyOf("drive"), el("div", { class: "grid" }, whole, curve));
   figure = new Figure(plot, "drive_angle", "Elastic angle of the drive over torque", build, {
-    height: 310,
+    height: 380,
+    paper: 270,
   });
-  figure.under(el("span"));
+  figure.under(el("span", { class: "small quiet", id: "curve-note" }));
   on(["document"], () => {
     const { opened, drive } = documentShown();
     if (shown && of === opened) return;
@@ -67,6 +69,7 @@ export function setUpDrive() {
     draw();
   });
   on(["unit"], draw);
+  on(["model"], () => Object.keys(load).length ? ask() : figure.draw());
   onTheme(() => shown && drawPictures());
 }
 
@@ -89,7 +92,12 @@ function asStated(drive) {
 const ask = afterPause(40, async () => {
   const mine = ++asked;
   try {
-    const found = await post("drive", { load, design });
+    const found = await post("drive", {
+      load,
+      design,
+      // Before the diagnosis there is nothing fitted, and of a lack of fit there is no model.
+      ...(modelShown().loop ? { effects: modelShown().effects } : {}),
+    });
     if (mine !== asked) return;
     shown = found;
     trouble(null);
@@ -381,50 +389,27 @@ function longest(pair) {
   return Math.max(0, ...pair.arrows.map((a) => a.force_N));
 }
 
+/** The loop of the model shown, where it is known at the load shown. @returns {Loop | null} */
+function loopShown() {
+  if (Object.keys(design).length) return null;
+  return (Object.keys(load).length ? shown?.loop : modelShown().loop) ?? null;
+}
+
 /** @param {Theme} t */
 function build(t) {
   if (!shown) return null;
-  const { angle_curve: c, solution, load: at } = shown;
-  const line = (
-    /** @type {string} */ name,
-    /** @type {(number | null)[]} */ y,
-    /** @type {string} */ colour,
-    /** @type {string} */ dash,
-    /** @type {number} */ width,
-  ) => ({
-    type: "scatter",
-    mode: "lines",
-    name,
-    x: c.torque_Nm,
-    y: inUnit(y),
-    line: { color: colour, dash, width },
-    hovertemplate: `%{x:.3g} N m: %{y:.2f} ${state.unit}<extra>${name}</extra>`,
-  });
-  return {
-    data: [
-      ...(hasBalls()
-        ? [
-          line("deceleration pair", c.deceleration_arcsec, t.warn, "dash", 1.4),
-          line("equal-speed pair", c.equal_speed_arcsec, t.quiet, "dot", 1.6),
-        ]
-        : []),
-      line("elastic angle", c.elastic_angle_arcsec, t.accent, "solid", 2.4),
-      {
-        type: "scatter",
-        mode: "markers",
-        name: "this load",
-        x: [at.torque_Nm],
-        y: inUnit([solution.elastic_angle_arcsec]),
-        marker: { size: 10, color: t.ink },
-        hovertemplate: `%{x:.3g} N m: %{y:.2f} ${state.unit}<extra>this load</extra>`,
-      },
-    ].filter((l) => l.y.some((v) => v !== null)),
-    layout: {
-      showlegend: true,
-      legend: { orientation: "h", y: 1.02, yanchor: "bottom", x: 0, font: { size: 11 } },
-      margin: { l: 58, r: 12, t: 10, b: 44 },
-      xaxis: { title: "torque (N m)" },
-      yaxis: { title: `angle (${state.unit})` },
-    },
-  };
+  const loop = loopShown();
+  const curve = curveOf(shown, loop, t);
+  fill(
+    byId("curve-note"),
+    loop
+      ? `Model shown: ${modelShown().label}, on its second cycle at this preload and input angle; the instruments of the rig are left out. `
+      : Object.keys(design).length
+      ? "Effects are fitted to the drive as it is in the case; they are not shown with other design numbers. "
+      : documentShown().answer
+      ? ""
+      : "The curve with effects follows the diagnosis. ",
+    curve.beyond,
+  );
+  return curve;
 }

@@ -116,7 +116,13 @@ function commands(saved) {
   /** @param {string[]} words */
   const line = (...words) => words.filter(Boolean).join(" ");
   /** @type {[string, string, string][]} */
-  const found = [["This page", whole.command, "command"]];
+  const found = [[
+    whole.data.left_out
+      ? `This page, but with the ${whole.data.left_out} readings that are left out here`
+      : "This page",
+    whole.command,
+    "command",
+  ]];
   if (m.key === "stated" || caseWith(whole, m) === null) return found;
   const zero = m.zero_arcsec
     ? `; the page subtracts the offset that fits best (${

@@ -1,9 +1,11 @@
 /** 3. The figures of catalogues: of the readings, of the drive as stated, and with the answer. */
 
 /** @import { Any } from "../types.d.ts" */
+import { get, isLive } from "../lib/api.js";
 import { bodyOf, el, fill, showSection, table } from "../lib/dom.js";
+import { painted } from "../lib/figure.js";
 import { text } from "../lib/numbers.js";
-import { documentShown, on, scale, state } from "../lib/store.js";
+import { documentShown, on, scale, state, tell } from "../lib/store.js";
 
 /** What a buyer compares; all others stand with the table. */
 const FIRST = ["lost_motion", "hysteresis_loss", "torsional_rigidity"];
@@ -11,13 +13,32 @@ const FIRST = ["lost_motion", "hysteresis_loss", "torsional_rigidity"];
 const MOST_SETTINGS = 3;
 
 export function setUpFigures() {
-  on(["document", "unit"], draw);
+  on(["document"], ask);
+  on(["document", "unit", "table"], draw);
+}
+
+/** The workbench shows the answer first; the figures take a second or two more. */
+async function ask() {
+  const whole = documentShown();
+  if (!isLive() || !whole.answer || whole.table) return;
+  try {
+    await painted();
+    const found = await get("table");
+    if (state.document !== whole) return;
+    whole.table = found;
+    tell("table");
+  } catch {
+    // Other files have been opened meanwhile, or the server has ended, which others tell.
+  }
 }
 
 function draw() {
+  const whole = documentShown();
   /** @type {Any[]} */
-  const loops = documentShown().table?.loops ?? [];
-  showSection("figures", loops.length > 0);
+  const loops = whole.table?.loops ?? [];
+  const coming = isLive() && whole.answer && !whole.table;
+  showSection("figures", coming || loops.length > 0);
+  if (coming) return fill(bodyOf("figures"), el("p", { class: "quiet" }, "The figures follow."));
   const kept = loops.length <= MOST_SETTINGS
     ? loops
     : [loops[0], loops[loops.length >> 1], loops[loops.length - 1]];

@@ -328,7 +328,7 @@ function drawRows() {
       "p",
       { class: "small quiet" },
       whole.ladder
-        ? `Errors in ${state.unit}; held out by ${whole.ladder.held_out_by}.${
+        ? `Each row holds all effects of the rows above it; the errors do not add up. Errors in ${state.unit}; held out by ${whole.ladder.held_out_by}.${
           stopOf() === null ? "" : ` Dashed: ${whole.ladder.stop_says}.`
         }${looseSays(list)}`
         : whole.reasons.ladder,

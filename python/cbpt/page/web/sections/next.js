@@ -45,7 +45,7 @@ function draw() {
 function brings(r) {
   const names = r.separates.map(nameOf);
   const apart = names.length > 1
-    ? `these apart: ${names.join("; ")}`
+    ? `these explanations apart: ${names.join("; ")}`
     : `${names[0]} from the others`;
   const open = documentShown().answer?.verdict.rivals.length
     ? ""

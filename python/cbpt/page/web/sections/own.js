@@ -248,11 +248,25 @@ function matchParameters() {
   ) => !known.has(n) && !/^[eE]\d*$/.test(n));
   if (names.join() === effect.parameters.map((p) => p.name).join()) return false;
   effect.parameters = names.map((name) => {
-    const p = seen.get(name) ?? { name, unit: "", start: 1, min: null, max: null };
+    const p = seen.get(name) ?? begun(name, names[0] === name);
     seen.set(name, p);
     return p;
   });
   return true;
+}
+
+/**
+ * A new parameter: where it may begin and how far it may go follows from its place in the
+ * expression. The first is taken for the size of the effect.
+ * @param {string} name @param {boolean} size @returns {OwnParameter}
+ */
+function begun(name, size) {
+  const stands = (/** @type {string} */ before) =>
+    new RegExp(`${before}[\\s(+-]*${name}\\b`).test(effect.expression);
+  if (stands("\\^")) return { name, unit: "", start: 1, min: 0.2, max: 3 };
+  if (stands("time_s\\s*/")) return { name, unit: "s", start: 60, min: 1, max: 10000 };
+  const start = !size ? 1 : effect.port === "load" ? 0.1 : 1e-6;
+  return { name, unit: "", start, min: null, max: null };
 }
 
 /**

@@ -7,24 +7,19 @@
 
 /** @import { Theme } from "../lib/figure.js" */
 /** @import { Points, Sign } from "../lib/points.js" */
-/** @import { Branch } from "../types.d.ts" */
-import { get, handOver, isLive, tellAtOnce } from "../lib/api.js";
-import { bodyOf, byId, el, fill, svg, table, trouble } from "../lib/dom.js";
+/** @import { Branch, Model } from "../types.d.ts" */
+import { bodyOf, byId, el, fill, svg } from "../lib/dom.js";
 import { Figure, MOST_POINTS, onTheme, safe, theme, thin } from "../lib/figure.js";
-import { nameOf } from "../lib/names.js";
-import { fixed, plain } from "../lib/numbers.js";
+import { reach, room, within } from "../lib/limits.js";
 import {
-  columnOf,
-  decimals,
   documentShown,
-  hasBalls,
   inUnit,
   modelOf,
   modelShown,
   on,
   scale,
   select,
-  setDocument,
+  size,
   state,
   tell,
   visible,
@@ -38,7 +33,6 @@ export const BRANCHES = {
 };
 // More settings than this share colours of a ramp without keys of their own.
 const MOST_KEYS = 12;
-const ROWS_SHOWN = 200;
 // Readings drawn, each in both plots, but for a few of each group at least; a browser takes as long
 // for the marks as for all else.
 const MOST_MARKED = 1200;
@@ -50,7 +44,7 @@ export function setUpReadings() {
   const whole = bodyOf("readings");
   const legend = el("div", { class: "legend", id: "legend" });
   const plot = el("div", { id: "readings-plot" });
-  const rows = el("div", { id: "selection" });
+  const rows = el("div", { class: "stack", id: "rows" });
   fill(whole, el("div", { class: "card stack" }, legend, plot, rows));
   figure = new Figure(
     plot,
@@ -74,7 +68,6 @@ export function setUpReadings() {
     byId("box-hint").style.visibility = "";
     listenToBoxes();
   };
-  on(["document", "model", "unit", "selection"], drawSelection);
   rows.before(
     el(
       "div",
@@ -89,6 +82,7 @@ export function setUpReadings() {
           " Drag a box to select readings; double-click to clear the selection. Choose a run to see the model reading by reading. ",
         ),
         el("span", { id: "mean-over" }),
+        el("span", { id: "beyond" }),
       ),
       figure.save,
     ),
@@ -133,7 +127,7 @@ function drawLegend() {
     whole.readings.run[whole.readings.run_index.indexOf(run)];
   fill(
     byId("legend"),
-    names.length <= MOST_KEYS && names.map((name, level) =>
+    names.length > MOST_KEYS ? rampKey(names, colours) : names.map((name, level) =>
       el(
         "button",
         {
@@ -158,11 +152,6 @@ function drawLegend() {
       el("span", { class: "key" }, sign(branch), BRANCHES[branch].name)
     ),
     lineKeys(),
-    isLive() && (whole.data.left_out ?? 0) > 0 && el(
-      "button",
-      { type: "button", id: "all-again", onclick: () => leaveOut([]) },
-      `${whole.data.left_out} readings left out: take all again`,
-    ),
     runs.length > 1 && el(
       "label",
       { class: "inline no-print" },
@@ -182,6 +171,22 @@ function drawLegend() {
         ),
       ),
     ),
+  );
+}
+
+/** Many settings: the colours of the first and the last, and those between. @param {string[]} names @param {string[]} colours */
+function rampKey(names, colours) {
+  const ramp = `linear-gradient(90deg, ${
+    [0, 0.25, 0.5, 0.75, 1].map((share) => colours[Math.round(share * (colours.length - 1))]).join(
+      ", ",
+    )
+  })`;
+  return el(
+    "span",
+    { class: "key", id: "ramp" },
+    names[0],
+    el("span", { class: "ramp", style: `background: ${ramp}` }),
+    `${names[names.length - 1]} (${names.length} settings)`,
   );
 }
 
@@ -333,15 +338,43 @@ function build(t) {
   byId("thinned").textContent = drawn.length < all
     ? `${drawn.length} of ${all} readings are drawn, the extremes among them; all are used in the fits.`
     : "";
-  const angles = inUnit([
-    ...withBars(drawn.map((i) => r.measured_arcsec[i]), drawn),
-    ...drawn.map((i) => m.model_arcsec[i]),
-  ]);
+  const measured = withBars(drawn.map((i) => r.measured_arcsec[i]), drawn);
+  // A model near its holding limit goes as far beyond the readings as they are wide, no farther.
+  const [low, high] = room(measured) ?? [0, 0];
+  const model = drawn.map((i) => m.model_arcsec[i]);
+  const ends = [2 * low - high, 2 * high - low];
+  const residual = reachOf(before, m);
+  byId("beyond").textContent = beyondAxes(model, ends, m, residual);
+  const angles = inUnit([...measured, ...within(model, ends)]);
   const ranges = { x: room(drawn.map((i) => r.torque_Nm[i])), y: room(angles) };
-  const every = r.row.map((_, i) => i);
-  const residuals = [before, m].flatMap((of) => (of ? withBars(of.residual_arcsec, every) : []));
-  const layout = layoutOf(t, ranges, residuals);
+  const layout = layoutOf(t, ranges, residual);
   return { data, layout, points };
+}
+
+/**
+ * How far the axis of residuals goes: over all of the model shown but what is far from all others.
+ * @param {Model | undefined} before @param {Model} m
+ */
+function reachOf(before, m) {
+  const every = documentShown().readings.row.map((_, i) => i);
+  return Math.max(
+    before ? reach(withBars(before.residual_arcsec, every), 0.9, 6) : 0,
+    reach(withBars(m.residual_arcsec, every), 0.9, 20),
+  );
+}
+
+/**
+ * What the axes do not show of the model, in words.
+ * @param {(number | null)[]} model @param {number[]} ends @param {Model} m @param {number} residual
+ */
+function beyondAxes(model, ends, m, residual) {
+  const most = reach(m.residual_arcsec, 1, 1);
+  const cut = most > residual || model.some((v) => v !== null && (v < ends[0] || v > ends[1]));
+  return cut
+    ? ` Near the holding limit the model goes beyond the axes, with residuals of up to ${
+      size(most)
+    } ${state.unit}.`
+    : "";
 }
 
 /** Readings in sight by level and way of the torque. */
@@ -415,29 +448,14 @@ function withBars(values, rows) {
   });
 }
 
-/** Ends with room for the signs. @param {(number | null)[]} values */
-function room(values) {
-  let low = Infinity, high = -Infinity;
-  for (const v of values) {
-    if (v === null) continue;
-    low = Math.min(low, v);
-    high = Math.max(high, v);
-  }
-  if (low > high) return undefined;
-  const more = 0.05 * (high - low) || 1;
-  return [low - more, high + more];
-}
-
 /**
  * @param {Theme} t
  * @param {{ x: number[] | undefined, y: number[] | undefined }} ranges
- * @param {(number | null)[]} residuals
+ * @param {number} most of the residuals, arcsec
  */
-function layoutOf(t, ranges, residuals) {
+function layoutOf(t, ranges, most) {
   const whole = documentShown();
   const floor = noiseOf();
-  let most = 0;
-  for (const v of residuals) most = Math.max(most, Math.abs(v ?? 0));
   const reach = 1.12 * Math.max(most, 3 * (floor ?? 0), 1e-6) * scale();
   const torque = whole.columns.find((c) => c.key === "torque_Nm");
   return {
@@ -480,86 +498,6 @@ function layoutOf(t, ranges, residuals) {
       }]
       : [],
   };
-}
-
-/** The readings selected, row by row. */
-function drawSelection() {
-  const place = byId("selection");
-  const whole = documentShown();
-  const r = whole.readings;
-  if (!state.selected.size) return fill(place);
-  const rows = [...state.selected].sort((a, b) => a - b);
-  const m = modelShown();
-  const s = scale();
-  const more = whole.columns.filter((c) =>
-    ["preload_N", "input_angle_deg", "time_s", "temperature_degC"].includes(c.key)
-  );
-  const bias = rows.reduce((sum, i) => sum + (m.residual_arcsec[i] ?? 0), 0) / rows.length;
-  fill(
-    place,
-    el(
-      "div",
-      { class: "row between" },
-      el(
-        "h3",
-        { id: "selected-count" },
-        `${rows.length} readings selected; mean residual ${
-          fixed(bias * s, decimals(2), true)
-        } ${state.unit}`,
-      ),
-      el(
-        "span",
-        { class: "row" },
-        isLive() && el(
-          "button",
-          { type: "button", id: "leave-out", onclick: () => leaveOut(rows) },
-          "Leave these out and diagnose again",
-        ),
-        el("button", { type: "button", onclick: () => select([]) }, "Clear the selection"),
-      ),
-    ),
-    table(
-      "Readings selected",
-      [
-        whole.data.place,
-        "run",
-        ...["torque_Nm", ...more.map((c) => c.key)].map((k) => ({ text: nameOf(k), number: true })),
-        "direction",
-        { text: `measured (${state.unit})`, number: true },
-        {
-          text: `residual (${state.unit})`,
-          number: true,
-        },
-        ...(hasBalls() ? ["contacts"] : []),
-      ],
-      rows.slice(0, ROWS_SHOWN).map((i) => [
-        r.row[i],
-        r.run[i],
-        plain(r.torque_Nm[i]),
-        ...more.map((c) => plain(/** @type {number[]} */ (columnOf(c.key))[i])),
-        BRANCHES[r.branch[i]].name.replace("torque ", ""),
-        fixed(r.measured_arcsec[i] * s, decimals(3)),
-        fixed((m.residual_arcsec[i] ?? NaN) * s, decimals(3), true),
-        ...(hasBalls() ? [whole.regimes[r.regime[i] ?? -1] ?? ""] : []),
-      ]),
-    ),
-    rows.length > ROWS_SHOWN &&
-      el("p", { class: "small quiet" }, `The first ${ROWS_SHOWN} are listed; the CSV has all.`),
-  );
-}
-
-/** Go on without some readings, or with all again. @param {number[]} rows */
-async function leaveOut(rows) {
-  try {
-    setDocument(
-      await handOver(async () => {
-        await tellAtOnce("leave_out", { rows });
-        return await get("document");
-      }),
-    );
-  } catch (error) {
-    trouble(error instanceof Error ? error.message : String(error));
-  }
 }
 
 /** Before there is an answer what is stated has to do; later the answer says what is known. @returns {number | null} */

@@ -9,7 +9,7 @@ import { documentShown, on } from "../lib/store.js";
 const STATES = { good: "good", look: "look again", lost: "cannot be told" };
 
 export function setUpTable() {
-  on(["document", "unit"], draw);
+  on(["document", "unit", "table"], draw);
 }
 
 function draw() {
@@ -20,7 +20,9 @@ function draw() {
       el(
         "p",
         { class: "quiet" },
-        "The readings have not been diagnosed yet; cbpt preflight and cbpt characterise look at the table without a diagnosis.",
+        documentShown().answer
+          ? "The checks and figures follow."
+          : "The readings have not been diagnosed yet; cbpt preflight and cbpt characterise look at the table without a diagnosis.",
       ),
     );
     return;

@@ -60,7 +60,7 @@ function against(whole) {
   return el(
     "div",
     { class: "card" },
-    el("h3", {}, `Why ${whole.combinations[0]?.label ?? "this"}, and not`),
+    el("h3", {}, `Why ${whole.combinations[0]?.label ?? "this"}, and not another`),
     el(
       "p",
       { class: "small quiet" },
