@@ -7,8 +7,7 @@
     is_so         the event that the stated probability is the probability of
     misleads      the truth is not held, or a name that is certain is false
 
-An outcome is a plain dictionary: `truth` with `accepted`, `beside` (ids of the noise, which may be
-named as well) and `unnamed` (something real that no library need know), `answer` as `Said.plain()`.
+An outcome is a plain dictionary: `truth` with `accepted`, `answer` as `Said.plain()`.
 """
 
 from __future__ import annotations
@@ -44,7 +43,7 @@ def beside(outcome: Outcome) -> set[str]:
 
 def unnamed(outcome: Outcome) -> bool:
     """Whether something real is hidden that no library need know."""
-    return outcome["family"] == "outside"
+    return bool(outcome["family"] == "outside")
 
 
 def tells_unnamed(outcome: Outcome) -> bool:

@@ -27,7 +27,7 @@ def held(levels_Nm: Floats) -> Readings:
     return replace(
         TABLE.select(np.arange(len(torque))),
         run=run,
-        time_s=10.0 * np.arange(len(torque)),
+        time_s=np.arange(0.0, 10.0 * len(torque), 10.0),
         torque_Nm=torque,
         preload_N=np.full(len(torque), 600.0),
         input_angle_deg=np.zeros(len(torque)),

@@ -137,11 +137,12 @@ def test_no_number_is_minus_nothing() -> None:
 # --- the ladder of errors -----------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("name", "loose"), [("dev04", False), ("dev10", True)])
-def test_an_error_held_out_far_below_in_sample_is_explained_once(name: str, loose: bool) -> None:
-    d = diagnosed(name)
-    low = {r.added for r in d.ladder if r.held_out_rmse_arcsec < 0.8 * r.rmse_arcsec}
-    assert bool(low) == loose
+@pytest.mark.parametrize("loose", [False, True])
+def test_an_error_held_out_far_below_in_sample_is_explained_once(loose: bool) -> None:
+    d = diagnosed("dev04")
+    if loose:
+        below = [replace(r, held_out_rmse_arcsec=0.7 * r.rmse_arcsec) for r in d.ladder]
+        d = replace(d, ladder=tuple(below))
     says = "means that the stated form does not fit"
     assert words(d).count(says) == loose
     told = d.to_dict()["ladder_says"]

@@ -419,13 +419,9 @@ CLAIMS = [  # outcome; held, named, is_so, misleads
     (said("artefact", [], {"rivals": (("creep", "wear"),)}), (True, False, False, True)),
     (said("lawless", [], NONE, lawless=True), (True, True, False, True)),
     (said("lawless", [], {"undecided": True}, lawless=True), (True, True, True, False)),
-    (said("spring", [], UNKNOWN, unnamed=True), (True, True, True, False)),
-    (said("spring", [], NONE, unnamed=True), (True, True, False, True)),
-    (
-        said("spring", [], {"effects": ("curve",)}, unnamed=True, beside=["curve"]),
-        (True, True, True, False),
-    ),
-    (said("spring", [], {"effects": ("creep",)}, unnamed=True), (True, False, False, True)),
+    (said("outside", [], UNKNOWN), (True, True, True, False)),
+    (said("outside", [], NONE), (True, True, False, True)),
+    (said("outside", [], {"effects": ("creep",)}), (True, False, False, True)),
 ]
 
 

@@ -502,6 +502,9 @@ def test_a_table_beside_the_plan(desk: Desk) -> None:
         (GRID.replace("step = 0.5", "steps = 2"), "did you mean step?"),
         (GRID.replace("step = 0.5", "step = -1"), "must lead from one end to the other"),
         (GRID.replace("step = 0.5", "count = 1"), "count must be 2 or more"),
+        # By the name that plans of runs have for it, too.
+        (GRID.replace("step = 0.5", "points = 1"), "count must be 2 or more"),
+        (GRID.replace("step = 0.5", "points = 5, count = 5"), "give one of them"),
         (GRID.replace("from = 0, ", ""), "needs both from and to"),
         (GRID.replace("preload_N", "preload"), "plan.toml:4: load.preload: the key needs a unit"),
         (GRID.replace("[400, 600]", "[400, -600]"), "plan.toml:4: load.preload_N = -600"),

@@ -84,12 +84,13 @@ impl Table {
 
     /// What each column needs so that no number and no name is broken, nor a part of a heading if there is room for that.
     fn least_widths(&self, width: usize) -> Vec<usize> {
-        let longest = |text: &str| text.split(' ').map(|word| word.chars().count()).max().unwrap_or(0);
+        let longest =
+            |text: &str| text.split(char::is_whitespace).map(|word| word.chars().count()).max().unwrap_or(0);
         let cells = |index: usize| {
             let cells = self.rows.iter().filter_map(move |row| row.get(index));
             cells.map(|cell| longest(&cell_text(cell))).max().unwrap_or(1)
         };
-        let head = |name: &String| name.split_inclusive(['_', ' ']).map(longest).max().unwrap_or(0);
+        let head = |name: &String| name.split_inclusive(BREAKS).map(longest).max().unwrap_or(0);
         let bare: Vec<usize> = (0..self.columns.len()).map(cells).collect();
         let with: Vec<usize> =
             self.columns.iter().zip(&bare).map(|(name, cells)| head(name).max(*cells)).collect();
@@ -218,7 +219,10 @@ pub fn six_digits(value: f64) -> String {
     }
     let magnitude = value.abs();
     if !(1e-4..1e7).contains(&magnitude) {
-        return format!("{value:.5e}");
+        let text = format!("{value:.5e}");
+        return text.split_once('e').map_or(text.clone(), |(digits, power)| {
+            format!("{}e{power}", digits.trim_end_matches('0').trim_end_matches('.'))
+        });
     }
     // The magnitude lies between 1e-4 and 1e7, so its logarithm fits any integer.
     #[allow(clippy::cast_possible_truncation)]
@@ -232,9 +236,12 @@ pub fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// A name over several lines, broken after underscores: no wider than the cells below, where that can be.
+/// What a line of a heading may end with.
+const BREAKS: [char; 3] = ['_', ' ', '/'];
+
+/// A name over several lines, broken after what separates its words: no wider than the cells below, where that can be.
 fn broken(name: &str, cells: usize) -> String {
-    let parts: Vec<&str> = name.split_inclusive(['_', ' ']).collect();
+    let parts: Vec<&str> = name.split_inclusive(BREAKS).collect();
     let longest = parts.iter().map(|part| part.chars().count()).max().unwrap_or(0);
     let mut lines = vec![String::new()];
     for part in parts {
@@ -281,10 +288,19 @@ mod tests {
         ]);
         let text = table.text_within(60);
         assert!(text.lines().all(|line| line.chars().count() <= 60), "{text}");
-        assert!(
-            text.contains("1.02511") && text.contains("5.79310e-16") && text.contains("alpha_"),
-            "{text}"
-        );
+        assert!(text.contains("1.02511") && text.contains("5.7931e-16") && text.contains("alpha_"), "{text}");
+        let mut table = Table::new(["", "readings", "share of\nmisfit", "largest\ndeg", "chi2/dof"]);
+        table.rows.push(vec![
+            json!("input_angle_deg 250"),
+            json!(132),
+            json!("33%"),
+            json!(-1.282e-3),
+            json!(68.7),
+        ]);
+        let text = table.text_within(62);
+        assert!(text.contains("chi2/") && text.contains("misfit") && !text.contains("do \u{2502}"), "{text}");
+        let mut table = Table::new(["alpha_deceleration_arcsec", "b", "c"]);
+        table.rows.push(vec![json!(1.025_11), json!(2), json!(3)]);
         assert!(table.text_within(200).lines().count() == 5);
         assert!(table.html().contains("<td>1.02511</td>"));
         assert_eq!(escaped("<b> & \"c\""), "&lt;b&gt; &amp; &quot;c&quot;");
@@ -297,7 +313,9 @@ mod tests {
             (12.460_454_9, "12.4605"),
             (-600.0, "-600"),
             (0.000_123_456_78, "0.000123457"),
-            (1e-9, "1.00000e-9"),
+            (1e-9, "1e-9"),
+            (-3.095e-6, "-3.095e-6"),
+            (1.234_567_8e10, "1.23457e10"),
             (123_456.7, "123457"),
         ] {
             assert_eq!(six_digits(value), text);

@@ -9,7 +9,7 @@
 //!
 //! [axes]
 //! load.torque_Nm = [1, 2, 5]
-//! load.preload_N = { from = 200, to = 1000 }     # in a grid with count or step
+//! load.preload_N = { from = 200, to = 1000 }     # in a grid with count (or points, as in plans of runs) or step
 //! ```
 
 use std::collections::BTreeMap;
@@ -26,7 +26,7 @@ use crate::case::{Case, CaseError};
 /// The keys of a plan.
 const KEYS: [&str; 7] = ["case", "design", "rows", "seed", "table", "columns", "axes"];
 /// The keys of a range.
-const RANGE: [&str; 5] = ["from", "to", "count", "step", "scale"];
+const RANGE: [&str; 6] = ["from", "to", "count", "points", "step", "scale"];
 /// A list may be long, but a plan is no table.
 const LARGEST: u64 = 1 << 26;
 
@@ -314,7 +314,12 @@ fn range(
         notes.add(node.at, super::mistake(name, "an end is missing", allowed));
         return None;
     };
-    let (count, step) = (number("count"), number("step"));
+    if number("count").is_some() && number("points").is_some() {
+        let allowed = "count and points are the same; give one of them";
+        notes.add(node.at, super::mistake(name, "no range", allowed));
+        return None;
+    }
+    let (count, step) = (number("count").or(number("points")), number("step"));
     let values = match (count, step) {
         (None, None) if design.is_drawn() => Ok(Values::Between { from, to, log }),
         (None, None) => Err("give the number of values, count = 41, or their distance, step = 0.5"),
