@@ -90,7 +90,7 @@ def test_small_numbers_of_another_unit_keep_their_digits(dev04: Any) -> None:
     card = dev04.text_content("[data-card=friction_hysteresis]")
     dev04.select_option("#unit", "arcsec")
     assert re.search(r"0\.0330? → 0\.0050?\d*", facts)
-    assert re.search(r"held out 0\.0055\d arcmin", card)
+    assert re.search(r"held out 0\.005\d\d? arcmin", card)
     # Regions of the drive as stated are outlined on its map alone.
     dev04.click("#show-answer")
     dev04.wait_for_selector(outlined, state="detached")
@@ -241,7 +241,6 @@ def a_pattern_is_no_case(live: Any) -> None:
     assert "does not explain the readings" in live.text_content("#answer .facts")
     assert "→" not in live.text_content("#answer .facts")
     assert "the answer stops here" not in live.text_content("#ladder")
-    assert "deviate a little from its stated form" in live.text_content("#ladder")
     live.click("#show-pattern")
     assert number(live, "#rmse") < 1
     assert live.is_disabled("#save-case")

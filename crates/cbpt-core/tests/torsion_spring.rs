@@ -184,7 +184,7 @@ fn sensitivities_are_derivatives() {
         ("eccentric_bearing", "exponent") => 0.8,
         (_, "play") => 5e-3,
         (_, "transition_torque") => 1.5,
-        (_, "squared" | "cubed") => 2e-3,
+        (_, "squared" | "cubed") => 4e-3,
         (_, "reference_torque") => 21.0,
         ("output_torsion", "compliance") => 1e-4,
         ("output_torsion", "asymmetry") => 0.2,

@@ -11,8 +11,8 @@ let of;
 export function setUpSheet() {
   on(["document"], () => {
     const shown = isLive() && hasBalls();
-    byId("sheet").hidden = !shown;
-    const entry = document.querySelector('.contents a[href="#sheet"]')?.parentElement;
+    byId("data-sheet").hidden = !shown;
+    const entry = document.querySelector('.contents a[href="#data-sheet"]')?.parentElement;
     if (entry) entry.hidden = !shown;
     if (!shown || of === documentShown().opened) return;
     of = documentShown().opened;
@@ -25,7 +25,7 @@ function draw(html) {
   const name = documentShown().case.name.replace(/\.[^.]*$/, "").replace(/[^\w.-]+/g, "_") ||
     "drive";
   fill(
-    bodyOf("sheet"),
+    bodyOf("data-sheet"),
     el(
       "div",
       { class: "card stack no-print" },
