@@ -525,7 +525,7 @@ fn the_library_is_listed() {
         assert_eq!(&desk.json(&format!("effects {id} --json"), 0), effect);
         assert!(desk.cbpt(&format!("effects {id}")).out.contains(effect["equation"].as_str().unwrap()));
     }
-    let friction = &effects[12]["parameters"][0];
+    let friction = &effects[13]["parameters"][0];
     assert_eq!((&friction["name"], &friction["is_size"]), (&"friction_radius_m".into(), &true.into()));
     desk.cbpt("effects creep --page").refused(&["--page"]);
 }
