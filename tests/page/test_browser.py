@@ -38,6 +38,7 @@ def bench(browser: Any) -> Iterator[str]:
 def live(browser: Any, bench: str) -> Iterator[Any]:
     with watched(browser) as page:
         page.goto(bench)
+        page.wait_for_selector(DRAWN)  # the dialog for files opens by itself before
         yield page
 
 
@@ -405,9 +406,14 @@ def test_readings_are_left_out_and_the_answer_follows(live: Any) -> None:
 # --- files that leave doubt ---------------------------------------------------------------
 
 
-def opened(page: Any, *files: Path) -> None:
+def dialog(page: Any) -> None:
+    """The dialog for files, which stands open where none were opened yet."""
     if not page.is_visible("dialog[open]"):
         page.click("#open-files")
+
+
+def opened(page: Any, *files: Path) -> None:
+    dialog(page)
     page.set_input_files("#files", files)
 
 
@@ -474,7 +480,7 @@ def test_a_sheet_is_chosen_and_a_refused_file_leaves_what_is_shown(
 
 
 def test_a_hostile_file_name_is_but_a_name(live: Any) -> None:
-    live.click("#open-files")
+    dialog(live)
     name = '<img src=x onerror="alert(3)">.csv'
     live.set_input_files(
         "#files", [{"name": name, "mimeType": "text/csv", "buffer": b"<b>a</b>,b\n1,2\n3,4\n"}]
