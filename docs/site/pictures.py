@@ -98,7 +98,11 @@ def draw(folder: Path) -> None:
         )
     draw_trial(folder / "trial.svg")
     # The command prints and Python draws.
-    cbpt.friction(TOP / "examples" / "base_case.toml").plot(str(folder / "window.svg"))
+    case = TOP / "examples" / "base_case.toml"
+    cbpt.friction(case).plot(str(folder / "window.svg"))
+    ranges = {"load.preload_N": [200, 4000], "deceleration.contact_angle_deg": [35, 60]}
+    front = cbpt.pareto_front(case, {"free": ranges, "limits": {"preload": "continuous"}}, points=5)
+    front.plot(str(folder / "front.svg"))
     if claims.wait():
         raise SystemExit("the figures of the claims were not drawn")
 
