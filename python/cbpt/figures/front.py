@@ -19,7 +19,8 @@ def draw_front(
     """Draw designs, shape (n, 2), and the case as it was, shape (2,), to SVG, PNG or PDF."""
     figure = new_figure(path, 5.6, 4.0)
     axes = figure.subplots()
-    axes.plot(values[:, 0], values[:, 1], marker="o", color=colour(0), label="within the bounds")
+    # Points alone: a line between two would run above the designs that lie there.
+    axes.plot(values[:, 0], values[:, 1], "o", color=colour(0), label="best within the bounds")
     if np.isfinite(before).all():
         axes.plot(*before, "x", color="C3", label="the case as it was")
     axes.set(xlabel=labels[0], ylabel=labels[1])
