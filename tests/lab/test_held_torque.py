@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 import cbpt
 from cbpt.lab.readings.readings import Readings
 from common.comparisons import EXAMPLES
+from common.springs import Reducer, loops
 
 Floats = NDArray[np.float64]
 CASE = EXAMPLES / "campaign.toml"
@@ -51,6 +52,19 @@ def test_scatter_of_the_sensor_is_no_friction(seed: int) -> None:
     assert found.verdict.kind in ("complete", "rig", "ambiguous"), found.sentence
     assert found.verdict.effects == ()
     assert any("while the torque is held" in note for note in found.notes)
+
+
+def test_small_loops_that_friction_holds_stay_loops() -> None:
+    """The angle follows none of their torques, and yet nothing scatters."""
+    reducer = Reducer(friction_Nm=2.0, engagement_rad=3e-4)
+    parts = [loops([reducer] * 2)]
+    parts += [loops([reducer], rows=9, peak_Nm=1.5, seed=10 + k) for k in range(4)]
+    parts = [{c: part[c] for c in ("time_s", "torque_Nm", "elastic_angle_rad")} for part in parts]
+    table = {c: np.concatenate([part[c] for part in parts]) for c in parts[0]}
+    table["run"] = np.r_[np.repeat([1, 2], 64), np.repeat([3, 4, 5, 6], 9)]
+    spring = {"torsion_spring": {"torsional_stiffness_Nm_per_rad": 2000.0}}
+    found = cbpt.diagnose(spring, table)
+    np.testing.assert_array_equal(found.readings.torque_Nm, table["torque_Nm"])
 
 
 def test_a_torque_that_scatters_itself_stays_as_it_was_read() -> None:

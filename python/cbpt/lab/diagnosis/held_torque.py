@@ -10,7 +10,7 @@ scatter, and explains some of it.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,14 +20,27 @@ from cbpt.lab.model.dataset import Campaign
 __all__ = ["held_torque"]
 
 Floats = NDArray[np.float64]
-_FEWEST = 3
-"""Readings of a hold."""
-_JUMP, _WANDER = 5.0, 6.0
-"""Steps of the torque from which a hold ends, and the range of one, in typical steps of the run."""
-_LEAST_DOF = 8
-_FOLLOWS, _SIGMAS = 0.5, 3.0
-"""The angle does not follow where so many standard deviations above what it shows is less than half
-of what the model computes."""
+
+
+@dataclass(frozen=True)
+class _Limits:
+    """What counts as held, and as not followed."""
+
+    fewest: int = 3
+    """Readings of a hold."""
+    jump: float = 5.0
+    """Steps of the torque from which a hold ends, in typical steps of the run."""
+    aimless: float = 0.55
+    """Mean square of the steps of scatter, over twice its variance, is 1 (von Neumann 1941); of
+    a ramp or a small loop less than this."""
+    fewest_dof: int = 8
+    follows: float = 0.5
+    sigmas: float = 3.0
+    """The angle does not follow where so many standard deviations above what it shows is less than
+    this share of what the model computes."""
+
+
+_LIMITS = _Limits()
 
 
 def held_torque(
@@ -40,7 +53,7 @@ def held_torque(
     torque = campaign.readings.torque_Nm
     hold, long = _holds(campaign)
     dof = int(np.count_nonzero(long)) - len(np.unique(hold[long]))
-    if dof < _LEAST_DOF:
+    if dof < _LIMITS.fewest_dof:
         return campaign, []
     mean = np.where(long, _means(torque, hold), torque)
     other = replace(campaign, readings=replace(campaign.readings, torque_Nm=mean))
@@ -53,7 +66,8 @@ def held_torque(
         return campaign, []
     gain = float(follows @ off) / size
     rest = off - gain * follows
-    if gain + _SIGMAS * float(np.sqrt(rest @ rest / (dof - 1) / size)) > _FOLLOWS:
+    u_gain = float(np.sqrt(rest @ rest / (dof - 1) / size))
+    if gain + _LIMITS.sigmas * u_gain > _LIMITS.follows:
         return campaign, []
     scatter = float(np.sqrt(np.sum((torque - mean)[long] ** 2) / dof))
     return other, [
@@ -64,18 +78,24 @@ def held_torque(
 
 def _holds(campaign: Campaign) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     """Which stretch of a run each reading is of, shape (n,), and whether the torque was held there:
-    the steps inside a stretch are small against those between, and add up to nothing."""
+    the steps inside a stretch are small against those between, and lead nowhere."""
     torque, rows = campaign.readings.torque_Nm, campaign.rows
     hold, long = np.zeros(len(torque), dtype=np.int64), np.zeros(len(torque), dtype=bool)
     count = 0
     for run in np.split(rows.order, rows.starts[1:]):
         steps = np.abs(np.diff(torque[run]))
         typical = float(np.median(steps)) if len(steps) else 0.0
-        for part in np.split(run, np.flatnonzero(steps > _JUMP * typical) + 1):
+        for part in np.split(run, np.flatnonzero(steps > _LIMITS.jump * typical) + 1):
             hold[part] = count
-            long[part] = len(part) >= _FEWEST and np.ptp(torque[part]) <= _WANDER * typical
+            long[part] = len(part) >= _LIMITS.fewest and _aimless(torque[part])
             count += 1
     return hold, long
+
+
+def _aimless(torque_Nm: Floats) -> bool:
+    """Whether values scatter about a level, and neither climb nor turn back along a loop."""
+    steps = float(np.mean(np.diff(torque_Nm) ** 2))
+    return steps > _LIMITS.aimless * 2 * float(np.var(torque_Nm, ddof=1))
 
 
 def _means(values: Floats, hold: NDArray[np.int64]) -> Floats:
