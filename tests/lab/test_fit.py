@@ -19,7 +19,7 @@ from cbpt.lab.inference.fit import Fitter, Race
 from cbpt.lab.inference.hypothesis import Hypothesis
 from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.own_terms import campaign_of
-from cbpt.lab.model.priors import ARCSEC, PRIORS, VARIANTS
+from cbpt.lab.model.priors import ARCSEC, PRIORS, VARIANTS, lots
 from cbpt.lab.selection.fit_effects import best_fit
 from common.drives import examples
 from common.simulated import (
@@ -410,3 +410,28 @@ def test_other_angles_share_the_model_and_change_the_fit() -> None:
     assert first is not None and second is not None
     assert second.offsets_arcsec[0] == pytest.approx(first.offsets_arcsec[0] + 0.5, abs=1e-9)
     assert fitter.campaign is campaign and other.model is fitter.model
+
+
+# --- lots of balls ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_lot_is_found_from_sizes_at_which_balls_lose_touch(seed: int) -> None:
+    """The linear problem asks for such sizes; from there the search came to no end."""
+    campaign = readings_of(plan("dev03"), {}, np.random.default_rng([17, seed]))
+    lot = next(v for v in lots(campaign.balls) if v.spread == 0.5e-6)
+    rng = np.random.default_rng([23, seed])
+    fitter = Fitter(campaign)
+    values = fitter.start(Hypothesis((lot,)), {})
+    unknowns = fitter.unknowns(Hypothesis((lot,)))
+    balls = [u.index for u in unknowns if u.name.startswith("ball_diameter_lot")]
+    values[balls] = 0.5e-6 * rng.standard_normal(len(balls))
+    angle = fitter.model.at(values).angle_arcsec
+    rough = fitter.with_angles(angle + campaign.u_arcsec * rng.standard_normal(len(campaign)))
+    away = values.copy()
+    away[balls] = 3e-6 * rng.standard_normal(len(balls))
+    noise = campaign.plain_noise
+    near, far = (rough.fit(Hypothesis((lot,)), s, noise, False) for s in (None, away))
+    assert near is not None and far is not None
+    assert far.reached < near.reached + 0.5
+    assert near.reached < 1.3 * len(campaign)

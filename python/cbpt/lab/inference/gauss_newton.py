@@ -25,6 +25,9 @@ _ENOUGH = 0.02
 """Gain in misfit that ends the search; two units of misfit are one of log evidence.
 What is reported goes further: see `closing`."""
 
+_MOST_DAMPED = 500.0
+"""Damping at which a search that does not gain is at its end."""
+
 
 def point_at(model: Assembled, values: Floats, unknowns: Sequence[Unknown]) -> Point | None:
     """Prediction with slopes by the unknowns; None where a row has no solution."""
@@ -79,9 +82,12 @@ class Problem:
         # With slopes: six steps of seven are taken, and then they are wanted.
         return point_at(self.model, values, self.unknowns)
 
-    def step(self, point: Point) -> tuple[Floats, float]:
+    def step(self, point: Point, damping: float = 0.0) -> tuple[Floats, float]:
         """The step in units that the linear problem asks for within the bounds, and what it
         promises.
+
+        damping: Levenberg's; how many times over the step is held back as the prior holds the
+        unknown, or, where there is none, as the readings do (Marquardt 1963).
         """
         y = self.whitener(self.campaign.y_arcsec - point.angle_arcsec)
         j = self.whitener(self.columns(point))
@@ -96,7 +102,10 @@ class Problem:
             precision = np.r_[self.precision[free], np.zeros(self.offsets.shape[1])]
             held = y - j[:, ~free] @ step[~free]
             a = x.T @ x + np.diag(precision)
+            seen = np.diagonal(a)[: free.sum()]
+            back = damping * np.where(precision[: free.sum()] > 0, precision[: free.sum()], seen)
             a[np.diag_indices_from(a)] *= 1 + 1e-10
+            a[np.arange(len(back)), np.arange(len(back))] += back
             a[np.diag_indices_from(a)] += 1e-12 * max(float(np.trace(a)), 1e-300) / len(a)
             b = x.T @ held
             b[: free.sum()] -= self.precision[free] * start[free]
@@ -126,13 +135,14 @@ def search(problem: Problem, point: Point, steps: int, bound: float = np.inf) ->
     """The most probable point, and whether the search came to its end.
 
     It ends where no step promises to gain, after so many steps, or where what the last step
-    promises stays above `bound`.
+    promises stays above `bound`. Where even a short step does not gain, steps are damped: balls
+    that lose touch turn the way down aside.
     """
-    value = problem.objective(point)
+    value, damping = problem.objective(point), 0.0
     for number in range(steps):
-        step, promised = problem.step(point)
+        step, promised = problem.step(point, damping)
         if promised < _ENOUGH:
-            return point, True
+            return point, not damping
         if number > 1 and value - 2 * promised > bound:
             return point, False
         for _ in range(4):
@@ -142,7 +152,11 @@ def search(problem: Problem, point: Point, steps: int, bound: float = np.inf) ->
                 break
             step = step / 3
         else:
-            return point, False
+            if damping >= _MOST_DAMPED:
+                return point, False
+            damping = max(8.0 * damping, 1.0)
+            continue
+        damping = 0.25 * damping if damping > 1 else 0.0
         assert candidate is not None
         gained, value, point = value - got, got, candidate
         if gained < _ENOUGH:
