@@ -193,6 +193,25 @@ def test_a_worse_reproducibility_never_makes_a_change(arcsec: float) -> None:
     assert answer.kind == "nothing"
 
 
+@pytest.mark.parametrize("friction_Nm", [1.1, 2.5])
+def test_a_change_says_which_reproducibility_would_undo_it(friction_Nm: float) -> None:
+    """A rig that is off by what the levels differ by has no change; one that is off by far less
+    has it still."""
+    one, other = loops(1.0), loops(friction_Nm, seed=2)
+    answer = found(one, other)
+    size = answer.to_dict()["levels_differ_by_arcsec"]
+    assert answer.kind == "changed" and size > 0
+    assert f"{size:.3g} arcsec" in answer.report() and "measure one state again" in answer.report()
+
+    def told(arcsec: float) -> cbpt.Change:
+        return cbpt.change(SPRING, one, other, effects=[FRICTION], reproducibility_arcsec=arcsec)
+
+    undone = told(size)
+    assert undone.kind == "nothing"
+    assert undone.levels_differ_by_arcsec is None and "measure one state" not in undone.report()
+    assert told(0.05 * size).kind == "changed"
+
+
 @pytest.mark.parametrize("friction_Nm", [1.1, 1.3])
 def test_repeated_levels_gain_by_values_of_their_own_what_noise_would(friction_Nm: float) -> None:
     """A unit of misfit for each value, once their dispersion is taken out."""

@@ -5,7 +5,9 @@ Groups: sets and those that they contain; a pair; order.
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -70,6 +72,22 @@ def test_the_best_set_was_asked_for_each_of_its_effects(name: str) -> None:
         assert tuple(n for n in c.best if n != gone) in c.fits
 
 
+@cache
+def fitted() -> _Contest:
+    """A contest whose single effects and sets are fitted."""
+    made = contest()
+    made.fit_singles()
+    made.fit_sets()
+    return made
+
+
+def of_fitted() -> _Contest:
+    """The same contest, whose fits a test may change."""
+    made = copy(fitted())
+    made.fits = dict(made.fits)
+    return made
+
+
 def contest(seed: int = 3) -> _Contest:
     campaign = readings_of(plan("dev03"), LOOP, np.random.default_rng(seed))
     return _Contest(prepare(Fitter(campaign)), lambda what, share: None)
@@ -77,9 +95,7 @@ def contest(seed: int = 3) -> _Contest:
 
 def test_a_set_that_ended_elsewhere_begins_again_from_its_part() -> None:
     """Here with a noise four times too large."""
-    made = contest()
-    made.fit_singles()
-    made.fit_sets()
+    made = of_fitted()
     good = made.fits[PAIR]
     poor = made.fitter.look(good, replace(good.noise, scale=4 * good.noise.scale))
     made.fits[PAIR] = poor
@@ -92,9 +108,7 @@ def test_a_set_that_ended_elsewhere_begins_again_from_its_part() -> None:
 
 def test_a_set_of_which_no_part_was_fitted_stands_as_it_is() -> None:
     """A triple that the linear search offers while it offers none of its pairs."""
-    made = contest()
-    made.fit_singles()
-    made.fit_sets()
+    made = of_fitted()
     pair = made.fits[PAIR]
     made.fits = {(): made.fits[()], PAIR: pair}
     made.settle()
@@ -106,9 +120,7 @@ def test_a_set_of_which_no_part_was_fitted_stands_as_it_is() -> None:
 
 def test_every_offer_is_fitted_as_what_it_is() -> None:
     """Offers were once read from a longer list: for run-in a tilt of the plate was fitted."""
-    made = contest()
-    made.fit_singles()
-    made.fit_sets()
+    made = of_fitted()
     assert PAIR in made.fits
     for names, fit in made.fits.items():
         assert fit.hypothesis.effects == names

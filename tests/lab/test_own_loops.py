@@ -67,6 +67,26 @@ def test_a_play_that_is_there_is_always_allowed(
 
 
 @pytest.mark.parametrize("sigma_deg", [0.0, 0.01])
+def test_what_small_loops_turn_elastically_is_no_play(sigma_deg: float) -> None:
+    """A degree of play and 0.4 deg of spring: the loops turn by 1.4 deg."""
+    small, large = ((t, played(t, 1.0, 0.1)) for t in map(lap, (4.0, 40.0)))
+    rows = table(small, small, small, large, sigma_deg=sigma_deg)
+    found = small_loops_of(
+        campaign(rows | {"u_elastic_angle_deg": [sigma_deg or 1e-4] * len(rows["run"])})
+    )
+    assert found is not None and not found.held
+    assert found.turn_arcsec > 1.35 * 3600
+    assert 0.95 * 3600 < found.allowed_arcsec < 1.15 * 3600
+
+
+def test_loops_of_one_size_are_not_taken_for_small() -> None:
+    """A spring that softens turns more near its largest torque than on the whole."""
+    torque = lap(10.0)
+    found = small_loops_of(campaign(table((torque, torque / 20 + (torque / 10) ** 3))))
+    assert found is not None and found.elastic_arcsec == 0
+
+
+@pytest.mark.parametrize("sigma_deg", [0.0, 0.01])
 def test_a_loop_that_friction_holds_says_nothing_of_a_play(sigma_deg: float) -> None:
     loops = [(t, played(t, 2.0, 5.0)) for t in map(lap, (4.0, 40.0))]
     rows = table(*loops, sigma_deg=sigma_deg)

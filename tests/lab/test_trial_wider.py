@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from scipy import integrate, stats
 
+from common import mostly_long
 from common.rings import RINGS as CASE
 from reference.contact import Floats
 from reference.rig import ARCSEC, Rows, drive_of, simulate
@@ -192,7 +193,7 @@ def least_left(columns: Floats, own: Floats, covariance: Floats, prior_sd: Float
     return float(np.linalg.norm(y - a @ best))
 
 
-@pytest.mark.parametrize(("family", "index"), [("two", 1), ("three", 0)])
+@pytest.mark.parametrize(("family", "index"), mostly_long([("two", 1), ("three", 0)], [("two", 1)]))
 def test_conditional_strength(family: Wider, index: int) -> None:
     """Of every hidden effect, the sizes of the others and the numbers of the drive refitted."""
     c, _ = made(family, index)

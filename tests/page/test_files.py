@@ -101,7 +101,7 @@ def test_another_window_with_other_files_is_told_not_mixed(browser: Any) -> None
         first.goto(address)
         answered(first)
         second.goto(address.split("?")[0])
-        open_campaign(second, FOLDER, "dev10")
+        open_campaign(second, FOLDER, "dev07")
         before = first.evaluate(HELD)
         first.evaluate(SHOWN_LATER, ["creep", "drift", "plate_tilt"])
         first.wait_for_selector("#trouble:not([hidden])")

@@ -82,6 +82,7 @@ class Change(Reported, ChangeData):
                 if choice.probability >= 0.001
             ],
             "reproducibility_arcsec": self.reproducibility_arcsec,
+            "levels_differ_by_arcsec": self.levels_differ_by_arcsec,
             "notes": list(self.notes),
         }
 

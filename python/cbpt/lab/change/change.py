@@ -26,6 +26,7 @@ from cbpt.lab.change.reproducibility import (
     with_dispersion,
     with_set_ups,
 )
+from cbpt.lab.change.text import unless_repeated
 from cbpt.lab.diagnosis.diagnose import diagnosed, prepared
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.diagnosis.fit_text import beyond_own_loops
@@ -144,11 +145,13 @@ def change(
             "with cbpt compare first"
         )
     answer = _answer(names, parts, weighed, answers, by)
-    return replace(
-        answer,
-        reproducibility_arcsec=reproducibility_arcsec,
-        notes=tuple(_notes(campaigns, weighed)),
-    )
+    notes = list(_notes(campaigns, weighed))
+    if answer.kind == "changed" and reproducibility_arcsec is None:
+        best = weighed.best.levels
+        apart_arcsec = reproducibility_of(best, [range(len(best.parties))])
+        notes.append(unless_repeated(apart_arcsec))
+        answer = replace(answer, levels_differ_by_arcsec=apart_arcsec)
+    return replace(answer, reproducibility_arcsec=reproducibility_arcsec, notes=tuple(notes))
 
 
 def _states(

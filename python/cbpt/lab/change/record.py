@@ -73,3 +73,6 @@ class ChangeData:
     notes: tuple[str, ...] = ()
     reproducibility_arcsec: float | None = None
     """By which the rig differs when it is set up again; None where nothing was stated."""
+    levels_differ_by_arcsec: float | None = None
+    """Of a change that rests on a rig that comes back to its state: standard deviation by which the
+    fitted curves of the levels differ. A reproducibility of this size would explain it."""

@@ -1,7 +1,8 @@
 """What changed, in words.
 
-sentence   the verdict
-lines      the whole answer
+sentence         the verdict
+unless_repeated  what a change rests on where no state was measured twice
+lines            the whole answer
 """
 
 from __future__ import annotations
@@ -40,6 +41,19 @@ def sentence(found: ChangeData) -> str:
             f"tell which of {listed(names, 'or')}." + _noise(found)
         )
     return f"{'; '.join(told)}." + _noise(found) + _within(found)
+
+
+def unless_repeated(apart_arcsec: float | None) -> str:
+    """What a repeated measurement would decide; apart_arcsec: by how much the levels differ."""
+    size = "as much as these levels do"
+    if apart_arcsec is not None:
+        size = f"by {apart_arcsec:.3g} arcsec (standard deviation), as these levels do"
+    return (
+        "the readings themselves do not tell how well the rig comes back to the same state, and "
+        f"this answer takes it to do so exactly; if a state that is measured twice differs {size}, "
+        "nothing changed: measure one state again and give it as repeated, or state "
+        "reproducibility_arcsec"
+    )
 
 
 def _told(c: Changed) -> str:

@@ -5,7 +5,11 @@ small_loops_of    finds them
 play_allowed_rad  the largest play that does not contradict them
 
 A loop that crosses zero torque takes up the whole play, so it turns by more than that: no play can
-be larger than what the smallest loops turn. Friction that is not overcome there holds the members
+be larger than what the smallest loops turn. On both flanks it turns elastically besides. While the
+torque comes back from an end of the loop to half of it, no play is crossed, and friction makes the
+members no softer; so from what the loop turns there follows the least that is elastic, for members
+that are straight or stiffen. It is taken off where larger loops of the same table show that these
+are small. Friction that is not overcome there holds the members
 off their flanks. By Masing's rule such a loop turns by as much as a large one does over the same
 torque after it has turned back (G. Masing, Proc. 2nd Int. Congr. Appl. Mech., 1926); it says
 nothing of a play.
@@ -30,6 +34,10 @@ _SCATTER = 8.0
 """Standard uncertainties between the largest and the smallest of readings that only scatter."""
 
 
+_LEAST = 0.05
+"""Share of its turn that a small loop leaves open as play however straight it is."""
+
+
 @dataclass(frozen=True)
 class SmallLoops:
     """The runs of the smallest amplitude."""
@@ -37,13 +45,17 @@ class SmallLoops:
     amplitude_Nm: float
     turn_arcsec: float
     """Largest less smallest angle, the median over these runs."""
+    elastic_arcsec: float
+    """What of it is elastic; 0 where no larger loops show that these are small."""
     held: bool
     """Whether friction holds them, as far as one can tell."""
 
     @property
     def allowed_arcsec(self) -> float:
         """The largest play that does not contradict them."""
-        return np.inf if self.held else self.turn_arcsec
+        if self.held:
+            return np.inf
+        return max(self.turn_arcsec - self.elastic_arcsec, _LEAST * self.turn_arcsec)
 
 
 def small_loops_of(campaign: Campaign) -> SmallLoops | None:
@@ -61,22 +73,39 @@ def small_loops_of(campaign: Campaign) -> SmallLoops | None:
     smallest, largest = amplitude[both].min(), amplitude[both].max()
     small = both & (amplitude <= _ALIKE * smallest)
     amplitude_Nm, turned = float(np.median(amplitude[small])), float(np.median(turn[small]))
-    held = False
+    held, elastic = False, 0.0
     if largest > _ALIKE * smallest:
+        elastic = _elastic(campaign, np.flatnonzero(small))
         back = _turned_back(campaign, np.flatnonzero(both & ~small), 2 * amplitude_Nm)
         room = _SCATTER * float(np.median(campaign.u_arcsec))
         held = turned <= _MASING * back + room
-    return SmallLoops(amplitude_Nm, turned, held)
+    return SmallLoops(amplitude_Nm, turned, elastic, held)
+
+
+def _elastic(campaign: Campaign, runs: NDArray[np.int64]) -> float:
+    """What loops turn elastically, both flanks together: the slope from each end of the loop until
+    half of the torque has gone, over all of that torque; the median, arcsec."""
+    found = []
+    for run in runs:
+        here = _rows_of(campaign, run)
+        total = 0.0
+        for sign in (1, -1):
+            torque, angle = sign * campaign.readings.torque_Nm[here], campaign.y_arcsec[here]
+            top = int(np.argmax(torque))
+            last = top + int(np.argmin(np.abs(torque[top:] - 0.5 * torque[top])))
+            gone = torque[top] - torque[last]
+            if 0 < gone < 0.8 * torque[top]:
+                total += sign * float(angle[top] - angle[last]) / gone * torque[top]
+        found.append(total)
+    return max(float(np.nanmedian(found)), 0.0)
 
 
 def _turned_back(campaign: Campaign, runs: NDArray[np.int64], swing_Nm: float) -> float:
     """What large loops turn from their largest torque of either sign until it has come back by so
     much: the median, arcsec."""
-    rows = campaign.rows
-    ends = np.append(rows.starts, len(rows.order))
     found = []
     for run in runs:
-        here = rows.order[ends[run] : ends[run + 1]]
+        here = _rows_of(campaign, run)
         for sign in (1, -1):
             torque = sign * campaign.readings.torque_Nm[here]
             top = int(np.argmax(torque))
@@ -85,6 +114,13 @@ def _turned_back(campaign: Campaign, runs: NDArray[np.int64], swing_Nm: float) -
                 two = campaign.y_arcsec[here[[top, top + back[0]]]]
                 found.append(float(abs(two[1] - two[0])))
     return float(np.median(found)) if found else 0.0
+
+
+def _rows_of(campaign: Campaign, run: int) -> NDArray[np.int64]:
+    """The readings of a run, in its order."""
+    rows = campaign.rows
+    ends = np.append(rows.starts, len(rows.order))
+    return rows.order[ends[run] : ends[run + 1]]
 
 
 def play_allowed_rad(campaign: Campaign) -> float:
