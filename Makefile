@@ -84,7 +84,12 @@ $(VENV)/wheeled: $(VENV)/installed
 wheels: $(VENV)/wheeled  ## wheels for Linux (x86_64, aarch64; glibc, musl) and the sdist, into dist/; run where this machine can
 	$(PYTHON) .ci/wheels.py
 
-audit:  ## licences, sources, duplicates and known weaknesses of the crates; the API against the last tag (cargo-deny, cargo-semver-checks)
+$(VENV)/audited: $(VENV)/installed
+	$(PYTHON) -m pip install -q --group audit
+	touch $@
+
+audit: $(VENV)/audited  ## licences, sources, duplicates and weaknesses of the crates; the workflows; the API against the last tag (cargo-deny, zizmor, cargo-semver-checks)
+	$(VENV)/bin/zizmor --offline --quiet .github/workflows
 	cargo deny --log-level error check licenses bans sources
 	cargo deny --log-level error check advisories || echo 'advisories: not checked, or something was found (see above)'
 	tag=$$(git describe --tags --abbrev=0 2>/dev/null) && cargo semver-checks --baseline-rev $$tag -p cbpt-core -p cbpt-cli \

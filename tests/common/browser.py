@@ -109,14 +109,31 @@ from cbpt.page.workbench import ahead
 ahead.MOST_FAR = 0
 sys.exit(main())
 """
+# As a user has it.
+_WHOLE = """
+import sys
+from cbpt.cli.main import main
+
+sys.exit(main())
+"""
 
 
 @contextmanager
-def workbench(*files: Path, port: int | None = None) -> Iterator[str]:
-    """A workbench in a process of its own; its address."""
+def workbench(*files: Path, port: int | None = None, whole: bool = False) -> Iterator[str]:
+    """A workbench in a process of its own; its address.
+
+    whole: it prepares models two switches away too, as a user's does.
+    """
     flags = ["--no-browser", *([] if port is None else ["--port", str(port)])]
     process = subprocess.Popen(
-        [sys.executable, "-c", _NEAR_ALONE, "workbench", *flags, *map(str, files)],
+        [
+            sys.executable,
+            "-c",
+            _WHOLE if whole else _NEAR_ALONE,
+            "workbench",
+            *flags,
+            *map(str, files),
+        ],
         stdout=subprocess.PIPE,
         text=True,
     )

@@ -401,8 +401,8 @@ def test_a_number_at_the_end_of_its_range_has_its_twins_as_rivals(value: float) 
 def test_numbers_that_move_further_are_found(sigmas: float) -> None:
     assert said(moved("contact_stiffness", sigmas)) == ("parameter", ("contact_stiffness",), ())
     assert said(moved("torque_scale", sigmas)) == ("rig", ("torque_scale",), ())
-    (rest,) = moved("torque_scale", sigmas).rests_on
-    assert rest.needed_shift_sigma == pytest.approx(sigmas)
+    (rest,) = (verdict := moved("torque_scale", sigmas)).rests_on
+    assert rest.needed_shift_sigma == pytest.approx(sigmas) and not verdict.within_uncertainty
 
 
 def test_numbers_that_need_not_move_do_not_count() -> None:
@@ -451,8 +451,7 @@ def pattern() -> Floats:
 
 
 def known_by(source: Source) -> Campaign:
-    """A table of which repeats, its own smoothness or nothing but what is stated tells the
-    scatter."""
+    """A table whose scatter repeats tell, or its own smoothness, or only what is stated."""
     c = plan("dev03")
     if source == "repeats":
         return replace(c, repeats=Repeats(0.3, 1.0, 40.0, 20, 60, steady=True))
@@ -464,13 +463,14 @@ def known_by(source: Source) -> Campaign:
 
 @pytest.mark.parametrize("source", ["repeats", "scatter within runs"])
 def test_an_effect_beside_which_something_remains_says_so(source: Source) -> None:
-    shares = {(): 0.01, (FRICTION,): 0.98, (FRICTION, "unknown"): 0.01}
+    shares = {(): 0.01, ("unknown",): 0.005, (FRICTION,): 0.98, (FRICTION, "unknown"): 0.005}
     around = Around(campaign=known_by(source))
     for residual, remains in ((pattern(), True), (white(396), False)):
         fits = {(FRICTION,): MadeUpFit(sizes=1, residual_arcsec=residual)}
         verdict = judge(competition(shares, fits, around))
         assert said(verdict) == ("effect", (FRICTION,), ())
-        assert (verdict.lack_of_fit is not None) == remains == (verdict.probability < 0.95)
+        left = getattr(verdict.lack_of_fit, "base", None), verdict.probability < 0.95
+        assert left == ((FRICTION,) if remains else None, remains)
         assert verdict.adequacy is not None and verdict.adequacy.source == source
 
 
@@ -485,8 +485,8 @@ def test_nothing_is_missing_is_not_said_of_what_is_no_scatter() -> None:
 
 def undecided(verdict: Verdict, why: str) -> bool:
     """Says nothing for that reason, with no number of an answer beside it."""
-    nothing = said(verdict) == ("undecided", (), ()) and verdict.names == ()
-    return nothing and verdict.undecided == why and verdict.probability <= RULES.undecided
+    found = (*said(verdict), verdict.names, verdict.within_uncertainty, verdict.undecided)
+    return found == ("undecided", (), (), (), False, why) and verdict.probability <= RULES.undecided
 
 
 def test_no_answer_is_probable() -> None:

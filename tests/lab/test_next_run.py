@@ -170,7 +170,7 @@ def test_where_nothing_has_a_name_all_say_where_to_measure_more() -> None:
     ("columns", "size", "said"),
     [
         (("torque_Nm", "direction"), [0, 0, 5, 9, 0, 0], "direction of loading and is largest near "
-         "torque 3 N m, torque rising; it exceeds twice the noise only within torque 2 to 3 N m, "
+         "torque 3 N m, torque rising; it exceeds twice the noise only at torque 2 to 3 N m, "
          "torque rising. Measure more readings there, and vary the torque and the direction of "
          "loading one at a time, with all else constant."),
         (("torque_Nm",), [1, 0, 0, 0, 0, 0], "near torque 0 N m; it exceeds twice the noise "

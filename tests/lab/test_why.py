@@ -39,6 +39,16 @@ def test_it_is_told_in_text_and_document(name: str) -> None:
     assert "No effect at all: more than a million times less probable" in words
 
 
+def test_a_parameter_that_moved_is_no_rival_of_itself() -> None:
+    d = diagnosed("dev12")
+    assert d.verdict.effects == ("contact_stiffness",) and not d.verdict.names
+    assert all(why.effects for why in d.why())
+    assert "perhaps also a contact stiffness" not in d.sentence
+    # As an effect of the set, or refitted without one, it is the same statement.
+    same = [c["probability"] for c in d.to_dict()["combinations"] if len(c["effects"]) < 2]
+    assert d.verdict.exactly == pytest.approx(sum(same))
+
+
 def test_a_run_that_would_turn_the_answer_is_named() -> None:
     runs = [why.run for why in diagnosed("dev09").why() if why.run]
     assert runs

@@ -10,9 +10,10 @@ from typing import Any
 
 import pytest
 
+import cbpt
 from cbpt.lab.diagnosis.fit_text import parameter_words
 from cbpt.lab.diagnosis.why import sentence
-from cbpt.lab.wording.numbers import AngleUnit, probability, rounded
+from cbpt.lab.wording.numbers import AngleUnit, probability, rounded, with_uncertainty
 from cbpt.page.report import report
 from common.browser import DRAWN, PATIENCE_MS, watched
 from common.documents import document
@@ -79,6 +80,19 @@ def test_every_place_has_the_numbers_of_the_answer(opened: tuple[Any, Any], unit
     assert f"held out {angle.number(after['held_out_rmse_arcsec'])}" in gauge
     for why in d.why():
         assert " ".join(sentence(d, why, angle).split()) in words(page, "#why")
+
+
+def test_a_figure_has_the_digits_of_its_uncertainty(opened: tuple[Any, Any]) -> None:
+    page, d = opened
+    page.select_option("#unit", "arcsec")
+    found = [row[1:] for row in rows(page, "Figures of catalogues before and after")]
+    told = [[cell.replace("−", "-") for cell in row] for row in found]
+    figures = {
+        " ± ".join(with_uncertainty(f.value, f.u))
+        for f in cbpt.characterise(d.case, d.competition.campaign.readings).figures
+        if f.value is not None and f.u
+    }
+    assert told and {row[0] for row in told} <= figures
 
 
 def test_cards_have_the_numbers_of_the_model_shown(opened: tuple[Any, Any]) -> None:

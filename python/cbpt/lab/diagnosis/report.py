@@ -98,7 +98,7 @@ def _probabilities(document: Mapping[str, Any]) -> Iterator[str]:
 def label_of(combination: Mapping[str, Any]) -> str:
     """The effects of a combination."""
     unnamed = ["an effect without a name"] if combination["unnamed"] else []
-    return " + ".join([*combination["effects"], *unnamed]) or "no effect"
+    return " + ".join([*combination["effects"], *unnamed]) or "parameters refitted"
 
 
 def _remains(rest: Mapping[str, Any] | None, angle: AngleUnit) -> Iterator[str]:

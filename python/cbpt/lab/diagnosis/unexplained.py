@@ -80,7 +80,7 @@ def measure_next(d: DiagnosisData) -> str:
     )
     said += f" and is largest near {spot}" if spot else ""
     if part:
-        said += f"; it exceeds twice the noise only within {label_of(part, None)}"
+        said += f"; it exceeds twice the noise only at {label_of(part, None)}"
     if not strong:
         said += "; it exceeds twice the noise nowhere, so repeat readings first"
     free = [c for c in columns if c != "run"]

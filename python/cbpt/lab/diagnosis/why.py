@@ -107,6 +107,9 @@ def whys(d: DiagnosisData, found: list[Combination], runs: RankedRuns | None) ->
     nothing = next((n for n in sets if not set(named_of(n)) and UNKNOWN not in n), None)
     if nothing is not None and nothing != best and nothing not in rivals:
         rivals.append(nothing)
+    moved = named_of(best)
+    if nothing in rivals and not d.verdict.names and set(moved) <= set(d.verdict.effects):
+        rivals.remove(nothing)  # the answer itself: the parameter has moved as a refitted one
     held = {(c.effects, c.unnamed): c.held_out_rmse_arcsec for c in found}
     return [_why(d, best, names, posterior.sets, held, runs) for names in rivals]
 
@@ -281,7 +284,11 @@ def _misfit(why: Why) -> str:
 
 
 def _places(groups: tuple[Group, ...]) -> str:
-    """At torque -8 and 8 N m (66 readings)."""
+    """At torque -8 and 8 N m (66 readings); in runs 3 and 12."""
     name, unit = _WORDS.get(groups[0].column, (groups[0].column, ""))
     count = sum(g.readings for g in groups)
-    return f"at {name} {listed([g.label for g in groups])}{unit} ({count} readings)"
+    if groups[0].column == "run":
+        name = "in runs" if len(groups) > 1 else "in run"
+    else:
+        name = f"at {name}"
+    return f"{name} {listed([g.label for g in groups])}{unit} ({count} readings)"

@@ -98,7 +98,11 @@ def judge(competition: Competition, rules: DecisionRules = RULES) -> Verdict:
     if said - {OFFSET}:
         verdict = _effects(competition, posterior, spoken, rules)
     elif posterior.within({*PRIORS, OFFSET}) >= rules.undecided:
-        verdict = replace(_no_effect(competition, posterior, rules), perhaps=spoken.perhaps)
+        verdict = _no_effect(competition, posterior, rules)
+        named = {*verdict.effects, *(e for group in verdict.rivals for e in group)}
+        # A parameter that moved is named; as an effect it is the same statement again.
+        rest = tuple((effect, p) for effect, p in spoken.perhaps if effect not in named)
+        verdict = replace(verdict, perhaps=rest)
     else:
         verdict = _undecided(competition, posterior, "no answer is probable", rules)
     return _checked(competition, posterior, verdict, rules)
@@ -190,6 +194,9 @@ def _no_effect(competition: Competition, posterior: Posterior, rules: DecisionRu
         rivals: tuple[str, ...] = (),
         within_uncertainty: bool = False,
     ) -> Verdict:
+        drawn = (OFFSET,) if null.noise.offset_arcsec else ()
+        # A number that moved is the same statement whether it is an effect of the set or refitted.
+        same = {drawn, (*drawn, *effects), effects}
         return Verdict(
             kind=kind,
             effects=effects,
@@ -200,7 +207,7 @@ def _no_effect(competition: Competition, posterior: Posterior, rules: DecisionRu
             names=(),
             lack_of_fit=None,
             noise=noise,
-            exactly=posterior.sets[(OFFSET,) if null.noise.offset_arcsec else ()],
+            exactly=sum(posterior.sets.get(names, 0.0) for names in same),
         )
 
     strained = {n: z for n, z in moved.items() if abs(z) > rules.moved_sigma}

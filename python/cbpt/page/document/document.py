@@ -262,6 +262,11 @@ def columns_of_readings(readings: Readings, regimes: Sequence[str], found: Found
     }
 
 
+def _with_unit(label: str, unit: str) -> str:
+    """Preload (N); the run has no unit."""
+    return f"{label} ({unit})" if unit else label
+
+
 def _mapped(readings: Readings) -> Iterator[MapColumn]:
     """Columns that vary, over which a residual can be mapped."""
     own: dict[str, Any] = {
@@ -369,7 +374,7 @@ class Found:
                 "sentence": told,
                 "by": [
                     {
-                        "label": " ".join(units.get(column, (column, ""))).strip(),
+                        "label": _with_unit(*units.get(column, (column, ""))),
                         "decides": column in first,
                         "groups": groups,
                     }

@@ -20,6 +20,23 @@ export function text(value, digits = 3) {
 }
 
 /**
+ * A value and its uncertainty, both to the place of two digits of the uncertainty.
+ * @param {number} value
+ * @param {number} u
+ */
+export function withUncertainty(value, u) {
+  if (!(u > 0) || !Number.isFinite(u)) return text(value);
+  const last = Number(u.toPrecision(2));
+  const place = Math.floor(Math.log10(last) + 1e-9) - 1;
+  if (place < -5) return `${text(value)} ± ${text(u, 2)}`;
+  if (place > 0) {
+    const size = 10 ** place;
+    return `${fixed(Math.round(value / size) * size, 0)} ± ${fixed(last, 0)}`;
+  }
+  return `${fixed(value, -place)} ± ${fixed(u, -place)}`;
+}
+
+/**
  * A number that was stated or set: no more digits than it has.
  * @param {number | null | undefined} value
  * @param {number} [digits]

@@ -154,7 +154,7 @@ function found(whole) {
           ? "Probability of the most probable combination"
           : "Probability of exactly this combination",
         probability(verdict.probability_exactly),
-        `${whole.combinations[0]?.label ?? "no effect"}, and nothing else`,
+        `${whole.combinations[0]?.label ?? "parameters refitted"}, and nothing else`,
         el("div", { class: "bar" }, bar(verdict.probability_exactly)),
       ),
       fact(

@@ -4,7 +4,7 @@
 import { get, isLive } from "../lib/api.js";
 import { bodyOf, el, fill, showSection, table } from "../lib/dom.js";
 import { painted } from "../lib/figure.js";
-import { text } from "../lib/numbers.js";
+import { text, withUncertainty } from "../lib/numbers.js";
 import { documentShown, on, scale, state, tell } from "../lib/store.js";
 
 /** What a buyer compares; all others stand with the table. */
@@ -42,30 +42,39 @@ function draw() {
   const kept = loops.length <= MOST_SETTINGS
     ? loops
     : [loops[0], loops[loops.length >> 1], loops[loops.length - 1]];
+  const answered = kept.some(({ figures }) =>
+    figures.some((/** @type {Any} */ f) => f.after !== null)
+  );
   const rows = kept.flatMap(({ setting, figures }) =>
     figures.filter((/** @type {Any} */ f) => FIRST.includes(f.name)).map((
       /** @type {Any} */ f,
-    ) => [
+    ) =>
       [
-        `${f.name.replaceAll("_", " ")} (${unitOf(f)})`,
-        setting && el("div", { class: "small quiet" }, setting),
-      ],
-      shown(f, f.value, f.u),
-      shown(f, f.model, f.u_model),
-      shown(f, f.after, f.u_after),
-    ])
+        [
+          `${f.name.replaceAll("_", " ")} (${unitOf(f)})`,
+          setting && el("div", { class: "small quiet" }, setting),
+        ],
+        shown(f, f.value, f.u),
+        shown(f, f.model, f.u_model),
+        answered && shown(f, f.after, f.u_after),
+      ].filter((cell) => cell !== false)
+    )
   );
   fill(
     bodyOf("figures"),
     el(
       "div",
       { class: "card" },
-      table("Figures of catalogues before and after", [
-        "figure",
-        "readings",
-        "drive as stated",
-        "with the answer",
-      ], rows),
+      table(
+        "Figures of catalogues before and after",
+        [
+          "figure",
+          "readings",
+          "drive as stated",
+          answered && "with the answer",
+        ].filter((head) => head !== false),
+        rows,
+      ),
       loops.length > MOST_SETTINGS &&
         el(
           "p",
@@ -85,7 +94,7 @@ export function unitOf(f) {
 
 /** A figure with its uncertainty, in the unit shown. @param {Any} f @param {number | null} value @param {number | null} u */
 export function shown(f, value, u) {
-  if (value === null) return "none";
+  if (value === null) return "–";
   const factor = f.unit === "arcsec" ? scale() : 1;
-  return u ? `${text(value * factor)} ± ${text(u * factor, 2)}` : text(value * factor);
+  return u ? withUncertainty(value * factor, u * factor) : text(value * factor);
 }
