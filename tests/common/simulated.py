@@ -85,6 +85,10 @@ def dense(noise: Noise, u_arcsec: Floats, rows: Rows) -> Floats:
         covariance += np.diag(noise.rounding_arcsec**2)
     if noise.torque_arcsec is not None:
         covariance += np.diag(noise.torque_arcsec**2)
+    if noise.held is not None:
+        shared = noise.held.sd_arcsec
+        together = noise.held.index[:, None] == noise.held.index[None, :]
+        covariance += shared[:, None] * shared * together
     if noise.artefact is not None:
         covariance += noise.artefact.columns_arcsec @ noise.artefact.columns_arcsec.T
     return np.asarray(covariance)

@@ -54,6 +54,14 @@ def test_scatter_of_the_sensor_is_no_friction(seed: int) -> None:
     assert any("while the torque is held" in note for note in found.notes)
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_the_error_of_a_mean_torque_is_no_effect(seed: int) -> None:
+    """It moves the readings of a hold together, by more than they scatter."""
+    read = cbpt.simulate(CASE, held(LEVELS_Nm), u_elastic_angle_arcsec=0.03, seed=seed)
+    found = cbpt.diagnose(CASE, scattered(read, seed))
+    assert found.verdict.effects == (), found.sentence
+
+
 def test_small_loops_that_friction_holds_stay_loops() -> None:
     """The angle follows none of their torques, and yet nothing scatters."""
     reducer = Reducer(friction_Nm=2.0, engagement_rad=3e-4)

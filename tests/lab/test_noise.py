@@ -33,6 +33,7 @@ from cbpt.lab.covariance.fit_noise import (
     price_of,
 )
 from cbpt.lab.covariance.linear_gaussian import (
+    Held,
     Linear,
     Margin,
     Noise,
@@ -88,6 +89,7 @@ def noises(draw: st.DrawFn) -> tuple[Noise, Floats, Rows]:
     rng = np.random.default_rng(draw(st.integers(0, 10**6)))
     inflation = np.exp(rng.uniform(0, 2, len(runs))) if draw(st.booleans()) else None
     columns = rng.uniform(-2, 2, (len(runs), draw(st.integers(1, 3))))
+    index = runs * 3 + rng.integers(0, 3, len(runs))
     noise = Noise(
         scale=draw(st.floats(0.1, 10)),
         correlation=draw(st.sampled_from([0.0, -0.5, 0.2, 0.6, 0.95])),
@@ -95,6 +97,7 @@ def noises(draw: st.DrawFn) -> tuple[Noise, Floats, Rows]:
         inflation=inflation,
         rounding_arcsec=rng.uniform(0.1, 2.0, len(runs)) if draw(st.booleans()) else None,
         torque_arcsec=rng.uniform(0.1, 2.0, len(runs)) if draw(st.booleans()) else None,
+        held=Held(rng.uniform(0.1, 2.0, len(runs)), index) if draw(st.booleans()) else None,
         artefact=Artefact("random_walk", columns) if draw(st.booleans()) else None,
     )
     return noise, rng.uniform(0.1, 3.0, len(runs)), Rows.of(runs)
@@ -137,6 +140,9 @@ def test_what_is_known_of_each_reading_is_selected_with_it() -> None:
     assert some.inflation.tolist() == [1, 3]
     np.testing.assert_allclose(some.beside_arcsec, np.hypot([2, 6], [3, 9]))
     assert noise.numbers == 1 and Noise(torque_arcsec=None).beside_arcsec is None
+    of_holds = Noise(held=Held(each, np.array([4, 4, 5]))).select(np.array([True, False, True]))
+    assert of_holds.held is not None and of_holds.held.sd_arcsec.tolist() == [1, 3]
+    assert of_holds.held.index.tolist() == [4, 5] and of_holds.numbers == 0
     shared = Noise(artefact=Artefact("random_walk", each[:, None]))
     kept = shared.select(np.array([True, False, True])).artefact
     assert kept is not None and kept.columns_arcsec.tolist() == [[1], [3]]
@@ -248,6 +254,27 @@ def test_long_runs_are_whitened_by_stretches(offset: float) -> None:
             assert (np.diff(at) == 1).all()
             if not offset:
                 np.testing.assert_allclose(covariance[np.ix_(at, at)], np.eye(len(at)), atol=1e-9)
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.7])
+def test_holds_stay_whole(offset: float) -> None:
+    """A long run is cut between two holds: without correlation nothing is lost."""
+    rows, u = Rows.of(np.repeat(0, 150)), np.full(150, 0.3)
+    holds = Held(np.full(150, 0.4), np.repeat(np.arange(10), 15))
+    noise = Noise(1.2, 0.0, offset, held=holds)
+    whitener = Whitener.of(noise, u, rows)
+    w, covariance = whitener(np.eye(150)), dense(noise, u, rows)
+    np.testing.assert_allclose(w @ covariance @ w.T, np.eye(150), atol=1e-9)
+    assert whitener.log_det == pytest.approx(float(np.linalg.slogdet(covariance)[1]))
+
+
+def test_what_a_mean_torque_does_is_that_of_the_dense_normal() -> None:
+    rng = np.random.default_rng(3)
+    holds = Held(rng.uniform(0.1, 1.0, 12), np.repeat([7, 2, 9], 4))
+    r, u = rng.standard_normal(12), rng.uniform(0.2, 0.6, 12)
+    shared = dense(Noise(1e-9, held=holds), u, Rows.of(np.zeros(12, dtype=np.int64)))
+    expected = shared @ np.linalg.solve(shared + np.diag(u**2), r)
+    np.testing.assert_allclose(holds.most_probable(r, u**-2.0), expected, atol=1e-9)
 
 
 def test_a_rounding_has_no_scale() -> None:

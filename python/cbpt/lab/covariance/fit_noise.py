@@ -75,7 +75,7 @@ class _Sums:
             columns = np.column_stack([columns, shared.columns_arcsec])
         self._shared = 0 if shared is None else shared.columns_arcsec.shape[1]
         self._columns, self._u, self._rows = columns, u_arcsec, rows
-        self._exact = start.beside_arcsec is not None
+        self._exact = start.beside_arcsec is not None or start.held is not None
         if self._exact:
             return
         sd = u_arcsec * (1.0 if start.inflation is None else start.inflation)

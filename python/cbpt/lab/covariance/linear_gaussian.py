@@ -1,6 +1,7 @@
 """The covariance of the readings, and a linear Gaussian model seen through it.
 
 Rows            which readings follow each other in which run
+Held            the error of a mean torque, shared by the readings for which it was held
 Noise           scale of the stated uncertainties, correlation, offsets of runs, inflation factors
 Linear          readings, columns and the precisions of their unknowns
 Whitener        turns readings into independent ones of unit variance
@@ -8,13 +9,14 @@ Solved          normal unknowns taken out of readings, from scalar products
 Margin          the likelihood of readings with linear unknowns of normal priors integrated out
 log_likelihood  of the readings, from misfit and volume
 
-The covariance is  s^2 D A D + o^2 B + R + U U',  D the stated uncertainties (times the inflation
-factor of a reading that scatters more), A the correlation rho^|i-j| of a first-order autoregression
-along each run, B = 1 where two readings share a run, R = r^2 on the diagonal the rounding of a
-coarse display and the noise of the torque, U the few columns of an artefact (`artefacts`).
+The covariance is  s^2 D A D + o^2 B + R + H + U U',  D the stated uncertainties (times the
+inflation factor of a reading that scatters more), A the correlation rho^|i-j| of a first-order
+autoregression along each run, B = 1 where two readings share a run, R = r^2 on the diagonal the
+rounding of a coarse display and the noise of the torque, H = h h' where two readings share a hold
+(`Held`), U the few columns of an artefact (`artefacts`).
 Whitening is exact and costs a few passes over the rows: the autoregression is undone by differences
 (Cochrane and Orcutt 1949), the offsets of runs by a rank-one step a run, an artefact by one of its
-rank. Beside R the autoregression is whitened stretch by stretch.
+rank. Beside R the autoregression is whitened stretch by stretch, and so is H.
 """
 
 from __future__ import annotations
@@ -86,14 +88,53 @@ class Rows:
         """Some of the rows."""
         return Rows.of(self.run_index[rows])
 
-    def stretches(self, longest: int) -> list[Ints]:
+    def stretches(self, longest: int, together: Ints | None = None) -> list[Ints]:
         """Readings of one run that follow each other, at most so many, stretches of one length as
-        the rows of one array."""
+        the rows of one array. What shares a value of `together` stays in one where it fits."""
         found: dict[int, list[Ints]] = {}
         for run in np.split(self.order, self.starts[1:]):
-            for part in np.array_split(run, -(-len(run) // longest)):
-                found.setdefault(len(part), []).append(part)
+            whole = [run] if together is None else _packed(run, together, longest)
+            for some in whole:
+                for part in np.array_split(some, -(-len(some) // longest)):
+                    found.setdefault(len(part), []).append(part)
         return [np.array(parts) for parts in found.values()]
+
+
+def _packed(run: Ints, together: Ints, longest: int) -> list[Ints]:
+    """A run cut where the value of `together` changes, into as few stretches as hold so many."""
+    found: list[Ints] = []
+    for part in np.split(run, np.flatnonzero(np.diff(together[run])) + 1):
+        if found and len(found[-1]) + len(part) <= longest:
+            found[-1] = np.concatenate([found[-1], part])
+        else:
+            found.append(part)
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """The error of a mean torque, shared by the readings for which it was held: known, so that no
+    scale applies (errors in variables; Fuller 1987)."""
+
+    sd_arcsec: Floats
+    """What it does to each reading, shape (n,); 0 where no torque was held."""
+    index: Ints
+    """Readings of one value share it, shape (n,)."""
+
+    def select(self, rows: NDArray[np.bool_]) -> Held:
+        """That of some of the readings."""
+        return Held(self.sd_arcsec[rows], self.index[rows])
+
+    def sized(self, factor: float) -> Held:
+        """So many times as large."""
+        return Held(self.sd_arcsec * factor, self.index)
+
+    def most_probable(self, residual_arcsec: Floats, weight: Floats) -> Floats:
+        """What it most probably does to residuals, arcsec; weight: of each reading, 1/arcsec^2."""
+        _, index = np.unique(self.index, return_inverse=True)
+        pull = np.bincount(index, weight * self.sd_arcsec * residual_arcsec)
+        size = np.bincount(index, weight * self.sd_arcsec**2)
+        return np.asarray(self.sd_arcsec * (pull / (1 + size))[index])
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,6 +154,8 @@ class Noise:
     torque_arcsec: Floats | None = None
     """The same by the noise of the torque readings, seen through the slope of the angle: it
     scatters most where the drive is soft (errors in variables; Fuller 1987)."""
+    held: Held | None = None
+    """The error of the mean torque of each hold."""
 
     artefact: Artefact | None = None
     """What the instrument does to many readings at once."""
@@ -122,6 +165,11 @@ class Noise:
         """How many numbers it has beside its scale."""
         further = self.torque_arcsec is not None, self.artefact is not None
         return sum((self.correlation != 0, self.offset_arcsec != 0, *further))
+
+    @property
+    def differences(self) -> bool:
+        """Whether differences from reading to reading whiten it, before offsets and artefacts."""
+        return self.held is None and (self.beside_arcsec is None or not self.correlation)
 
     @property
     def beside_arcsec(self) -> Floats | None:
@@ -136,12 +184,14 @@ class Noise:
         of_each = self.rounding_arcsec, self.torque_arcsec
         rounding, torque = (None if a is None else a * factor for a in of_each)
         artefact = None if self.artefact is None else self.artefact.sized(factor)
+        held = None if self.held is None else self.held.sized(factor)
         return replace(
             self,
             scale=self.scale * factor,
             offset_arcsec=self.offset_arcsec * factor,
             rounding_arcsec=rounding,
             torque_arcsec=torque,
+            held=held,
             artefact=artefact,
         )
 
@@ -150,11 +200,13 @@ class Noise:
         of_each = self.inflation, self.rounding_arcsec, self.torque_arcsec
         inflation, rounding, torque = (None if a is None else a[rows] for a in of_each)
         artefact = None if self.artefact is None else self.artefact.select(rows)
+        held = None if self.held is None else self.held.select(rows)
         return replace(
             self,
             inflation=inflation,
             rounding_arcsec=rounding,
             torque_arcsec=torque,
+            held=held,
             artefact=artefact,
         )
 
@@ -182,7 +234,7 @@ class Whitener:
     log_det: float
     """Logarithm of the determinant of the covariance."""
     blocks: tuple[tuple[Ints, Floats], ...] = field(default=(), repr=False)
-    """Of noise that is correlated beside a rounding which is not: readings that follow each other,
+    """Of noise that no differences whiten: readings that follow each other,
     shape (blocks, m), and inverse factors of their covariance, (blocks, m, m)."""
     shared: tuple[tuple[Floats, Floats], ...] = field(default=(), repr=False)
     """Of what moves many readings at once, seen through the rest: orthonormal axes, shape (n, k),
@@ -193,8 +245,8 @@ class Whitener:
         """For readings with the stated uncertainties `u_arcsec`."""
         sd = noise.scale * u_arcsec * (1.0 if noise.inflation is None else noise.inflation)
         beside = noise.beside_arcsec
-        if beside is not None and noise.correlation:
-            plain = cls._in_blocks(noise, sd, beside, rows)
+        if not noise.differences:
+            plain = cls._in_blocks(noise, sd, rows)
         else:
             if beside is not None:
                 sd = np.hypot(sd, beside)
@@ -223,15 +275,22 @@ class Whitener:
         return replace(self, shared=(*self.shared, (axes, 1 - 1 / np.sqrt(grown))), log_det=log_det)
 
     @classmethod
-    def _in_blocks(cls, noise: Noise, sd: Floats, beside: Floats, rows: Rows) -> Whitener:
-        """Of correlated noise beside an independent one: no differences whiten it, so stretches of
-        a run are whitened by their covariance, as if independent of each other."""
+    def _in_blocks(cls, noise: Noise, sd: Floats, rows: Rows) -> Whitener:
+        """Of noise that no differences whiten: stretches of a run are whitened by their covariance,
+        as if independent of each other."""
         blocks, log_det = [], 0.0
-        for at in rows.stretches(_LONGEST):
+        beside, held = noise.beside_arcsec, noise.held
+        for at in rows.stretches(_LONGEST, None if held is None else held.index):
             steps = np.abs(np.subtract.outer(np.arange(at.shape[1]), np.arange(at.shape[1])))
             covariance = sd[at][:, :, None] * sd[at][:, None, :] * noise.correlation**steps
             place = np.arange(at.shape[1])
-            covariance[:, place, place] += beside[at] ** 2
+            if beside is not None:
+                covariance[:, place, place] += beside[at] ** 2
+            if held is not None:
+                shared, of = held.sd_arcsec[at], held.index[at]
+                covariance += (
+                    shared[:, :, None] * shared[:, None, :] * (of[:, :, None] == of[:, None, :])
+                )
             factor = np.linalg.cholesky(covariance)
             log_det += 2 * float(np.log(np.einsum("bii->bi", factor)).sum())
             blocks.append((at, np.linalg.inv(factor)))

@@ -4,7 +4,8 @@ held_torque  a campaign with the mean torque of each hold, where the angle does 
 
 An angle that follows a torque follows its scatter as well. Where it does not, the scatter is the
 sensor's, and it would not stay noise: what goes by the sense of loading follows the sense of the
-scatter, and explains some of it.
+scatter, and explains some of it. The mean of a hold is not its torque either: its error moves all
+readings of the hold together (`Held`).
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from cbpt.lab.covariance.linear_gaussian import Held
 from cbpt.lab.model.dataset import Campaign
 
 __all__ = ["held_torque"]
@@ -56,7 +58,7 @@ def held_torque(
     if dof < _LIMITS.fewest_dof:
         return campaign, []
     mean = np.where(long, _means(torque, hold), torque)
-    other = replace(campaign, readings=replace(campaign.readings, torque_Nm=mean))
+    other = _at(campaign, mean)
     at_mean = model(other)
     follows = (model(campaign) - at_mean)[long]
     off = campaign.y_arcsec - at_mean
@@ -70,10 +72,18 @@ def held_torque(
     if gain + _LIMITS.sigmas * u_gain > _LIMITS.follows:
         return campaign, []
     scatter = float(np.sqrt(np.sum((torque - mean)[long] ** 2) / dof))
-    return other, [
+    u_mean = np.where(long, scatter / np.sqrt(np.bincount(hold)[hold]), 0.0)
+    moved = 0.5 * np.abs(model(_at(campaign, mean + u_mean)) - model(_at(campaign, mean - u_mean)))
+    # Beside the torque at which the balls slip the model has no solution on one side.
+    error = Held(np.where(np.isfinite(moved), moved, np.nanmax(moved)), hold)
+    return replace(other, held=error), [
         f"the torque readings scatter by {scatter:.2g} N m while the torque is held, and the angle "
-        "does not follow: the mean of each hold is used"
+        "does not follow: the mean of each hold is used, with its uncertainty"
     ]
+
+
+def _at(campaign: Campaign, torque_Nm: Floats) -> Campaign:
+    return replace(campaign, readings=replace(campaign.readings, torque_Nm=torque_Nm))
 
 
 def _holds(campaign: Campaign) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:

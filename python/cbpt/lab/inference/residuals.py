@@ -32,8 +32,9 @@ def left_by(campaign: Campaign, fit: Fit) -> Floats:
 
 
 def without_offsets(campaign: Campaign, residual_arcsec: Floats, noise: Noise) -> Floats:
-    """Nor what an artefact of the instrument does; arcsec, shape (n,)."""
-    if not noise.offset_arcsec and noise.artefact is None:
+    """Nor what an artefact of the instrument or the error of a mean torque does; arcsec, shape
+    (n,)."""
+    if not noise.offset_arcsec and noise.artefact is None and noise.held is None:
         return residual_arcsec
     index, weight = campaign.rows.run_index, campaign.u_arcsec**-2.0
     if noise.inflation is not None:
@@ -44,6 +45,8 @@ def without_offsets(campaign: Campaign, residual_arcsec: Floats, noise: Noise) -
         return np.asarray(values - offset[index])
 
     found = centred(residual_arcsec) if noise.offset_arcsec else residual_arcsec
+    if noise.held is not None:
+        found = found - noise.held.most_probable(found, weight / noise.scale**2)
     if noise.artefact is None:
         return found
     artefact = noise.artefact

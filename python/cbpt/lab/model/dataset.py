@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive, OwnEffect, effect_specs
 from cbpt.errors import InvalidInputError, ReadingsError
-from cbpt.lab.covariance.linear_gaussian import Noise, Rows
+from cbpt.lab.covariance.linear_gaussian import Held, Noise, Rows
 from cbpt.lab.covariance.repeatability import Repeats
 from cbpt.lab.covariance.within_run import display_step
 from cbpt.lab.model.priors import LOT, PRIORS, Variant
@@ -50,6 +50,8 @@ class Campaign:
     """Step of the display where it is coarse against the uncertainty, else 0."""
     rounding_arcsec: Floats | None = None
     """Standard deviation of each reading by the rounding of a coarse display, beside `u_arcsec`."""
+    held: Held | None = None
+    """The error of the mean torque of each hold, where means stand for the torque readings."""
     own: dict[str, OwnEffect] = field(default_factory=dict)
     """Effects of the user's own by id: those of the case, and those to be fitted."""
     candidates: tuple[Variant, ...] = ()
@@ -122,7 +124,7 @@ class Campaign:
     @property
     def plain_noise(self) -> Noise:
         """White noise of the stated size."""
-        return Noise(rounding_arcsec=self.rounding_arcsec)
+        return Noise(rounding_arcsec=self.rounding_arcsec, held=self.held)
 
     @property
     def u_repeated(self) -> bool:
@@ -142,6 +144,7 @@ class Campaign:
             y_arcsec=self.y_arcsec[rows],
             u_arcsec=self.u_arcsec[rows],
             rounding_arcsec=None if self.rounding_arcsec is None else self.rounding_arcsec[rows],
+            held=None if self.held is None else self.held.select(rows),
             rows=self.rows.select(rows),
         )
 
