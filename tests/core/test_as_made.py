@@ -405,3 +405,46 @@ def test_a_map_of_the_preload_has_the_parts_as_made() -> None:
     radius = judge(whole, ["deceleration.ball_radius_m"], np.array([[1.5e-3]]), coefficient=0.1)
     nominal = of.drive.nominal().friction(4.0, 600.0, 33.0).friction_torque_Nm
     assert radius["friction_torque_Nm"] == pytest.approx([nominal], rel=1e-12)
+
+
+# --- strength of the parts as made ---------------------------------------------------------
+
+
+@pytest.mark.parametrize("output", OUTPUTS)
+def test_static_safety_is_that_of_the_worst_angle_of_the_parts_as_made(output: str) -> None:
+    made = case(diameters(b3=2.0), output)
+    found = cbpt.friction(made, torque_Nm=4.0, preload_N=600.0)
+    places = min(made.drive.repetition_turns * 8 * Z2, 4096)
+    angles = 2 * np.pi * made.drive.repetition_turns * np.arange(places) / places
+    whole = at_load(made, 4.0, 600.0)
+    rows = judge(whole, ["load.input_angle_rad"], angles[:, None], pressures=True)
+    assert found.static_safety == pytest.approx(rows["static_safety"].min(), rel=1e-9)
+    nominal = cbpt.friction(made.nominal(), torque_Nm=4.0, preload_N=600.0)
+    assert found.static_safety < 0.9 * nominal.static_safety
+
+
+def test_nearly_nominal_parts_are_as_safe_as_nominal_ones() -> None:
+    made = case(diameters(b3=1e-6))
+    one, other = (
+        cbpt.friction(of, torque_Nm=4.0, preload_N=600.0, static_safety=2.0)
+        for of in (made, made.nominal())
+    )
+    assert one.static_safety == pytest.approx(other.static_safety, rel=1e-3)
+    assert one.largest_torque_Nm == pytest.approx(other.largest_torque_Nm, rel=1e-3)
+    assert one.preload_window_N == pytest.approx(other.preload_window_N, rel=1e-3)
+
+
+def test_window_and_largest_torque_of_the_parts_as_made_meet_the_safety_they_are_for() -> None:
+    made = case(diameters(b3=8.0))
+    found = cbpt.friction(made, torque_Nm=4.0, preload_N=600.0, static_safety=2.0)
+    assert found.preload_window_N is not None and found.largest_torque_Nm is not None
+    least, largest = found.preload_window_N
+    assert least == pytest.approx(made.drive.preload(4.0).drive.continuous_N, rel=1e-9)
+    for torque, preload in ((4.0, largest), (found.largest_torque_Nm, 600.0)):
+        at_end = cbpt.friction(made, torque_Nm=torque, preload_N=preload)
+        assert at_end.static_safety == pytest.approx(2.0, rel=1e-6)
+    nominal = cbpt.friction(made.nominal(), torque_Nm=4.0, preload_N=600.0, static_safety=2.0)
+    assert nominal.preload_window_N is not None and nominal.largest_torque_Nm is not None
+    assert largest < nominal.preload_window_N[1]
+    # Near the torque that the preload holds one contact carries all, whatever the parts are.
+    assert found.largest_torque_Nm <= nominal.largest_torque_Nm

@@ -135,3 +135,11 @@ def test_a_map_has_the_numbers_of_single_loads_and_tells_its_progress() -> None:
             assert found.wear_Nm_per_turn[i, j] == single.wear_Nm_per_turn
     assert list(found.status[2]) == ["beyond_hold"] * 2 and np.isnan(found.efficiency[2]).all()
     assert all(done <= of == 6 for done, of in told)
+
+
+def test_effects_that_are_left_out_are_told() -> None:
+    effects: list[tuple[str, dict[str, float]]] = [("eccentric_bearing", {})]
+    case = cbpt.Case.from_dict(base_case()).with_effects(effects)
+    found = cbpt.friction(case)
+    assert "without the effects of the case: eccentric_bearing" in found.report()
+    assert found.to_dict()["effects_not_counted"] == ["eccentric_bearing"]

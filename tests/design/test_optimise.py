@@ -142,6 +142,19 @@ def test_effects_that_are_not_counted_are_told(capfd: pytest.CaptureFixture[str]
     assert plain.to_dict()["not_counted"] == [] and "without the effects" not in plain.report()
 
 
+def test_tables_of_the_parts_are_left_out_and_told() -> None:
+    made = TOP / "examples/as_made/drive.toml"
+    bounds = {"free": {"load": {"preload_N": [500, 600]}}}
+    found = cbpt.optimise(made, bounds)
+    front = cbpt.pareto_front(made, bounds, points=2)
+    nominal = cbpt.optimise(cbpt.Case.from_file(made).nominal(), bounds)
+    for answer in (found, front):
+        assert answer.to_dict()["not_counted"] == ["as_made"]
+        assert "nominal parts, without [as_made]" in answer.report()
+    assert found.after_arcsec == nominal.after_arcsec
+    assert nominal.to_dict()["not_counted"] == [] and "[as_made]" not in nominal.report()
+
+
 def test_what_cannot_be_is_told_with_the_nearest(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:

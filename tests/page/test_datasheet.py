@@ -49,6 +49,13 @@ def test_parts_as_made_show_their_transmission_error() -> None:
     assert "parts as they were made" in sheet(MADE)
 
 
+def test_effects_that_the_sheet_leaves_out_are_told() -> None:
+    effects: list[tuple[str, dict[str, float]]] = [("eccentric_bearing", {})]
+    case = cbpt.Case.from_file(CASE).with_effects(effects)
+    told = "Effects of the case (eccentric_bearing) count in the lost motion alone."
+    assert told in cbpt.datasheet(case) and "count in the lost motion" not in sheet()
+
+
 def test_it_needs_no_network_and_its_pictures_have_names_of_their_own() -> None:
     html = sheet()
     assert html.count("<svg") == 7

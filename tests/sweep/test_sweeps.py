@@ -527,3 +527,12 @@ def test_the_case_of_a_plan_file_is_read_by_its_own_parser(tmp_path: Path) -> No
     (tmp_path / "plan.toml").write_text('case = "none.toml"\n[axes]\nload.torque_Nm = [1]\n')
     with pytest.raises((PlanError, CaseError), match=r"none\.toml: file not found"):
         sweep(tmp_path / "plan.toml")
+
+
+def test_columns_that_leave_out_the_effects_say_so() -> None:
+    preloads = {"load.preload_N": [500.0, 600.0]}
+    with pytest.warns(UserWarning, match=r"efficiency .*without the effects .*eccentric_bearing"):
+        found = sweep(case(effect=[EFFECT]), preloads, columns=["efficiency"])
+    assert len(found.plan.remarks) == 1
+    assert sweep(case(effect=[EFFECT]), preloads).plan.remarks == []
+    assert sweep(case(), preloads, columns=["efficiency"]).plan.remarks == []

@@ -273,12 +273,9 @@ impl Drive {
 
     /// The thresholds of parts as they were made at so many places of the turns after which they repeat, the largest of each.
     fn made_maxima(&self, torque_Nm: f64) -> DriveThresholds {
-        let turns = self.repetition_turns() as usize;
-        let places = (turns * PLACES_PER_BALL * self.deceleration().ball_count as usize).min(MOST_PLACES);
-        let step_rad = TAU * turns as f64 / places as f64;
         let none = PreloadThresholds { hold_N: 0.0, continuous_N: 0.0, zero_backlash_N: 0.0 };
-        let at = |place: usize| self.preload_thresholds_at(torque_Nm, step_rad * place as f64);
-        (0..places).into_par_iter().map(at).reduce(
+        let at = |angle_rad: f64| self.preload_thresholds_at(torque_Nm, angle_rad);
+        places_as_made_rad(self).into_par_iter().map(at).reduce(
             || DriveThresholds { deceleration: none, equal_speed: none },
             |a, b| DriveThresholds {
                 deceleration: a.deceleration.max(b.deceleration),
@@ -352,6 +349,14 @@ impl Drive {
             }
         }
     }
+}
+
+/// Crank angles spread over the turns after which parts as made repeat, at which they are looked at, rad.
+pub(crate) fn places_as_made_rad(drive: &Drive) -> Vec<f64> {
+    let turns = drive.repetition_turns() as usize;
+    let places = (turns * PLACES_PER_BALL * drive.deceleration().ball_count as usize).min(MOST_PLACES);
+    let step_rad = TAU * turns as f64 / places as f64;
+    (0..places).map(|place| step_rad * place as f64).collect()
 }
 
 fn rows_thresholds(

@@ -5,6 +5,10 @@
 //! - the window: preloads from continuous transmission (which includes hold) up to the one at which s0 falls to what is required;
 //! - torsional natural frequency sqrt(k/J)/(2 pi) of an inertia J at the output, the input held;
 //! - unbalance: the planet turns about the housing's axis at 2 e, so a mass m has m 2 e, and at the speed w the force m 2 e w^2.
+//!
+//! [`Contacts`] is a drive ready for many loads; `made` looks at parts as made.
+
+mod made;
 
 use std::f64::consts::TAU;
 
@@ -15,6 +19,7 @@ use crate::findings::distance_to_edge_m;
 use crate::geometry::undercut::undercuts;
 use crate::pair::MeshingPoints;
 use crate::period;
+use made::MadeContacts;
 
 /// Contacts of a pair at the worst place of a period.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,22 +62,33 @@ const HALVINGS: u32 = 30;
 const FAR: f64 = 1e6;
 
 impl Drive {
+    /// Worst contacts over a period at torque M0 (N m) and preload (N), of its parts as made where it has them.
+    pub fn strength(&self, torque_Nm: f64, preload_N: f64) -> Strength {
+        Contacts::new(self).strength(torque_Nm, preload_N)
+    }
+}
+
+/// The contacts of a drive over a period, for many loads: nominal, or as its parts were made.
+pub struct Contacts<'a> {
+    drive: &'a Drive,
+    made: Option<MadeContacts>,
+}
+
+impl<'a> Contacts<'a> {
+    /// Of a drive.
+    pub fn new(drive: &'a Drive) -> Self {
+        let made = drive.as_made().filter(|_| !undercuts(drive)).map(|_| MadeContacts::new(drive));
+        Self { drive, made }
+    }
+
     /// Worst contacts over a period at torque M0 (N m) and preload (N).
     pub fn strength(&self, torque_Nm: f64, preload_N: f64) -> Strength {
-        let share = self.equal_speed_share();
-        let deceleration = |phase: f64| worst(&[self.deceleration_points(phase)], torque_Nm, preload_N);
-        let equal = |phase: f64| worst(&self.equal_speed_points(phase, phase), torque_Nm * share, preload_N);
-        let never = [f64::INFINITY; 2];
-        let first = if undercuts(self) {
-            never
-        } else {
-            period::maxima(self.deceleration_period_rad(), deceleration).map(|(_, value)| value)
+        let drive = self.drive;
+        let [first, second] = match &self.made {
+            Some(made) => made.worst(torque_Nm, preload_N).0,
+            None => nominal(drive, torque_Nm, preload_N),
         };
-        let second = match self.equal_speed_period_rad() {
-            Some(period) => period::maxima(period, equal).map(|(_, value)| value),
-            None => equal(0.0),
-        };
-        let (pair, equal_speed) = (self.deceleration(), self.equal_speed());
+        let (pair, equal_speed) = (drive.deceleration(), drive.equal_speed());
         let angles = match equal_speed {
             EqualSpeed::RingGroove(ring) => {
                 vec![ring.outside_contact_angle_rad, ring.inside_contact_angle_rad]
@@ -90,19 +106,32 @@ impl Drive {
         let deceleration = contact(first, &pair.groove, &[pair.contact_angle_rad]);
         let equal_speed = contact(second, equal_speed.groove(), &angles);
         let highest = deceleration.peak_pressure_Pa.max(equal_speed.peak_pressure_Pa);
-        let static_safety = static_safety(self.material().pressure_limit_Pa, highest);
+        let static_safety = static_safety(drive.material().pressure_limit_Pa, highest);
         Strength { deceleration, equal_speed, static_safety }
+    }
+
+    /// The last number from `low`, which is safe, to `high` up to which static safety s0 is met; `load` makes torque (N m) and
+    /// preload (N) of it.
+    fn last_safe(&self, range: [f64; 2], static_safety: f64, load: impl Fn(f64) -> [f64; 2]) -> f64 {
+        if let Some(made) = &self.made {
+            let most_Pa = self.drive.material().pressure_limit_Pa / static_safety.cbrt();
+            return made.last_safe(range, most_Pa, load);
+        }
+        bisected(range[0], range[1], |number| {
+            let [torque_Nm, preload_N] = load(number);
+            self.strength(torque_Nm, preload_N).static_safety >= static_safety
+        })
     }
 
     /// Largest torque (N m) at which a preload (N) holds, with static safety s0 over a period; `None` where the preload alone
     /// is too much.
     pub fn largest_torque_Nm(&self, preload_N: f64, static_safety: f64) -> Option<f64> {
-        let safe = |torque_Nm: f64| self.strength(torque_Nm, preload_N).static_safety >= static_safety;
-        if !safe(0.0) {
+        if self.strength(0.0, preload_N).static_safety < static_safety {
             return None;
         }
-        let hold = preload_N / self.preload_thresholds(1.0).drive().hold_N;
-        Some(bisected(0.0, hold, safe))
+        // Parts as made hold what nominal ones do.
+        let hold = preload_N / self.drive.nominal().preload_thresholds(1.0).drive().hold_N;
+        Some(self.last_safe([0.0, hold], static_safety, |torque_Nm| [torque_Nm, preload_N]))
     }
 
     /// The preloads at which torque M0 (N m) is held and transmitted without a loose ball, with static safety s0.
@@ -110,11 +139,12 @@ impl Drive {
     /// The pressure rises with the preload but for its neighbourhood of the holding limit, where few contacts carry all; the
     /// least preload is looked for there too.
     pub fn preload_window(&self, torque_Nm: f64, static_safety: f64) -> PreloadWindow {
-        let needed = self.preload_thresholds(torque_Nm).drive();
+        let needed = self.drive.preload_thresholds(torque_Nm).drive();
         let (hold_N, continuous_N) = (needed.hold_N, needed.continuous_N);
         let none = PreloadWindow { hold_N, continuous_N, least_N: None, largest_N: None };
         let safety = |preload_N: f64| self.strength(torque_Nm, preload_N).static_safety;
         let safe = |preload_N: f64| safety(preload_N) >= static_safety;
+        let at = |preload_N: f64| [torque_Nm, preload_N];
         // Without a torque any preload above 0 does.
         let lower = hold_N.max(continuous_N).max(1e-3);
         if !lower.is_finite() {
@@ -128,14 +158,33 @@ impl Drive {
             if most < static_safety {
                 return none;
             }
-            (best.exp(), -bisected(-best.exp(), -lower, |preload| safe(-preload)))
+            let best = best.exp();
+            (best, -self.last_safe([-best, -lower], static_safety, |preload_N| at(-preload_N)))
         };
         let mut high = 2.0 * start;
         while safe(high) && high < FAR * lower.max(1.0) {
             high *= 2.0;
         }
-        PreloadWindow { least_N: Some(least), largest_N: Some(bisected(start, high, safe)), ..none }
+        let largest = self.last_safe([start, high], static_safety, at);
+        PreloadWindow { least_N: Some(least), largest_N: Some(largest), ..none }
     }
+}
+
+/// Highest peak pressure (Pa) and largest semi-axis (m) of each pair over a period, its parts nominal.
+fn nominal(drive: &Drive, torque_Nm: f64, preload_N: f64) -> [[f64; 2]; 2] {
+    let share = drive.equal_speed_share();
+    let deceleration = |phase: f64| worst(&[drive.deceleration_points(phase)], torque_Nm, preload_N);
+    let equal = |phase: f64| worst(&drive.equal_speed_points(phase, phase), torque_Nm * share, preload_N);
+    let first = if undercuts(drive) {
+        [f64::INFINITY; 2]
+    } else {
+        period::maxima(drive.deceleration_period_rad(), deceleration).map(|(_, value)| value)
+    };
+    let second = match drive.equal_speed_period_rad() {
+        Some(period) => period::maxima(period, equal).map(|(_, value)| value),
+        None => equal(0.0),
+    };
+    [first, second]
 }
 
 /// The last place from `low` (where `safe` is true) to `high` up to which it stays so.

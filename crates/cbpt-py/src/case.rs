@@ -178,7 +178,7 @@ impl Case {
         asked.operation.static_safety = static_safety.unwrap_or(asked.operation.static_safety);
         let found = Load::new(torque_Nm, preload_N, input_angle_deg.to_radians())
             .and_then(|load| py.detach(|| Costs::of(drive, &load, asked)));
-        let report = friction::report(&found.map_err(|error| invalid_input(py, &error))?);
+        let report = friction::answer(&found.map_err(|error| invalid_input(py, &error))?, &self.case);
         Ok((report.text, report.json.to_string()))
     }
 

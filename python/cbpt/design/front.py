@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive
 from cbpt.design.bounds import Bounds, Limit
-from cbpt.design.judge import bare_drive_note, effects_of, shown
+from cbpt.design.judge import bare_drive_note, left_out, nominal_parts_note, shown
 from cbpt.design.optimise import OBJECTIVES, Optimum, Search, searched
 from cbpt.errors import InvalidInputError
 from cbpt.figures.front import draw_front
@@ -82,7 +82,7 @@ class ParetoFront(Reported):
             "nearest": None if self.nearest is None else self.nearest.to_dict(),
             "beaten": self.beaten,
             "seed": self.seed,
-            "not_counted": effects_of(self.case),
+            "not_counted": left_out(self.case),
         }
 
     def to_json(self) -> str:
@@ -132,6 +132,7 @@ class ParetoFront(Reported):
         designs = sum(point.designs for point in self.points)
         lines.append(f"{designs} designs computed for these points, seed {self.seed}.")
         lines += bare_drive_note(self.case, "the designs are")
+        lines += nominal_parts_note(self.case, "the designs are")
         return "\n".join(lines)
 
     def __repr__(self) -> str:

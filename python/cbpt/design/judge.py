@@ -5,7 +5,8 @@
     at_load    the case with its load completed
     value_of   a number as the case has it
     shown      a number by its key in the usual unit
-    effects_of, bare_drive_note, nominal_parts_note   what of the case is left out here
+    left_out    ids of what of the case has no part here
+    bare_drive_note, nominal_parts_note   the same as text
 
 Numbers are named in SI as in a case file: `deceleration.ball_radius_m`.
 """
@@ -130,8 +131,13 @@ def shown(number: str, value: float) -> tuple[str, float]:
 
 
 def effects_of(case: Case) -> list[str]:
-    """Ids of the effects of a case, all of which are left out here."""
+    """Ids of the effects of a case."""
     return [effect.id for effect in case.effects] + [own.id for own in case.own_effects]
+
+
+def left_out(case: Case) -> list[str]:
+    """Ids of the effects of a case, and `as_made` where it has tables of its parts."""
+    return effects_of(case) + (["as_made"] if case.drive.has_parts_as_made else [])
 
 
 def nominal_parts_note(case: Case, what: str) -> list[str]:

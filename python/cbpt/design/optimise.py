@@ -29,8 +29,9 @@ from cbpt.design.judge import (
     Judged,
     at_load,
     bare_drive_note,
-    effects_of,
     judge,
+    left_out,
+    nominal_parts_note,
     shown,
     value_of,
 )
@@ -74,7 +75,9 @@ class Optimum(Reported):
     """The outcome of a search. Numbers are named in SI, values are SI."""
 
     case: Case
-    """The best design as a case; the nearest where none keeps the bounds."""
+    """The best design as a case; the nearest where none keeps the bounds. Its parts are nominal."""
+    started: Case = field(repr=False)
+    """The case as it was, with its load."""
     found: bool
     """Whether it keeps them."""
     numbers: dict[str, tuple[float, float]]
@@ -129,7 +132,7 @@ class Optimum(Reported):
             "violated_before": list(self.violated_before),
             "designs": self.designs,
             "seed": self.seed,
-            "not_counted": effects_of(self.case),
+            "not_counted": left_out(self.started),
             "case_toml": self.case.to_toml(),
         }
 
@@ -176,6 +179,7 @@ class Optimum(Reported):
             lines.append(f"The original case violates: {'; '.join(self.violated_before)}.")
         lines.append(f"{self.designs} designs computed, seed {self.seed}.")
         lines += bare_drive_note(self.case, "the angles are")
+        lines += nominal_parts_note(self.started, "the designs are")
         return "\n".join(lines)
 
     def _of_period(self, angle: Callable[[float | None], str]) -> str:
@@ -259,8 +263,7 @@ def searched(
 
     Raises `InvalidInputError` for bounds that are not possible, and where there is no torque.
     """
-    # What was measured of one drive's parts says nothing of another's.
-    whole = at_load(case, *load).nominal()
+    whole = at_load(case, *load)
     bounds = bounds if isinstance(bounds, Bounds) else read_bounds(bounds, whole)
     if whole.torque_Nm == 0.0:
         raise InvalidInputError("torque_Nm = 0: without torque every elastic angle is 0")
@@ -273,7 +276,9 @@ class Search:
     """The search for one design: what it changes, what it keeps, what it makes small."""
 
     def __init__(self, case: Case, bounds: Bounds, objective: str) -> None:
-        self.case, self.bounds, self.objective = case, bounds, objective
+        self.started, self.bounds, self.objective = case, bounds, objective
+        # What was measured of one drive's parts says nothing of another's.
+        self.case = case.nominal()
         self.column = OBJECTIVES[objective]
         rubs = bounds.needs_friction or objective != "elastic_angle"
         self.coefficient = case.friction_coefficient if rubs else None
@@ -469,6 +474,7 @@ class Search:
             at.append(f"preload for {self.bounds.threshold}")
         return Optimum(
             case=case,
+            started=self.started,
             found=found,
             numbers={
                 name: (float(w), float(n)) for name, w, n in zip(self.names, was, now, strict=True)

@@ -25,8 +25,8 @@ from cbpt.design.judge import (
     Judged,
     at_load,
     bare_drive_note,
-    effects_of,
     judge,
+    left_out,
     nominal_parts_note,
     shown,
     value_of,
@@ -207,7 +207,7 @@ class Tolerance(Reported):
                 if self.friction
                 else {}
             ),
-            "not_counted": effects_of(self.case),
+            "not_counted": left_out(self.case),
             "numbers": numbers,
         }
 

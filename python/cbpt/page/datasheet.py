@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive
 from cbpt.design.costs import Costs, friction, friction_map
-from cbpt.design.judge import at_load, judge
+from cbpt.design.judge import at_load, effects_of, judge
 from cbpt.design.transmission import transmission
 from cbpt.errors import CbptError
 from cbpt.figures import datasheet as figures
@@ -316,7 +316,9 @@ def _page(
     )
     made = "nominal parts"
     if case.drive.has_parts_as_made:
-        made = "parts as they were made (static safety and lines of thresholds: nominal)"
+        made = "parts as they were made (lines of thresholds: nominal)"
+    effects = ", ".join(effects_of(case))
+    counted = f" Effects of the case ({effects}) count in the lost motion alone." if effects else ""
     return (
         "<!doctype html>\n"
         f'<html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>\n'
@@ -330,7 +332,8 @@ def _page(
         f'<section class="pictures">\n{drawn}\n</section>\n'
         f"<footer>Computed by statics, Hertz contacts and Coulomb friction for {made}, plates "
         "rigid but for the contacts. Efficiency, friction and pressures: means and maxima over a "
-        "period. A dot marks the load as set; dashed: rated torque.</footer>\n</body></html>\n"
+        "period. A dot marks the load as set; dashed: rated torque."
+        f"{escape(counted)}</footer>\n</body></html>\n"
     )
 
 

@@ -1,11 +1,13 @@
 //! `cbpt friction`: what preload and stiffness cost.
 //!
-//! [`Costs`] is all that is computed, over a period; [`report`] what it has to say.
+//! [`Costs`] is all that is computed, over a period; [`answer`] what it has to say.
 
 use std::f64::consts::TAU;
 
 use cbpt_core::friction::period::{Backdriving, DriveOverPeriod, FrictionPeriod, PairOverPeriod};
-use cbpt_core::strength::{PreloadWindow, Strength, WorstContact, natural_frequency_Hz, unbalance_kg_m};
+use cbpt_core::strength::{
+    Contacts, PreloadWindow, Strength, WorstContact, natural_frequency_Hz, unbalance_kg_m,
+};
 use cbpt_core::{Drive, InvalidInput, Load, Status};
 use serde_json::{Value, json};
 
@@ -29,12 +31,7 @@ pub fn run(verb: &Friction) -> Result<Exit, Failure> {
     asked.friction.coefficient = verb.coefficient.unwrap_or(asked.friction.coefficient);
     asked.operation.static_safety = verb.static_safety.unwrap_or(asked.operation.static_safety);
     let costs = Costs::of(drive, &load, asked)?;
-    let mut report = report(&costs);
-    note_bare_drive(&mut report, &case, "this is");
-    if drive.as_made().is_some() {
-        report.text += "\nNote: friction is that of the parts as made, over all turns after which they repeat; peak pressures, static \
-                        safety and the largest torque are those of nominal parts.";
-    }
+    let report = answer(&costs, &case);
     report.deliver(&verb.output)?;
     Ok(if costs.status.has_solution() { Exit::Success } else { Exit::NoSolution })
 }
@@ -84,7 +81,7 @@ impl Costs {
             return Err(InvalidInput::new("static_safety", safety, "must be a finite number greater than 0"));
         }
         let (torque_Nm, preload_N) = (load.torque_Nm(), load.preload_N());
-        let period = FrictionPeriod::new(drive);
+        let (period, contacts) = (FrictionPeriod::new(drive), Contacts::new(drive));
         let (status, loaded) = period.at(torque_Nm, preload_N, mu)?;
         Ok(Self {
             status,
@@ -95,9 +92,9 @@ impl Costs {
             loaded,
             unloaded: period.at(0.0, preload_N, mu)?.1,
             backdriving: period.backdriving(preload_N, mu)?,
-            strength: drive.strength(torque_Nm, preload_N),
-            largest_torque_Nm: drive.largest_torque_Nm(preload_N, safety),
-            window: drive.preload_window(torque_Nm, safety),
+            strength: contacts.strength(torque_Nm, preload_N),
+            largest_torque_Nm: contacts.largest_torque_Nm(preload_N, safety),
+            window: contacts.preload_window(torque_Nm, safety),
             stiffness_Nm_per_rad: drive.solve(load).torsional_stiffness_Nm_per_rad,
         })
     }
@@ -149,8 +146,19 @@ const NEGLECTED: [&str; 4] = [
     "cross-slide: the turn of the floating plate within its elastic shift, its inertia, and the places where the balls turn round",
 ];
 
+/// The costs of a case, with what of it they leave out.
+pub fn answer(costs: &Costs, case: &Case) -> Report {
+    let mut report = report(costs);
+    note_bare_drive(&mut report, case, "this is");
+    if case.drive().is_some_and(|drive| drive.as_made().is_some()) {
+        report.text +=
+            "\nNote: this is of the parts as made, at angles spread over all turns after which they repeat.";
+    }
+    report
+}
+
 /// What the costs have to say.
-pub fn report(costs: &Costs) -> Report {
+fn report(costs: &Costs) -> Report {
     let table = table(costs);
     Report { text: text(costs, &table), json: document(costs), table }
 }

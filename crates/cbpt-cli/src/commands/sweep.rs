@@ -15,7 +15,7 @@ use crate::case::Case;
 use crate::exit::{Exit, Failure};
 use crate::progress::with_progress_bar;
 use crate::report::{Report, Table, number, object};
-use crate::sweep::rows::warn_unbuildable;
+use crate::sweep::rows::{note_bare_columns, warn_unbuildable};
 
 /// More rows than this are for a file, not for a screen.
 const MOST_ROWS_ON_SCREEN: usize = 60;
@@ -68,7 +68,7 @@ pub fn run(verb: &Sweep) -> Result<Exit, Failure> {
             }
         }
     }
-    if let Some(text) = warn_unbuildable(&case) {
+    for text in warn_unbuildable(&case).into_iter().chain(note_bare_columns(&case, &verb.columns)) {
         eprintln!("cbpt: {text}");
     }
     let none = Effects { effects: &[], values: &[] };

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use cbpt_core::cost::Cost;
 use cbpt_core::findings::UNBUILDABLE;
 use cbpt_core::predict::Effect;
 use cbpt_core::predict::loads::{Effects, LoadOutcome, solve_loads};
@@ -91,6 +92,20 @@ pub fn warn_unbuildable(case: &Case) -> Option<String> {
     Some(format!(
         "warning: the drive of the case cannot be built ({}): {}; the sweep goes on all the same. Remedy: {}",
         finding.code, finding.message, finding.remedy
+    ))
+}
+
+/// What is said of further columns where the case has effects, which they leave out.
+pub fn note_bare_columns(case: &Case, columns: &[Cost]) -> Option<String> {
+    if columns.is_empty() || case.effects.is_empty() {
+        return None;
+    }
+    let names: Vec<&str> = columns.iter().map(|cost| cost.name()).collect();
+    let ids: Vec<&str> = case.effects.iter().map(|effect| &*effect.id).collect();
+    Some(format!(
+        "note: {} are of the drive alone, without the effects of the case: {}",
+        names.join(", "),
+        ids.join(", ")
     ))
 }
 
@@ -253,11 +268,13 @@ impl Plan {
         reducer.ball_drive()?.unbuildable()
     }
 
-    /// What to know before: a range whose steps do not meet its end, or that the one drive of all rows cannot be built.
+    /// What to know before: a range whose steps do not meet its end, that the one drive of all rows cannot be built, or that
+    /// columns leave out the effects.
     pub fn remarks(&self) -> Vec<String> {
         let notes = self.notes.iter().map(|note| format!("note: {note}"));
         let one_drive = Some(self.case()).filter(|_| !self.has_findings());
-        notes.chain(one_drive.and_then(warn_unbuildable)).collect()
+        let bare = note_bare_columns(self.case(), self.columns());
+        notes.chain(one_drive.and_then(warn_unbuildable)).chain(bare).collect()
     }
 
     /// Whether the drive varies, so that each row tells whether its own can be built.
