@@ -16,11 +16,9 @@ from __future__ import annotations
 import contextlib
 import doctest
 import io
-import os
 import re
+import shlex
 import shutil
-import subprocess
-import sysconfig
 import textwrap
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -30,7 +28,7 @@ from typing import Any
 import pytest
 
 import cbpt
-from common import PATIENCE_S
+from cbpt.cli.main import main
 
 TOP = Path(__file__).parents[2]
 PAGES = [TOP / "README.md", *sorted((TOP / "docs").rglob("*.md"))]
@@ -102,30 +100,25 @@ def run_python(page: Path, block: Block, namespace: dict[str, Any]) -> str:
     return printed.getvalue()
 
 
-def run_command(command: str, place: str) -> str:
-    """Run a line; returns what it prints."""
+def run_command(command: str, place: str, capture: pytest.CaptureFixture[str]) -> str:
+    """Run a line in this process, without the start of another; returns what it prints.
+
+    That the installed command is the same has a test of its own (`tests/cli/test_command.py`).
+    """
     expected = EXITS.search(command)
-    code = int(expected[1]) if expected else 0
-    path = os.pathsep.join([sysconfig.get_path("scripts"), os.environ.get("PATH", "")])
-    ran = subprocess.run(
-        command,
-        shell=True,
-        env={**os.environ, "PATH": path, "PYTHONIOENCODING": "utf-8"},
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
-        encoding="utf-8",
-        timeout=PATIENCE_S,
-        check=False,
-    )
-    assert ran.returncode == code, f"{place}: {command}\n{ran.stdout}{ran.stderr}"
-    assert "Traceback" not in ran.stderr, f"{place}: {command}\n{ran.stderr}"
-    return ran.stdout
+    capture.readouterr()
+    code = main(shlex.split(command, comments=True)[1:])
+    printed, told = capture.readouterr()
+    assert code == (int(expected[1]) if expected else 0), f"{place}: {command}\n{printed}{told}"
+    return printed
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(TOP)))
 def test_what_a_page_shows_works(
-    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    page: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
 ) -> None:
     ignored = shutil.ignore_patterns("embed", "__pycache__", "out")
     shutil.copytree(TOP / "examples", tmp_path / "examples", ignore=ignored)
@@ -140,7 +133,8 @@ def test_what_a_page_shows_works(
             printed[block] = run_python(page, block, namespace)
         elif block.language in ("console", "sh"):
             for number, command in commands(block):
-                printed[block] = run_command(command, f"{page.relative_to(TOP)}:{number}")
+                where = f"{page.relative_to(TOP)}:{number}"
+                printed[block] = run_command(command, where, capfd)
         elif block.language == "text" and block.follows in printed:
             shown = printed[block.follows]
             same = doctest.OutputChecker().check_output(block.text, shown, doctest.ELLIPSIS)
@@ -195,10 +189,10 @@ def test_blocks_are_found_with_their_places() -> None:
     ]
 
 
-def test_what_fails_is_told() -> None:
+def test_what_fails_is_told(capfd: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(AssertionError, match="page:7: cbpt solve"):
-        run_command("cbpt solve missing.toml", "page:7")
-    run_command("cbpt solve missing.toml  # exits 2: there is no such file", "page:7")
+        run_command("cbpt solve missing.toml", "page:7", capfd)
+    run_command("cbpt solve missing.toml  # exits 2: there is no such file", "page:7", capfd)
     with pytest.raises(ZeroDivisionError):
         run_python(TOP / "README.md", Block("python", "1 / 0\n", 2, True, None), {})
     with pytest.raises(doctest.DocTestFailure):
