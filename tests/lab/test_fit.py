@@ -6,6 +6,7 @@ Groups: values come back; uncertainties cover; evidence; bounds; starts; what wa
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -16,10 +17,11 @@ import cbpt
 from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter, Race
+from cbpt.lab.inference.gauss_newton import Problem, point_at, search
 from cbpt.lab.inference.hypothesis import Hypothesis
-from cbpt.lab.model.forward import Assembled
+from cbpt.lab.model.forward import Assembled, Point
 from cbpt.lab.model.own_terms import campaign_of
-from cbpt.lab.model.priors import ARCSEC, PRIORS, VARIANTS, lots
+from cbpt.lab.model.priors import ARCSEC, PRIORS, VARIANTS
 from cbpt.lab.selection.fit_effects import best_fit
 from common.drives import examples
 from common.simulated import (
@@ -412,26 +414,36 @@ def test_other_angles_share_the_model_and_change_the_fit() -> None:
     assert fitter.campaign is campaign and other.model is fitter.model
 
 
-# --- lots of balls ------------------------------------------------------------------------
+# --- damped steps -------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_a_lot_is_found_from_sizes_at_which_balls_lose_touch(seed: int) -> None:
-    """The linear problem asks for such sizes; from there the search came to no end."""
-    campaign = readings_of(plan("dev03"), {}, np.random.default_rng([17, seed]))
-    lot = next(v for v in lots(campaign.balls) if v.spread == 0.5e-6)
-    rng = np.random.default_rng([23, seed])
+def test_a_damped_step_is_shorter_and_promises_less() -> None:
+    campaign = readings_of(plan("dev03"), {}, np.random.default_rng([17, 1]))
     fitter = Fitter(campaign)
-    values = fitter.start(Hypothesis((lot,)), {})
-    unknowns = fitter.unknowns(Hypothesis((lot,)))
-    balls = [u.index for u in unknowns if u.name.startswith("ball_diameter_lot")]
-    values[balls] = 0.5e-6 * rng.standard_normal(len(balls))
-    angle = fitter.model.at(values).angle_arcsec
-    rough = fitter.with_angles(angle + campaign.u_arcsec * rng.standard_normal(len(campaign)))
-    away = values.copy()
-    away[balls] = 3e-6 * rng.standard_normal(len(balls))
-    noise = campaign.plain_noise
-    near, far = (rough.fit(Hypothesis((lot,)), s, noise, False) for s in (None, away))
-    assert near is not None and far is not None
-    assert far.reached < near.reached + 0.5
-    assert near.reached < 1.3 * len(campaign)
+    unknowns = fitter.unknowns(hypothesis_of("eccentric_bearing"))
+    problem = Problem(campaign, fitter.model, unknowns, campaign.plain_noise)
+    point = point_at(fitter.model, fitter.start(hypothesis_of("eccentric_bearing"), {}), unknowns)
+    assert point is not None
+    taken = [problem.step(point, damping) for damping in (0.0, 1.0, 30.0)]
+    lengths = [float(np.linalg.norm(step)) for step, _ in taken]
+    assert lengths[0] > lengths[1] > lengths[2] > 0
+    assert taken[0][1] > taken[1][1] > taken[2][1] > 0
+
+
+class Bent:
+    """A valley that turns aside: only a damped step leads down."""
+
+    def objective(self, point: Floats) -> float:
+        return float(point @ point)
+
+    def step(self, point: Floats, damping: float = 0.0) -> tuple[Floats, float]:
+        return (-0.5 if damping else 0.5) * point, self.objective(point)
+
+    def moved(self, point: Floats, step: Floats) -> Floats:
+        return np.asarray(point + step)
+
+
+def test_a_search_that_is_stuck_goes_on_with_damped_steps() -> None:
+    start = np.array([3.0, -4.0])
+    end, _ = search(cast(Problem, Bent()), cast(Point, start), 40)
+    assert Bent().objective(cast(Floats, end)) < 1.0

@@ -174,8 +174,6 @@ class Fitter:
         unknowns = self.unknowns(hypothesis)
         values = self.start(hypothesis, {}) if start is None else start.copy()
         noise = noise or self.campaign.plain_noise
-        if start is not None and any(v.spread for v in hypothesis.variants):
-            values = self._nearer(hypothesis, values, noise)
         point = point_at(self.model, values, unknowns)
         sizes = [u.index for u in unknowns if not u.log and np.isinf(u.sd)]
         for _ in range(6):
@@ -209,14 +207,6 @@ class Fitter:
         if free_noise and may_depart(hypothesis, unknowns):
             found = self._with_discrepancy(found)
         return replace(found, reached=reached)
-
-    def _nearer(self, hypothesis: Hypothesis, values: Floats, noise: Noise) -> Floats:
-        """Values with the balls of a lot alike where that fits better: the linear problem knows
-        nothing of balls that lose touch, and asks for sizes at which they do."""
-        alike = values.copy()
-        alike[[u.index for u in self.unknowns(hypothesis) if u.name.startswith(LOT)]] = 0.0
-        sized, equal = (self.misfit(hypothesis, v, noise) for v in (values, alike))
-        return alike if equal < sized else values
 
     def _with_discrepancy(self, exact: Fit) -> Fit:
         """The evidence summed over how far the effects may depart from their forms; noise and
