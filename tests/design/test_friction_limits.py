@@ -33,6 +33,7 @@ def test_a_limit_on_friction_ends_the_search_inside_its_bounds() -> None:
     assert best.found and best.binds == ("friction_torque_Nm 0.15",)
     assert best.case.preload_N == pytest.approx(grid[np.argmin(angle)], abs=1)
     assert best.friction["friction_torque_Nm"] == pytest.approx(0.15, rel=1e-5)
+    assert "at this input angle: 0.15 N m" in best.report()
 
 
 @pytest.mark.parametrize("objective", ["friction_torque", "wear"])
