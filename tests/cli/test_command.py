@@ -270,6 +270,38 @@ def test_a_picture_is_what_its_name_says(name: str, begin: bytes) -> None:
     assert Path(name).read_bytes().startswith(begin)
 
 
+@DRAWS
+def test_friction_with_a_picture_answers_as_without_one(capfd: pytest.CaptureFixture[str]) -> None:
+    loads = ["--torque-Nm", "4", "--coefficient", "0.08", "--static-safety", "1.5"]
+    said = []
+    for also in ([], ["--plot", "window.svg"]):
+        answer = [["--json", "--out", "a.csv"], ["--out", "a.json"]]
+        for flags in answer:
+            assert commands.main(["friction", "case.toml", *loads, *flags, *also]) == 0
+            said.append(capfd.readouterr().out.splitlines())
+        said.append([Path(name).read_text(encoding="utf-8") for name in ("a.csv", "a.json")])
+    alone, drawn = said[:3], said[3:]
+    assert json.loads("\n".join(alone[0])) == json.loads("\n".join(drawn[0]))
+    assert alone[1][:-1] == drawn[1][:-1]
+    assert alone[2][0] == drawn[2][0] and json.loads(alone[2][1]) == json.loads(drawn[2][1])
+    assert Path("window.svg").read_bytes().startswith(b"<?xml")
+
+
+@DRAWS
+def test_friction_draws_which_preload_would_hold_a_load_that_slips() -> None:
+    assert commands.main(["friction", "case.toml", "--preload-N", "5", "--plot", "a.svg"]) == 3
+    assert Path("a.svg").stat().st_size > 1000
+
+
+def test_the_picture_of_friction_overwrites_no_case_and_has_its_help(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert code_of(["friction", "case.toml", "--plot", "case.toml"]) == 2
+    assert "overwrite" in capsys.readouterr().err
+    assert code_of(["help", "friction"]) == 0
+    assert "--plot FILE" in capsys.readouterr().out
+
+
 def test_without_matplotlib_drawing_says_what_to_install() -> None:
     # None stands for a module that cannot be imported.
     program = (

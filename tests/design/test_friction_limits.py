@@ -5,6 +5,8 @@ Groups: searches against grids of all designs, limits that cannot be, the answer
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 import math
 from pathlib import Path
@@ -31,6 +33,7 @@ def test_a_limit_on_friction_ends_the_search_inside_its_bounds() -> None:
     assert best.found and best.binds == ("friction_torque_Nm 0.15",)
     assert best.case.preload_N == pytest.approx(grid[np.argmin(angle)], abs=1)
     assert best.friction["friction_torque_Nm"] == pytest.approx(0.15, rel=1e-5)
+    assert "at this input angle: 0.15 N m" in best.report()
 
 
 @pytest.mark.parametrize("objective", ["friction_torque", "wear"])
@@ -117,6 +120,20 @@ def test_a_torsion_spring_has_no_contacts() -> None:
         cbpt.friction(spring, torque_Nm=1, preload_N=1)
 
 
+def test_the_table_of_pairs_has_the_numbers_of_the_document() -> None:
+    found = cbpt.friction(base_case())
+    rows = {row.pop("pair"): row for row in csv.DictReader(io.StringIO(found.to_csv()))}
+    assert list(rows) == ["deceleration", "equal_speed", "drive"]
+    for name, row in rows.items():
+        track = float(row.pop("track_wear_Nm_per_mm"))
+        assert {key: found.document[name][key] for key in row} == {
+            k: float(v) for k, v in row.items()
+        }
+        pairs = ("deceleration", "equal_speed") if name == "drive" else (name,)
+        assert track == max(max(found.document[pair]["track_wear_Nm_per_mm"]) for pair in pairs)
+    assert cbpt.friction(base_case(), preload_N=5).to_csv().count("\n") == 1
+
+
 # --- maps ---------------------------------------------------------------------------------
 
 
@@ -143,3 +160,5 @@ def test_effects_that_are_left_out_are_told() -> None:
     found = cbpt.friction(case)
     assert "without the effects of the case: eccentric_bearing" in found.report()
     assert found.to_dict()["effects_not_counted"] == ["eccentric_bearing"]
+    assert cbpt.friction_map(case, 5, 600).effects_not_counted == ("eccentric_bearing",)
+    assert cbpt.friction_map(base_case(), 5, 600).effects_not_counted == ()

@@ -1,5 +1,6 @@
 """The verbs about drives that are still to be built, and about their parts as they were made.
 
+friction       what preload and stiffness cost, with a picture of the preload window
 tolerance      how the elastic angle varies within the tolerances of the drawing
 optimise       the design with the smallest elastic angle within bounds; fronts of two objectives
 transmission   the transmission error of the parts as they were made
@@ -8,6 +9,7 @@ transmission   the transmission error of the parts as they were made
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 
 from cbpt.cli.options import (
@@ -25,6 +27,72 @@ from cbpt.cli.options import (
     show_answer,
 )
 from cbpt.whole_files import write_whole
+
+
+def is_with_window(argv: Sequence[str]) -> bool:
+    """Whether a command line is friction with a picture, or asks for the help that has it; every
+    other one of friction is the core's."""
+    flags = {word.partition("=")[0] for word in argv[1:]}
+    return argv[:1] == ["friction"] and bool(flags & {"--plot", "--help", "-h"})
+
+
+def friction(argv: list[str]) -> int:
+    """cbpt friction CASE --plot FILE"""
+    from cbpt.design.costs import friction as costs_of
+
+    parser = of_case(
+        "cbpt friction",
+        "What preload and stiffness cost over a period: friction torque at the input, efficiency, "
+        "wear, static safety, the window of the preload.",
+    )
+    add_load(parser)
+    parser.add_argument(
+        "--coefficient",
+        metavar="MU",
+        type=float,
+        help="friction coefficient of the contacts (default: that of the case, or 0.1)",
+    )
+    parser.add_argument(
+        "--static-safety",
+        metavar="S0",
+        type=float,
+        help="static safety that is required (default: that of the case, or 1)",
+    )
+    parser.add_argument(
+        "--json",
+        action="store_const",
+        const="-",
+        help="print the complete answer as one JSON object instead of the text",
+    )
+    parser.add_argument(
+        "--out",
+        metavar="FILE",
+        type=Path,
+        help="write the table of pairs to FILE.csv, or the complete answer to FILE.json",
+    )
+    add_plot(
+        parser,
+        "draw elastic angle, friction torque and static safety over the preload, with the window, "
+        "to FILE.svg, .png or .pdf; the curves are those at the input angle",
+    )
+    options = parser.parse_args(argv)
+    check_name(parser, "--out", options.out, ".csv", ".json")
+    check_plot(options)
+    found = costs_of(
+        options.case,
+        torque_Nm=options.torque_Nm,
+        preload_N=options.preload_N,
+        input_angle_deg=options.input_angle_deg,
+        coefficient=options.coefficient,
+        static_safety=options.static_safety,
+    )
+    if options.out:
+        csv = options.out.suffix.lower() == ".csv"
+        write_whole(options.out, found.to_csv() if csv else found.to_json() + "\n")
+    show_answer(found, options.json, found.report)
+    if options.plot:
+        found.plot(options.plot)
+    return SUCCESS if found.has_solution else NO_SOLUTION
 
 
 def tolerance(argv: list[str]) -> int:

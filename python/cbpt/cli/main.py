@@ -1,12 +1,12 @@
 """The `cbpt` command of the Python package.
 
 Verbs of the mechanics (solve, preload, friction, sweep, sensitivity, check, effects, schema) are
-handed to the Rust command line as they are, but for a sweep to Parquet (`sweep`); those of the lab
-are in `lab` (compare, diagnose, change, fit) and, about campaigns to come, in `campaigns`
-(simulate, isolability, next-run, plan); those about drives to be built, and their parts as they
-were made, in `design` (tolerance, optimise, transmission); those of the page in `page` (report,
-workbench, datasheet); those about loops and a table by itself in `tables` (characterise,
-preflight). What they share is in `options`.
+handed to the Rust command line as they are, but for a sweep to Parquet (`sweep`) and for friction
+with a picture (`design`); those of the lab are in `lab` (compare, diagnose, change, fit) and, about
+campaigns to come, in `campaigns` (simulate, isolability, next-run, plan); those about drives to be
+built, and their parts as they were made, in `design` (tolerance, optimise, transmission); those of
+the page in `page` (report, workbench, datasheet); those about loops and a table by itself in
+`tables` (characterise, preflight). What they share is in `options`.
 """
 
 from __future__ import annotations
@@ -46,10 +46,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:  # closed by who has started this
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
-    if argv[:1] == ["help"] and argv[1:2] and argv[1] in _LAB:
+    if argv[:1] == ["help"] and argv[1:2] and argv[1] in (*_LAB, "friction"):
         argv = [argv[1], "--help"]
     if argv and argv[0] in _LAB:
         return _guarded(_LAB[argv[0]], argv[1:])
+    if design_verbs.is_with_window(argv):
+        return _guarded(design_verbs.friction, argv[1:])
     if sweep_verb.is_for_parquet(argv):
         return _guarded(sweep_verb.sweep, argv[1:])
     if sys.stdout is not None:

@@ -117,11 +117,11 @@ def inputs(
 # --- flags --------------------------------------------------------------------------------
 
 
-def add_plot(parser: argparse.ArgumentParser) -> None:
+def add_plot(
+    parser: argparse.ArgumentParser, what: str = "draw a plot to FILE.svg, .png or .pdf"
+) -> None:
     """The flag that draws."""
-    parser.add_argument(
-        "--plot", metavar="FILE", type=Path, help="draw a plot to FILE.svg, .png or .pdf"
-    )
+    parser.add_argument("--plot", metavar="FILE", type=Path, help=what)
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:

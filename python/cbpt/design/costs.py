@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cbpt._core import Case, Drive, friction_of_loads
-from cbpt.design.judge import at_load, judge
+from cbpt.design.judge import at_load, effects_of, judge
 from cbpt.figures.preload_window import WindowPicture, draw_window
 from cbpt.lab.readings.inputs import case_of
 from cbpt.results import ARCSEC_PER_RAD
@@ -28,6 +28,8 @@ Floats = NDArray[np.float64]
 
 # Preloads at which the curves of the picture are computed.
 _POINTS = 161
+# Columns of the table of pairs.
+_OF_PAIR = ("friction_torque_Nm", "least_Nm", "largest_Nm", "no_load_Nm", "wear_Nm_per_turn")
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,6 +96,19 @@ class Costs:
         """`to_dict` as JSON text."""
         return json.dumps(self.document, indent=2, allow_nan=False)
 
+    def to_csv(self) -> str:
+        """A row for each pair and for the drive; no rows without solution. The wear of the track
+        is that of the groove that wears most."""
+        lines = [",".join(("pair", *_OF_PAIR, "track_wear_Nm_per_mm"))]
+        pairs = {name: self.document[name] for name in ("deceleration", "equal_speed")}
+        if self.has_solution:
+            wear = {name: max(pair["track_wear_Nm_per_mm"]) for name, pair in pairs.items()}
+            for name, row in (pairs | {"drive": self.document["drive"]}).items():
+                track = wear.get(name, max(wear.values()))
+                cells = [*(row[key] for key in _OF_PAIR), track]
+                lines.append(",".join([name, *("" if v is None else repr(v) for v in cells)]))
+        return "\n".join(lines) + "\n"
+
     def report(self) -> str:
         """Text for a terminal."""
         return self.text
@@ -119,6 +134,7 @@ class Costs:
         )
         return WindowPicture(
             title=f"{case.torque_Nm:g} N m, friction coefficient {coefficient:g}",
+            own_N=own,
             preload_N=preloads,
             angle_arcsec=np.abs(found["elastic_angle_rad"]) * ARCSEC_PER_RAD,
             friction_torque_Nm=found["friction_torque_Nm"],
@@ -142,6 +158,8 @@ def friction(
     static_safety: float | None = None,
 ) -> Costs:
     """What a drive costs under a load: friction torque, efficiency, wear, safety, preload window.
+
+    The effects of the case are not counted, and the answer says so; the parts as made are.
 
     Parameters
     ----------
@@ -195,6 +213,8 @@ class FrictionMap:
     """Archard's index for a turn of the input."""
     status: NDArray[np.str_]
     """As in `Angles`."""
+    effects_not_counted: tuple[str, ...]
+    """Ids of the effects of the case: friction is that of the drive without them."""
 
 
 def friction_map(
@@ -206,6 +226,8 @@ def friction_map(
     progress: Callable[[int, int], object] | None = None,
 ) -> FrictionMap:
     """Friction torque, efficiency and wear for arrays of loads, on all cores.
+
+    The effects of the case are not counted, as in `friction`; the parts as made are.
 
     Parameters
     ----------
@@ -252,4 +274,5 @@ def friction_map(
         efficiency=efficiency.reshape(torque.shape),
         wear_Nm_per_turn=wear.reshape(torque.shape),
         status=np.array(names, dtype=np.str_).reshape(torque.shape),
+        effects_not_counted=tuple(effects_of(found)) if isinstance(found, Case) else (),
     )

@@ -201,7 +201,7 @@ class Optimum(Reported):
             return "Friction torque at the input: no solution."
         was = "no solution" if before is None else f"{before:.6g} N m"
         return (
-            f"Friction torque at the input: {now:.6g} N m, efficiency "
+            f"Friction torque at the input, at this input angle: {now:.6g} N m, efficiency "
             f"{self.friction['efficiency']:.4g}, coefficient {self.case.friction_coefficient:g}; "
             f"before: {was}."
         )

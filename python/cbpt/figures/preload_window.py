@@ -14,12 +14,17 @@ from cbpt.results import ANGLE_UNITS
 
 Floats = NDArray[np.float64]
 
+# Below this a value is no result, in any unit of angles.
+_ROUNDING = 1e-12
+
 
 @dataclass(frozen=True, eq=False)
 class WindowPicture:
     """Curves over the preload (N), each of shape (n,)."""
 
     title: str
+    own_N: float
+    """The preload of the load."""
     preload_N: Floats
     angle_arcsec: Floats
     friction_torque_Nm: Floats
@@ -44,17 +49,25 @@ def draw_window(
     for place, (axes, (values, label)) in enumerate(zip(panels, curves, strict=True)):
         axes.plot(picture.preload_N, values, color=colour(place))
         axes.set_ylabel(label)
+        # Close to the holding limit the angle is a hundred times that of the window; without torque
+        # it is nothing but rounding.
+        if np.any(values > _ROUNDING):
+            axes.set_yscale("log")
+        else:
+            axes.set_ylim(0, 1)
         if least is not None and largest is not None:
             axes.axvspan(least, largest, color="0.9", zorder=0, label="window")
         for name, style in (("hold_N", ":"), ("continuous_N", "--")):
             at = picture.window[name]
             if at is not None and at > 0:
                 axes.axvline(at, color="0.4", lw=0.9, ls=style, label=name.removesuffix("_N"))
+        axes.axvline(picture.own_N, color="0.4", lw=0.9, label="this preload")
     panels[2].axhline(
         picture.required_static_safety, color="0.4", lw=0.9, ls="-.", label="required"
     )
-    panels[2].set(xlabel="preload (N)", yscale="log", xscale="log")
-    panels[2].legend(fontsize="small", frameon=False)
+    panels[2].set(xlabel="preload (N)", xscale="log")
+    panels[2].set_xlim(0.95 * min(picture.own_N, picture.preload_N[0]), picture.preload_N[-1])
+    panels[2].legend(fontsize="small", framealpha=1, edgecolor="none")
     titled(panels[0], picture.title, 8.5)
     bare(*panels)
     save(figure, path)
