@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Protocol
 
 from cbpt.cli.options import (
     NO_SOLUTION,
@@ -27,6 +28,20 @@ from cbpt.cli.options import (
     show_answer,
 )
 from cbpt.whole_files import write_whole
+
+
+class _Written(Protocol):
+    """An answer with a table."""
+
+    def to_csv(self) -> str: ...
+    def to_json(self) -> str: ...
+
+
+def _write_out(out: Path | None, found: _Written) -> None:
+    """Write the table of an answer to FILE.csv, or the complete answer to FILE.json."""
+    if out:
+        csv = out.suffix.lower() == ".csv"
+        write_whole(out, found.to_csv() if csv else found.to_json() + "\n")
 
 
 def is_with_window(argv: Sequence[str]) -> bool:
@@ -86,9 +101,7 @@ def friction(argv: list[str]) -> int:
         coefficient=options.coefficient,
         static_safety=options.static_safety,
     )
-    if options.out:
-        csv = options.out.suffix.lower() == ".csv"
-        write_whole(options.out, found.to_csv() if csv else found.to_json() + "\n")
+    _write_out(options.out, found)
     show_answer(found, options.json, found.report)
     if options.plot:
         found.plot(options.plot)
@@ -239,9 +252,7 @@ def _front(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
             seed=options.seed,
             progress=lambda done, total: counter.share("searches", done / total),
         )
-    if options.out:
-        csv = options.out.suffix.lower() == ".csv"
-        write_whole(options.out, found.to_csv() if csv else found.to_json() + "\n")
+    _write_out(options.out, found)
     show_answer(found, options.json, lambda: found.report(options.angle_unit))
     if options.plot and found.points:
         found.plot(options.plot, options.angle_unit)
@@ -286,9 +297,7 @@ def transmission(argv: list[str]) -> int:
         preload_N=options.preload_N,
         turns=options.turns,
     )
-    if options.out:
-        csv = options.out.suffix.lower() == ".csv"
-        write_whole(options.out, found.to_csv() if csv else found.to_json() + "\n")
+    _write_out(options.out, found)
     show_answer(found, options.json, lambda: found.report(options.angle_unit))
     if options.plot:
         found.plot(options.plot, options.angle_unit)
