@@ -53,7 +53,7 @@ export function setUpReadings() {
     build,
     {
       height: innerWidth < 720 ? 520 : 620,
-      paper: 290,
+      paper: 230,
       bar: true,
       first: true,
     },
