@@ -2,9 +2,9 @@
 
     python benches/loop_forms.py [--data FOLDER] [--page docs/explanation/loop-forms.md]
 
-Loops of a cycloidal reducer in four builds at several moments (tests/data/interventions), each fitted
-with a play and the forms of friction in turn. For each form: the error that is left, the play,
-the largest friction torque without load, and the logarithm of the odds against Dahl's form.
+Loops of a cycloidal reducer in four builds at several moments (tests/data/interventions), each
+fitted with a play and the forms of friction in turn. For each form: the error that is left, the
+play, the largest friction torque without load, and the logarithm of the odds against Dahl's form.
 `--page` writes the table between the marks of a page.
 """
 

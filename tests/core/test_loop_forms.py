@@ -1,5 +1,5 @@
-"""Forms of loops beside Dahl's friction: contacts that slip one after another, friction with a rate,
-a hard stop. Against their closed forms, on a torsion spring and on a ball drive."""
+"""Forms of loops beside Dahl's friction: contacts that slip one after another, friction with a
+rate, a hard stop. Against their closed forms, on a torsion spring and on a ball drive."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ STIFFNESS = 2000.0
 SPRING = Drive.from_dict({"torsion_spring": {"torsional_stiffness_Nm_per_rad": STIFFNESS}})
 BALLS = Drive.from_dict(RINGS)
 SLIP_rad, LIMIT_Nm = 1e-3, 1.5
-ITERATED = {"distributed_friction": {"slip_angle_rad": SLIP_rad, "friction_torque_Nm": LIMIT_Nm}}
+SLIPPING = {"slip_angle_rad": SLIP_rad, "friction_torque_Nm": LIMIT_Nm}
 
 
 def predictor(
@@ -26,7 +26,7 @@ def predictor(
         drive,
         effects,
         np.zeros(n, dtype=np.int64),
-        step_s * np.arange(n),
+        step_s * np.arange(n, dtype=np.float64),
         torque_Nm,
         np.full(n, 600.0) if drive is BALLS else None,
         np.zeros(n),
@@ -54,7 +54,7 @@ def angles(
 def ramp(*ends: float, steps: int = 400) -> Floats:
     """From one end to the next in even steps, the first being 0."""
     legs = [np.linspace(a, b, steps + 1)[1:] for a, b in zip((0.0, *ends), ends, strict=False)]
-    return np.concatenate([[0.0], *legs])
+    return np.concatenate([np.zeros(1), *legs]).astype(np.float64)
 
 
 # --- contacts that slip one after another -----------------------------------------------------
@@ -63,13 +63,14 @@ def ramp(*ends: float, steps: int = 400) -> Floats:
 @pytest.mark.parametrize("exponent", [-0.5, 0.0, 1.0])
 @pytest.mark.parametrize("share", [0.4, 0.9, 1.6])
 def test_the_energy_of_a_loop_is_the_closed_form(exponent: float, share: float) -> None:
-    """4 T0 a u^(x + 3)/(x + 3) at the amplitude u of the slip angle a, and 4 T0 a (u - 1) more where
+    """4 T0 a u^(x + 3)/(x + 3) at the amplitude u of the slip angle a; 4 T0 a (u - 1) more where
     all slip. The torque that turns the spring by u a is k u a plus the friction there."""
     u = min(share, 1.0)
     held = ((exponent + 2) * u - u ** (exponent + 2)) / (exponent + 1)
     top = STIFFNESS * share * SLIP_rad + LIMIT_Nm * held
     torque = ramp(top, -top, top)
-    effect = {"distributed_friction": ITERATED["distributed_friction"] | {"slip_exponent": exponent}}
+    numbers = SLIPPING | {"slip_exponent": exponent}
+    effect = {"distributed_friction": numbers}
     turned = angles(SPRING, effect, torque)
     loop = slice(400, None)
     assert turned[400] == pytest.approx(share * SLIP_rad, rel=3e-3)
@@ -93,7 +94,7 @@ def test_an_inner_loop_closes_as_those_of_dahl_do_not(drive: Drive) -> None:
 
 
 def test_the_energy_of_dahls_loop_is_the_closed_form() -> None:
-    """4 T0 (A - p tanh(A/p)) at the amplitude A and the engagement angle p, once the loop repeats."""
+    """4 T0 (A - p tanh(A/p)) at the amplitude A and engagement angle p, once the loop repeats."""
     top, p = 4.0, 1e-3
     torque = ramp(*[top, -top] * 6, top)
     numbers = {"friction_torque_Nm": LIMIT_Nm, "engagement_angle_rad": p}
@@ -154,7 +155,8 @@ def test_a_loop_reaches_the_stop_at_one_angle_on_both_branches() -> None:
     """Behind friction: the branches reach it at torques that differ by twice the friction."""
     torque = ramp(10.0, 0.0, steps=2000)
     friction = {"friction_torque_Nm": 1.0, "engagement_angle_rad": 1e-5}
-    both = {"hard_stop": {"taken_share": 1.0, "stop_torque_Nm": 4.0}, "friction_hysteresis": friction}
+    stop = {"taken_share": 1.0, "stop_torque_Nm": 4.0}
+    both = {"hard_stop": stop, "friction_hysteresis": friction}
     turned = angles(SPRING, both, torque)
     at_stop = turned >= 4.0 / STIFFNESS * (1 - 1e-9)
     assert turned.max() == pytest.approx(4.0 / STIFFNESS, rel=1e-12)

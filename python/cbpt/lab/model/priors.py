@@ -263,8 +263,8 @@ _TABLE: tuple[Variant, ...] = (
 
 VARIANTS = tuple(replace(v, high=_largest(v.effect, v.sizes[0])) for v in _TABLE)
 ON_REQUEST = ("distributed_friction", "rate_friction", "hard_stop")
-"""Effects that are fitted where the user asks for them; no diagnosis proposes them. Most tables
-cannot tell them from `friction_hysteresis` and `stiffness_curve` (docs/explanation/loop-forms.md)."""
+"""Effects that are fitted where the user asks for them; no diagnosis proposes them. What
+that rests on: docs/explanation/loop-forms.md."""
 
 
 def lots(balls: int) -> tuple[Variant, ...]:

@@ -57,10 +57,10 @@ def _on_request(campaign: Campaign) -> Iterator[Variant]:
     torque, angle = _reach(campaign)
     exponent = Shape("slip_exponent", -0.8, 2.0, (0.0,))
     slip = _ranged("slip_angle_rad", angle, 1e-3, 3.0, (0.03, 0.15, 0.6))
-    forms = (("friction_torque_Nm", torque, ""),)
+    forms = [("friction_torque_Nm", torque, "")]
     if campaign.readings.preload_N is not None:
         by_preload = "friction_radius_m", torque / _mean_preload(campaign), "preload_N"
-        forms = (by_preload,) if campaign.drive.kind == "ball_drive" else (*forms, by_preload)
+        forms = [by_preload] if campaign.drive.kind == "ball_drive" else [*forms, by_preload]
     for size, unit, needs in forms:
         name = "with the preload" if needs else "constant"
         friction = _of("distributed_friction", (size,), unit, 1e-3, 0.7)

@@ -25,12 +25,17 @@ SIZES = {effect: next(iter(numbers)) for effect, numbers in HIDDEN.items()}
 def table(effect: str) -> dict[str, Any]:
     """A large loop at two rates and a small one inside it."""
     parts = []
-    for run, (peak, length_s) in enumerate([(20.0, 60.0), (20.0, 6.0), (6.0, 60.0)], 1):
+    for number, (peak, length_s) in enumerate([(20.0, 60.0), (20.0, 6.0), (6.0, 60.0)], 1):
         time = np.linspace(0.0, length_s, 64)
         torque = np.interp(time, length_s * np.array([0, 0.25, 0.75, 1]), [0.0, peak, -peak, 0.0])
-        parts.append((np.full(64, run), 100.0 * run + time, torque))
+        parts.append((np.full(64, number), 100.0 * number + time, torque))
     run, time, torque = (np.concatenate(column) for column in zip(*parts, strict=True))
-    data = {"run": run, "time_s": time, "torque_Nm": torque, "elastic_angle_rad": 0 * time}
+    data: dict[str, Any] = {
+        "run": run,
+        "time_s": time,
+        "torque_Nm": torque,
+        "elastic_angle_rad": 0 * time,
+    }
     case = cbpt.Case.from_dict(CASE).with_effects([(effect, HIDDEN[effect])])
     angle = np.deg2rad(cbpt.compare(case, data).model.elastic_angle_arcsec / 3600)
     noise = NOISE_rad * np.random.default_rng(1).standard_normal(len(run))
