@@ -16,10 +16,10 @@ from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
 
 from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError, ReadingsError
+from cbpt.lab.covariance.one_thread import one_blas_thread
 from cbpt.lab.inference.closing import closed
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
@@ -113,7 +113,7 @@ def fitted(
             "3 or more readings at which the model has a solution",
         )
     fitter = Fitter(campaign if solved.all() else campaign.select(solved))
-    with threadpool_limits(1, user_api="blas"):
+    with one_blas_thread():
         best = best_fit(fitter, ids)
     full = Assembled(campaign, fitter.effects)
     free = sum(unknown.sd == np.inf for unknown in best.unknowns)
