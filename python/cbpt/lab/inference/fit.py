@@ -37,7 +37,7 @@ Floats = NDArray[np.float64]
 class _Search:
     """When a search ends."""
 
-    steps: int = 12
+    steps: int = 20
     noise_worth: float = 2.0
     """In log-likelihood: a departure from form that gains less needs no new look at the noise."""
     hopeless: float = 60.0
