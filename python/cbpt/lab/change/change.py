@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from threadpoolctl import threadpool_limits
 
 from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError, NoSolutionError
@@ -27,6 +26,7 @@ from cbpt.lab.change.reproducibility import (
     with_set_ups,
 )
 from cbpt.lab.change.text import unless_repeated
+from cbpt.lab.covariance.one_thread import one_blas_thread
 from cbpt.lab.diagnosis.diagnose import diagnosed, prepared
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.diagnosis.fit_text import beyond_own_loops
@@ -121,7 +121,7 @@ def change(
         second = case_and_readings(case, after, columns, sheet, only)[1]
         names, parts = ["before", "after"], [first, second]
     states = _states(names, repeated, reproducibility_arcsec)
-    with threadpool_limits(1, user_api="blas"):
+    with one_blas_thread():
         answers: list[Diagnosis] = []
         own: list[OwnEffect] = []
         if effects is None:

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from threadpoolctl import threadpool_limits
 
 from cbpt._core import Case, Drive
 from cbpt.errors import InvalidInputError, ReadingsError
@@ -23,6 +22,7 @@ from cbpt.lab.characteristics.record import Group
 from cbpt.lab.characteristics.simulated import Conditions, simulated
 from cbpt.lab.characteristics.uncertainty import Figure, LoopSet, Sources, estimated
 from cbpt.lab.characteristics.warnings import cautions
+from cbpt.lab.covariance.one_thread import one_blas_thread
 from cbpt.lab.covariance.within_run import display_step
 from cbpt.lab.model.dataset import stated_uncertainty
 from cbpt.lab.readings.inputs import case_and_readings, case_of
@@ -106,7 +106,7 @@ def characterise(
     rated, where = _rated(rated_torque_Nm, case, readings, [x for v in found.values() for x in v])
     breaks = None if break_torques_Nm is None else (break_torques_Nm[0], break_torques_Nm[1])
     convention = Convention(rated, window, breaks)
-    with threadpool_limits(1, user_api="blas"):
+    with one_blas_thread():
         answered = tuple(
             _group(case, convention, name, part, found[name])
             for name, part in groups

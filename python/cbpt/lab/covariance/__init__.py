@@ -5,4 +5,5 @@ fit_noise        the noise that makes readings most likely
 within_run       scatter from the smoothness inside runs
 repeatability    scatter from repeats
 outliers         readings that scatter more than the rest
+one_thread       linear algebra on one thread
 """

@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from threadpoolctl import threadpool_limits
 
 from cbpt._core import Case, Drive
 from cbpt.errors import InvalidInputError, ReadingsError
+from cbpt.lab.covariance.one_thread import one_blas_thread
 from cbpt.lab.diagnosis.diagnose import diagnosed
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.inference.estimates import parameters_of
@@ -181,7 +181,7 @@ def diagnose_by(
         )
     answers: dict[str, Diagnosis] = {}
     failed: dict[str, str] = {}
-    with threadpool_limits(1, user_api="blas"):
+    with one_blas_thread():
         for level in levels:
             try:
                 answers[level] = diagnosed(case, readings.select(labels == level), seed)

@@ -15,8 +15,8 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
+from cbpt.lab.covariance.one_thread import one_blas_thread
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
 from cbpt.lab.diagnosis.unexplained import measure_next
 from cbpt.lab.experiment.candidates import Limits, candidates, limits_of
@@ -74,7 +74,7 @@ def rank(d: DiagnosisData, limits: Limits | None = None, most: int = CANDIDATES)
         why = "No further run is needed to decide: only one hypothesis is left."
         return RankedRuns({}, (), why)
     runs = candidates(d.competition.campaign.drive, limits or limits_of(d.readings), most)
-    with threadpool_limits(1, user_api="blas"):
+    with one_blas_thread():
         view = prospect(hypotheses, runs)
         if view is None:
             return RankedRuns({}, (), _why_not(hypotheses, runs))

@@ -16,10 +16,10 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from threadpoolctl import threadpool_limits
 
 from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError, ReadingsError
+from cbpt.lab.covariance.one_thread import one_blas_thread
 from cbpt.lab.covariance.repeatability import pooled
 from cbpt.lab.covariance.within_run import estimate
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
@@ -112,7 +112,7 @@ def diagnose(
     """
     case, readings = case_and_readings(case, data, columns, sheet, only)
     # Thousands of products of small matrices: threads would cost more than they give.
-    with threadpool_limits(1, user_api="blas"):
+    with one_blas_thread():
         return diagnosed(case, readings, seed, _own(case, effects), progress)
 
 

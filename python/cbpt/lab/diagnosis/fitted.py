@@ -12,10 +12,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from numpy.typing import ArrayLike
-from threadpoolctl import threadpool_limits
 
 from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError, Say, said
+from cbpt.lab.covariance.one_thread import one_blas_thread
 from cbpt.lab.diagnosis.diagnose import prepared
 from cbpt.lab.diagnosis.diagnosis_data import Rung
 from cbpt.lab.diagnosis.fit_text import beyond_own_loops, moved_numbers, parameter_words, solutions
@@ -236,9 +236,9 @@ def fit(
         raise InvalidInputError("effects: name at least one effect to fit, see cbpt effects")
     if isinstance(case, Drive):
         case = Case.from_toml(case.to_toml())
-    with threadpool_limits(1, user_api="blas"):
+    with one_blas_thread():
         campaign, notes = prepared(campaign_of(case, readings, own))
-        fitter = Fitter(campaign)
+        fitter = Fitter(campaign, asked=ids)
         names = tuple(dict.fromkeys(e.partition(":")[0] for e in ids))
         found = best_fit(fitter, ids)
         fold, held_by = folds(campaign)

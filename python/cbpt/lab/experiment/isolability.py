@@ -21,12 +21,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from threadpoolctl import threadpool_limits
 
 from cbpt._core import Case, Drive
 from cbpt.errors import InvalidInputError
 from cbpt.figures.isolability import draw_isolability
 from cbpt.lab.covariance.linear_gaussian import Noise
+from cbpt.lab.covariance.one_thread import one_blas_thread
 from cbpt.lab.experiment.design_fit import Sight
 from cbpt.lab.experiment.detection import LIMIT, weight
 from cbpt.lab.experiment.effect_changes import forms_of, possible
@@ -125,7 +125,7 @@ def isolability(
     instrument = Instrument.of(noise)
     found = read_plan(plan, case).with_u(u_elastic_angle_arcsec)
     wanted = known(effects)
-    with threadpool_limits(1, user_api="blas"):
+    with one_blas_thread():
         sight = Sight(case, found, covariance(instrument, found))
         return _isolability(found, instrument, sight, wanted, progress)
 

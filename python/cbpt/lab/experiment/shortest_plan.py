@@ -21,11 +21,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
 
 from cbpt._core import Case, Drive, effect_specs
 from cbpt.errors import InvalidInputError
 from cbpt.lab.covariance.linear_gaussian import Noise
+from cbpt.lab.covariance.one_thread import one_blas_thread
 from cbpt.lab.experiment.candidates import Limits, candidates, described
 from cbpt.lab.experiment.design_fit import Sight
 from cbpt.lab.experiment.detection import LIMIT, distance, weight
@@ -211,7 +211,7 @@ def shortest_plan(
         replace(run, u_elastic_angle_arcsec=u_elastic_angle_arcsec)
         for run in candidates(drive, limits, most)
     ]
-    with threadpool_limits(1, user_api="blas"):
+    with one_blas_thread():
         runs = _solved(case, runs)
         truths = _sizes(case, names, sizes or {})
         twins = tuple(

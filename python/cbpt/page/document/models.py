@@ -13,10 +13,10 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
 
 from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError
+from cbpt.lab.covariance.one_thread import one_blas_thread
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.diagnosis.fit_text import parameter_words
 from cbpt.lab.diagnosis.fitted import case_with
@@ -237,7 +237,7 @@ class Models:
         Raises `InvalidInputError` for an effect that is not known or cannot be seen in this table.
         """
         wanted = list(dict.fromkeys(effects))
-        with self._lock, threadpool_limits(1, user_api="blas"):
+        with self._lock, one_blas_thread():
             bench = self._bench_for(wanted)
             ladder = []
             for n in range(len(wanted) + 1):
@@ -251,7 +251,7 @@ class Models:
     def loop(self, effects: Sequence[str], load: Load) -> Loop | None:
         """The drive with these effects along a loop at a load of choice."""
         wanted = list(dict.fromkeys(effects))
-        with self._lock, threadpool_limits(1, user_api="blas"):
+        with self._lock, one_blas_thread():
             bench = self._bench_for(wanted)
             return self._loop(bench, bench.fit(wanted), load)
 
@@ -273,7 +273,7 @@ class Models:
         """
         stop_if_taken(effect.id)
         own = (*(e for e in self._own[0] if e.id != effect.id), effect)
-        with self._lock, threadpool_limits(1, user_api="blas"):
+        with self._lock, one_blas_thread():
             bench = self._bench.with_own(self.diagnosis, own)
             self._assembled.clear()
             self._own = own, bench

@@ -16,9 +16,8 @@ from importlib.util import find_spec
 from math import ceil
 from types import FrameType
 
-from threadpoolctl import threadpool_limits
-
 from cbpt.errors import CbptError, InvalidInputError
+from cbpt.lab.covariance.one_thread import one_blas_thread
 from cbpt.page.workbench.session import CLOSING_S, Session
 
 PORT = 8327
@@ -82,7 +81,7 @@ def serve(session: Session, host: str, port: int | None, open_browser: bool) -> 
     try:
         # A limit holds for the whole process: entered and left by several threads of work it would
         # be lifted in between, and the last bits of a model hang on it.
-        with threadpool_limits(1, user_api="blas"):
+        with one_blas_thread():
             Server(config).run(sockets=[listening])
     except KeyboardInterrupt:  # raised again once everything is shut down
         pass
