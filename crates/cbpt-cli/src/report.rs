@@ -52,7 +52,7 @@ impl Table {
         }
         let folded = WORDS.rev().map(|most| self.with_words(most)).find(fits);
         let turned = || (self.rows.len() <= MOST_TURNED).then(|| self.turned()).filter(fits);
-        folded.or_else(turned).unwrap_or_else(|| self.clone()).drawn(width)
+        folded.or_else(turned).unwrap_or_else(|| self.with_words(WORDS.start)).drawn(width)
     }
 
     /// Rows as columns, with the first cells as headings.
@@ -293,7 +293,7 @@ fn folded_words(text: &str, most: usize) -> String {
 }
 
 /// What a line of a heading may end with.
-const BREAKS: [char; 3] = ['_', ' ', '/'];
+const BREAKS: [char; 4] = ['_', ' ', '/', ':'];
 
 /// A name over several lines, broken after what separates its words: no wider than the cells below, where that can be.
 fn broken(name: &str, cells: usize) -> String {
@@ -359,6 +359,7 @@ mod tests {
         table.rows.push(vec![json!(1.025_11), json!(2), json!(3)]);
         assert!(table.text_within(200).lines().count() == 5);
         let name = "circumferential_contact_angle_shift_deg";
+        let name = &format!("in:{name}");
         let mut table = Table::new(["effect", "parameter", "50% detected", "most similar effect"]);
         table.rows.push(vec![json!(name), json!(name), json!(4.571_23), json!(format!("{name} (0.997)"))]);
         let text = table.text_within(60);
