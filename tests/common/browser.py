@@ -112,22 +112,24 @@ from cbpt.page.workbench import ahead
 ahead.MOST_FAR = 0
 """
 # Seconds for each campaign that is opened, for one plot.
-_NO_MATRIX = """
+_FEW_MATRICES = """
 from cbpt.page.workbench.session import Session
-Session.isolability = lambda _: {"isolability": None, "why": "left out"}
+isolability, some = Session.isolability, iter(range(MATRICES))
+left_out = dict(isolability=None, why="left out")
+Session.isolability = lambda self: left_out if next(some, None) is None else isolability(self)
 """
 
 
 @contextmanager
 def workbench(
-    *files: Path, port: int | None = None, whole: bool = False, matrix: bool = False
+    *files: Path, port: int | None = None, whole: bool = False, matrices: int = 0
 ) -> Iterator[str]:
     """A workbench in a process of its own; its address.
 
     whole: it prepares models two switches away too, as a user's does, and the matrix of effects
-    that can be told apart. matrix: the latter alone.
+    that can be told apart; else that of so many campaigns.
     """
-    before = "" if whole else _NEAR_ALONE + ("" if matrix else _NO_MATRIX)
+    before = "" if whole else f"MATRICES = {matrices}{_NEAR_ALONE}{_FEW_MATRICES}"
     flags = ["--no-browser", *([] if port is None else ["--port", str(port)])]
     process = subprocess.Popen(
         [
