@@ -109,7 +109,7 @@ fuzz: build $(VENV)/tested  ## parsers and readers on edited seeds, FUZZ_SECONDS
 	FUZZ_SECONDS=$(FUZZ_SECONDS) $(PYTHON) -m pytest -s tests/readings/test_fuzz.py
 
 SHARD ?= 1/24
-mutants: $(VENV)/tested  ## mutants of the mechanics (cargo-mutants; SHARD=K/N of them) and of the decision: docs/explanation/mutants.md
+mutants: $(VENV)/tested  ## mutants of the mechanics (cargo-mutants; SHARD=K/N of them) and of the decision: docs/explanation/tests.md
 	PROPTEST_CASES=60 cargo mutants -j1 --shard $(SHARD) --sharding round-robin -o $(OUT)
 	$(PYTHON) benches/mutants.py
 

@@ -3,16 +3,15 @@
 The readings are those of a real table; fits and odds are made up, and so is how well a fit predicts
 readings that are kept back. What is read off a posterior has tests of its own (`test_posterior`).
 
-Groups: a competition made up; effects demanded; something without a name; no effect demanded;
+Groups: effects demanded; something without a name; no effect demanded;
 what is left; undecided; probabilities.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator
+from dataclasses import replace
 from functools import cache
-from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
@@ -22,147 +21,34 @@ from hypothesis import strategies as st
 
 from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.covariance.repeatability import Repeats
-from cbpt.lab.inference.hypothesis import Unknown
-from cbpt.lab.model.dataset import Campaign
+from cbpt.lab.model.dataset import DEFAULT_UNCERTAINTY, Campaign
 from cbpt.lab.model.priors import PRIORS, TWINS
-from cbpt.lab.selection import decision
 from cbpt.lab.selection.adequacy import Source
-from cbpt.lab.selection.decision import Verdict, judge
+from cbpt.lab.selection.decision import Verdict, judge, shifts
 from cbpt.lab.selection.model_comparison import Competition
 from cbpt.lab.selection.posterior import posterior_of
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.selection.setting import Names
 from common.drives import examples
+from common.made_up import (
+    NUMBERS,
+    Around,
+    MadeUpFit,
+    Shares,
+    competition,
+    predicts_as_made_up,
+    white,
+)
 from common.simulated import Floats, plan
 
 BEARING, TORSION, FRICTION = "eccentric_bearing", "output_torsion", "friction_hysteresis"
 LOSS, SPRING, CREEP, RUNOUT = "preload_loss", "preload_spring", "creep", "eccentricity_error"
 OFFSETS = Noise(offset_arcsec=0.5)
-NUMBERS = dict.fromkeys(PRIORS, (1.0, 0.02, 1.0))
-Shares = Mapping[Any, float]
-"""By sets of effects, `Names`; a mapping of short tuples is none of long ones."""
-
-# --- a competition made up ----------------------------------------------------------------
-
-
-@dataclass
-class MadeUpFit:
-    """What the rules ask of a fit. It leaves white noise of the stated size."""
-
-    noise: Noise = field(default_factory=Noise)
-    log_marginal: float = 0.0
-    values: dict[str, tuple[float, float, float]] = field(default_factory=dict)
-    """Mean, standard deviation of the prior, value; by unknown."""
-    chi2: float = 300.0
-    sizes: int = 0
-    """How many sizes of effects it has, beside `values`."""
-    residual_arcsec: Floats = field(default_factory=lambda: white(396))
-    offsets_arcsec: Floats = field(default_factory=lambda: np.zeros(1))
-    predicts: float | None = None
-    """Log density of readings that are kept back; else the larger, the more effects it has."""
-
-    @property
-    def unknowns(self) -> tuple[Unknown, ...]:
-        found = [
-            Unknown(i, name, mean, sd, 0.01, 100.0, sd)
-            for i, (name, (mean, sd, _)) in enumerate(self.values.items())
-        ]
-        for i in range(self.sizes):
-            found.append(Unknown(len(found), "size", 0.0, np.inf, 0.0, 1.0, 1.0, size_of=i))
-        return tuple(found)
-
-    def value(self, unknown: Unknown) -> float:
-        return self.values[unknown.name][2]
-
-    def whitener(self, columns: Floats) -> Floats:
-        return columns
-
-    @property
-    def margin(self) -> Any:
-        return SimpleNamespace(chi2=self.chi2)
-
-    @property
-    def covariance(self) -> Floats:
-        """The readings say nothing of what is known beforehand."""
-        return np.diag([1.0 if np.isinf(u.sd) else u.sd**2 for u in self.unknowns])
-
-
-def white(count: int, times: float = 1.0) -> Floats:
-    return times * 0.3 * np.random.default_rng(17).standard_normal(count)
-
-
-def shared_by(numbers: tuple[str, ...]) -> tuple[Floats, Floats, Floats]:
-    """Readings that move by 1.5 standard uncertainties of any of these numbers, and a zero."""
-    slope = np.linspace(-40.0, 40.0, 20)
-    x = np.column_stack([*[slope * (number in numbers) for number in PRIORS], np.ones(20)])
-    return 1.5 * slope, x, np.r_[np.ones(len(PRIORS)), 0.0]
-
-
-@dataclass(frozen=True)
-class Around:
-    """What a competition was held in: the drive as stated, calibrations, the table."""
-
-    nominal_chi2: float = 300.0
-    calibrations: Mapping[str, float] = field(default_factory=dict)
-    campaign: Campaign = field(default_factory=lambda: plan("dev03"))
-    sharing: tuple[str, ...] = tuple(PRIORS)
-
-
-def competition(
-    shares: Shares,
-    fits: Mapping[Any, MadeUpFit] | None = None,
-    around: Around = Around(),
-) -> Competition:
-    """From the probabilities of sets of effects, () among them; `unknown` in a set stands for a
-    lack of fit on top of the rest of it."""
-    total = sum(shares.values())
-    odds = {tuple(sorted(n)): float(np.log(p / shares[()])) for n, p in shares.items()}
-    assert total == pytest.approx(1)
-    named = {n: o for n, o in odds.items() if "unknown" not in n}
-    unnamed = {n: o for n, o in odds.items() if "unknown" in n}
-    made = {n: MadeUpFit(sizes=len(n)) for n in named}
-    made[()] = MadeUpFit(values=dict(NUMBERS))
-    made |= {tuple(sorted(n)): fit for n, fit in (fits or {}).items()}
-    c = replace(around.campaign, priors={**around.campaign.priors, **around.calibrations})
-    lacks = [
-        SimpleNamespace(
-            base=(base := tuple(e for e in n if e != "unknown")),
-            noise=made[base].noise,
-            free_numbers=3,
-            columns=("torque_Nm",),
-        )
-        for n in unnamed
-    ]
-    return Competition(
-        fitter=cast(
-            Any,
-            SimpleNamespace(
-                campaign=c,
-                at_nominal=lambda _: MadeUpFit(chi2=around.nominal_chi2),
-                linear=lambda _: shared_by(around.sharing),
-                look=lambda fit, _: fit,
-            ),
-        ),
-        fits=cast(Any, made),
-        log_odds=named,
-        lacks_of_fit=cast(Any, tuple(lacks)),
-        lack_of_fit_log_odds=tuple(unnamed.values()),
-        library=cast(Any, None),
-        names={},
-        null_maximum=np.zeros(400),
-        flexible=Noise(),
-    )
 
 
 @pytest.fixture(autouse=True, scope="module")
 def kept_back() -> Iterator[None]:
-    """Readings that are kept back are predicted as a made-up fit says."""
-
-    def predicted(_: Any, fit: MadeUpFit, fold: Floats) -> float:
-        return 10.0 * fit.sizes if fit.predicts is None else fit.predicts
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(decision, "log_score", predicted)
+    with predicts_as_made_up():
         yield
 
 
@@ -268,7 +154,8 @@ def test_gains_and_numbers_have_kinds_of_their_own() -> None:
 
 def test_an_answer_tells_the_calibrations_it_rests_on() -> None:
     gain = MadeUpFit(log_marginal=98.0, values={"preload_scale.preload_gain": (1.0, 0.02, 0.85)})
-    far = MadeUpFit(log_marginal=80.0, values={"torque_scale.torque_gain": (1.0, 0.01, 1.1)})
+    not_as_good = 100 - 2.5 * RULES.log_rival_odds
+    far = MadeUpFit(log_marginal=not_as_good, values={"torque_scale.torque_gain": (1.0, 0.01, 1.1)})
     shares = {(): 1e-3, (LOSS,): 0.997, ("preload_scale",): 1e-3, ("torque_scale",): 1e-3}
     fits = {
         (LOSS,): MadeUpFit(log_marginal=100.0),
@@ -280,6 +167,9 @@ def test_an_answer_tells_the_calibrations_it_rests_on() -> None:
     (rest,) = verdict.rests_on
     assert (rest.number, rest.prior) == ("preload_scale", 0.02)
     assert rest.needed_shift_sigma == pytest.approx(-7.5)
+    assert not verdict.within_uncertainty
+    known = Around(calibrations={"preload_scale": 0.0})
+    assert judge(competition(shares, fits, known)).rests_on == ()
 
 
 def with_offsets(shares: Shares, *without: Any) -> Competition:
@@ -316,6 +206,16 @@ def test_a_lack_of_fit_alone_is_unknown() -> None:
     assert said(verdict) == ("unknown", (), ())
     assert verdict.lack_of_fit is not None and verdict.lack_of_fit.base == ()
     assert verdict.probability == pytest.approx(0.97)
+
+
+def test_what_has_no_name_rests_on_nothing_and_tells_its_own_noise() -> None:
+    """A gain explains the readings as well, but it is not what is said."""
+    gain = MadeUpFit(values={"preload_scale.preload_gain": (1.0, 0.02, 0.85)})
+    shares = {(): 0.01, ("unknown",): 0.97, ("preload_scale",): 0.02}
+    around = Around(lack_noise=Noise(correlation=0.5))
+    verdict = judge(competition(shares, {("preload_scale",): gain}, around))
+    assert verdict.kind == "unknown" and verdict.rests_on == ()
+    assert verdict.noise == ("correlated",)
 
 
 def test_a_lack_of_fit_as_probable_as_an_effect_is_its_rival() -> None:
@@ -369,24 +269,55 @@ def test_numbers_that_move_within_what_is_stated() -> None:
     assert rest.number == "contact_stiffness" and rest.needed_shift_sigma == pytest.approx(1.5)
 
 
+LOOSE = Around(nominal_chi2=400.0, calibrations={"sensor_gain": 0.1})
+
+
+def test_a_drive_of_which_nothing_is_refitted() -> None:
+    verdict = judge(competition({(): 1.0}, {(): MadeUpFit()}, Around(nominal_chi2=400.0)))
+    assert said(verdict) == ("complete", (), ()) and not verdict.within_uncertainty
+
+
+def test_only_numbers_of_drive_and_instrument_shift() -> None:
+    """Another with a prior of its own says nothing of the drive."""
+    fit = MadeUpFit(values=NUMBERS | {"offset": (0.0, 0.1, 5.0)}, sizes=1)
+    assert set(shifts(cast(Any, fit))) == set(PRIORS)
+
+
 def test_calibrations_known_loosely_share_a_shift() -> None:
     """Instrument and drive explain the same, and neither is known well."""
     null = MadeUpFit(values=NUMBERS | {"contact_stiffness": (1.0, 0.02, 1.03)})
-    around = Around(nominal_chi2=400.0, calibrations={"sensor_gain": 0.1})
-    verdict = judge(competition({(): 1.0}, {(): null}, around))
+    verdict = judge(competition({(): 1.0}, {(): null}, LOOSE))
     assert said(verdict) == ("ambiguous", (), (tuple(sorted(PRIORS)),))
     assert verdict.within_uncertainty
     close = judge(competition({(): 1.0}, {(): null}, Around(nominal_chi2=400.0)))
     assert close.kind == "complete"
+    limit = RULES.loose_calibration * DEFAULT_UNCERTAINTY["sensor_gain"]
+    at_limit = replace(LOOSE, calibrations={"sensor_gain": limit})
+    assert judge(competition({(): 1.0}, {(): null}, at_limit)).kind == "ambiguous"
 
 
 @pytest.mark.parametrize("others", [(), ("contact_stiffness",)])
 def test_only_numbers_that_share_a_shift_are_rivals(others: tuple[str, ...]) -> None:
     null = MadeUpFit(values=NUMBERS | {"sensor_gain": (1.0, 0.02, 1.03)})
     sharing = (*others, "sensor_gain")
-    around = Around(nominal_chi2=400.0, calibrations={"sensor_gain": 0.1}, sharing=sharing)
+    around = replace(LOOSE, sharing=dict.fromkeys(sharing, 1.0))
     verdict = judge(competition({(): 1.0}, {(): null}, around))
     assert said(verdict) == (("ambiguous", (), (sharing,)) if others else ("complete", (), ()))
+
+
+@pytest.mark.parametrize(
+    ("slope", "shift_sigma", "kind"),
+    [(10.0, 1.5, "ambiguous"), (100.0, 1.5, "complete"), (1.0, 3.0, "complete")],
+)
+def test_what_shares_a_shift_is_as_probable_and_within_two_sigma(
+    slope: float, shift_sigma: float, kind: str
+) -> None:
+    """The readings tell a number of ten times the slope ten times better, so that it would have to
+    be there more precisely: log odds of 2.3 against it, and 1.1 for it, as it moves less."""
+    null = MadeUpFit(values=NUMBERS | {"contact_stiffness": (1.0, 0.02, 1.03)})
+    sharing = {"contact_stiffness": 1.0, "sensor_gain": slope}
+    around = replace(LOOSE, sharing=sharing, shift_sigma=shift_sigma)
+    assert judge(competition({(): 1.0}, {(): null}, around)).kind == kind
 
 
 @pytest.mark.parametrize("value", [0.01, 100.0])
@@ -395,6 +326,9 @@ def test_a_number_at_the_end_of_its_range_has_its_twins_as_rivals(value: float) 
     verdict = judge(competition({(): 1.0}, {(): null}, Around(nominal_chi2=400.0)))
     rivals = tuple(sorted({"contact_stiffness", *TWINS["contact_stiffness"]}))
     assert len(rivals) > 1 and said(verdict) == ("ambiguous", (), (rivals,))
+    null.values["contact_stiffness"] = (1.0, 0.02, value * (1.5 if value < 1 else 0.9))
+    verdict = judge(competition({(): 1.0}, {(): null}, Around(nominal_chi2=400.0)))
+    assert said(verdict) == ("parameter", ("contact_stiffness",), ())
 
 
 @pytest.mark.parametrize("sigmas", [-2.5, 2.5])
@@ -403,6 +337,31 @@ def test_numbers_that_move_further_are_found(sigmas: float) -> None:
     assert said(moved("torque_scale", sigmas)) == ("rig", ("torque_scale",), ())
     (rest,) = (verdict := moved("torque_scale", sigmas)).rests_on
     assert rest.needed_shift_sigma == pytest.approx(sigmas) and not verdict.within_uncertainty
+
+
+@pytest.mark.parametrize("noise", [Noise(), OFFSETS])
+@pytest.mark.parametrize("number", ["contact_stiffness", "sensor_gain"])
+def test_a_number_that_moved_counts_whether_it_is_refitted_or_an_effect(
+    noise: Noise, number: str
+) -> None:
+    null = MadeUpFit(noise, values=NUMBERS | {number: (1.0, 0.02, 1.1)})
+    fits = {
+        (): null,
+        (number,): MadeUpFit(noise, sizes=1),
+        (CREEP, SPRING): MadeUpFit(noise, sizes=2),
+    }
+    shares = {(): 0.59, (number,): 0.01, (CREEP, SPRING): 0.4}
+    verdict = judge(competition(shares, fits, Around(nominal_chi2=400.0)))
+    assert verdict.effects == (number,) and verdict.rivals == ()
+    assert verdict.exactly == pytest.approx(0.6) == verdict.probability
+
+
+@pytest.mark.parametrize(("sigmas", "kind"), [(RULES.moved_sigma, "complete"), (2.5, "parameter")])
+def test_the_limit_of_a_shift_is_still_within(sigmas: float, kind: str) -> None:
+    """A power of two as uncertainty, so that the shift is exactly that."""
+    values = NUMBERS | {"contact_stiffness": (1.0, 0.25, 1.0 + 0.25 * sigmas)}
+    around = Around(nominal_chi2=400.0)
+    assert judge(competition({(): 1.0}, {(): MadeUpFit(values=values)}, around)).kind == kind
 
 
 def test_numbers_that_need_not_move_do_not_count() -> None:
@@ -429,7 +388,12 @@ def test_an_effect_as_likely_as_a_number_is_its_rival() -> None:
         (Noise(scale=1.05), ("white",)),
         (Noise(inflation=np.r_[np.full(4, 5.0), np.ones(392)]), ("outliers",)),
         (Noise(inflation=np.r_[np.full(60, 2.2), np.ones(336)]), ("heavy_tailed",)),
+        (Noise(inflation=np.r_[5.0, np.ones(395)]), ("outliers",)),
+        (Noise(inflation=np.r_[2.2, np.full(60, RULES.far_reading), np.ones(335)]), ("outliers",)),
+        (Noise(scale=1.12), ("white",)),
+        (Noise(scale=1.14), ("misstated",)),
         (Noise(0.25, 0.5, 0.4), ("misstated",)),
+        (Noise(0.3, 0.5, 0.4), ("run_offset", "correlated", "misstated")),
         (Noise(1.3, 0.5, 0.4), ("run_offset", "correlated", "misstated")),
     ],
 )
@@ -438,6 +402,7 @@ def test_noise_has_a_name(noise: Noise, words: tuple[str, ...]) -> None:
     verdict = judge(competition({(): 1.0}, {(): fit}))
     assert verdict.noise == words
     assert verdict.kind == ("complete" if words == ("white",) else "rig")
+    assert verdict.effects == (("run_offset",) if "run_offset" in words else ())
 
 
 # --- what is left -------------------------------------------------------------------------
@@ -566,6 +531,17 @@ def test_an_answer_that_predicts_nothing_is_none() -> None:
     verdict = judge(competition({(): 0.01, (FRICTION,): 0.99}, fits))
     assert undecided(verdict, "no prediction")
     assert dict(verdict.perhaps) == {FRICTION: pytest.approx(0.99)}
+
+
+@pytest.mark.parametrize(("count", "why"), [(1, "few readings"), (2, "no prediction")])
+def test_one_reading_predicts_nothing_and_two_may(count: int, why: str) -> None:
+    residual = white(count)
+    fits = {
+        (FRICTION,): MadeUpFit(sizes=1, predicts=80.0, residual_arcsec=residual),
+        (): MadeUpFit(values=NUMBERS, predicts=90.0, residual_arcsec=residual),
+    }
+    shares = {(): 0.01, (FRICTION,): 0.99}
+    assert undecided(judge(competition(shares, fits, Around(campaign=few(count)))), why)
 
 
 # --- probabilities ------------------------------------------------------------------------

@@ -13,7 +13,10 @@ from pathlib import Path
 
 import h5py
 import numpy as np
+import pyarrow as pa
 import pytest
+from pyarrow import parquet
+from scipy.io import savemat
 from starlette.testclient import TestClient
 
 from cbpt.errors import ReadingsError
@@ -25,13 +28,14 @@ from common.page_server import HEAD, ROWS, opened
 from common.tables import CAMPAIGNS, DATA, PLAIN, refused
 
 HOSTILE = sorted(p for p in (DATA / "hostile").iterdir() if p.suffix != ".toml")
+USUAL_S = Limits.SECONDS
 LINUX = pytest.mark.skipif(sys.platform != "linux", reason="the memory is limited on Linux")
 
 
 @pytest.fixture
 def as_usual(monkeypatch: pytest.MonkeyPatch) -> None:
     """The limit on time as it is for people; the tests' own is patient."""
-    monkeypatch.setattr(Limits, "SECONDS", 3.0)
+    monkeypatch.setattr(Limits, "SECONDS", USUAL_S)
 
 
 def told_well(error: str, path: str) -> None:
@@ -66,6 +70,24 @@ def test_a_file_of_matlab_7_that_is_mostly_promise(tmp_path: Path, as_usual: Non
         raw.write(b"MATLAB 7.3 MAT-file".ljust(124) + b"\0\2IM")
     assert path.stat().st_size < 10_000
     assert "MB of memory" in str(refused(path))
+
+
+def wide_mat(path: Path, names: list[str]) -> None:
+    savemat(path, {name: np.arange(3.0) for name in names})
+
+
+def wide_parquet(path: Path, names: list[str]) -> None:
+    parquet.write_table(pa.table({name: [1.0, 2.0, 3.0] for name in names}), path)
+
+
+@pytest.mark.parametrize("write", [wide_mat, wide_parquet])
+def test_any_number_of_columns(tmp_path: Path, write: Callable[[Path, list[str]], None]) -> None:
+    """The same limit as that of text: what each header means takes milliseconds to find out."""
+    names = ["torque_Nm", "preload_N", "elastic_angle_arcsec"]
+    write(tmp_path / "t", [*names, *(f"c{i}" for i in range(998))])
+    error = str(refused(tmp_path / "t"))
+    assert "found 1,001 columns, expected at most 1,000" in error
+    told_well(error, str(tmp_path / "t"))
 
 
 @LINUX

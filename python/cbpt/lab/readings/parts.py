@@ -74,6 +74,7 @@ def _part_of_arrays(
 ) -> Part:
     """A part whose columns are at hand."""
     names = [each.strip() for each in columns]
+    stop_if_wide(file.source, names)
 
     def load(called: str) -> Table:
         named = zip(names, columns.values(), strict=True)

@@ -196,7 +196,7 @@ def _no_effect(competition: Competition, posterior: Posterior, rules: DecisionRu
     ) -> Verdict:
         drawn = (OFFSET,) if null.noise.offset_arcsec else ()
         # A number that moved is the same statement whether it is an effect of the set or refitted.
-        same = {drawn, (*drawn, *effects), effects}
+        same = {drawn, tuple(sorted((*drawn, *effects))), effects}
         return Verdict(
             kind=kind,
             effects=effects,
