@@ -50,9 +50,12 @@ impl Table {
         if fits(self) {
             return self.drawn(width);
         }
-        let folded = WORDS.rev().map(|most| self.with_words(most)).find(fits);
-        let turned = || (self.rows.len() <= MOST_TURNED).then(|| self.turned()).filter(fits);
-        folded.or_else(turned).unwrap_or_else(|| self.with_words(WORDS.start)).drawn(width)
+        let folded = |table: &Self| WORDS.rev().map(|most| table.with_words(most)).find(fits);
+        let turned = || (self.rows.len() <= MOST_TURNED).then(|| self.turned());
+        folded(self)
+            .or_else(|| folded(&turned()?))
+            .unwrap_or_else(|| self.with_words(WORDS.start))
+            .drawn(width)
     }
 
     /// Rows as columns, with the first cells as headings.
