@@ -288,10 +288,7 @@ const WORDS: std::ops::Range<usize> = 12..30;
 
 /// A text whose words of more than `most` characters are broken as headings are.
 fn folded_words(text: &str, most: usize) -> String {
-    let word = |word: &str| match word.chars().count() > most {
-        true => broken(word, most),
-        false => word.to_owned(),
-    };
+    let word = |word: &str| if word.chars().count() > most { broken(word, most) } else { word.to_owned() };
     text.split(' ').map(word).collect::<Vec<_>>().join(" ")
 }
 
