@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import platform
 import shutil
 import subprocess
 import sys
@@ -93,7 +94,9 @@ def musl_python(folder: Path) -> Foreign:
     made = folder / "made"
     python = made / "bin" / PYTHON
     if not python.exists():
-        Apt(folder, "amd64")("source", "--download-only", *MUSL_SOURCES)
+        release = platform.freedesktop_os_release()["VERSION_CODENAME"]  # not its updates
+        names = [f"{name}/{release}" for name in MUSL_SOURCES]
+        Apt(folder, "amd64")("source", "--download-only", *names)
         compiler = folder / "cc"  # musl-gcc says that it is for glibc
         answer = f'case "$*" in *-print-multiarch*) echo {TRIPLET};; *) exec musl-gcc "$@";; esac'
         compiler.write_text(f"#!/bin/sh\n{answer}\n")
@@ -128,8 +131,8 @@ def try_out(wheel: Path, foreign: Foreign, folder: Path) -> str:
     shutil.rmtree(site, ignore_errors=True)
     line = [sys.executable, "-m", "pip", "install", "-q", "--no-deps", "--only-binary", ":all:"]
     line += ["--target", str(site), "--python-version", PYTHON.removeprefix("python")]
-    for platform in foreign.platforms:
-        line += ["--platform", platform]
+    for each in foreign.platforms:
+        line += ["--platform", each]
     run([*line, str(wheel), *foreign.numbers, "threadpoolctl"])
     foreign.scripts.mkdir(parents=True, exist_ok=True)
     script = foreign.scripts / "cbpt"
