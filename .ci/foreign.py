@@ -45,10 +45,17 @@ class Foreign:
     numbers: Sequence[str] = ("numpy", "scipy")
 
 
-def run(command: Sequence[str | Path], folder: Path = TOP, **env: str) -> str:
+def run(
+    command: Sequence[str | Path], folder: Path = TOP, env: Mapping[str, str] | None = None
+) -> str:
     """What a command prints; its own words where it fails."""
     ran = subprocess.run(
-        command, cwd=folder, env={**os.environ, **env}, capture_output=True, text=True, check=False
+        command,
+        cwd=folder,
+        env={**os.environ, **(env or {})},
+        capture_output=True,
+        text=True,
+        check=False,
     )
     if ran.returncode:
         raise SystemExit(f"{' '.join(map(str, command))}\n{ran.stdout}{ran.stderr}")
@@ -120,7 +127,7 @@ def _built(folder: Path, name: str, options: Sequence[str], env: Mapping[str, st
     unpacked = folder / name
     unpacked.mkdir()
     run(["tar", "xf", packed, "-C", unpacked, "--strip-components=1"])
-    run(["./configure", *options], unpacked, **env)
+    run(["./configure", *options], unpacked, env)
     run(["make", "-s"], unpacked)
     run(["make", "-s", "install"], unpacked)
 
@@ -139,13 +146,13 @@ def try_out(wheel: Path, foreign: Foreign, folder: Path) -> str:
     script.write_text(f'#!/bin/sh\nexec {" ".join(foreign.command)} -m cbpt.cli.main "$@"\n')
     script.chmod(0o755)
     path = {"PYTHONPATH": str(site)}
-    run([*foreign.command, "examples/smoke.py"], **path)
-    answer = run([*foreign.command, *DIAGNOSIS], **path)
+    run([*foreign.command, "examples/smoke.py"], env=path)
+    answer = run([*foreign.command, *DIAGNOSIS], env=path)
     if FOUND not in answer:
         raise SystemExit(f"{wheel.name}: another answer than “{FOUND}”:\n{answer}")
     show = "import sys, numpy, scipy; print(sys.version.split()[0], sys.implementation._multiarch,"
     show += " 'numpy', numpy.__version__, 'scipy', scipy.__version__)"
-    return run([*foreign.command, "-c", show], **path).strip()
+    return run([*foreign.command, "-c", show], env=path).strip()
 
 
 def main() -> int:
