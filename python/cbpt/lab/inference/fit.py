@@ -37,7 +37,7 @@ Floats = NDArray[np.float64]
 class _Search:
     """When a search ends."""
 
-    steps: int = 12
+    steps: int = 20
     noise_worth: float = 2.0
     """In log-likelihood: a departure from form that gains less needs no new look at the noise."""
     hopeless: float = 60.0
@@ -52,12 +52,17 @@ _SEARCH = _Search()
 class Fitter:
     """Fits hypotheses to one campaign: the library assembled once, every effect once."""
 
-    def __init__(self, campaign: Campaign, variants: Sequence[Variant] | None = None) -> None:
+    def __init__(
+        self,
+        campaign: Campaign,
+        variants: Sequence[Variant] | None = None,
+        asked: Sequence[str] = (),
+    ) -> None:
         self.campaign = campaign
         balls = campaign.balls
         # What the case has already may turn out to be less.
         given = {effect for effect, _ in campaign.effects if effect not in campaign.own}
-        self.library = tuple(library_of(campaign) if variants is None else variants)
+        self.library = tuple(library_of(campaign, asked) if variants is None else variants)
         fitting = (v for v in self.library if _needed(campaign, v))
         library = tuple(replace(v, signed=True) if v.effect in given else v for v in fitting)
         self.variants = library + campaign.candidates + (lots(balls) if balls else ())

@@ -3,8 +3,8 @@
 Problem  the misfit with its priors, its columns and its Gauss-Newton step
 search   steps until none promises to gain
 
-Gauss-Newton on whitened residuals and priors, with exact slopes and bounds by projection; offsets
-of the readings are taken out at each step.
+Gauss-Newton on whitened residuals and priors, damped where it does not gain, with exact slopes and
+bounds by projection; offsets of the readings are taken out at each step.
 """
 
 from __future__ import annotations
@@ -25,8 +25,9 @@ _ENOUGH = 0.02
 """Gain in misfit that ends the search; two units of misfit are one of log evidence.
 What is reported goes further: see `closing`."""
 
-_MOST_DAMPED = 500.0
-"""Damping at which a search that does not gain is at its end."""
+_POOR, _GOOD = 0.25, 0.75
+"""Shares of what a step promises: one that gains less is followed by a shorter one, one that gains
+more may be by a longer one."""
 
 
 def point_at(model: Assembled, values: Floats, unknowns: Sequence[Unknown]) -> Point | None:
@@ -46,6 +47,7 @@ class Problem:
         self.unknowns, self.noise = unknowns, noise
         self.whitener = Whitener.of(noise, campaign.u_arcsec, campaign.rows)
         self.offsets = self.whitener(campaign.offsets)
+        self.basis = np.linalg.qr(self.offsets)[0]
         self.mean = np.array([u.mean for u in unknowns])
         self.unit = np.array([u.unit for u in unknowns])
         self.precision = np.array([(u.unit / u.sd) ** 2 for u in unknowns])
@@ -82,46 +84,47 @@ class Problem:
         # With slopes: six steps of seven are taken, and then they are wanted.
         return point_at(self.model, values, self.unknowns)
 
-    def step(self, point: Point, damping: float = 0.0) -> tuple[Floats, float]:
+    def seen(self, point: Point) -> Floats:
+        """How far readings and priors see one unit of each unknown, in standard deviations."""
+        j = self.whitener(self.columns(point))
+        return np.asarray(np.sqrt(np.sum(j * j, axis=0) + self.precision))
+
+    def step(
+        self, point: Point, radius: float = np.inf, scale: Floats | float = 1.0
+    ) -> tuple[Floats, float]:
         """The step in units that the linear problem asks for within the bounds, and what it
         promises.
 
-        damping: Levenberg's; how many times over the step is held back as the prior holds the
-        unknown, or, where there is none, as the readings do (Marquardt 1963).
+        radius: the longest step, each unknown measured by `scale`, shape (p,).
         """
-        y = self.whitener(self.campaign.y_arcsec - point.angle_arcsec)
-        j = self.whitener(self.columns(point))
-        at = self.coordinates(point)
+        y = self._less_offsets(self.whitener(self.campaign.y_arcsec - point.angle_arcsec))
+        j = self._less_offsets(self.whitener(self.columns(point)))
+        at, start = self.coordinates(point), self.off(point)
         p = len(self.unknowns)
+        scale = np.broadcast_to(scale, p)
         step = np.zeros(p)
         free = np.ones(p, dtype=bool)
-        start = self.off(point)
-        for _ in range(p + 1):
+        while free.any():
             # The prior's own pull: its residual is where the unknown stands now.
-            x = np.column_stack([j[:, free], self.offsets])
-            precision = np.r_[self.precision[free], np.zeros(self.offsets.shape[1])]
-            held = y - j[:, ~free] @ step[~free]
-            a = x.T @ x + np.diag(precision)
-            seen = np.diagonal(a)[: free.sum()]
-            back = damping * np.where(precision[: free.sum()] > 0, precision[: free.sum()], seen)
-            a[np.diag_indices_from(a)] *= 1 + 1e-10
-            a[np.arange(len(back)), np.arange(len(back))] += back
-            a[np.diag_indices_from(a)] += 1e-12 * max(float(np.trace(a)), 1e-300) / len(a)
-            b = x.T @ held
-            b[: free.sum()] -= self.precision[free] * start[free]
-            step[free] = np.linalg.solve(a, b)[: free.sum()]
+            x = j[:, free] / scale[free]
+            a = x.T @ x + np.diag(self.precision[free] / scale[free] ** 2)
+            b = x.T @ (y - j[:, ~free] @ step[~free])
+            b -= self.precision[free] * start[free] / scale[free]
+            step[free] = _within(a, b, radius) / scale[free]
             goal = at + step * self.unit
             out = free & ((goal < self.low - 1e-15) | (goal > self.high + 1e-15))
             if not out.any():
                 break
             step[out] = (np.clip(goal, self.low, self.high) - at)[out] / self.unit[out]
             free &= ~out
-        now = Margin.of(y, self.offsets, np.zeros(self.offsets.shape[1])).chi2 + float(
-            self.precision @ start**2
-        )
-        then = Margin.of(y - j @ step, self.offsets, np.zeros(self.offsets.shape[1])).chi2
-        then += float(self.precision @ np.where(self.precision > 0, start + step, 0.0) ** 2)
-        return step, now - then
+        left = y - j @ step
+        now = float(y @ y + self.precision @ start**2)
+        then = left @ left + self.precision @ np.where(self.precision > 0, start + step, 0.0) ** 2
+        return step, now - float(then)
+
+    def _less_offsets(self, columns: Floats) -> Floats:
+        """Whitened columns less what the offsets take."""
+        return np.asarray(columns - self.basis @ (self.basis.T @ columns))
 
     def linear(self, point: Point) -> Linear:
         """The problem linearised here: y, columns, precision; unknowns count from the mean of their
@@ -134,31 +137,46 @@ class Problem:
 def search(problem: Problem, point: Point, steps: int, bound: float = np.inf) -> tuple[Point, bool]:
     """The most probable point, and whether the search came to its end.
 
-    It ends where no step promises to gain, after so many steps, or where what the last step
-    promises stays above `bound`. Where even a short step does not gain, steps are damped: balls
-    that lose touch turn the way down aside.
+    It ends where no step promises to gain, after so many predictions, or where what the last step
+    promises stays above `bound`. Where a step does not gain what it promises, the next ones are
+    shorter, each unknown measured by the most that the readings have seen of it (More 1978): of a
+    ball that has lost touch they see nothing.
     """
-    value, damping = problem.objective(point), 0.0
+    value, radius = problem.objective(point), np.inf
+    scale = np.zeros(len(problem.unknowns))
     for number in range(steps):
-        step, promised = problem.step(point, damping)
+        scale = np.maximum(scale, problem.seen(point))
+        step, promised = problem.step(point, radius, np.where(scale > 0, scale, 1.0))
+        length = float(np.linalg.norm(scale * step))
+        whole = length < 0.99 * radius
         if promised < _ENOUGH:
-            return point, not damping
-        if number > 1 and value - 2 * promised > bound:
+            return point, whole
+        if number > 1 and whole and value - 2 * promised > bound:
             return point, False
-        for _ in range(4):
-            candidate = problem.moved(point, step)
-            got = np.inf if candidate is None else problem.objective(candidate)
-            if got < value:
-                break
-            step = step / 3
-        else:
-            if damping >= _MOST_DAMPED:
-                return point, False
-            damping = max(8.0 * damping, 1.0)
-            continue
-        damping = 0.25 * damping if damping > 1 else 0.0
-        assert candidate is not None
-        gained, value, point = value - got, got, candidate
-        if gained < _ENOUGH:
-            return point, True
+        candidate = problem.moved(point, step)
+        got = np.inf if candidate is None else problem.objective(candidate)
+        gained = value - got
+        if candidate is not None and gained > 0:
+            value, point = got, candidate
+            if gained < _ENOUGH and whole:
+                return point, True
+        if gained < _POOR * promised:
+            radius = length / 4
+        elif gained > _GOOD * promised:
+            radius = max(radius, 2 * length)
     return point, False
+
+
+def _within(a: Floats, b: Floats, radius: float) -> Floats:
+    """The z of the least z' a z - 2 b' z with |z| at most the radius (More 1978, section 5)."""
+    size, directions = np.linalg.eigh(a)
+    size = np.maximum(size, 1e-12 * max(float(size[-1]), 1e-300))
+    along, damping = directions.T @ b, 0.0
+    for _ in range(50):
+        z = along / (size + damping)
+        length = float(np.linalg.norm(z))
+        if length <= 1.01 * radius:
+            break
+        slope = float(np.sum(z**2 / (size + damping))) / length
+        damping += (length / radius) * (length - radius) / slope
+    return np.asarray(directions @ z)

@@ -35,6 +35,9 @@ def start_values(
 ) -> Floats:
     """Values to start a fit of some signatures from, cut to what is plausible, shape (p,).
 
+    A lot starts from equal balls: at the sizes of the linear problem some have lost touch, and from
+    there the way may not lead back.
+
     Parameters
     ----------
     signatures: one of each effect.
@@ -49,10 +52,12 @@ def start_values(
         width = s.columns.shape[1]
         found = s.sizes(sizes[at : at + width])
         at += width
+        if v.spread:
+            continue
         for name, size, ratio in zip(
             v.sizes, found, v.ratios or (1.0,) * len(v.sizes), strict=True
         ):
-            most = 0.5 * v.high * ratio if not v.spread else 4 * v.spread
+            most = 0.5 * v.high * ratio
             given[f"{v.effect}.{name}"] = fitter.neutral(v.effect, name) + float(
                 np.clip(size, -most, most)
             )
