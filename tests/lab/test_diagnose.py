@@ -18,6 +18,7 @@ from cbpt import Case
 from cbpt.lab.diagnosis.by_level import DividedDiagnosis
 from cbpt.lab.diagnosis.diagnose import diagnose
 from cbpt.lab.wording.numbers import probability
+from common import mostly_long
 from common.hidden import ANGLE, FOLDER, TRUTH, Said, U, case_of, diagnosed, said, table_of
 
 # --- answers ------------------------------------------------------------------------------
@@ -366,7 +367,7 @@ def test_same_seed_same_document() -> None:
 SOME = ["dev01", "dev03", "dev05"]
 
 
-@pytest.mark.parametrize("name", SOME)
+@pytest.mark.parametrize("name", mostly_long(SOME, SOME[:1]))
 def test_order_of_the_runs_in_the_file(name: str) -> None:
     table = table_of(name)
     order = np.lexsort((table["time_s"], -table["run"]))
@@ -375,7 +376,7 @@ def test_order_of_the_runs_in_the_file(name: str) -> None:
     assert said(again.verdict) == said(diagnosed(name).verdict)
 
 
-@pytest.mark.parametrize("name", SOME)
+@pytest.mark.parametrize("name", mostly_long(SOME, SOME[1:2]))
 def test_without_the_three_worst_rows(name: str) -> None:
     worst = np.argsort(np.abs(diagnosed(name).residual_after_arcsec))[-3:]
     fewer = {column: np.delete(values, worst) for column, values in table_of(name).items()}
@@ -393,7 +394,7 @@ def in_other_units(name: str) -> dict[str, Any]:
     return table
 
 
-@pytest.mark.parametrize("name", SOME)
+@pytest.mark.parametrize("name", mostly_long(SOME, SOME[2:]))
 def test_units_of_the_columns(name: str) -> None:
     again = diagnose(Case.from_toml(case_of(name)), in_other_units(name))
     assert said(again.verdict) == said(diagnosed(name).verdict)

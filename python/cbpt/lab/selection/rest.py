@@ -1,6 +1,7 @@
 """What a name is worth beside a rest that has none.
 
-    beside_rest   probability of each effect of an answer, given what the answer leaves
+    rest_arcsec   how much is left that is no scatter
+    beside_rest   probability of each effect of an answer, given that
 
 What is left, beyond what readings scatter by, is one draw of what the library lacks, and its scale
 is known from nothing else. With Jeffreys' prior of a scale, the next draw from the same source is a
@@ -18,16 +19,25 @@ from cbpt.lab.inference.residuals import rmse_of
 from cbpt.lab.selection.adequacy import Adequacy
 from cbpt.lab.selection.lack_of_fit import LackOfFit
 from cbpt.lab.selection.model_comparison import Competition
+from cbpt.lab.selection.rules import RULES
 from cbpt.lab.selection.setting import Names
 
 
-def beside_rest(
-    competition: Competition, names: Names, lack: LackOfFit, adequacy: Adequacy
-) -> dict[str, float]:
+def rest_arcsec(lack: LackOfFit, adequacy: Adequacy | None) -> float:
+    """Root mean square: what the lack of fit describes, and where noise cannot leave as much as is
+    left, all of that beyond what readings scatter by."""
+    described = float(np.sqrt(np.mean(lack.fitted_arcsec**2)))
+    if adequacy is None or adequacy.p_value >= RULES.left_chance:
+        return described
+    beyond = max(adequacy.left_arcsec**2 - adequacy.expected_arcsec**2, 0.0)
+    return max(described, float(np.sqrt(beyond)))
+
+
+def beside_rest(competition: Competition, names: Names, rest: float) -> dict[str, float]:
     """Probability that each effect of a set is no part of what has no name.
 
     What an effect explains is what the readings lose without it, all else refitted; of the whole
-    set where the set without it was not fitted.
+    set where the set without it was not fitted. rest: arcsec.
     """
     campaign, fits = competition.campaign, competition.fits
     fit = fits[names]
@@ -36,9 +46,6 @@ def beside_rest(
         return rmse_of(campaign, competition.fitter.look(other, fit.noise))
 
     left = left_arcsec(fit)
-    scatter = adequacy.expected_arcsec if np.isfinite(adequacy.expected_arcsec) else left
-    unnamed = float(np.sqrt(np.mean(lack.fitted_arcsec**2)))
-    rest = max(unnamed, float(np.sqrt(max(left**2 - scatter**2, 0.0))))
     found = {}
     for effect in names:
         without = fits.get(tuple(n for n in names if n != effect), fits[()])
