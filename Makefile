@@ -100,8 +100,8 @@ audit: $(VENV)/audited  ## licences, sources, duplicates and weaknesses of the c
 	$(VENV)/bin/zizmor --offline --quiet .github/workflows
 	cargo deny --log-level error check licenses bans sources
 	cargo deny --log-level error check advisories || echo 'advisories: not checked, or something was found (see above)'
-	tag=$$(git describe --tags --abbrev=0 2>/dev/null) && cargo semver-checks --baseline-rev $$tag -p cbpt-core -p cbpt-cli \
-	|| echo 'No tag yet: no API to compare with.'
+	if tag=$$(git describe --tags --abbrev=0 2>/dev/null); \
+	then cargo semver-checks --baseline-rev $$tag -p cbpt-core -p cbpt-cli; else echo 'No tag yet: no API to compare with.'; fi
 
 FUZZ_SECONDS ?= 600
 fuzz: build $(VENV)/tested  ## parsers and readers on edited seeds, FUZZ_SECONDS (600) for each; what fails is kept in tests/data/corpus
