@@ -289,7 +289,7 @@ def test_files_and_loads_that_cannot_be_are_refused(tmp_path: Path) -> None:
     broken.write_text("[free\n")
     with pytest.raises(cbpt.InvalidInputError, match="not TOML"):
         cbpt.optimise(BASE, broken)
-    with pytest.raises(cbpt.InvalidInputError, match="without torque"):
+    with pytest.raises(cbpt.InvalidInputError, match="expected a torque"):
         cbpt.optimise(BASE, TWO, torque_Nm=0)
     with pytest.raises(cbpt.InvalidInputError, match="ball drive"):
         cbpt.optimise(TOP / "examples/reducer.toml", TWO, torque_Nm=1)

@@ -202,7 +202,9 @@ def _same(one: str, other: str) -> bool:
 
 def _flat(tables: Any, source: str, path: str = "") -> Iterator[tuple[str, Any]]:
     if not isinstance(tables, Mapping):
-        raise InvalidInputError(f"{source}: free: expected a table of keys and ranges")
+        raise InvalidInputError(
+            f"{source}: free: expected keys with ranges, such as load.preload_N = [200, 4000]"
+        )
     for key, value in tables.items():
         name = f"{path}.{key}" if path else str(key)
         if isinstance(value, Mapping) and name.count(".") < 2:  # no key of a case has more parts

@@ -266,7 +266,9 @@ def searched(
     whole = at_load(case, *load)
     bounds = bounds if isinstance(bounds, Bounds) else read_bounds(bounds, whole)
     if whole.torque_Nm == 0.0:
-        raise InvalidInputError("torque_Nm = 0: without torque every elastic angle is 0")
+        raise InvalidInputError(
+            "torque_Nm = 0: expected a torque; without one the elastic angle of every design is 0"
+        )
     if seed < 0:
         raise InvalidInputError(f"seed = {seed}: expected 0 or more")
     return whole, bounds
