@@ -9,6 +9,10 @@ export CARGO_TARGET_DIR := $(CURDIR)/target
 # those of the tests: nothing is compiled twice.
 RUSTDOC := RUSTDOCFLAGS='-D warnings' cargo doc --workspace --lib --examples --no-deps --quiet
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
+# Python compiles what is imported; pip would compile all that is installed, for as long as the installation takes.
+export PIP_NO_COMPILE := 1
+# Two processes on two cores, so none of them needs threads for linear algebra.
+PYTEST := OPENBLAS_NUM_THREADS=1 $(PYTHON) -m pytest -n 2 --dist worksteal
 
 .PHONY: help build demo test rust python package wheel wheels audit fuzz mutants bench test-long trial trial-short instructions setup-browser screenshots docs format clean
 help:  ## this list
@@ -31,7 +35,7 @@ test: rust python package  ## everything that CI checks
 
 rust:  ## format, lints, tests and documentation of the Rust crates
 	cargo fmt --all --check
-	cargo clippy --workspace --all-targets -- -D warnings
+	cargo clippy --workspace --lib --bins --examples --tests -- -D warnings
 	cargo test --workspace --quiet
 	$(RUSTDOC)
 
@@ -54,20 +58,24 @@ python: build $(VENV)/tested  ## lints, types, stubs and tests of the Python pac
 	git diff --exit-code -- python/cbpt/_core.pyi  # the stub is the build's own
 	$(PYTHON) -m mypy.stubtest cbpt._core
 	cargo build --quiet --workspace --bin cbpt --examples  # the plain binary, whose answers the package's are compared with
-	$(PYTHON) -m pytest -n 2 --dist worksteal
+	$(PYTEST)
 
 test-long: build $(VENV)/tested  ## some claims of the tests on more cases than `make test` has time for
-	$(PYTHON) -m pytest -n 2 --dist worksteal -m long
+	$(PYTEST) -m long
 
-# As the tests of the workspace have the dependencies: most are compiled already, and built once for both crates below.
+# As the tests of the workspace have the dependencies: most are compiled already.
 package: export CARGO_PROFILE_DEV_DEBUG := line-tables-only
-package: build  ## a crate outside the workspace, cargo package, the wheel in an empty environment
-	cargo run --quiet --manifest-path examples/embed/Cargo.toml
-	# Unpacked anew (-m) and checked here: by version and date cargo takes an earlier cbpt-core for this one.
-	rm -rf target/package $(CRATES) && mkdir -p $(CRATES)
+package: build  ## a program outside the workspace on the crates as published, the wheel in an empty environment
+	# Unpacked anew (-m) and built here: by version and date cargo takes an earlier cbpt-core for this one. One workspace has
+	# one choice of features: core and dependencies are compiled once for the program and for the command line.
+	rm -rf target/package $(CRATES) && mkdir -p $(CRATES)/embed
 	cargo package --quiet --allow-dirty --no-verify -p cbpt-core -p cbpt-cli
 	for crate in target/package/cbpt-*.crate; do tar -xzmf $$crate -C $(CRATES) || exit; done
-	cd $(CRATES)/cbpt-cli-* && cargo build --quiet --lib --config "patch.crates-io.cbpt-core.path='$$(echo ../cbpt-core-*)'"
+	cp -r examples/embed/src $(CRATES)/embed && cp Cargo.lock $(CRATES)
+	sed -e '/^\[workspace\]/d' -e 's/path = "[^"]*"/version = "*"/' examples/embed/Cargo.toml > $(CRATES)/embed/Cargo.toml
+	cd $(CRATES) && printf '[workspace]\nresolver = "3"\nmembers = ["*/"]\n[patch.crates-io]\ncbpt-core.path = "%s"\n' cbpt-core-* > Cargo.toml
+	cd $(CRATES) && cargo build --quiet --workspace --lib --bin embed
+	$(CARGO_TARGET_DIR)/debug/embed
 	rm -rf $(OUT)/wheel $(OUT)/empty && mkdir -p $(OUT)
 	$(VENV)/bin/maturin build --release --quiet --out $(OUT)/wheel
 	python3 -m venv $(OUT)/empty
@@ -92,8 +100,8 @@ audit: $(VENV)/audited  ## licences, sources, duplicates and weaknesses of the c
 	$(VENV)/bin/zizmor --offline --quiet .github/workflows
 	cargo deny --log-level error check licenses bans sources
 	cargo deny --log-level error check advisories || echo 'advisories: not checked, or something was found (see above)'
-	tag=$$(git describe --tags --abbrev=0 2>/dev/null) && cargo semver-checks --baseline-rev $$tag -p cbpt-core -p cbpt-cli \
-	|| echo 'No tag yet: no API to compare with.'
+	if tag=$$(git describe --tags --abbrev=0 2>/dev/null); \
+	then cargo semver-checks --baseline-rev $$tag -p cbpt-core -p cbpt-cli; else echo 'No tag yet: no API to compare with.'; fi
 
 FUZZ_SECONDS ?= 600
 fuzz: build $(VENV)/tested  ## parsers and readers on edited seeds, FUZZ_SECONDS (600) for each; what fails is kept in tests/data/corpus

@@ -124,7 +124,10 @@ def main() -> int:
         wheel = build(maturin, target, out)
         told(began, f"{wheel.name}, {wheel.stat().st_size / 1e6:.1f} MB")
         if not runs_here(target):
-            told(began, "  for another machine or C library: built and audited, not run")
+            told(
+                began,
+                "  for another machine or C library: built and audited; .ci/foreign.py may run it",
+            )
             continue
         for version, python in pythons().items():
             for numbers in (OLDEST[version], NEWEST):

@@ -27,7 +27,7 @@ def main(folder: Path) -> None:
     def take(page: Any, name: str, first: str, last: str, most_px: int = 1600) -> None:
         save(picture_of(page, first, last, most_px), folder / f"{name}.png")
 
-    with chromium() as browser, workbench() as address:
+    with chromium() as browser, workbench(matrices=9) as address:
         with watched(browser) as page:
             opened(page, address, "dev04")
             take(page, "before", "#answer", "#readings")

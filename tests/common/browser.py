@@ -100,36 +100,42 @@ def watched(
     assert not wrong, wrong
 
 
-# As in conftest.py: models two switches away would be fitted behind whatever test comes next.
-_NEAR_ALONE = """
+_START = """
 import sys
 from cbpt.cli.main import main
-from cbpt.page.workbench import ahead
-
-ahead.MOST_FAR = 0
+{before}
 sys.exit(main())
 """
-# As a user has it.
-_WHOLE = """
-import sys
-from cbpt.cli.main import main
-
-sys.exit(main())
+# As in conftest.py: models two switches away would be fitted behind whatever test comes next.
+_NEAR_ALONE = """
+from cbpt.page.workbench import ahead
+ahead.MOST_FAR = 0
+"""
+# Seconds for each campaign that is opened, for one plot.
+_FEW_MATRICES = """
+from cbpt.page.workbench.session import Session
+isolability, some = Session.isolability, iter(range(MATRICES))
+left_out = dict(isolability=None, why="left out")
+Session.isolability = lambda self: left_out if next(some, None) is None else isolability(self)
 """
 
 
 @contextmanager
-def workbench(*files: Path, port: int | None = None, whole: bool = False) -> Iterator[str]:
+def workbench(
+    *files: Path, port: int | None = None, whole: bool = False, matrices: int = 0
+) -> Iterator[str]:
     """A workbench in a process of its own; its address.
 
-    whole: it prepares models two switches away too, as a user's does.
+    whole: it prepares models two switches away too, as a user's does, and the matrix of effects
+    that can be told apart; else that of so many campaigns.
     """
+    before = "" if whole else f"MATRICES = {matrices}{_NEAR_ALONE}{_FEW_MATRICES}"
     flags = ["--no-browser", *([] if port is None else ["--port", str(port)])]
     process = subprocess.Popen(
         [
             sys.executable,
             "-c",
-            _WHOLE if whole else _NEAR_ALONE,
+            _START.format(before=before),
             "workbench",
             *flags,
             *map(str, files),

@@ -95,6 +95,8 @@ class Around:
     shift_sigma: float = 1.5
     lack_noise: Noise | None = None
     """Of a lack of fit; else that of the fit that it is on top of."""
+    lack_arcsec: float = 0.0
+    """Root mean square of a lack of fit."""
 
 
 def competition(
@@ -119,6 +121,7 @@ def competition(
             noise=around.lack_noise or made[base].noise,
             free_numbers=3,
             columns=("torque_Nm",),
+            fitted_arcsec=np.full(396, around.lack_arcsec),
         )
         for n in unnamed
     ]

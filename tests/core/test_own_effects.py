@@ -1,6 +1,6 @@
-"""Effects of the user's own: expressions and functions, fitted, ranked, added; the draft of one.
+"""Effects of the user's own: expressions and functions, fitted, ranked, added.
 
-Groups: what they are; on the rows; fitted and added; in competition; the draft; the command line.
+Groups: what they are; on the rows; fitted and added; in competition; the command line.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.hypothesis import Hypothesis
 from cbpt.lab.model.own_terms import campaign_of, variant_of
 from common.comparisons import columns_of
-from common.hidden import FOLDER, TRUTH, case_of, diagnosed
+from common.hidden import FOLDER, TRUTH, case_of
 from common.simulated import plan, readings_of, truth
 
 Floats = NDArray[np.float64]
@@ -418,20 +418,6 @@ def test_an_own_effect_costs_what_one_of_the_library_costs() -> None:
     assert creep is not None and mine is not None
     assert mine.residual_arcsec.std() == pytest.approx(creep.residual_arcsec.std(), rel=1e-6)
     assert mine.log_evidence == pytest.approx(creep.log_evidence, abs=1.0)
-
-
-# --- the draft ----------------------------------------------------------------------------
-
-
-def test_the_unknown_comes_with_a_draft_that_reaches_the_noise() -> None:
-    answer = diagnosed("dev10")
-    card = answer.to_dict()["unknown"]
-    assert "max(abs(torque_Nm) - " in card["expression"] and "input_angle_rad" in card["expression"]
-    assert card["expression_held_out_rmse_arcsec"] < 2 * SIGMA
-    assert card["effect_toml"] in answer.report()
-    case = Case.from_toml(case_of("dev10") + card["effect_toml"])
-    fitted = cbpt.fit(case, DATA, case.own_effects)
-    assert fitted.after.rmse_arcsec == pytest.approx(SIGMA, rel=0.1)
 
 
 # --- the command line ---------------------------------------------------------------------

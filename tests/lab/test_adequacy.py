@@ -21,6 +21,7 @@ from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.priors import VARIANTS
 from cbpt.lab.selection.adequacy import Adequacy, adequacy_of, free_numbers
 from cbpt.lab.selection.rules import RULES
+from common import mostly_long
 from common.comparisons import columns_of, drive_of
 from common.simulated import Floats, Values, hypothesis_of, plan, sample, truth
 
@@ -93,7 +94,7 @@ def test_where_nothing_tells_nothing_is_held_against_a_fit() -> None:
 # --- what is left -------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("times", TIMES)
+@pytest.mark.parametrize("times", mostly_long(TIMES, TIMES[:1]))
 def test_noise_is_adequate_whatever_is_stated_of_it(times: float) -> None:
     """Of twenty tables hardly one is one in a hundred; about half are above the middle."""
     found = [adequate(campaign(seed, times)) for seed in range(20)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from functools import cache
 from pathlib import Path
 
@@ -281,3 +282,10 @@ def test_the_verb(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
 def test_both_a_table_and_a_column_are_refused() -> None:
     with pytest.raises(cbpt.InvalidInputError, match="not both"):
         cbpt.change(SPRING, loops(), loops(seed=2), by="run")
+
+
+def test_a_change_tells_how_much_runs_of_one_level_differ() -> None:
+    """A new set-up is another thing, but it differs by no less than runs without one."""
+    note = found(loops(1.0), loops(1.5, seed=2)).notes[-1]
+    differ = re.search(r"runs with the same torques differ by ([\d.]+) arcsec", note)
+    assert differ is not None and float(differ.group(1)) == pytest.approx(2.0, rel=0.25)

@@ -223,13 +223,33 @@ def test_a_lack_of_fit_as_probable_as_an_effect_is_its_rival() -> None:
     assert said(verdict) == ("ambiguous", (), ((FRICTION, "unknown"),))
 
 
-def test_a_lack_of_fit_beside_an_effect_remains() -> None:
-    """Both are told, and what remains is that of the set that is drawn."""
+def beside(lack_arcsec: float) -> Verdict:
+    """Friction, which takes 3 arcsec of misfit away, with a lack of fit beside it."""
     shares = {(): 0.005, (FRICTION,): 0.02, ("unknown",): 0.005, (FRICTION, "unknown"): 0.97}
-    verdict = judge(competition(shares))
+    null = MadeUpFit(values=dict(NUMBERS), residual_arcsec=white(396, 10.0))
+    return judge(competition(shares, {(): null}, Around(lack_arcsec=lack_arcsec)))
+
+
+def test_a_lack_of_fit_beside_an_effect_remains() -> None:
+    """Both are told, and what remains is that of the set that is drawn. The less remains, the more
+    probable the effect is: the next draw of what has no name is a Cauchy variable."""
+    verdict = beside(1.0)
     assert said(verdict) == ("effect", (FRICTION,), ())
     assert verdict.lack_of_fit is not None and verdict.lack_of_fit.base == (FRICTION,)
-    assert verdict.probability == pytest.approx(0.97 * RULES.certain) == verdict.exactly
+    explained = float(np.sqrt(np.mean(white(396, 10.0) ** 2) - np.mean(white(396) ** 2)))
+    inside = 1 - 2 / np.pi * np.arctan(1.0 / explained)
+    assert 0.7 < inside < 0.9
+    assert verdict.probability == pytest.approx(0.97 * inside) == verdict.exactly
+    probabilities = [beside(lack).probability for lack in (0.2, 0.5, 1.0, 2.0)]
+    assert probabilities == sorted(probabilities, reverse=True)
+    assert probabilities[0] <= 0.97 * RULES.certain
+
+
+def test_an_effect_that_explains_less_than_remains_is_only_possible() -> None:
+    verdict = beside(6.0)
+    assert said(verdict) == ("unknown", (), ())
+    assert verdict.names == (FRICTION,) and verdict.lack_of_fit is not None
+    assert 0.2 < dict(verdict.perhaps)[FRICTION] < 0.5
 
 
 def test_a_lack_of_fit_that_is_only_likely_is_told_as_such() -> None:
@@ -431,8 +451,9 @@ def test_an_effect_beside_which_something_remains_says_so(source: Source) -> Non
     shares = {(): 0.01, ("unknown",): 0.005, (FRICTION,): 0.98, (FRICTION, "unknown"): 0.005}
     around = Around(campaign=known_by(source))
     for residual, remains in ((pattern(), True), (white(396), False)):
-        fits = {(FRICTION,): MadeUpFit(sizes=1, residual_arcsec=residual)}
-        verdict = judge(competition(shares, fits, around))
+        null = MadeUpFit(values=dict(NUMBERS), residual_arcsec=4 * pattern())
+        fits: dict[Any, MadeUpFit] = {(FRICTION,): MadeUpFit(sizes=1, residual_arcsec=residual)}
+        verdict = judge(competition(shares, {(): null, **fits}, around))
         assert said(verdict) == ("effect", (FRICTION,), ())
         left = getattr(verdict.lack_of_fit, "base", None), verdict.probability < 0.95
         assert left == ((FRICTION,) if remains else None, remains)

@@ -30,7 +30,7 @@ from common.hidden import FOLDER
 
 @pytest.fixture(scope="module")
 def bench(browser: Any) -> Iterator[str]:
-    with workbench() as address:
+    with workbench(matrices=1) as address:
         yield address
 
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+import pytest
 import xlsxwriter
 from starlette.testclient import TestClient
 
@@ -68,6 +70,13 @@ FRAMES = """async many => {
 }"""
 
 
+@pytest.fixture(scope="module")
+def bench(browser: Any) -> Iterator[str]:
+    """A workbench that shows dev04, for tests that leave it so."""
+    with workbench(FOLDER / "dev04.toml", FOLDER / "dev04.csv") as address:
+        yield address
+
+
 def answered(page: Any) -> None:
     page.wait_for_selector("#sentence")
     page.wait_for_selector("#job", state="hidden")
@@ -109,10 +118,9 @@ def test_another_window_with_other_files_is_told_not_mixed(browser: Any) -> None
         assert first.evaluate(HELD) == before
 
 
-def test_switches_used_faster_than_they_are_fitted_all_count(browser: Any) -> None:
-    files = FOLDER / "dev04.toml", FOLDER / "dev04.csv"
-    with workbench(*files) as address, watched(browser) as page:
-        page.goto(address)
+def test_switches_used_faster_than_they_are_fitted_all_count(browser: Any, bench: str) -> None:
+    with watched(browser) as page:
+        page.goto(bench)
         answered(page)
         wanted = ["creep", "drift", "plate_tilt"]
         page.evaluate(
@@ -126,14 +134,13 @@ def test_switches_used_faster_than_they_are_fitted_all_count(browser: Any) -> No
         assert page.evaluate(modelled) == wanted
 
 
-def test_plots_wait_for_a_switch_but_not_where_they_are_looked_at(browser: Any) -> None:
-    files = FOLDER / "dev04.toml", FOLDER / "dev04.csv"
+def test_plots_wait_for_a_switch_but_not_where_they_are_looked_at(browser: Any, bench: str) -> None:
     # Not watched: the held request fails, which the console tells.
-    with workbench(*files) as address, browser.new_context() as context:
+    with browser.new_context() as context:
         context.set_default_timeout(PATIENCE_MS)
         page = context.new_page()
         page.set_viewport_size({"width": 1280, "height": 700})
-        page.goto(address)
+        page.goto(bench)
         answered(page)
         page.wait_for_selector("html[data-drawn]")
         page.evaluate("document.querySelector('#readings').scrollIntoView()")

@@ -93,9 +93,22 @@ def test_any_number_of_columns(tmp_path: Path, write: Callable[[Path, list[str]]
 @LINUX
 @pytest.mark.parametrize("path", HOSTILE, ids=lambda path: path.name)
 def test_the_workbench_goes_on(client: TestClient, path: Path) -> None:
-    found = opened(client, path.read_bytes(), path.name).json()
+    _goes_on(client, path.read_bytes(), path.name)
+
+
+@LINUX
+@pytest.mark.long
+@pytest.mark.parametrize(("name", "make"), BOMBS.items(), ids=BOMBS.keys())
+def test_the_workbench_goes_on_after_a_bomb(
+    client: TestClient, name: str, make: Callable[[], bytes], as_usual: None
+) -> None:
+    _goes_on(client, make(), f"bomb.{name.split(',')[0]}")
+
+
+def _goes_on(client: TestClient, raw: bytes, name: str) -> None:
+    found = opened(client, raw, name).json()
     assert not found["ready"]
-    assert path.name in found["message"] and "/tmp" not in found["message"]
+    assert name in found["message"] and "/tmp" not in found["message"]
     assert opened(client, (HEAD + ROWS).encode()).json()["ready"]
 
 

@@ -56,6 +56,7 @@ pub static SPEC: Spec = Spec {
 
 fn act(own: &[Dual], _: &Row, load: &mut Load) {
     load.friction.push(Friction {
+        law: dahl,
         radius_m: own[0],
         engagement_angle_rad: own[1],
         torque_Nm: own[2],

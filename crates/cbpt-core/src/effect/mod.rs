@@ -25,16 +25,19 @@ pub mod bearing_play;
 pub mod contact_angle;
 pub mod contact_stiffness;
 pub mod creep;
+pub mod distributed_friction;
 pub mod drift;
 pub mod eccentric_bearing;
 pub mod eccentricity_error;
 pub mod friction_hysteresis;
 pub mod groove_pitch_error;
+pub mod hard_stop;
 pub mod output_torsion;
 pub mod plate_tilt;
 pub mod preload_loss;
 pub mod preload_scale;
 pub mod preload_spring;
+pub mod rate_friction;
 pub mod rough_contact;
 pub mod run_in;
 pub mod run_offset;
@@ -52,7 +55,7 @@ pub use own::{AddsTo, OwnEffect, OwnParameter};
 pub use spec::{Class, Parameter, Port, Reducers, Scale, Spec};
 
 /// Every effect, in the order in which all documents list them.
-pub static LIBRARY: [&Spec; 25] = [
+pub static LIBRARY: [&Spec; 28] = [
     &contact_stiffness::SPEC,
     &contact_angle::SPEC,
     &torque_scale::SPEC,
@@ -66,7 +69,10 @@ pub static LIBRARY: [&Spec; 25] = [
     &backlash::SPEC,
     &output_torsion::SPEC,
     &stiffness_curve::SPEC,
+    &hard_stop::SPEC,
     &friction_hysteresis::SPEC,
+    &distributed_friction::SPEC,
+    &rate_friction::SPEC,
     &preload_loss::SPEC,
     &preload_spring::SPEC,
     &thermal_preload::SPEC,
@@ -79,6 +85,10 @@ pub static LIBRARY: [&Spec; 25] = [
     &wear::SPEC,
     &creep::SPEC,
 ];
+
+/// Effects that rub on the rotation, and so make a run a history.
+pub const RUBS: [&str; 3] =
+    [friction_hysteresis::SPEC.id, distributed_friction::SPEC.id, rate_friction::SPEC.id];
 
 /// The effect of this id.
 pub fn find(id: &str) -> Option<&'static Spec> {

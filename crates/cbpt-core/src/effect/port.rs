@@ -17,6 +17,8 @@ pub struct Row {
     pub time_s: f64,
     /// Time since the run's first reading, s.
     pub run_time_s: f64,
+    /// Time since the reading before in the run, s; 0 of the first.
+    pub step_time_s: f64,
     /// Temperature less that of the first reading, K; 0 where none was read.
     pub temperature_difference_K: f64,
     /// Largest torque either way so far over the largest of the table.
@@ -53,9 +55,15 @@ pub struct Load {
     pub friction: Vec<Friction>,
 }
 
+/// A friction torque after a rotation, as a share of its limit, from that before it, the rotation (rad) and the angle over which
+/// it builds up (rad); and its derivatives by the rotation, by the share before and by that angle.
+pub type FrictionLaw = fn(f64, f64, f64) -> (f64, [f64; 3]);
+
 /// A friction torque with memory.
 #[derive(Debug, Clone, Copy)]
 pub struct Friction {
+    /// How it builds up.
+    pub law: FrictionLaw,
     /// Largest friction torque over the preload, m.
     pub radius_m: Dual,
     /// Largest friction torque whatever the preload, N m.
@@ -92,6 +100,10 @@ pub struct Contact {
     pub curve_rad: [Dual; 2],
     /// The torque at which it does, N m.
     pub reference_torque_Nm: Dual,
+    /// Share of the torque beyond `stop_torque_Nm` that a stop beside the contacts takes.
+    pub stop_share: Dual,
+    /// Torque at which the stop is reached, N m.
+    pub stop_torque_Nm: Dual,
 }
 
 /// A ball's place, for effects on gaps.

@@ -12,6 +12,7 @@ pub const ROW: Row = Row {
     input_angle_rad: std::f64::consts::PI / 6.0,
     time_s: 500.0,
     run_time_s: 60.0,
+    step_time_s: 4.0,
     temperature_difference_K: 3.0,
     largest_torque_share: 0.75,
     largest_torque_share_of_run: 0.5,
@@ -65,6 +66,8 @@ pub fn contact(spec: &Spec, own: &[f64]) -> Contact {
         transition_torque_Nm: Dual::constant(1.0),
         curve_rad: [Dual::constant(0.0); 2],
         reference_torque_Nm: Dual::constant(1.0),
+        stop_share: Dual::constant(0.0),
+        stop_torque_Nm: Dual::constant(1.0),
     };
     act(&duals(own), &mut contact);
     contact
@@ -120,6 +123,7 @@ pub fn vanishes(spec: &Spec) {
             assert_eq!(contact.exponent.value, 1.5);
             assert_eq!(contact.play_rad.value, 0.0);
             assert!(contact.curve_rad.iter().all(|part| part.value == 0.0));
+            assert_eq!(contact.stop_share.value, 0.0);
         }
         Action::Series(_) => {
             for torque_Nm in [-3.0, 0.0, 5.0] {

@@ -86,6 +86,8 @@ impl Chain {
             transition_torque_Nm: Dual::constant(1.0),
             curve_rad: [Dual::constant(0.0); 2],
             reference_torque_Nm: Dual::constant(1.0),
+            stop_share: Dual::constant(0.0),
+            stop_torque_Nm: Dual::constant(1.0),
         };
         for link in &self.links {
             if let Action::Contact(act) = link.action {

@@ -1,5 +1,5 @@
 //! Friction makes a run a history. The meshing points carry m = M0 - sum of Tf, each Tf = L z with the limit L and the
-//! state z of [`dahl`] after the way of the total angle A = alpha(m) + series since the reading before. m is the root of
+//! state z of its law after the way of the total angle A = alpha(m) + series since the reading before. m is the root of
 //!
 //!   m - M0 + sum L z(A(m)) = 0, which grows with m;
 //!
@@ -11,7 +11,6 @@
 //! dA' = dalpha' + dseries.
 
 use crate::effect::dual::Dual;
-use crate::effect::friction_hysteresis::dahl;
 use crate::effect::port::{Friction, Load};
 use crate::status::Status;
 
@@ -42,7 +41,7 @@ pub fn with_torque(at_torque: Dual, per_torque: f64, load: &Load, memory: &mut M
     for (before, friction) in memory.states.iter().zip(&load.friction) {
         let angle = friction.engagement_angle_rad;
         let limit = friction.limit_Nm(load);
-        let (z, [by_way, by_before, by_angle]) = dahl(before.value, way, angle.value);
+        let (z, [by_way, by_before, by_angle]) = (friction.law)(before.value, way, angle.value);
         let mut state = Dual::constant(z);
         state.add_slope(by_before, before);
         state.add_slope(by_angle, &angle);
@@ -129,7 +128,7 @@ impl Held<'_> {
         let way = mesh.angle_rad + self.series_rad - self.memory.angle_rad;
         let (mut unbalanced_Nm, mut slope) = (m - self.load.torque_Nm.value, 1.0);
         for (z, friction) in self.frictions() {
-            let (z, [by_way, ..]) = dahl(*z, way, friction.engagement_angle_rad.value);
+            let (z, [by_way, ..]) = (friction.law)(*z, way, friction.engagement_angle_rad.value);
             unbalanced_Nm += self.limit_Nm(friction) * z;
             slope += self.limit_Nm(friction) * by_way * mesh.slopes.torque;
         }

@@ -174,6 +174,8 @@ impl<'a> Pairs<'a> {
             residual: 0.0,
             slopes: Slopes { gaps: vec![0.0; wanted.map_or(0, |_| self.gaps[0].len())], ..Slopes::default() },
             spring: [0.0; 5],
+            torque_Nm: load[0],
+            stop: [0.0; 2],
             carrying: [0; 2],
             regime: None,
         };
@@ -260,6 +262,10 @@ pub struct Mesh {
     /// Of a torsion spring: how it answers to its play, the transition torque of that, both parts of its own curve and the
     /// reference torque of these.
     pub spring: [f64; 5],
+    /// Torque that it carries, N m.
+    pub torque_Nm: f64,
+    /// How the angle answers to the share of a stop beside it and to the torque at which that is reached.
+    pub stop: [f64; 2],
     /// Diagonals that carry in one row of the deceleration and the equal-speed pair.
     pub carrying: [usize; 2],
     /// Which contacts carry; a torsion spring has none.

@@ -44,7 +44,7 @@ pub use mesh::Regime;
 use mesh::{Gap, Pairs, Tables, Wanted, shifted};
 pub use rows::{Columns, Rows};
 use run::{Block, RowState, Solved};
-use site::Site;
+use site::{Carrier, Site};
 pub use slots::{Effect, Number, Slot};
 use spring::Spring;
 
@@ -379,13 +379,12 @@ impl Predictor {
 
     /// Whether rows of a run depend on each other: friction acts, or its sensitivity is wanted.
     fn remembers(&self, chain: &Chain, wanted: &[usize]) -> bool {
-        let friction = &effect::friction_hysteresis::SPEC;
         let acts = self
             .rows
             .by_run()
             .first()
             .is_some_and(|row| !chain.load(row, &Added::NOTHING).friction.is_empty());
-        acts || wanted.iter().any(|slot| self.effects[self.slots[*slot].effect].id() == friction.id)
+        acts || wanted.iter().any(|slot| effect::RUBS.contains(&self.effects[self.slots[*slot].effect].id()))
     }
 
     /// Which answers of the meshing points the wanted parameters need.
@@ -480,7 +479,8 @@ impl Predictor {
     ) -> Vec<Site<'t>> {
         let contact = &plain.contact();
         if let Reducer::TorsionSpring(curve) = &self.reducer {
-            return vec![Site::Spring(Spring::new(curve, contact)); self.angles_rad.len()];
+            let spring = Carrier::Spring(Spring::new(curve, contact));
+            return vec![Site::new(spring, contact); self.angles_rad.len()];
         }
         let spring_N_per_m = self.spring(plain);
         let gaps_of = |slot: usize| self.gaps.iter().find(|gaps| gaps.slot == slot);
@@ -493,7 +493,10 @@ impl Predictor {
                 let valued: Vec<(f64, &Gap)> = all.iter().map(|(slot, gap)| (values[*slot], *gap)).collect();
                 let asked: Vec<&Gap> =
                     all.iter().filter(|(slot, _)| wanted.contains(slot)).map(|(_, gap)| *gap).collect();
-                Site::Pairs(Pairs::new(tables, contact, spring_N_per_m, &valued, &asked))
+                Site::new(
+                    Carrier::Pairs(Pairs::new(tables, contact, spring_N_per_m, &valued, &asked)),
+                    contact,
+                )
             })
             .collect()
     }

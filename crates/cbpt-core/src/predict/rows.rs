@@ -91,6 +91,7 @@ impl Rows {
             input_angle_rad: load.input_angle_rad(),
             time_s: 0.0,
             run_time_s: 0.0,
+            step_time_s: 0.0,
             temperature_difference_K: 0.0,
             largest_torque_share: if load.torque_Nm() == 0.0 { 0.0 } else { 1.0 },
             largest_torque_share_of_run: if load.torque_Nm() == 0.0 { 0.0 } else { 1.0 },
@@ -154,6 +155,9 @@ impl Rows {
                     input_angle_rad: columns.input_angle_rad[place],
                     time_s: columns.time_s[place] - columns.time_s[first],
                     run_time_s: columns.time_s[place] - columns.time_s[run[0]],
+                    step_time_s: number
+                        .checked_sub(1)
+                        .map_or(0.0, |before| columns.time_s[place] - columns.time_s[run[before]]),
                     temperature_difference_K: temperature,
                     largest_torque_share: shares[place],
                     largest_torque_share_of_run: if largest > 0.0 { in_run / largest } else { 0.0 },

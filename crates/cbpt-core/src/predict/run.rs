@@ -1,7 +1,6 @@
 //! Readings one after the other: first their angles, then the sensitivities of these.
 
 use crate::effect::dual::Dual;
-use crate::effect::friction_hysteresis::dahl;
 use crate::effect::port::{Load, Row};
 use crate::status::Status;
 
@@ -93,12 +92,11 @@ impl Block<'_> {
             };
             match found {
                 Ok(mesh) => {
-                    let torque = if load.friction.is_empty() { None } else { state.mesh_torque_Nm };
-                    solved.mesh_load = [torque.unwrap_or(load.torque_Nm.value), preload_N];
+                    solved.mesh_load = [mesh.torque_Nm, preload_N];
                     let total = mesh.angle_rad + series;
                     let way = total - memory.angle_rad;
                     for (z, friction) in memory.states.iter_mut().zip(&load.friction) {
-                        *z = dahl(*z, way, friction.engagement_angle_rad.value).0;
+                        *z = (friction.law)(*z, way, friction.engagement_angle_rad.value).0;
                     }
                     memory.angle_rad = total;
                     (solved.status, solved.total_rad, solved.mesh) = (mesh.status, total, Some(mesh));
@@ -128,6 +126,9 @@ impl Block<'_> {
                 &contact.reference_torque_Nm,
             ];
             for (slope, number) in mesh.spring.iter().zip(spring) {
+                angle.add_slope(*slope, number);
+            }
+            for (slope, number) in mesh.stop.iter().zip([&contact.stop_share, &contact.stop_torque_Nm]) {
                 angle.add_slope(*slope, number);
             }
             for (slope, gap) in slopes.gaps.iter().zip(gaps) {

@@ -60,6 +60,8 @@ impl<'a> Spring<'a> {
                 cubed,
                 -by_curve * torque_Nm / self.reference_Nm,
             ],
+            torque_Nm,
+            stop: [0.0; 2],
             carrying: [0; 2],
             regime: None,
         }

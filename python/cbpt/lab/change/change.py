@@ -27,6 +27,7 @@ from cbpt.lab.change.reproducibility import (
 )
 from cbpt.lab.change.text import unless_repeated
 from cbpt.lab.covariance.one_thread import one_blas_thread
+from cbpt.lab.covariance.repeated_runs import comes_again
 from cbpt.lab.diagnosis.diagnose import diagnosed, prepared
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.diagnosis.fit_text import beyond_own_loops
@@ -149,9 +150,19 @@ def change(
     if answer.kind == "changed" and reproducibility_arcsec is None:
         best = weighed.best.levels
         apart_arcsec = reproducibility_of(best, [range(len(best.parties))])
-        notes.append(unless_repeated(apart_arcsec))
+        notes.append(unless_repeated(apart_arcsec, _between_runs_arcsec(best)))
         answer = replace(answer, levels_differ_by_arcsec=apart_arcsec)
     return replace(answer, reproducibility_arcsec=reproducibility_arcsec, notes=tuple(notes))
+
+
+def _between_runs_arcsec(levels: Levels) -> float | None:
+    """The most that readings of a level differ by from run to run with the same torques; None where
+    no runs repeat each other."""
+    found = [
+        comes_again(party.problem.campaign.readings, fit.residual_arcsec)
+        for party, fit in zip(levels.parties, levels.fits, strict=True)
+    ]
+    return max((f.scatter_arcsec for f in found if f is not None), default=None)
 
 
 def _states(

@@ -43,16 +43,22 @@ def sentence(found: ChangeData) -> str:
     return f"{'; '.join(told)}." + _noise(found) + _within(found)
 
 
-def unless_repeated(apart_arcsec: float | None) -> str:
-    """What a repeated measurement would decide; apart_arcsec: by how much the levels differ."""
+def unless_repeated(apart_arcsec: float | None, runs_arcsec: float | None) -> str:
+    """What a repeated measurement would decide; apart_arcsec: by how much the levels differ,
+    runs_arcsec: how much runs of one level do that have the same torques."""
     size = "as much as these levels do"
     if apart_arcsec is not None:
         size = f"by {apart_arcsec:.3g} arcsec (standard deviation), as these levels do"
+    runs = ""
+    if runs_arcsec is not None:
+        runs = (
+            f"; without a new set-up, runs with the same torques differ by {runs_arcsec:.3g} arcsec"
+        )
     return (
         "the readings themselves do not tell how well the rig comes back to the same state, and "
         f"this answer takes it to do so exactly; if a state that is measured twice differs {size}, "
         "nothing changed: measure one state again and give it as repeated, or state "
-        "reproducibility_arcsec"
+        f"reproducibility_arcsec{runs}"
     )
 
 

@@ -34,7 +34,7 @@ _OF_RIG = ("torque_scale", "sensor_gain")
 """Calibrations of the instruments, which the model has no part in."""
 _POINTS = 121
 """Torques of one leg."""
-_FRICTION = "friction_hysteresis"
+_FRICTIONS = ("friction_hysteresis", "distributed_friction", "rate_friction")
 _SMALL = 0.1
 """Amplitude of the small loops as a share of the full ones, where no readings tell it."""
 
@@ -94,7 +94,7 @@ def simulated(case: Case | Drive, at: Conditions, convention: Convention) -> Mod
     shifted |= dict(_of_drive(case, rows, effects))
     bare = model.neutral.copy()
     for (instance, _), place in model.places.items():
-        if model.effects[instance] == _FRICTION:
+        if model.effects[instance] in _FRICTIONS:
             bare[place] = model.nothing[place]
     free = _loops(rows, model.at(bare).angle_arcsec).small
     play = read_off(LoopSet(free, free), convention)["backlash"]

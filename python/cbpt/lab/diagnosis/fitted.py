@@ -238,7 +238,7 @@ def fit(
         case = Case.from_toml(case.to_toml())
     with one_blas_thread():
         campaign, notes = prepared(campaign_of(case, readings, own))
-        fitter = Fitter(campaign)
+        fitter = Fitter(campaign, asked=ids)
         names = tuple(dict.fromkeys(e.partition(":")[0] for e in ids))
         found = best_fit(fitter, ids)
         fold, held_by = folds(campaign)

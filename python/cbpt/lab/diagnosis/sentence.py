@@ -11,7 +11,9 @@ from cbpt._core import Drive
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
 from cbpt.lab.diagnosis.fit_text import moved_by, parameter_words, solutions
 from cbpt.lab.diagnosis.noise_statement import noise_floor
+from cbpt.lab.inference.residuals import rmse_of
 from cbpt.lab.selection.decision import Why
+from cbpt.lab.selection.rest import rest_arcsec
 from cbpt.lab.wording.names import called, columns_in_words
 from cbpt.lab.wording.numbers import ARCSEC, AngleUnit, listed, probability
 
@@ -176,10 +178,13 @@ def _rest(d: DiagnosisData, angle: AngleUnit) -> str:
     lack = d.verdict.lack_of_fit
     if lack is None:
         return ""
-    left = float(np.sqrt(np.mean(lack.fitted_arcsec**2)))
+    left = rest_arcsec(lack, d.verdict.adequacy)
+    campaign = d.competition.campaign
+    share = 1 - (rmse_of(campaign, d.after) / rmse_of(campaign, d.before)) ** 2
+    explained = f" What is named explains {100 * share:.0f} % of the misfit." if share > 0 else ""
     return (
-        f" A misfit of {angle.text(left)} remains that no effect of the library explains; it "
-        f"depends on {columns_in_words(lack.columns)}."
+        f"{explained} A misfit of {angle.text(left)} remains that no effect of the library "
+        f"explains; it depends on {columns_in_words(lack.columns)}."
     )
 
 

@@ -27,7 +27,7 @@ from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.discrepancy import DISCREPANCY_ODDS, modulations
 from cbpt.lab.model.forward import Assembled, Point
 from cbpt.lab.model.own_loops import PLAY, play_allowed_rad
-from cbpt.lab.model.priors import LOT, VARIANTS, Variant, joints, lots, no_quicker
+from cbpt.lab.model.priors import LOT, VARIANTS, Variant, lots, no_quicker
 from cbpt.lab.model.spring_priors import library_of
 
 Floats = NDArray[np.float64]
@@ -52,12 +52,17 @@ _SEARCH = _Search()
 class Fitter:
     """Fits hypotheses to one campaign: the library assembled once, every effect once."""
 
-    def __init__(self, campaign: Campaign, variants: Sequence[Variant] | None = None) -> None:
+    def __init__(
+        self,
+        campaign: Campaign,
+        variants: Sequence[Variant] | None = None,
+        asked: Sequence[str] = (),
+    ) -> None:
         self.campaign = campaign
         balls = campaign.balls
         # What the case has already may turn out to be less.
         given = {effect for effect, _ in campaign.effects if effect not in campaign.own}
-        self.library = tuple(library_of(campaign) if variants is None else variants)
+        self.library = tuple(library_of(campaign, asked) if variants is None else variants)
         step_s = campaign.step_s
         fitting = (
             seen
@@ -65,8 +70,6 @@ class Fitter:
             if _needed(campaign, v) and (seen := no_quicker(v, step_s)) is not None
         )
         library = tuple(replace(v, signed=True) if v.effect in given else v for v in fitting)
-        if balls and variants is None:
-            library += joints(float(np.abs(campaign.readings.torque_Nm).max()) or 1.0)
         self.variants = library + campaign.candidates + (lots(balls) if balls else ())
         self.effects = (
             *dict.fromkeys([*campaign.priors, *campaign.own, *(v.effect for v in self.variants)]),

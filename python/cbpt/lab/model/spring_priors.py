@@ -1,6 +1,6 @@
 """The library that suits a reducer.
 
-library_of  forms of effects with what is plausible for them
+library_of  forms of effects with what is plausible for them, and those that are asked for
 
 The sizes of `library` are those of ball drives. A torsion spring may turn by seconds of arc or by
 degrees, so its sizes are shares of what the table reaches: the largest torque, the angle that the
@@ -10,7 +10,7 @@ spring as stated turns under it, the length of the longest run.
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -18,30 +18,68 @@ import numpy as np
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.own_loops import small_loops_of
 from cbpt.lab.model.priors import (
+    ARCSEC,
     ASYMMETRY,
     CREEP,
     EXPONENT,
     LAG,
+    ON_REQUEST,
     SETTLING,
     VARIANTS,
     Shape,
     Variant,
+    joints,
 )
 from cbpt.results import solve_many
 
 
-def library_of(campaign: Campaign) -> tuple[Variant, ...]:
-    """Every form of every effect that its reducer can have."""
+def library_of(campaign: Campaign, asked: Sequence[str] = ()) -> tuple[Variant, ...]:
+    """Every form of every effect that its reducer can have; of those that no diagnosis proposes,
+    those asked for, by effect or form."""
     if campaign.drive.kind == "ball_drive":
-        return VARIANTS
-    return tuple(_of_spring(campaign))
+        torque = float(np.abs(campaign.readings.torque_Nm).max()) or 1.0
+        proposed = (*VARIANTS, *joints(torque))
+    else:
+        proposed = tuple(_of_spring(campaign))
+    if not any(a.partition(":")[0] in ON_REQUEST for a in asked):
+        return proposed
+    further = _on_request(campaign)
+    return *proposed, *(v for v in further if v.effect in asked or v.label in asked)
+
+
+def _reach(campaign: Campaign) -> tuple[float, float]:
+    """Largest torque of the table, and what the reducer as stated turns under it: N m, rad."""
+    torque = float(np.abs(campaign.readings.torque_Nm).max()) or 1.0
+    preload = campaign.readings.preload_N
+    most = 0.0 if preload is None else float(preload.max())
+    turned = solve_many(campaign.drive, [-torque, torque], most).elastic_angle_rad
+    return torque, float(np.nanmax(np.abs(turned), initial=0.0)) or 60 * ARCSEC
+
+
+def _on_request(campaign: Campaign) -> Iterator[Variant]:
+    """What no diagnosis proposes, in shares of what the table reaches."""
+    torque, angle = _reach(campaign)
+    exponent = Shape("slip_exponent", -0.8, 2.0, (0.0,))
+    slip = _ranged("slip_angle_rad", angle, 1e-3, 3.0, (0.03, 0.15, 0.6))
+    forms = [("friction_torque_Nm", torque, "")]
+    if campaign.readings.preload_N is not None:
+        by_preload = "friction_radius_m", torque / _mean_preload(campaign), "preload_N"
+        forms = [by_preload] if campaign.drive.kind == "ball_drive" else [*forms, by_preload]
+    for size, unit, needs in forms:
+        name = "with the preload" if needs else "constant"
+        friction = _of("distributed_friction", (size,), unit, 1e-3, 0.7)
+        yield _with(friction, (slip, exponent), name, needs)
+        if campaign.readings.time_s is not None:
+            swings = 4 * angle / max(_longest_run(campaign), 1e-9)
+            rate = _ranged("reference_rate_rad_per_s", swings, 1e-2, 1e2, (0.1, 1.0, 10.0))
+            yield _with(_of("rate_friction", (size,), unit, 1e-3, 0.7), (rate,), name, "time_s")
+    stop = _ranged("stop_torque_Nm", torque, 0.05, 0.98, (0.2, 0.4, 0.6, 0.8))
+    yield _with(_of("hard_stop", ("taken_share",), 1.0, 0.02, 1.0), (stop,))
 
 
 def _of_spring(campaign: Campaign) -> Iterator[Variant]:
     readings = campaign.readings
-    torque = float(np.abs(readings.torque_Nm).max()) or 1.0
-    turned = solve_many(campaign.drive, [-torque, torque]).elastic_angle_rad
-    angle = float(np.abs(turned).max())
+    torque, angle = _reach(campaign)
     numbers = ("contact_stiffness", "torque_scale", "sensor_gain")
     yield from (v for v in VARIANTS if v.effect in numbers)
 

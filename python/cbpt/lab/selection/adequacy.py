@@ -2,6 +2,7 @@
 
 Adequacy      what is left against what readings scatter by
 adequacy_of   of a fit
+law_left      the same where what is left comes again in repeated runs
 
 What readings scatter by is known from readings taken again under the same conditions, else from how
 smoothly they follow each other along a run, else only from what the table states. A fit takes
@@ -16,10 +17,11 @@ from typing import Literal
 import numpy as np
 
 from cbpt.lab.covariance.fit_noise import STATED_DOF
+from cbpt.lab.covariance.repeated_runs import comes_again
 from cbpt.lab.covariance.within_run import estimate
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
-from cbpt.lab.inference.residuals import scatter_of
+from cbpt.lab.inference.residuals import left_by, scatter_of
 
 Source = Literal["repeats", "scatter within runs", "stated", "nothing"]
 
@@ -35,6 +37,8 @@ class Adequacy:
     source: Source
     p_value: float
     """Chance that noise leaves as much; 1 where nothing tells what it is."""
+    comes_again: bool = False
+    """Whether runs that repeat each other tell it: what is left is the same in each of them."""
 
     @property
     def ratio(self) -> float:
@@ -52,6 +56,17 @@ def adequacy_of(fitter: Fitter, fit: Fit) -> Adequacy:
 
     p_value = float(fdtrc(dof, known, (left / expected) ** 2))
     return Adequacy(left, expected, source, p_value)
+
+
+def law_left(fitter: Fitter, fit: Fit, chance: float) -> Adequacy | None:
+    """What is left where it comes again in runs that repeat each other, and noise would agree so
+    much with less than this chance; None elsewhere. Of a coarse display rounding comes again."""
+    c = fitter.campaign
+    found = None if c.step_arcsec else comes_again(c.readings, left_by(c, fit))
+    if found is None or found.p_value >= chance:
+        return None
+    left, _ = scatter_of(fitter, fit)
+    return Adequacy(left, found.scatter_arcsec, "repeats", found.p_value, comes_again=True)
 
 
 def _expected(fitter: Fitter, fit: Fit) -> tuple[float, float, Source]:

@@ -27,7 +27,7 @@ from cbpt.lab.inference.cross_validation import folds, log_score
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.model.dataset import DEFAULT_UNCERTAINTY
 from cbpt.lab.model.priors import CLASSES, PRIORS, TWINS
-from cbpt.lab.selection.adequacy import Adequacy, adequacy_of, free_numbers
+from cbpt.lab.selection.adequacy import Adequacy, adequacy_of, free_numbers, law_left
 from cbpt.lab.selection.lack_of_fit import LackOfFit
 from cbpt.lab.selection.model_comparison import Competition
 from cbpt.lab.selection.posterior import (
@@ -39,6 +39,7 @@ from cbpt.lab.selection.posterior import (
     posterior_of,
     spoken_of,
 )
+from cbpt.lab.selection.rest import beside_rest, rest_arcsec
 from cbpt.lab.selection.rules import RULES, DecisionRules
 from cbpt.lab.selection.setting import Names
 
@@ -121,13 +122,28 @@ def _checked(
         if adequacy.source == "stated":
             return _undecided(competition, posterior, "scatter or law", rules)
         verdict = _with_remains(competition, verdict)
-    verdict = _beside_rest(verdict, rules)
+    verdict = _with_what_comes_again(competition, verdict, rules)
+    verdict = _beside_rest(competition, verdict, rules)
     free = free_numbers(fitter, fit)
     if verdict.lack_of_fit is not None:
         free += verdict.lack_of_fit.free_numbers
     if len(competition.campaign) < rules.readings_per_number * free:
         return _undecided(competition, posterior, "few readings", rules)
     return verdict
+
+
+def _with_what_comes_again(
+    competition: Competition, verdict: Verdict, rules: DecisionRules
+) -> Verdict:
+    """The verdict with what is left beside a name, where it comes again in repeated runs."""
+    named = set(verdict.effects) - {OFFSET} or verdict.rivals
+    if not named or verdict.kind == "unknown" or competition.campaign.repeats:
+        return verdict
+    law = law_left(competition.fitter, competition.fits[verdict.names], rules.left_chance)
+    if law is None:
+        return verdict
+    verdict = replace(verdict, adequacy=law)
+    return _with_remains(competition, verdict) if verdict.lack_of_fit is None else verdict
 
 
 def _undecided(
@@ -163,12 +179,23 @@ def _with_remains(competition: Competition, verdict: Verdict) -> Verdict:
     return replace(verdict, kind="unknown", lack_of_fit=lack, rests_on=())
 
 
-def _beside_rest(verdict: Verdict, rules: DecisionRules) -> Verdict:
+def _beside_rest(competition: Competition, verdict: Verdict, rules: DecisionRules) -> Verdict:
     """The verdict with less probability where it names a cause and something else remains: what has
-    no name may as well be what the cause imitates, so nothing beside it is certain."""
+    no name may as well be what the cause imitates (`rest`). A cause that is more likely imitated
+    than not is no more than possible; without any other the answer is that something is missing."""
     if verdict.lack_of_fit is None or verdict.kind == "unknown":
         return verdict
-    inside = rules.certain
+    rest = rest_arcsec(verdict.lack_of_fit, verdict.adequacy)
+    own = beside_rest(competition, verdict.names, rest)
+    kept = tuple(e for e in verdict.effects if own.get(e, 1.0) >= rules.undecided)
+    open_ = [*((e, 1.0) for e in verdict.effects if e not in kept), *verdict.perhaps]
+    possible = [(e, p * own.get(e, 1.0)) for e, p in open_]
+    likely = sorted((e for e in possible if e[1] >= rules.likely), key=lambda e: -e[1])
+    verdict = replace(verdict, effects=kept, perhaps=tuple(likely))
+    if not (set(kept) - {OFFSET} or verdict.rivals):
+        return replace(verdict, kind="unknown", rests_on=())
+    said = {*kept, *(e for group in verdict.rivals for e in group)}
+    inside = min([rules.certain, *(p for e, p in own.items() if e in said)])
     return replace(
         verdict,
         inside=inside,

@@ -27,7 +27,7 @@ from cbpt.lab.inference.hypothesis import Hypothesis
 from cbpt.lab.inference.modes import with_modes
 from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.own_terms import campaign_of, chosen
-from cbpt.lab.model.priors import Variant
+from cbpt.lab.model.priors import ON_REQUEST, Variant
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.selection.linear_screen import Screen, Signatures
 from cbpt.lab.selection.rules import RULES
@@ -112,7 +112,7 @@ def fitted(
             "elastic_angle",
             "3 or more readings at which the model has a solution",
         )
-    fitter = Fitter(campaign if solved.all() else campaign.select(solved))
+    fitter = Fitter(campaign if solved.all() else campaign.select(solved), asked=ids)
     with one_blas_thread():
         best = best_fit(fitter, ids)
     full = Assembled(campaign, fitter.effects)
@@ -158,7 +158,7 @@ def _forms(effect: str, fitter: Fitter) -> list[Variant]:
     everything = (*fitter.library, *fitter.campaign.candidates, *lots)
     variants = [v for v in everything if effect in (v.effect, v.label)]
     if not variants:
-        known = list(dict.fromkeys(v.effect for v in everything))
+        known = list(dict.fromkeys([*(v.effect for v in everything), *ON_REQUEST]))
         near = [k for k in known if effect in k] or difflib.get_close_matches(effect, known, 1)
         hint = f"Did you mean {near[0]}? " if effect and near else ""
         raise InvalidInputError(

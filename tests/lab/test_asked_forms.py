@@ -1,0 +1,73 @@
+"""Forms of loops that are fitted where they are asked for, and that no diagnosis proposes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import cbpt
+from cbpt.lab.inference.fit import Fitter
+from cbpt.lab.model.own_terms import campaign_of
+from cbpt.lab.model.priors import ON_REQUEST
+
+CASE = {"torsion_spring": {"torsional_stiffness_Nm_per_rad": 2000.0}}
+NOISE_rad = 2e-5
+HIDDEN: dict[str, dict[str, float]] = {
+    "distributed_friction": {"friction_torque_Nm": 1.5, "slip_angle_rad": 3e-3},
+    "rate_friction": {"friction_torque_Nm": 1.5, "reference_rate_rad_per_s": 4e-4},
+    "hard_stop": {"taken_share": 0.8, "stop_torque_Nm": 14.0},
+}
+SIZES = {effect: next(iter(numbers)) for effect, numbers in HIDDEN.items()}
+
+
+def table(effect: str) -> dict[str, Any]:
+    """A large loop at two rates and a small one inside it."""
+    parts = []
+    for number, (peak, length_s) in enumerate([(20.0, 60.0), (20.0, 6.0), (6.0, 60.0)], 1):
+        time = np.linspace(0.0, length_s, 64)
+        torque = np.interp(time, length_s * np.array([0, 0.25, 0.75, 1]), [0.0, peak, -peak, 0.0])
+        parts.append((np.full(64, number), 100.0 * number + time, torque))
+    run, time, torque = (np.concatenate(column) for column in zip(*parts, strict=True))
+    data: dict[str, Any] = {
+        "run": run,
+        "time_s": time,
+        "torque_Nm": torque,
+        "elastic_angle_rad": 0 * time,
+    }
+    case = cbpt.Case.from_dict(CASE).with_effects([(effect, HIDDEN[effect])])
+    angle = np.deg2rad(cbpt.compare(case, data).model.elastic_angle_arcsec / 3600)
+    noise = NOISE_rad * np.random.default_rng(1).standard_normal(len(run))
+    return data | {"elastic_angle_rad": angle + noise}
+
+
+@pytest.mark.parametrize("effect", HIDDEN)
+def test_a_form_is_fitted_where_it_is_asked_for(effect: str) -> None:
+    found = cbpt.fit(CASE, table(effect), [effect])
+    numbers = found.parameters()[effect]
+    for name, true in HIDDEN[effect].items():
+        assert numbers[name]["value"] == pytest.approx(true, rel=0.05), name
+    assert found.after.rmse_arcsec < 1.1 * np.rad2deg(NOISE_rad) * 3600
+
+
+def test_no_diagnosis_proposes_them() -> None:
+    assert set(HIDDEN) == set(ON_REQUEST)
+    readings = cbpt.compare(CASE, table("hard_stop")).readings
+    campaign = campaign_of(cbpt.Case.from_dict(CASE), readings, ())
+    assert not {v.effect for v in Fitter(campaign).variants} & set(ON_REQUEST)
+    asked = Fitter(campaign, asked=["rate_friction"])
+    assert {v.effect for v in asked.variants} & set(ON_REQUEST) == {"rate_friction"}
+
+
+def test_a_mistyped_one_is_helped() -> None:
+    with pytest.raises(cbpt.InvalidInputError, match=r"Did you mean hard_stop\?"):
+        cbpt.fit(CASE, table("hard_stop"), ["hard_stopp"])
+
+
+def test_a_change_in_one_is_found_where_it_is_asked_for() -> None:
+    before, after = table("distributed_friction"), table("distributed_friction")
+    rng = np.random.default_rng(7)
+    after["elastic_angle_rad"] = after["elastic_angle_rad"] + NOISE_rad * rng.standard_normal(192)
+    found = cbpt.change(CASE, before, after, effects=["distributed_friction"])
+    assert found.kind == "nothing"

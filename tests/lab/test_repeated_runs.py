@@ -1,0 +1,61 @@
+"""What comes again in runs that repeat each other is law, what does not is noise."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+import cbpt
+from cbpt.lab.covariance.repeated_runs import comes_again
+from cbpt.lab.readings.reader import Readings
+
+Floats = NDArray[np.float64]
+RUNS, N = 5, 64
+SHARES = np.interp(np.linspace(0, 4, N), [0, 1, 3, 4], [0.0, 1.0, -1.0, 0.0])
+
+
+def table(peaks: Floats, seed: int = 0) -> Readings:
+    """Ramps whose torque is measured as it comes."""
+    rng = np.random.default_rng(seed)
+    torque = np.concatenate([SHARES * p + 0.02 * p * rng.standard_normal(N) for p in peaks])
+    data = {
+        "run": np.repeat(np.arange(len(peaks)), N),
+        "torque_Nm": torque,
+        "elastic_angle_arcsec": 10 * torque,
+    }
+    return cbpt.read_readings(data, need_preload=False)
+
+
+def noise(correlation: float, seed: int, runs: int = RUNS) -> Floats:
+    rng = np.random.default_rng(seed)
+    e = rng.standard_normal((runs, N))
+    for j in range(1, N):
+        e[:, j] = correlation * e[:, j - 1] + np.sqrt(1 - correlation**2) * e[:, j]
+    return e.ravel()
+
+
+def test_noise_does_not_come_again_however_slow_it_is() -> None:
+    readings = table(np.full(RUNS, 4.0))
+    for correlation in (0.0, 0.6, 0.95):
+        chances = []
+        for seed in range(60):
+            found = comes_again(readings, noise(correlation, seed))
+            assert found is not None
+            chances.append(found.p_value)
+        assert np.mean(np.array(chances) < 0.05) < 0.17, correlation
+        assert min(chances) > 1e-4, correlation
+
+
+def test_a_law_comes_again_under_slow_noise() -> None:
+    readings = table(np.full(RUNS, 4.0))
+    law = np.tile(2.0 * np.sin(4 * SHARES), RUNS)
+    found = comes_again(readings, law + noise(0.95, 1) + np.repeat(np.arange(RUNS), N))
+    assert found is not None and found.p_value < 1e-3
+    assert 0.5 < found.scatter_arcsec < 1.5
+
+
+def test_runs_with_other_torques_are_no_repeats() -> None:
+    assert comes_again(table(np.array([4.0, 5.0, 40.0])), noise(0.0, 0, 3)) is None
+    one = table(np.array([4.0, 40.0, 4.0]))
+    found = comes_again(one, noise(0.0, 0, 3))
+    assert found is not None and found.p_value > 1e-3
