@@ -50,6 +50,12 @@ def test_a_parameter_that_moved_is_no_rival_of_itself() -> None:
 
 
 def test_a_run_that_would_turn_the_answer_is_named() -> None:
-    runs = [why.run for why in diagnosed("dev09").why() if why.run]
-    assert runs
-    assert all(run["runs"] >= 1 and run["gain"] > 0 for run in runs)
+    d = diagnosed("dev09")
+    named = [why for why in d.why() if why.run]
+    assert named
+    for why in named:
+        assert why.run is not None and why.run["runs"] >= 1 and why.run["gain"] > 0
+        # As the next run is asked for.
+        assert f"would turn the answer: {why.run_in_words}." in sentence(d, why)
+    next_run = d.to_dict()["next_run"]
+    assert next_run["in_words"] in [why.run_in_words for why in named]

@@ -140,6 +140,8 @@ def test_two_printed_pages_hold_the_answer_and_the_first_a_plot(browser: Any, on
         figures = page.inner_text("#figures tbody").replace("\t", " ")
         assert "hysteresis loss (arcsec)" in figures
         assert "13 readings" in page.text_content("#next .sentence")
+        # A sentence of five lines leaves room for the plot.
+        page.evaluate("document.querySelector('#sentence').textContent = 'explanation '.repeat(32)")
         assert pages(page, "#appendix, #appendix ~ *") <= 2
         assert pages(page, "#readings ~ *") == 1
 

@@ -42,12 +42,51 @@ impl Table {
         self.text_within(terminal::width())
     }
 
-    /// The same, at most so many characters wide where words and names can run over several lines; numbers stay whole.
+    /// The same, at most so many characters wide where words and names can run over several lines; numbers stay whole,
+    /// and a few rows of many numbers become columns.
     pub fn text_within(&self, width: u16) -> String {
+        let least = |table: &Self| table.least_widths(usize::from(width)).iter().map(|least| least + 3).sum();
+        let fits = |table: &Self| -> bool { usize::from(width) > least(table) };
+        if fits(self) {
+            return self.drawn(width);
+        }
+        let folded = |table: &Self| WORDS.rev().map(|most| table.with_words(most)).find(fits);
+        let turned = || (self.rows.len() <= MOST_TURNED).then(|| self.turned());
+        folded(self)
+            .or_else(|| folded(&turned()?))
+            .unwrap_or_else(|| self.with_words(WORDS.start))
+            .drawn(width)
+    }
+
+    /// Rows as columns, with the first cells as headings.
+    fn turned(&self) -> Self {
+        let mut columns = self.columns.iter().enumerate();
+        let corner = columns.next().map(|(_, name)| name.clone()).unwrap_or_default();
+        let heads = self.rows.iter().filter_map(|row| row.first().map(cell_text));
+        let mut table = Self::new(std::iter::once(corner).chain(heads));
+        for (index, name) in columns {
+            let cells = self.rows.iter().map(|row| row.get(index).cloned().unwrap_or(Value::Null));
+            table.rows.push(std::iter::once(json!(name)).chain(cells).collect());
+        }
+        table
+    }
+
+    /// The same with names in its cells broken where they are longer than so many characters.
+    fn with_words(&self, most: usize) -> Self {
+        let folded = |cell: &Value| match cell {
+            Value::String(text) => json!(folded_words(text, most)),
+            other => other.clone(),
+        };
+        let rows = self.rows.iter().map(|row| row.iter().map(folded).collect()).collect();
+        Self { columns: self.columns.clone(), rows }
+    }
+
+    fn drawn(&self, width: u16) -> String {
         let cells: Vec<Vec<String>> =
             self.rows.iter().map(|row| row.iter().map(cell_text).collect()).collect();
         let widest = |index: usize| {
-            cells.iter().filter_map(|row| row.get(index)).map(|cell| cell.chars().count()).max().unwrap_or(0)
+            let lines = cells.iter().filter_map(|row| row.get(index)).flat_map(|cell| cell.lines());
+            lines.map(|line| line.chars().count()).max().unwrap_or(0)
         };
         // Headings run over several lines where the table would be too wide, and no more than they have to.
         let headed = |most: usize| -> Vec<String> {
@@ -145,7 +184,13 @@ impl Report {
             };
             write_file(path, &contents)?;
         }
-        print(&if options.json { pretty(&self.json) } else { terminal::for_terminal(&self.text, false) })
+        self.print(options.json)
+    }
+
+    /// Prints the answer as JSON, or as text for the terminal.
+    pub fn print(&self, json: bool) -> Result<(), Failure> {
+        let text = || terminal::for_terminal(&terminal::folded(&self.text), false);
+        print(&if json { pretty(&self.json) } else { text() })
     }
 }
 
@@ -236,8 +281,19 @@ pub fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
+/// Rows that may stand side by side.
+const MOST_TURNED: usize = 4;
+/// Characters of the parts into which names in cells are broken; the longer the better.
+const WORDS: std::ops::Range<usize> = 12..30;
+
+/// A text whose words of more than `most` characters are broken as headings are.
+fn folded_words(text: &str, most: usize) -> String {
+    let word = |word: &str| if word.chars().count() > most { broken(word, most) } else { word.to_owned() };
+    text.split(' ').map(word).collect::<Vec<_>>().join(" ")
+}
+
 /// What a line of a heading may end with.
-const BREAKS: [char; 3] = ['_', ' ', '/'];
+const BREAKS: [char; 4] = ['_', ' ', '/', ':'];
 
 /// A name over several lines, broken after what separates its words: no wider than the cells below, where that can be.
 fn broken(name: &str, cells: usize) -> String {
@@ -304,6 +360,24 @@ mod tests {
         assert!(table.text_within(200).lines().count() == 5);
         assert!(table.html().contains("<td>1.02511</td>"));
         assert_eq!(escaped("<b> & \"c\""), "&lt;b&gt; &amp; &quot;c&quot;");
+    }
+
+    #[test]
+    fn where_words_are_too_wide_names_are_broken_and_few_rows_become_columns() {
+        let name = "in:circumferential_contact_angle_shift_deg";
+        let mut table = Table::new(["effect", "parameter", "50% detected", "most similar effect"]);
+        table.rows.push(vec![json!(name), json!(name), json!(4.571_23), json!(format!("{name} (0.997)"))]);
+        let text = table.text_within(60);
+        assert!(text.lines().all(|line| line.chars().count() <= 60), "{text}");
+        assert!(
+            text.contains("4.57123") && text.contains("contact_") && text.contains("shift_deg"),
+            "{text}"
+        );
+        let mut table = Table::new(["pair"].into_iter().chain(["friction_torque_Nm"; 6]));
+        table.rows.push([vec![json!("deceleration")], vec![json!(0.068_397_8); 6]].concat());
+        let text = table.text_within(60);
+        assert!(text.lines().all(|line| line.chars().count() <= 60), "{text}");
+        assert!(text.matches("\u{2502} friction_torque_Nm").count() == 6, "{text}");
     }
 
     #[test]

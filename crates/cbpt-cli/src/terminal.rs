@@ -26,6 +26,47 @@ pub(crate) fn for_terminal(text: &str, error: bool) -> String {
     if colour(error) { painted(text) } else { text.to_owned() }
 }
 
+/// A text whose lines of prose run on below where the terminal ends; in a file a line stays one.
+pub(crate) fn folded(text: &str) -> String {
+    match terminal_size_of(io::stdout()) {
+        Some((Width(columns), _)) => folded_within(text, usize::from(columns.max(LEAST))),
+        None => text.to_owned(),
+    }
+}
+
+fn folded_within(text: &str, width: usize) -> String {
+    let folded = |line: &str| {
+        let prose = line.chars().count() > width && !line.starts_with(FRAMES);
+        if prose { folded_line(line, width) } else { line.to_owned() }
+    };
+    text.split('\n').map(folded).collect::<Vec<_>>().join("\n")
+}
+
+fn folded_line(line: &str, width: usize) -> String {
+    let indent = &line[..line.len() - line.trim_start().len()];
+    let mut lines = vec![indent.to_owned()];
+    let mut filled = indent.len();
+    for word in line.split_whitespace() {
+        let length = word.chars().count();
+        if filled > indent.len() && filled + 1 + length > width {
+            lines.push(indent.to_owned());
+            filled = indent.len();
+        }
+        if let Some(last) = lines.last_mut() {
+            if filled > indent.len() {
+                last.push(' ');
+                filled += 1;
+            }
+            last.push_str(word);
+            filled += length;
+        }
+    }
+    lines.join("\n")
+}
+
+/// What a line of a table starts with.
+const FRAMES: [char; 5] = ['┌', '│', '╞', '├', '└'];
+
 const BOLD: &str = "\x1b[1m";
 const DIM: &str = "\x1b[2m";
 const RED: &str = "\x1b[1;31m";
@@ -60,6 +101,13 @@ fn painted_line(line: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn prose_is_folded_between_words_and_tables_are_not() {
+        let long = format!("│{}│", "─".repeat(80));
+        let text = format!("  one two three four\n{long}\nshort");
+        assert_eq!(folded_within(&text, 12), format!("  one two\n  three four\n{long}\nshort"));
+    }
 
     #[test]
     fn only_the_colours_are_added() {

@@ -166,13 +166,14 @@ def _drive_rows(case: Case) -> list[Row]:
     d, q = stated["deceleration"], stated["equal_speed"]
     ratio = case.drive.transmission_ratio
     sense = "same sense" if ratio > 0 else "other sense"
+    e_m = case.drive.eccentricity_m
     kind = {"ring_groove": "ring grooves", "cross_slide": "cross-slide"}[q["kind"]]
     return [
         (f"Ratio, {sense}", f"{abs(ratio):g} : 1", ""),
         ("Balls, deceleration", f"{d['ball_count']} of {_mm(2 * d['ball_radius_m'])}", "mm"),
         (f"Balls, {kind}", f"{q['ball_count']} of {_mm(2 * q['ball_radius_m'])}", "mm"),
         ("Ball circles", f"{_mm(2 * _pitch_m(d))} / {_mm(2 * q['pitch_radius_m'])}", "mm"),
-        ("Crank eccentricity", _mm(2 * case.drive.eccentricity_m), "mm"),
+        ("Eccentricity / of the crank", f"{_mm(e_m)} / {_mm(2 * e_m)}", "mm"),
         ("Contact angle", f"{np.degrees(d['contact_angle_rad']):.4g}", "deg"),
     ]
 

@@ -30,9 +30,10 @@ pub fn run(verb: &UnderLoad) -> Result<Exit, Failure> {
 pub fn report(drive: &Drive, findings: &[Finding], with_load: bool) -> Report {
     let pair = drive.deceleration();
     let mut text = format!(
-        "Transmission ratio {}; eccentricity {} mm; circle of {} deceleration balls of radius {} mm\n",
+        "Transmission ratio {}; eccentricity {} mm (crank {} mm); circle of {} deceleration balls of radius {} mm\n",
         six_digits(drive.transmission_ratio()),
         six_digits(pair.eccentricity_m() * 1e3),
+        six_digits(2.0 * pair.eccentricity_m() * 1e3),
         pair.ball_count,
         six_digits(pair.pitch_radius_m() * 1e3),
     );

@@ -8,9 +8,6 @@ use crate::case::nearest_effect;
 use crate::exit::{Exit, Failure};
 use crate::report::{Report, Table, number, print, six_digits};
 
-/// Characters that a table may take on a terminal.
-const WIDTH: u16 = 100;
-
 /// Runs the verb.
 pub fn run(verb: &Effects) -> Result<Exit, Failure> {
     if verb.page {
@@ -18,10 +15,7 @@ pub fn run(verb: &Effects) -> Result<Exit, Failure> {
         return Ok(Exit::Success);
     }
     let Some(id) = &verb.id else {
-        return deliver(
-            verb,
-            &Report { text: overview().text_within(WIDTH), json: library(), table: Table::default() },
-        );
+        return deliver(verb, &Report { text: overview().text(), json: library(), table: Table::default() });
     };
     let Some(spec) = find(id) else {
         let near = nearest_effect(id).map(|near| format!("did you mean {near}? ")).unwrap_or_default();
@@ -31,12 +25,12 @@ pub fn run(verb: &Effects) -> Result<Exit, Failure> {
             ids.join(", ")
         )));
     };
-    let text = format!("{}\n{}", head(spec, "\n"), parameters(spec).text_within(WIDTH));
+    let text = format!("{}\n{}", head(spec, "\n"), parameters(spec).text());
     deliver(verb, &Report { text, json: document(spec), table: Table::default() })
 }
 
 fn deliver(verb: &Effects, report: &Report) -> Result<Exit, Failure> {
-    print(&if verb.json { crate::report::pretty(&report.json) } else { report.text.clone() })?;
+    report.print(verb.json)?;
     Ok(Exit::Success)
 }
 

@@ -518,14 +518,15 @@ fn the_library_is_listed() {
     let list = desk.cbpt("effects").out;
     let all = desk.json("effects --json", 0);
     let effects = all["effects"].as_array().unwrap();
-    assert_eq!(effects.len(), 25);
+    assert_eq!(effects.len(), 28);
     for effect in effects {
         let id = effect["id"].as_str().unwrap();
         assert!(list.contains(id), "{id}");
         assert_eq!(&desk.json(&format!("effects {id} --json"), 0), effect);
         assert!(desk.cbpt(&format!("effects {id}")).out.contains(effect["equation"].as_str().unwrap()));
     }
-    let friction = &effects[13]["parameters"][0];
+    let friction = effects.iter().find(|effect| effect["id"] == "friction_hysteresis").unwrap();
+    let friction = &friction["parameters"][0];
     assert_eq!((&friction["name"], &friction["is_size"]), (&"friction_radius_m".into(), &true.into()));
     desk.cbpt("effects creep --page").refused(&["--page"]);
 }

@@ -16,6 +16,7 @@ import numpy as np
 
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
 from cbpt.lab.inference.residuals import scatter_of
+from cbpt.lab.wording.names import columns_in_words
 from cbpt.lab.wording.numbers import ARCSEC, AngleUnit
 
 
@@ -135,7 +136,11 @@ def _about(d: DiagnosisData, angle: AngleUnit) -> str:
     """The scatter about the answer, with its own degrees of freedom."""
     scatter, dof = scatter_of(d.competition.fitter, d.after)
     if d.verdict.lack_of_fit is not None:
-        return f"the scatter that no model explains is {angle.text(estimated(d))}"
+        columns = columns_in_words(d.verdict.lack_of_fit.columns)
+        return (
+            f"beside a smooth function of {columns}, which stands for the misfit without a name, "
+            f"the readings scatter by {angle.text(estimated(d))}; a part of that can be misfit"
+        )
     offsets = ", with an offset for each run" if d.noise.offset_arcsec else ""
     return (
         f"the residuals of the answer give {angle.text(scatter)} ({dof:.0f} degrees of freedom"

@@ -19,7 +19,7 @@ from cbpt.lab.diagnosis.why import sentence as sentence_of_rival
 from cbpt.lab.experiment.candidates import BOTH_WAYS
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording import layout
-from cbpt.lab.wording.names import columns_in_words
+from cbpt.lab.wording.names import columns_in_words, scatter_from
 from cbpt.lab.wording.numbers import ARCSEC, AngleUnit, listed, probability, rounded
 
 _MOST_COMBINATIONS, _MOST_SIZES = 6, 3
@@ -110,7 +110,8 @@ def _remains(rest: Mapping[str, Any] | None, angle: AngleUnit) -> Iterator[str]:
     scatter = ""
     if rest["expected_arcsec"] is not None:
         scatter = (
-            f"; readings scatter by {angle.text(rest['expected_arcsec'])} ({rest['expected_from']})"
+            f"; readings scatter by {angle.text(rest['expected_arcsec'])} "
+            f"({scatter_from(rest['expected_from'])})"
         )
     text = (
         f"What remains: {angle.text(rest['rms_arcsec'])} rms{part}; it depends on "

@@ -21,6 +21,7 @@ from cbpt.lab.diagnosis.combinations import Combination
 from cbpt.lab.diagnosis.deciding_runs import RankedRuns, name_among
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
 from cbpt.lab.diagnosis.misfit import divisions
+from cbpt.lab.experiment.candidates import in_words
 from cbpt.lab.experiment.plan import PlannedRun
 from cbpt.lab.model.priors import TWINS
 from cbpt.lab.selection.posterior import UNKNOWN, named_of, posterior_of
@@ -72,6 +73,8 @@ class Why:
     """The fewest groups of one column that make up most of the difference."""
     run: dict[str, Any] | None
     """The run that would tell the two apart best, and how many of it would turn the answer."""
+    run_in_words: str
+    """The same run as one would ask for it at the rig."""
     held_out: tuple[float, float] | None
     """Held-out error of the rival and of the answer, arcsec."""
 
@@ -132,6 +135,7 @@ def _why(
         more = _free(d, names) - _free(d, best)
     told = [held.get((tuple(e for e in n if e != UNKNOWN), UNKNOWN in n)) for n in (names, best)]
     errors = (told[0], told[1]) if told[0] is not None and told[1] is not None else None
+    run, many = _run(d, runs, best, names, log_odds) or (None, {})
     return Why(
         effects=tuple(e for e in names if e != UNKNOWN),
         unnamed=UNKNOWN in names,
@@ -140,7 +144,8 @@ def _why(
         more_numbers=more,
         groups=groups,
         decides=_decide(groups, total, len(d.readings)),
-        run=_run(d, runs, best, names, log_odds),
+        run=_as_dict(run) | many if run else None,
+        run_in_words=in_words(run) if run else "",
         held_out=errors,
     )
 
@@ -184,7 +189,7 @@ def _decide(groups: tuple[Group, ...], total: float | None, n: int) -> tuple[Gro
 
 def _run(
     d: DiagnosisData, runs: RankedRuns | None, best: Names, names: Names, log_odds: float
-) -> dict[str, Any] | None:
+) -> tuple[PlannedRun, dict[str, Any]] | None:
     """The run that separates the two best, and about how many of it would turn the answer."""
     if runs is None or UNKNOWN in best or UNKNOWN in names:
         return None
@@ -197,7 +202,7 @@ def _run(
     gain, run = max(gains, key=lambda g: g[0])
     if gain < 0.1:
         return None
-    return _as_dict(run) | {"gain": gain, "runs": int(np.ceil(log_odds / gain))}
+    return run, {"gain": gain, "runs": int(np.ceil(log_odds / gain))}
 
 
 def _as_dict(run: PlannedRun) -> dict[str, Any]:
@@ -224,12 +229,9 @@ def sentence(d: DiagnosisData, why: Why, angle: AngleUnit = ARCSEC) -> str:
             "tuned more finely than its plausible ranges make likely."
         )
     if why.run:
-        r, count = why.run, why.run["runs"]
-        many = "one run" if count < 2 else f"about {count} runs"
-        told.append(
-            f"If it were true, {many} at {r['preload_N']:g} N, torque to {r['torque_Nm']:g} N m "
-            f"and input angle {r['input_angle_deg']:g} deg would turn the answer."
-        )
+        count = why.run["runs"]
+        many = "this run" if count < 2 else f"about {count} runs of this kind"
+        told.append(f"If it were true, {many} would turn the answer: {why.run_in_words}.")
     elif _twin(d, why):
         told.append(
             "No run of this rig tells it from the answer: both change every reading in the same "

@@ -3,6 +3,7 @@
 called              the name of an effect in a sentence, for a kind of reducer
 tell_tale           how an effect shows in the readings
 columns_in_words    what something depends on
+scatter_from        what the scatter of readings was taken from
 """
 
 from __future__ import annotations
@@ -87,6 +88,12 @@ def tell_tale(effect: str, kind: str) -> str:
     """How an effect of the library shows in readings of a reducer of that kind."""
     own = _TELL_TALES_OF_SPRINGS if kind == "torsion_spring" else {}
     return own.get(effect, _TELL_TALES.get(effect, ""))
+
+
+def scatter_from(source: str | None) -> str:
+    """What the scatter of readings was taken from (`Adequacy.source`)."""
+    within = source == "scatter within runs"
+    return "within runs, where a part of it can be misfit" if within else str(source)
 
 
 def columns_in_words(columns: Sequence[str]) -> str:

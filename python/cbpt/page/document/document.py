@@ -25,7 +25,7 @@ from cbpt.lab.model.priors import PRIORS, TWINS
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.set_points import settings
 from cbpt.lab.selection.posterior import OFFSET
-from cbpt.lab.wording.names import called, columns_in_words, tell_tale
+from cbpt.lab.wording.names import called, columns_in_words, scatter_from, tell_tale
 from cbpt.lab.wording.numbers import AngleUnit
 from cbpt.lab.wording.versions import product_version
 from cbpt.page.document.curves import BRANCHES, Curves
@@ -387,9 +387,12 @@ class Found:
         rest = self.answer["remains"] if self.answer else None
         if rest is None:
             return None
-        same = ("rms_arcsec", "share_of_misfit", "expected_arcsec", "expected_from")
-        words = columns_in_words(rest["depends_on"])
-        return cast(Remains, {key: rest[key] for key in same} | {"depends_on": words})
+        same = ("rms_arcsec", "share_of_misfit", "expected_arcsec")
+        words = {
+            "depends_on": columns_in_words(rest["depends_on"]),
+            "expected_from": scatter_from(rest["expected_from"]),
+        }
+        return cast(Remains, {key: rest[key] for key in same} | words)
 
     def candidates(self) -> Iterator[Candidate]:
         """The ranking, each with what a card shows."""

@@ -53,7 +53,7 @@ export function setUpReadings() {
     build,
     {
       height: innerWidth < 720 ? 520 : 620,
-      paper: 290,
+      paper: 240,
       bar: true,
       first: true,
     },
@@ -471,7 +471,8 @@ function layoutOf(t, ranges, most) {
       range: ranges.x,
     },
     yaxis: {
-      title: `elastic angle (${state.unit})`,
+      // What the full name takes is more than a plot on paper has.
+      title: `${figure.height() < 300 ? "angle" : "elastic angle"} (${state.unit})`,
       domain: [0.4, 1],
       zeroline: true,
       range: ranges.y,
