@@ -183,6 +183,10 @@ fn typical(id: &str, name: &str) -> f64 {
         (_, "settling_cycles") => 2.0,
         (_, "lost_share_per_s") => 5e-4,
         (_, "time_constant_s") => 30.0,
+        (_, "taken_share") => 0.3,
+        (_, "slip_angle_rad") => 6.0 * ARCSEC,
+        (_, "slip_exponent") => -0.4,
+        (_, "reference_rate_rad_per_s") => 1e-6,
         _ => panic!("a new parameter, {name} of {id}, wants a typical value"),
     }
 }
