@@ -448,7 +448,7 @@ def known_by(source: Source) -> Campaign:
 
 @pytest.mark.parametrize("source", ["repeats", "scatter within runs"])
 def test_an_effect_beside_which_something_remains_says_so(source: Source) -> None:
-    shares = {(): 0.01, ("unknown",): 0.005, (FRICTION,): 0.98, (FRICTION, "unknown"): 0.005}
+    shares = {(): 0.01, ("unknown",): 0.005, (FRICTION,): 0.785, (FRICTION, "unknown"): 0.2}
     around = Around(campaign=known_by(source))
     for residual, remains in ((pattern(), True), (white(396), False)):
         null = MadeUpFit(values=dict(NUMBERS), residual_arcsec=4 * pattern())
@@ -457,6 +457,7 @@ def test_an_effect_beside_which_something_remains_says_so(source: Source) -> Non
         assert said(verdict) == ("effect", (FRICTION,), ())
         left = getattr(verdict.lack_of_fit, "base", None), verdict.probability < 0.95
         assert left == ((FRICTION,) if remains else None, remains)
+        assert [e for e, _ in verdict.perhaps] == ([] if remains else ["unknown"])
         assert verdict.adequacy is not None and verdict.adequacy.source == source
 
 

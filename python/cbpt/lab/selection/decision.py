@@ -189,7 +189,7 @@ def _beside_rest(competition: Competition, verdict: Verdict, rules: DecisionRule
     own = beside_rest(competition, verdict.names, rest)
     kept = tuple(e for e in verdict.effects if own.get(e, 1.0) >= rules.undecided)
     open_ = [*((e, 1.0) for e in verdict.effects if e not in kept), *verdict.perhaps]
-    possible = [(e, p * own.get(e, 1.0)) for e, p in open_]
+    possible = [(e, p * own.get(e, 1.0)) for e, p in open_ if e != UNKNOWN]
     likely = sorted((e for e in possible if e[1] >= rules.likely), key=lambda e: -e[1])
     verdict = replace(verdict, effects=kept, perhaps=tuple(likely))
     if not (set(kept) - {OFFSET} or verdict.rivals):
