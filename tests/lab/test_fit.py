@@ -21,7 +21,7 @@ from cbpt.lab.inference.gauss_newton import Problem, point_at, search
 from cbpt.lab.inference.hypothesis import Hypothesis
 from cbpt.lab.model.forward import Assembled, Point
 from cbpt.lab.model.own_terms import campaign_of
-from cbpt.lab.model.priors import ARCSEC, PRIORS, VARIANTS
+from cbpt.lab.model.priors import ARCSEC, PRIORS, VARIANTS, joints
 from cbpt.lab.selection.fit_effects import best_fit
 from common.drives import examples
 from common.simulated import (
@@ -412,6 +412,29 @@ def test_other_angles_share_the_model_and_change_the_fit() -> None:
     assert first is not None and second is not None
     assert second.offsets_arcsec[0] == pytest.approx(first.offsets_arcsec[0] + 0.5, abs=1e-9)
     assert fitter.campaign is campaign and other.model is fitter.model
+
+
+# --- forms --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("step_s", [0.0, 30.0, 1e4])
+def test_no_form_is_quicker_than_the_readings_follow_each_other(step_s: float) -> None:
+    campaign = plan("dev04")
+    time = step_s * np.arange(len(campaign), dtype=np.float64)
+    readings = replace(campaign.readings, time_s=time)
+    fitter = Fitter(replace(campaign, readings=readings))
+    creep = [v for v in fitter.variants if v.effect == "creep"]
+    assert bool(creep) == (step_s < 1e4)
+    for shape in (s for v in creep for s in v.shapes):
+        assert step_s <= shape.low <= min(shape.grid) and max(shape.grid) <= shape.high
+
+
+@pytest.mark.parametrize("torque_Nm", [0.2, 5.0, 300.0])
+def test_a_joint_gives_5_to_22_percent_less_at_the_largest_torque(torque_Nm: float) -> None:
+    (joint,) = joints(torque_Nm)
+    (shape,) = joint.shapes
+    less = [1 - np.log1p(h * torque_Nm) / (h * torque_Nm) for h in (shape.low, shape.high)]
+    assert less == pytest.approx([0.047, 0.217], abs=0.001)
 
 
 # --- shorter steps ------------------------------------------------------------------------

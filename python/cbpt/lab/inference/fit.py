@@ -27,7 +27,7 @@ from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.discrepancy import DISCREPANCY_ODDS, modulations
 from cbpt.lab.model.forward import Assembled, Point
 from cbpt.lab.model.own_loops import PLAY, play_allowed_rad
-from cbpt.lab.model.priors import LOT, VARIANTS, Variant, lots
+from cbpt.lab.model.priors import LOT, VARIANTS, Variant, lots, no_quicker
 from cbpt.lab.model.spring_priors import library_of
 
 Floats = NDArray[np.float64]
@@ -63,7 +63,12 @@ class Fitter:
         # What the case has already may turn out to be less.
         given = {effect for effect, _ in campaign.effects if effect not in campaign.own}
         self.library = tuple(library_of(campaign, asked) if variants is None else variants)
-        fitting = (v for v in self.library if _needed(campaign, v))
+        step_s = campaign.step_s
+        fitting = (
+            seen
+            for v in self.library
+            if _needed(campaign, v) and (seen := no_quicker(v, step_s)) is not None
+        )
         library = tuple(replace(v, signed=True) if v.effect in given else v for v in fitting)
         self.variants = library + campaign.candidates + (lots(balls) if balls else ())
         self.effects = (

@@ -106,6 +106,16 @@ class Campaign:
         return len(self.y_arcsec)
 
     @cached_property
+    def step_s(self) -> float:
+        """Typical time from a reading to the next one of its run, s; 0 where none is known."""
+        time, before = self.readings.time_s, self.rows.before
+        if time is None:
+            return 0.0
+        follows = before >= 0
+        steps = time[follows] - time[before[follows]]
+        return float(np.median(steps)) if len(steps) else 0.0
+
+    @cached_property
     def offsets(self) -> Floats:
         """Columns (n, z) of the offsets that are always free: one, or one for each run.
 

@@ -276,6 +276,29 @@ def lots(balls: int) -> tuple[Variant, ...]:
     )
 
 
+def no_quicker(variant: Variant, step_s: float) -> Variant | None:
+    """A form whose time constant is no shorter than the time from reading to reading, None where
+    all are: what is over before the next reading is seen by none."""
+    shapes: list[Shape] = []
+    for shape in variant.shapes:
+        if shape.name == "time_constant_s" and shape.low < step_s:
+            if shape.high <= step_s:
+                return None
+            grid = tuple(t for t in shape.grid if t > step_s)
+            shapes.append(replace(shape, low=step_s, grid=grid or (step_s,)))
+        else:
+            shapes.append(shape)
+    return replace(variant, shapes=tuple(shapes))
+
+
+def joints(torque_Nm: float) -> tuple[Variant, ...]:
+    """A joint of the shaft that gives less as it is loaded: by 5 to 22 % at the largest torque."""
+    grid = (0.25 / torque_Nm,)
+    growth = Shape("stiffening_per_Nm", 0.1 / torque_Nm, 0.6 / torque_Nm, grid, log=True)
+    shaft = next(v for v in VARIANTS if v.effect == "output_torsion")
+    return (replace(shaft, shapes=(growth,), name="stiffening"),)
+
+
 LOT = "ball_diameter_lot"
 
 PRIORS = {

@@ -28,6 +28,7 @@ from cbpt.lab.model.priors import (
     VARIANTS,
     Shape,
     Variant,
+    joints,
 )
 from cbpt.results import solve_many
 
@@ -35,8 +36,11 @@ from cbpt.results import solve_many
 def library_of(campaign: Campaign, asked: Sequence[str] = ()) -> tuple[Variant, ...]:
     """Every form of every effect that its reducer can have; of those that no diagnosis proposes,
     those asked for, by effect or form."""
-    of_ball_drive = campaign.drive.kind == "ball_drive"
-    proposed = VARIANTS if of_ball_drive else tuple(_of_spring(campaign))
+    if campaign.drive.kind == "ball_drive":
+        torque = float(np.abs(campaign.readings.torque_Nm).max()) or 1.0
+        proposed = (*VARIANTS, *joints(torque))
+    else:
+        proposed = tuple(_of_spring(campaign))
     if not any(a.partition(":")[0] in ON_REQUEST for a in asked):
         return proposed
     further = _on_request(campaign)
