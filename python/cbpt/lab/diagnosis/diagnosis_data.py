@@ -52,6 +52,10 @@ class Rung:
         return self.of_effects and self.held_out_rmse_arcsec < FAR_BELOW * self.rmse_arcsec
 
 
+_ROUNDS = 20
+"""Searches, each from the end of the one before, until one comes to its end."""
+
+
 def finished(fitter: Fitter, fit: Fit, noise: Noise) -> Fit:
     """The fit as it is where its search ended; else searched further.
 
@@ -60,9 +64,14 @@ def finished(fitter: Fitter, fit: Fit, noise: Noise) -> Fit:
     """
     if fit.converged:
         return fit
-    found = fitter.fit(fit.hypothesis, fit.point.values, noise, free_noise=False)
-    if found is None:
-        return fit
+    found = fit
+    for _ in range(_ROUNDS):
+        further = fitter.fit(fit.hypothesis, found.point.values, noise, free_noise=False)
+        if further is None:
+            return fit
+        found = further
+        if found.converged:
+            break
     return fitter.look(replace(found, discrepancy_sd=fit.discrepancy_sd), noise)
 
 

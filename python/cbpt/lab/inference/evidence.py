@@ -196,9 +196,7 @@ def evaluated(
     # The linear problem counts as reached what lies beyond a bound or where no search came.
     within = problem.step(point)[1] if p else 0.0
     promised = problem.objective(point) - _promised(problem, point, margin, discrepancy)
-    marginal -= 0.5 * max(promised - within, 0.0)
-    if not converged:
-        marginal -= 0.5 * max(within, 0.0)
+    marginal -= 0.5 * (max(promised - within, 0.0) + max(within, 0.0))
     return Fit(
         hypothesis=hypothesis,
         point=point,
