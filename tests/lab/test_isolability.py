@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextvars import ContextVar
 from functools import cache
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from cbpt.lab.experiment.isolability import Isolability
 from cbpt.lab.experiment.plan import Plan, PlannedRun
 from cbpt.lab.experiment.separation import between, crossing
 from cbpt.lab.selection.rules import RULES
+from cbpt.lab.wording import layout
 from common.comparisons import strictly
 
 TOP = Path(__file__).parents[2]
@@ -89,6 +91,20 @@ def test_twins_are_named_with_what_decides() -> None:
         "Pairs that no reading of this rig can distinguish" in report
         and "preload_gain_rel = 0.02" in report
     )
+
+
+@pytest.mark.parametrize("columns", [72, 80])
+def test_headings_are_whole_words_in_a_narrow_terminal(
+    columns: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(layout, "_width", ContextVar("width", default=columns))
+    lines = found().report().splitlines()
+    top = next(i for i, line in enumerate(lines) if line.startswith("\u250c"))
+    end = next(i for i, line in enumerate(lines) if line.startswith("\u255e"))
+    assert len(lines[top]) <= columns
+    cells = [line.strip("\u2502").split("\u2506") for line in lines[top + 1 : end]]
+    named = {" ".join(" ".join(parts).split()) for parts in zip(*cells, strict=True)}
+    assert named == {"effect", "parameter", "in 50 %", "in 95 %", "at most", "most similar effect"}
 
 
 def test_what_a_plan_lacks_is_said() -> None:

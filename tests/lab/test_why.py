@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -37,6 +39,16 @@ def test_it_is_told_in_text_and_document(name: str) -> None:
     nothing = d.why()[-1]
     assert not nothing.effects and nothing.delta_chi2 is not None and nothing.delta_chi2 > 100
     assert "No effect at all: more than a million times less probable" in words
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_evidence_is_told_as_odds_too(name: str) -> None:
+    told = " ".join(why["sentence"] for why in diagnosed(name).to_dict()["why"])
+    said = re.findall(r"([\d.]+) units of log evidence \((over a million|about (\d+)) : 1\)", told)
+    assert said and "log odds" not in told
+    for units, words, odds in said:
+        about = np.log(1e6 if "over" in words else int(odds))
+        assert float(units) > about - 0.5 and ("over" in words or float(units) < about + 0.5)
 
 
 def test_a_parameter_that_moved_is_no_rival_of_itself() -> None:

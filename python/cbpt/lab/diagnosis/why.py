@@ -269,9 +269,9 @@ def _misfit(why: Why) -> str:
     numbers = "number" if abs(more) == 1 else "numbers"
     price = ""
     if other > 1 and more > 0:
-        price = f"it has {more} free {numbers} more, which costs log odds of {rounded(other, 2)}"
+        price = f"the price of {more} more free {numbers} is {_weight(other)}"
     elif other > 1:
-        price = f"its prior odds and ranges cost log odds of {rounded(other, 2)}"
+        price = f"the price of its prior odds and ranges is {_weight(other)}"
     where = f", mostly {_places(why.decides)}" if why.decides else ""
     if abs(total) < 2:
         return f"It fits as well; {price or 'nothing else decides'}."
@@ -279,10 +279,16 @@ def _misfit(why: Why) -> str:
         return f"It fits better by {size}{where}; {price or 'but not enough'}."
     if other < -1:
         price = (
-            "the noise that it would take for its misfit, and departures from the equations, take "
-            f"back log odds of {rounded(-other, 2)}"
+            "larger noise and departures from the equations, which the model allows for, make up "
+            f"for {_weight(-other)} of that"
         )
     return f"It fits worse by {size}{where}{f'; {price}' if price else ''}."
+
+
+def _weight(log_odds: float) -> str:
+    """Log odds as evidence and as odds: 7.5 units of log evidence (about 1800 : 1)."""
+    odds = f"about {rounded(np.exp(log_odds), 2)}" if log_odds < np.log(1e6) else "over a million"
+    return f"{rounded(log_odds, 2)} units of log evidence ({odds} : 1)"
 
 
 def _places(groups: tuple[Group, ...]) -> str:

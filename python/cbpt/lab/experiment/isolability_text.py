@@ -27,7 +27,8 @@ def lines(i: IsolabilityData) -> Iterator[str]:
     yield ""
     if i.seen:
         yield (
-            "Smallest size of each effect that a diagnosis would detect, with the parameters of "
+            "Smallest size of each effect that a diagnosis would detect in 50 % and in 95 % of "
+            "such campaigns, and the largest plausible size (at most), with the parameters of "
             "drive and rig known within their uncertainties:"
         )
         table = []
@@ -37,8 +38,8 @@ def lines(i: IsolabilityData) -> Iterator[str]:
             name, values = sized(s.form, numbers)
             most = f"{rival} ({r:.3f})" if rival and r is not None else ""
             table.append([s.label, name, *values, most])
-        headers = ["effect", "parameter", "50 % detected", "95 % detected", "largest plausible"]
-        yield layout.table([*headers, "most similar effect"], table)
+        headers = ["effect", "parameter", "in 50 %", "in 95 %", "at most", "most similar effect"]
+        yield layout.table(headers, table)
     for effect, why in i.unseen.items():
         yield f"{effect}: {why}"
     for kind in (_twins, _not_here, _above):

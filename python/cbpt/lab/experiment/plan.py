@@ -459,7 +459,7 @@ class _Reader:
             raise _too_many(self.source, len(run))
         if run.timed and np.any(np.diff(run.columns()["time_s"]) <= 0):
             key = keys["rate_Nm_per_s"][0]
-            expected = "dwell_s as well: two readings in succession have the same torque"
+            expected = "dwell_s as well: at a rate alone, equal torques in succession take no time"
             raise self.wrong(place, key, run.rate_Nm_per_s, expected)
         turns = self.count(place, keys, "repeats") or 1
         for preload in preloads or (self.load.get("preload_N"),):
@@ -518,7 +518,8 @@ class _Reader:
     def range(self, place: str, key: str, name: str, entry: Mapping[str, Any]) -> tuple[float, ...]:
         unknown = next((k for k in entry if k not in _RANGE), None)
         if unknown is not None:
-            raise self.wrong(place, f"{key}.{unknown}", entry[unknown], f"only {', '.join(_RANGE)}")
+            keys = f"a range of the keys {', '.join(_RANGE)} alone"
+            raise self.wrong(place, f"{key}.{unknown}", entry[unknown], keys)
         for bound in ("from", "to"):
             if not is_number(entry.get(bound, 0.0 if bound == "from" else None)):
                 raise self.wrong(place, f"{key}.{bound}", entry.get(bound), "a number")

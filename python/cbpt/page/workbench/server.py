@@ -309,7 +309,7 @@ def _json(raw: bytes) -> dict[str, Any]:
 def _text(body: dict[str, Any], key: str) -> str:
     value = body.get(key)
     if not isinstance(value, str) or len(value) > _LONGEST:
-        raise Wrong(400, f"{key}: expected text")
+        raise Wrong(400, f"{key}: expected text of at most {_LONGEST} characters")
     return value
 
 
