@@ -8,6 +8,8 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 from itertools import combinations
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -21,6 +23,7 @@ from cbpt.lab.model.priors import VARIANTS
 from cbpt.lab.selection.linear_search import (
     View,
     additions_to,
+    leaders,
     set_offers,
     single_offers,
     views,
@@ -233,6 +236,17 @@ def test_the_other_effect_leads_the_additions_to_the_first() -> None:
     assert offers[0].signatures[0].variant.effect == "preload_loss"
     assert "creep" not in [s.variant.effect for o in offers for s in o.signatures]
     assert offers[0].score > setting.score(base) + 5
+
+
+def test_sets_without_a_lot_have_places_of_their_own() -> None:
+    """A lot can be any function: sets of one and anything else may all score above the true
+    pair."""
+    of_lot = [(0, m) for m in range(2, 40)]
+    others = [(m, m + 1) for m in range(2, 20)]
+    narrow_ones = np.arange(41) > 0
+    kept = leaders([*of_lot, *others], cast(View, SimpleNamespace(narrow=narrow_ones)))
+    assert [m for m in kept if 0 in m] == of_lot[: len(kept) // 2]
+    assert [m for m in kept if 0 not in m] == others[: len(kept) // 2]
 
 
 # --- a pair that white noise hides --------------------------------------------------------

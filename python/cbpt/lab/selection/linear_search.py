@@ -6,6 +6,7 @@ views          one view for each noise that the readings may have
 single_offers  every variant of every effect
 variant_prices what the best variant of an effect exceeds their mean by
 set_offers     pairs, and triples
+leaders        the first sets, with a lot of balls and without
 additions_to   one effect more than those of a fit
 
 A set of signatures is a linear problem; its marginal likelihood follows from the Gram matrix of a
@@ -280,7 +281,7 @@ def variant_prices(setting: Setting, singles: Sequence[Offer]) -> dict[str, floa
 def set_offers(seen: Sequence[View], count: int) -> list[Offer]:
     """The best offers of pairs and of triples, the best first."""
     ranked = [(_pairs(view, count), view) for view in seen]
-    pairs = [view.offer(members) for found, view in ranked for members in found[: _LIMITS.exact]]
+    pairs = [view.offer(members) for found, view in ranked for members in leaders(found, view)]
     top = max((o.score for o in pairs), default=-np.inf)
     triples = []
     for found, view in ranked:
@@ -298,6 +299,15 @@ def set_offers(seen: Sequence[View], count: int) -> list[Offer]:
         leading = sorted(grown.values(), key=lambda g: -g[0])[: _LIMITS.exact]
         triples += [view.offer(members) for _, members in leading]
     return best_of_each([*pairs, *triples])
+
+
+def leaders(found: Sequence[tuple[int, ...]], view: View) -> list[tuple[int, ...]]:
+    """The first with a lot and the first without: a lot can be any function, and beside the true
+    pair many sets of one and anything else score well."""
+    parts: dict[bool, list[tuple[int, ...]]] = {True: [], False: []}
+    for members in found:
+        parts[all(view.narrow[m] for m in members)].append(members)
+    return [members for part in parts.values() for members in part[: _LIMITS.exact]]
 
 
 def _pairs(view: View, count: int) -> list[tuple[int, ...]]:
