@@ -138,10 +138,10 @@ def search(problem: Problem, point: Point, steps: int, bound: float = np.inf) ->
     """The most probable point, and whether the search came to its end.
 
     It ends where no step promises to gain, after so many predictions, or where what the last step
-    promises stays above `bound`. Where balls touch at the minimum that is no step within the radius:
-    a longer one promises what it does not bring. Where a step does not gain what it promises, the next ones are
+    promises stays above `bound`. Where a step does not gain what it promises, the next ones are
     shorter, each unknown measured by the most that the readings have seen of it (More 1978): of a
-    ball that has lost touch they see nothing.
+    ball that has lost touch they see nothing. Where balls touch at the minimum, long steps promise
+    what they do not bring, and the search ends with short ones.
     """
     value, radius = problem.objective(point), np.inf
     scale = np.zeros(len(problem.unknowns))
