@@ -241,7 +241,7 @@ def test_the_report_names_what_is_open() -> None:
     report = suggested().report()
     assert (
         "Open hypotheses with their probabilities: " in report
-        and f"{LIMIT:.1f} or more decide" in report
+        and f"{LIMIT:.1f} or more, {np.exp(LIMIT):.0f} : 1, decide" in report
     )
     assert set(open_hypotheses(suggested().diagnosis).fits) == set(suggested().open)
     d = suggested().diagnosis

@@ -130,7 +130,7 @@ def next_run(argv: list[str]) -> int:
     parser = inputs(
         "cbpt next-run",
         "Diagnose the readings, then rank further runs by how much each is expected to help decide "
-        "between the explanations that remain possible (expected log odds under the posterior).",
+        "between the explanations that remain possible (expected gain of log evidence).",
     )
     parser.add_argument(
         "--candidates",

@@ -122,8 +122,8 @@ class NextRuns:
                 ]
             )
         yield (
-            "gain: expected log odds of the true hypothesis against the others "
-            f"({LIMIT:.1f} or more decide):"
+            "gain: expected log evidence for the true hypothesis over the others "
+            f"({LIMIT:.1f} or more, {np.exp(LIMIT):.0f} : 1, decide):"
         )
         headers = ["preload_N", "torque_Nm", "torque goes", "input_angle_deg", "gain", "separates"]
         yield layout.table(headers, table)
