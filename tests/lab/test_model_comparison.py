@@ -26,7 +26,7 @@ from common.hidden import TRUTH, diagnosed
 from common.simulated import Values, plan, readings_of
 
 LOOP: Values = {
-    ("eccentric_bearing", "reference_deflection_m"): 4e-7,
+    ("eccentric_bearing", "reference_deflection_m"): 1.5e-7,
     ("eccentric_bearing", "exponent"): 2 / 3,
     ("run_in", "permanent_set_rad"): 4e-6,
 }
