@@ -183,6 +183,10 @@ fn sensitivities_are_derivatives() {
         (_, "rate") => 1e-6,
         ("eccentric_bearing", "exponent") => 0.8,
         (_, "play") => 5e-3,
+        (_, "taken_share") => 0.3,
+        ("hard_stop", "stop_torque") => 11.3,
+        (_, "slip_angle") => 2e-3,
+        (_, "reference_rate") => 1e-3,
         (_, "transition_torque") => 1.5,
         (_, "squared" | "cubed") => 4e-3,
         (_, "reference_torque") => 21.0,
@@ -200,7 +204,12 @@ fn sensitivities_are_derivatives() {
         (_, "settling_cycles") => 2.0,
         (
             _,
-            "preload_exponent" | "spread" | "friction_radius" | "planet_offset_sine" | "planet_offset_cosine",
+            "preload_exponent"
+            | "slip_exponent"
+            | "spread"
+            | "friction_radius"
+            | "planet_offset_sine"
+            | "planet_offset_cosine",
         ) => 0.0,
         _ => panic!("a new parameter, {stem} of {id}, wants a typical value"),
     };
