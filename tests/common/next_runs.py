@@ -20,7 +20,7 @@ from cbpt.lab.experiment.plan import Plan, PlannedRun, sequence
 from cbpt.lab.model.priors import TWINS
 
 HIDDEN: list[tuple[str, dict[str, float]]] = [
-    ("eccentric_bearing", {"reference_deflection_um": 0.2, "exponent": 2 / 3}),
+    ("eccentric_bearing", {"reference_deflection_um": 0.21, "exponent": 2 / 3}),
     ("output_torsion", {"compliance_arcsec_per_Nm": 0.35}),
     ("rough_contact", {"exponent": 1.58}),
     ("bearing_play", {"clearance_um": 0.15}),

@@ -416,7 +416,7 @@ def test_an_own_effect_costs_what_one_of_the_library_costs() -> None:
         found[name] = fitter.fit(Hypothesis((variant,)), start)
     creep, mine = found["creep"], found["mine"]
     assert creep is not None and mine is not None
-    assert mine.residual_arcsec.std() == pytest.approx(creep.residual_arcsec.std(), rel=1e-6)
+    assert mine.residual_arcsec.std() == pytest.approx(creep.residual_arcsec.std(), rel=1e-3)
     assert mine.log_evidence == pytest.approx(creep.log_evidence, abs=1.0)
 
 

@@ -111,7 +111,7 @@ def test_a_sketch_follows_colours_width_and_paper(browser: Any, tmp_path: Path) 
         assert narrow["wide"] < 700
         page.evaluate("dispatchEvent(new Event('beforeprint'))")
         paper = page.evaluate(look)
-        assert (paper["wide"], paper["all"]) == (640, 290)
+        assert (paper["wide"], paper["all"]) == (640, 240)
         assert paper["colours"] == light["colours"]
         page.evaluate("dispatchEvent(new Event('afterprint'))")
         assert page.evaluate(look) == narrow
