@@ -3,7 +3,7 @@
 //! Elements side by side, each a spring that slips at its own angle y (Jenkin; Iwan's parallel model). Elements that carry the
 //! share (y/a)^(x + 2) of the largest torque slip before y; all have slipped after the angle a. The first loading is then
 //! `Tf/Tf0` = ((x + 2) u - u^(x + 2))/(x + 1) with u = angle/a, at x = 0 a parabola; a way back is the same curve twice as large
-//! (Masing); a loop of the amplitude u takes the energy 4 Tf0 a u^(x + 3)/(x + 3). [`ELEMENTS`] elements stand for all, at the
+//! (Masing); a loop of the amplitude u takes the energy 4 Tf0 a u^(x + 3)/(x + 3). `ELEMENTS` elements stand for all, at the
 //! middles of even steps of y. Small loops inside large ones close, which those of `friction_hysteresis` do not. Its limit is as
 //! there.
 
