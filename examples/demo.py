@@ -27,7 +27,8 @@ def main(out: Path) -> None:
     picture = out / "diagnosis.svg"
     answer.plot(picture)
 
-    effects = answer.verdict.effects
+    # The most probable combination, whether it is certain or has rivals.
+    effects = answer.verdict.names
     title(f"3. {' and '.join(effects)} added, and {len(unseen)} readings it has never seen")
     fitted = cbpt.fit(case, known, effects)
     print(fitted)
@@ -35,7 +36,7 @@ def main(out: Path) -> None:
     before, after = cbpt.compare(case, unseen), cbpt.compare(fitted.case, unseen)
     print(
         f"\nOn the readings kept back ({readings.preload_N.max():g} N): "
-        f"{error(before)} arcsec before, {error(after)} arcsec with the effect."
+        f"{error(before)} arcsec before, {error(after)} arcsec with {' and '.join(effects)}."
     )
 
     title("4. Another drive, with something that no library holds")
