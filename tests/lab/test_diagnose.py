@@ -358,8 +358,15 @@ def test_what_remains_is_that_of_the_groove() -> None:
 
 def test_same_seed_same_document() -> None:
     case, table = Case.from_toml(case_of("dev03")), table_of("dev03")
-    one, two = (diagnose(case, table, seed=5).to_json() for _ in range(2))
+    shares: list[float] = []
+    one, two = (
+        diagnose(case, table, seed=5, progress=lambda _, share: shares.append(share)).to_json()
+        for _ in range(2)
+    )
     assert one == two and json.loads(one)["seed"] == 5
+    # What was told of the progress: from the beginning to the whole, twice the same.
+    half = shares[: len(shares) // 2]
+    assert shares == half * 2 and half == sorted(half) and (half[0], half[-1]) == (0.0, 1.0)
 
 
 # --- what must not change an answer -------------------------------------------------------

@@ -142,6 +142,9 @@ def diagnosed(
     fits[verdict.names] = closed(competition.fitter, fits[verdict.names])
     notes += _notes(campaign, fits[verdict.names])
     nominal = competition.fitter.at_nominal(fits[verdict.names])
+    ladder = tuple(_ladder(competition, verdict, nominal, fold))
+    if progress:
+        progress("the answer", 1.0)
     return Diagnosis(
         case=case,
         readings=campaign.readings,
@@ -149,7 +152,7 @@ def diagnosed(
         verdict=verdict,
         before=nominal,
         after=fits[verdict.names],
-        ladder=tuple(_ladder(competition, verdict, nominal, fold)),
+        ladder=ladder,
         reached=1 + len(path(verdict.names, fits)),
         held_out_by=held_by,
         fold=fold,
