@@ -24,7 +24,7 @@ from cbpt.lab.covariance.repeatability import pooled
 from cbpt.lab.covariance.within_run import estimate
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.diagnosis.diagnosis_data import Rung, finished
-from cbpt.lab.diagnosis.fit_text import beyond_own_loops, solutions
+from cbpt.lab.diagnosis.fit_text import beyond_own_loops, moved_by, solutions
 from cbpt.lab.diagnosis.held_torque import held_torque
 from cbpt.lab.diagnosis.rungs import rung_of, rung_of_lack_of_fit
 from cbpt.lab.inference.closing import closed
@@ -41,6 +41,7 @@ from cbpt.lab.selection.decision import Verdict, judge
 from cbpt.lab.selection.model_comparison import Competition, Progress, compete
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.selection.setting import Names
+from cbpt.lab.wording.names import number_called
 from cbpt.results import solve_many
 
 __all__ = ["diagnose"]
@@ -176,10 +177,12 @@ def _notes(campaign: Campaign, fit: Fit) -> Iterator[str]:
     for u in fit.unknowns:
         value = fit.value(u)
         at_end = value <= u.lower * (1 + 1e-6) or value >= u.upper * (1 - 1e-6)
-        if at_end and u.name.partition(".")[0] in PRIORS:
+        number = u.name.partition(".")[0]
+        if at_end and number in PRIORS:
             yield (
-                f"the fitted {u.name} is at the limit of its plausible range ({value:.3g}): check "
-                "that the case file is that of this drive"
+                f"the fit moves {number_called(number, campaign.drive.kind)} by "
+                f"{moved_by(u.name, fit)}, to the limit of its plausible range: check that the "
+                "case file is that of this drive"
             )
 
 
