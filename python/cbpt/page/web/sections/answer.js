@@ -315,8 +315,7 @@ function restsOn(numbers) {
 /** Many are folded; on paper they stand in the appendix. @param {PageDocument} whole */
 function notes(whole) {
   const { notes } = whole.data;
-  const list = () =>
-    el("ul", { class: "plain small quiet" }, notes.map((n) => el("li", {}, n)));
+  const list = () => el("ul", { class: "plain small quiet" }, notes.map((n) => el("li", {}, n)));
   const told = `${notes.length} notes on the readings`;
   if (notes.length <= MOST_NOTES) {
     fill(byId("notes"));
