@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -52,14 +52,23 @@ FEWEST = 6
 MOST = 1200
 # N cm, N mm, kN m, kgf, lbf in, lbf: what loads are at times written in.
 _LOAD_FACTORS = (0.01, 100.0, 1e-3, 1e3, 9.80665, 1 / 9.80665, 0.1129848, 4.448222)
-_AGREES = 0.05
-"""Share of the squared misfit below which readings agree with loads in another unit; an effect that
-is missing may leave as much."""
-_LEAST_GAIN, _MOST_GAIN = 0.45, 2.3
-"""On the angles, by a stiffness of the contacts that is likely, a third of what is stated to three
-times as much: angles go with its power -2/3."""
-_BETTER = 4.0
-"""How many times less another unit has to leave than such a stiffness to be asked about."""
+
+
+@dataclass(frozen=True)
+class _OtherUnit:
+    """When loads in another unit are asked about."""
+
+    agrees: float = 0.05
+    """Share of the squared misfit below which readings agree with them; an effect that is missing
+    may leave as much."""
+    gains: tuple[float, float] = (0.45, 2.3)
+    """On the angles, by a stiffness of the contacts that is likely, a third of what is stated to
+    three times as much: angles go with its power -2/3."""
+    better: float = 4.0
+    """How many times less they have to leave than such a stiffness."""
+
+
+_OTHER_UNIT = _OtherUnit()
 
 
 def diagnose(
@@ -339,8 +348,9 @@ def _stop_if_it_does_not_follow(campaign: Campaign, model: Floats) -> None:
         if np.isfinite(angle).all():
             found.append((float(np.sum((y - within_runs(angle)) ** 2)), name, factor))
     gain = float(x @ y) / float(x @ x)
-    of_the_drive = float(np.sum((y - gain * x) ** 2)) if _LEAST_GAIN < gain < _MOST_GAIN else np.inf
-    if found and min(found)[0] < min(_AGREES * off, of_the_drive / _BETTER):
+    least, most = _OTHER_UNIT.gains
+    of_the_drive = float(np.sum((y - gain * x) ** 2)) if least < gain < most else np.inf
+    if found and min(found)[0] < min(_OTHER_UNIT.agrees * off, of_the_drive / _OTHER_UNIT.better):
         _, name, factor = min(found)
         what = f"values that agree with the angles only if they are multiplied by {factor:g}"
         expected, remedy = f"the {name} in the unit of its header", "check the unit"
