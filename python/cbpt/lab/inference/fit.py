@@ -182,7 +182,11 @@ class Fitter:
         """
         self.model.cold()
         unknowns = self.unknowns(hypothesis)
-        values = self.start(hypothesis, {}) if start is None else start.copy()
+        values = self.start(hypothesis, {})
+        if start is not None:
+            # Nothing else: of a form that this hypothesis does not have no number may be at work.
+            own = [u.index for u in unknowns]
+            values[own] = start[own]
         noise = noise or self.campaign.plain_noise
         point = point_at(self.model, values, unknowns)
         sizes = [u.index for u in unknowns if not u.log and np.isinf(u.sd)]
