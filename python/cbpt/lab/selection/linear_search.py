@@ -235,7 +235,7 @@ def _noises(setting: Setting) -> list[Noise]:
     flexible = setting.flexible
     typical = float(np.median(c.u_arcsec)) * flexible.scale
     correlations = _LIMITS.correlations if rows.runs < len(c) else (0.0,)
-    offsets = _LIMITS.offsets if 2 < rows.runs < len(c) else (0.0,)
+    offsets = _LIMITS.offsets if 1 < rows.runs < len(c) else (0.0,)
     return list(setting.noises) + [
         replace(flexible, correlation=correlation, offset_arcsec=offset * typical)
         for correlation in correlations

@@ -40,7 +40,14 @@ from cbpt.lab.selection.linear_search import (
     views,
 )
 from cbpt.lab.selection.rules import RULES
-from cbpt.lab.selection.setting import Names, Setting, prepare, prior
+from cbpt.lab.selection.setting import (
+    Names,
+    Setting,
+    of_the_instrument,
+    plain,
+    prepare,
+    prior,
+)
 from cbpt.lab.selection.starts import start_values
 
 Floats = NDArray[np.float64]
@@ -141,6 +148,7 @@ def compete(
     if campaign.drive.kind == "torsion_spring":
         contest.fit_together()
     report("lack of fit", 0.85)
+    contest.ask_the_instrument()
     contest.find_modes_of_best()
     unnamed = contest.unnamed()
     report("p-values by simulation", 0.95)
@@ -284,11 +292,15 @@ class _Contest:
             # What ended elsewhere may be far behind, and no less worth another start.
             if max(self.score(names), self.score(below)) < best - _EFFORT.settled_room:
                 continue
-            if follows(fit) < follows(self.fits[below]) - _EFFORT.worse:
-                start = self.fitter.start(fit.hypothesis, {})
-                kept = [u.index for u in self.fits[below].unknowns]
-                start[kept] = self.fits[below].point.values[kept]
-                found = self.fitter.fit(fit.hypothesis, start, self.fits[below].noise)
+            smaller = self.fits[below]
+            if follows(fit) < follows(smaller) - _EFFORT.worse:
+                # In the forms of the smaller set, whose values these are.
+                more = (v for v in fit.hypothesis.variants if v.effect not in below)
+                hypothesis = Hypothesis((*smaller.hypothesis.variants, *more))
+                start = self.fitter.start(hypothesis, {})
+                kept = [u.index for u in smaller.unknowns]
+                start[kept] = smaller.point.values[kept]
+                found = self.fitter.fit(hypothesis, start, smaller.noise)
                 self.keep(found)
                 bare = _without_idle(self.fitter, found)
                 if bare is not None and bare.hypothesis.effects != names:
@@ -322,6 +334,16 @@ class _Contest:
                 self.report("effects together", 0.8)
                 self.keep(fit)
 
+    def ask_the_instrument(self) -> None:
+        """What is left of the drive as stated and of the best set may be what the instrument does:
+        beside few readings a fit that may follow the whole library does not show it."""
+        for names in sorted({(), max(self.fits, key=self.score)}):
+            fit = self.fits[names]
+            # A correlation may stand in for what the instrument does.
+            for start in (fit.noise, plain(fit.noise)):
+                for noise in of_the_instrument(self.fitter, fit, start):
+                    self.keep(self.fitter.fit(fit.hypothesis, fit.point.values, noise))
+
     def find_modes_of_best(self) -> None:
         """Other modes of the best set, where they were not searched for yet."""
         top = max(self.fits, key=self.score)
@@ -333,7 +355,7 @@ class _Contest:
         most probable first."""
         setting, fits = self.setting, self.fits
         best = max(fits, key=self.score)
-        null = setting.score(setting.null)
+        null = self.score(())
         found = [
             (
                 p.log_evidence
