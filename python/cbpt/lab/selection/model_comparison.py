@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from cbpt.lab.covariance.fit_noise import price_of
 from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.inference.evidence import Fit
-from cbpt.lab.inference.fit import Fitter
+from cbpt.lab.inference.fit import Fitter, Race
 from cbpt.lab.inference.hypothesis import Hypothesis
 from cbpt.lab.inference.modes import with_modes
 from cbpt.lab.model.dataset import Campaign
@@ -190,22 +190,30 @@ class _Contest:
     def fit_singles(self) -> None:
         """Every effect that may gain, in its most probable variants."""
         promising = _promising(self.singles)
-        for number, offer in enumerate(promising):
-            variant = offer.signatures[0].variant
-            self.report(variant.effect, 0.1 + 0.4 * number / len(promising))
-            self.fit_offer(offer)
-            if self.fitter.campaign.drive.kind == "torsion_spring":
-                # Play and friction are as large as the angle itself: through correlated noise a
-                # fit may not find its way to them.
-                start = start_values(self.fitter, offer.signatures, offer.sizes)
-                self.keep(self.fitter.fit(Hypothesis((variant,)), start, self.setting.plain))
+        near = self.singles[0].score - _EFFORT.modes_room if self.singles else 0.0
+        for number, (effect, forms) in enumerate(promising.items()):
+            self.report(effect, 0.1 + 0.4 * number / len(promising))
+            few = forms[: _EFFORT.variants]
+            for offer in self.ahead(forms) if forms[0].score > near else few:
+                self.fit_offer(offer)
+                if self.fitter.campaign.drive.kind == "torsion_spring":
+                    # Play and friction are as large as the angle itself: through correlated noise
+                    # a fit may not find its way to them.
+                    hypothesis = Hypothesis((offer.signatures[0].variant,))
+                    start = start_values(self.fitter, offer.signatures, offer.sizes)
+                    self.keep(self.fitter.fit(hypothesis, start, self.setting.plain))
 
     def fit_offer(self, offer: Offer) -> None:
         """The full fit of a set that the linear search offers."""
+        base = offer.base or self.setting.null
+        self.keep(self.fitter.fit(*self.begun(offer), offer.noise, base=base))
+
+    def begun(self, offer: Offer) -> tuple[Hypothesis, Floats]:
+        """What is offered, and the values to begin with."""
         before = offer.base.hypothesis.variants if offer.base else ()
-        added = tuple(s.variant for s in offer.signatures)
+        hypothesis = Hypothesis((*before, *(s.variant for s in offer.signatures)))
         start = start_values(self.fitter, offer.signatures, offer.sizes, offer.base)
-        self.keep(self.fitter.fit(Hypothesis((*before, *added)), start, offer.noise))
+        return hypothesis, start
 
     def find_modes(self) -> None:
         """Other modes of the singles that are near the best."""
@@ -250,12 +258,32 @@ class _Contest:
                     if rest is not None:
                         self.fit_near(additions_to(self.setting, rest, (fit.noise,)))
 
-    def fit_near(self, offers: Sequence[Offer]) -> None:
-        """The best offers that may come near the best fit and are not fitted yet."""
+    def fit_near(self, offers: Sequence[Sequence[Offer]]) -> None:
+        """The best offers, each in all of its forms, that may come near the best fit and are not
+        fitted yet, or fitted to less than is offered now."""
         least = max(self.score(n) for n in self.fits) - _EFFORT.room
-        fresh = [o for o in offers if o.score > least and o.names not in self.fits]
-        for offer in fresh[: _EFFORT.additions]:
-            self.fit_offer(offer)
+        fresh = [o for o in offers if o[0].score > least and self.falls_short(o[0])]
+        for forms in fresh[: _EFFORT.additions]:
+            for offer in self.ahead(forms) if len(forms) > _EFFORT.variants else forms[:1]:
+                self.fit_offer(offer)
+
+    def ahead(self, forms: Sequence[Offer]) -> Sequence[Offer]:
+        """All forms of a few; of many those that are ahead once each is fitted under the noise of
+        the offer, because the linear problem cannot tell forms that hardly show when small."""
+        if len(forms) <= _EFFORT.variants:
+            return forms
+        race = Race(self.fitter, forms[0].noise)
+        misfit = []
+        for offer in forms:
+            base = offer.base or self.setting.null
+            fit = race.fit(*self.begun(offer), free_noise=False, base=base)
+            misfit.append(np.inf if fit is None else fit.reached)
+        return [forms[i] for i in np.argsort(misfit)[: _EFFORT.variants - 1].tolist()]
+
+    def falls_short(self, offer: Offer) -> bool:
+        """Whether no fit of a set is near what is offered."""
+        known = self.fits.get(offer.names)
+        return known is None or self.setting.score(known) < offer.score - _EFFORT.room
 
     def drop(self, names: Names, again: bool = False) -> None:
         """All sets of one effect less than a set; `again`: those that are fitted too, from its
@@ -398,19 +426,15 @@ def follows(fit: Fit) -> float:
     return -0.5 * (fit.margin.chi2 + fit.whitener.log_det) - price_of(fit.noise)
 
 
-def _promising(singles: Sequence[Offer]) -> list[Offer]:
-    """The best variants of every effect that may matter; the most promising first."""
-    best: dict[str, list[float]] = {}
-    out: list[Offer] = []
+def _promising(singles: Sequence[Offer]) -> dict[str, list[Offer]]:
+    """The forms of every effect that may matter, the most promising first."""
+    out: dict[str, list[Offer]] = {}
     for offer in singles:
-        if len(best) >= _EFFORT.singles and offer.score < singles[0].score - _EFFORT.single_room:
+        if len(out) >= _EFFORT.singles and offer.score < singles[0].score - _EFFORT.single_room:
             break
-        scores = best.setdefault(offer.signatures[0].variant.effect, [])
-        if len(scores) < _EFFORT.variants and (
-            not scores or offer.score > scores[0] - _EFFORT.variant_room
-        ):
-            scores.append(offer.score)
-            out.append(offer)
+        forms = out.setdefault(offer.signatures[0].variant.effect, [])
+        if not forms or offer.score > forms[0].score - _EFFORT.variant_room:
+            forms.append(offer)
     return out
 
 
