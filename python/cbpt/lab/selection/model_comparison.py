@@ -260,8 +260,14 @@ class _Contest:
 
     def fit_near(self, offers: Sequence[Sequence[Offer]]) -> None:
         """The best offers, each in all of its forms, that may come near the best fit and are not
-        fitted yet, or fitted to less than is offered now."""
-        least = max(self.score(n) for n in self.fits) - _EFFORT.room
+        fitted yet, or fitted to less than is offered now.
+
+        Where the best set is among the offers, it is what it was offered at that counts: a search
+        finds shapes that the grid of the linear problem does not have.
+        """
+        best = max(self.fits, key=self.score)
+        of_best = (forms[0].score for forms in offers if forms[0].names == best)
+        least = min(self.score(best), next(of_best, np.inf)) - _EFFORT.room
         fresh = [o for o in offers if o[0].score > least and self.falls_short(o[0])]
         for forms in fresh[: _EFFORT.additions]:
             for offer in self.ahead(forms) if len(forms) > _EFFORT.variants else forms[:1]:
