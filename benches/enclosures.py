@@ -9,13 +9,14 @@ ends the run. `--page` writes the table between the marks of a page.
 
 from __future__ import annotations
 
-import argparse
 import os
 import subprocess
 from pathlib import Path
 
+from page_table import parser_of, show_table
+
 TOP = Path(__file__).parents[1]
-MARKS = "<!-- benches/enclosures.py -->\n", "<!-- end of enclosures -->\n"
+MARKS = "<!-- benches/enclosures.py -->", "<!-- end of enclosures -->"
 HEAD = (
     "| torque, of what is held | drives | enclosed | relative width, median | largest "
     "| proof, median (µs) | solve, median (µs) |\n|---|---|---|---|---|---|---|"
@@ -24,8 +25,7 @@ COMMAND = "cargo test --release --quiet -p cbpt-core --test mechanics -- --ignor
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--page", type=Path)
+    parser = parser_of(__doc__)
     parser.add_argument("--drives", type=int, default=100_000)
     options = parser.parse_args()
     env = {**os.environ, "DRIVES": str(options.drives)}
@@ -35,13 +35,7 @@ def main() -> None:
     if ran.returncode:
         raise SystemExit(ran.stdout)
     rows = [line for line in ran.stdout.splitlines() if line.startswith("| ")]
-    text = "\n".join([HEAD, *rows]) + "\n"
-    print(text)
-    if options.page:
-        page = options.page.read_text()
-        before, rest = page.split(MARKS[0])
-        after = rest.split(MARKS[1])[1]
-        options.page.write_text(before + MARKS[0] + "\n" + text + "\n" + MARKS[1] + after)
+    show_table([HEAD, *rows], options.page, MARKS)
 
 
 if __name__ == "__main__":

@@ -11,12 +11,12 @@ torque in the loops of +-4 N m. `--page` writes the table between the marks of a
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+from page_table import parser_of, show_table
 
 import cbpt
 from cbpt.lab.change.record import Changed
@@ -25,8 +25,7 @@ DATA = Path(__file__).parents[1] / "tests" / "data" / "interventions"
 BUILDS = ("conic_pccf_1", "split_undersized_pccf_1", "base_onyx_1", "split_onyx_1")
 EFFECTS = ("backlash", "friction_hysteresis", "output_torsion")
 SMALL_Nm = 10.0
-BEGIN = "<!-- interventions: made by benches/interventions.py -->"
-END = "<!-- end of interventions -->"
+MARKS = "<!-- interventions: made by benches/interventions.py -->", "<!-- end of interventions -->"
 WAYS = {"up": "rose", "down": "fell", "new": "appeared", "gone": "disappeared"}
 
 
@@ -105,18 +104,7 @@ def rows() -> Iterator[str]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--page", type=Path)
-    options = parser.parse_args()
-    table = []
-    for row in rows():
-        print(row, flush=True)
-        table.append(row)
-    if options.page:
-        text = options.page.read_text(encoding="utf-8")
-        head, rest = text.split(BEGIN)
-        made = "\n".join([BEGIN, "", *table, "", END])
-        options.page.write_text(head + made + rest.split(END)[1], encoding="utf-8")
+    show_table(rows(), parser_of(__doc__).parse_args().page, MARKS)
 
 
 if __name__ == "__main__":

@@ -10,12 +10,12 @@ play, the largest friction torque without load, and the logarithm of the odds ag
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 from interventions import BUILDS, DATA, width_deg
+from page_table import parser_of, show_table
 
 import cbpt
 
@@ -26,8 +26,7 @@ FORMS: dict[str, tuple[str, ...]] = {
     "Dahl and a stop": ("backlash", "friction_hysteresis", "hard_stop"),
 }
 TORQUE = "friction_torque_Nm"
-BEGIN = "<!-- forms of loops: made by benches/loop_forms.py -->"
-END = "<!-- end of forms of loops -->"
+MARKS = "<!-- forms of loops: made by benches/loop_forms.py -->", "<!-- end of forms of loops -->"
 
 
 def cells(case: Path, readings: cbpt.Readings) -> Iterator[str]:
@@ -59,19 +58,10 @@ def rows(data: Path) -> Iterator[str]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = parser_of(__doc__)
     parser.add_argument("--data", type=Path, default=DATA)
-    parser.add_argument("--page", type=Path)
     options = parser.parse_args()
-    table = []
-    for row in rows(options.data):
-        print(row, flush=True)
-        table.append(row)
-    if options.page:
-        text = options.page.read_text(encoding="utf-8")
-        head, rest = text.split(BEGIN)
-        made = "\n".join([BEGIN, "", *table, "", END])
-        options.page.write_text(head + made + rest.split(END)[1], encoding="utf-8")
+    show_table(rows(options.data), options.page, MARKS)
 
 
 if __name__ == "__main__":

@@ -10,7 +10,6 @@ of a page.
 
 from __future__ import annotations
 
-import argparse
 import sys
 import warnings
 from collections.abc import Iterator
@@ -18,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from page_table import parser_of, show_table
 from scipy.optimize import least_squares
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
@@ -25,20 +25,11 @@ from cbpt.lab.inference.least_squares import minimise
 from common.strd import AIM, Floats, Problem, digits, problems
 
 TIGHT = {"xtol": 1e-15, "ftol": 1e-15, "gtol": 1e-15, "x_scale": "jac", "max_nfev": 5000}
-MARKS = "<!-- benches/strd.py -->\n", "<!-- end -->\n"
+MARKS = "<!-- benches/strd.py -->", "<!-- end -->"
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--page", type=Path)
-    options = parser.parse_args()
-    text = "\n".join(lines()) + "\n"
-    print(text)
-    if options.page:
-        page = options.page.read_text()
-        before, rest = page.split(MARKS[0])
-        after = rest.split(MARKS[1])[1]
-        options.page.write_text(before + MARKS[0] + "\n" + text + "\n" + MARKS[1] + after)
+    show_table(lines(), parser_of(__doc__).parse_args().page, MARKS)
 
 
 def lines() -> Iterator[str]:

@@ -11,7 +11,6 @@ marks of a page.
 
 from __future__ import annotations
 
-import argparse
 import os
 import sys
 from collections.abc import Sequence
@@ -28,6 +27,8 @@ import numpy as np
 ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT / "benches"), str(ROOT / "tests")]
 
+from page_table import parser_of, show_table
+
 import cbpt
 from reference.contact import Floats
 from reference.rig import ARCSEC, drive_of, simulate
@@ -40,7 +41,7 @@ from trial.strength import NoSuchCampaignError, draw_parameters
 STRENGTHS = (6.0, 8.0, 12.0, 20.0)
 CHANGING = tuple(i for i in SINGLES if i not in RIG_CLASS and i != "ball_diameter_lot")
 """Effects that may change; offsets and drifts of instruments are not what is asked."""
-BEGIN, END = "<!-- changes: made by benches/trial/changes.py -->", "<!-- end of changes -->"
+MARKS = "<!-- changes: made by benches/trial/changes.py -->", "<!-- end of changes -->"
 
 
 @dataclass(frozen=True)
@@ -180,12 +181,11 @@ def lines(said: Sequence[Said]) -> list[str]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = parser_of(__doc__)
     parser.add_argument("--null-sets", type=int, default=100)
     parser.add_argument("--sets", type=int, default=100)
     parser.add_argument("--seed", type=int, default=5)
     parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--page", type=Path)
     options = parser.parse_args()
     jobs = [(i, True) for i in range(options.null_sets)]
     jobs += [(i, False) for i in range(options.sets)]
@@ -196,14 +196,7 @@ def main() -> None:
         for (i, null), task in zip(jobs, tasks, strict=True):
             said.append(task.result())
             print(i, "null" if null else "changed", said[-1], flush=True)
-    table = lines(said)
-    print("\n".join(table))
-    if options.page:
-        text = options.page.read_text(encoding="utf-8")
-        head, rest = text.split(BEGIN)
-        tail = rest.split(END)[1]
-        made = "\n".join([BEGIN, "", *table, "", END])
-        options.page.write_text(head + made + tail, encoding="utf-8")
+    show_table(lines(said), options.page, MARKS)
 
 
 if __name__ == "__main__":

@@ -24,6 +24,7 @@ from cbpt.cli.options import (
     add_seed,
     check_name,
     check_plot,
+    load_of,
     of_case,
     show_answer,
 )
@@ -95,9 +96,7 @@ def friction(argv: list[str]) -> int:
     check_plot(options)
     found = costs_of(
         options.case,
-        torque_Nm=options.torque_Nm,
-        preload_N=options.preload_N,
-        input_angle_deg=options.input_angle_deg,
+        **load_of(options),
         coefficient=options.coefficient,
         static_safety=options.static_safety,
     )
@@ -145,9 +144,7 @@ def tolerance(argv: list[str]) -> int:
         options.case,
         samples=options.samples,
         seed=options.seed,
-        torque_Nm=options.torque_Nm,
-        preload_N=options.preload_N,
-        input_angle_deg=options.input_angle_deg,
+        **load_of(options),
         friction=options.friction,
     )
     show_answer(found, options.json, lambda: found.report(options.angle_unit))
@@ -217,9 +214,7 @@ def optimise(argv: list[str]) -> int:
     found = optimised(
         options.case,
         options.bounds,
-        torque_Nm=options.torque_Nm,
-        preload_N=options.preload_N,
-        input_angle_deg=options.input_angle_deg,
+        **load_of(options),
         seed=options.seed,
         objective=options.objective,
     )
@@ -246,9 +241,7 @@ def _front(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
             options.bounds,
             (options.objective, options.front),
             points=points,
-            torque_Nm=options.torque_Nm,
-            preload_N=options.preload_N,
-            input_angle_deg=options.input_angle_deg,
+            **load_of(options),
             seed=options.seed,
             progress=lambda done, total: counter.share("searches", done / total),
         )

@@ -2,6 +2,7 @@
 
 Parser, of_case, inputs     parsers of a case, and of a case with a table
 add_*                       one flag, or a few that belong together
+Load, load_of               what the flags of a load say
 check_*                     refuse before anything is computed
 columns_of, only_of         what --column and --only say
 in_flags                    what a message tells to do, in flags
@@ -19,7 +20,7 @@ import time
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, TextIO
+from typing import TYPE_CHECKING, Any, Protocol, TextIO, TypedDict
 
 from cbpt._core import painted, terminal_colour
 from cbpt.errors import ChooseSheet, Setting, Step, TakeColumn
@@ -169,6 +170,23 @@ def add_load(
     for flag, metavar, what in flags:
         words = f"{what}{at}, instead of that of the case"
         parser.add_argument(flag, metavar=metavar, type=float, help=words)
+
+
+class Load(TypedDict):
+    """A load, in place of that of the case where it is given."""
+
+    torque_Nm: float | None
+    preload_N: float | None
+    input_angle_deg: float | None
+
+
+def load_of(options: argparse.Namespace) -> Load:
+    """What the flags of a load say."""
+    return Load(
+        torque_Nm=options.torque_Nm,
+        preload_N=options.preload_N,
+        input_angle_deg=options.input_angle_deg,
+    )
 
 
 def add_effects(parser: argparse.ArgumentParser, what: str, required: bool = False) -> None:

@@ -8,6 +8,7 @@
 //! there.
 
 use super::dual::Dual;
+use super::friction_limit;
 use super::port::{Action, Friction, Load, Row};
 use super::spec::{Class, Parameter, Port, Reducers, Spec};
 use crate::units::{ARCSEC, Quantity};
@@ -22,14 +23,7 @@ pub static SPEC: Spec = Spec {
     source: "Iwan, J. Appl. Mech. 33 (1966) 893; power law of the slip: Segalman, J. Appl. Mech. 72 (2005) 752; Masing, Proc. 2nd Int. Congr. Appl. Mech. (1926) 332",
     tell_tale: "loading and unloading form a loop whose branches bend from their reversal on, and smaller loops inside it close; small loops are narrower than in proportion",
     parameters: &[
-        Parameter::size(
-            "friction_radius",
-            Quantity::Length,
-            "largest friction torque divided by the preload, mu_T",
-        )
-        .within(0.0, 1.0)
-        .likely(1e-6, 5e-3)
-        .log(),
+        friction_limit::RADIUS,
         Parameter::shape(
             "slip_angle",
             Quantity::Angle,
@@ -39,14 +33,7 @@ pub static SPEC: Spec = Spec {
         .within(1e-3 * ARCSEC, 1e6 * ARCSEC)
         .likely(1.0 * ARCSEC, 120.0 * ARCSEC)
         .log(),
-        Parameter::size(
-            "friction_torque",
-            Quantity::Torque,
-            "largest friction torque without preload and load, T0",
-        )
-        .within(0.0, 1e6)
-        .likely(1e-4, 10.0)
-        .log(),
+        friction_limit::TORQUE,
         Parameter::shape(
             "slip_exponent",
             Quantity::Number,
@@ -55,9 +42,7 @@ pub static SPEC: Spec = Spec {
         )
         .within(-0.99, 20.0)
         .likely(-0.8, 2.0),
-        Parameter::shape("load_growth", Quantity::PerTorque, 0.0, "growth g of the friction with the load")
-            .within(0.0, 1e6)
-            .likely(0.0, 10.0),
+        friction_limit::GROWTH,
     ],
     twins: &[],
     action: Action::Load(act),

@@ -7,6 +7,7 @@
 //! z2 = s - (s - z1) exp(-|dalpha|/alpha_p).
 
 use super::dual::Dual;
+use super::friction_limit;
 use super::port::{Action, Friction, Load, Row};
 use super::spec::{Class, Parameter, Port, Reducers, Spec};
 use crate::units::{ARCSEC, Quantity};
@@ -21,14 +22,7 @@ pub static SPEC: Spec = Spec {
     source: "Dahl, A Solid Friction Model, Aerospace Corporation TOR-0158(3107-18)-1 (1968)",
     tell_tale: "loading and unloading form a loop, which is wider at higher preload if mu_T is not 0; the first loading of a run looks stiffer",
     parameters: &[
-        Parameter::size(
-            "friction_radius",
-            Quantity::Length,
-            "largest friction torque divided by the preload, mu_T",
-        )
-        .within(0.0, 1.0)
-        .likely(1e-6, 5e-3)
-        .log(),
+        friction_limit::RADIUS,
         Parameter::shape(
             "engagement_angle",
             Quantity::Angle,
@@ -38,17 +32,8 @@ pub static SPEC: Spec = Spec {
         .within(1e-3 * ARCSEC, 1e6 * ARCSEC)
         .likely(1.0 * ARCSEC, 60.0 * ARCSEC)
         .log(),
-        Parameter::size(
-            "friction_torque",
-            Quantity::Torque,
-            "largest friction torque without preload and load, T0",
-        )
-        .within(0.0, 1e6)
-        .likely(1e-4, 10.0)
-        .log(),
-        Parameter::shape("load_growth", Quantity::PerTorque, 0.0, "growth g of the friction with the load")
-            .within(0.0, 1e6)
-            .likely(0.0, 10.0),
+        friction_limit::TORQUE,
+        friction_limit::GROWTH,
     ],
     twins: &[],
     action: Action::Load(act),

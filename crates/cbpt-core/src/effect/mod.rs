@@ -6,6 +6,7 @@
 //! - [`spec`]: the description of an effect and of its parameters;
 //! - [`port`]: what it is given and may change where it acts;
 //! - [`dual`]: numbers that carry derivatives, in which all formulas are written;
+//! - `friction_limit`: the parameters of the largest friction torque;
 //! - [`lag`]: the temperature of a part that follows the measured one;
 //! - [`own`]: effects of the user's own, which are no part of the table.
 //!
@@ -14,6 +15,7 @@
 //! know nothing of pairs and solvers: [`crate::predict`] applies them.
 
 pub mod dual;
+mod friction_limit;
 pub mod lag;
 pub mod own;
 pub mod port;

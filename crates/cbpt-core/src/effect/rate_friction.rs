@@ -7,6 +7,7 @@
 
 use super::dual::Dual;
 use super::friction_hysteresis::dahl;
+use super::friction_limit;
 use super::port::{Action, Friction, Load, Row};
 use super::spec::{Class, Parameter, Port, Reducers, Spec};
 use crate::units::{ARCSEC, Quantity};
@@ -21,14 +22,7 @@ pub static SPEC: Spec = Spec {
     source: "limiting shear stress of a lubricant: Bair and Winer, J. Lubrication Technology 101 (1979) 258",
     tell_tale: "loading and unloading form a loop that is wider where the torque changes faster, and vanishes where it changes slowly",
     parameters: &[
-        Parameter::size(
-            "friction_radius",
-            Quantity::Length,
-            "largest friction torque divided by the preload, mu_T",
-        )
-        .within(0.0, 1.0)
-        .likely(1e-6, 5e-3)
-        .log(),
+        friction_limit::RADIUS,
         Parameter::shape(
             "reference_rate",
             Quantity::AnglePerTime,
@@ -39,10 +33,7 @@ pub static SPEC: Spec = Spec {
         .likely(1e-2 * ARCSEC, 1e2 * ARCSEC)
         .log()
         .shown("arcsec_per_s"),
-        Parameter::size("friction_torque", Quantity::Torque, "largest friction torque without preload, T0")
-            .within(0.0, 1e6)
-            .likely(1e-4, 10.0)
-            .log(),
+        friction_limit::TORQUE,
     ],
     twins: &[],
     action: Action::Load(act),

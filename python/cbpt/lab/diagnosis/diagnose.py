@@ -111,7 +111,6 @@ def diagnose(
     The method and its sources are on the page *Diagnosis* of the documentation.
     """
     case, readings = case_and_readings(case, data, columns, sheet, only)
-    # Thousands of products of small matrices: threads would cost more than they give.
     with one_blas_thread():
         return diagnosed(case, readings, seed, _own(case, effects), progress)
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.model.dataset import Campaign
-from cbpt.lab.model.own_loops import PLAY, SmallLoops, small_loops_of
+from cbpt.lab.model.own_loops import PLAY, small_loops_of
 from cbpt.lab.wording.numbers import ARCSEC, AngleUnit, in_words, rounded, shown
 from cbpt.results import ARCSEC_PER_RAD
 
@@ -96,10 +96,6 @@ def _solution(fit: Fit, effect: str) -> str:
     return f"{variant.name + ', ' if variant.name else ''}{', '.join(values)}"
 
 
-def _of_it_elastic(loops: SmallLoops) -> str:
-    return f", {rounded(loops.elastic_arcsec)} of it elastic" if loops.elastic_arcsec else ""
-
-
 def beyond_own_loops(campaign: Campaign, fit: Fit) -> Iterator[str]:
     """What to say where the fitted play is at odds with the table's own smaller loops."""
     play = next((u for u in fit.unknowns if u.name == PLAY), None)
@@ -117,6 +113,7 @@ def beyond_own_loops(campaign: Campaign, fit: Fit) -> Iterator[str]:
         )
     elif value >= (1 - 1e-6) * play.upper and value >= (1 - 1e-6) * loops.allowed_arcsec:
         yield (
-            f"{turned}{_of_it_elastic(loops)}, so no play is larger than that: the fit is held "
-            "there, and what else these readings show near zero torque is no play"
+            f"{turned}, and their flanks lie at most {rounded(loops.allowed_arcsec)} arcsec apart, "
+            "so no play is larger than that: the fit is held there, and what else these readings "
+            "show near zero torque is no play"
         )

@@ -1,41 +1,52 @@
 """What a table's own smaller loops say of a play.
 
-SmallLoops        the runs of the smallest amplitude: what they turn, and whether friction held them
+SmallLoops        the runs of the smallest amplitude: what they turn, how far apart their flanks
+                  lie at most, and whether friction held them
 small_loops_of    finds them
 play_allowed_rad  the largest play that does not contradict them
 
-A loop that crosses zero torque takes up the whole play, so it turns by more than that: no play can
-be larger than what the smallest loops turn. On both flanks it turns elastically besides. While the
-torque comes back from an end of the loop to half of it, no play is crossed, and friction makes the
-members no softer; so from what the loop turns there follows the least that is elastic, for members
-that are straight or stiffen. It is taken off where larger loops of the same table show that these
-are small. Friction that is not overcome there holds the members
-off their flanks. By Masing's rule such a loop turns by as much as a large one does over the same
-torque after it has turned back (G. Masing, Proc. 2nd Int. Congr. Appl. Mech., 1926); it says
-nothing of a play.
+A loop that comes back from +A lies on its upper flank until the torque falls through zero, and one
+that comes back from -A on its lower flank until it rises through zero; friction Tc keeps either
+there for longer. With F and R the angles on these ways, the share s(t + Tc) of a play j is then
+taken up at a torque t, so j <= (F(t) - R(-t))/s(t + Tc) at every t, with s that of the widest
+transition that still is a play. Without friction this is the step across zero torque, with much
+friction the width of the loop at zero torque. Tc is the torque at which the loop has turned half
+of that width. Angles and torques are those of readings, each on the side that allows more.
+
+Friction that is not overcome holds the members off their flanks. By Masing's rule such a loop
+turns by as much as a large one does over the same torque after it has turned back (G. Masing,
+Proc. 2nd Int. Congr. Appl. Mech., 1926); it says nothing of a play.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cbpt.lab.covariance.within_run import display_step
 from cbpt.lab.model.dataset import Campaign
 from cbpt.results import ARCSEC_PER_RAD
 
+Floats = NDArray[np.float64]
+
 PLAY = "backlash.play_rad"
+WIDEST_TRANSITION = 0.2
+"""Of the amplitude of the smallest loops: what is taken up over more torque is a soft middle."""
 _ALIKE = 1.25
 """Amplitudes within this factor of the smallest are one kind of loop."""
 _MASING = 2.0
 """A loop that turns by more than this many times what friction lets it is not held by friction."""
 _SCATTER = 8.0
 """Standard uncertainties between the largest and the smallest of readings that only scatter."""
-
-
+_HELD = 0.98
+"""Of the largest torque: readings above it are of its dwell."""
 _LEAST = 0.05
-"""Share of its turn that a small loop leaves open as play however straight it is."""
+"""Share of its turn that a small loop leaves open as play."""
+_TORQUES = np.array([0.0, 0.05, 0.1, 0.2, 0.3, 0.5])
+"""Where the flanks are compared, in shares of the amplitude."""
 
 
 @dataclass(frozen=True)
@@ -45,17 +56,54 @@ class SmallLoops:
     amplitude_Nm: float
     turn_arcsec: float
     """Largest less smallest angle, the median over these runs."""
-    elastic_arcsec: float
-    """What of it is elastic; 0 where no larger loops show that these are small."""
+    apart_arcsec: float
+    """How far apart their flanks lie at most, the mean over these runs."""
     held: bool
     """Whether friction holds them, as far as one can tell."""
 
     @property
     def allowed_arcsec(self) -> float:
         """The largest play that does not contradict them."""
-        if self.held:
-            return np.inf
-        return max(self.turn_arcsec - self.elastic_arcsec, _LEAST * self.turn_arcsec)
+        return np.inf if self.held else max(self.apart_arcsec, _LEAST * self.turn_arcsec)
+
+
+@dataclass(frozen=True)
+class _Loop:
+    """The readings of a run through zero torque, in their order."""
+
+    torque_Nm: Floats
+    angle_arcsec: Floats
+
+    def either_way(self) -> tuple[_Loop, _Loop]:
+        """As it is, and with both signs turned over: the lower flank is then the upper one."""
+        return self, _Loop(-self.torque_Nm, -self.angle_arcsec)
+
+    @property
+    def top(self) -> int:
+        return int(np.argmax(self.torque_Nm))
+
+    def until(self, torque_Nm: float) -> int:
+        """The last reading on the way back from the largest torque to this one."""
+        below = np.flatnonzero(self.torque_Nm[self.top :] < torque_Nm)
+        return self.top + (max(int(below[0]) - 1, 0) if len(below) else -1 - self.top)
+
+    def held_until_Nm(self, middle_arcsec: float) -> float:
+        """The torque the other way at which it is still above a middle, at least 0."""
+        below = np.flatnonzero(self.angle_arcsec[self.top :] < middle_arcsec)
+        return max(-float(self.torque_Nm[self.top + below[0] - 1]), 0.0) if len(below) else 0.0
+
+    def turned_back_arcsec(self, swing_Nm: float) -> float | None:
+        """What it turns from the end of its largest torque until that has come back by so much;
+        None where it does not. What it creeps while the torque is held is no way back."""
+        held = np.flatnonzero(self.torque_Nm >= _HELD * self.torque_Nm[self.top])
+        last = int(held[-1])
+        end_Nm = self.torque_Nm[last] - swing_Nm
+        beyond = np.flatnonzero(self.torque_Nm[last:] <= end_Nm)
+        if not len(beyond):
+            return None
+        two = [last + int(beyond[0]), last + int(beyond[0]) - 1]
+        end = np.interp(end_Nm, self.torque_Nm[two], self.angle_arcsec[two])
+        return max(float(self.angle_arcsec[last] - end), 0.0)
 
 
 def small_loops_of(campaign: Campaign) -> SmallLoops | None:
@@ -73,54 +121,63 @@ def small_loops_of(campaign: Campaign) -> SmallLoops | None:
     smallest, largest = amplitude[both].min(), amplitude[both].max()
     small = both & (amplitude <= _ALIKE * smallest)
     amplitude_Nm, turned = float(np.median(amplitude[small])), float(np.median(turn[small]))
-    held, elastic = False, 0.0
+    loops = list(_loops(campaign, small))
+    u = _scatter_arcsec(campaign, loops)
+    apart = float(np.mean([_apart_arcsec(loop, amplitude_Nm) for loop in loops])) + 3 * u
+    held = False
     if largest > _ALIKE * smallest:
-        elastic = _elastic(campaign, np.flatnonzero(small))
-        back = _turned_back(campaign, np.flatnonzero(both & ~small), 2 * amplitude_Nm)
-        room = _SCATTER * float(np.median(campaign.u_arcsec))
-        held = turned <= _MASING * back + room
-    return SmallLoops(amplitude_Nm, turned, elastic, held)
+        back = _turned_back(_loops(campaign, both & ~small), 2 * amplitude_Nm)
+        held = turned <= _MASING * back + _SCATTER * u
+    return SmallLoops(amplitude_Nm, turned, apart, held)
 
 
-def _elastic(campaign: Campaign, runs: NDArray[np.int64]) -> float:
-    """What loops turn elastically, both flanks together: the slope from each end of the loop until
-    half of the torque has gone, over all of that torque; the median, arcsec."""
-    found = []
-    for run in runs:
-        here = _rows_of(campaign, run)
-        total = 0.0
-        for sign in (1, -1):
-            torque, angle = sign * campaign.readings.torque_Nm[here], campaign.y_arcsec[here]
-            top = int(np.argmax(torque))
-            last = top + int(np.argmin(np.abs(torque[top:] - 0.5 * torque[top])))
-            gone = torque[top] - torque[last]
-            if 0 < gone < 0.8 * torque[top]:
-                total += sign * float(angle[top] - angle[last]) / gone * torque[top]
-        found.append(total)
-    return max(float(np.nanmedian(found)), 0.0)
-
-
-def _turned_back(campaign: Campaign, runs: NDArray[np.int64], swing_Nm: float) -> float:
-    """What large loops turn from their largest torque of either sign until it has come back by so
-    much: the median, arcsec."""
-    found = []
-    for run in runs:
-        here = _rows_of(campaign, run)
-        for sign in (1, -1):
-            torque = sign * campaign.readings.torque_Nm[here]
-            top = int(np.argmax(torque))
-            back = np.flatnonzero(torque[top:] <= torque[top] - swing_Nm)
-            if len(back):
-                two = campaign.y_arcsec[here[[top, top + back[0]]]]
-                found.append(float(abs(two[1] - two[0])))
-    return float(np.median(found)) if found else 0.0
-
-
-def _rows_of(campaign: Campaign, run: int) -> NDArray[np.int64]:
-    """The readings of a run, in its order."""
+def _loops(campaign: Campaign, wanted: NDArray[np.bool_]) -> Iterator[_Loop]:
+    """The runs wanted, without readings that have no angle."""
     rows = campaign.rows
     ends = np.append(rows.starts, len(rows.order))
-    return rows.order[ends[run] : ends[run + 1]]
+    for run in np.flatnonzero(wanted):
+        here = rows.order[ends[run] : ends[run + 1]]
+        here = here[np.isfinite(campaign.y_arcsec[here])]
+        yield _Loop(campaign.readings.torque_Nm[here], campaign.y_arcsec[here])
+
+
+def _apart_arcsec(loop: _Loop, amplitude_Nm: float) -> float:
+    """How far apart the flanks of one loop lie at most."""
+    ways = loop.either_way()
+
+    def lie_apart(torque_Nm: float) -> list[float]:
+        return [float(one.angle_arcsec[one.until(torque_Nm)]) for one in ways]
+
+    upper, lower = lie_apart(0.0)
+    friction_Nm = max(
+        one.held_until_Nm(sign * 0.5 * (upper - lower))
+        for one, sign in zip(ways, (1, -1), strict=True)
+    )
+    found = np.array([sum(lie_apart(share * amplitude_Nm)) for share in _TORQUES])
+    carried = _TORQUES + friction_Nm / amplitude_Nm
+    taken_up = carried / np.hypot(carried, WIDEST_TRANSITION)
+    known = taken_up > 0
+    return float((found[known] / taken_up[known]).min())
+
+
+def _scatter_arcsec(campaign: Campaign, loops: list[_Loop]) -> float:
+    """Standard uncertainty of a reading: as stated, else what the small loops show from each
+    reading to the next two, or the rounding of a display. What a fit finds may hold what its model
+    lacks."""
+    if campaign.u_stated:
+        return float(np.median(campaign.u_reading_arcsec))
+    bends = np.concatenate([np.diff(loop.angle_arcsec, 2) for loop in loops])
+    # Median of the absolute values of normal ones, which are sums with 1, -2, 1.
+    seen = float(np.median(np.abs(bends))) / (0.6745 * 6**0.5) if len(bends) else 0.0
+    return max(seen, display_step(campaign.readings.elastic_angle_arcsec) / 12**0.5)
+
+
+def _turned_back(loops: Iterator[_Loop], swing_Nm: float) -> float:
+    """What large loops turn from their largest torque of either sign until it has come back by so
+    much: the median, arcsec."""
+    ways = (one.turned_back_arcsec(swing_Nm) for loop in loops for one in loop.either_way())
+    found = [way for way in ways if way is not None]
+    return float(np.median(found)) if found else 0.0
 
 
 def play_allowed_rad(campaign: Campaign) -> float:
@@ -129,9 +186,7 @@ def play_allowed_rad(campaign: Campaign) -> float:
     return np.inf if loops is None else loops.allowed_arcsec / ARCSEC_PER_RAD
 
 
-def _per_run(
-    values: NDArray[np.float64], run: NDArray[np.int64], runs: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _per_run(values: Floats, run: NDArray[np.int64], runs: int) -> tuple[Floats, Floats]:
     """The largest and the smallest value of each run."""
     high, low = np.full(runs, -np.inf), np.full(runs, np.inf)
     # Not a number where nothing was read: points that are to be predicted.

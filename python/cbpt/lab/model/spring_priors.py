@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from cbpt.lab.model.dataset import Campaign
-from cbpt.lab.model.own_loops import small_loops_of
+from cbpt.lab.model.own_loops import WIDEST_TRANSITION, small_loops_of
 from cbpt.lab.model.priors import (
     ARCSEC,
     ASYMMETRY,
@@ -98,7 +98,8 @@ def _of_spring(campaign: Campaign) -> Iterator[Variant]:
     # range is a soft middle and no play.
     loops = small_loops_of(campaign)
     reach = torque if loops is None else loops.amplitude_Nm
-    transition = _ranged("transition_torque_Nm", reach, 1e-3, 0.5, (0.01, 0.05, 0.2))
+    widest = WIDEST_TRANSITION
+    transition = _ranged("transition_torque_Nm", reach, 1e-3, widest, (0.01, 0.05, widest))
     yield _with(_of("backlash", ("play_rad",), angle, 1e-3, 3.0), (transition,))
     # A curve 1/angle per angle is an error as large as the angle itself, at the largest torque.
     nonlinear = _of(

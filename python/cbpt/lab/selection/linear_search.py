@@ -6,7 +6,7 @@ views          one view for each noise that the readings may have
 single_offers  every variant of every effect
 variant_prices what the best variant of an effect exceeds their mean by
 set_offers     pairs, and triples
-leaders        the first sets, with a lot of balls and without
+leaders        the first sets without a lot of balls, and the first with one
 additions_to   one effect more than those of a fit
 
 A set of signatures is a linear problem; its marginal likelihood follows from the Gram matrix of a
@@ -17,8 +17,9 @@ are weighed, and all sets of one more than the best pairs.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,7 @@ from cbpt.lab.selection.linear_screen import Screen, Signature
 from cbpt.lab.selection.setting import Names, Setting
 
 Floats = NDArray[np.float64]
+SomeSet = TypeVar("SomeSet")
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +52,11 @@ class Offer:
         """The effects, sorted."""
         before = self.base.hypothesis.effects if self.base else ()
         return tuple(sorted([*before, *(s.variant.effect for s in self.signatures)]))
+
+    @property
+    def has_lot(self) -> bool:
+        """Whether a lot of balls is added."""
+        return any(s.variant.spread for s in self.signatures)
 
 
 class View:
@@ -98,6 +105,10 @@ class View:
     def names(self, members: Iterable[int]) -> Names:
         """The effects of some signatures, sorted."""
         return tuple(sorted(self.signatures[m].variant.effect for m in members))
+
+    def has_lot(self, members: Iterable[int]) -> bool:
+        """Whether some signatures have a lot of balls among them."""
+        return any(not self.narrow[m] for m in members)
 
     def offer(self, members: tuple[int, ...], base: Fit | None = None) -> Offer:
         """One set, exactly."""
@@ -281,7 +292,11 @@ def variant_prices(setting: Setting, singles: Sequence[Offer]) -> dict[str, floa
 def set_offers(seen: Sequence[View], count: int) -> list[Offer]:
     """The best offers of pairs and of triples, the best first."""
     ranked = [(_pairs(view, count), view) for view in seen]
-    pairs = [view.offer(members) for found, view in ranked for members in leaders(found, view)]
+    pairs = [
+        view.offer(members)
+        for found, view in ranked
+        for members in leaders(found, view.has_lot, _LIMITS.exact)
+    ]
     top = max((o.score for o in pairs), default=-np.inf)
     triples = []
     for found, view in ranked:
@@ -301,13 +316,15 @@ def set_offers(seen: Sequence[View], count: int) -> list[Offer]:
     return best_of_each([*pairs, *triples])
 
 
-def leaders(found: Sequence[tuple[int, ...]], view: View) -> list[tuple[int, ...]]:
-    """The first with a lot and the first without: a lot can be any function, and beside the true
-    pair many sets of one and anything else score well."""
-    parts: dict[bool, list[tuple[int, ...]]] = {True: [], False: []}
+def leaders(
+    found: Iterable[SomeSet], has_lot: Callable[[SomeSet], bool], most: int
+) -> list[SomeSet]:
+    """The first sets without a lot of balls and the first with one, at most so many of each: a lot
+    can be any function, and beside the true pair many sets of one and anything else score well."""
+    parts: dict[bool, list[SomeSet]] = {False: [], True: []}
     for members in found:
-        parts[all(view.narrow[m] for m in members)].append(members)
-    return [members for part in parts.values() for members in part[: _LIMITS.exact]]
+        parts[has_lot(members)].append(members)
+    return [members for part in parts.values() for members in part[:most]]
 
 
 def _pairs(view: View, count: int) -> list[tuple[int, ...]]:

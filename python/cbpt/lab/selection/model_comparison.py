@@ -34,6 +34,7 @@ from cbpt.lab.selection.linear_screen import Gain, Screen, Signatures
 from cbpt.lab.selection.linear_search import (
     Offer,
     additions_to,
+    leaders,
     set_offers,
     single_offers,
     variant_prices,
@@ -228,10 +229,7 @@ class _Contest:
         offers = set_offers(self.views, len(self.setting.signatures))
         best = max(*(self.score(n) for n in self.fits), *(o.score for o in offers[:1]))
         near = [o for o in offers if o.score > best - _EFFORT.room]
-        # Beside a lot, which can be any function, others have places of their own.
-        lots = [o for o in near if any(s.variant.spread for s in o.signatures)]
-        rest = [o for o in near if not any(s.variant.spread for s in o.signatures)]
-        near = [*rest[: _EFFORT.sets], *lots[: _EFFORT.sets]]
+        near = leaders(near, lambda o: o.has_lot, _EFFORT.sets)
         for number, offer in enumerate(near, 1):
             self.fit_offer(offer)
             self.report("sets of effects", 0.5 + 0.15 * number / len(near))

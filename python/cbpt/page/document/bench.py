@@ -22,6 +22,7 @@ from cbpt._core import OwnEffect
 from cbpt.errors import InvalidInputError
 from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
+from cbpt.lab.diagnosis.diagnosis_data import finished
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.hypothesis import Hypothesis
@@ -93,8 +94,7 @@ class Bench:
         if known is not None:
             return known
         if names not in self._kept:
-            found = self._grown(names)
-            self._kept[names] = found if found.converged else self._further(found)
+            self._kept[names] = finished(self.fitter, self._grown(names), self.noise)
             if len(self._kept) > _MOST_KEPT:
                 self._kept.popitem(last=False)
         self._kept.move_to_end(names)
@@ -127,10 +127,6 @@ class Bench:
             values[self.fitter.place(effect, name)] = found.value(unknown)
         return self._polished(found.hypothesis, values)
 
-    def _further(self, fit: Fit) -> Fit:
-        found = self._polished(fit.hypothesis, fit.point.values)
-        return self.fitter.look(replace(found, discrepancy_sd=fit.discrepancy_sd), self.noise)
-
     def _with(self, base: Fit, effect: str) -> Fit:
         """A fit with one more effect."""
         fitter = self.fitter
@@ -162,10 +158,10 @@ class Bench:
             signature = signatures[gain.members[0]]
             hypothesis = Hypothesis((*base.hypothesis.variants, signature.variant))
             # From a start that is too bold the search is long, and may end worse than it was
-            # without.
+            # without. A lot of balls starts from equal ones, whatever their sizes.
+            shares = (1.0,) if signature.variant.spread else (1.0, _TIMID)
             starts = [
-                start_values(fitter, [signature], share * gain.sizes, base)
-                for share in (1.0, _TIMID)
+                start_values(fitter, [signature], share * gain.sizes, base) for share in shares
             ]
             for start in sorted(starts, key=lambda s: self._misfit(hypothesis, s)):
                 found = self._polished(hypothesis, start)
