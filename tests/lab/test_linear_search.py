@@ -235,7 +235,9 @@ def test_the_other_effect_leads_the_additions_to_the_first() -> None:
     first = offers[0][0]
     assert first.names == PAIR and first.base is base
     assert first.signatures[0].variant.effect == "preload_loss"
-    assert "creep" not in [s.variant.effect for forms in offers for o in forms for s in o.signatures]
+    assert "creep" not in [
+        s.variant.effect for forms in offers for o in forms for s in o.signatures
+    ]
     assert first.score > setting.score(base) + 5
     for forms in offers:
         scores = [o.score for o in forms]

@@ -227,12 +227,21 @@ class _Contest:
         """Pairs and triples that may beat every single one."""
         self.report("sets of effects", 0.5)
         offers = set_offers(self.views, len(self.setting.signatures))
-        best = max(*(self.score(n) for n in self.fits), *(o.score for o in offers[:1]))
-        near = [o for o in offers if o.score > best - _EFFORT.room]
+        fitted = max(self.score(n) for n in self.fits) - _EFFORT.settled_room
+        least = {
+            # What a lot promises, which can be any function, is no measure of the others.
+            lot: max((o.score for o in offers if o.has_lot == lot), default=0.0) - _EFFORT.room
+            for lot in (False, True)
+        }
+        near = [o for o in offers if o.score > max(least[o.has_lot], fitted)]
         near = leaders(near, lambda o: o.has_lot, _EFFORT.sets)
         for number, offer in enumerate(near, 1):
             self.fit_offer(offer)
             self.report("sets of effects", 0.5 + 0.15 * number / len(near))
+        # What a triple follows, one of its pairs may follow as well.
+        best = max(self.score(n) for n in self.fits) - _EFFORT.room
+        for names in [n for n in self.fits if len(n) > 2 and self.score(n) > best]:
+            self.drop(names)
 
     def add_drop_swap(self) -> None:
         """One effect more, less or another than the best sets have, until nothing gains."""
