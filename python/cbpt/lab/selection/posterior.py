@@ -78,13 +78,12 @@ class Posterior:
     def demands_at_most(self, allowed: Iterable[str]) -> float:
         """Probability that the readings demand nothing but some effects."""
         names = set(allowed)
-        return float(
-            sum(
-                p
-                for found, p in self.sets.items()
-                if set(found) <= names or found in self.undemanded
-            )
+        more = sum(
+            p
+            for found, p in self.sets.items()
+            if not set(found) <= names and found not in self.undemanded
         )
+        return 1.0 - float(more)
 
 
 @dataclass(frozen=True)
