@@ -56,7 +56,7 @@ python: build $(VENV)/tested  ## lints, types, stubs and tests of the Python pac
 	$(VENV)/bin/ruff format --check
 	$(VENV)/bin/mypy
 	git diff --exit-code -- python/cbpt/_core.pyi  # the stub is the build's own
-	$(PYTHON) -m mypy.stubtest cbpt._core
+	$(PYTHON) -m mypy.stubtest --mypy-config-file .ci/stubtest.ini cbpt._core
 	cargo build --quiet --workspace --bin cbpt --examples  # the plain binary, whose answers the package's are compared with
 	$(PYTEST)
 
