@@ -10,7 +10,7 @@
 //! - [`lag`]: the temperature of a part that follows the measured one;
 //! - [`own`]: effects of the user's own, which are no part of the table.
 //!
-//! Ports act in the order load, gap, contact, series, reading; the gains of torque and preload readings change the row
+//! Ports act in the order load, gap, contact, series, reading; the errors of torque and preload readings change the row
 //! before the load. Within a port the order is that of the table, so no result depends on the order of a list. Effects
 //! know nothing of pairs and solvers: [`crate::predict`] applies them.
 
@@ -48,6 +48,7 @@ pub mod sensor_nonlinearity;
 pub mod stiffness_curve;
 pub mod thermal_preload;
 pub mod torque_scale;
+pub mod torque_zero;
 pub mod wear;
 
 #[cfg(test)]
@@ -57,10 +58,11 @@ pub use own::{AddsTo, OwnEffect, OwnParameter};
 pub use spec::{Class, Parameter, Port, Reducers, Scale, Spec};
 
 /// Every effect, in the order in which all documents list them.
-pub static LIBRARY: [&Spec; 28] = [
+pub static LIBRARY: [&Spec; 29] = [
     &contact_stiffness::SPEC,
     &contact_angle::SPEC,
     &torque_scale::SPEC,
+    &torque_zero::SPEC,
     &preload_scale::SPEC,
     &sensor_gain::SPEC,
     &sensor_nonlinearity::SPEC,

@@ -19,6 +19,7 @@ NAMES = {
     "contact_stiffness": "a contact stiffness other than designed",
     "contact_angle": "contact angles other than designed",
     "torque_scale": "a wrong gain of the torque readings",
+    "torque_zero": "a zero error of the torque readings",
     "preload_scale": "a wrong gain of the preload readings",
     "sensor_gain": "a wrong gain of the angle sensor",
     "sensor_nonlinearity": "a nonlinear angle sensor",
