@@ -109,6 +109,12 @@ mod tests {
             assert!(LIBRARY[..place].iter().all(|other| other.id != spec.id), "{} twice", spec.id);
             assert!(find(spec.id).is_some_and(|found| std::ptr::eq(found, *spec)));
             assert!(spec.parameters.iter().any(|parameter| parameter.is_size), "{} has no size", spec.id);
+            assert!(["parameter", "rig", "effect"].contains(&spec.class.name()), "{}", spec.id);
+            assert!(
+                ["load", "gap", "contact", "series", "reading"].contains(&spec.port.name()),
+                "{}",
+                spec.id
+            );
             for parameter in spec.parameters {
                 let name = parameter.name();
                 let (low, high) = parameter.range;
