@@ -175,8 +175,7 @@ def test_where_nothing_has_a_name_all_say_where_to_measure_more() -> None:
          "torque rising. Measure more readings there, and vary the torque and the direction of "
          "loading one at a time, with all else constant."),
         (("torque_Nm",), [1, 0, 0, 0, 0, 0], "near torque 0 N m; it exceeds twice the noise "
-         "nowhere, so repeat readings first. Measure more readings there, and vary the torque "
-         "alone, with all else constant."),
+         "nowhere. Repeat the readings there, and vary the torque alone, with all else constant."),
         (("time_s",), [9, 0, 0, 0, 0, 9], "near time 0 s. Measure more readings there, and vary "
          "time alone, with all else constant (for time: hold a load and wait)."),
         (("run",), [0, 0, 0, 9, 9, 9], "depends on the run. Repeat a run unchanged, to see whether "
@@ -199,7 +198,7 @@ def test_the_advice_names_places_where_there_are_any(
     )
     campaign = SimpleNamespace(u_arcsec=np.ones(6))
     d: Any = SimpleNamespace(
-        verdict=SimpleNamespace(lack_of_fit=pattern),
+        verdict=SimpleNamespace(lack_of_fit=pattern, effects=()),
         competition=SimpleNamespace(campaign=campaign),
         readings=readings,
     )

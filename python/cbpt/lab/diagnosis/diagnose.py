@@ -272,9 +272,9 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
             )
     if not campaign.u_stated and not campaign.u_repeated:
         notes.append(
-            "no uncertainty is stated and no load was repeated, so the uncertainty was estimated "
-            "from the scatter; an error of the model that is as small as this scatter cannot be "
-            "detected"
+            "no uncertainty is stated and no reading was taken again at exactly the same load, so "
+            "the uncertainty was estimated from the scatter; an error of the model that is as "
+            "small as this scatter cannot be detected"
         )
     return campaign, notes
 

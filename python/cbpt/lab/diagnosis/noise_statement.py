@@ -91,7 +91,8 @@ def floor_of(d: DiagnosisData) -> tuple[float | None, str]:
         return u, "stated uncertainty" if c.u_believed == 1 else "scatter within runs"
     if c.u_repeated:
         return u, "repeats"
-    return None, f"{of}, no uncertainty is stated and no load was repeated"
+    again = "no reading was taken again at exactly the same load"
+    return None, f"{of}, no uncertainty is stated and {again}"
 
 
 def statement(d: DiagnosisData, angle: AngleUnit = ARCSEC) -> str:

@@ -83,11 +83,13 @@ def measure_next(d: DiagnosisData) -> str:
     if part:
         said += f"; it exceeds twice the noise only at {label_of(part, None)}"
     if not strong:
-        said += "; it exceeds twice the noise nowhere, so repeat readings first"
+        said += "; it exceeds twice the noise nowhere"
     free = [c for c in columns if c != "run"]
     if not free:
         return f"{said}. Repeat a run unchanged, to see whether the misfit is the same."
-    where = "Measure more readings there, and vary" if spot else "Vary"
+    # What no single reading shows takes the mean of several.
+    more = "Repeat the readings" if not strong else "Measure more readings"
+    where = f"{more} there, and vary" if spot else "Vary"
     alone = "one at a time" if len(free) > 1 else "alone"
     wait = " (for time: hold a load and wait)" if {"time_s", "run_time_s"} & set(free) else ""
     return f"{said}. {where} {columns_in_words(free)} {alone}, with all else constant{wait}."
