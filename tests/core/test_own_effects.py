@@ -475,6 +475,28 @@ def test_a_unit_that_is_not_known_is_refused(unit: str) -> None:
         effects.own_effect("shaft", "series", lambda rows, a: 0.0, a)
 
 
+def test_a_unit_of_another_dimension_is_refused_with_the_right_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    a = {"a": {"unit": "N/um", "start": 1.0}}
+    said = "a is in N/um, so a * torque_Nm is in N^2; a series term is an angle"
+    with pytest.raises(CaseError) as error:
+        effects.expression("shaft", "series", "a * torque_Nm", a)
+    (mistake,) = error.value.mistakes
+    assert mistake.words == f"{said}: give a in arcsec/(N m)" and mistake.place[2] == 1
+    # What is told is taken; the same formula without a unit is free.
+    for unit in ("arcsec/(N m)", ""):
+        right = {"a": {"unit": unit, "start": 1.0}}
+        assert effects.expression("shaft", "series", "a * torque_Nm", right).id == "shaft"
+    monkeypatch.chdir(tmp_path)
+    own = 'id = "shaft"\nport = "series"\nexpression = "a * torque_Nm"\n'
+    parameters = 'parameters = { a = { unit = "N/um", start = 1.0 } }\n'
+    Path("mine.toml").write_text(f"{case_of('dev10')}[[effect]]\n{own}{parameters}")
+    assert commands.main(["compare", "mine.toml", str(DATA)]) != 0
+    told = capsys.readouterr().err.replace("\n", " ")
+    assert said in told and '| expression = "a * torque_Nm"' in told and "^" in told
+
+
 def test_a_case_keeps_the_unit_in_which_a_parameter_was_stated() -> None:
     a = {"unit": "arcsec/(N m)", "start": 0.21, "min": 0.0, "max": 3.3}
     own = effects.expression("shaft", "series", "a * torque_Nm", {"a": a})

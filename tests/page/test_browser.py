@@ -197,6 +197,10 @@ def test_what_is_exported_gives_the_same_again(dev04: Any, tmp_path: Path) -> No
 
 
 def test_the_drive_follows_its_sliders(dev04: Any) -> None:
+    # Whatever model another test left on.
+    dev04.click("#model-bar >> text=as stated")
+    dev04.click("#show-answer")
+    dev04.wait_for_selector("#missing [data-effect=friction_hysteresis][aria-checked=true]")
     before = dev04.text_content("#drive-facts")
     slider = dev04.locator("#drive [data-key=torque_Nm]")
     slider.focus()
@@ -265,7 +269,7 @@ def a_formula_is_checked_as_typed(live: Any, draft: str) -> None:
     live.fill("#own-expression", "a * torqe_Nm * (")
     live.wait_for_function("() => document.querySelector('#own-mistake').textContent.includes('^')")
     assert live.is_disabled("#own-fit")
-    live.fill("#own-expression", "a * log(torque_Nm)")
+    live.fill("#own-expression", "a * torque_Nm * log(torque_Nm)")
     live.wait_for_function(
         "() => document.querySelector('#own-mistake').textContent.includes('no number at')"
     )

@@ -98,6 +98,7 @@ def test_an_own_effect_is_checked_as_it_is_typed_fitted_and_exported(
     assert "torque_Nm" in told["message"]
     assert client.post("/api/own/fit", json=effect).status_code == 400
     effect["expression"] = "a * torque_Nm * abs(torque_Nm)"
+    effect["parameters"][0]["unit"] = ""
     assert client.post("/api/own/check", json=effect).json() == {
         "ok": True,
         "message": "",

@@ -15,10 +15,11 @@ from types import SimpleNamespace
 import pytest
 from starlette.testclient import TestClient
 
-from cbpt.errors import InvalidInputError
+from cbpt.errors import CaseError, InvalidInputError
 from cbpt.page.report import WEB
 from cbpt.page.workbench import session as sessions
 from cbpt.page.workbench.job import Job
+from cbpt.page.workbench.own_check import own_effect_of, refusal
 from cbpt.page.workbench.serve import _listening
 from cbpt.page.workbench.server import _mark
 from cbpt.page.workbench.session import CLOSING_S, Session
@@ -148,3 +149,13 @@ def test_readings_are_diagnosed_again_with_an_own_effect_and_the_headline_follow
     assert before["verdict"]["effects"] != ["groove_damage"]
     assert "groove_damage" in after["verdict"]["effects"]
     assert after["after"]["rmse_arcsec"] < 0.2 * after["before"]["rmse_arcsec"]
+
+
+def test_a_unit_that_does_not_fit_is_told_with_the_one_that_does() -> None:
+    a = {"name": "a", "unit": "rad/(N m)", "start": 1e-6}
+    effect = {"id": "mine", "port": "series", "expression": "a * torque_Nm^2", "parameters": [a]}
+    with pytest.raises(CaseError) as error:
+        own_effect_of(effect)
+    told = refusal(error.value, effect)
+    assert (told["column"], told["field"]) == (1, "expression")
+    assert told["message"].endswith("a series term is an angle: give a in rad/(N m)^2")

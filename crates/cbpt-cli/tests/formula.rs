@@ -301,6 +301,111 @@ proptest! {
     }
 }
 
+/// What is told of a formula whose parameters have these units; empty where it is taken.
+fn told_of_units(adds_to: AddsTo, text: &str, units: &[(&str, &str)]) -> String {
+    let parameter =
+        |(name, unit): &(&str, &str)| OwnParameter { unit: (*unit).into(), ..parameter(name, 1.0) };
+    let found = Formula::new("mine", adds_to, text, units.iter().map(parameter).collect());
+    found.map_or_else(|wrong| format!("{}: {}", wrong.character, wrong.problem), |_| String::new())
+}
+
+#[test]
+fn a_unit_that_does_not_fit_is_refused_with_the_one_that_does() {
+    for (adds_to, text, units, told) in [
+        (
+            AddsTo::Series,
+            "a * torque_Nm",
+            &[("a", "N/um")] as &[_],
+            "1: a is in N/um, so a * torque_Nm is in N^2; a series term is an angle: give a in arcsec/(N m)",
+        ),
+        (
+            AddsTo::Series,
+            "a * torque_Nm * log(1 + run_time_s / tau)",
+            &[("a", "rad/(N m)"), ("tau", "arcsec")],
+            "25: tau is in arcsec, so run_time_s / tau is in s/rad; the argument of log is a plain number or an angle: \
+             give tau in s",
+        ),
+        (
+            AddsTo::Series,
+            "a * (abs(torque_Nm) - t)",
+            &[("a", "rad/(N m)"), ("t", "arcsec")],
+            "23: t is in arcsec; it stands beside abs(torque_Nm), which is in N m: give t in N m",
+        ),
+        (
+            AddsTo::Series,
+            "a * (t + abs(torque_Nm))",
+            &[("a", "rad/(N m)"), ("t", "arcsec")],
+            "6: t is in arcsec; it stands beside abs(torque_Nm), which is in N m: give t in N m",
+        ),
+        (
+            AddsTo::Series,
+            "a * direction + b * torque_Nm^2",
+            &[("a", "arcsec"), ("b", "rad/(N m)")],
+            "17: b is in rad/(N m), so b * torque_Nm^2 is in rad N m; a series term is an angle: give b in rad/(N m)^2",
+        ),
+        (
+            AddsTo::Reading,
+            "-(sin(input_angle_rad) * max(b, 0))",
+            &[("b", "1/arcsec")],
+            "2: b is in 1/arcsec, so (sin(input_angle_rad) * max(b, 0)) is in 1/arcsec; a reading term is an angle: \
+             give b in arcsec",
+        ),
+        (
+            AddsTo::Torque,
+            "preload_N * r",
+            &[("r", "1")],
+            "1: r is in 1, so preload_N * r is in N; a term of torque_Nm is a torque: give r in um",
+        ),
+        (
+            AddsTo::Preload,
+            "torque_Nm / sqrt(r)",
+            &[("r", "um")],
+            "1: r is in um, so torque_Nm / sqrt(r) is in m^0.5 N; a term of preload_N is a force: give r in m^2",
+        ),
+        (
+            AddsTo::Series,
+            "a * torque_Nm ^ n",
+            &[("a", "rad/(N m)"), ("n", "N m")],
+            "17: n is in N m; an exponent is a plain number: give n as a plain number",
+        ),
+    ] {
+        assert_eq!(told_of_units(adds_to, text, units), told);
+    }
+}
+
+/// What is free or cannot be decided is not refused: numbers, parameters without a unit, powers with a free exponent.
+#[test]
+fn a_formula_whose_units_fit_or_cannot_be_decided_is_taken() {
+    let series: [(&str, &[(&str, &str)]); 16] = [
+        ("a * torque_Nm", &[("a", "")]),
+        ("a * torque_Nm", &[("a", "arcsec/(lbf in)")]),
+        ("a / b * torque_Nm", &[("a", "mrad"), ("b", "kN m")]),
+        ("torque_Nm / k", &[("k", "N m/arcmin")]),
+        ("1e-6 * torque_Nm + log(torque_Nm - 10)", &[]),
+        ("a * tanh(torque_Nm / 5)", &[("a", "arcsec")]),
+        ("a * tanh(torque_Nm / b)", &[("a", "arcsec"), ("b", "")]),
+        ("u * (abs(torque_Nm) / pitch_arm_m)^q / pitch_arm_m", &[("u", "m/N^0.8"), ("q", "")]),
+        ("a * abs(torque_Nm)^(1/3) * sign(torque_Nm)", &[("a", "rad/(N m)^0.333333333333")]),
+        ("a * sign(torque_Nm) * max(abs(torque_Nm) - t, 0)", &[("a", "rad/(N m)"), ("t", "N m")]),
+        ("a * exp(k * (cos(input_angle_rad - c) - 1))", &[("a", "rad"), ("k", ""), ("c", "deg")]),
+        ("a * sin(z * input_angle_rad + phi)", &[("a", "arcsec"), ("z", "1"), ("phi", "rad")]),
+        ("a * cycles_done + d * temperature_difference_K", &[("a", "arcsec/cycle"), ("d", "arcsec/K")]),
+        ("q * alpha_rad^2 + (g - 1) * alpha_rad", &[("q", "1/arcsec"), ("g", "")]),
+        ("w * preload_N / (c * pitch_arm_m)", &[("w", "um/m"), ("c", "N/um")]),
+        ("a * torque_Nm^0 * sqrt(preload_N / f)^3", &[("a", "rad"), ("f", "kN")]),
+    ];
+    for (text, units) in series {
+        assert_eq!(told_of_units(AddsTo::Series, text, units), "", "{text}");
+    }
+    for (adds_to, text, units) in [
+        (AddsTo::Preload, "c * temperature_difference_K", &[("c", "N/K")] as &[_]),
+        (AddsTo::Preload, "-e * preload_N", &[("e", "1")]),
+        (AddsTo::Torque, "k * sin(input_angle_rad) * preload_N", &[("k", "um")]),
+    ] {
+        assert_eq!(told_of_units(adds_to, text, units), "", "{text}");
+    }
+}
+
 /// The angle follows from the load.
 #[test]
 fn the_load_does_not_know_the_angle() {

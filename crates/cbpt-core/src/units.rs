@@ -3,13 +3,15 @@
 //! - [`Quantity`]: what a number measures, with its units ([`Quantity::units`], SI first);
 //! - [`Unit`]: a unit, how it is written, and its exact way to SI;
 //! - [`all`]: every unit of every quantity;
-//! - [`compound`]: units made of those of the table, as `arcsec/(N m)`.
+//! - [`compound`]: units made of those of the table, as `arcsec/(N m)`;
+//! - [`dimension`]: what a number is a product of, whatever its unit.
 //!
 //! Each unit is 10^d n/m pi^k times the SI unit with whole numbers n and m, so a conversion is rounded once:
 //! 1.2 mm, 1200 um and 0.0012 m are one number. Sources: SI brochure (BIPM 2019), tables 4 to 8; pound-force and inch:
 //! NIST SP 811 (2008), appendix B.8.
 
 pub mod compound;
+pub mod dimension;
 
 use std::f64::consts::PI;
 

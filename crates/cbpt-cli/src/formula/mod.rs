@@ -2,8 +2,10 @@
 //!
 //! - [`parse`]: text to a tree, by a grammar that holds arithmetic and a dozen functions and nothing else;
 //! - [`value`]: the tree's value in dual numbers;
+//! - `dimension`: whether the stated units of its parameters make of it what its port adds to;
 //! - here: [`Formula`], the own effect made of it.
 
+mod dimension;
 pub mod parse;
 pub mod value;
 
@@ -43,6 +45,7 @@ impl Formula {
             let problem = "alpha_rad follows from the load, so it is not known at the port load".into();
             return Err(Wrong { character, problem, name: String::new(), known: Vec::new() });
         }
+        dimension::check(&tree, &text, &parameters, adds_to)?;
         Ok(Self { id: id.into(), adds_to, text, tree, parameters })
     }
 

@@ -8,7 +8,7 @@ use pest::error::InputLocation;
 use pest::iterators::{Pair, Pairs};
 use pest::pratt_parser::{Assoc, Op, PrattParser};
 
-use super::value::{FUNCTIONS, Function, Infix, Node};
+use super::value::{FUNCTIONS, Function, Infix, Node, What};
 
 use grammar::{Grammar, Rule};
 
@@ -56,7 +56,7 @@ pub fn tree(text: &str, parameters: &[&str]) -> Result<Node, Wrong> {
 }
 
 impl Wrong {
-    fn at(text: &str, byte: usize, problem: impl Into<String>) -> Self {
+    pub(super) fn at(text: &str, byte: usize, problem: impl Into<String>) -> Self {
         let character = text.get(..byte).map_or(1, |before| before.chars().count() + 1);
         Self { character, problem: problem.into(), name: String::new(), known: Vec::new() }
     }
@@ -111,7 +111,9 @@ impl Reader<'_> {
         PRECEDENCE
             .map_primary(|part| self.part(part))
             .map_prefix(|sign, node| {
-                Ok(if sign.as_rule() == Rule::minus { Node::Minus(Box::new(node?)) } else { node? })
+                let node = node?;
+                let at = sign.as_span().start()..node.at.end;
+                Ok(if sign.as_rule() == Rule::minus { What::Minus(Box::new(node)).at(at) } else { node })
             })
             .map_infix(|left, sign, right| {
                 let byte = sign.as_span().start();
@@ -122,34 +124,38 @@ impl Reader<'_> {
                     Rule::divide => Infix::Divide,
                     _ => Infix::Power,
                 };
-                self.finite(Node::Infix(infix, Box::new([left?, right?])), byte)
+                let (left, right) = (left?, right?);
+                let at = left.at.start..right.at.end;
+                self.finite(What::Infix(infix, Box::new([left, right])).at(at), byte)
             })
             .parse(parts)
     }
 
     fn part(&self, part: Pair<'_, Rule>) -> Result<Node, Wrong> {
-        let byte = part.as_span().start();
+        let span = part.as_span();
+        let (byte, at) = (span.start(), span.start()..span.end());
         match part.as_rule() {
             Rule::number => {
                 let value = part.as_str().parse().ok().filter(|value: &f64| value.is_finite());
                 let wrong = || Wrong::at(self.text, byte, format!("{} is no finite number", part.as_str()));
-                value.map(Node::Number).ok_or_else(wrong)
+                value.map(|value| What::Number(value).at(at)).ok_or_else(wrong)
             }
-            Rule::name => self.name(part.as_str(), byte),
-            Rule::call => self.call(part.into_inner(), byte),
-            _ => self.sum(part.into_inner()),
+            Rule::name => Ok(self.name(part.as_str(), byte)?.at(at)),
+            Rule::call => self.finite(self.call(part.into_inner(), byte)?.at(at), byte),
+            // With its brackets, where it has some.
+            _ => Ok(Node { at, ..self.sum(part.into_inner())? }),
         }
     }
 
-    fn name(&self, name: &str, byte: usize) -> Result<Node, Wrong> {
+    fn name(&self, name: &str, byte: usize) -> Result<What, Wrong> {
         if let Some(place) = self.parameters.iter().position(|known| *known == name) {
-            return Ok(Node::Parameter(place));
+            return Ok(What::Parameter(place));
         }
         if name == "pi" {
-            return Ok(Node::Number(std::f64::consts::PI));
+            return Ok(What::Number(std::f64::consts::PI));
         }
         if let Some(variable) = Variable::find(name) {
-            return Ok(Node::Variable(variable));
+            return Ok(What::Variable(variable));
         }
         if Function::find(name).is_some() {
             return Err(Wrong::at(
@@ -174,7 +180,7 @@ impl Reader<'_> {
         }
     }
 
-    fn call(&self, mut parts: Pairs<'_, Rule>, byte: usize) -> Result<Node, Wrong> {
+    fn call(&self, mut parts: Pairs<'_, Rule>, byte: usize) -> Result<What, Wrong> {
         let name = parts.next().map(|name| name.as_str()).unwrap_or_default();
         let Some(function) = Function::find(name) else {
             let known = FUNCTIONS.iter().map(|(_, name, _)| (*name).to_owned()).collect();
@@ -184,7 +190,7 @@ impl Reader<'_> {
         let given: Vec<Node> = parts.map(|part| self.sum(part.into_inner())).collect::<Result<_, _>>()?;
         let wanted = function.arguments();
         if given.len() == wanted {
-            return self.finite(Node::Call(function, given), byte);
+            return Ok(What::Call(function, given));
         }
         let problem = format!(
             "{name} takes {wanted} argument{}, not {}",

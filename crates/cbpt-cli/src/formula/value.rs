@@ -1,11 +1,22 @@
 //! A formula's tree and its value in dual numbers, so that slopes are exact.
 
+use std::ops::Range;
+
 use cbpt_core::effect::dual::Dual;
 use cbpt_core::effect::own::{At, Variable};
 
-/// A part of a formula.
+/// A part of a formula, and where it stands.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Node {
+pub struct Node {
+    /// What it is.
+    pub what: What,
+    /// Its bytes in the text.
+    pub at: Range<usize>,
+}
+
+/// What a part of a formula is.
+#[derive(Debug, Clone, PartialEq)]
+pub enum What {
     /// A number.
     Number(f64),
     /// A parameter by its place.
@@ -71,6 +82,11 @@ impl Function {
         FUNCTIONS.iter().find(|(_, known, _)| *known == name).map(|(function, ..)| *function)
     }
 
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        FUNCTIONS.iter().find(|(function, ..)| *function == self).map_or("", |(_, name, _)| name)
+    }
+
     /// How many arguments it takes.
     pub fn arguments(self) -> usize {
         FUNCTIONS.iter().find(|(function, ..)| *function == self).map_or(1, |(.., count)| *count)
@@ -106,6 +122,13 @@ impl Function {
     }
 }
 
+impl What {
+    /// The part that stands at these bytes.
+    pub fn at(self, at: Range<usize>) -> Node {
+        Node { what: self, at }
+    }
+}
+
 impl Infix {
     fn value(self, x: Dual, y: Dual) -> Dual {
         match self {
@@ -121,13 +144,13 @@ impl Infix {
 impl Node {
     /// Its value at a row, given the parameters.
     pub fn value(&self, own: &[Dual], at: &At<'_>) -> Dual {
-        match self {
-            Self::Number(number) => Dual::constant(*number),
-            Self::Parameter(place) => own[*place],
-            Self::Variable(variable) => at.get(*variable),
-            Self::Minus(part) => -part.value(own, at),
-            Self::Infix(infix, parts) => infix.value(parts[0].value(own, at), parts[1].value(own, at)),
-            Self::Call(function, parts) => {
+        match &self.what {
+            What::Number(number) => Dual::constant(*number),
+            What::Parameter(place) => own[*place],
+            What::Variable(variable) => at.get(*variable),
+            What::Minus(part) => -part.value(own, at),
+            What::Infix(infix, parts) => infix.value(parts[0].value(own, at), parts[1].value(own, at)),
+            What::Call(function, parts) => {
                 let mut values = parts.iter().map(|part| part.value(own, at));
                 let first = values.next().unwrap_or(Dual::constant(f64::NAN));
                 function.value(first, values.next())
@@ -138,12 +161,12 @@ impl Node {
     /// Its value where it depends on nothing.
     pub fn constant(&self) -> Option<f64> {
         let of = |part: &Self| part.constant().map(Dual::constant);
-        Some(match self {
-            Self::Number(number) => *number,
-            Self::Parameter(_) | Self::Variable(_) => return None,
-            Self::Minus(part) => -part.constant()?,
-            Self::Infix(infix, parts) => infix.value(of(&parts[0])?, of(&parts[1])?).value,
-            Self::Call(function, parts) => {
+        Some(match &self.what {
+            What::Number(number) => *number,
+            What::Parameter(_) | What::Variable(_) => return None,
+            What::Minus(part) => -part.constant()?,
+            What::Infix(infix, parts) => infix.value(of(&parts[0])?, of(&parts[1])?).value,
+            What::Call(function, parts) => {
                 let first = of(parts.first()?)?;
                 let second = match parts.get(1) {
                     Some(part) => Some(of(part)?),
@@ -156,12 +179,12 @@ impl Node {
 
     /// Whether it depends on a variable.
     pub fn uses(&self, variable: Variable) -> bool {
-        match self {
-            Self::Number(_) | Self::Parameter(_) => false,
-            Self::Variable(found) => *found == variable,
-            Self::Minus(part) => part.uses(variable),
-            Self::Infix(_, parts) => parts.iter().any(|part| part.uses(variable)),
-            Self::Call(_, parts) => parts.iter().any(|part| part.uses(variable)),
+        match &self.what {
+            What::Number(_) | What::Parameter(_) => false,
+            What::Variable(found) => *found == variable,
+            What::Minus(part) => part.uses(variable),
+            What::Infix(_, parts) => parts.iter().any(|part| part.uses(variable)),
+            What::Call(_, parts) => parts.iter().any(|part| part.uses(variable)),
         }
     }
 }

@@ -51,6 +51,7 @@ use super::dual::Dual;
 use super::port::{DriveNumbers, Row};
 use super::spec::Port;
 use crate::error::InvalidInput;
+use crate::units::Quantity;
 
 /// What an own effect adds to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -81,6 +82,15 @@ impl AddsTo {
             Self::Torque => "torque_Nm",
             Self::Preload => "preload_N",
             Self::Series | Self::Reading => "angle_rad",
+        }
+    }
+
+    /// What is added.
+    pub fn quantity(self) -> Quantity {
+        match self {
+            Self::Torque => Quantity::Torque,
+            Self::Preload => Quantity::Force,
+            Self::Series | Self::Reading => Quantity::Angle,
         }
     }
 
@@ -198,6 +208,19 @@ pub const VARIABLES: [(Variable, &str, &str); 11] = [
 ];
 
 impl Variable {
+    /// What it measures.
+    pub fn quantity(self) -> Quantity {
+        match self {
+            Self::Torque => Quantity::Torque,
+            Self::Preload => Quantity::Force,
+            Self::InputAngle | Self::Angle => Quantity::Angle,
+            Self::Time | Self::RunTime => Quantity::Time,
+            Self::TemperatureDifference => Quantity::Temperature,
+            Self::PitchArm => Quantity::Length,
+            Self::CyclesDone | Self::Direction | Self::PlanetTurn => Quantity::Number,
+        }
+    }
+
     /// The variable of a name.
     pub fn find(name: &str) -> Option<Self> {
         VARIABLES.iter().find(|(_, known, _)| *known == name).map(|(variable, ..)| *variable)

@@ -1,10 +1,11 @@
 //! Units made of those of the table: `arcsec/(N m)`, `rad/(N m)^3`, `lbf in/deg`.
 //!
-//! - [`read`]: a unit as people write it, as its size in SI and the SI unit in the same form.
+//! - [`read`]: a unit as people write it, as its size in SI, the SI unit in the same form, and its dimension.
 //!
 //! Products stand with a blank, `*`, a dot or a hyphen, quotients with `/` from left to right, powers with `^`. Words that
 //! together are a unit of the table are one: `rad/N m` is rad/(N m).
 
+use super::dimension::Dimension;
 use super::{Quantity, Unit, all};
 
 /// A unit that was read.
@@ -14,7 +15,12 @@ pub struct Compound {
     pub size: f64,
     /// The SI unit in the same form: `rad/(N m)` of `arcsec/(N m)`.
     pub si: String,
+    /// What it is a product of.
+    pub dimension: Dimension,
 }
+
+/// Of a plain number.
+const PLAIN: Compound = Compound { size: 1.0, si: String::new(), dimension: Dimension::NUMBER };
 
 /// Most words that are one unit: `lbf in`, `in lbf`.
 const MOST_WORDS: usize = 2;
@@ -27,7 +33,7 @@ const COUNTS: [&str; 3] = ["1", "cycle", "cycles"];
 /// What is no unit, in words that a message can hold.
 pub fn read(text: &str) -> Result<Compound, String> {
     if text.trim().is_empty() {
-        return Ok(Compound { size: 1.0, si: String::new() });
+        return Ok(PLAIN);
     }
     let parts = parts(text);
     let alone: Vec<&str> = parts.iter().filter_map(Part::word).collect();
@@ -125,7 +131,7 @@ impl Reader<'_> {
         while self.takes('/') {
             // One factor alone stands below the line, and what follows it above: rad/s/(N m), rad/(N m) N.
             let below = self.factor()?;
-            found = Compound { size: found.size / below.size, si: divided(&found.si, &below.si) };
+            found = over(&found, &below);
             while matches!(self.next(), Some(Part::Word(_) | Part::Sign('('))) {
                 found = times(&found, &self.factor()?);
             }
@@ -155,7 +161,7 @@ impl Reader<'_> {
         self.at += 1;
         let si = if inner.si.contains([' ', '/', '^']) { format!("({})", inner.si) } else { inner.si };
         let si = if si.is_empty() { si } else { format!("{si}^{power}") };
-        Ok(Compound { size: inner.size.powf(power), si })
+        Ok(Compound { size: inner.size.powf(power), si, dimension: inner.dimension.power(power) })
     }
 
     /// A unit of the table, of as many words as make one.
@@ -168,13 +174,14 @@ impl Reader<'_> {
             let Some(words) = words else { continue };
             if let Some(unit) = known(&words.concat()) {
                 self.at += count;
-                return Ok(Compound { size: unit.size(), si: unit.quantity.si().written.into() });
+                let (si, dimension) = (unit.quantity.si().written.into(), unit.quantity.dimension());
+                return Ok(Compound { size: unit.size(), si, dimension });
             }
         }
         match self.next() {
             Some(Part::Word(word)) if COUNTS.contains(&word.as_str()) => {
                 self.at += 1;
-                Ok(Compound { size: 1.0, si: String::new() })
+                Ok(PLAIN)
             }
             Some(part) => Err(format!("{part} is no unit that is known")),
             None => Err("the unit ends where another part is needed".into()),
@@ -184,7 +191,13 @@ impl Reader<'_> {
 
 fn times(one: &Compound, other: &Compound) -> Compound {
     let blank = if one.si.is_empty() || other.si.is_empty() { "" } else { " " };
-    Compound { size: one.size * other.size, si: format!("{}{blank}{}", one.si, other.si) }
+    let si = format!("{}{blank}{}", one.si, other.si);
+    Compound { size: one.size * other.size, si, dimension: one.dimension.times(other.dimension) }
+}
+
+fn over(one: &Compound, other: &Compound) -> Compound {
+    let (si, dimension) = (divided(&one.si, &other.si), one.dimension.over(other.dimension));
+    Compound { size: one.size / other.size, si, dimension }
 }
 
 fn divided(above: &str, below: &str) -> String {

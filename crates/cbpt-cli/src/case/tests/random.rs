@@ -125,7 +125,9 @@ fn any_effect() -> impl Strategy<Value = EffectEntry> {
         proptest::sample::select(vec![AddsTo::Torque, AddsTo::Preload, AddsTo::Series, AddsTo::Reading]);
     let own =
         (adds_to, btree_map("p[A-Za-z0-9_]{0,8}_", parameter, 0..4)).prop_map(|(adds_to, parameters)| {
-            let expression = parameters.keys().fold("torque_Nm".to_owned(), |text, name| text + " * " + name);
+            // A number has whatever dimension is needed, so that any units fit.
+            let expression =
+                parameters.keys().fold("2 * torque_Nm".to_owned(), |text, name| text + " * " + name);
             let parameter =
                 |(name, (unit, start, below, above)): (String, (String, f64, Option<f64>, Option<f64>))| {
                     let (min, max) = (below.map(|below| start - below), above.map(|above| start + above));
