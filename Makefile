@@ -14,7 +14,7 @@ export PIP_NO_COMPILE := 1
 # Two processes on two cores, so none of them needs threads for linear algebra.
 PYTEST := OPENBLAS_NUM_THREADS=1 $(PYTHON) -m pytest -n 2 --dist worksteal
 
-.PHONY: help build demo test rust python package wheel wheels audit fuzz mutants bench test-long trial trial-short instructions setup-browser screenshots docs format clean
+.PHONY: help build demo test plain rust lint pytest python package wheel wheels audit fuzz mutants bench test-long trial trial-short instructions setup-browser screenshots docs format clean
 help:  ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
 
@@ -31,9 +31,13 @@ build: $(VENV)/installed  ## release build into .venv: the cbpt command and the 
 demo: build  ## the main job on bundled input
 	@$(PYTHON) examples/demo.py $(OUT)
 
-test: rust python package  ## everything that CI checks
+test: pytest rust lint package  ## everything that CI checks
 
-rust:  ## format, lints, tests and documentation of the Rust crates
+# What rust compiles anyway. pytest needs it, and would wait for the lints to let go of the build directory.
+plain:  # the plain binary, whose answers the package's are compared with
+	cargo build --quiet --workspace --bin cbpt --examples
+
+rust: plain  ## format, lints, tests and documentation of the Rust crates
 	cargo fmt --all --check
 	cargo clippy --workspace --lib --bins --examples --tests -- -D warnings
 	cargo test --workspace --quiet
@@ -48,7 +52,9 @@ setup-browser: $(VENV)/tested  ## Debian's Chromium for the tests of the page: b
 	then apt-get update -qq && apt-get install -y -qq --no-install-recommends chromium >/dev/null && chromium --version; \
 	else echo 'No Chromium and not root: the browser tests will be skipped (apt-get install chromium).'; fi
 
-python: build $(VENV)/tested  ## lints, types, stubs and tests of the Python package
+python: lint pytest  ## lints, types, stubs and tests of the Python package
+
+lint: build $(VENV)/tested
 	$(VENV)/bin/deno fmt --check --quiet
 	$(VENV)/bin/deno lint --quiet
 	$(VENV)/bin/deno check --quiet python/cbpt/page/web
@@ -56,8 +62,10 @@ python: build $(VENV)/tested  ## lints, types, stubs and tests of the Python pac
 	$(VENV)/bin/ruff format --check
 	$(VENV)/bin/mypy
 	git diff --exit-code -- python/cbpt/_core.pyi  # the stub is the build's own
-	$(PYTHON) -m mypy.stubtest cbpt._core
-	cargo build --quiet --workspace --bin cbpt --examples  # the plain binary, whose answers the package's are compared with
+	$(PYTHON) -m mypy.stubtest --mypy-config-file .ci/stubtest.ini cbpt._core
+
+# While one test waits for a browser or a process, the compilers go on: in CI this begins with them, not after them.
+pytest: build plain $(VENV)/tested
 	$(PYTEST)
 
 test-long: build $(VENV)/tested  ## some claims of the tests on more cases than `make test` has time for
@@ -108,9 +116,13 @@ fuzz: build $(VENV)/tested  ## parsers and readers on edited seeds, FUZZ_SECONDS
 	FUZZ_SECONDS=$(FUZZ_SECONDS) cargo test --release --quiet -p cbpt-cli --test fuzz -- --nocapture
 	FUZZ_SECONDS=$(FUZZ_SECONDS) $(PYTHON) -m pytest -s tests/readings/test_fuzz.py
 
-SHARD ?= 1/24
-mutants: $(VENV)/tested  ## mutants of the mechanics (cargo-mutants; SHARD=K/N of them) and of the decision: docs/explanation/tests.md
-	PROPTEST_CASES=60 cargo mutants -j1 --shard $(SHARD) --sharding round-robin -o $(OUT)
+$(VENV)/mutated: $(VENV)/tested
+	$(PYTHON) -m pip install -q --group mutants
+	touch $@
+
+SHARD ?= 0/20
+mutants: $(VENV)/mutated  ## mutants of the mechanics (listed by cargo-mutants; SHARD=K/N of them) and of the decision: docs/explanation/tests.md
+	$(PYTHON) benches/core_mutants.py --shard $(SHARD)
 	$(PYTHON) benches/mutants.py
 
 $(VENV)/benched: $(VENV)/installed

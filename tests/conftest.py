@@ -22,6 +22,12 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Tests of the development sets stand together, so that one process diagnoses each set once for
+    all of them: where there are several, each begins with a part of the list."""
+    items.sort(key=lambda item: not hasattr(getattr(item, "module", None), "diagnosed"))
+
+
 @pytest.fixture(scope="session", autouse=True)
 def _near_alone() -> Iterator[None]:
     """Of models prepared ahead only those one switch away: the others take half a minute of each

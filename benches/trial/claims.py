@@ -20,7 +20,10 @@ from trial.adapter import NOTHING_MISSING
 
 Outcome = Mapping[str, Any]
 RIG = frozenset(
-    ("run_offset", "drift", "sensor_nonlinearity", "sensor_gain", "torque_scale", "preload_scale")
+    (
+        *("run_offset", "drift", "sensor_nonlinearity", "sensor_gain"),
+        *("torque_scale", "torque_zero", "preload_scale"),
+    )
 )
 """What belongs to the instrument, not to the drive."""
 CONFIDENT = 0.9

@@ -47,7 +47,7 @@ SHORT: dict[Family | Wider, tuple[int, ...]] = {
     "three": tuple(range(12)),
     "slide": tuple(range(15)),
     "coarse": tuple(range(20)),
-    "artefact": tuple(range(20)),
+    "artefact": tuple(range(24)),
     "small": tuple(range(24)),
     "lawless": tuple(range(18)),
     "spring": tuple(range(24)),

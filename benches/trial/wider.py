@@ -284,7 +284,7 @@ def _coarse(draw: Draw, index: int) -> Made:
 
 
 def _artefact(draw: Draw, index: int) -> Made:
-    made, _ = nothing(draw, Wanted(ARTEFACTS[index % len(ARTEFACTS)]))
+    made, _ = nothing(draw, Wanted(_TURNS[index % len(_TURNS)]))
     made.truth["answer"]["kinds"] = ["complete", "rig"]
     return made, None
 
@@ -331,6 +331,9 @@ def _lawless(draw: Draw, index: int) -> Made:
 def _spring(draw: Draw, index: int) -> Made:
     return spring_set(draw.rng, draw.noise_factor, index)
 
+
+_TURNS = (*ARTEFACTS[:-1] * 4, *ARTEFACTS[-1:] * 4)
+"""Artefacts in the order in which they are made: the last one came to the others later."""
 
 MAKERS: dict[Wider, Callable[[Draw, int], Made]] = {
     "one": _one,

@@ -2,7 +2,7 @@
 
     python docs/site/screenshots.py FOLDER
 
-The script reaches every state as a user would. Pictures have few colours, so that files stay small.
+The script reaches every state as a user would. Pictures have 256 colours, so that files stay small.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ sys.path.insert(0, str(TOP / "tests"))
 from common.browser import chromium, open_campaign, watched, workbench  # noqa: E402
 from common.hidden import FOLDER  # noqa: E402
 
-COLOURS = 96
+COLOURS = 256
 ON = "#missing [data-effect={}][aria-checked=true]"
 
 
@@ -92,7 +92,10 @@ def save(raw: bytes, path: Path) -> None:
     from PIL import Image
 
     picture = Image.open(io.BytesIO(raw)).convert("RGB")
-    picture.quantize(COLOURS, dither=Image.Dither.NONE).save(path, optimize=True)
+    # First colours far from each other, or those of a few points are lost; then the means of what
+    # is near them.
+    few = picture.quantize(COLOURS, Image.Quantize.MAXCOVERAGE, kmeans=3, dither=Image.Dither.NONE)
+    few.save(path, optimize=True)
     print(f"{path}: {picture.size[0]} x {picture.size[1]}, {path.stat().st_size // 1024} kB")
 
 

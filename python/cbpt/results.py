@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from cbpt._core import Case, Drive, Predictor, Unit, solve_angles
 from cbpt.errors import InvalidInputError
+from cbpt.sketch import against
 from cbpt.units import UNITS
 
 __all__ = ["ANGLE_UNITS", "ARCSEC_PER_RAD", "Angles", "solve_many"]
@@ -83,9 +84,11 @@ class Angles:
         return int(self.torque_Nm.size)
 
     def _repr_html_(self) -> str:
-        """As a notebook shows it: a table of the first loads."""
-        columns = ("torque_Nm", "preload_N", "input_angle_deg", "elastic_angle_arcsec", "status")
-        return first_rows(repr(self), {name: getattr(self, name) for name in columns})
+        """As a notebook shows it: a table of the first loads, and the angle over them."""
+        loads = {n: getattr(self, n) for n in ("torque_Nm", "preload_N", "input_angle_deg")}
+        angle = self.elastic_angle_arcsec
+        found = loads | {"elastic_angle_arcsec": angle, "status": self.status}
+        return first_rows(repr(self), found) + against(loads, "elastic_angle_arcsec", angle)
 
     def __repr__(self) -> str:
         solved = int(np.count_nonzero(self.has_solution))

@@ -106,10 +106,10 @@ from cbpt.cli.main import main
 {before}
 sys.exit(main())
 """
-# As in conftest.py: models two switches away would be fitted behind whatever test comes next.
-_NEAR_ALONE = """
-from cbpt.page.workbench import ahead
-ahead.MOST_FAR = 0
+# Models that may be asked for next would be fitted behind whatever test comes next.
+_NOTHING_AHEAD = """
+from cbpt.page.workbench.ahead import Ahead
+Ahead.around = lambda self, *models: None
 """
 # Seconds for each campaign that is opened, for one plot.
 _FEW_MATRICES = """
@@ -126,10 +126,10 @@ def workbench(
 ) -> Iterator[str]:
     """A workbench in a process of its own; its address.
 
-    whole: it prepares models two switches away too, as a user's does, and the matrix of effects
-    that can be told apart; else that of so many campaigns.
+    whole: it prepares models that may be asked for next, as a user's does, and the matrix of
+    effects that can be told apart; else that of so many campaigns.
     """
-    before = "" if whole else f"MATRICES = {matrices}{_NEAR_ALONE}{_FEW_MATRICES}"
+    before = "" if whole else f"MATRICES = {matrices}{_NOTHING_AHEAD}{_FEW_MATRICES}"
     flags = ["--no-browser", *([] if port is None else ["--port", str(port)])]
     process = subprocess.Popen(
         [

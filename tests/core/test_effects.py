@@ -167,7 +167,8 @@ def test_every_effect_that_the_rig_has_is_compared() -> None:
     ids = [spec.id for spec in _core.effect_specs() if "ball_drive" in spec.reducers]
     # test_loop_forms.py, test_breakaway.py
     of_loops = {"hard_stop", "distributed_friction", "rate_friction", "breakaway_friction"}
-    assert set(SAME) == set(ids) - {"run_offset"} - of_loops == set(LIBRARY) - {"run_offset"}
+    alone = {"run_offset", "torque_zero", *of_loops}
+    assert set(SAME) == set(ids) - alone == set(LIBRARY) - {"run_offset"}
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -182,6 +183,18 @@ def test_an_effect_is_that_of_the_rig(effect_id: str, case: str) -> None:
     plain = simulate(rig_drive(CASES[case]), ROWS)
     assert np.abs(wanted - plain).max() > 0.1 * ARCSEC
     np.testing.assert_allclose(prediction.angle_rad, wanted, rtol=1e-8, atol=1e-12)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_zero_error_of_the_torque_is_another_torque(case: str) -> None:
+    """Under all that follows from the torque."""
+    others = ["eccentric_bearing", "preload_spring", "sensor_nonlinearity"]
+    found = predictor(Drive.from_dict(CASES[case]), ["torque_zero", *others])
+    numbers = [{"zero_error_Nm": 0.3}, *(SAME[each][1](SAME[each][0])[0] for each in others)]
+    shifted = replace(ROWS, torque_Nm=ROWS.torque_Nm - 0.3)
+    wanted = simulate(rig_drive(CASES[case]), shifted, [of_rig(each) for each in others])
+    angle = found.predict(values_of(found, numbers)).angle_rad
+    np.testing.assert_allclose(angle, wanted, rtol=1e-8, atol=1e-12)
 
 
 def test_effects_together_are_those_of_the_rig() -> None:

@@ -100,3 +100,36 @@ def test_a_stiffer_contact_is_no_preload_in_another_unit() -> None:
     assert plain.preload_N is not None
     with pytest.raises(cbpt.ReadingsError, match=r"multiplied by 4\.44822"):
         cbpt.diagnose(CASE, replace(plain, preload_N=plain.preload_N / 4.448222))
+
+
+def test_a_torque_sensor_off_zero_is_no_nonlinear_angle_sensor() -> None:
+    """Where the drive is soft the angle is off, at torques of both signs alike."""
+    readings = cbpt.simulate(CASE, TABLE, effects=[("torque_zero", {"zero_error_Nm": 0.4})], seed=1)
+    found = cbpt.diagnose(CASE, readings)
+    assert (found.verdict.kind, found.verdict.effects) == ("rig", ("torque_zero",))
+    value = found.parameters(found.after, "torque_zero")["zero_error_Nm"]
+    assert value["value"] == pytest.approx(0.4, abs=3 * value["u"])
+
+
+def test_a_zero_that_wanders_is_seen_in_few_readings_too() -> None:
+    """A fit that may follow the whole library follows it as well there."""
+    few = TABLE.select(TABLE.run_index < 5)
+    angle = cbpt.simulate(CASE, few, u_elastic_angle_arcsec=1e-9).elastic_angle_arcsec
+    rng = np.random.default_rng(1)
+    assert few.time_s is not None
+    passed = np.diff(few.time_s, prepend=few.time_s[0]) / np.ptp(few.time_s)
+    walk = np.cumsum(np.sqrt(passed) * rng.standard_normal(len(angle)))
+    read = angle + U_ARCSEC * (rng.standard_normal(len(angle)) + 8 * walk)
+    found = cbpt.diagnose(CASE, replace(few, elastic_angle_arcsec=read)).verdict
+    assert (found.kind, found.effects, found.rivals) == ("rig", (), ())
+    assert found.noise == ("random_walk",)
+
+
+def test_two_runs_with_zeros_of_their_own_demand_no_effect() -> None:
+    """A permanent set of the first run, say, would look the same."""
+    two = TABLE.select(TABLE.run_index < 2)
+    angle = cbpt.simulate(CASE, two, u_elastic_angle_arcsec=U_ARCSEC, seed=5).elastic_angle_arcsec
+    read = angle + np.where(two.run_index == 1, 4 * U_ARCSEC, 0.0)
+    found = cbpt.diagnose(CASE, replace(two, elastic_angle_arcsec=read)).verdict
+    assert not set(found.effects) - {"run_offset"}, found
+    assert all("run_offset" in group for group in found.rivals)

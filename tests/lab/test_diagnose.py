@@ -358,8 +358,32 @@ def test_what_remains_is_that_of_the_groove() -> None:
 
 def test_same_seed_same_document() -> None:
     case, table = Case.from_toml(case_of("dev03")), table_of("dev03")
-    one, two = (diagnose(case, table, seed=5).to_json() for _ in range(2))
+    shares: list[float] = []
+    one, two = (
+        diagnose(case, table, seed=5, progress=lambda _, share: shares.append(share)).to_json()
+        for _ in range(2)
+    )
     assert one == two and json.loads(one)["seed"] == 5
+    # What was told of the progress: from the beginning to the whole, twice the same.
+    half = shares[: len(shares) // 2]
+    assert shares == half * 2 and half == sorted(half) and (half[0], half[-1]) == (0.0, 1.0)
+
+
+def test_what_to_check_first_is_told_in_the_words_of_the_reducer() -> None:
+    """A reducer known as a torsion spring has no contacts."""
+    torque = np.tile(np.r_[np.linspace(0, 20, 6), np.linspace(16, -20, 10), -16, -8, 0], 2)
+    case = {
+        "torsion_spring": {"torsional_stiffness_Nm_per_arcmin": 0.6},
+        "measurement": {"zero": "per_run"},
+        "uncertainty": {"contact_stiffness_rel": 0.02},
+    }
+    noise = 5 * np.random.default_rng(1).standard_normal(torque.size)
+    angle = 60 * torque / 0.3 + noise
+    runs = np.repeat([1, 2], torque.size // 2)
+    table = {"run": runs, "torque_Nm": torque, "elastic_angle_arcsec": angle}
+    sentence = diagnose(case, table).sentence
+    assert "The torsional stiffness was moved by more than 5" in sentence
+    assert "_stiffness" not in sentence
 
 
 # --- what must not change an answer -------------------------------------------------------

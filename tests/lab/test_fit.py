@@ -358,6 +358,21 @@ def test_a_cold_model_says_to_the_last_bit_what_a_new_one_would(name: str) -> No
     np.testing.assert_array_equal(again.slopes, first.slopes)
 
 
+def test_of_a_form_that_a_hypothesis_does_not_have_no_number_is_at_work() -> None:
+    """Values to begin with may be those of a fit that had the effect in another form."""
+    values: Values = {("drift", "rate_rad_per_s"): 2e-9}
+    campaign = readings_of(plan("dev03"), values, np.random.default_rng([17, 1]))
+    fitter = Fitter(campaign)
+    hypothesis = hypothesis_of("drift", "time")
+    start = fitter.start(hypothesis, {})
+    clean = fitter.fit(hypothesis, start)
+    start[fitter.place("drift", "rate_rad_per_K")] = 1e-4
+    found = fitter.fit(hypothesis, start)
+    assert clean is not None and found is not None
+    np.testing.assert_array_equal(found.point.values, clean.point.values)
+    assert found.log_evidence == clean.log_evidence
+
+
 def test_a_fit_does_not_depend_on_what_was_fitted_before() -> None:
     """The log evidence of the preload spring was 168.0 alone and 119.6 after another effect."""
     case = cbpt.Case.from_file("examples/campaign.toml")

@@ -232,10 +232,16 @@ def test_the_other_effect_leads_the_additions_to_the_first() -> None:
     base = setting.fitter.fit(Hypothesis((single.signatures[0].variant,)))
     assert base is not None
     offers = additions_to(setting, base)
-    assert offers[0].names == PAIR and offers[0].base is base
-    assert offers[0].signatures[0].variant.effect == "preload_loss"
-    assert "creep" not in [s.variant.effect for o in offers for s in o.signatures]
-    assert offers[0].score > setting.score(base) + 5
+    first = offers[0][0]
+    assert first.names == PAIR and first.base is base
+    assert first.signatures[0].variant.effect == "preload_loss"
+    assert "creep" not in [
+        s.variant.effect for forms in offers for o in forms for s in o.signatures
+    ]
+    assert first.score > setting.score(base) + 5
+    for forms in offers:
+        scores = [o.score for o in forms]
+        assert scores == sorted(scores, reverse=True) and len({o.names for o in forms}) == 1
 
 
 def test_sets_without_a_lot_have_places_of_their_own() -> None:

@@ -208,7 +208,7 @@ def test_the_advice_names_places_where_there_are_any(
 
 def test_suggested_runs_decide_sooner_than_random_ones() -> None:
     """The short form of benches/next_run.py."""
-    seen = view_of(CASE, *BEARING[0], seed=0)
+    seen = view_of(CASE, *BEARING[0], seed=5)
     assert seen is not None
     found = race(seen, np.random.default_rng(0), 4)
     assert found is not None and found.suggested is not None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 import cbpt
 from cbpt.lab.wording import layout
 from cbpt.lab.wording.html import Reported
+from cbpt.sketch import Series, against, sketch
 from common.hidden import FOLDER, diagnosed
 from common.html import tags
 
@@ -51,6 +53,41 @@ def test_a_solution_shows_its_load_and_its_pairs() -> None:
     assert "table" in tags(shown) and "Elastic angle: 12.4605 arcsec" in shown
     beyond = drive.solve(5000, 600)._repr_html_()
     assert "table" not in tags(beyond) and "Status" in beyond
+
+
+def pictures(shown: str) -> int:
+    """How many pictures stand in it; each is drawn in its own field."""
+    for svg in re.findall(r"<svg.*?</svg>", shown):
+        width, height = (float(re.search(rf'{n}="(.*?)"', svg)[1]) for n in ("width", "height"))  # type: ignore[index]
+        for path in re.findall(r'<path d="([^"HVh]+)"', svg):
+            x, y = np.array(re.findall(r"[-\d.]+", path), dtype=float).reshape(-1, 2).T
+            assert x.min() >= 0 and x.max() <= width and y.min() >= 0 and y.max() <= height
+    return tags(shown).count("svg")
+
+
+def test_solutions_loads_plans_sweeps_and_fits_show_a_small_picture() -> None:
+    case = cbpt.Case.from_file(FOLDER / "dev03.toml")
+    assert pictures(case.drive.solve(3, 600)._repr_html_()) == 2
+    torque = np.linspace(0, 5, 40)
+    loads = cbpt.solve_many(case, torque[:, None], [400.0, 600.0])._repr_html_()
+    assert pictures(loads) == 1 and "preload_N 400" in loads and "over torque_Nm" in loads
+    assert pictures(cbpt.solve_many(case, 3.0, 600.0)._repr_html_()) == 0
+    swept = cbpt.sweep(case, {"load.torque_Nm": torque, "load.preload_N": 600})
+    assert pictures(swept._repr_html_()) == 1
+    plan = cbpt.read_plan(FOLDER.parents[2] / "examples" / "plan.toml")
+    assert pictures(plan._repr_html_()) == 1
+    fitted = cbpt.fit(case, FOLDER / "dev03.csv", ["creep"])._repr_html_()
+    assert pictures(fitted) == 1 and "as given" in fitted
+
+
+def test_a_sketch_escapes_leaves_out_what_is_not_finite_and_draws_nothing_of_one_point() -> None:
+    x = np.array([0.0, 1.0, 2.0, np.nan])
+    shown = sketch([Series(ATTACK, x, x), Series("b", x, 2 * x)], "<x>", "y")
+    assert "script" not in tags(shown) and "&lt;x&gt;" in shown and "nan" not in shown
+    assert sketch([Series("a", x[:1], x[:1])], "x", "y") == ""
+    # One load varies among many: dots, as no line says which belong together.
+    spread = {"torque_Nm": np.arange(20.0), "preload_N": 600 + np.sin(np.arange(20.0))}
+    assert against(spread, "angle", np.arange(20.0)).count("h0") == 20
 
 
 def test_plans_sweeps_and_readings_show_as_tables() -> None:

@@ -102,6 +102,7 @@ def test_an_effect_is_the_same_wherever_it_stands_in_the_library(
         folder.cache_clear()
 
 
+@pytest.mark.long
 def test_the_oracle_knows() -> None:
     index = SINGLES.index("creep") + 3 * len(SINGLES)
     made = make_trial("single", index, SEED)

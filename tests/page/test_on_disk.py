@@ -5,6 +5,7 @@ Groups: the report, what is drawn, names that attack, who cannot see or has no m
 
 from __future__ import annotations
 
+import copy
 import re
 import shlex
 from collections.abc import Iterator
@@ -20,6 +21,7 @@ from cbpt.page.document.document import page_document
 from cbpt.page.document.source import Command, Source
 from cbpt.page.report import report
 from common.browser import DRAWN, number, saved, undiagnosed, watched
+from common.documents import document
 from common.hidden import FOLDER, case_of
 
 # --- the report ---------------------------------------------------------------------------
@@ -143,6 +145,23 @@ def test_two_printed_pages_hold_the_answer_and_the_first_a_plot(browser: Any, on
         # A sentence of five lines leaves room for the plot.
         page.evaluate("document.querySelector('#sentence').textContent = 'explanation '.repeat(32)")
         assert pages(page, "#appendix, #appendix ~ *") <= 2
+        assert pages(page, "#readings ~ *") == 1
+
+
+def test_many_notes_stand_in_the_appendix_of_a_printed_report(browser: Any, tmp_path: Path) -> None:
+    whole = copy.deepcopy(document("dev04"))
+    whole["data"]["notes"] = [f"{n} note that takes a line of its own" for n in range(12)]
+    path = tmp_path / "report.html"
+    path.write_text(report(whole), encoding="utf-8")
+    with watched(browser) as page:
+        page.goto(path.as_uri())
+        page.wait_for_selector(DRAWN)
+        assert page.is_visible("#answer details") and not page.is_visible("#notes")
+        page.evaluate("document.querySelector('#sentence').textContent = 'explanation '.repeat(32)")
+        page.emulate_media(media="print")
+        assert not page.is_visible("#answer details")
+        assert page.locator("#notes li:visible").count() == 12
+        assert page.is_visible("text=12 notes on the readings stand in the appendix")
         assert pages(page, "#readings ~ *") == 1
 
 

@@ -161,7 +161,8 @@ CLI_USES: dict[str, set[str]] = {
     "report": {"args", "exit", "terminal", "whole"},
     "progress": set(),
     "sweep": {"case", "exit", "whole"},
-    "commands": {"args", "case", "exit", "progress", "report", "sweep"},
+    "bars": {"report"},
+    "commands": {"args", "bars", "case", "exit", "progress", "report", "sweep"},
     "lib": {"args", "commands", "exit", "terminal"},
     "main": {"lib"},
 }
@@ -323,6 +324,7 @@ PACKAGES = (
         "toml_files",
         "whole_files",
         "units",
+        "sketch",
         "results",
         "sweeps",
         "effects",

@@ -7,11 +7,13 @@
 //! - [`args`]: the tree of verbs and flags;
 //! - [`commands`]: one file a verb: case and flags to a [`report::Report`];
 //! - [`report`]: what a verb has to say, as a table, as JSON and as CSV;
+//! - `bars`: a small picture of them for notebooks;
 //! - [`terminal`]: its width and colours;
 //! - `whole`: files that are written whole or not at all;
 //! - [`run`]: arguments to exit code.
 
 pub mod args;
+mod bars;
 pub mod case;
 pub mod commands;
 pub mod exit;

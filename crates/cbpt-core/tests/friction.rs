@@ -2,6 +2,7 @@
 
 use cbpt_core::friction::period::FrictionPeriod;
 use cbpt_core::friction::spin::{Touch, least_dissipation};
+use cbpt_core::sweep::Progress;
 use cbpt_core::{CrossSlide, CrossSlideForm, CrossSlideShare, Drive, EqualSpeed, Load};
 use proptest::prelude::*;
 use std::f64::consts::FRAC_PI_4;
@@ -150,4 +151,23 @@ fn a_cross_slide_over_a_period_has_the_losses_of_its_angles() {
     assert!((over.mean_Nm / mean - 1.0).abs() < 1e-4, "{} {mean}", over.mean_Nm);
     assert!((over.largest_Nm / at(FRAC_PI_4) - 1.0).abs() < 1e-3);
     assert!((over.least_Nm / at(0.0) - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn a_coefficient_that_cannot_be_is_refused() {
+    let load = Load::new(5.0, 600.0, 0.0).unwrap();
+    for coefficient in [-0.1, 10.1, f64::NAN] {
+        let error = Drive::paper_base_case().friction(&load, coefficient).unwrap_err();
+        assert_eq!(error.field, "friction.coefficient");
+    }
+}
+
+#[test]
+fn many_loads_are_each_as_one() {
+    let drive = Drive::paper_base_case();
+    let period = FrictionPeriod::new(&drive);
+    let loads = [[5.0, 600.0], [0.0, 300.0], [500.0, 1.0]];
+    let found = period.map(&loads, 0.1, &Progress::default()).unwrap().unwrap();
+    let one = |[torque_Nm, preload_N]: [f64; 2]| period.at(torque_Nm, preload_N, 0.1).unwrap();
+    assert_eq!(format!("{found:?}"), format!("{:?}", loads.map(one)));
 }

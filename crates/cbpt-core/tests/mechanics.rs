@@ -12,4 +12,5 @@ mod lanes;
 mod proof;
 mod reference;
 mod sensitivity;
+mod strength;
 mod torsion_spring;

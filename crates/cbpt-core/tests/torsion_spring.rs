@@ -191,6 +191,7 @@ fn typical(id: &str, stem: &str) -> f64 {
         ("creep", "compliance" | "superposed_compliance")
         | (_, "reference_deflection" | "clearance" | "offset_sine" | "offset_cosine") => 2e-5,
         (_, "friction_torque") => 3.0,
+        (_, "zero_error") => 0.31,
         (_, "engagement_angle" | "slip_angle") => 2e-3,
         (_, "load_growth") => 0.03,
         (_, "breakaway_share") => 0.4,

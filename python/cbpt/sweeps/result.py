@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from cbpt._core import SweepPlan, sweep_findings, sweep_statuses
 from cbpt.errors import MissingLibraryError
 from cbpt.results import ARCSEC_PER_RAD, first_rows
+from cbpt.sketch import against
 
 if TYPE_CHECKING:
     import pandas
@@ -210,10 +211,11 @@ class Sweep:
         )
 
     def _repr_html_(self) -> str:
-        """As a notebook shows it: a table of the first rows."""
-        columns: dict[str, Any] = {name: self.axis(name) for name in self.plan.names}
-        columns["elastic_angle_arcsec"] = self.elastic_angle_arcsec
-        return first_rows(repr(self), columns | {"status": self.status})
+        """As a notebook shows it: a table of the first rows, and the angle over the axes."""
+        axes: dict[str, Any] = {name: self.axis(name) for name in self.plan.names}
+        angle = self.elastic_angle_arcsec
+        found = axes | {"elastic_angle_arcsec": angle, "status": self.status}
+        return first_rows(repr(self), found) + against(axes, "elastic_angle_arcsec", angle)
 
     def to_pandas(self) -> pandas.DataFrame:
         """A data frame with a row for each row of the plan; columns as in a CSV file. Raises

@@ -23,7 +23,14 @@ from reference.rig.noise import NOISE_KINDS, Noise, draw_noise
 
 TOGETHER = "zeros_correlated"
 COARSE = ("coarse_zeros", "coarse_correlated", "coarse_both")
-ARTEFACTS = ("random_walk", "encoder", "first_reading", "torque_display", "torque_hysteresis")
+ARTEFACTS = (
+    "random_walk",
+    "encoder",
+    "first_reading",
+    "torque_display",
+    "torque_hysteresis",
+    "torque_zero",
+)
 KINDS = (*NOISE_KINDS, TOGETHER, *COARSE, *ARTEFACTS)
 ZEROS = ("run_offset", TOGETHER, "coarse_zeros", "coarse_both")
 """Kinds in which every run has a zero of its own."""
@@ -38,6 +45,7 @@ class Instrument:
     period_rad: an interpolation error of the encoder, a sine of the angle that is read.
     first_rad: what the first reading of every run is off by. torque_step_Nm: step of the torque's
     display. torque_lag_Nm: half the width of the loop that the torque's reading describes.
+    torque_zero_Nm: what the torque reads where there is none.
     """
 
     kind: str
@@ -52,6 +60,7 @@ class Instrument:
     first_rad: float = 0.0
     torque_step_Nm: float = 0.0
     torque_lag_Nm: float = 0.0
+    torque_zero_Nm: float = 0.0
 
     def covariance(self, rows: Rows) -> Floats:
         """Covariance of the readings (rad^2); of a display the variance of its rounding."""
@@ -96,6 +105,7 @@ class Instrument:
             real = np.where(at_start, shown, shown + 0.999 * inside)
         if self.torque_lag_Nm > 0:
             real = real + _play(real, planned, self.torque_lag_Nm)
+        real = real - self.torque_zero_Nm
         return replace(planned, torque_Nm=real), replace(planned, torque_Nm=shown)
 
     @staticmethod
@@ -143,6 +153,8 @@ def instrument(
         "first_reading": {"first_rad": size * float(rng.choice([-1.0, 1.0]))},
         "torque_display": {"torque_step_Nm": torque},
         "torque_hysteresis": {"torque_lag_Nm": torque / 2},
+        # Most of it is a common zero of the angle.
+        "torque_zero": {"torque_zero_Nm": 2 * torque},
     }
     return replace(plain, **parts[kind])
 

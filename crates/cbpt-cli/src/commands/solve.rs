@@ -12,6 +12,7 @@ use serde_json::{Value, json};
 use super::check::finding_text;
 use super::{CaseEffects, Units, ball_drive, cost, enclosure, load, note_bare_drive, note_nominal_parts};
 use crate::args::Solve;
+use crate::bars;
 use crate::case::Case;
 use crate::exit::{Exit, Failure};
 use crate::report::{Report, Table, escaped, number, object, six_digits};
@@ -168,14 +169,19 @@ pub fn text(
     lines.join("\n")
 }
 
-/// The summary for a notebook: its lines, and the table of the pairs.
+/// The summary for a notebook: its lines, the table of the pairs, and how their meshing points share the force.
 pub fn html(reducer: &Reducer, solution: &Solution, findings: &[Finding], units: &Units) -> String {
     let text = text(reducer, solution, None, findings, units);
     let framed = |line: &&str| line.is_empty() || line.starts_with(['┌', '│', '╞', '└']);
     let lines: Vec<String> = text.lines().filter(|line| !framed(line)).map(escaped).collect();
     let table = pair_table(solution, units);
     let table = if table.columns.len() > 1 { table.html() } else { String::new() };
-    format!("<p>{}</p>{table}", lines.join("<br>"))
+    let shares = |(name, pair): (&str, &PairSolution)| {
+        let name = format!("{}: normal forces", name.replace('_', "-"));
+        (name, pair.points.iter().map(|point| point.force_N * units.force.per_si()).collect())
+    };
+    let picture = bars::svg(&pairs(solution).map(shares).collect::<Vec<_>>(), units.force.written);
+    format!("<p>{}</p>{table}{picture}", lines.join("<br>"))
 }
 
 /// Angles, stiffness, status and contributions of a load that has a solution.

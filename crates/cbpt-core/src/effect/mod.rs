@@ -10,7 +10,7 @@
 //! - [`lag`]: the temperature of a part that follows the measured one;
 //! - [`own`]: effects of the user's own, which are no part of the table.
 //!
-//! Ports act in the order load, gap, contact, series, reading; the gains of torque and preload readings change the row
+//! Ports act in the order load, gap, contact, series, reading; the errors of torque and preload readings change the row
 //! before the load. Within a port the order is that of the table, so no result depends on the order of a list. Effects
 //! know nothing of pairs and solvers: [`crate::predict`] applies them.
 
@@ -49,6 +49,7 @@ pub mod sensor_nonlinearity;
 pub mod stiffness_curve;
 pub mod thermal_preload;
 pub mod torque_scale;
+pub mod torque_zero;
 pub mod wear;
 
 #[cfg(test)]
@@ -58,10 +59,11 @@ pub use own::{AddsTo, OwnEffect, OwnParameter};
 pub use spec::{Class, Parameter, Port, Reducers, Scale, Spec};
 
 /// Every effect, in the order in which all documents list them.
-pub static LIBRARY: [&Spec; 29] = [
+pub static LIBRARY: [&Spec; 30] = [
     &contact_stiffness::SPEC,
     &contact_angle::SPEC,
     &torque_scale::SPEC,
+    &torque_zero::SPEC,
     &preload_scale::SPEC,
     &sensor_gain::SPEC,
     &sensor_nonlinearity::SPEC,
@@ -113,6 +115,12 @@ mod tests {
             assert!(LIBRARY[..place].iter().all(|other| other.id != spec.id), "{} twice", spec.id);
             assert!(find(spec.id).is_some_and(|found| std::ptr::eq(found, *spec)));
             assert!(spec.parameters.iter().any(|parameter| parameter.is_size), "{} has no size", spec.id);
+            assert!(["parameter", "rig", "effect"].contains(&spec.class.name()), "{}", spec.id);
+            assert!(
+                ["load", "gap", "contact", "series", "reading"].contains(&spec.port.name()),
+                "{}",
+                spec.id
+            );
             for parameter in spec.parameters {
                 let name = parameter.name();
                 let (low, high) = parameter.range;

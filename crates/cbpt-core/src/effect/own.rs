@@ -285,3 +285,24 @@ pub trait OwnEffect: fmt::Debug + Send + Sync {
     /// [`InvalidInput`] where nothing can be computed at all.
     fn values(&self, own: &[Dual], rows: &[At<'_>]) -> Result<Vec<Dual>, InvalidInput>;
 }
+
+#[cfg(test)]
+#[allow(clippy::float_cmp)] // where nothing is rounded
+mod tests {
+    use super::*;
+
+    /// 0 switches a term off, so it is allowed beside what is plausible.
+    #[test]
+    fn a_number_may_be_0_beside_what_is_plausible() {
+        let number = |min, max| OwnParameter {
+            name: "a".to_owned(),
+            unit: String::new(),
+            stated: String::new(),
+            start: 2.0,
+            min: Some(min),
+            max: Some(max),
+        };
+        assert_eq!(number(1.0, 3.0).limits(), (0.0, 3.0));
+        assert_eq!(number(-3.0, -1.0).limits(), (-3.0, 0.0));
+    }
+}

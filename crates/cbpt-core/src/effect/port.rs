@@ -1,6 +1,7 @@
 //! What an effect is given at its port, and what it may change there.
 
 use super::dual::Dual;
+use crate::pair::HERTZ_EXPONENT;
 
 /// One reading as effects see it: the columns of the table but for the angle, and its place in the history.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -107,6 +108,23 @@ pub struct Contact {
     pub stop_share: Dual,
     /// Torque at which the stop is reached, N m.
     pub stop_torque_Nm: Dual,
+}
+
+impl Contact {
+    /// Without effects.
+    pub fn unchanged() -> Self {
+        Self {
+            stiffness_scale: Dual::constant(1.0),
+            contact_angle_shift_rad: Dual::constant(0.0),
+            exponent: Dual::constant(HERTZ_EXPONENT),
+            play_rad: Dual::constant(0.0),
+            transition_torque_Nm: Dual::constant(1.0),
+            curve_rad: [Dual::constant(0.0); 2],
+            reference_torque_Nm: Dual::constant(1.0),
+            stop_share: Dual::constant(0.0),
+            stop_torque_Nm: Dual::constant(1.0),
+        }
+    }
 }
 
 /// A ball's place, for effects on gaps.

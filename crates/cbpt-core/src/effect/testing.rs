@@ -58,17 +58,7 @@ pub fn load(spec: &Spec, own: &[f64]) -> Load {
 
 pub fn contact(spec: &Spec, own: &[f64]) -> Contact {
     let Action::Contact(act) = spec.action else { panic!("{} acts elsewhere", spec.id) };
-    let mut contact = Contact {
-        stiffness_scale: Dual::constant(1.0),
-        contact_angle_shift_rad: Dual::constant(0.0),
-        exponent: Dual::constant(1.5),
-        play_rad: Dual::constant(0.0),
-        transition_torque_Nm: Dual::constant(1.0),
-        curve_rad: [Dual::constant(0.0); 2],
-        reference_torque_Nm: Dual::constant(1.0),
-        stop_share: Dual::constant(0.0),
-        stop_torque_Nm: Dual::constant(1.0),
-    };
+    let mut contact = Contact::unchanged();
     act(&duals(own), &mut contact);
     contact
 }

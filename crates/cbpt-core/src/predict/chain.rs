@@ -8,7 +8,6 @@ use crate::effect::lag::part_temperatures;
 use crate::effect::own::OwnEffect;
 use crate::effect::port::{Action, Contact, DriveNumbers, Load, Row};
 use crate::effect::spec::Spec;
-use crate::pair::HERTZ_EXPONENT;
 
 use super::added::Added;
 use super::rows::Rows;
@@ -78,17 +77,7 @@ impl Chain {
 
     /// What the contacts of all pairs become.
     pub fn contact(&self) -> Contact {
-        let mut contact = Contact {
-            stiffness_scale: Dual::constant(1.0),
-            contact_angle_shift_rad: Dual::constant(0.0),
-            exponent: Dual::constant(HERTZ_EXPONENT),
-            play_rad: Dual::constant(0.0),
-            transition_torque_Nm: Dual::constant(1.0),
-            curve_rad: [Dual::constant(0.0); 2],
-            reference_torque_Nm: Dual::constant(1.0),
-            stop_share: Dual::constant(0.0),
-            stop_torque_Nm: Dual::constant(1.0),
-        };
+        let mut contact = Contact::unchanged();
         for link in &self.links {
             if let Action::Contact(act) = link.action {
                 act(&link.own, &mut contact);

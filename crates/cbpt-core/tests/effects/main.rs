@@ -152,6 +152,7 @@ fn typical(id: &str, name: &str) -> f64 {
         (_, "stiffness_scale") => 0.8,
         (_, "contact_angle_shift_rad") => 0.02,
         (_, "torque_gain") => 1.05,
+        (_, "zero_error_Nm") => 0.03,
         (_, "preload_gain") => 0.95,
         (_, "sensor_gain") => 1.1,
         (_, "quadratic_per_rad") => 300.0,

@@ -3,7 +3,7 @@
 use cbpt_core::Status;
 use cbpt_core::predict::{Number, Predictor};
 
-use super::{ARCSEC, all_ids, drives, fitted, predictor, typical, typical_values};
+use super::{ARCSEC, all_ids, campaign, drives, fitted, predictor, typical, typical_values};
 
 /// Every sensitivity at `values` against differences, from the inside where a value stands at its bound.
 fn check_sensitivities(label: &str, predictor: &mut Predictor, values: &[f64]) {
@@ -33,6 +33,9 @@ fn check_sensitivities(label: &str, predictor: &mut Predictor, values: &[f64]) {
         // Differences see the angle to about 1e-15 rad.
         let tolerance = 1e-5 * size + 1e-14 / h;
         for (row, (exact, difference)) in exact.iter().zip(&difference).enumerate() {
+            if id == "torque_zero" && campaign().torque_Nm[row] == 0.0 {
+                continue; // a bearing, a play and a joint that differs by the sign have a kink there
+            }
             let error = (exact - difference).abs();
             assert!(
                 error <= tolerance,

@@ -28,6 +28,7 @@ from cbpt.lab.change.reproducibility import (
 from cbpt.lab.change.text import unless_repeated
 from cbpt.lab.covariance.one_thread import one_blas_thread
 from cbpt.lab.covariance.repeated_runs import comes_again
+from cbpt.lab.diagnosis.by_level import MOST_LEVELS
 from cbpt.lab.diagnosis.diagnose import diagnosed, prepared
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.diagnosis.fit_text import beyond_own_loops
@@ -47,7 +48,6 @@ _LIKELY = 0.1
 """Combinations of a level that are less probable are not looked at."""
 _MOST_SETS = 4
 """Sets of effects that are fitted at all levels."""
-_MOST_LEVELS = 40
 
 Given = str | os.PathLike[str] | Mapping[str, ArrayLike]
 
@@ -204,9 +204,9 @@ def _notes(campaigns: Sequence[Campaign], weighed: Weighed) -> Iterator[str]:
 def _levels(readings: Readings, by: str) -> tuple[list[str], list[Readings]]:
     labels = readings.labels[by]
     names = list(dict.fromkeys(labels.tolist()))
-    if not 2 <= len(names) <= _MOST_LEVELS:
+    if not 2 <= len(names) <= MOST_LEVELS:
         raise InvalidInputError(
-            f"by = {by!r}: the column has {len(names)} different values, from 2 to {_MOST_LEVELS} "
+            f"by = {by!r}: the column has {len(names)} different values, from 2 to {MOST_LEVELS} "
             "are possible"
         )
     return names, [readings.select(labels == name) for name in names]

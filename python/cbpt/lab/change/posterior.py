@@ -31,10 +31,19 @@ ODDS = {
 }
 """Prior odds that a group changes against that it does not; "" stands for an effect. The
 instruments are the same before and after, so their gains hardly change."""
-_MOST = 4
-"""Groups that change together at most."""
-_LEADERS = 3
-"""Choices whose values all others are tried at."""
+
+
+@dataclass(frozen=True)
+class _Effort:
+    """How far is searched."""
+
+    together: int = 4
+    """Groups that change together at most."""
+    leaders: int = 3
+    """Choices whose values all others are tried at."""
+
+
+_EFFORT = _Effort()
 
 
 @dataclass(frozen=True)
@@ -135,7 +144,7 @@ def _choices(levels: Levels) -> list[Choice]:
     best: frozenset[str] = frozenset()
     if score(best) == -np.inf:
         return []
-    for _ in range(min(_MOST, len(groups))):
+    for _ in range(min(_EFFORT.together, len(groups))):
         top = max((best | {name} for name in groups.keys() - best), key=score, default=best)
         less = [top - {name} for name in top if len(top) > 1]
         top = max([top, *less], key=score)
@@ -150,7 +159,7 @@ def _settled(levels: Levels, scored: dict[frozenset[str], tuple[Shared, float]])
     """Choices fitted again from each other's values, the best first: what fits well with values of
     its own at each level may do so with one for all, and a search that stopped short of it would
     count as a change. What a choice holds fits no better than the choice."""
-    leaders = sorted(scored, key=lambda names: -scored[names][1])[:_LEADERS]
+    leaders = sorted(scored, key=lambda names: -scored[names][1])[: _EFFORT.leaders]
     for names in sorted(scored, key=len):
         for other in leaders:
             (fit, odds), start = scored[names], scored[other][0]

@@ -43,14 +43,21 @@ class Convention:
         return self.window * self.rated_torque_Nm
 
 
-_RIGID = (0.5, 1.0)
-"""Shares of the rated torque between which the torsional rigidity is taken."""
-_LEAST_REACH = 0.75
-"""The least share of the rated torque to which a loop must go for that."""
-_STEP = (0.05, 0.5)
-"""Shares of the amplitude between which the centre line is continued to zero torque."""
-_CURVE = 0.05
-"""Half the span of a stiffness, as a share of the rated torque."""
+@dataclass(frozen=True)
+class _Shares:
+    """Of the rated torque, where nothing else is said."""
+
+    rigid: tuple[float, float] = (0.5, 1.0)
+    """Between which the torsional rigidity is taken."""
+    least_reach: float = 0.75
+    """To which a loop must go for that at least."""
+    step: tuple[float, float] = (0.05, 0.5)
+    """Of the amplitude, between which the centre line is continued to zero torque."""
+    curve: float = 0.05
+    """Half the span of a stiffness."""
+
+
+_SHARES = _Shares()
 CURVE_POINTS = 19
 
 _PIECE = "three straight pieces through the centre line from zero torque, "
@@ -115,9 +122,9 @@ def _rigidity(loop: Loop, convention: Convention) -> float:
     rated, compliances = convention.rated_torque_Nm, []
     for branch in loop.branches:
         for sign, end in zip((-1.0, 1.0), branch.ends_Nm, strict=True):
-            reach = min(sign * end, _RIGID[1] * rated)
-            ends = sign * np.array([_RIGID[0] * rated, reach])
-            if reach < _LEAST_REACH * rated:
+            reach = min(sign * end, _SHARES.rigid[1] * rated)
+            ends = sign * np.array([_SHARES.rigid[0] * rated, reach])
+            if reach < _SHARES.least_reach * rated:
                 continue
             compliances.append(float(np.diff(branch.at(ends))[0] / np.diff(ends)[0]))
     return _stiffness(float(np.mean(compliances))) if compliances else np.nan
@@ -171,7 +178,8 @@ def _step(rising: Branch, falling: Branch, amplitude: float) -> float:
     for sign in (1.0, -1.0):
         size = sign * knots
         slack = 1e-9
-        inside = (size >= _STEP[0] * amplitude * (1 - slack)) & (size <= _STEP[1] * amplitude)
+        least, most = (share * amplitude for share in _SHARES.step)
+        inside = (size >= least * (1 - slack)) & (size <= most)
         torque = knots[inside]
         centre = 0.5 * (rising.at(torque) + falling.at(torque))
         if len(torque) < 2:
@@ -182,7 +190,7 @@ def _step(rising: Branch, falling: Branch, amplitude: float) -> float:
 
 def curve_torques(convention: Convention) -> Floats:
     """Torques at which the stiffness curve is told, shape (k,)."""
-    end = 1.0 - _CURVE
+    end = 1.0 - _SHARES.curve
     return convention.rated_torque_Nm * np.linspace(-end, end, CURVE_POINTS)
 
 
@@ -192,7 +200,7 @@ def stiffness_of(branch: Branch | None, convention: Convention) -> Floats:
     torque = curve_torques(convention)
     if branch is None:
         return np.full(len(torque), np.nan)
-    span = _CURVE * convention.rated_torque_Nm
+    span = _SHARES.curve * convention.rated_torque_Nm
     way = branch.at(torque + span) - branch.at(torque - span)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(way > 0, 2 * span * ARCSEC_PER_ARCMIN / way, np.nan)

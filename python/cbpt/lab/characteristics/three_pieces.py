@@ -17,12 +17,20 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-_FEWEST = 8
-"""Points of a curve on which five numbers are fitted."""
-_SEARCHED = 16
-"""Torques at which a break is looked for first."""
-_CHANCE = 0.01
-"""Chance at which a straight curve would be taken for a broken one (F test)."""
+
+@dataclass(frozen=True)
+class _Limits:
+    """When a curve is broken."""
+
+    fewest: int = 8
+    """Points of a curve on which five numbers are fitted."""
+    searched: int = 16
+    """Torques at which a break is looked for first."""
+    chance: float = 0.01
+    """Chance at which a straight curve would be taken for a broken one (F test)."""
+
+
+_LIMITS = _Limits()
 
 
 @dataclass(frozen=True)
@@ -38,7 +46,7 @@ def three_pieces(
     torque_Nm: Floats, angle_arcsec: Floats, breaks_Nm: Sequence[float] | None = None
 ) -> ThreePieces | None:
     """The best three pieces through a curve, torques above 0, shape (n,); None with few points."""
-    if len(torque_Nm) < _FEWEST:
+    if len(torque_Nm) < _LIMITS.fewest:
         return None
     if breaks_Nm is None:
         breaks_Nm = _searched(torque_Nm, angle_arcsec)
@@ -61,7 +69,7 @@ def _beyond_chance(straight: float, rest: float, n: int) -> bool:
     if rest <= 1e-12 * straight:
         return True
     ratio = (straight - rest) / 4 / (rest / (n - 5))
-    return float(fdtrc(4, n - 5, ratio)) < _CHANCE
+    return float(fdtrc(4, n - 5, ratio)) < _LIMITS.chance
 
 
 def _columns(torque: Floats, first: float, second: float) -> Floats:
@@ -84,7 +92,7 @@ def _searched(torque: Floats, angle: Floats) -> tuple[float, float]:
     from scipy.optimize import least_squares
 
     inside = np.unique(torque)[1:-1]
-    places = np.unique(np.quantile(inside, np.linspace(0, 1, _SEARCHED), method="nearest"))
+    places = np.unique(np.quantile(inside, np.linspace(0, 1, _LIMITS.searched), method="nearest"))
     best, start = np.inf, (float(places[0]), float(places[-1]))
     for i, first in enumerate(places):
         for second in places[i + 1 :]:

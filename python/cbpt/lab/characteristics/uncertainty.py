@@ -26,12 +26,20 @@ from cbpt.lab.characteristics.loops import Branch, Loop
 
 Floats = NDArray[np.float64]
 
-_DRAWS = 40
-"""Of the scatter, for a single loop: their standard deviation is known to 11 %."""
-_STEP = 1e-3
-"""By which torques are scaled down; up would push the last ones beyond the rated torque."""
-_CLASS = 1.5
-"""Amplitudes further apart than this factor are different ones."""
+
+@dataclass(frozen=True)
+class _Limits:
+    """How closely figures are looked at."""
+
+    draws: int = 40
+    """Of the scatter, for a single loop: their standard deviation is known to 11 %."""
+    step: float = 1e-3
+    """By which torques are scaled down; up would push the last ones beyond the rated torque."""
+    apart: float = 1.5
+    """Amplitudes further apart than this factor are different ones."""
+
+
+_LIMITS = _Limits()
 _GROWS_WITH_ANGLE = {"arcsec": 1.0, "J": 1.0, "N m/arcmin": -1.0, "N m": 0.0}
 """Power of the angle in a figure, by its unit."""
 
@@ -90,7 +98,7 @@ class LoopSet:
     @property
     def several(self) -> bool:
         """Whether there are loops of different amplitudes."""
-        return self.amplitude_Nm > _CLASS * self.small_amplitude_Nm
+        return self.amplitude_Nm > _LIMITS.apart * self.small_amplitude_Nm
 
     @property
     def turn_arcsec(self) -> float:
@@ -126,10 +134,12 @@ def estimated(loops: LoopSet, convention: Convention, sources: Sources) -> Estim
         type_a = table.jackknife()
     else:
         type_a = _drawn(loops, convention, sources.scatter_arcsec)
-    shifted = _Table.of(loops.changed(partial(Loop.scaled, torque=1 - _STEP)), convention).figures()
+    shifted = _Table.of(
+        loops.changed(partial(Loop.scaled, torque=1 - _LIMITS.step)), convention
+    ).figures()
     type_b = {}
     for name in NAMES:
-        by_torque = (value[name] - shifted[name]) / _STEP * sources.torque_gain_rel
+        by_torque = (value[name] - shifted[name]) / _LIMITS.step * sources.torque_gain_rel
         power = _GROWS_WITH_ANGLE[DEFINITIONS[name][0]]
         by_angle = power * value[name] * sources.sensor_gain_rel
         type_b[name] = float(np.hypot(np.nan_to_num(by_torque), by_angle))
@@ -229,7 +239,7 @@ def _drawn(loops: LoopSet, convention: Convention, scatter_arcsec: float) -> dic
     def again(loop: Loop) -> Loop:
         return loop.with_branches(noisy(loop.rising), noisy(loop.falling))
 
-    draws = [read_off(loops.changed(again), convention) for _ in range(_DRAWS)]
+    draws = [read_off(loops.changed(again), convention) for _ in range(_LIMITS.draws)]
     found = {}
     for name in NAMES:
         values = np.array([draw[name] for draw in draws])

@@ -182,7 +182,7 @@ def fit_noise(
 
     best = rated(0.0, 0.0)
     if structures and rows.runs < len(y):
-        tried = [*_searched(best, rated, typical, rows.runs > 2)]
+        tried = [*_searched(best, rated, typical, rows.runs > 1)]
         if start.numbers:
             tried.append(rated(start.correlation, start.offset_arcsec / start.scale))
         best = max(tried, key=lambda t: t[0])

@@ -33,7 +33,8 @@ from cbpt.lab.wording.versions import versions
 __all__ = ["DividedDiagnosis", "diagnose_by"]
 
 SCHEMA = "cbpt.diagnosis_by/1"
-_MOST_LEVELS = 40
+MOST_LEVELS = 40
+"""Values of a column that readings are divided by."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,10 +175,10 @@ def diagnose_by(
     case, readings = case_and_readings(case, data, columns, sheet, only, by)
     labels = readings.labels[by]
     levels = list(dict.fromkeys(labels.tolist()))
-    if len(levels) > _MOST_LEVELS:
+    if len(levels) > MOST_LEVELS:
         raise InvalidInputError(
             f"by = {by!r}: the column has {len(levels)} different values, at most "
-            f"{_MOST_LEVELS} are possible; choose a column of set points, such as preload_step"
+            f"{MOST_LEVELS} are possible; choose a column of set points, such as preload_step"
         )
     answers: dict[str, Diagnosis] = {}
     failed: dict[str, str] = {}

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,7 +24,7 @@ from cbpt.lab.covariance.repeatability import pooled
 from cbpt.lab.covariance.within_run import estimate
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.diagnosis.diagnosis_data import Rung, finished
-from cbpt.lab.diagnosis.fit_text import beyond_own_loops, solutions
+from cbpt.lab.diagnosis.fit_text import beyond_own_loops, moved_by, solutions
 from cbpt.lab.diagnosis.held_torque import held_torque
 from cbpt.lab.diagnosis.rungs import rung_of, rung_of_lack_of_fit
 from cbpt.lab.inference.closing import closed
@@ -41,6 +41,7 @@ from cbpt.lab.selection.decision import Verdict, judge
 from cbpt.lab.selection.model_comparison import Competition, Progress, compete
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.selection.setting import Names
+from cbpt.lab.wording.names import number_called
 from cbpt.results import solve_many
 
 __all__ = ["diagnose"]
@@ -51,14 +52,23 @@ FEWEST = 6
 MOST = 1200
 # N cm, N mm, kN m, kgf, lbf in, lbf: what loads are at times written in.
 _LOAD_FACTORS = (0.01, 100.0, 1e-3, 1e3, 9.80665, 1 / 9.80665, 0.1129848, 4.448222)
-_AGREES = 0.05
-"""Share of the squared misfit below which readings agree with loads in another unit; an effect that
-is missing may leave as much."""
-_LEAST_GAIN, _MOST_GAIN = 0.45, 2.3
-"""On the angles, by a stiffness of the contacts that is likely, a third of what is stated to three
-times as much: angles go with its power -2/3."""
-_BETTER = 4.0
-"""How many times less another unit has to leave than such a stiffness to be asked about."""
+
+
+@dataclass(frozen=True)
+class _OtherUnit:
+    """When loads in another unit are asked about."""
+
+    agrees: float = 0.05
+    """Share of the squared misfit below which readings agree with them; an effect that is missing
+    may leave as much."""
+    gains: tuple[float, float] = (0.45, 2.3)
+    """On the angles, by a stiffness of the contacts that is likely, a third of what is stated to
+    three times as much: angles go with its power -2/3."""
+    better: float = 4.0
+    """How many times less they have to leave than such a stiffness."""
+
+
+_OTHER_UNIT = _OtherUnit()
 
 
 def diagnose(
@@ -142,6 +152,9 @@ def diagnosed(
     fits[verdict.names] = closed(competition.fitter, fits[verdict.names])
     notes += _notes(campaign, fits[verdict.names])
     nominal = competition.fitter.at_nominal(fits[verdict.names])
+    ladder = tuple(_ladder(competition, verdict, nominal, fold))
+    if progress:
+        progress("the answer", 1.0)
     return Diagnosis(
         case=case,
         readings=campaign.readings,
@@ -149,7 +162,7 @@ def diagnosed(
         verdict=verdict,
         before=nominal,
         after=fits[verdict.names],
-        ladder=tuple(_ladder(competition, verdict, nominal, fold)),
+        ladder=ladder,
         reached=1 + len(path(verdict.names, fits)),
         held_out_by=held_by,
         fold=fold,
@@ -173,10 +186,12 @@ def _notes(campaign: Campaign, fit: Fit) -> Iterator[str]:
     for u in fit.unknowns:
         value = fit.value(u)
         at_end = value <= u.lower * (1 + 1e-6) or value >= u.upper * (1 - 1e-6)
-        if at_end and u.name.partition(".")[0] in PRIORS:
+        number = u.name.partition(".")[0]
+        if at_end and number in PRIORS:
             yield (
-                f"the fitted {u.name} is at the limit of its plausible range ({value:.3g}): check "
-                "that the case file is that of this drive"
+                f"the fit moves {number_called(number, campaign.drive.kind)} by "
+                f"{moved_by(u.name, fit)}, to the limit of its plausible range: check that the "
+                "case file is that of this drive"
             )
 
 
@@ -333,8 +348,9 @@ def _stop_if_it_does_not_follow(campaign: Campaign, model: Floats) -> None:
         if np.isfinite(angle).all():
             found.append((float(np.sum((y - within_runs(angle)) ** 2)), name, factor))
     gain = float(x @ y) / float(x @ x)
-    of_the_drive = float(np.sum((y - gain * x) ** 2)) if _LEAST_GAIN < gain < _MOST_GAIN else np.inf
-    if found and min(found)[0] < min(_AGREES * off, of_the_drive / _BETTER):
+    least, most = _OTHER_UNIT.gains
+    of_the_drive = float(np.sum((y - gain * x) ** 2)) if least < gain < most else np.inf
+    if found and min(found)[0] < min(_OTHER_UNIT.agrees * off, of_the_drive / _OTHER_UNIT.better):
         _, name, factor = min(found)
         what = f"values that agree with the angles only if they are multiplied by {factor:g}"
         expected, remedy = f"the {name} in the unit of its header", "check the unit"

@@ -33,6 +33,7 @@ from cbpt.lab.readings.reader import Readings
 from cbpt.lab.selection.fit_effects import best_fit
 from cbpt.lab.wording import html, layout
 from cbpt.lab.wording.numbers import AngleUnit, angle_unit_of, rounded
+from cbpt.sketch import Series, sketch
 
 __all__ = ["Fitted", "fit"]
 
@@ -49,6 +50,8 @@ class Fitted:
     """The case as given."""
     after: Rung
     """With the effects, and the numbers refitted within their stated uncertainties."""
+    nominal: Fit = field(repr=False)
+    """The case as given, seen through the noise of the fit."""
     result: Fit = field(repr=False)
     priors: dict[str, float] = field(repr=False)
     """Standard uncertainty of each number of drive and rig, by effect id."""
@@ -169,7 +172,7 @@ class Fitted:
         return self.report()
 
     def _repr_html_(self) -> str:
-        """As a notebook shows it: parameters, errors, and the report folded."""
+        """As a notebook shows it: parameters, errors, what the fit leaves, the folded report."""
         c = self.fitter.campaign
         numbers = [
             (effect, *parameter_words(c, (effect, name), p))
@@ -183,9 +186,20 @@ class Fitted:
         parts = (
             html.table(["effect", "parameter", "value"], numbers),
             html.table(["", "rmse_arcsec", "held_out_arcsec"], errors),
+            self._sketch(),
             html.folded("the whole report", self.report()),
         )
         return "".join(parts)
+
+    def _sketch(self) -> str:
+        """What the model leaves of the readings, over the torque, before and after the fit."""
+        torque_Nm = self.fitter.campaign.readings.torque_Nm
+        left = {
+            "as given": self.nominal.residual_arcsec,
+            "fitted": self.result.residual_arcsec,
+        }
+        series = [Series(name, torque_Nm, y, line=False) for name, y in left.items()]
+        return sketch(series, "torque_Nm", "reading minus model, arcsec,")
 
 
 def fit(
@@ -247,6 +261,7 @@ def fit(
             case_or_why=_case_or_why(case, fitter, found),
             readings=campaign.readings,
             effects=names,
+            nominal=nominal,
             before=rung_of(fitter, "", nominal, fold),
             after=rung_of(fitter, " + ".join(names), found, fold),
             result=found,

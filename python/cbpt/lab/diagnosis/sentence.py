@@ -14,7 +14,7 @@ from cbpt.lab.diagnosis.noise_statement import noise_floor
 from cbpt.lab.inference.residuals import rmse_of
 from cbpt.lab.selection.decision import Why
 from cbpt.lab.selection.rest import rest_arcsec
-from cbpt.lab.wording.names import called, columns_in_words
+from cbpt.lab.wording.names import called, columns_in_words, number_called
 from cbpt.lab.wording.numbers import ARCSEC, AngleUnit, listed, probability
 
 _NOISE = {
@@ -58,16 +58,17 @@ def sentence(d: DiagnosisData, say: Say = _PLAINLY) -> str:
 
 def _to_check(d: DiagnosisData) -> str:
     """What to look at before the answer is believed: numbers far from what is stated of them."""
-    priors = d.competition.campaign.priors
+    campaign = d.competition.campaign
+    priors, drive = campaign.priors, campaign.drive
     far = [
-        u.name.partition(".")[0]
+        number_called(u.name.partition(".")[0], drive.kind)
         for u in d.after.unknowns
         if (sd := priors.get(u.name.partition(".")[0]))
         and abs(d.after.value(u) - u.mean) > _FAR_SIGMA * sd
     ]
     if not far:
         return ""
-    case, drive = "check that the case file is that of this drive", d.competition.campaign.drive
+    case = "check that the case file is that of this drive"
     if drive.kind == "ball_drive":
         case += f", and that the torque is that of the output (the ratio is {_ratio(drive):g})"
     were = "was" if len(far) == 1 else "were"

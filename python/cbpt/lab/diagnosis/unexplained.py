@@ -74,8 +74,9 @@ def measure_next(d: DiagnosisData) -> str:
     spot = label_of({c: (float(v[most]), float(v[most])) for c, v in placed.items()}, None)
     strong = _strong_where(d)
     part = {c: strong[c] for c, v in placed.items() if strong and strong[c] != _ends(v)}
+    left = "what remains" if d.verdict.effects else "the misfit"
     said = (
-        "No known effect explains the misfit, so no further run can be computed from it. In these "
+        f"No known effect explains {left}, so no further run can be computed from it. In these "
         f"readings it depends on {columns_in_words(columns)}"
     )
     said += f" and is largest near {spot}" if spot else ""

@@ -30,11 +30,20 @@ from cbpt.lab.wording.names import called
 from cbpt.lab.wording.numbers import ARCSEC, AngleUnit, listed, rounded
 
 Floats = NDArray[np.float64]
-_MOST = 6
-_DECIDE = 0.8
-"""Share of the difference in chi-squared that the groups named in the sentence make up."""
-_APART = 0.6
-"""Share of the readings that lies outside these groups at least."""
+
+
+@dataclass(frozen=True)
+class _Told:
+    """What is told."""
+
+    rivals: int = 6
+    decide: float = 0.8
+    """Share of the difference in chi-squared that the groups named in the sentence make up."""
+    apart: float = 0.6
+    """Share of the readings that lies outside these groups at least."""
+
+
+_TOLD = _Told()
 _WORDS = {
     "torque_Nm": ("torque", " N m"),
     "preload_N": ("preload", " N"),
@@ -106,7 +115,7 @@ def whys(d: DiagnosisData, found: list[Combination], runs: RankedRuns | None) ->
     posterior = posterior_of(d.competition)
     sets = sorted(posterior.sets, key=lambda n: -posterior.sets[n])
     best = sets[0]
-    rivals = sets[1 : min(len(found), _MOST + 1)]
+    rivals = sets[1 : min(len(found), _TOLD.rivals + 1)]
     nothing = next((n for n in sets if not set(named_of(n)) and UNKNOWN not in n), None)
     if nothing is not None and nothing != best and nothing not in rivals:
         rivals.append(nothing)
@@ -173,7 +182,7 @@ def _decide(groups: tuple[Group, ...], total: float | None, n: int) -> tuple[Gro
     """Of the column in which the fewest readings make most of the difference."""
     if total is None or abs(total) < 2:
         return ()
-    best: tuple[float, tuple[Group, ...]] = (_APART, ())
+    best: tuple[float, tuple[Group, ...]] = (_TOLD.apart, ())
     for column in dict.fromkeys(g.column for g in groups):
         own = sorted(
             (g for g in groups if g.column == column), key=lambda g: -g.delta_chi2 * np.sign(total)
@@ -182,7 +191,7 @@ def _decide(groups: tuple[Group, ...], total: float | None, n: int) -> tuple[Gro
         for count, group in enumerate(own[:3], 1):
             part += group.delta_chi2
             share = sum(g.readings for g in own[:count]) / n
-            if part / total >= _DECIDE and 1 - share > best[0]:
+            if part / total >= _TOLD.decide and 1 - share > best[0]:
                 best = 1 - share, tuple(own[:count])
     return best[1]
 

@@ -38,6 +38,7 @@ from cbpt.lab.readings.headers import (
 from cbpt.lab.readings.reader import Readings, read_readings
 from cbpt.lab.wording import html
 from cbpt.lab.wording.numbers import significant
+from cbpt.sketch import Series, sketch
 from cbpt.toml_files import is_number, read_toml, shown
 
 __all__ = ["Plan", "PlannedRun", "read_plan", "sequence", "table_text"]
@@ -170,9 +171,9 @@ class Plan:
         return repr(self.rows).replace("Readings(", "Plan(").replace("reading", "row")
 
     def _repr_html_(self) -> str:
-        """As a notebook shows it: a table of the runs, or of the rows."""
+        """As a notebook shows it: a table of the runs, or of the rows; their torque."""
         if not self.runs:
-            return self.rows._repr_html_()
+            return self.rows._repr_html_() + self._sketch()
         headers = ["run", "rows", "preload_N", "torque_Nm", "input_angle_deg", "dwell_s"]
         runs = [
             [
@@ -185,7 +186,18 @@ class Plan:
             ]
             for number, run in enumerate(self.runs, 1)
         ]
-        return html.paragraph(repr(self)) + html.table(headers, runs)
+        return html.paragraph(repr(self)) + html.table(headers, runs) + self._sketch()
+
+    def _sketch(self) -> str:
+        """The torque of each run over the time, or over the number of the row."""
+        rows = self.rows
+        clock = np.arange(1.0, len(rows) + 1) if rows.time_s is None else rows.time_s
+        runs = [
+            Series(f"run {run}", clock[at], rows.torque_Nm[at])
+            for run in dict.fromkeys(rows.run.tolist())
+            for at in [rows.run == run]
+        ]
+        return sketch(runs, "row" if rows.time_s is None else "time_s", "torque_Nm")
 
     def to_csv(self) -> str:
         """The rows as a table, which `read_plan` takes as well."""

@@ -167,6 +167,7 @@ class Fitter:
         noise: Noise | None = None,
         free_noise: bool = True,
         bound: float = np.inf,
+        base: Fit | None = None,
     ) -> Fit | None:
         """The most probable values of a hypothesis; None where the model has no solution.
 
@@ -179,22 +180,31 @@ class Fitter:
         free_noise: whether the noise is fitted too.
         bound: a search whose misfit (`Fit.reached`) cannot come below this is given up: the fit is
             then not converged and its evidence is a rough one. See `Race`.
+        base: a fit of some of the effects. The search begins nearer to it where the start follows
+            the readings worse: of a form that hardly shows when small the linear problem asks for
+            sizes that the model does not follow (Nocedal and Wright 2006, section 3.1).
         """
         self.model.cold()
         unknowns = self.unknowns(hypothesis)
-        values = self.start(hypothesis, {}) if start is None else start.copy()
+        values = self.start(hypothesis, {})
+        if start is not None:
+            # Nothing else: of a form that this hypothesis does not have no number may be at work.
+            own = [u.index for u in unknowns]
+            values[own] = start[own]
         noise = noise or self.campaign.plain_noise
+        problem = self._problem(unknowns, noise)
+        least = self._problem(base.unknowns, noise).objective(base.point) if base else np.inf
+        nothing = self.model.neutral if base is None else base.point.values
         point = point_at(self.model, values, unknowns)
         sizes = [u.index for u in unknowns if not u.log and np.isinf(u.sd)]
         for _ in range(6):
-            if point is not None:
+            if point is not None and (base is None or problem.objective(point) < least):
                 break
-            # Too much for the preload to hold: nearer to doing nothing.
-            values[sizes] = 0.5 * (values[sizes] + self.model.neutral[sizes])
+            # Too much for the preload to hold, or for the model to follow: nearer to doing nothing.
+            values[sizes] = 0.5 * (values[sizes] + nothing[sizes])
             point = point_at(self.model, values, unknowns)
         if point is None:
             return None
-        problem = self._problem(unknowns, noise)
         point, converged = search(problem, point, self.steps, bound)
         reached = problem.objective(point)
         exact = Discrepancy(self.functions)
@@ -328,10 +338,16 @@ class Race:
         self._room = np.inf if large else _SEARCH.hopeless
         self._best = np.inf
 
-    def fit(self, hypothesis: Hypothesis, start: Floats, free_noise: bool = True) -> Fit | None:
+    def fit(
+        self,
+        hypothesis: Hypothesis,
+        start: Floats,
+        free_noise: bool = True,
+        base: Fit | None = None,
+    ) -> Fit | None:
         """As `Fitter.fit`."""
         bound = self._best + self._room
-        found = self.fitter.fit(hypothesis, start, self.noise, free_noise, bound)
+        found = self.fitter.fit(hypothesis, start, self.noise, free_noise, bound, base)
         if found is not None:
             self._best = min(self._best, found.reached)
         return found

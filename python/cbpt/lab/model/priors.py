@@ -299,6 +299,12 @@ def joints(torque_Nm: float) -> tuple[Variant, ...]:
     return (replace(shaft, shapes=(growth,), name="stiffening"),)
 
 
+def torque_zeros(torque_Nm: float) -> tuple[Variant, ...]:
+    """A zero error of 0.2 to 20 % of the largest torque."""
+    low, high = 0.002 * torque_Nm, 0.2 * torque_Nm
+    return (Variant("torque_zero", ("zero_error_Nm",), low, high, signed=True, scaled=True),)
+
+
 LOT = "ball_diameter_lot"
 
 PRIORS = {

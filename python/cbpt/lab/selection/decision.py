@@ -228,7 +228,7 @@ def _no_effect(competition: Competition, posterior: Posterior, rules: DecisionRu
             kind=kind,
             effects=effects,
             rivals=(rivals,) if rivals else (),
-            probability=posterior.within({*effects, *rivals, *PRIORS, OFFSET}),
+            probability=posterior.demands_at_most({*effects, *rivals, *PRIORS, OFFSET}),
             rests_on=rests,
             within_uncertainty=within_uncertainty,
             names=(),

@@ -246,7 +246,7 @@ def _noises(setting: Setting) -> list[Noise]:
     flexible = setting.flexible
     typical = float(np.median(c.u_arcsec)) * flexible.scale
     correlations = _LIMITS.correlations if rows.runs < len(c) else (0.0,)
-    offsets = _LIMITS.offsets if 2 < rows.runs < len(c) else (0.0,)
+    offsets = _LIMITS.offsets if 1 < rows.runs < len(c) else (0.0,)
     return list(setting.noises) + [
         replace(flexible, correlation=correlation, offset_arcsec=offset * typical)
         for correlation in correlations
@@ -346,9 +346,9 @@ def _pairs(view: View, count: int) -> list[tuple[int, ...]]:
     return [members for score, members in ranked if np.isfinite(score)]
 
 
-def additions_to(setting: Setting, base: Fit, noises: Sequence[Noise] = ()) -> list[Offer]:
-    """One effect more than those of a fit, about its values; under some noises, else under its own
-    and those near it."""
+def additions_to(setting: Setting, base: Fit, noises: Sequence[Noise] = ()) -> list[list[Offer]]:
+    """One effect more than those of a fit, about its values, each in all of its forms, the best
+    first; under some noises, else under its own and those near it."""
     about = setting.library.about(base, setting.names, secants=False)
     # As the library has it: a discrepancy of the first effects may be the further one.
     exact = replace(base, discrepancy_sd=0.0)
@@ -358,10 +358,16 @@ def additions_to(setting: Setting, base: Fit, noises: Sequence[Noise] = ()) -> l
         view = View(setting, setting.fitter.look(exact, noise), about)
         score = view.singles()
         for m in np.flatnonzero(np.isfinite(score)).tolist():
-            effect = about[m].variant.effect
-            if effect not in have and (effect not in found or score[m] > found[effect][0] + 1e-6):
-                found[effect] = float(score[m]), view, m
-    return best_of_each(view.offer((m,), base) for _, view, m in found.values())
+            effect, label = about[m].variant.effect, about[m].variant.label
+            if effect not in have and (label not in found or score[m] > found[label][0] + 1e-6):
+                found[label] = float(score[m]), view, m
+    forms: dict[Names, list[Offer]] = {}
+    for offer in sorted(
+        (view.offer((m,), base) for _, view, m in found.values()), key=lambda o: -round(o.score, 6)
+    ):
+        if np.isfinite(offer.score):
+            forms.setdefault(offer.names, []).append(offer)
+    return list(forms.values())
 
 
 def _near(noise: Noise, flexible: Noise) -> list[Noise]:

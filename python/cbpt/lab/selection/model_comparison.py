@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from cbpt.lab.covariance.fit_noise import price_of
 from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.inference.evidence import Fit
-from cbpt.lab.inference.fit import Fitter
+from cbpt.lab.inference.fit import Fitter, Race
 from cbpt.lab.inference.hypothesis import Hypothesis
 from cbpt.lab.inference.modes import with_modes
 from cbpt.lab.model.dataset import Campaign
@@ -41,7 +41,14 @@ from cbpt.lab.selection.linear_search import (
     views,
 )
 from cbpt.lab.selection.rules import RULES
-from cbpt.lab.selection.setting import Names, Setting, prepare, prior
+from cbpt.lab.selection.setting import (
+    Names,
+    Setting,
+    of_the_instrument,
+    plain,
+    prepare,
+    prior,
+)
 from cbpt.lab.selection.starts import start_values
 
 Floats = NDArray[np.float64]
@@ -142,6 +149,7 @@ def compete(
     if campaign.drive.kind == "torsion_spring":
         contest.fit_together()
     report("lack of fit", 0.85)
+    contest.ask_the_instrument()
     contest.find_modes_of_best()
     unnamed = contest.unnamed()
     report("p-values by simulation", 0.95)
@@ -183,22 +191,30 @@ class _Contest:
     def fit_singles(self) -> None:
         """Every effect that may gain, in its most probable variants."""
         promising = _promising(self.singles)
-        for number, offer in enumerate(promising):
-            variant = offer.signatures[0].variant
-            self.report(variant.effect, 0.1 + 0.4 * number / len(promising))
-            self.fit_offer(offer)
-            if self.fitter.campaign.drive.kind == "torsion_spring":
-                # Play and friction are as large as the angle itself: through correlated noise a
-                # fit may not find its way to them.
-                start = start_values(self.fitter, offer.signatures, offer.sizes)
-                self.keep(self.fitter.fit(Hypothesis((variant,)), start, self.setting.plain))
+        near = self.singles[0].score - _EFFORT.modes_room if self.singles else 0.0
+        for number, (effect, forms) in enumerate(promising.items()):
+            self.report(effect, 0.1 + 0.4 * number / len(promising))
+            few = forms[: _EFFORT.variants]
+            for offer in self.ahead(forms) if forms[0].score > near else few:
+                self.fit_offer(offer)
+                if self.fitter.campaign.drive.kind == "torsion_spring":
+                    # Play and friction are as large as the angle itself: through correlated noise
+                    # a fit may not find its way to them.
+                    hypothesis = Hypothesis((offer.signatures[0].variant,))
+                    start = start_values(self.fitter, offer.signatures, offer.sizes)
+                    self.keep(self.fitter.fit(hypothesis, start, self.setting.plain))
 
     def fit_offer(self, offer: Offer) -> None:
         """The full fit of a set that the linear search offers."""
+        base = offer.base or self.setting.null
+        self.keep(self.fitter.fit(*self.begun(offer), offer.noise, base=base))
+
+    def begun(self, offer: Offer) -> tuple[Hypothesis, Floats]:
+        """What is offered, and the values to begin with."""
         before = offer.base.hypothesis.variants if offer.base else ()
-        added = tuple(s.variant for s in offer.signatures)
+        hypothesis = Hypothesis((*before, *(s.variant for s in offer.signatures)))
         start = start_values(self.fitter, offer.signatures, offer.sizes, offer.base)
-        self.keep(self.fitter.fit(Hypothesis((*before, *added)), start, offer.noise))
+        return hypothesis, start
 
     def find_modes(self) -> None:
         """Other modes of the singles that are near the best."""
@@ -211,12 +227,21 @@ class _Contest:
         """Pairs and triples that may beat every single one."""
         self.report("sets of effects", 0.5)
         offers = set_offers(self.views, len(self.setting.signatures))
-        best = max(*(self.score(n) for n in self.fits), *(o.score for o in offers[:1]))
-        near = [o for o in offers if o.score > best - _EFFORT.room]
+        fitted = max(self.score(n) for n in self.fits) - _EFFORT.settled_room
+        least = {
+            # What a lot promises, which can be any function, is no measure of the others.
+            lot: max((o.score for o in offers if o.has_lot == lot), default=0.0) - _EFFORT.room
+            for lot in (False, True)
+        }
+        near = [o for o in offers if o.score > max(least[o.has_lot], fitted)]
         near = leaders(near, lambda o: o.has_lot, _EFFORT.sets)
         for number, offer in enumerate(near, 1):
             self.fit_offer(offer)
             self.report("sets of effects", 0.5 + 0.15 * number / len(near))
+        # What a triple follows, one of its pairs may follow as well.
+        best = max(self.score(n) for n in self.fits) - _EFFORT.room
+        for names in [n for n in self.fits if len(n) > 2 and self.score(n) > best]:
+            self.drop(names)
 
     def add_drop_swap(self) -> None:
         """One effect more, less or another than the best sets have, until nothing gains."""
@@ -240,12 +265,38 @@ class _Contest:
                     if rest is not None:
                         self.fit_near(additions_to(self.setting, rest, (fit.noise,)))
 
-    def fit_near(self, offers: Sequence[Offer]) -> None:
-        """The best offers that may come near the best fit and are not fitted yet."""
-        least = max(self.score(n) for n in self.fits) - _EFFORT.room
-        fresh = [o for o in offers if o.score > least and o.names not in self.fits]
-        for offer in fresh[: _EFFORT.additions]:
-            self.fit_offer(offer)
+    def fit_near(self, offers: Sequence[Sequence[Offer]]) -> None:
+        """The best offers, each in all of its forms, that may come near the best fit and are not
+        fitted yet, or fitted to less than is offered now.
+
+        Where the best set is among the offers, it is what it was offered at that counts: a search
+        finds shapes that the grid of the linear problem does not have.
+        """
+        best = max(self.fits, key=self.score)
+        of_best = (forms[0].score for forms in offers if forms[0].names == best)
+        least = min(self.score(best), next(of_best, np.inf)) - _EFFORT.room
+        fresh = [o for o in offers if o[0].score > least and self.falls_short(o[0])]
+        for forms in fresh[: _EFFORT.additions]:
+            for offer in self.ahead(forms) if len(forms) > _EFFORT.variants else forms[:1]:
+                self.fit_offer(offer)
+
+    def ahead(self, forms: Sequence[Offer]) -> Sequence[Offer]:
+        """All forms of a few; of many those that are ahead once each is fitted under the noise of
+        the offer, because the linear problem cannot tell forms that hardly show when small."""
+        if len(forms) <= _EFFORT.variants:
+            return forms
+        race = Race(self.fitter, forms[0].noise)
+        misfit = []
+        for offer in forms:
+            base = offer.base or self.setting.null
+            fit = race.fit(*self.begun(offer), free_noise=False, base=base)
+            misfit.append(np.inf if fit is None else fit.reached)
+        return [forms[i] for i in np.argsort(misfit)[: _EFFORT.variants - 1].tolist()]
+
+    def falls_short(self, offer: Offer) -> bool:
+        """Whether no fit of a set is near what is offered."""
+        known = self.fits.get(offer.names)
+        return known is None or self.setting.score(known) < offer.score - _EFFORT.room
 
     def drop(self, names: Names, again: bool = False) -> None:
         """All sets of one effect less than a set; `again`: those that are fitted too, from its
@@ -282,11 +333,15 @@ class _Contest:
             # What ended elsewhere may be far behind, and no less worth another start.
             if max(self.score(names), self.score(below)) < best - _EFFORT.settled_room:
                 continue
-            if follows(fit) < follows(self.fits[below]) - _EFFORT.worse:
-                start = self.fitter.start(fit.hypothesis, {})
-                kept = [u.index for u in self.fits[below].unknowns]
-                start[kept] = self.fits[below].point.values[kept]
-                found = self.fitter.fit(fit.hypothesis, start, self.fits[below].noise)
+            smaller = self.fits[below]
+            if follows(fit) < follows(smaller) - _EFFORT.worse:
+                # In the forms of the smaller set, whose values these are.
+                more = (v for v in fit.hypothesis.variants if v.effect not in below)
+                hypothesis = Hypothesis((*smaller.hypothesis.variants, *more))
+                start = self.fitter.start(hypothesis, {})
+                kept = [u.index for u in smaller.unknowns]
+                start[kept] = smaller.point.values[kept]
+                found = self.fitter.fit(hypothesis, start, smaller.noise)
                 self.keep(found)
                 bare = _without_idle(self.fitter, found)
                 if bare is not None and bare.hypothesis.effects != names:
@@ -320,6 +375,23 @@ class _Contest:
                 self.report("effects together", 0.8)
                 self.keep(fit)
 
+    def ask_the_instrument(self) -> None:
+        """What is left of the drive as stated and of the best set may be what the instrument does:
+        beside few readings a fit that may follow the whole library does not show it. And what the
+        instrument seems to do may be an effect: sets near the best are tried without it."""
+        near = max(self.score(n) for n in self.fits) - _EFFORT.modes_room
+        for names in [n for n in self.fits if n and self.score(n) > near]:
+            fit = self.fits[names]
+            if fit.noise.artefact is not None:
+                bare = replace(fit.noise, artefact=None)
+                self.keep(self.fitter.fit(fit.hypothesis, fit.point.values, bare))
+        for names in sorted({(), max(self.fits, key=self.score)}):
+            fit = self.fits[names]
+            # A correlation may stand in for what the instrument does.
+            for start in (fit.noise, plain(fit.noise)):
+                for noise in of_the_instrument(self.fitter, fit, start):
+                    self.keep(self.fitter.fit(fit.hypothesis, fit.point.values, noise))
+
     def find_modes_of_best(self) -> None:
         """Other modes of the best set, where they were not searched for yet."""
         top = max(self.fits, key=self.score)
@@ -331,7 +403,7 @@ class _Contest:
         most probable first."""
         setting, fits = self.setting, self.fits
         best = max(fits, key=self.score)
-        null = setting.score(setting.null)
+        null = self.score(())
         found = [
             (
                 p.log_evidence
@@ -374,19 +446,15 @@ def follows(fit: Fit) -> float:
     return -0.5 * (fit.margin.chi2 + fit.whitener.log_det) - price_of(fit.noise)
 
 
-def _promising(singles: Sequence[Offer]) -> list[Offer]:
-    """The best variants of every effect that may matter; the most promising first."""
-    best: dict[str, list[float]] = {}
-    out: list[Offer] = []
+def _promising(singles: Sequence[Offer]) -> dict[str, list[Offer]]:
+    """The forms of every effect that may matter, the most promising first."""
+    out: dict[str, list[Offer]] = {}
     for offer in singles:
-        if len(best) >= _EFFORT.singles and offer.score < singles[0].score - _EFFORT.single_room:
+        if len(out) >= _EFFORT.singles and offer.score < singles[0].score - _EFFORT.single_room:
             break
-        scores = best.setdefault(offer.signatures[0].variant.effect, [])
-        if len(scores) < _EFFORT.variants and (
-            not scores or offer.score > scores[0] - _EFFORT.variant_room
-        ):
-            scores.append(offer.score)
-            out.append(offer)
+        forms = out.setdefault(offer.signatures[0].variant.effect, [])
+        if not forms or offer.score > forms[0].score - _EFFORT.variant_room:
+            forms.append(offer)
     return out
 
 

@@ -22,7 +22,7 @@ import numpy as np
 from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.selection.model_comparison import Competition
 from cbpt.lab.selection.rules import DecisionRules
-from cbpt.lab.selection.setting import Names
+from cbpt.lab.selection.setting import Names, prior
 
 _MOST_OPEN = 8
 """Effects, the most probable ones, among which groups are looked for of which one is needed."""
@@ -34,6 +34,9 @@ class Posterior:
     """Probability of every set that was weighed."""
 
     sets: Mapping[Names, float]
+    undemanded: frozenset[Names] = frozenset()
+    """Sets whose evidence is no greater than that of the drive as stated: an effect too small for
+    these readings has the probability that it had before, and speaks against no other."""
 
     @property
     def best(self) -> Names:
@@ -72,6 +75,16 @@ class Posterior:
         names = set(allowed)
         return float(sum(p for found, p in self.sets.items() if set(found) <= names))
 
+    def demands_at_most(self, allowed: Iterable[str]) -> float:
+        """Probability that the readings demand nothing but some effects."""
+        names = set(allowed)
+        more = sum(
+            p
+            for found, p in self.sets.items()
+            if not set(found) <= names and found not in self.undemanded
+        )
+        return 1.0 - float(more)
+
 
 @dataclass(frozen=True)
 class Spoken:
@@ -93,20 +106,24 @@ def posterior_of(competition: Competition) -> Posterior:
     """From the odds of a competition; of sets that were fitted with and without offsets of runs the
     more probable form counts."""
     odds: dict[Names, float] = {}
+    undemanded: set[Names] = set()
 
-    def add(names: Iterable[str], value: float) -> None:
-        key = tuple(sorted(names))
-        odds[key] = max(value, odds.get(key, -np.inf))
+    def add(names: Names, noise: Noise, value: float) -> None:
+        key = set_of(names, noise)
+        if value > odds.get(key, -np.inf):
+            odds[key] = value
+            (undemanded.discard if value > prior(names) else undemanded.add)(key)
 
     for names, value in competition.log_odds.items():
-        add(set_of(names, competition.fits[names].noise), value)
+        add(names, competition.fits[names].noise, value)
     unnamed = zip(competition.lacks_of_fit, competition.lack_of_fit_log_odds, strict=True)
     for lack, value in unnamed:
-        add((*lack.base, *_offset(lack.noise), UNKNOWN), value)
+        add((*lack.base, UNKNOWN), lack.noise, value)
     top = max(odds.values())
     weights = {names: float(np.exp(value - top)) for names, value in odds.items()}
     total = sum(weights.values())
-    return Posterior({names: weight / total for names, weight in weights.items()})
+    sets = {names: weight / total for names, weight in weights.items()}
+    return Posterior(sets, frozenset(undemanded))
 
 
 def set_of(names: Names, noise: Noise) -> Names:

@@ -106,7 +106,7 @@ def prepare(fitter: Fitter) -> Setting:
     nulls = [fit for kind in kinds if (fit := fitter.fit(nothing, noise=kind)) is not None]
     nulls.sort(key=lambda fit: -fit.log_evidence)
     null = nulls[0]
-    plain = _plain(null.noise)
+    bare = plain(null.noise)
     flexibles = [_flexible_noise(fitter, fit, signatures) for fit in nulls]
     flexible = flexibles[0]
     # Behind the others, so that a number means the same in both lists.
@@ -114,7 +114,7 @@ def prepare(fitter: Fitter) -> Setting:
     return Setting(
         fitter=fitter,
         null=null,
-        plain=plain,
+        plain=bare,
         flexible=flexible,
         noises=tuple(n for f, g in zip(nulls, flexibles, strict=True) for n in (f.noise, g)),
         library=library,
@@ -188,7 +188,7 @@ def _of_the_torque(
             )
         )
     best, of_best = max(found, key=lambda f: f[1])
-    return [_plain(best)] if of_best > value else []
+    return [plain(best)] if of_best > value else []
 
 
 def _of_the_instrument(
@@ -196,29 +196,42 @@ def _of_the_instrument(
 ) -> list[Noise]:
     """Artefacts of the instrument, each where a fit that may follow the whole library gains by
     it. freely: such a fit under plain noise."""
-    c, columns = fitter.campaign, _library_columns(fitter, signatures)
-    # Beside a loop of play and friction still to be explained nothing is told of the instrument.
-    if c.drive.kind == "torsion_spring":
-        return []
     noise, value = freely
+    columns = _library_columns(fitter, signatures)
+    found = []
+    for kind in of_the_instrument(fitter, fit, noise, columns):
+        fitted, of_fitted = _flexible_fit(fitter, fit, signatures, kind, bool(noise.numbers))
+        if of_fitted > value:
+            found.append(plain(fitted))
+    return found
+
+
+def of_the_instrument(
+    fitter: Fitter, fit: Fit, noise: Noise, columns: Floats | None = None
+) -> Iterator[Noise]:
+    """A noise with each artefact of the instrument that gains more than it costs, about a fit, of
+    the size that gains most. columns: what else is free, of length 1 in stated uncertainties."""
+    c = fitter.campaign
+    # Beside a loop of play and friction still to be explained nothing is told of the instrument.
+    if c.drive.kind == "torsion_spring" or noise.artefact is not None:
+        return
     y, x, precision = fitter.linear(fit)
+    if columns is not None:
+        x, precision = (
+            np.column_stack([x, columns]),
+            np.r_[precision, np.full(columns.shape[1], 1e-4)],
+        )
     some = c.rows.thinned(_SCREENED) if len(c) > _SCREENED else np.ones(len(c), dtype=bool)
     whitener = Whitener.of(noise.select(some), c.u_arcsec[some], c.rows.select(some))
-    free = np.r_[precision, np.full(columns.shape[1], 1e-4)]
-    margin = Margin.of(whitener(y[some]), whitener(np.column_stack([x, columns])[some]), free)
+    margin = Margin.of(whitener(y[some]), whitener(x[some]), precision)
     sizes = np.array(_ARTEFACT_SIZES) * float(np.median(c.u_arcsec))
-    found = []
     for artefact in _artefacts(c):
         seen = whitener(artefact.columns_arcsec[some])
         left = margin.left(seen)
         gains = gains_of(seen.T @ left, left.T @ margin.y, sizes)
-        best = artefact.sized(sizes[int(np.argmax(gains))])
-        kind = replace(noise, artefact=best)
+        kind = replace(noise, artefact=artefact.sized(sizes[int(np.argmax(gains))]))
         if gains.max() > price_of(kind) - price_of(noise):
-            fitted, of_fitted = _flexible_fit(fitter, fit, signatures, kind, bool(noise.numbers))
-            if of_fitted > value:
-                found.append(_plain(fitted))
-    return found
+            yield kind
 
 
 def _artefacts(campaign: Campaign) -> Iterator[Artefact]:
@@ -242,7 +255,7 @@ def _slope(fit: Fit, size: Floats) -> Floats | None:
     return np.where(loaded, slope, np.median(slope[small]))
 
 
-def _plain(noise: Noise) -> Noise:
+def plain(noise: Noise) -> Noise:
     """A noise without what is fitted of it."""
     return replace(noise, scale=1.0, correlation=0.0, offset_arcsec=0.0)
 
@@ -250,7 +263,7 @@ def _plain(noise: Noise) -> Noise:
 def _flexible_noise(fitter: Fitter, fit: Fit, signatures: list[Signature]) -> Noise:
     """The noise as seen by a fit that may follow the whole library."""
     c = fitter.campaign
-    noise, _ = _flexible_fit(fitter, fit, signatures, _plain(fit.noise))
+    noise, _ = _flexible_fit(fitter, fit, signatures, plain(fit.noise))
     # What so many free columns take from the scatter by chance is given back.
     columns = _library_columns(fitter, signatures)
     size = np.linalg.svd(columns / c.u_arcsec[:, None], compute_uv=False)

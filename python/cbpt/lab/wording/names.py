@@ -1,6 +1,7 @@
 """Effects, kinds of noise and columns of readings in words.
 
 called              the name of an effect in a sentence, for a kind of reducer
+number_called       the same of a number of the drive or the rig
 tell_tale           how an effect shows in the readings
 columns_in_words    what something depends on
 scatter_from        what the scatter of readings was taken from
@@ -18,6 +19,7 @@ NAMES = {
     "contact_stiffness": "a contact stiffness other than designed",
     "contact_angle": "contact angles other than designed",
     "torque_scale": "a wrong gain of the torque readings",
+    "torque_zero": "a zero error of the torque readings",
     "preload_scale": "a wrong gain of the preload readings",
     "sensor_gain": "a wrong gain of the angle sensor",
     "sensor_nonlinearity": "a nonlinear angle sensor",
@@ -53,6 +55,14 @@ _OF_SPRINGS = {
     "friction_hysteresis": "friction (a hysteresis loop)",
 }
 
+_NUMBERS = {
+    "contact_stiffness": "the contact stiffness",
+    "contact_angle": "the contact angle",
+    "torque_scale": "the gain of the torque readings",
+    "preload_scale": "the gain of the preload readings",
+    "sensor_gain": "the gain of the angle sensor",
+}
+
 _TELL_TALES = {spec.id: spec.tell_tale for spec in effect_specs()}
 _TELL_TALES_OF_SPRINGS = {
     "torque_scale": "shifts the bends of the curve along the torque axis",
@@ -83,6 +93,13 @@ def called(effect: str, kind: str) -> str:
     """The name of an effect in a sentence, for a reducer of that kind."""
     own = _OF_SPRINGS if kind == "torsion_spring" else {}
     return own.get(effect, NAMES.get(effect, effect))
+
+
+def number_called(number: str, kind: str) -> str:
+    """The name of a number of the drive or the rig, for a reducer of that kind."""
+    if kind == "torsion_spring" and number == "contact_stiffness":
+        return "the torsional stiffness"
+    return _NUMBERS.get(number, number)
 
 
 def tell_tale(effect: str, kind: str) -> str:

@@ -563,9 +563,9 @@ def own_section(answer: Mapping[str, Any] | None) -> Own:
 
 
 def _why_no_run(answer: Mapping[str, Any]) -> str:
-    verdict = answer["verdict"]
+    verdict, unknown = answer["verdict"], answer["unknown"]
     if verdict["kind"] == "unknown":
-        return str(answer["unknown"]["measure_next"])
+        return str(unknown["measure_next"])
     for one, other in (pair for group in verdict["rivals"] for pair in combinations(group, 2)):
         if other in TWINS.get(one, []):
             return (
@@ -574,4 +574,6 @@ def _why_no_run(answer: Mapping[str, Any]) -> str:
             ).replace("_", " ")
     if verdict["rivals"] or verdict["perhaps"]:
         return "no run like the previous ones would decide between the combinations that are open"
+    if unknown:
+        return str(unknown["measure_next"])
     return "nothing is open, so no further run is needed to decide"

@@ -312,11 +312,20 @@ function restsOn(numbers) {
   );
 }
 
-/** @param {PageDocument} whole */
+/** Many are folded; on paper they stand in the appendix. @param {PageDocument} whole */
 function notes(whole) {
   const { notes } = whole.data;
-  if (!notes.length) return null;
-  const list = el("ul", { class: "plain small quiet" }, notes.map((n) => el("li", {}, n)));
-  if (notes.length <= MOST_NOTES) return list;
-  return el("details", {}, el("summary", {}, `${notes.length} notes on the readings`), list);
+  const list = () => el("ul", { class: "plain small quiet" }, notes.map((n) => el("li", {}, n)));
+  const told = `${notes.length} notes on the readings`;
+  if (notes.length <= MOST_NOTES) {
+    fill(byId("notes"));
+    return notes.length ? list() : null;
+  }
+  fill(byId("notes"), el("h2", {}, told), list());
+  return el(
+    "div",
+    {},
+    el("details", { class: "no-print" }, el("summary", {}, told), list()),
+    el("p", { class: "small quiet paper-only" }, `${told} stand in the appendix.`),
+  );
 }
