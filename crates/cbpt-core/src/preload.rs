@@ -367,3 +367,19 @@ fn rows_thresholds(
     let none = PreloadThresholds { hold_N: 0.0, continuous_N: 0.0, zero_backlash_N: 0.0 };
     rows.iter().map(|row| of_pair(row, torque_Nm)).fold(none, PreloadThresholds::max)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_are_spread_over_all_turns() {
+        let drive = Drive::paper_base_case();
+        let places = places_as_made_rad(&drive);
+        let whole_rad = TAU * f64::from(drive.repetition_turns());
+        let next = places.iter().skip(1).chain([&whole_rad]);
+        for (here, next) in places.iter().zip(next) {
+            assert!(((next - here) * places.len() as f64 / whole_rad - 1.0).abs() < 1e-6);
+        }
+    }
+}

@@ -47,7 +47,14 @@ pub fn parts(torque_Nm: f64, reference_Nm: f64) -> ([f64; 2], [f64; 2]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effect::testing::{assert_close, vanishes};
+    use crate::effect::testing::{assert_close, contact, vanishes};
+
+    #[test]
+    fn its_parts_are_those_of_the_contacts() {
+        let [squared, cubed] = contact(&SPEC, &[1e-3, 2e-3, 50.0]).curve_rad.map(|part| part.value);
+        assert_close(squared, 1e-3);
+        assert_close(cubed, 2e-3);
+    }
 
     /// At the reference torque each part is 1, and it is odd.
     #[test]

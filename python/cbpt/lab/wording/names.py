@@ -66,6 +66,7 @@ _NUMBERS = {
 _TELL_TALES = {spec.id: spec.tell_tale for spec in effect_specs()}
 _TELL_TALES_OF_SPRINGS = {
     "torque_scale": "shifts the bends of the curve along the torque axis",
+    "torque_zero": "shifts the whole curve along the torque axis, its loop with it",
     "sensor_gain": "scales every angle; the bends of the curve stay at their torques",
     "eccentric_bearing": "grows with torque, less than in proportion",
     "output_torsion": "linear in torque, no loop",
