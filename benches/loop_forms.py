@@ -23,6 +23,7 @@ FORMS: dict[str, tuple[str, ...]] = {
     "Dahl": ("backlash", "friction_hysteresis"),
     "slip one after another": ("backlash", "distributed_friction"),
     "Dahl and a rate": ("backlash", "friction_hysteresis", "rate_friction"),
+    "breaks away": ("backlash", "breakaway_friction"),
     "Dahl and a stop": ("backlash", "friction_hysteresis", "hard_stop"),
 }
 TORQUE = "friction_torque_Nm"

@@ -165,7 +165,8 @@ def values_of(found: _core.Predictor, numbers: list[Values]) -> Floats:
 
 def test_every_effect_that_the_rig_has_is_compared() -> None:
     ids = [spec.id for spec in _core.effect_specs() if "ball_drive" in spec.reducers]
-    of_loops = {"hard_stop", "distributed_friction", "rate_friction"}  # test_loop_forms.py
+    # test_loop_forms.py, test_breakaway.py
+    of_loops = {"hard_stop", "distributed_friction", "rate_friction", "breakaway_friction"}
     alone = {"run_offset", "torque_zero", *of_loops}
     assert set(SAME) == set(ids) - alone == set(LIBRARY) - {"run_offset"}
 

@@ -194,6 +194,8 @@ fn typical(id: &str, stem: &str) -> f64 {
         (_, "zero_error") => 0.31,
         (_, "engagement_angle" | "slip_angle") => 2e-3,
         (_, "load_growth") => 0.03,
+        (_, "breakaway_share") => 0.4,
+        (_, "weakening_ratio") => 4.5,
         (_, "permanent_set" | "permanent_set_of_run" | "settled") => 3e-4,
         (_, "time_constant") => 7.0,
         (_, "settling_cycles") => 2.0,

@@ -68,6 +68,7 @@ fn act(own: &[Dual], _: &Row, load: &mut Load) {
             torque_Nm: torque_Nm * share,
             growth_per_Nm,
             engagement_angle_rad: slip_rad * edge(0.5),
+            helps: false,
         });
     }
 }

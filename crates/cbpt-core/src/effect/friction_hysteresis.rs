@@ -46,6 +46,7 @@ fn act(own: &[Dual], _: &Row, load: &mut Load) {
         engagement_angle_rad: own[1],
         torque_Nm: own[2],
         growth_per_Nm: own[3],
+        helps: false,
     });
 }
 

@@ -24,6 +24,7 @@ pub mod spec;
 pub mod backlash;
 pub mod ball_diameter_lot;
 pub mod bearing_play;
+pub mod breakaway_friction;
 pub mod contact_angle;
 pub mod contact_stiffness;
 pub mod creep;
@@ -58,7 +59,7 @@ pub use own::{AddsTo, OwnEffect, OwnParameter};
 pub use spec::{Class, Parameter, Port, Reducers, Scale, Spec};
 
 /// Every effect, in the order in which all documents list them.
-pub static LIBRARY: [&Spec; 29] = [
+pub static LIBRARY: [&Spec; 30] = [
     &contact_stiffness::SPEC,
     &contact_angle::SPEC,
     &torque_scale::SPEC,
@@ -77,6 +78,7 @@ pub static LIBRARY: [&Spec; 29] = [
     &friction_hysteresis::SPEC,
     &distributed_friction::SPEC,
     &rate_friction::SPEC,
+    &breakaway_friction::SPEC,
     &preload_loss::SPEC,
     &preload_spring::SPEC,
     &thermal_preload::SPEC,
@@ -91,8 +93,12 @@ pub static LIBRARY: [&Spec; 29] = [
 ];
 
 /// Effects that rub on the rotation, and so make a run a history.
-pub const RUBS: [&str; 3] =
-    [friction_hysteresis::SPEC.id, distributed_friction::SPEC.id, rate_friction::SPEC.id];
+pub const RUBS: [&str; 4] = [
+    friction_hysteresis::SPEC.id,
+    distributed_friction::SPEC.id,
+    rate_friction::SPEC.id,
+    breakaway_friction::SPEC.id,
+];
 
 /// The effect of this id.
 pub fn find(id: &str) -> Option<&'static Spec> {

@@ -73,13 +73,16 @@ pub struct Friction {
     pub growth_per_Nm: Dual,
     /// Angle over which it builds up, rad.
     pub engagement_angle_rad: Dual,
+    /// Whether it helps the rotation on: a part that weakens another friction.
+    pub helps: bool,
 }
 
 impl Friction {
-    /// Largest friction torque under a load, N m.
+    /// Largest friction torque under a load, N m; negative where it helps.
     pub fn limit_Nm(&self, load: &Load) -> Dual {
         let at_rest = self.radius_m * load.preload_N + self.torque_Nm;
-        at_rest * (self.growth_per_Nm * load.torque_Nm.abs() + 1.0)
+        let limit = at_rest * (self.growth_per_Nm * load.torque_Nm.abs() + 1.0);
+        if self.helps { -limit } else { limit }
     }
 }
 

@@ -48,6 +48,7 @@ fn act(own: &[Dual], row: &Row, load: &mut Load) {
         engagement_angle_rad: Dual::constant(1.0),
         torque_Nm: none,
         growth_per_Nm: none,
+        helps: false,
     };
     load.friction.push(if row.step_time_s > 0.0 {
         Friction {

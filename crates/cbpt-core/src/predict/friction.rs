@@ -9,6 +9,13 @@
 //!   dm (1 + a sum L z_A) = dM0 - sum [z dL + L (z_A (dA' - dA_before) + z_before dz_before + z_p dalpha_p)],
 //!
 //! dA' = dalpha' + dseries.
+//!
+//! Where a part H z of the friction helps the rotation on (`breakaway_friction`), the balance P(m) - H z(A(m)) = 0, P being the
+//! sum above of all others, may have several roots. The torque changes one way from reading to reading, slowly, and the
+//! rotation follows it: it reaches the first root on its way from where it was, and jumps there where roots meet and vanish. From
+//! the help at rest on the steps P(`m_{n + 1}`) = H z(A(`m_n`)) go that way and never past that root, as both sides grow with m.
+//! They crawl by a place that is almost a root; what is not reached in [`MOST_SLIPS`] of them has no solution. Newton's method
+//! ends the search within a way over which no friction changes much ([`STRAIGHT`]).
 
 use crate::effect::dual::Dual;
 use crate::effect::port::{Friction, Load};
@@ -30,6 +37,10 @@ pub struct Memory<T> {
 const MOST_STEPS: u32 = 200;
 /// Balance of the torques, as a share of them.
 const TOLERANCE: f64 = 1e-12;
+/// Steps to the first root where a part of the friction helps.
+const MOST_SLIPS: u32 = 5000;
+/// Share of the shortest engagement angle over which friction is straight enough for Newton's method.
+const STRAIGHT: f64 = 0.02;
 
 /// The total angle from the one at the meshing points' torque held; moves the memory on.
 pub fn with_torque(at_torque: Dual, per_torque: f64, load: &Load, memory: &mut Memory<Dual>) -> Dual {
@@ -73,17 +84,61 @@ pub struct Held<'a> {
 }
 
 impl Held<'_> {
-    /// Solves the row by Newton's method for the torque at the meshing points, between bounds, which bisection narrows where
-    /// Newton would leave them or does not halve its steps: across a play the balance is a steep step between flat parts, from
-    /// one of which Newton jumps to the other. `warm` and `mesh_torque_Nm` are a solution nearby, and become the one found.
+    /// Solves the row. `warm` and `mesh_torque_Nm` are a solution nearby, and become the one found.
     ///
     /// # Errors
     /// The status, where there is no solution.
     pub fn solve(&self, warm: &mut Warm, mesh_torque_Nm: &mut Option<f64>) -> Result<Mesh, Status> {
-        let (torque_Nm, preload_N) = (self.load.torque_Nm.value, self.load.preload_N.value);
-        let most: f64 = self.load.friction.iter().map(|friction| self.limit_Nm(friction)).sum();
+        let helped = self.frictions(true).any(|(_, friction)| self.limit_Nm(friction) != 0.0);
+        let (m, mesh) = if helped {
+            self.first_reached(warm, mesh_torque_Nm)?
+        } else {
+            self.balanced(0.0, warm, mesh_torque_Nm)?
+        };
+        let again = |wanted| self.site.solve([m, self.load.preload_N.value], Some(wanted), warm);
+        self.wanted.map_or(Ok(mesh), again)
+    }
+
+    /// The first root on the way, where a part of the friction helps.
+    fn first_reached(
+        &self,
+        warm: &mut Warm,
+        mesh_torque_Nm: &mut Option<f64>,
+    ) -> Result<(f64, Mesh), Status> {
+        let size = self.load.torque_Nm.value.abs() + self.most_Nm(false) + self.most_Nm(true);
+        let straight_rad = STRAIGHT * self.shortest_rad();
+        let mut help_Nm = self.helps(0.0)[0];
+        let mut left_Nm = f64::INFINITY;
+        for _ in 0..MOST_SLIPS {
+            let (m, mesh) = self.balanced(help_Nm, warm, mesh_torque_Nm)?;
+            let [there_Nm, by_way] = self.helps(self.way_rad(&mesh));
+            left_Nm = there_Nm - help_Nm;
+            if left_Nm.abs() <= TOLERANCE * size {
+                return Ok((m, mesh));
+            }
+            // What the rotation turns for each newton metre of help, and the help that this brings in its turn.
+            let rad_per_Nm = mesh.slopes.torque / self.unbalanced(m, &mesh, help_Nm).1;
+            let again = by_way * rad_per_Nm;
+            let newton = left_Nm / (1.0 - again);
+            let near = again < 1.0 && (newton * rad_per_Nm).abs() <= straight_rad;
+            help_Nm += if near { newton } else { left_Nm };
+        }
+        Err(Status::NotConverged { residual: left_Nm.abs() / size })
+    }
+
+    /// The one root where parts that help do so by a given torque, by Newton's method for the torque at the meshing points,
+    /// between bounds, which bisection narrows where Newton would leave them or does not halve its steps: across a play the
+    /// balance is a steep step between flat parts, from one of which Newton jumps to the other.
+    fn balanced(
+        &self,
+        help_Nm: f64,
+        warm: &mut Warm,
+        mesh_torque_Nm: &mut Option<f64>,
+    ) -> Result<(f64, Mesh), Status> {
+        let (torque_Nm, preload_N) = (self.load.torque_Nm.value + help_Nm, self.load.preload_N.value);
+        let most = self.most_Nm(false);
         // Friction before the way.
-        let now: f64 = self.frictions().map(|(z, friction)| self.limit_Nm(friction) * z).sum();
+        let now: f64 = self.frictions(false).map(|(z, friction)| self.limit_Nm(friction) * z).sum();
         let (mut low, mut high) = (torque_Nm - most, torque_Nm + most);
         let mut m = mesh_torque_Nm.unwrap_or(torque_Nm - now).clamp(low, high);
         let size = torque_Nm.abs() + most;
@@ -103,14 +158,13 @@ impl Held<'_> {
                     continue;
                 }
             };
-            let (unbalanced_Nm, slope) = self.unbalanced(m, &mesh);
+            let (unbalanced_Nm, slope) = self.unbalanced(m, &mesh, help_Nm);
             // Across a steep step the torque's last digit may be more than the tolerance of the balance.
             if unbalanced_Nm.abs() <= TOLERANCE * size
                 || (unbalanced_Nm / slope).abs() <= f64::EPSILON * m.abs()
             {
                 *mesh_torque_Nm = Some(m);
-                let again = |wanted| self.site.solve([m, preload_N], Some(wanted), warm);
-                return self.wanted.map_or(Ok(mesh), again);
+                return Ok((m, mesh));
             }
             last = Status::NotConverged { residual: unbalanced_Nm.abs() / size };
             narrow(&mut low, &mut high, m, unbalanced_Nm > 0.0);
@@ -123,11 +177,11 @@ impl Held<'_> {
         Err(last)
     }
 
-    /// m - M0 + sum L z under a torque m at the meshing points, and its derivative by m.
-    fn unbalanced(&self, m: f64, mesh: &Mesh) -> (f64, f64) {
-        let way = mesh.angle_rad + self.series_rad - self.memory.angle_rad;
-        let (mut unbalanced_Nm, mut slope) = (m - self.load.torque_Nm.value, 1.0);
-        for (z, friction) in self.frictions() {
+    /// m - M0 - help + sum L z of what does not help, under a torque m at the meshing points, and its derivative by m.
+    fn unbalanced(&self, m: f64, mesh: &Mesh, help_Nm: f64) -> (f64, f64) {
+        let way = self.way_rad(mesh);
+        let (mut unbalanced_Nm, mut slope) = (m - (self.load.torque_Nm.value + help_Nm), 1.0);
+        for (z, friction) in self.frictions(false) {
             let (z, [by_way, ..]) = (friction.law)(*z, way, friction.engagement_angle_rad.value);
             unbalanced_Nm += self.limit_Nm(friction) * z;
             slope += self.limit_Nm(friction) * by_way * mesh.slopes.torque;
@@ -135,13 +189,41 @@ impl Held<'_> {
         (unbalanced_Nm, slope)
     }
 
-    /// The frictions with their states before the way.
-    fn frictions(&self) -> impl Iterator<Item = (&f64, &Friction)> {
-        self.memory.states.iter().zip(&self.load.friction)
+    /// What it has turned since the reading before, rad.
+    fn way_rad(&self, mesh: &Mesh) -> f64 {
+        mesh.angle_rad + self.series_rad - self.memory.angle_rad
+    }
+
+    /// The torque by which frictions help after a way, and its derivative by the way.
+    fn helps(&self, way_rad: f64) -> [f64; 2] {
+        let mut sum = [0.0; 2];
+        for (z, friction) in self.frictions(true) {
+            let (z, [by_way, ..]) = (friction.law)(*z, way_rad, friction.engagement_angle_rad.value);
+            let limit = self.limit_Nm(friction);
+            sum = [sum[0] - limit * z, sum[1] - limit * by_way];
+        }
+        sum
+    }
+
+    fn most_Nm(&self, helps: bool) -> f64 {
+        self.frictions(helps).map(|(_, friction)| self.limit_Nm(friction).abs()).sum()
+    }
+
+    /// The shortest angle over which a friction builds up, rad.
+    fn shortest_rad(&self) -> f64 {
+        let angle = |friction: &Friction| friction.engagement_angle_rad.value;
+        self.load.friction.iter().map(angle).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The frictions that help, or the others, with their states before the way.
+    fn frictions(&self, helps: bool) -> impl Iterator<Item = (&f64, &Friction)> {
+        let all = self.memory.states.iter().zip(&self.load.friction);
+        all.filter(move |(_, friction)| friction.helps == helps)
     }
 
     fn limit_Nm(&self, friction: &Friction) -> f64 {
-        friction.limit_Nm(self.load).value.max(0.0)
+        let limit = friction.limit_Nm(self.load).value;
+        if friction.helps { limit.min(0.0) } else { limit.max(0.0) }
     }
 }
 

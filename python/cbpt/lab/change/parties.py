@@ -8,10 +8,12 @@ log_noise   what the noise of a level adds to the log evidence, whatever the val
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 
+from cbpt.errors import InvalidInputError
 from cbpt.lab.change.shared import Party
 from cbpt.lab.covariance.fit_noise import PRICE, log_scale_prior
 from cbpt.lab.covariance.linear_gaussian import log_likelihood
@@ -92,7 +94,9 @@ def _fitted(fitters: Sequence[Fitter], forms: tuple[Variant, ...]) -> list[Fit] 
                 values[mine.index] = np.clip(other.value(theirs), mine.lower, mine.upper)
             starts.append(values)
         if forms:
-            starts.append(best_fit(fitter, [v.label for v in forms]).point.values)
+            with suppress(InvalidInputError):
+                # Not where another level alone shows what a form does: the other starts are left.
+                starts.append(best_fit(fitter, [v.label for v in forms]).point.values)
         tried = [fitter.fit(hypothesis, start) for start in starts]
         solved = [fit for fit in tried if fit is not None]
         if not solved:

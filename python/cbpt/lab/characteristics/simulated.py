@@ -34,7 +34,12 @@ _OF_RIG = ("torque_scale", "sensor_gain")
 """Calibrations of the instruments, which the model has no part in."""
 _POINTS = 121
 """Torques of one leg."""
-_FRICTIONS = ("friction_hysteresis", "distributed_friction", "rate_friction")
+_FRICTIONS = (
+    "friction_hysteresis",
+    "distributed_friction",
+    "rate_friction",
+    "breakaway_friction",
+)
 _SMALL = 0.1
 """Amplitude of the small loops as a share of the full ones, where no readings tell it."""
 

@@ -262,7 +262,7 @@ _TABLE: tuple[Variant, ...] = (
 """All forms of all effects; `low` is the least size that could matter."""
 
 VARIANTS = tuple(replace(v, high=_largest(v.effect, v.sizes[0])) for v in _TABLE)
-ON_REQUEST = ("distributed_friction", "rate_friction", "hard_stop")
+ON_REQUEST = ("distributed_friction", "rate_friction", "breakaway_friction", "hard_stop")
 """Effects that are fitted where the user asks for them; no diagnosis proposes them. What
 that rests on: docs/explanation/loop-forms.md."""
 

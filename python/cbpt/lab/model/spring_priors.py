@@ -62,6 +62,11 @@ def _on_request(campaign: Campaign) -> Iterator[Variant]:
     torque, angle = _reach(campaign)
     exponent = Shape("slip_exponent", -0.8, 2.0, (0.0,))
     slip = _ranged("slip_angle_rad", angle, 1e-3, 3.0, (0.03, 0.15, 0.6))
+    breaks_away = (
+        _ranged("engagement_angle_rad", angle, 1e-3, 1.0, (0.01, 0.04, 0.15)),
+        _ranged("breakaway_share", 1.0, 0.02, 5.0, (0.1, 0.5, 2.0)),
+        _ranged("weakening_ratio", 1.0, 1.5, 50.0, (3.0, 10.0)),
+    )
     forms = [("friction_torque_Nm", torque, "")]
     if campaign.readings.preload_N is not None:
         by_preload = "friction_radius_m", torque / _mean_preload(campaign), "preload_N"
@@ -70,6 +75,7 @@ def _on_request(campaign: Campaign) -> Iterator[Variant]:
         name = "with the preload" if needs else "constant"
         friction = _of("distributed_friction", (size,), unit, 1e-3, 0.7)
         yield _with(friction, (slip, exponent), name, needs)
+        yield _with(_of("breakaway_friction", (size,), unit, 1e-3, 0.7), breaks_away, name, needs)
         if campaign.readings.time_s is not None:
             swings = 4 * angle / max(_longest_run(campaign), 1e-9)
             rate = _ranged("reference_rate_rad_per_s", swings, 1e-2, 1e2, (0.1, 1.0, 10.0))

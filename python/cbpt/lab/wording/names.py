@@ -34,6 +34,7 @@ NAMES = {
     "friction_hysteresis": "friction (a hysteresis loop that follows the preload)",
     "distributed_friction": "friction of contacts that slip one after another",
     "rate_friction": "friction that grows with the rate",
+    "breakaway_friction": "friction that breaks away (sticks and slips)",
     "preload_loss": "preload that does not reach the meshing points",
     "preload_spring": "a stiff preload mechanism (the preload changes as the plates move)",
     "thermal_preload": "preload that follows the temperature",
