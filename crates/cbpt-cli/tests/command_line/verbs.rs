@@ -518,7 +518,7 @@ fn the_library_is_listed() {
     let list = desk.cbpt("effects").out;
     let all = desk.json("effects --json", 0);
     let effects = all["effects"].as_array().unwrap();
-    assert_eq!(effects.len(), 28);
+    assert_eq!(effects.len(), cbpt_core::effect::LIBRARY.len());
     for effect in effects {
         let id = effect["id"].as_str().unwrap();
         assert!(list.contains(id), "{id}");
