@@ -187,6 +187,8 @@ fn typical(id: &str, name: &str) -> f64 {
         (_, "taken_share") => 0.3,
         (_, "slip_angle_rad") => 6.0 * ARCSEC,
         (_, "slip_exponent") => -0.4,
+        (_, "breakaway_share") => 0.3,
+        (_, "weakening_ratio") => 4.0,
         (_, "reference_rate_rad_per_s") => 1e-6,
         _ => panic!("a new parameter, {name} of {id}, wants a typical value"),
     }
