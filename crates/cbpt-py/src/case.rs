@@ -96,7 +96,8 @@ impl Case {
     /// The case as a file in SI units; ``from_toml`` of it gives the same case to the last bit.
     ///
     /// ``like`` is the text of the file that the case was made of: its comments, order and units stay, and only effects that
-    /// are new or have other numbers are written. Raises ``CaseError`` where that text is no case.
+    /// are new or have other numbers are written, in the unit that stands there or the usual one; that may cost such a number one
+    /// unit in its last place. Raises ``CaseError`` where that text is no case.
     #[pyo3(signature = (like = None))]
     fn to_toml(&self, py: Python<'_>, like: Option<&str>) -> PyResult<String> {
         let text = like.map_or_else(|| Ok(self.case.to_toml()), |text| self.case.to_toml_like(text));

@@ -111,7 +111,8 @@ fn added(effect: &EffectEntry) -> Table {
     made
 }
 
-/// A number in a unit: the shortest that reads back the same.
+/// A number in a unit: the shortest that reads back the same. Where none does, because the unit has fewer numbers there than
+/// SI has, the nearest: one unit in the last place off.
 fn literal(key: &Key, unit: &Unit, number: f64) -> Toml {
     if matches!(key.kind, Kind::Count) {
         // A whole number of a table that was read.
@@ -119,10 +120,14 @@ fn literal(key: &Key, unit: &Unit, number: f64) -> Toml {
         return (number as i64).into();
     }
     let exact = unit.of_si(number);
+    let off = |value: f64| (unit.to_si(value) - number).abs();
     let rounded = (1..17).filter_map(|digits| format!("{exact:.digits$e}").parse().ok());
     rounded
         .into_iter()
         .find(|value: &f64| unit.to_si(*value).to_bits() == number.to_bits())
+        .or_else(|| {
+            [exact, exact.next_up(), exact.next_down()].into_iter().min_by(|a, b| off(*a).total_cmp(&off(*b)))
+        })
         .unwrap_or(exact)
         .into()
 }

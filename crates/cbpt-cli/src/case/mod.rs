@@ -300,7 +300,8 @@ impl Case {
     }
 
     /// The text of the file that this case was made of, with the effects of this case: comments, order and units stay. Where
-    /// anything else differs, the same as [`Case::to_toml`].
+    /// anything else differs, the same as [`Case::to_toml`]. Not every number of SI has one in another unit that reads back the
+    /// same: a number of an effect may then be off by one unit in the last place.
     ///
     /// # Errors
     /// As [`Case::from_toml`], for the text.

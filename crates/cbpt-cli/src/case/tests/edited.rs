@@ -41,3 +41,22 @@ fn an_own_effect_keeps_its_unit_and_its_comment() {
     assert!(written.contains("# first guess") && written.contains("start = "), "{written}");
     assert_eq!(read(&written).effects[0].values(), [start], "{written}");
 }
+
+#[test]
+fn a_number_that_its_unit_does_not_have_is_written_as_the_nearest() {
+    let text = format!("{RING}\n[[effect]]\nid = \"bearing_play\"\nclearance_um = 3 # um\n");
+    let case = read(&text);
+    let mut same = 0;
+    // No number of micrometres reads as the first of these.
+    let clearances = std::iter::once(2.085_935_658_166_481_9e-7)
+        .chain((0..200).map(|step| 2e-7 * (1.0 + f64::from(step) / 997.0).powi(3)));
+    for clearance_m in clearances {
+        let now = case.with_effects(&[json!({"id": "bearing_play", "clearance_m": clearance_m})]).unwrap();
+        let written = now.to_toml_like(&text).unwrap();
+        assert!(written.contains("clearance_um = ") && written.contains("# um"), "{written}");
+        let read = read(&written).effects[0].values()[0];
+        assert!([clearance_m, clearance_m.next_up(), clearance_m.next_down()].contains(&read), "{written}");
+        same += usize::from(read.to_bits() == clearance_m.to_bits());
+    }
+    assert!(same > 150, "{same} of 201 are the same to the last bit");
+}
