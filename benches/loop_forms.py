@@ -27,6 +27,8 @@ FORMS: dict[str, tuple[str, ...]] = {
     "Dahl and a stop": ("backlash", "friction_hysteresis", "hard_stop"),
 }
 TORQUE = "friction_torque_Nm"
+LEAST = -100
+"""Log odds below which a number says nothing more: that fit has ended far from the best numbers."""
 MARKS = "<!-- forms of loops: made by benches/loop_forms.py -->", "<!-- end of forms of loops -->"
 
 
@@ -38,10 +40,12 @@ def cells(case: Path, readings: cbpt.Readings) -> Iterator[str]:
         numbers = found.parameters()
         play = np.degrees(numbers["backlash"]["play_rad"]["value"])
         torques = [n[TORQUE]["value"] for n in numbers.values() if TORQUE in n]
-        log_odds = found.result.log_evidence
-        first = log_odds if first is None else first
+        evidence = found.result.log_evidence
+        first = evidence if first is None else first
+        log_odds = evidence - first
+        told = f"{log_odds:+.0f}" if log_odds > LEAST else f"< {LEAST}"
         error = found.after.rmse_arcsec
-        yield f"{error:.0f}, {play:.2f}, {sum(torques):.2f}, {log_odds - first:+.0f}"
+        yield f"{error:.0f}, {play:.2f}, {sum(torques):.2f}, {told}"
 
 
 def rows(data: Path) -> Iterator[str]:

@@ -47,6 +47,19 @@ def angles(
     return np.asarray(prediction.angle_rad)
 
 
+def check_sensitivities(found: _core.Predictor, values: Floats) -> None:
+    """Those by all numbers that are not 0 are the differences of the predicted angles."""
+    wanted = [i for i in range(len(values)) if values[i] != 0.0]
+    exact = found.predict(values, wanted).sensitivities
+    for column, i in enumerate(wanted):
+        h = 1e-6 * values[i]
+        up, down = values.copy(), values.copy()
+        up[i], down[i] = values[i] + h, values[i] - h
+        difference = (found.predict(up).angle_rad - found.predict(down).angle_rad) / (2 * h)
+        size = np.abs(difference).max()
+        np.testing.assert_allclose(exact[:, column], difference, rtol=1e-4, atol=1e-5 * size)
+
+
 def ramp(*ends: float, steps: int = 400) -> Floats:
     """From one end to the next in even steps, the first being 0."""
     legs = [np.linspace(a, b, steps + 1)[1:] for a, b in zip((0.0, *ends), ends, strict=False)]

@@ -9,7 +9,16 @@ from hypothesis import strategies as st
 
 from cbpt import Drive
 from common.drives import examples
-from common.ramps import BALLS, SPRING, Floats, angles, predictor, ramp, values_of
+from common.ramps import (
+    BALLS,
+    SPRING,
+    Floats,
+    angles,
+    check_sensitivities,
+    predictor,
+    ramp,
+    values_of,
+)
 
 LIMIT_Nm, QUICK_rad = 1.5, 1e-4
 
@@ -172,13 +181,4 @@ def test_sensitivities_are_exact_on_the_branch_that_is_reached(drive: Drive) -> 
     }
     torque = np.array([0.0, 1.13, 2.87, 4.02, 3.31, 1.07, -2.23, -3.61, -1.19])
     found = predictor(drive, list(of), torque)
-    values = values_of(found, of)
-    wanted = [i for i in range(len(values)) if values[i] != 0.0]
-    exact = found.predict(values, wanted).sensitivities
-    for column, i in enumerate(wanted):
-        h = 1e-6 * values[i]
-        up, down = values.copy(), values.copy()
-        up[i], down[i] = values[i] + h, values[i] - h
-        difference = (found.predict(up).angle_rad - found.predict(down).angle_rad) / (2 * h)
-        size_of = np.abs(difference).max()
-        np.testing.assert_allclose(exact[:, column], difference, rtol=1e-4, atol=1e-5 * size_of)
+    check_sensitivities(found, values_of(found, of))

@@ -7,7 +7,16 @@ import numpy as np
 import pytest
 
 from cbpt import Drive
-from common.ramps import BALLS, SPRING, STIFFNESS, angles, predictor, ramp, values_of
+from common.ramps import (
+    BALLS,
+    SPRING,
+    STIFFNESS,
+    angles,
+    check_sensitivities,
+    predictor,
+    ramp,
+    values_of,
+)
 
 SLIP_rad, LIMIT_Nm = 1e-3, 1.5
 SLIPPING = {"slip_angle_rad": SLIP_rad, "friction_torque_Nm": LIMIT_Nm}
@@ -138,13 +147,4 @@ def test_sensitivities_are_exact(drive: Drive) -> None:
     """The torques keep off the kinks, where an element begins to slip."""
     torque = np.array([0.0, 1.13, 2.87, 4.02, 3.31, 1.07, -2.23, -3.61, -1.19])
     found = predictor(drive, list(MIXED), torque, 2.0)
-    values = values_of(found, MIXED)
-    wanted = [i for i, (_, _, p) in enumerate(found.parameters) if values[i] != 0.0]
-    exact = found.predict(values, wanted).sensitivities
-    for column, i in enumerate(wanted):
-        h = 1e-6 * values[i]
-        up, down = values.copy(), values.copy()
-        up[i], down[i] = values[i] + h, values[i] - h
-        difference = (found.predict(up).angle_rad - found.predict(down).angle_rad) / (2 * h)
-        size = np.abs(difference).max()
-        np.testing.assert_allclose(exact[:, column], difference, rtol=1e-4, atol=1e-5 * size)
+    check_sensitivities(found, values_of(found, MIXED))

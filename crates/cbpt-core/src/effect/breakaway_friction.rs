@@ -7,11 +7,11 @@
 //! stiffen, the angle jumps: the member sticks and slips. See [`crate::predict`] for which solution is then the one reached.
 
 use super::dual::Dual;
-use super::friction_hysteresis::dahl;
+use super::friction_hysteresis::{ENGAGEMENT_ANGLE, dahl};
 use super::friction_limit;
 use super::port::{Action, Friction, Load, Row};
 use super::spec::{Class, Parameter, Port, Reducers, Spec};
-use crate::units::{ARCSEC, Quantity};
+use crate::units::Quantity;
 
 /// The effect.
 pub static SPEC: Spec = Spec {
@@ -24,15 +24,7 @@ pub static SPEC: Spec = Spec {
     tell_tale: "after each reversal the angle holds, then moves by a step, or jumps, under a torque that is larger than the one that moves it on",
     parameters: &[
         friction_limit::RADIUS,
-        Parameter::shape(
-            "engagement_angle",
-            Quantity::Angle,
-            10.0 * ARCSEC,
-            "angle alpha_p over which the friction builds up",
-        )
-        .within(1e-3 * ARCSEC, 1e6 * ARCSEC)
-        .likely(1.0 * ARCSEC, 60.0 * ARCSEC)
-        .log(),
+        ENGAGEMENT_ANGLE,
         friction_limit::TORQUE,
         Parameter::shape(
             "breakaway_share",

@@ -21,23 +21,21 @@ pub static SPEC: Spec = Spec {
     equation: "M_mesh = M0 - Tf, dTf/dalpha = (Tf0/alpha_p)(1 - sgn(dalpha) Tf/Tf0), Tf0 = (mu_T N_Z + T0)(1 + g |M0|)",
     source: "Dahl, A Solid Friction Model, Aerospace Corporation TOR-0158(3107-18)-1 (1968)",
     tell_tale: "loading and unloading form a loop, which is wider at higher preload if mu_T is not 0; the first loading of a run looks stiffer",
-    parameters: &[
-        friction_limit::RADIUS,
-        Parameter::shape(
-            "engagement_angle",
-            Quantity::Angle,
-            10.0 * ARCSEC,
-            "angle alpha_p over which the friction builds up",
-        )
-        .within(1e-3 * ARCSEC, 1e6 * ARCSEC)
-        .likely(1.0 * ARCSEC, 60.0 * ARCSEC)
-        .log(),
-        friction_limit::TORQUE,
-        friction_limit::GROWTH,
-    ],
+    parameters: &[friction_limit::RADIUS, ENGAGEMENT_ANGLE, friction_limit::TORQUE, friction_limit::GROWTH],
     twins: &[],
     action: Action::Load(act),
 };
+
+/// Angle over which the friction builds up after a reversal.
+pub(super) const ENGAGEMENT_ANGLE: Parameter = Parameter::shape(
+    "engagement_angle",
+    Quantity::Angle,
+    10.0 * ARCSEC,
+    "angle alpha_p over which the friction builds up",
+)
+.within(1e-3 * ARCSEC, 1e6 * ARCSEC)
+.likely(1.0 * ARCSEC, 60.0 * ARCSEC)
+.log();
 
 fn act(own: &[Dual], _: &Row, load: &mut Load) {
     load.friction.push(Friction {

@@ -44,10 +44,10 @@ from cbpt.lab.selection.rules import RULES
 from cbpt.lab.selection.setting import (
     Names,
     Setting,
-    of_the_instrument,
     plain,
     prepare,
     prior,
+    with_an_artefact,
 )
 from cbpt.lab.selection.starts import start_values
 
@@ -195,7 +195,7 @@ class _Contest:
         for number, (effect, forms) in enumerate(promising.items()):
             self.report(effect, 0.1 + 0.4 * number / len(promising))
             few = forms[: _EFFORT.variants]
-            for offer in self.ahead(forms) if forms[0].score > near else few:
+            for offer in self.ahead(forms, few) if forms[0].score > near else few:
                 self.fit_offer(offer)
                 if self.fitter.campaign.drive.kind == "torsion_spring":
                     # Play and friction are as large as the angle itself: through correlated noise
@@ -277,14 +277,15 @@ class _Contest:
         least = min(self.score(best), next(of_best, np.inf)) - _EFFORT.room
         fresh = [o for o in offers if o[0].score > least and self.falls_short(o[0])]
         for forms in fresh[: _EFFORT.additions]:
-            for offer in self.ahead(forms) if len(forms) > _EFFORT.variants else forms[:1]:
+            for offer in self.ahead(forms, forms[:1]):
                 self.fit_offer(offer)
 
-    def ahead(self, forms: Sequence[Offer]) -> Sequence[Offer]:
-        """All forms of a few; of many those that are ahead once each is fitted under the noise of
-        the offer, because the linear problem cannot tell forms that hardly show when small."""
+    def ahead(self, forms: Sequence[Offer], first: Sequence[Offer]) -> Sequence[Offer]:
+        """The first of a few forms; of many those that are ahead once each is fitted under the
+        noise of the offer, because the linear problem cannot tell forms that hardly show when
+        small."""
         if len(forms) <= _EFFORT.variants:
-            return forms
+            return first
         race = Race(self.fitter, forms[0].noise)
         misfit = []
         for offer in forms:
@@ -389,7 +390,7 @@ class _Contest:
             fit = self.fits[names]
             # A correlation may stand in for what the instrument does.
             for start in (fit.noise, plain(fit.noise)):
-                for noise in of_the_instrument(self.fitter, fit, start):
+                for noise in with_an_artefact(self.fitter, fit, start):
                     self.keep(self.fitter.fit(fit.hypothesis, fit.point.values, noise))
 
     def find_modes_of_best(self) -> None:

@@ -199,14 +199,14 @@ def _of_the_instrument(
     noise, value = freely
     columns = _library_columns(fitter, signatures)
     found = []
-    for kind in of_the_instrument(fitter, fit, noise, columns):
+    for kind in with_an_artefact(fitter, fit, noise, columns):
         fitted, of_fitted = _flexible_fit(fitter, fit, signatures, kind, bool(noise.numbers))
         if of_fitted > value:
             found.append(plain(fitted))
     return found
 
 
-def of_the_instrument(
+def with_an_artefact(
     fitter: Fitter, fit: Fit, noise: Noise, columns: Floats | None = None
 ) -> Iterator[Noise]:
     """A noise with each artefact of the instrument that gains more than it costs, about a fit, of
