@@ -43,7 +43,7 @@ use chain::{Chain, Link};
 pub use mesh::Regime;
 use mesh::{Gap, Pairs, Tables, Wanted, shifted};
 pub use rows::{Columns, Rows};
-use run::{Block, RowState, Solved};
+use run::{Block, RowState, Solved, alike};
 use site::{Carrier, Site};
 pub use slots::{Effect, Number, Slot};
 use spring::Spring;
@@ -275,19 +275,19 @@ impl Predictor {
         let groups = self.groups(friction);
         let (rows, angle_of_row) = (self.rows.by_run(), &self.angle_of_row);
         let added = plain.ahead(&self.rows, friction)?;
+        let alike =
+            if friction { (0..rows.len()).collect() } else { alike(&plain, rows, &added, angle_of_row) };
+        let whole =
+            Block { chain: &plain, sites: &sites, rows, added: &added, site_of: angle_of_row, alike: &alike };
         let mut solved: Vec<Solved> = vec![Solved::default(); rows.len()];
         // A copy: an own effect that fails leaves the ones that there were.
         let mut states = self.states.clone();
         in_groups(&groups, &mut states, &mut solved).into_par_iter().for_each(|(group, states, solved)| {
-            let block = Block {
-                chain: &plain,
-                sites: &sites,
-                rows: &rows[group.clone()],
-                added: &added[group.clone()],
-                site_of: &angle_of_row[group],
-            };
-            block.solve(asked, friction, states, solved);
+            whole.part(group).solve(asked, friction, states, solved);
         });
+        for (row, &first) in alike.iter().enumerate().filter(|(row, first)| *row != **first) {
+            (solved[row], states[row]) = (whole.like(row, &solved[first]), states[first]);
+        }
         let angles = plain.behind(rows, &added, totals(&solved))?;
         let mut sensitivities = vec![f64::NAN; rows.len() * wanted.len()];
         let wanted_gaps: Vec<usize> =
@@ -295,18 +295,12 @@ impl Predictor {
         for (number, slots) in wanted.chunks(WIDTH).enumerate() {
             let chain = self.chain(values, slots, on);
             let added = chain.ahead(&self.rows, friction)?;
+            let whole = Block { chain: &chain, added: &added, ..whole };
             let gaps: Vec<Dual> = wanted_gaps.iter().map(|slot| seeded(values, slots, *slot)).collect();
             let mut angles = vec![NOT_SOLVED; rows.len()];
             in_groups(&groups, &mut solved, &mut angles).into_par_iter().for_each(
                 |(group, solved, angles)| {
-                    let block = Block {
-                        chain: &chain,
-                        sites: &sites,
-                        rows: &rows[group.clone()],
-                        added: &added[group.clone()],
-                        site_of: &angle_of_row[group],
-                    };
-                    block.differentiate(&gaps, friction, solved, angles);
+                    whole.part(group).differentiate(&gaps, friction, solved, angles);
                 },
             );
             for (row, angle) in chain.behind(rows, &added, angles)?.iter().enumerate() {

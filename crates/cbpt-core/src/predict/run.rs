@@ -1,5 +1,8 @@
 //! Readings one after the other: first their angles, then the sensitivities of these.
 
+use std::collections::HashMap;
+use std::ops::Range;
+
 use crate::effect::dual::Dual;
 use crate::effect::port::{Load, Row};
 use crate::status::Status;
@@ -54,9 +57,32 @@ pub struct Block<'a> {
     /// What own effects and the torques before add to each row.
     pub added: &'a [Added],
     pub site_of: &'a [usize],
+    /// Of the whole table, by [`Row::place`]: the first row that carries the same at the same input angle. Only that is solved.
+    pub alike: &'a [usize],
+}
+
+/// The first row that carries the same at the same input angle, for each row. Where rows have a memory, each is its own: a
+/// loading and an unloading curve through the same torques then differ.
+pub fn alike(chain: &Chain, rows: &[Row], added: &[Added], site_of: &[usize]) -> Vec<usize> {
+    let mut firsts: HashMap<(usize, u64, u64), usize> = HashMap::with_capacity(rows.len());
+    let first = |(place, row): (usize, &Row)| {
+        if !added[place].finite {
+            return place;
+        }
+        let load = chain.load(row, &added[place]);
+        let carried = (site_of[place], load.torque_Nm.value.to_bits(), load.preload_N.value.to_bits());
+        *firsts.entry(carried).or_insert(place)
+    };
+    rows.iter().enumerate().map(first).collect()
 }
 
 impl Block<'_> {
+    /// Some of the rows of a whole table.
+    pub fn part(&self, of: Range<usize>) -> Self {
+        let (rows, added, site_of) = (&self.rows[of.clone()], &self.added[of.clone()], &self.site_of[of]);
+        Self { rows, added, site_of, ..*self }
+    }
+
     /// Solves the rows.
     pub fn solve(
         &self,
@@ -66,7 +92,7 @@ impl Block<'_> {
         solved: &mut [Solved],
     ) {
         let mut memory = Memory::default();
-        for (i, row) in self.rows.iter().enumerate() {
+        for (i, row) in self.rows.iter().enumerate().filter(|(_, row)| self.alike[row.place] == row.place) {
             let (state, solved) = (&mut states[i], &mut solved[i]);
             let site = &self.sites[self.site_of[i]];
             let added = &self.added[i];
@@ -104,6 +130,15 @@ impl Block<'_> {
                 Err(status) => solved.status = status,
             }
         }
+    }
+
+    /// A row that carries the same as a solved one: what stands in series is its own.
+    pub fn like(&self, i: usize, first: &Solved) -> Solved {
+        let (row, added) = (&self.rows[i], &self.added[i]);
+        let load = self.chain.load(row, added);
+        let series = (self.chain.series(row, load.torque_Nm) + added.series_rad).value;
+        let total_rad = first.mesh.as_ref().map_or(f64::NAN, |mesh| mesh.angle_rad + series);
+        Solved { total_rad, ..first.clone() }
     }
 
     /// Total angles with their derivatives by the parameters that are seeded in the chain, from the solutions kept.

@@ -122,3 +122,32 @@ fn clocks_of_runs_start_again() {
         }
     }
 }
+
+/// Rows that carry the same are solved once, and have what stands in series each for itself: as rows that differ in the last
+/// digits of their torques, of which each is solved.
+#[test]
+fn rows_that_carry_the_same_are_as_rows_that_hardly_differ() {
+    let ids = ["output_torsion", "creep", "drift", "sensor_nonlinearity"];
+    let readings: Vec<Reading> = by_one_clock().concat();
+    let found = |near: f64| {
+        let mut campaign = table(&readings);
+        for (i, torque_Nm) in campaign.torque_Nm.iter_mut().enumerate() {
+            *torque_Nm = SHARES[i % SHARES.len()] * 3.0 * (1.0 + near * i as f64);
+        }
+        let mut predictor = predictor(&campaign, &ids, false);
+        let values = typical_values(&predictor);
+        let wanted = fitted(&predictor);
+        let found = predictor.predict(&values, &wanted).unwrap();
+        (found.angle_rad, found.sensitivities)
+    };
+    let (alike, each) = (found(0.0), found(1e-15));
+    // Each of the three runs carries the same.
+    let run = SHARES.len();
+    assert!((0..run).any(|i| (alike.0[i] - alike.0[i + run]).abs() > 1e-3 * alike.0[i].abs()));
+    for (alike, each) in [(&alike.0, &each.0), (&alike.1, &each.1)] {
+        let size = each.iter().fold(0.0_f64, |size, value| size.max(value.abs()));
+        for (alike, each) in alike.iter().zip(each) {
+            assert!((alike - each).abs() <= 1e-9 * each.abs() + 1e-12 * size, "{alike} {each}");
+        }
+    }
+}
