@@ -6,20 +6,47 @@ Each campaign is a report on disk, opened in a browser; gauge, tables and cards 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
 from typing import Any
+from unittest import mock
 
+import numpy as np
 import pytest
 
 import cbpt
 from cbpt.lab.diagnosis.fit_text import parameter_words
 from cbpt.lab.diagnosis.why import sentence
+from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.wording.numbers import AngleUnit, probability, rounded, with_uncertainty
+from cbpt.page.document.document import page_document
+from cbpt.page.document.plain import array
 from cbpt.page.report import report
 from common.browser import DRAWN, PATIENCE_MS, watched
-from common.documents import document
-from common.hidden import diagnosed
+from common.documents import SOURCE
+from common.documents import document as document_of
+from common.hidden import diagnosed as diagnosed_of
 
-NAMES = ["dev03", "dev09"]
+LOOPS = Path(__file__).parents[1] / "data" / "interventions"
+THINNED = "base_onyx_1"
+"""Loops of a real reducer, each run with its own zero, of which every second reading is judged."""
+NAMES = ["dev03", "dev09", THINNED]
+
+
+@cache
+def diagnosed(name: str) -> Any:
+    if name != THINNED:
+        return diagnosed_of(name)
+    with mock.patch("cbpt.lab.diagnosis.diagnose.MOST", 100):
+        return cbpt.diagnose(LOOPS / "reducer.toml", LOOPS / f"{name}.csv")
+
+
+@cache
+def document(name: str) -> Any:
+    if name != THINNED:
+        return document_of(name)
+    case, readings = case_and_readings(LOOPS / "reducer.toml", LOOPS / f"{name}.csv")
+    return page_document(case, readings, SOURCE, diagnosed(name))
 
 
 @pytest.fixture(scope="module", params=NAMES)
@@ -66,6 +93,7 @@ def test_every_place_has_the_numbers_of_the_answer(opened: tuple[Any, Any], unit
             angle.number(c["held_out_rmse_arcsec"]),
         ]
         for c in answer["combinations"]
+        if len(answer["combinations"]) > 1
     ]
     ladder = rows(page, "Error ladder")
     for row, rung in zip(ladder, answer["ladder"], strict=False):
@@ -87,12 +115,14 @@ def test_a_figure_has_the_digits_of_its_uncertainty(opened: tuple[Any, Any]) -> 
     page.select_option("#unit", "arcsec")
     found = [row[1:] for row in rows(page, "Figures of catalogues before and after")]
     told = [[cell.replace("−", "-") for cell in row] for row in found]
+    # Of all readings of the table, not only of those that were judged.
+    _, readings = case_and_readings(d.case, d.readings.source)
     figures = {
         " ± ".join(with_uncertainty(f.value, f.u))
-        for f in cbpt.characterise(d.case, d.competition.campaign.readings).figures
+        for f in cbpt.characterise(d.case, readings).figures
         if f.value is not None and f.u
     }
-    assert told and {row[0] for row in told} <= figures
+    assert told and {row[0] for row in told} <= {*figures, "–"}
 
 
 def test_cards_have_the_numbers_of_the_model_shown(opened: tuple[Any, Any]) -> None:
@@ -110,6 +140,40 @@ def _values(d: Any, effect: str) -> Iterator[str]:
     found = d.parameters(d.after, effect)
     for name, p in found.items():
         yield parameter_words(d.competition.campaign, (effect, name), p)[1]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_errors_are_those_of_the_readings_that_were_judged(name: str) -> None:
+    d, found = diagnosed(name), document(name)
+    used = np.array(found["readings"]["used"])
+    assert used.all() == (name != THINNED) and used.sum() == len(d.readings)
+    models = {m["key"]: m for m in found["models"]}
+    for m in models.values():
+        residual = array(m["residual_arcsec"])[used]
+        assert np.sqrt(np.mean(residual**2)) == pytest.approx(m["rmse_arcsec"], rel=1e-6)
+    for rung in found["ladder"]["rungs"]:
+        if rung["key"] in models:
+            of_model = models[rung["key"]]
+            assert rung["in_sample_arcsec"] == pytest.approx(of_model["rmse_arcsec"], rel=1e-6)
+            assert rung["held_out_arcsec"] == pytest.approx(
+                of_model["held_out_rmse_arcsec"], rel=1e-6
+            )
+    assert models["stated"]["rmse_arcsec"] == pytest.approx(d.to_dict()["before"]["rmse_arcsec"])
+    shown = models[found["answer_key"]]
+    assert shown["rmse_arcsec"] == pytest.approx(d.to_dict()["after"]["rmse_arcsec"])
+
+
+def test_runs_with_their_own_zeros_lie_on_each_other_in_a_thinned_table() -> None:
+    found, d = document(THINNED), diagnosed(THINNED)
+    used = np.array(found["readings"]["used"])
+    runs = np.array(found["readings"]["run_index"])
+    zero = np.array(found["readings"]["zero_arcsec"])
+    # A reading that was not judged has the zero of its run.
+    for run in np.unique(runs):
+        assert np.ptp(zero[runs == run]) < 1e-6
+    fitter = d.competition.fitter
+    offsets = fitter.look(d.after, d.noise).offsets_arcsec
+    np.testing.assert_allclose(zero[used], fitter.campaign.offsets @ offsets, atol=1e-6)
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -3,6 +3,7 @@
     Models     the fits of a diagnosis, each an entry of the document; further ones start from them
 
 All rows of the table are predicted, those too that a diagnosis of a long table did not look at.
+Every error is that of the readings that the diagnosis judged, as in its sentence.
 """
 
 from __future__ import annotations
@@ -44,11 +45,11 @@ from cbpt.page.document.plain import array, finite_numbers, numbers
 from cbpt.page.document.stated import (
     STATED,
     UNKNOWN,
+    best_zeros,
     free_function,
     key_of,
     rows_of,
     stop_if_taken,
-    with_zeros,
 )
 from cbpt.page.document.types import Choice, FittedNumber, Model, Parameter, Role, Rung
 
@@ -69,6 +70,10 @@ class Models:
         """Rows that were judged, shape (n,)."""
         whole = c if self.used.all() else campaign_of(diagnosis.case, readings, ())
         self._whole = whole
+        runs = whole.rows.run_index
+        judged = np.isin(runs, runs[self.used])
+        self._telling = self.used | ~judged
+        """Rows that tell the zero of their run: those that were judged, or all where none was."""
         self._bench = Bench.of_diagnosis(diagnosis)
         self._chances = probabilities(diagnosis.competition)
         self._own: tuple[tuple[OwnEffect, ...], Bench | None] = ((), None)
@@ -126,9 +131,7 @@ class Models:
         own, kind = bench.fitter.campaign.own, c.campaign.drive.kind
         text, why = self._case(bench, fit) if key != STATED else (None, None)
         return entry | {
-            "rmse_arcsec": rmse_of(bench.fitter.campaign, look)
-            if self.used.all()
-            else entry["rmse_arcsec"],
+            "rmse_arcsec": rmse_of(bench.fitter.campaign, look),
             # The folds are refitted by one linear step, which means nothing far from the best.
             "held_out_rmse_arcsec": rms(held) if fit.converged else None,
             "chi2_per_dof": chi2_of(bench.fitter, look),
@@ -159,25 +162,50 @@ class Models:
 
     def predicted(self, bench: Bench, fit: Fit) -> Floats:
         """A fit at every row of the table, with its zeros, shape (n,)."""
-        if self.used.all():
-            return self._whole.y_arcsec - fit.residual_arcsec
-        angle = self._model(bench).at(fit.point.values).angle_arcsec
-        if len(fit.offsets_arcsec) == 1 and self._whole.offsets.shape[1] == 1:
-            return np.asarray(angle + fit.offsets_arcsec[0])
-        return with_zeros(self._whole, angle)[0]
+        model = np.empty(len(self.readings))
+        if not self.used.all():
+            angle = self._model(bench).at(fit.point.values).angle_arcsec
+            model = angle + self._offsets(fit, angle)
+        model[self.used] = bench.fitter.campaign.y_arcsec - fit.residual_arcsec
+        return model
+
+    def _offsets(self, fit: Fit, angle: Floats) -> Floats:
+        """The zero of each row: that of the fit; of a run that was not judged the one that fits
+        best, shape (n,)."""
+        if not self._whole.zero_per_run:
+            return np.full(len(angle), fit.offsets_arcsec[0])
+        runs = self._whole.rows.run_index
+        zero = best_zeros(self._whole, angle)
+        zero[runs[self.used]] = fit.offsets_arcsec[self._bench.fitter.campaign.rows.run_index]
+        return np.asarray(zero[runs])
 
     def _left(self, residual: Floats) -> Floats:
-        """A residual without the offset of each run, where the noise has offsets."""
-        if not np.isfinite(residual).all():
-            return residual
-        return without_offsets(self._whole, residual, self._bench.noise)
+        """A residual without the offset of each run, where the noise has offsets; of readings that
+        were judged as the diagnosis has it."""
+        d = self.diagnosis
+        left = residual.copy()
+        left[self.used] = without_offsets(d.competition.campaign, residual[self.used], d.noise)
+        if d.noise.offset_arcsec:
+            there = np.isfinite(residual) & self._telling
+            weight = np.where(there, self._whole.u_arcsec**-2.0, 0.0)
+            if d.noise.inflation is not None:
+                weight[self.used] /= d.noise.inflation**2
+            index = self._whole.rows.run_index
+            total = np.bincount(index, weight * np.nan_to_num(residual))
+            offset = total / np.maximum(np.bincount(index, weight), 1e-300)
+            left[~self.used] -= offset[index[~self.used]]
+        return left
 
     def _zeros(self, fit: Fit) -> Floats:
         """The offset of the run of each reading, fitted to it or part of the noise."""
         residual = self._whole.y_arcsec - self.predicted(self._bench, fit)
         zero = residual - self._left(residual)
-        if self.used.all() and self._whole.offsets.shape[1] > 1:
-            zero = zero + self._whole.offsets @ fit.offsets_arcsec
+        if self._whole.offsets.shape[1] > 1:
+            if self.used.all():
+                zero = zero + self._whole.offsets @ fit.offsets_arcsec
+            else:
+                angle = self._model(self._bench).at(fit.point.values).angle_arcsec
+                zero = zero + self._offsets(fit, angle)
         return np.asarray(np.where(np.isfinite(zero), zero, 0.0))
 
     def _model(self, bench: Bench) -> Assembled:

@@ -3,6 +3,7 @@
 stated         the case as it is, but for the best zero: its entry of the document
 rows_of        what every entry has: the model and the residual row by row, and the error
 with_zeros     a model with the zeros that fit best
+best_zeros     these zeros
 key_of         the key of the model with some effects
 free_function  what the model of a lack of fit is called
 stop_if_taken  refuses an own effect that is called as a model is
@@ -90,8 +91,13 @@ def stated(case: Case | Drive, readings: Readings) -> tuple[Model, Floats, list[
 
 def with_zeros(campaign: Campaign, angle: Floats) -> tuple[Floats, float]:
     """The model with the zeros that fit best, and the zero where all readings share one."""
+    zero = best_zeros(campaign, angle)
+    return angle + campaign.offsets @ zero, float(zero[0]) if len(zero) == 1 else np.nan
+
+
+def best_zeros(campaign: Campaign, angle: Floats) -> Floats:
+    """One for all, or one for each run, which are columns without overlap; arcsec."""
     weight = np.where(np.isfinite(angle), campaign.u_arcsec**-2.0, 0.0)
     off = np.where(np.isfinite(angle), campaign.y_arcsec - angle, 0.0)
-    # Zeros are columns without overlap: one for all, or one for each run.
-    zero = (campaign.offsets.T @ (weight * off)) / np.maximum(campaign.offsets.T @ weight, 1e-300)
-    return angle + campaign.offsets @ zero, float(zero[0]) if len(zero) == 1 else np.nan
+    columns = campaign.offsets.T
+    return np.asarray((columns @ (weight * off)) / np.maximum(columns @ weight, 1e-300))

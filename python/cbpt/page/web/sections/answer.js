@@ -128,6 +128,8 @@ function found(whole) {
       ? ""
       : `; the best library effect leaves ${size(v)} and does not explain the readings`;
   const floor = whole.noise.noise_floor_arcsec;
+  const judged = whole.readings.used.filter(Boolean).length;
+  const of = judged < whole.data.rows ? ` of the ${judged} readings judged` : "";
   return el(
     "div",
     { class: "card" },
@@ -162,7 +164,7 @@ function found(whole) {
         moved
           ? `${size(before.rmse_arcsec)} → ${size(after.rmse_arcsec)}`
           : size(before.rmse_arcsec),
-        `${state.unit}, in sample${best(after.rmse_arcsec)}`,
+        `${state.unit}, in sample${of}${best(after.rmse_arcsec)}`,
         explained && fall(before.rmse_arcsec, after.rmse_arcsec, floor),
       ),
       explained && fact(
