@@ -1,7 +1,7 @@
 """Numbers and words of an answer do not contradict each other.
 
 Groups: the uncertainty of a reading; zeros of runs; the ladder of errors; the scatter of a coarse
-display; a case from the answer; what may have been overlooked.
+display; a case from the answer; what may have been overlooked; a torsion spring.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import re
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +20,10 @@ from cbpt.lab.diagnosis.alternatives import smallest
 from cbpt.lab.diagnosis.diagnose import diagnose
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.diagnosis.diagnosis_data import Rung
+from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.wording.numbers import ARCSEC
+from cbpt.page.document.document import page_document
+from common.documents import SOURCE
 from common.hidden import ANGLE, U, case_of, diagnosed, table_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -217,10 +221,66 @@ def test_a_number_that_moved_says_what_else_that_could_be() -> None:
     number = next(m for m in document["moved"] if m["number"] == "contact_stiffness")
     assert number["by_sigma"] == pytest.approx(-1.4, abs=0.2)
     assert "sensor_gain" in number["could_be"]
-    assert "The change of contact_stiffness could also be caused by " in words(d)
+    told = "The change of the contact stiffness could also be caused by "
+    assert told in words(d) and "a wrong gain of the angle sensor" in words(d).partition(told)[2]
 
 
 @pytest.mark.parametrize("name", ["dev03", "dev11", "dev12"])
 def test_no_answer_is_its_own_alternative(name: str) -> None:
     verdict = diagnosed(name).to_dict()["verdict"]
     assert not {r["number"] for r in verdict["rests_on"]} & set(verdict["effects"])
+
+
+# --- a torsion spring ---------------------------------------------------------------------
+
+
+SPRING = {
+    "torsion_spring": {"torsional_stiffness_Nm_per_arcmin": 0.6},
+    "uncertainty": {"contact_stiffness_rel": 0.01, "torque_gain_rel": 0.1},
+}
+
+
+def loops_of_a_spring(u_arcsec: float, gain: float = 1.0) -> Any:
+    """Two loops to +-20 N m with noise of 5 arcsec."""
+    once = np.r_[np.linspace(0, 20, 15), np.linspace(20, -20, 30), np.linspace(-20, 0, 15)]
+    torque = np.tile(once, 2)
+    rng = np.random.default_rng(2)
+    angle = gain * torque / 0.6 * 60
+    return {
+        "run": np.repeat([1, 2], len(once)),
+        "time_s": 0.5 * np.arange(2.0 * len(once)),
+        "torque_Nm": torque,
+        "elastic_angle_arcsec": angle + 5.0 * rng.standard_normal(len(torque)),
+        "u_elastic_angle_arcsec": np.full(len(torque), u_arcsec),
+    }
+
+
+def test_numbers_of_a_torsion_spring_have_its_own_names() -> None:
+    table = loops_of_a_spring(5.0, gain=1.25)
+    d = diagnose(SPRING, table)
+    case, readings = case_and_readings(SPRING, table)
+    page = page_document(case, readings, SOURCE, d)
+    assert {r["number"] for r in d.to_dict()["verdict"]["rests_on"]} == {
+        "contact_stiffness",
+        "torque_scale",
+    }
+    assert [(r["label"], r["prior"]) for r in page["rests_on"]] == [
+        ("the torsional stiffness", "1 %"),
+        ("the gain of the torque readings", "10 %"),
+    ]
+    told = words(d)
+    assert "changed by the fit: the gain of the torque readings +2" in told
+    # What a torsion spring does not have causes nothing.
+    assert "a torsional stiffness other than stated or a wrong gain of the angle sensor" in told
+    assert "contact angle" not in told and "preload" not in told.partition("could also")[2]
+
+
+def test_an_answer_says_where_the_readings_scatter_more_than_stated() -> None:
+    for u_arcsec, said in ((5.0, False), (2.5, True)):
+        d = diagnose(SPRING, loops_of_a_spring(u_arcsec, gain=1.25))
+        assert ("misstated" in d.verdict.noise) == said
+        noise = d.to_dict()["noise"]
+        times = f"{noise['u_estimated_arcsec'] / noise['u_stated_arcsec']:.2g}"
+        told = f" The readings scatter about this answer {times} times as much as is stated"
+        assert (told in words(d)) == said
+        assert ("times as much as is stated" in d.sentence_in("arcmin")) == said

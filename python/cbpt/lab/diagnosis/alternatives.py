@@ -125,7 +125,7 @@ def moved(d: DiagnosisData) -> Iterator[dict[str, Any]]:
             continue
         change = sigma * _without(offsets, fit.margin.x[:, i])
         length = float(np.linalg.norm(change))
-        like = set(TWINS.get(u.name, ()))
+        like = set(TWINS.get(u.name, ())) & {v.effect for v in c.fitter.variants}
         for s in signatures:
             if s.variant.effect == u.name or not np.isfinite(s.columns).all() or not length:
                 continue

@@ -1,7 +1,8 @@
 """What a fit found, in words: parameters that it changed, and effects with several solutions.
 
-moved            how far the fit changed a parameter of the drive or the instruments
-moved_numbers    all parameters that changed by more than their standard uncertainty
+moved_by         how far the fit changed a number of the drive or the instruments
+moved_numbers    all numbers that changed by more than their standard uncertainty
+prior_of         the stated uncertainty of a number
 Several          an effect that fits about as well with other values or in another form
 solutions        the effects of a fit of which that holds
 parameter_words  a parameter of an effect: its name with the unit, and its value
@@ -19,32 +20,34 @@ import numpy as np
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.own_loops import PLAY, small_loops_of
+from cbpt.lab.wording.names import number_called
 from cbpt.lab.wording.numbers import ARCSEC, AngleUnit, in_words, rounded, shown
 from cbpt.results import ARCSEC_PER_RAD
 
 _SHOWN_SOLUTIONS = 3
 
 
-def moved(number: str, fit: Fit) -> str:
-    """How far a fit has moved a number of drive or rig: `contact_stiffness -37.6 %`."""
-    return f"{number} {moved_by(number, fit)}"
-
-
 def moved_by(number: str, fit: Fit) -> str:
-    """That without the number's name: `-37.6 %`."""
+    """How far a fit has moved a number of drive or rig: `-37.6 %`."""
     u = next(u for u in fit.unknowns if u.name == number)
     off = fit.value(u) - u.mean
     return f"{100 * off:+.1f} %" if number != "contact_angle" else f"{np.rad2deg(off):+.2f} deg"
 
 
-def moved_numbers(fit: Fit, priors: Mapping[str, float]) -> str:
+def moved_numbers(fit: Fit, campaign: Campaign) -> str:
     """Numbers that a fit moved by more than one of their standard uncertainties."""
     parts = []
     for u in fit.unknowns:
-        if u.name in priors and np.isfinite(u.sd) and abs(fit.value(u) - u.mean) > u.sd:
+        if u.name in campaign.priors and np.isfinite(u.sd) and abs(fit.value(u) - u.mean) > u.sd:
             sigma = (fit.value(u) - u.mean) / u.sd
-            parts.append(f"{moved(u.name, fit)} ({sigma:+.1f} standard uncertainties)")
+            name = number_called(u.name, campaign.drive.kind)
+            parts.append(f"{name} {moved_by(u.name, fit)} ({sigma:+.1f} standard uncertainties)")
     return ", ".join(parts)
+
+
+def prior_of(number: str, prior: float) -> str:
+    """The stated uncertainty of a number of drive or rig: `10 %`."""
+    return f"{np.rad2deg(prior):.2g} deg" if number == "contact_angle" else f"{100 * prior:.2g} %"
 
 
 def parameter_words(

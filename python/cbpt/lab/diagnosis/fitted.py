@@ -53,8 +53,6 @@ class Fitted:
     nominal: Fit = field(repr=False)
     """The case as given, seen through the noise of the fit."""
     result: Fit = field(repr=False)
-    priors: dict[str, float] = field(repr=False)
-    """Standard uncertainty of each number of drive and rig, by effect id."""
     fitter: Fitter = field(repr=False)
     held_out_by: str
     notes: tuple[str, ...]
@@ -151,7 +149,7 @@ class Fitted:
             yield f"{effect}: {', '.join(map(' '.join, words))}"
         if self.closing:
             yield f"Values at the minimum: {self.closing}."
-        moved = moved_numbers(self.result, self.priors)
+        moved = moved_numbers(self.result, self.fitter.campaign)
         if moved:
             yield f"Parameters of drive and rig changed by the fit, now in the case: {moved}."
         rows = [
@@ -265,7 +263,6 @@ def fit(
             before=rung_of(fitter, "", nominal, fold),
             after=rung_of(fitter, " + ".join(names), found, fold),
             result=found,
-            priors=campaign.priors,
             fitter=fitter,
             held_out_by=held_by,
             notes=(*notes, *map(str, solutions(found)), *beyond_own_loops(campaign, found)),

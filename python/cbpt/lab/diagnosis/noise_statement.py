@@ -124,6 +124,8 @@ def statement(d: DiagnosisData, angle: AngleUnit = ARCSEC) -> str:
             f". Combined, the two give {angle.text(used)}"
             if between
             else f". Without outliers and model discrepancy it is {angle.text(used)}"
+            if used < scatter
+            else f". The noise of the answer is {angle.text(used)}"
         )
     if c.repeats and not c.repeats.steady:
         text += (

@@ -9,7 +9,7 @@ from typing import Any
 from cbpt.errors import Say, said
 from cbpt.lab.diagnosis.alternatives import unseen
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
-from cbpt.lab.diagnosis.fit_text import moved_numbers, parameter_words
+from cbpt.lab.diagnosis.fit_text import moved_numbers, parameter_words, prior_of
 from cbpt.lab.diagnosis.noise_statement import noise_floor, statement
 from cbpt.lab.diagnosis.sentence import Say as Telling
 from cbpt.lab.diagnosis.sentence import sentence
@@ -19,7 +19,7 @@ from cbpt.lab.diagnosis.why import sentence as sentence_of_rival
 from cbpt.lab.experiment.candidates import BOTH_WAYS
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording import layout
-from cbpt.lab.wording.names import columns_in_words, scatter_from
+from cbpt.lab.wording.names import called, columns_in_words, number_called, scatter_from
 from cbpt.lab.wording.numbers import ARCSEC, AngleUnit, listed, probability, rounded
 
 _MOST_COMBINATIONS, _MOST_SIZES = 6, 3
@@ -35,21 +35,23 @@ def lines(
 ) -> Iterator[str]:
     """The report, line by line; `document` is the answer as plain values, `rivals` are what it is
     held against."""
+    kind = d.competition.campaign.drive.kind
     yield f"{len(d.readings)} readings of {d.readings.source}"
     yield from (f"Note: {said(note, say)}" for note in d.notes)
     yield ""
     yield from wrap(sentence(d, Telling(angle=angle)), layout.prose_width())
     yield from _probabilities(document)
     yield from _remains(document["remains"], angle)
-    moved = moved_numbers(d.after, d.competition.campaign.priors)
+    moved = moved_numbers(d.after, d.competition.campaign)
     if moved:
         text = f"Parameters of drive and rig changed by the fit: {moved}."
         yield from wrap(text, layout.prose_width())
     for number in document["moved"]:
         if number["could_be"]:
-            other = listed(number["could_be"], "or")
+            other = listed([called(effect, kind) for effect in number["could_be"]], "or")
             yield from wrap(
-                f"The change of {number['number']} could also be caused by {other}.",
+                f"The change of {number_called(number['number'], kind)} could also be caused by "
+                f"{other}.",
                 layout.prose_width(),
             )
     if not d.verdict.effects and not d.verdict.rivals and d.verdict.lack_of_fit is None:
@@ -60,11 +62,13 @@ def lines(
     for r in d.verdict.rests_on:
         own = r.number in d.verdict.effects
         if d.verdict.names and abs(r.needed_shift_sigma) > 2 and not own:
-            yield (
-                f"This depends on the stated uncertainty of {r.number} "
-                f"({_percent(r.number, r.prior)}): {r.number} would have to be off by "
+            name = number_called(r.number, kind)
+            yield from wrap(
+                f"This depends on the stated uncertainty of {name} "
+                f"({prior_of(r.number, r.prior)}): it would have to be off by "
                 f"{abs(r.needed_shift_sigma):.0f} standard uncertainties to explain the readings"
-                f"{together}."
+                f"{together}.",
+                layout.prose_width(),
             )
     run = document["next_run"]
     if run:
@@ -295,14 +299,6 @@ def _region(region: dict[str, object], angle: AngleUnit) -> str:
         f"{', '.join(parts)}: {100 * float(str(region['share_of_misfit'])):.0f} % of the misfit, "
         f"bias {angle.text(float(str(region['bias_arcsec'])))} "
         f"(p-value {float(str(region['p_value'])):.3f})"
-    )
-
-
-def _percent(number: str, prior: float) -> str:
-    return (
-        f"{prior * 57.29577951308232:.2g} deg"
-        if number == "contact_angle"
-        else f"{100 * prior:.2g} %"
     )
 
 

@@ -10,12 +10,12 @@ import numpy as np
 from cbpt._core import Drive
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
 from cbpt.lab.diagnosis.fit_text import moved_by, parameter_words, solutions
-from cbpt.lab.diagnosis.noise_statement import noise_floor
+from cbpt.lab.diagnosis.noise_statement import estimated, noise_floor
 from cbpt.lab.inference.residuals import rmse_of
 from cbpt.lab.selection.decision import Why
 from cbpt.lab.selection.rest import rest_arcsec
 from cbpt.lab.wording.names import called, columns_in_words, number_called
-from cbpt.lab.wording.numbers import ARCSEC, AngleUnit, listed, probability
+from cbpt.lab.wording.numbers import ARCSEC, AngleUnit, listed, probability, rounded
 
 _NOISE = {
     "run_offset": "an offset that differs from run to run",
@@ -53,7 +53,27 @@ def name_of(d: DiagnosisData, effect: str) -> str:
 
 def sentence(d: DiagnosisData, say: Say = _PLAINLY) -> str:
     """What is certain, what is open, how sure that is, and what to check first."""
-    return _answer(d, say) + _to_check(d)
+    return _answer(d, say) + _scatter(d, say.angle) + _to_check(d)
+
+
+def _scatter(d: DiagnosisData, angle: AngleUnit) -> str:
+    """That readings scatter unlike what is stated of them, where the noise of the answer says so
+    and nothing else has told it."""
+    stated = d.readings.u_elastic_angle_arcsec
+    v = d.verdict
+    if stated is None or "misstated" not in v.noise or v.undecided or _of_noise_alone(d):
+        return ""
+    u, found = float(np.sqrt(np.mean(stated**2))), estimated(d)
+    where = "" if v.lack_of_fit is not None else " about this answer"
+    return (
+        f" The readings scatter{where} {rounded(found / u, 2)} times as much as is stated (stated "
+        f"{angle.number(u)}, found {angle.text(found)})."
+    )
+
+
+def _of_noise_alone(d: DiagnosisData) -> bool:
+    """Whether the answer is how the readings scatter."""
+    return d.verdict.kind == "rig" and set(d.verdict.effects) <= {"run_offset"}
 
 
 def _to_check(d: DiagnosisData) -> str:
@@ -94,7 +114,7 @@ def _answer(d: DiagnosisData, say: Say) -> str:
         return _unknown(d, sure, say) + _besides(d)
     if v.kind == "complete":
         return _complete(d, sure, say) + _besides(d)
-    if v.kind == "rig" and set(v.effects) <= {"run_offset"}:
+    if _of_noise_alone(d):
         what = listed([_noise(d, n, say.angle) for n in v.noise if n in _NOISE])
         said = f"No effect is missing from the model: the readings show {what} ({sure})."
         return said + _besides(d)

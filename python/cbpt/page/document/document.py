@@ -19,13 +19,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive, effect_specs, own_effect_variables
-from cbpt.lab.diagnosis.fit_text import moved_by
+from cbpt.lab.diagnosis.fit_text import moved_by, prior_of
 from cbpt.lab.model.forward import REGIMES
 from cbpt.lab.model.priors import PRIORS, TWINS
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.set_points import settings
 from cbpt.lab.selection.posterior import OFFSET
-from cbpt.lab.wording.names import called, columns_in_words, scatter_from, tell_tale
+from cbpt.lab.wording.names import called, columns_in_words, number_called, scatter_from, tell_tale
 from cbpt.lab.wording.numbers import AngleUnit
 from cbpt.lab.wording.versions import product_version
 from cbpt.page.document.curves import BRANCHES, Curves
@@ -49,6 +49,7 @@ from cbpt.page.document.types import (
     PageDocument,
     ReadingColumns,
     Remains,
+    RestsOn,
     Rival,
     Rung,
     Where,
@@ -167,6 +168,7 @@ def _document(
         "perhaps": list(found.perhaps()),
         "combinations": list(found.combinations()),
         "remains": found.remains(),
+        "rests_on": list(found.rests_on()),
         "undecided": answer["verdict"]["undecided"] if answer else None,
         "table": None,
         "readings": columns_of_readings(readings, regimes, found),
@@ -393,6 +395,18 @@ class Found:
             "expected_from": scatter_from(rest["expected_from"]),
         }
         return cast(Remains, {key: rest[key] for key in same} | words)
+
+    def rests_on(self) -> Iterator[RestsOn]:
+        """The stated numbers that the answer rests on, by name."""
+        if self.diagnosis is None or self.answer is None:
+            return
+        kind = self.diagnosis.competition.campaign.drive.kind
+        for row in self.answer["verdict"]["rests_on"]:
+            yield {
+                "label": number_called(row["number"], kind),
+                "prior": prior_of(row["number"], row["prior"]),
+                "needed_shift_sigma": row["needed_shift_sigma"],
+            }
 
     def candidates(self) -> Iterator[Candidate]:
         """The ranking, each with what a card shows."""

@@ -248,6 +248,15 @@ class Remains(TypedDict):
     expected_from: str | None
 
 
+class RestsOn(TypedDict):
+    """A number of drive or rig without whose stated uncertainty another answer were as good."""
+
+    label: str
+    prior: str
+    """Its stated uncertainty."""
+    needed_shift_sigma: float
+
+
 class Candidate(HasClass):
     """An effect that could be missing; the likeliest stands first. Before them stand numbers that
     the answer names without ranking them (nulls)."""
@@ -463,6 +472,7 @@ class PageDocument(TypedDict):
     combinations: list[Combination]
     """Those that make up 95 % of the posterior, the most probable first."""
     remains: Remains | None
+    rests_on: list[RestsOn]
     undecided: str | None
     """Why the readings do not decide; null where they do."""
     table: Any

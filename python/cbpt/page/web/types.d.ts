@@ -227,6 +227,14 @@ export interface Remains {
   expected_from: string | null;
 }
 
+/** A number of drive or rig without whose stated uncertainty another answer were as good. */
+export interface RestsOn {
+  label: string;
+  /** Its stated uncertainty. */
+  prior: string;
+  needed_shift_sigma: number;
+}
+
 /**
  * An effect that could be missing; the likeliest stands first. Before them stand numbers that
  * the answer names without ranking them (nulls).
@@ -431,6 +439,7 @@ export interface PageDocument {
   /** Those that make up 95 % of the posterior, the most probable first. */
   combinations: Combination[];
   remains: Remains | null;
+  rests_on: RestsOn[];
   /** Why the readings do not decide; null where they do. */
   undecided: string | null;
   /** `checks` of `cbpt preflight` and the figures of `loops`; null before a diagnosis. */

@@ -19,7 +19,12 @@ export function nameOf(key) {
 
 /** With a capital and a full stop. @param {string} words */
 export function asSentence(words) {
-  return `${words.charAt(0).toUpperCase()}${words.slice(1)}${words.endsWith(".") ? "" : "."}`;
+  return `${withCapital(words)}${words.endsWith(".") ? "" : "."}`;
+}
+
+/** @param {string} words */
+export function withCapital(words) {
+  return words.charAt(0).toUpperCase() + words.slice(1);
 }
 
 /** As printed: ±, a minus sign. @param {string} words */

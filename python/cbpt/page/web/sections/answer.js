@@ -1,10 +1,10 @@
 /** 1. The sentence of the answer, how sure it is, what it rests on, the error before and after. */
 
 /** @import { Child } from "../lib/page.d.ts" */
-/** @import { PageDocument } from "../types.d.ts" */
+/** @import { PageDocument, RestsOn } from "../types.d.ts" */
 import { isLive } from "../lib/api.js";
 import { bar, bodyOf, byId, el, fill, svg } from "../lib/dom.js";
-import { inPrint, nameOf } from "../lib/names.js";
+import { inPrint, nameOf, withCapital } from "../lib/names.js";
 import { percent, probability, text } from "../lib/numbers.js";
 import { show } from "../lib/models.js";
 import { documentShown, modelOf, modelShown, on, setModel, size, state } from "../lib/store.js";
@@ -195,7 +195,7 @@ function found(whole) {
       { class: "stack" },
       nearest(whole),
       remains(whole),
-      !whole.undecided && restsOn(verdict.rests_on),
+      !whole.undecided && restsOn(whole.rests_on),
       notes(whole),
       el(
         "div",
@@ -283,7 +283,7 @@ function fall(before, after, floor) {
   );
 }
 
-/** @param {{ number: string, prior: number, needed_shift_sigma: number }[]} numbers */
+/** @param {RestsOn[]} numbers */
 function restsOn(numbers) {
   if (!numbers.length) {
     return el(
@@ -303,9 +303,9 @@ function restsOn(numbers) {
         el(
           "li",
           {},
-          `${r.number.replaceAll("_", " ")}, stated with uncertainty ${
-            text(r.prior, 2)
-          }: an error of ${text(Math.abs(r.needed_shift_sigma), 2)} standard uncertainties in it${
+          `${withCapital(r.label)}, stated with an uncertainty of ${r.prior}: an error of ${
+            text(Math.abs(r.needed_shift_sigma), 2)
+          } standard uncertainties in it${
             numbers.length > 1 ? ", together with errors in the others listed here," : ""
           } explains the same residual.`,
         )
