@@ -36,8 +36,18 @@ READINGS = 20_000
 # long table).
 NEAR_MS, FAR_MS = 8_000, 25_000
 NEAR_OF_MANY_MS, FAR_OF_MANY_MS = 12_000, 12_000
-# Candidates of both tables that neither diagnosis has fitted beside the answer.
-OTHERS = ["creep", "plate_tilt", "groove_pitch_error", "output_torsion", "ball_diameter_lot"]
+ANSWER = "friction_hysteresis"
+# Of both tables; and so many candidates that the diagnosis has not fitted beside the answer.
+MOST_OTHERS = 5
+OTHERS = """async ([answer, most]) => {
+  const { documentShown } = await import("/lib/store.js");
+  const whole = documentShown();
+  const fitted = new Set(whole.models.map(m => m.key));
+  return whole.candidates.map(c => c.effect)
+    .filter(e => e !== answer && !fitted.has([answer, e].sort().join("+")))
+    .filter(e => document.querySelector(`#missing [data-effect="${e}"]`))
+    .slice(0, most);
+}"""
 # From a click to the picture after it: the frame that has the change, and the beginning of the
 # next, when that one is on its way to the screen.
 SWITCH = """async effect => {
@@ -152,14 +162,14 @@ def diagnosed(page: Any, rounds: int, near_ms: int, far_ms: int) -> dict[str, fl
     def switch(effect: str) -> float:
         return float(page.evaluate(SWITCH, effect)) / 1e3
 
-    answer = "friction_hysteresis"
-    known = [switch(answer) for _ in range(2 * rounds)]
-    switch(answer)
+    known = [switch(ANSWER) for _ in range(2 * rounds)]
+    switch(ANSWER)
+    others = page.evaluate(OTHERS, [ANSWER, MOST_OTHERS])
     page.wait_for_timeout(far_ms)
     found = []
-    for k in range(len(OTHERS)):
+    for k in range(len(others)):
         # The answer with one more, with two, with three: no set twice.
-        three = [OTHERS[(k + n) % len(OTHERS)] for n in range(3)]
+        three = [others[(k + n) % len(others)] for n in range(3)]
         page.wait_for_timeout(near_ms)
         found.append([switch(effect) for effect in three])
         for effect in reversed(three):
