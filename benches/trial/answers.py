@@ -174,6 +174,7 @@ def answered(d: Diagnosis) -> dict[str, Any]:
             "rivals": [list(g) for g in v.rivals],
             "probability": v.probability,
             "noise": list(v.noise),
+            "undecided": v.kind == "undecided",
         },
         "held_out": {
             "stated": d.ladder[0].held_out_rmse_arcsec,

@@ -23,6 +23,7 @@ from trial.grades import Outcome, contains, grade, named, true_statement
 from trial.oracle import ask
 from trial.run import indices, tasks
 from trial.score import document, intervals, measures, table, wilson
+from trial.targets import calibration
 
 SEED = 1
 
@@ -84,6 +85,13 @@ def test_what_no_library_holds_is_unknown(index: int) -> None:
 
 def test_a_softer_contact_is_a_number_of_the_drive() -> None:
     assert grade(outcome("parameter_only", 1)) == "right"
+
+
+def test_an_undecided_answer_is_none_for_the_calibration() -> None:
+    """Nine readings."""
+    found = outcome("confounded", 3)
+    assert found["answer"]["undecided"]
+    assert math.isnan(calibration([found])[-1].value)
 
 
 def test_exact_twins_are_told_as_rivals() -> None:
