@@ -245,6 +245,18 @@ def test_a_size_is_never_negative(effect: str) -> None:
     assert np.isfinite(found.log_evidence)
 
 
+def test_a_calibration_moves_as_far_as_its_stated_uncertainty_allows() -> None:
+    """A torque known to 20 % alone may be 45 % off, though 30 % is the most that is plausible where
+    nothing is stated: held there, it made another number of the drive move instead."""
+    base = replace(plan("dev03"), priors=EXACT | {"torque_scale": 0.2})
+    rng = np.random.default_rng(3)
+    far = readings_of(base, {("torque_scale", "torque_gain"): 0.55}, rng)
+    found = Fitter(far, []).fit(Hypothesis())
+    assert found is not None
+    value, u = of(found, "torque_scale")
+    assert abs(value - 0.55) < 2 * u < 0.01
+
+
 @given(
     st.sampled_from([v for v in VARIANTS if v.effect != "plate_tilt"]),
     st.sampled_from([-3.0, -0.3, 0.3, 3.0]),

@@ -40,6 +40,9 @@ class _Search:
     steps: int = 20
     noise_worth: float = 2.0
     """In log-likelihood: a departure from form that gains less needs no new look at the noise."""
+    stated_room: float = 6.0
+    """In stated uncertainties: how far a number of the drive or a calibration may move, whatever
+    is plausible where nothing is stated."""
     hopeless: float = 60.0
     """In misfit: a search that stays this far above the best one under the same noise is given
     up.
@@ -107,7 +110,8 @@ class Fitter:
                 variant = next(v for v in VARIANTS if v.effect == effect)
                 i, name = self._parameter(effect, variant.sizes[0])
                 neutral = float(self.model.neutral[i])
-                found.append(Unknown(i, effect, neutral, sd, *self._bounds(i), unit=sd))
+                bounds = self._bounds(i, _SEARCH.stated_room * sd)
+                found.append(Unknown(i, effect, neutral, sd, *bounds, unit=sd))
         for number, variant in enumerate(hypothesis.variants):
             for size, ratio in zip(
                 variant.sizes, variant.ratios or (1.0,) * len(variant.sizes), strict=True
@@ -127,13 +131,13 @@ class Fitter:
     def _parameter(self, effect: str, name: str) -> tuple[int, str]:
         return self.model.index(self.effects.index(effect), name), f"{effect}.{name}"
 
-    def _bounds(self, index: int) -> tuple[float, float]:
-        """What is plausible, with some room beyond, and neutral in any case."""
+    def _bounds(self, index: int, about: float = 0.0) -> tuple[float, float]:
+        """What is plausible, with some room beyond, and in any case so much about neutral."""
         low, high = self.model.likely[index]
         neutral = float(self.model.neutral[index])
         room = 0.0 if low * high > 0 else 2.0 * (high - low)
-        low = max(min(low, neutral) - room, self.model.lower[index])
-        return float(low), float(min(max(high, neutral) + room, self.model.upper[index]))
+        low = max(min(low - room, neutral - about), self.model.lower[index])
+        return float(low), float(min(max(high + room, neutral + about), self.model.upper[index]))
 
     def _scaled(self, index: int, name: str, variant: Variant, ratio: float) -> tuple[float, float]:
         """Bounds of a size whose range is the variant's own: three times what is plausible."""
