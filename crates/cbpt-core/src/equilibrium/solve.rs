@@ -146,3 +146,27 @@ fn torsional_stiffness<const N: usize>(jacobian: &SMatrix<f64, N, N>) -> Option<
     let compliance = scaled.try_inverse()?[(1, 1)] * scale[1] * scale[1];
     (compliance.is_finite() && compliance > 0.0).then(|| 1.0 / compliance)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The inverse of [[4, 2], [2, 3]] has 4/8 on the diagonal.
+    #[test]
+    fn stiffness_is_one_over_the_compliance() {
+        let found = torsional_stiffness(&SMatrix::<f64, 2, 2>::new(4.0, 2.0, 2.0, 3.0));
+        assert!(found.is_some_and(|stiffness| (stiffness - 2.0).abs() < 1e-14), "{found:?}");
+    }
+
+    /// A rotation that gains energy, one that nothing resists, one that is resisted by less than numbers can tell.
+    #[test]
+    fn a_rotation_without_resistance_has_no_stiffness() {
+        for resistance in [-1.0, 0.0, 1e-320] {
+            let jacobian = SMatrix::<f64, 2, 2>::new(1.0, 0.0, 0.0, resistance);
+            assert_eq!(torsional_stiffness(&jacobian), None, "{resistance}");
+        }
+        // One that other motions would make rigid.
+        let jacobian = SMatrix::<f64, 3, 3>::new(1.0, 0.5, 1.0, 0.5, 1.0, 0.0, 1.0, 0.0, 1.0);
+        assert_eq!(torsional_stiffness(&jacobian), None);
+    }
+}
