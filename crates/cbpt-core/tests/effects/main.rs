@@ -431,6 +431,27 @@ fn rows_without_solution_are_told_and_skipped() {
     }
 }
 
+/// An effect that leaves no preload: told is the preload that would hold at the contacts, as without the effect.
+#[test]
+fn without_preload_it_is_told_what_would_hold() {
+    let values = [0.0, 1e4]; // its force exceeds every preload of the campaign
+    for (label, drive) in drives() {
+        let campaign = campaign();
+        let mut predictor =
+            Predictor::new(drive.clone(), &["preload_loss"], campaign.rows().unwrap()).unwrap();
+        let found = predictor.predict(&values, &[]).unwrap();
+        for (row, status) in found.status.iter().enumerate() {
+            let (torque_Nm, angle_rad) = (campaign.torque_Nm[row], campaign.input_angle_rad[row]);
+            let expected = drive.preload_thresholds_at(torque_Nm, angle_rad).drive().hold_N;
+            let Status::BeyondHold { hold_preload_N } = *status else { panic!("{label} {row}: {status}") };
+            assert!(
+                (hold_preload_N - expected).abs() <= 1e-9 * expected,
+                "{label} {row}: {hold_preload_N} {expected}"
+            );
+        }
+    }
+}
+
 #[test]
 fn an_undercut_drive_has_no_row() {
     let (_, drive) = &drives()[0];
