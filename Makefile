@@ -122,7 +122,7 @@ $(VENV)/mutated: $(VENV)/tested
 
 SHARD ?= 0/20
 mutants: $(VENV)/mutated  ## mutants of the mechanics (listed by cargo-mutants; SHARD=K/N of them) and of the decision: docs/explanation/tests.md
-	$(PYTHON) benches/core_mutants.py --shard $(SHARD)
+	$(PYTHON) benches/core_mutants.py --shard $(SHARD) --python
 	$(PYTHON) benches/mutants.py
 
 $(VENV)/benched: $(VENV)/installed

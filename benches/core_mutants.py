@@ -1,12 +1,13 @@
 """Mutants of the mechanics, all in one program: do the tests of the core notice them?
 
-    python benches/core_mutants.py [--shard 0/10] [--jobs 2] [--only hertz] [--json OUT.json]
+    python benches/core_mutants.py [--shard 0/10] [--python] [--only hertz] [--json OUT.json]
 
 cargo-mutants lists the mutants; it would compile the core once for each. Here all are written into
 a copy of the core side by side, each behind the question whether it is the one that is on, so that
 it is compiled once and a mutant costs only the tests up to the first that fails. What cannot stand
 beside the code as it is (in a `const fn`, in a chain of `let`, of another type) is not tried, and
-counted. A shard takes every N-th mutant. Survivors have passed all four programs of tests.
+counted. A shard takes every N-th mutant. Survivors have passed all four programs of tests; with
+--python also the tests in Python of the mechanics, on a module that is made of the copy.
 """
 
 from __future__ import annotations
@@ -40,8 +41,11 @@ PROGRAMS: tuple[tuple[str, ...], ...] = (
     ("properties",),
 )
 """The tests of the core, the quickest first: a program and what it is told."""
+IN_PYTHON = ("reference_drives", "as_made_tables", "friction", "effects", "reference", "as_made")
+"""Tests of the mechanics in tests/core, the quickest first, which are asked last of all."""
 TESTS = {"PROPTEST_CASES": "60", "PROPTEST_MAX_SHRINK_ITERS": "0", "RUSTC_BOOTSTRAP": "1"}
 """The last one lets a program of tests take `--fail-fast`, which is not stable yet."""
+OWN_TESTS = ("-p", "cbpt-core", "--tests", "--lib")
 MOST_ROUNDS = 30
 SWITCH = """
 static ACTIVE: std::sync::LazyLock<u32> = std::sync::LazyLock::new(|| {
@@ -52,6 +56,14 @@ pub(crate) fn on(mutant: u32) -> bool {
     *ACTIVE == mutant
 }
 """
+
+
+@dataclass(frozen=True)
+class Program:
+    """A program of tests: its command, where it runs."""
+
+    command: list[str]
+    folder: Path
 
 
 @dataclass(frozen=True)
@@ -242,9 +254,8 @@ def write_copy(mutants: Sequence[Mutant], left_out: set[int]) -> set[int]:
 
 def cargo(*words: str) -> Iterator[Any]:
     """What cargo says of the copy, message by message."""
-    which = ["--profile", "mutants", "-p", "cbpt-core", "--tests", "--lib"]
     ran = subprocess.run(
-        ["cargo", *words, *which, "--message-format=json"],
+        ["cargo", *words, "--profile", "mutants", "--message-format=json"],
         cwd=COPY,
         env={"CARGO_TARGET_DIR": str(TOP / "target"), **os.environ},
         stdout=subprocess.PIPE,
@@ -270,37 +281,55 @@ def refused(messages: Iterable[Any]) -> set[int]:
     return found
 
 
-def built(mutants: Sequence[Mutant]) -> tuple[set[int], list[list[str]]]:
-    """The mutants that compile together, and the programs of tests."""
+def built(mutants: Sequence[Mutant]) -> set[int]:
+    """Writes the copy; returns the mutants that compile together."""
     shutil.rmtree(COPY, ignore_errors=True)
     ignored = shutil.ignore_patterns("target", "out", ".git", ".venv", "node_modules", "docs")
     shutil.copytree(TOP, COPY, ignore=ignored)
     left_out: set[int] = set()
     for _ in range(MOST_ROUNDS):
         used = write_copy(mutants, left_out)
-        wrong = refused(cargo("check"))
+        wrong = refused(cargo("check", *OWN_TESTS))
         if not wrong:
-            break
+            return used
         print(f"{len(wrong)} do not compile beside the code as it is", flush=True)
         left_out |= wrong
+    raise SystemExit(f"it does not compile after {MOST_ROUNDS} rounds")
+
+
+def own_tests() -> list[Program]:
+    """The programs of tests of the core."""
     programs = {
         m["target"]["name"]: Path(m["executable"])
-        for m in cargo("test", "--no-run")
+        for m in cargo("test", "--no-run", *OWN_TESTS)
         if m["reason"] == "compiler-artifact" and m.get("executable")
     }
     if not {name for name, *_ in PROGRAMS} <= set(programs):
         raise SystemExit(f"built {sorted(programs)} alone")
-    return used, [[str(programs[name]), *told] for name, *told in PROGRAMS]
+    quick = ["-Zunstable-options", "--fail-fast", "--quiet"]
+    return [Program([str(programs[name]), *told, *quick], COPY / CORE) for name, *told in PROGRAMS]
 
 
-def outcome(programs: Sequence[Sequence[str]], patience_s: float, mutant: int) -> str:
+def python_tests() -> list[Program]:
+    """Tests of the Python package, on a module made of the copy."""
+    messages = cargo("build", "-p", "cbpt-py", "--features", "pyo3/extension-module")
+    made = [m["filenames"] for m in messages if m.get("target", {}).get("name") == "_core"]
+    if not made:
+        raise SystemExit("the module for Python was not built")
+    shutil.copy(made[0][0], COPY / "python" / "cbpt" / "_core.abi3.so")
+    pytest = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider"]
+    return [Program([*pytest, f"tests/core/test_{name}.py"], COPY) for name in IN_PYTHON]
+
+
+def outcome(programs: Sequence[Program], patience_s: float, mutant: int) -> str:
     """`caught`, `timeout` or `survived`."""
-    env = {**os.environ, **TESTS, "MUTANT": str(mutant)}
+    package = str(COPY / "python")
+    env = {**os.environ, **TESTS, "PYTHONPATH": package, "MUTANT": str(mutant)}
     for program in programs:
         try:
             ran = subprocess.run(
-                [*program, "-Zunstable-options", "--fail-fast", "--quiet"],
-                cwd=COPY / CORE,
+                program.command,
+                cwd=program.folder,
                 env=env,
                 timeout=patience_s,
                 stdout=subprocess.DEVNULL,
@@ -318,12 +347,14 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--shard", default="0/1", help="K/N: every N-th mutant, from the K-th on")
     parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--python", action="store_true", help="ask tests in Python too")
     parser.add_argument("--only", default="", help="mutants whose name has this")
     parser.add_argument("--json", type=Path)
     parser.add_argument("--patience-s", type=float, default=1200.0, help="for a program of tests")
     asked = parser.parse_args()
     mutants = listed()
-    used, programs = built(mutants)
+    used = built(mutants)
+    programs = own_tests() + (python_tests() if asked.python else [])
     if outcome(programs, asked.patience_s, 0) != "survived":
         raise SystemExit("the tests fail without any mutant")
     first, step = map(int, asked.shard.split("/"))
