@@ -65,7 +65,7 @@ def width_deg(readings: cbpt.Readings) -> float:
 def told(found: cbpt.Change) -> str:
     """The verdict in a cell."""
     if not found.changed:
-        return found.kind
+        return f"{found.kind}: the loops differ" if found.differing_loops else found.kind
     first = {c.effect: c for c in reversed(found.changed)}
     return "; ".join(f"{c.effect} {WAYS[c.direction]}: {_sizes(c)}" for c in first.values())
 

@@ -6,17 +6,23 @@ import json
 import re
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 import cbpt
 from cbpt.cli import main as commands
+from cbpt.lab.change import parties
+from cbpt.lab.change.loop_widths import widths_of
 from cbpt.lab.change.parties import Levels, levels_of
 from cbpt.lab.change.reproducibility import with_dispersion, with_set_ups
 from cbpt.lab.change.shared import fit_shared
 from cbpt.lab.model.own_terms import campaign_of
+from common.drives import examples
 
 TOP = Path(__file__).parents[2]
 SPRING = {
@@ -123,6 +129,63 @@ def test_what_changed_is_found_without_being_told_the_effect() -> None:
     answer = cbpt.change(SPRING, loops(0.0, seed=3), loops(1.2, seed=4))
     assert answer.kind == "changed"
     assert answer.changed[0].effect == FRICTION
+
+
+# --- the loops as they were measured ------------------------------------------------------
+
+
+def test_loops_that_differ_contradict_that_nothing_changed() -> None:
+    """Friction that nobody fits: in the fitted terms nothing changed, in the loops it did."""
+    answer = cbpt.change(SPRING, loops(1.0), loops(1.7, seed=2), effects=["backlash"])
+    assert answer.kind == "undecided" and answer.probability < 0.5 and not answer.changed
+    assert "measured loops changed" in answer.sentence and "cannot be told" in answer.sentence
+    [row] = answer.to_dict()["loops"]
+    assert row["differ"] == ["before", "after"] and row["loops"] == (2, 2)
+    # The branches of Dahl's friction are 2 Tf/k apart where they are fully engaged.
+    assert row["width_arcsec"] == pytest.approx((120, 204), rel=0.03)
+    for width in row["width_arcsec"]:
+        assert f"{width:.4g} arcsec" in answer.sentence and f"{width:.4g} +- " in answer.report()
+    # Beside a rig that comes back no better than that they say nothing.
+    unsure = cbpt.change(
+        *(SPRING, loops(1.0), loops(1.7, seed=2)), effects=["backlash"], reproducibility_arcsec=40
+    )
+    assert unsure.kind == "nothing"
+
+
+@given(st.integers(0, 10**6), st.sampled_from([2, 3, 5]))
+@examples(12)
+def test_loops_of_one_width_hardly_ever_differ(seed: int, levels: int) -> None:
+    rng = np.random.default_rng(seed)
+    noisy = [
+        loops(1.0) | {"elastic_angle_arcsec": angle + rng.normal(0, 3, len(angle))}
+        for angle in [loops(1.0)["elastic_angle_arcsec"]] * levels
+    ]
+    tables = [cbpt.read_readings(table, need_preload=False) for table in noisy]
+    assert all(widths.differ is None for widths in widths_of(tables))
+
+
+def test_a_form_that_a_level_cannot_show_alone_is_fitted_all_the_same(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """From neutral values and from those of the other levels."""
+    case = cbpt.Case.from_dict(SPRING)
+    readings = [cbpt.read_readings(loops(f), need_preload=False) for f in (1.0, 1.5)]
+    campaigns = [campaign_of(case, r, []) for r in readings]
+    found = parties.best_fit
+    asked = []
+
+    def alone(fitter: Any, effects: Any) -> Any:
+        asked.append(effects)
+        if len(asked) > len(campaigns):
+            raise cbpt.InvalidInputError("these readings do not depend on it")
+        return found(fitter, effects)
+
+    with_it = levels_of(campaigns, [FRICTION])
+    monkeypatch.setattr(parties, "best_fit", alone)
+    without = levels_of(campaigns, [FRICTION])
+    assert with_it is not None and without is not None and len(asked) > len(campaigns)
+    for one, other in zip(with_it.fits, without.fits, strict=True):
+        assert other.log_evidence == pytest.approx(one.log_evidence, abs=0.1)
 
 
 # --- the reproducibility of a set-up ------------------------------------------------------

@@ -68,6 +68,10 @@ class Change(Reported, ChangeData):
                     strict=True,
                 )
             ],
+            "loops": [
+                asdict(w) | {"differ": w.differ and [self.levels[i] for i in w.differ]}
+                for w in self.loops
+            ],
             "effects_fitted_at_every_level": list(self.effects),
             "probability_of_change": {
                 g.effect: self.weighed.changed(g.effect) for g in self.weighed.groups

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError, NoSolutionError
 from cbpt.lab.change.answer import Change
+from cbpt.lab.change.loop_widths import LoopWidths, widths_of
 from cbpt.lab.change.noise import noise_change
 from cbpt.lab.change.parties import Levels, levels_of
 from cbpt.lab.change.posterior import Weighed, groups_of, weigh
@@ -145,7 +146,8 @@ def change(
             "the model has no solution with the same numbers at all levels; compare each level "
             "with cbpt compare first"
         )
-    answer = _answer(names, parts, weighed, answers, by)
+    loops = widths_of(parts, reproducibility_arcsec)
+    answer = _answer(names, parts, weighed, answers, by, loops)
     notes = list(_notes(campaigns, weighed))
     if answer.kind == "changed" and reproducibility_arcsec is None:
         best = weighed.best.levels
@@ -240,12 +242,13 @@ def _answer(
     weighed: Weighed,
     answers: Sequence[Diagnosis],
     by: str | None,
+    loops: tuple[LoopWidths, ...],
 ) -> Change:
     something, levels = weighed.something, weighed.best.levels
     kind: Kind = "undecided"
     if something >= RULES.certain:
         kind = "changed"
-    elif something < RULES.undecided:
+    elif something < RULES.undecided and not any(widths.differ for widths in loops):
         kind = "nothing"
     changed = tuple(_changed(weighed)) if kind == "changed" else ()
     rests = [d.to_dict()["remains"] for d in answers]
@@ -265,6 +268,7 @@ def _answer(
         effects=tuple(dict.fromkeys(v.effect for v in levels.variants)),
         by=by,
         weighed=weighed,
+        loops=loops,
     )
 
 

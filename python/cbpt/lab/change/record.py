@@ -9,9 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from cbpt.lab.change.loop_widths import LoopWidths
 from cbpt.lab.change.noise import NoiseChange
 from cbpt.lab.change.posterior import Weighed
 from cbpt.lab.readings.readings import Readings
+from cbpt.lab.selection.rules import RULES
 
 Kind = Literal["changed", "nothing", "undecided"]
 Direction = Literal["up", "down", "new", "gone"]
@@ -58,7 +60,8 @@ class ChangeData:
     changed: tuple[Changed, ...]
     unchanged: tuple[Unchanged, ...]
     probability: float
-    """That something changed; for `nothing`, that nothing did."""
+    """That something changed; for `nothing`, that nothing did. By the effects that were fitted:
+    where the measured loops say otherwise (`differing_loops`), the kind is `undecided`."""
     noise: NoiseChange
     remains: dict[str, Any] | None
     """What is left after the most probable combination of the level where most is left; None where
@@ -70,9 +73,19 @@ class ChangeData:
     """Fitted at every level."""
     by: str | None
     weighed: Weighed = field(repr=False)
+    loops: tuple[LoopWidths, ...] = ()
+    """The loops as they were measured, by amplitude."""
     notes: tuple[str, ...] = ()
     reproducibility_arcsec: float | None = None
     """By which the rig differs when it is set up again; None where nothing was stated."""
     levels_differ_by_arcsec: float | None = None
     """Of a change that rests on a rig that comes back to its state: standard deviation by which the
     fitted curves of the levels differ. A reproducibility of this size would explain it."""
+
+    @property
+    def differing_loops(self) -> LoopWidths | None:
+        """Of an undecided answer: the loops that differ though the fitted effects say that nothing
+        changed."""
+        if self.kind != "undecided" or self.probability >= RULES.undecided:
+            return None
+        return next((widths for widths in self.loops if widths.differ), None)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from cbpt.lab.change.loop_widths import LoopWidths
 from cbpt.lab.change.record import Changed, ChangeData, Unchanged
 from cbpt.lab.wording import layout
 from cbpt.lab.wording.names import called
@@ -24,6 +25,14 @@ def sentence(found: ChangeData) -> str:
             f"Nothing changed (probability {found.probability:.2f})."
             + _noise(found)
             + _within(found)
+        )
+    differing = found.differing_loops
+    if differing is not None:
+        return (
+            f"The measured loops changed: {_widths(found, differing)}, more than loops of one "
+            "level differ. The fitted effects do not follow that (by them nothing changed, "
+            f"probability {1 - found.probability:.2f}), so what changed cannot be told."
+            + _noise(found)
         )
     if found.kind == "undecided":
         return (
@@ -72,6 +81,20 @@ def _told(c: Changed) -> str:
     )
 
 
+def _widths(found: ChangeData, loops: LoopWidths) -> str:
+    assert loops.differ is not None
+    before, after = (loops.width_arcsec[i] for i in loops.differ)
+    first, second = (found.levels[i] for i in loops.differ)
+    return (
+        f"at +-{loops.amplitude_Nm:.3g} N m their width at zero torque is {before:.4g} arcsec "
+        f"({first}) and {after:.4g} arcsec ({second})"
+    )
+
+
+def _width(width_arcsec: float, u_arcsec: float | None) -> str:
+    return f"{width_arcsec:.4g}" + ("" if u_arcsec is None else f" +- {u_arcsec:.2g}")
+
+
 def _noise(found: ChangeData) -> str:
     if not found.noise.changed:
         return ""
@@ -109,6 +132,12 @@ def lines(found: ChangeData) -> Iterator[str]:
         name = called(group.effect, "torsion_spring" if kind else "ball_drive")
         rows.append([group.effect, name, f"{found.weighed.changed(group.effect):.3f}"])
     yield layout.table(["effect or number", "", "probability of a change"], rows)
+    if found.loops:
+        yield "Width of the measured loops at zero torque, arcsec:"
+        rows = [
+            [f"{w.amplitude_Nm:.3g}", *map(_width, w.width_arcsec, w.u_arcsec)] for w in found.loops
+        ]
+        yield layout.table(["amplitude_Nm", *found.levels], rows)
     if found.reproducibility_arcsec:
         yield (
             f"A new set-up alone changes the angles by {found.reproducibility_arcsec:.3g} arcsec "

@@ -1,0 +1,107 @@
+"""The loops of the levels as they were measured, without any model.
+
+LoopWidths   width at zero torque at every level, of loops of one amplitude
+widths_of    finds them
+
+A model can only say what changed in its own terms. Where it leaves a rest that is larger than what
+changed, one value may describe all levels though their loops differ; the widths then show it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cbpt.lab.characteristics.loops import loops_of
+from cbpt.lab.readings.readings import Readings
+
+Floats = NDArray[np.float64]
+
+_ALIKE = 1.25
+"""Amplitudes within this factor of each other are one kind of loop."""
+_FACTOR = 1.5
+"""Widths that differ by less may differ by what a fitted friction or play does not follow."""
+_CHANCE = 0.01
+"""Largest chance at which loops of one width would differ as much (Student's t)."""
+
+
+@dataclass(frozen=True)
+class LoopWidths:
+    """Loops of one amplitude; the tuples have a value for each level."""
+
+    amplitude_Nm: float
+    width_arcsec: tuple[float, ...]
+    """Falling less rising branch at zero torque, the mean of the level's loops."""
+    u_arcsec: tuple[float | None, ...]
+    """Standard uncertainty, from how much loops of one level differ; None where none repeats."""
+    loops: tuple[int, ...]
+    """How many each level has."""
+    differ: tuple[int, int] | None
+    """The two levels whose widths differ most, where they differ by more than the loops of one
+    level and a factor of 1.5; else None."""
+
+
+def widths_of(
+    levels: Sequence[Readings], reproducibility_arcsec: float | None = None
+) -> tuple[LoopWidths, ...]:
+    """Of all amplitudes at which every level has whole loops, the smallest first; a difference
+    counts as far as it goes beyond what the rig does when it is set up again."""
+    per_level = [[loop for loop in loops_of(r) if loop.whole] for r in levels]
+    found = []
+    for low, high in _amplitudes([loop.amplitude_Nm for loops in per_level for loop in loops]):
+        widths = [
+            np.array([p.width_arcsec for p in loops if low <= p.amplitude_Nm <= high])
+            for loops in per_level
+        ]
+        widths = [w[np.isfinite(w)] for w in widths]
+        if all(len(w) for w in widths):
+            amplitude_Nm = float(np.sqrt(low * high))
+            found.append(_of_one_amplitude(amplitude_Nm, widths, reproducibility_arcsec or 0.0))
+    return tuple(found)
+
+
+def _amplitudes(all_Nm: Sequence[float]) -> Iterator[tuple[float, float]]:
+    """The ranges of those that are alike, in rising order."""
+    rest = sorted(all_Nm)
+    while rest:
+        alike = [a for a in rest if a <= _ALIKE * rest[0]]
+        yield alike[0], alike[-1]
+        rest = rest[len(alike) :]
+
+
+def _of_one_amplitude(
+    amplitude_Nm: float, widths: Sequence[Floats], reproducibility_arcsec: float
+) -> LoopWidths:
+    """The scatter is taken as the same at all levels."""
+    mean = np.array([w.mean() for w in widths])
+    count = np.array([len(w) for w in widths])
+    dof = int(np.sum(count - 1))
+    u = np.full(len(widths), np.nan)
+    if dof:
+        scatter = sum(float(np.sum((w - w.mean()) ** 2)) for w in widths) / dof
+        # A set-up that moves the branches of a loop apart widens it by twice as much.
+        u = np.sqrt(scatter / count + (2 * reproducibility_arcsec) ** 2)
+    return LoopWidths(
+        amplitude_Nm=amplitude_Nm,
+        width_arcsec=tuple(mean.tolist()),
+        u_arcsec=tuple(value if dof else None for value in u.tolist()),
+        loops=tuple(count.tolist()),
+        differ=_most_different(mean, u, dof) if dof else None,
+    )
+
+
+def _most_different(mean: Floats, u: Floats, dof: int) -> tuple[int, int] | None:
+    """Two levels, of all pairs those furthest apart in their uncertainties."""
+    from scipy.stats import t
+
+    pairs = list(combinations(range(len(mean)), 2))
+    apart = [abs(mean[a] - mean[b]) / max(np.hypot(u[a], u[b]), 1e-300) for a, b in pairs]
+    first, second = pairs[int(np.argmax(apart))]
+    # The most of several pairs: the chance of each is that much smaller (Bonferroni).
+    chance = 2 * float(t.sf(max(apart), dof)) * len(pairs)
+    small, large = sorted(np.abs(mean[[first, second]]).tolist())
+    return (first, second) if chance < _CHANCE and large > _FACTOR * small else None
