@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 import cbpt
 from cbpt.cli import main as commands
-from cbpt.lab.change import parties
 from cbpt.lab.change.loop_widths import widths_of
 from cbpt.lab.change.parties import Levels, levels_of
 from cbpt.lab.change.reproducibility import with_dispersion, with_set_ups
 from cbpt.lab.change.shared import fit_shared
 from cbpt.lab.model.own_terms import campaign_of
+from cbpt.lab.selection.fit_effects import best_fit
 from common.drives import examples
 
 TOP = Path(__file__).parents[2]
@@ -171,7 +171,7 @@ def test_a_form_that_a_level_cannot_show_alone_is_fitted_all_the_same(
     case = cbpt.Case.from_dict(SPRING)
     readings = [cbpt.read_readings(loops(f), need_preload=False) for f in (1.0, 1.5)]
     campaigns = [campaign_of(case, r, []) for r in readings]
-    found = parties.best_fit
+    found = best_fit
     asked = []
 
     def alone(fitter: Any, effects: Any) -> Any:
@@ -181,7 +181,7 @@ def test_a_form_that_a_level_cannot_show_alone_is_fitted_all_the_same(
         return found(fitter, effects)
 
     with_it = levels_of(campaigns, [FRICTION])
-    monkeypatch.setattr(parties, "best_fit", alone)
+    monkeypatch.setattr("cbpt.lab.change.parties.best_fit", alone)
     without = levels_of(campaigns, [FRICTION])
     assert with_it is not None and without is not None and len(asked) > len(campaigns)
     for one, other in zip(with_it.fits, without.fits, strict=True):
