@@ -284,3 +284,7 @@ def test_an_answer_says_where_the_readings_scatter_more_than_stated() -> None:
         told = f" The readings scatter about this answer {times} times as much as is stated"
         assert (told in words(d)) == said
         assert ("times as much as is stated" in d.sentence_in("arcmin")) == said
+    # Beside what has no name the readings scatter by more, and a part of that is misfit.
+    unnamed = diagnosed("dev10")
+    assert unnamed.verdict.lack_of_fit and "misstated" in unnamed.verdict.noise
+    assert "times as much" not in words(unnamed)

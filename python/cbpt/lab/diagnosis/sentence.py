@@ -58,16 +58,15 @@ def sentence(d: DiagnosisData, say: Say = _PLAINLY) -> str:
 
 def _scatter(d: DiagnosisData, angle: AngleUnit) -> str:
     """That readings scatter unlike what is stated of them, where the noise of the answer says so
-    and nothing else has told it."""
-    stated = d.readings.u_elastic_angle_arcsec
-    v = d.verdict
-    if stated is None or "misstated" not in v.noise or v.undecided or _of_noise_alone(d):
+    and nothing else has told it. What has no name can be a part of what is left."""
+    stated, v = d.readings.u_elastic_angle_arcsec, d.verdict
+    told = v.undecided or v.lack_of_fit is not None or _of_noise_alone(d)
+    if stated is None or "misstated" not in v.noise or told:
         return ""
     u, found = float(np.sqrt(np.mean(stated**2))), estimated(d)
-    where = "" if v.lack_of_fit is not None else " about this answer"
     return (
-        f" The readings scatter{where} {rounded(found / u, 2)} times as much as is stated (stated "
-        f"{angle.number(u)}, found {angle.text(found)})."
+        f" The readings scatter about this answer {rounded(found / u, 2)} times as much as is "
+        f"stated (stated {angle.number(u)}, found {angle.text(found)})."
     )
 
 
@@ -266,7 +265,8 @@ def _ambiguous(d: DiagnosisData, sure: str, fall: str, angle: AngleUnit) -> str:
     v = d.verdict
     parts = []
     if v.effects:
-        parts.append(f"{listed([name_of(d, e) for e in v.effects])} is certain")
+        are = "is" if len(v.effects) == 1 else "are"
+        parts.append(f"{listed([name_of(d, e) for e in v.effects])} {are} certain")
     for group in v.rivals:
         names = listed([name_of(d, e) for e in group], "or")
         parts.append(f"one of {names} is needed, but these readings cannot distinguish them")
