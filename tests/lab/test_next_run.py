@@ -108,6 +108,31 @@ def test_the_open_hypotheses_hold_the_rivals_and_runs_are_ranked_by_what_they_br
     assert d.to_dict()["next_run"]["gain"] == max(found.ranked[0].pairs.values())
 
 
+def test_rivals_that_no_run_tells_apart_are_told_beside_the_run() -> None:
+    """Bearing or shaft: a run tells whether the bearing creeps, and none tells which it is."""
+    d = diagnosed("dev09")
+    run = d.to_dict()["next_run"]
+    assert run["untold"] == ["output_torsion"]
+    assert run["separates"] == ["eccentric_bearing", "creep + eccentric_bearing"]
+    pairs = d.why()[1].run
+    assert pairs is not None and run["runs"] == np.ceil(LIMIT / pairs["gain"])
+    said = "No run within reach tells the most probable combination from output_torsion"
+    assert said in " ".join(d.report().split())
+
+
+def test_a_spring_without_a_run_says_what_helps() -> None:
+    spring = {
+        "torsion_spring": {"torsional_stiffness_Nm_per_arcmin": 0.6},
+        "uncertainty": {"contact_stiffness_rel": 0.01, "torque_gain_rel": 0.1},
+    }
+    torque = np.r_[np.linspace(0, 20, 30), np.linspace(20, -20, 60)]
+    noise = np.random.default_rng(3).normal(0, 5, len(torque))
+    table = {"torque_Nm": torque, "elastic_angle_arcsec": 125 * torque + noise}
+    d = cbpt.diagnose(spring, table | {"u_elastic_angle_arcsec": np.full(len(torque), 5.0)})
+    assert d.verdict.kind == "ambiguous" and d.next_run() is None
+    assert "No run is suggested for a torsion spring" in d.report()
+
+
 def test_what_the_suggested_run_brings_is_what_a_diagnosis_with_it_finds() -> None:
     """Repeated until it should decide, the true effect gains over the rival."""
     found = suggested()

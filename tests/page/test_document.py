@@ -20,9 +20,10 @@ import cbpt
 from cbpt.cli.main import main
 from cbpt.effects import expression
 from cbpt.errors import InvalidInputError
+from cbpt.lab.diagnosis.deciding_runs import why_no_run
 from cbpt.lab.diagnosis.noise_statement import floor_of
 from cbpt.lab.readings.inputs import case_and_readings
-from cbpt.page.document.document import SCHEMA, _why_no_run, page_document
+from cbpt.page.document.document import SCHEMA, page_document
 from cbpt.page.document.plain import to_json
 from cbpt.page.document.source import Source, from_here
 from cbpt.page.document.types import Candidate, Model, PageDocument
@@ -525,5 +526,6 @@ def test_where_something_remains_the_next_run_is_sought_there() -> None:
     """Beside what is named, too; that nothing is open is said where nothing is."""
     verdict = {"kind": "effect", "rivals": [], "perhaps": []}
     there = "No known effect explains what remains. Measure more readings there."
-    assert _why_no_run({"verdict": verdict, "unknown": {"measure_next": there}}) == there
-    assert "nothing is open" in _why_no_run({"verdict": verdict, "unknown": None})
+    d = diagnosed("dev04")
+    assert why_no_run(d, {"verdict": verdict, "unknown": {"measure_next": there}}) == there
+    assert "nothing is open" in why_no_run(d, {"verdict": verdict, "unknown": None})

@@ -146,6 +146,30 @@ def test_two_printed_pages_hold_the_answer_and_the_first_a_plot(browser: Any, on
         page.evaluate("document.querySelector('#sentence').textContent = 'explanation '.repeat(32)")
         assert pages(page, "#appendix, #appendix ~ *") <= 2
         assert pages(page, "#readings ~ *") == 1
+        # Buttons of a plot are for the screen.
+        page.emulate_media(media="print")
+        assert page.locator(".modebar").count() and not page.locator(".modebar:visible").count()
+
+
+def test_a_plot_stands_on_the_first_page_below_an_answer_beside_which_something_remains(
+    browser: Any, tmp_path: Path
+) -> None:
+    whole = copy.deepcopy(document("dev04"))
+    whole["remains"] = {
+        "rms_arcsec": 1560.0,
+        "share_of_misfit": 0.032,
+        "depends_on": "the torque and the time since a run began",
+        "expected_arcsec": 1390.0,
+        "expected_from": "repeats",
+    }
+    path = tmp_path / "report.html"
+    path.write_text(report(whole), encoding="utf-8")
+    with watched(browser) as page:
+        page.goto(path.as_uri())
+        page.wait_for_selector(DRAWN)
+        # Eight lines.
+        page.evaluate("document.querySelector('#sentence').textContent = 'explanation '.repeat(50)")
+        assert pages(page, "#readings ~ *") == 1
 
 
 def test_many_notes_stand_in_the_appendix_of_a_printed_report(browser: Any, tmp_path: Path) -> None:

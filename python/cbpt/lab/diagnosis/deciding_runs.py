@@ -3,6 +3,7 @@
 RankedRuns        runs ranked by what they are expected to bring
 rank              ranks them; rank_if_open, where something is open
 next_run          the best of them, as the document of the answer has it
+why_no_run        why there is none, and what helps in its place
 name_among        the hypothesis that a set of effects is among those that are open
 open_hypotheses   the hypotheses that a diagnosis leaves open
 """
@@ -26,6 +27,8 @@ from cbpt.lab.model.priors import PRIORS, TWINS
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording.numbers import listed
 
+BALLS = "ball_drive"
+"""The kind of drive for which runs are computed: how far another may be loaded is not known."""
 CANDIDATES = 200
 """How many runs are chosen among."""
 # A combination this much less probable than the best still counts as open.
@@ -51,22 +54,41 @@ class RankedRuns:
     twins: tuple[tuple[str, str], ...] = ()
     """Pairs that no reading of this rig tells apart."""
 
-    def closest(self, run: Suggested) -> tuple[str, ...]:
-        """The pair that a run tells most about, where it decides none."""
-        return max(run.pairs, key=lambda pair: run.pairs[pair], default=())
+    @property
+    def leading(self) -> str:
+        """The most probable hypothesis."""
+        return max(self.open, key=lambda name: self.open[name])
+
+    def closest(self, run: Suggested) -> tuple[str, str]:
+        """The pair that a run tells most about, where it decides none; one with the most probable
+        hypothesis, where it tells anything about such a pair."""
+        gains = run.pairs
+        own = [pair for pair in gains if self.leading in pair and gains[pair] > HARDLY]
+        return max(own or gains, key=lambda pair: gains[pair])
 
     def runs_like(self, run: Suggested) -> int | None:
         """About how many such runs decide the pair that it tells most about; None where hardly any
         number does."""
-        most = max(run.pairs.values(), default=0.0)
+        best = max(run.pairs.values(), default=0.0)
+        most = best if best > LIMIT else run.pairs[self.closest(run)]
         return int(np.ceil(LIMIT / most)) if most > HARDLY else None
+
+    def untold(self) -> list[str]:
+        """Hypotheses that no run within reach tells from the most probable one."""
+        most: dict[str, float] = {}
+        for suggested in self.ranked:
+            for pair, gain in suggested.pairs.items():
+                if self.leading in pair:
+                    other = pair[1] if pair[0] == self.leading else pair[0]
+                    most[other] = max(most.get(other, 0.0), gain)
+        return [name for name, gain in most.items() if gain <= HARDLY]
 
 
 def rank(d: DiagnosisData, limits: Limits | None = None, most: int = CANDIDATES) -> RankedRuns:
     """Rank the runs that could decide what a diagnosis leaves open."""
     if d.verdict.kind == "unknown":
         return RankedRuns({}, (), measure_next(d))
-    if d.competition.campaign.drive.kind != "ball_drive":
+    if d.competition.campaign.drive.kind != BALLS:
         why = "No run is suggested for a torsion spring, because its permissible load is not known."
         return RankedRuns({}, (), why)
     hypotheses = open_hypotheses(d)
@@ -103,7 +125,7 @@ def rank(d: DiagnosisData, limits: Limits | None = None, most: int = CANDIDATES)
 
 def rank_if_open(d: DiagnosisData) -> RankedRuns | None:
     """The same where something is open; None where nothing is."""
-    if d.competition.campaign.drive.kind != "ball_drive":
+    if d.competition.campaign.drive.kind != BALLS:
         return None  # how far a torsion spring may be loaded is not known
     return rank(d) if d.verdict.rivals or d.verdict.perhaps else None
 
@@ -116,7 +138,35 @@ def next_run(found: RankedRuns | None) -> dict[str, Any] | None:
     return best | {
         "separates": best["separates"] or list(found.closest(found.ranked[0])),
         "runs": found.runs_like(found.ranked[0]),
+        "untold": found.untold(),
     }
+
+
+def why_no_run(d: DiagnosisData, answer: Mapping[str, Any]) -> str:
+    """Why the document of an answer suggests no run, and what helps in its place."""
+    verdict, unknown = answer["verdict"], answer["unknown"]
+    if verdict["kind"] == "unknown":
+        return str(unknown["measure_next"])
+    for one, other in (pair for group in verdict["rivals"] for pair in combinations(group, 2)):
+        if other in TWINS.get(one, []):
+            return (
+                f"no run of this rig tells {one} from {other}: both change every reading in the "
+                "same way; other knowledge, such as a calibration or a drawing, can"
+            ).replace("_", " ")
+    if (verdict["rivals"] or verdict["perhaps"]) and d.competition.campaign.drive.kind != BALLS:
+        return (
+            "no run is suggested for a torsion spring, because its permissible load is not known; "
+            "loops to other torques and at other rates may decide between the combinations that "
+            "are open, and so may other knowledge, such as a calibration or a drawing"
+        )
+    if verdict["rivals"] or verdict["perhaps"]:
+        return (
+            "no run like the previous ones would decide between the combinations that are open; "
+            "other knowledge, such as a calibration or a drawing, can"
+        )
+    if unknown:
+        return str(unknown["measure_next"])
+    return "nothing is open, so no further run is needed to decide"
 
 
 def open_hypotheses(d: DiagnosisData) -> OpenHypotheses:

@@ -8,6 +8,7 @@ from typing import Any
 
 from cbpt.errors import Say, said
 from cbpt.lab.diagnosis.alternatives import unseen
+from cbpt.lab.diagnosis.deciding_runs import why_no_run
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
 from cbpt.lab.diagnosis.fit_text import moved_numbers, parameter_words, prior_of
 from cbpt.lab.diagnosis.noise_statement import noise_floor, statement
@@ -71,8 +72,7 @@ def lines(
                 layout.prose_width(),
             )
     run = document["next_run"]
-    if run:
-        yield from wrap(_next_run(run), layout.prose_width())
+    yield from _next(d, document)
     if document["unknown"]:
         yield from _unknown(d, document["unknown"], run, angle)
     yield from _combinations(d, document["combinations"], angle)
@@ -259,7 +259,24 @@ def _wrapped(text: str) -> list[str]:
     return wrap(text, layout.prose_width(), initial_indent="  ", subsequent_indent="    ")
 
 
+def _next(d: DiagnosisData, document: Mapping[str, Any]) -> Iterator[str]:
+    """The next run, or why there is none where something is open."""
+    v = document["verdict"]
+    if document["next_run"]:
+        yield from wrap(_next_run(document["next_run"]), layout.prose_width())
+    elif (v["rivals"] or v["perhaps"]) and not document["unknown"]:
+        why = why_no_run(d, document)
+        yield from wrap(f"{why[:1].upper()}{why[1:]}.", layout.prose_width())
+
+
 def _next_run(run: dict[str, Any]) -> str:
+    untold = listed(run["untold"], "or")
+    rest = (
+        f" No run within reach tells the most probable combination from {untold}; other "
+        "knowledge, such as a drawing or a calibration, can."
+        if untold
+        else ""
+    )
     if run["gain"] < RULES.log_rival_odds:
         if run["runs"] is None:
             return (
@@ -268,9 +285,9 @@ def _next_run(run: dict[str, Any]) -> str:
             )
         return (
             f"No single run would decide between the combinations below. About {run['runs']} runs "
-            f"like this would distinguish {listed(run['separates'])}: {_load(run)}."
+            f"like this would distinguish {listed(run['separates'])}: {_load(run)}.{rest}"
         )
-    return f"A run that would distinguish {listed(run['separates'])}: {_load(run)}."
+    return f"A run that would distinguish {listed(run['separates'])}: {_load(run)}.{rest}"
 
 
 def _load(run: Mapping[str, Any]) -> str:

@@ -12,16 +12,16 @@ from __future__ import annotations
 import hashlib
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import combinations
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive, effect_specs, own_effect_variables
+from cbpt.lab.diagnosis.deciding_runs import why_no_run
 from cbpt.lab.diagnosis.fit_text import moved_by, prior_of
 from cbpt.lab.model.forward import REGIMES
-from cbpt.lab.model.priors import PRIORS, TWINS
+from cbpt.lab.model.priors import PRIORS
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.set_points import settings
 from cbpt.lab.selection.posterior import OFFSET
@@ -227,7 +227,8 @@ def _reasons(found: Found, isolability: Isolability | None) -> Iterator[tuple[st
             )
             yield "answer_key", why
         if found.answer["next_run"] is None:
-            yield "next_run", _why_no_run(found.answer)
+            assert found.diagnosis is not None
+            yield "next_run", why_no_run(found.diagnosis, found.answer)
     if isolability is None:
         yield "isolability", _NOT_YET
     elif isolability.why is not None:
@@ -574,20 +575,3 @@ def own_section(answer: Mapping[str, Any] | None) -> Own:
         "variables": [{"name": n, "meaning": meaning} for n, meaning in own_effect_variables()],
         "ports": [{"key": key, "meaning": meaning} for key, meaning in PORTS.items()],
     }
-
-
-def _why_no_run(answer: Mapping[str, Any]) -> str:
-    verdict, unknown = answer["verdict"], answer["unknown"]
-    if verdict["kind"] == "unknown":
-        return str(unknown["measure_next"])
-    for one, other in (pair for group in verdict["rivals"] for pair in combinations(group, 2)):
-        if other in TWINS.get(one, []):
-            return (
-                f"no run of this rig tells {one} from {other}: both change every reading in the "
-                "same way; other knowledge, such as a calibration or a drawing, can"
-            ).replace("_", " ")
-    if verdict["rivals"] or verdict["perhaps"]:
-        return "no run like the previous ones would decide between the combinations that are open"
-    if unknown:
-        return str(unknown["measure_next"])
-    return "nothing is open, so no further run is needed to decide"

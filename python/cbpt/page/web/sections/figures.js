@@ -46,7 +46,7 @@ function draw() {
     figures.some((/** @type {Any} */ f) => f.after !== null)
   );
   const rows = kept.flatMap(({ setting, figures }) =>
-    figures.filter((/** @type {Any} */ f) => FIRST.includes(f.name)).map((
+    figures.filter((/** @type {Any} */ f) => FIRST.includes(f.name) && isThere(f)).map((
       /** @type {Any} */ f,
     ) =>
       [
@@ -60,6 +60,14 @@ function draw() {
       ].filter((cell) => cell !== false)
     )
   );
+  const missing = kept.some(({ figures }) =>
+    figures.some((/** @type {Any} */ f) => FIRST.includes(f.name) && !isThere(f))
+  );
+  const more = loops.length > MOST_SETTINGS
+    ? `${MOST_SETTINGS} of ${loops.length} settings; all figures stand with `
+    : missing
+    ? "Figures that these loops do not give stand, each with its reason, with "
+    : null;
   fill(
     bodyOf("figures"),
     el(
@@ -75,16 +83,21 @@ function draw() {
         ].filter((head) => head !== false),
         rows,
       ),
-      loops.length > MOST_SETTINGS &&
+      more &&
         el(
           "p",
           { class: "small quiet" },
-          `${MOST_SETTINGS} of ${loops.length} settings; all figures stand with `,
+          more,
           el("a", { href: "#table" }, "the table and its loops"),
           ".",
         ),
     ),
   );
+}
+
+/** Whether any of the columns has it. @param {Any} f */
+function isThere(f) {
+  return [f.value, f.model, f.after].some((v) => v !== null);
 }
 
 /** @param {Any} f */

@@ -41,17 +41,24 @@ function draw() {
   );
 }
 
-/** What the run tells, and how often it has to be made. @param {any} r */
+/** What the run tells, how often it has to be made, and what no run tells. @param {any} r */
 function brings(r) {
   const names = r.separates.map(nameOf);
-  const apart = names.length > 1
+  const apart = names.length === 2
+    ? `${names[0]} from ${names[1]}`
+    : names.length > 2
     ? `these explanations apart: ${names.join("; ")}`
     : `${names[0]} from the others`;
   const open = documentShown().answer?.verdict.rivals.length
     ? ""
     : " It is not needed for the answer above, but for what may be at work beside it.";
-  if (r.gain >= DECIDES) return `One such run is expected to tell ${apart}.${open}`;
+  const rest = r.untold.length
+    ? ` No run within reach tells the most probable combination from ${
+      r.untold.map(nameOf).join(" or ")
+    }; other knowledge, such as a drawing or a calibration, can.`
+    : "";
+  if (r.gain >= DECIDES) return `One such run is expected to tell ${apart}.${open}${rest}`;
   return r.runs
-    ? `No single run decides; about ${r.runs} runs like this tell ${apart}.${open}`
+    ? `No single run decides; about ${r.runs} runs like this tell ${apart}.${open}${rest}`
     : "No run like the previous ones decides; other knowledge, such as a drawing, can.";
 }
