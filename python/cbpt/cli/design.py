@@ -267,7 +267,7 @@ def transmission(argv: list[str]) -> int:
         "--turns",
         metavar="N",
         type=int,
-        help="turns of the crank to cover (default: all after which the drive repeats)",
+        help="turns of the crank to calculate (default: until the drive repeats)",
     )
     add_load(parser, angle=False)
     add_json(parser)

@@ -176,8 +176,9 @@ class _Parquet:
             known = json.loads(self.sum.read_bytes())["sha256"]
         except (ValueError, KeyError, TypeError):
             raise PlanError(
-                f"{self.sum}: the file is not the record of a sweep; delete it to skip the check, "
-                f"or give --fresh to start {self.path} again"
+                f"{self.sum}: this is no checksum of a sweep, so {self.path} cannot be checked; "
+                "delete the checksum to continue the sweep without the check, or give --fresh to "
+                "overwrite both files"
             ) from None
         if _sha256(self.path) != known:
             raise PlanError(

@@ -29,9 +29,10 @@ def sentence(found: ChangeData) -> str:
     differing = found.differing_loops
     if differing is not None:
         return (
-            f"The measured loops changed: {_widths(found, differing)}, more than loops of one "
-            "level differ. The fitted effects do not follow that (by them nothing changed, "
-            f"probability {1 - found.probability:.2f}), so what changed cannot be told."
+            f"The measured loops changed: {_widths(found, differing)}, and loops of one level "
+            "differ by less. The fitted effects cannot reproduce this (their verdict alone would "
+            f"be that nothing changed, probability {1 - found.probability:.2f}), so what changed "
+            "cannot be told: look at the loops of both levels, and name other effects to fit."
             + _noise(found)
         )
     if found.kind == "undecided":

@@ -288,12 +288,12 @@ def _words(name: str, convention: Convention, loops: LoopSet | None) -> tuple[st
     unit, words = DEFINITIONS[name]
     if name == "backlash":
         words = (
-            "jump of the centre line at zero torque, a parabola on each side continued to zero "
-            "from 5 % to 50 % of the amplitude"
+            "jump at zero torque of the centre line (mean angle of both branches), from a parabola "
+            "on each side through 5 % to 50 % of the largest torque, extrapolated to zero"
         )
         if loops is not None and loops.several:
             words += (
-                "; or, where larger, the width at zero torque continued to zero amplitude from "
+                "; or, where larger, the width at zero torque extrapolated to no torque, from "
                 f"loops to {rounded(loops.small_amplitude_Nm)} and "
                 f"{rounded(loops.amplitude_Nm)} N m"
             )

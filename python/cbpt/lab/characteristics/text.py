@@ -37,8 +37,8 @@ def _group(group: Group, angle_unit: str) -> Iterator[str]:
     if group.loops:
         whole = sum(loop.whole for loop in group.loops.full)
         yield (
-            f"{group.count} loops; figures are read off {len(group.loops.full)} ({whole} whole), "
-            f"amplitude {rounded(group.loops.amplitude_Nm)} N m"
+            f"{group.count} loops; the figures are those of the {len(group.loops.full)} with the "
+            f"largest torque, {rounded(group.loops.amplitude_Nm)} N m ({whole} with both branches)"
         )
     ratios = {name: f"{' +- '.join(with_uncertainty(v, u))}" for name, v, u in group.ratios()}
     both = bool(group.readings and group.model)

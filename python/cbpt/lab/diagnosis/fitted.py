@@ -151,7 +151,7 @@ class Fitted:
             yield f"Values at the minimum: {self.closing}."
         moved = moved_numbers(self.result, self.fitter.campaign)
         if moved:
-            yield f"Parameters of drive and rig changed by the fit, now in the case: {moved}."
+            yield f"The fit changed parameters of drive and rig too; the fitted case has {moved}."
         rows = [
             [
                 name,

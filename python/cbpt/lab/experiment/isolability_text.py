@@ -51,8 +51,8 @@ def lines(i: IsolabilityData) -> Iterator[str]:
     if i.pairs:
         yield ""
         yield (
-            f"{apart} of {len(i.pairs)} pairs are distinguished at every size at which they "
-            "are detected."
+            f"{apart} of {len(i.pairs)} pairs of effects are told apart at every size of the "
+            "effect at which it is detected."
         )
 
 

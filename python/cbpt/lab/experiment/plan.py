@@ -207,8 +207,8 @@ class Plan:
         """The runs as a plan file; raises `PlanError` where the plan is a table."""
         if not self.runs:
             raise PlanError(
-                f"{self.rows.source}: a plan that was read from a table has no list of runs; "
-                "write it as CSV"
+                f"{self.rows.source}: this plan was read from a table of loads, which a TOML plan "
+                "cannot hold; write it to a file that ends in .csv"
             )
         return "\n".join(run.to_toml() for run in self.runs)
 

@@ -569,10 +569,10 @@ def _remarks(readings: Readings) -> list[str]:
         )
     angles = len(np.unique(np.round(np.mod(readings.input_angle_deg, 360.0), 3)))
     if angles in (2, 3):
-        what = ("phase, harmonic and plate", "harmonic and plate")[angles - 2]
+        what = ("phase, the number of cycles per turn", "number of cycles per turn")[angles - 2]
         notes.append(
-            f"the readings have only {('two', 'three')[angles - 2]} input angles: of an effect "
-            "that "
-            f"varies with the input angle, {what} cannot be determined"
+            f"the readings have only {('two', 'three')[angles - 2]} input angles: where an effect "
+            f"varies with the input angle, its {what} and the plate that it comes from cannot be "
+            "determined"
         )
     return notes
