@@ -79,6 +79,12 @@ def test_repeated_readings_say_that_nothing_changed() -> None:
     assert {u.effect for u in answer.unchanged} >= {FRICTION, "contact_stiffness"}
 
 
+def test_tables_of_different_lengths_are_compared() -> None:
+    shorter = {name: column[:-7] for name, column in loops(1.5, seed=2).items()}
+    for answer in (found(loops(1.0), shorter), found(shorter, loops(1.0))):
+        assert answer.kind == "changed" and answer.changed[0].effect == FRICTION
+
+
 @pytest.mark.parametrize(("after", "direction"), [(1.5, "up"), (0.6, "down")])
 def test_a_changed_effect_is_named_with_both_values(after: float, direction: str) -> None:
     answer = found(loops(1.0), loops(after, seed=2))

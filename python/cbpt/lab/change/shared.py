@@ -76,7 +76,7 @@ def fit_shared(
     x = system.mean_of([p.point for p in parties] if start is None else list(start))
     points = system.points(x)
     # With the values of one level for all where the mean has no solution, and with less of them.
-    further = [system.mean_of([p.point] * len(parties)) for p in parties]
+    further = [system.all_of(p) for p in parties]
     further += [system.mean + 0.5 * (other - system.mean) for other in (x, *further)]
     for other in further:
         if points is not None:
@@ -163,6 +163,13 @@ class _System:
             np.add.at(total, row, known * at)
             np.add.at(weight, row, known)
         return np.asarray(np.clip(total / weight, self.low, self.high))
+
+    def all_of(self, party: Party) -> Floats:
+        """A start: the values of one level for all."""
+        x = np.zeros(len(self.mean))
+        for row in self.slots:
+            x[row] = party.problem.coordinates(party.point) / party.problem.unit
+        return np.clip(x, self.low, self.high)
 
     def points(self, x: Floats, slopes: bool = True) -> list[Point] | None:
         """The model of each level there."""
