@@ -88,7 +88,7 @@ def test_readings_are_a_plan_and_their_angles_are_not_looked_at() -> None:
     plan = read_plan(CAMPAIGNS / "dev03.csv")
     assert len(plan) == 396 and np.isnan(plan.rows.elastic_angle_arcsec).all()
     assert "elastic_angle_arcsec" not in plan.to_csv().split(",")
-    with pytest.raises(PlanError, match="ends in .csv"):
+    with pytest.raises(PlanError, match=r"ends in \.csv"):
         plan.to_toml()
 
 
