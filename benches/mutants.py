@@ -29,7 +29,7 @@ import pytest
 
 TOP = Path(__file__).parents[1]
 MODULES = ("decision", "posterior")
-TESTS = [f"tests/lab/test_{name}.py" for name in MODULES]
+TESTS = [f"tests/lab/test_{name}.py" for name in (*MODULES, "remains")]
 PATIENCE_S = 600
 COMPARISONS: dict[type[ast.cmpop], type[ast.cmpop]] = {
     ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq,

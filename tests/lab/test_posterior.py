@@ -61,6 +61,16 @@ def test_probabilities_are_sums_over_sets(posterior: Posterior, some: set[str]) 
     assert posterior.of_any(some) + share(posterior, lambda s: not s & some) == pytest.approx(1)
 
 
+@given(posteriors(), st.sets(st.sampled_from(POOL)), st.sets(SETS))
+@examples(80)
+def test_what_the_readings_do_not_demand_speaks_against_nothing(
+    posterior: Posterior, allowed: set[str], undemanded: set[Names]
+) -> None:
+    found = Posterior(posterior.sets, frozenset(undemanded)).demands_at_most(allowed)
+    holds = [p for n, p in posterior.sets.items() if set(n) <= allowed or n in undemanded]
+    assert found == pytest.approx(sum(holds))
+
+
 @given(posteriors())
 @examples(50)
 def test_inclusion_is_the_share_of_the_sets_that_hold_an_effect(posterior: Posterior) -> None:

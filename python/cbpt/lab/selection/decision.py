@@ -137,13 +137,10 @@ def _with_what_comes_again(
 ) -> Verdict:
     """The verdict with what is left beside a name, where it comes again in repeated runs."""
     named = set(verdict.effects) - {OFFSET} or verdict.rivals
-    if not named or verdict.kind == "unknown" or competition.campaign.repeats:
+    if not named or competition.campaign.repeats:
         return verdict
     law = law_left(competition.fitter, competition.fits[verdict.names], rules.left_chance)
-    if law is None:
-        return verdict
-    verdict = replace(verdict, adequacy=law)
-    return _with_remains(competition, verdict) if verdict.lack_of_fit is None else verdict
+    return verdict if law is None else _with_remains(competition, replace(verdict, adequacy=law))
 
 
 def _undecided(
