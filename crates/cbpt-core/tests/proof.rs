@@ -145,6 +145,8 @@ proptest! {
         let Some(found) = enclose_pair(&points, Interval::from(torque), preload) else { return Ok(()) };
         let close = 1e-8 * found.rotation_rad.magnitude() + 1e-6 * found.approach_m.magnitude() / 0.01;
         prop_assert!((found.rotation_rad.middle() - solved.state.rotation_rad).abs() <= close);
+        let close_m = 0.01 * close + 1e-8 * found.sideways_m.magnitude();
+        prop_assert!((found.sideways_m.middle() - solved.state.sideways_m).abs() <= close_m);
     }
 
     /// A load beyond the limit has no solution, so nothing may be proved.
