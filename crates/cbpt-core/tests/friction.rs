@@ -91,6 +91,17 @@ fn touches() -> impl Strategy<Value = [Touch; 4]> {
 }
 
 proptest! {
+    /// The loss is that of the slips that are told, and no spin has less.
+    #[test]
+    fn the_loss_is_that_of_the_slips(touches in touches()) {
+        let r = 1.5e-3;
+        let found = least_dissipation(r, &touches);
+        let lost = |touch: &Touch| touch.loss_Nm(touch.motion(r, found.spin));
+        let lost_Nm = touches.iter().map(lost).sum::<f64>();
+        prop_assert!((found.loss_Nm - lost_Nm).abs() <= 1e-9 * found.loss_Nm + 1e-15);
+        prop_assert!(found.gap.abs() <= 1e-8, "{}", found.gap);
+    }
+
     /// Who turns with the ball about the axis sees other turns, the same slips and the same loss.
     #[test]
     fn the_loss_does_not_depend_on_the_frame(touches in touches(), turn in -10.0..10.0_f64) {
@@ -123,8 +134,13 @@ fn mean_lies_between_least_and_largest() {
     let drive = Drive::paper_base_case();
     let (status, found) = FrictionPeriod::new(&drive).at(5.0, 600.0, 0.1).unwrap();
     assert!(status.has_solution());
-    let torque = found.unwrap().torque;
+    let found = found.unwrap();
+    let torque = found.torque;
     assert!(torque.least_Nm <= torque.mean_Nm && torque.mean_Nm <= torque.largest_Nm);
+    // What the input gives is what the output takes and what is lost; 5 N m at a ratio of 10.5.
+    let taken_Nm = 5.0 / 10.5;
+    assert!((found.input_torque_Nm() / (taken_Nm + torque.mean_Nm) - 1.0).abs() < 1e-14);
+    assert!((found.efficiency() * found.input_torque_Nm() / taken_Nm - 1.0).abs() < 1e-14);
 }
 
 /// Over a period one solution serves a balanced cross-slide at every angle; here each has its own.
