@@ -125,6 +125,12 @@ def test_the_wheel_answers_like_the_binary(line: str, capfd: pytest.CaptureFixtu
     assert (ours.out, ours.err, code) == (theirs.stdout, theirs.stderr, theirs.returncode)
 
 
+def test_the_module_is_the_command(desk: Path) -> None:
+    line = [sys.executable, "-m", "cbpt", "solve", "case.toml"]
+    module = subprocess.run(line, capture_output=True, text=True, check=True)
+    assert module.stdout == run("solve", "case.toml").stdout
+
+
 def test_the_installed_command_is_the_same() -> None:
     ran = run("solve", "case.toml", "--json")
     solution = cbpt.Drive.from_file("case.toml").solve(torque_Nm=5, preload_N=600)

@@ -330,7 +330,7 @@ PACKAGES = (
         "effects",
         "figures",
     ),
-    *("lab", "design", "page", "cli"),
+    *("lab", "design", "page", "cli", "__main__"),
 )
 # The same within a package.
 WITHIN = {
