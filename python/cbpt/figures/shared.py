@@ -84,9 +84,12 @@ def model_curves(
     if 2 * count_of > len(points):
         # Hardly a torque twice, as where it was measured and not set: the line follows the runs.
         for run in np.unique(points.run):
-            rows = (points.run == run) & np.isfinite(model_arcsec)
-            if rows.any():
-                yield int(points.setting[rows][0]), points.torque_Nm[rows], model_arcsec[rows]
+            rows = np.flatnonzero((points.run == run) & np.isfinite(model_arcsec))
+            if not memory:
+                # One curve both ways: dashes that are drawn twice would fill each other's gaps.
+                rows = rows[np.argsort(points.torque_Nm[rows], kind="stable")]
+            if len(rows):
+                yield int(points.setting[rows[0]]), points.torque_Nm[rows], model_arcsec[rows]
         return
     way = points.direction if memory else np.zeros(len(points), dtype=np.int64)
     for setting in range(len(points.setting_names)):

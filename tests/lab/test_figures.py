@@ -1,0 +1,24 @@
+"""Curves of the pictures."""
+
+from __future__ import annotations
+
+import numpy as np
+
+import cbpt
+from cbpt.figures.shared import model_curves
+from cbpt.lab.readings.points import points_of
+
+
+def test_a_curve_without_memory_is_drawn_once_from_end_to_end() -> None:
+    """Also where the torque was measured, so that no torque comes twice: dashes that are drawn on
+    the way up and on the way down fill each other's gaps."""
+    way = np.concatenate(
+        [np.linspace(0, 9, 30), np.linspace(8.9, -9, 50), np.linspace(-8.8, 0, 29)]
+    )
+    torque = way + np.random.default_rng(3).normal(0, 0.05, len(way))
+    table = {"torque_Nm": torque, "elastic_angle_arcsec": 3 * torque, "run": np.ones(len(way))}
+    points = points_of(cbpt.read_readings(table, need_preload=False))
+    [(_, x, y)] = model_curves(points, 3 * torque, memory=False)
+    assert len(x) == len(way) and np.all(np.diff(x) > 0) and np.allclose(y, 3 * x)
+    [(_, x, _)] = model_curves(points, 3 * torque, memory=True)
+    np.testing.assert_array_equal(x, torque)
