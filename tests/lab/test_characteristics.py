@@ -244,7 +244,7 @@ def test_arguments_are_checked(given: dict[str, object], told: str) -> None:
 
 
 def test_a_table_without_a_loop_is_refused() -> None:
-    with pytest.raises(cbpt.ReadingsError, match="up and down"):
+    with pytest.raises(cbpt.ReadingsError, match="no run whose torque turns back"):
         read(np.ones(5), np.arange(5.0))
 
 

@@ -100,8 +100,12 @@ def characterise(
     groups = _groups(readings, by) if readings is not None else [(None, None)]
     found = {name: loops_of(part) if part is not None else [] for name, part in groups}
     if readings is not None and not any(found.values()):
-        raise ReadingsError.of_table(
-            readings.source, "torque_Nm", "a run whose torque goes up and down again"
+        raise ReadingsError.of_column(
+            readings.source,
+            "torque_Nm",
+            "no run whose torque turns back",
+            "a loop to read the figures off",
+            "load and unload in one run, through zero torque if possible",
         )
     rated, where = _rated(rated_torque_Nm, case, readings, [x for v in found.values() for x in v])
     breaks = None if break_torques_Nm is None else (break_torques_Nm[0], break_torques_Nm[1])
