@@ -18,6 +18,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from wheels import DIAGNOSIS, FOUND
+
 TOP = Path(__file__).resolve().parents[1]
 SOURCES = Path("/etc/apt/sources.list.d/debian.sources")
 PYTHON = "python3.11"  # of Debian 12
@@ -30,8 +32,6 @@ MUSL_SOURCES = ["zlib", "libffi", PYTHON]  # in the order in which they are buil
 LESS = ["--disable-docs", "--disable-exec-static-tramp"]  # what needs the headers of Linux
 # musl 1.2.3 knows no packed relocations (RELR), which libraries of later wheels have.
 MUSL_NUMBERS = ["numpy==1.26.4", "scipy==1.12.0"]
-DIAGNOSIS = ["-m", "cbpt.cli.main", "diagnose", "examples/campaign.toml", "examples/campaign.csv"]
-FOUND = "Missing from the model: compliance of the eccentric bearing"
 
 
 @dataclass(frozen=True)

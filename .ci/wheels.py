@@ -38,7 +38,7 @@ OLDEST = {
 IN_SDIST = ["README.md", "LICENSE", "CHANGELOG.md", "docs/install.md", "examples/smoke.py"]
 IN_SDIST += ["tests/conftest.py", "crates/cbpt-core/Cargo.toml", "Cargo.lock"]
 DIAGNOSIS = ["-m", "cbpt.cli.main", "diagnose", "examples/campaign.toml", "examples/campaign.csv"]
-FOUND = "Missing from the model: compliance of the eccentric bearing"
+FOUND = "One of compliance of the eccentric bearing or torsion of the output shaft is needed"
 
 
 def told(since: float, line: str) -> None:

@@ -101,6 +101,12 @@ def test_the_source_distribution_is_the_whole_repository() -> None:
     assert {name.split("/")[0] for name in listed} >= {"tests", "docs", "examples"}
 
 
+def test_a_wheel_is_asked_for_the_answer_of_the_readme() -> None:
+    """The README's is that of the package: its blocks are run by tests/docs/test_readme.py."""
+    found = run_path(str(TOP / ".ci/wheels.py"))["FOUND"]
+    assert found in (TOP / "README.md").read_text(encoding="utf-8")
+
+
 def test_extras_that_messages_name_exist() -> None:
     extras = set(PROJECT["project"]["optional-dependencies"])
     texts = "".join(p.read_text() for p in (TOP / "python").rglob("*.py"))
