@@ -131,13 +131,17 @@ def deformation_at_minimum_preload() -> Figure:
         for side, label, color in DIAGONALS:
             um = minimum_preload_deformations_um(kind, at_deg)[:, 0, side]
             axes.plot(at_deg, um, color=color, label=label)
-        finish(axes, title, BALL_RING, "deformation of a diagonal, μm")
+        axes.set_ylim(top=1.4 * axes.get_ylim()[1])
+        finish(axes, title, BALL_RING, "deformation of a diagonal, μm", loc="upper center")
     all_balls = minimum_preload_deformations_um("slide", (0.0,))[0]
     for side, label, color in DIAGONALS:
         right.plot(
             np.arange(1, len(all_balls) + 1), all_balls[:, side], "o", color=color, label=label
         )
-    finish(right, "(d) all balls of the cross-slide", "ball", "deformation of a diagonal, μm")
+    right.set_ylim(top=1.4 * right.get_ylim()[1])
+    right.set_xticks(range(2, len(all_balls) + 1, 2))
+    title = "(d) all balls of the cross-slide"
+    finish(right, title, "ball", "deformation of a diagonal, μm", loc="upper center")
     return figure
 
 

@@ -73,12 +73,13 @@ def draw_trial(path: Path) -> None:
     axes.plot([0, 1], [0, 1], color="0.7", linewidth=1, label="as stated")
     axes.errorbar(stated, right, yerr=[below, above], fmt="o", capsize=3, label="trial, 95 %")
     axes.set_ylabel("share that was right")
-    axes.set_ylim(0, 1)
+    # Points at the ends are whole.
+    axes.set_ylim(-0.03, 1.03)
     axes.legend(loc="upper left", frameon=False)
     counts.bar([(r[0] + r[1]) / 2 for r in rows], [r[2] for r in rows], width=0.09)
     counts.set_ylabel("campaigns")
     counts.set_xlabel("stated probability")
-    counts.set_xlim(0, 1)
+    counts.set_xlim(0, 1.02)
     figure.savefig(path)
 
 

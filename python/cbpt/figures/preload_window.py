@@ -5,12 +5,16 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.figures.shared import bare, colour, new_figure, save, titled
 from cbpt.results import ANGLE_UNITS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Floats = NDArray[np.float64]
 
@@ -66,8 +70,19 @@ def draw_window(
         picture.required_static_safety, color="0.4", lw=0.9, ls="-.", label="required"
     )
     panels[2].set(xlabel="preload (N)", xscale="log")
+    round_ticks(panels[2])
     panels[2].set_xlim(0.95 * min(picture.own_N, picture.preload_N[0]), picture.preload_N[-1])
     panels[2].legend(fontsize="small", framealpha=1, edgecolor="none")
     titled(panels[0], picture.title, 8.5)
     bare(*panels)
     save(figure, path)
+
+
+def round_ticks(axes: Axes) -> None:
+    """Preloads of 1, 2 and 5 times a power of ten, and no others, whose names would run into each
+    other."""
+    from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())

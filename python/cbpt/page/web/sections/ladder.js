@@ -17,7 +17,9 @@ import {
 } from "../lib/store.js";
 
 /** Room for the names of the rungs, px. */
-const LEFT = 148;
+const LEFT = 148, RIGHT = 16;
+/** Width of a letter of a mark, px. */
+const MARK_LETTER = 6;
 const HEIGHT = 330, TOP = 26, BOTTOM = 44, LINE = 16;
 
 /** @type {Figure} */
@@ -110,6 +112,12 @@ function mark(after, words, colour, dash) {
   };
 }
 
+/** Words of a mark in as many lines as fit beside the names; a word where the plot is small. @param {string} words */
+function fitted(words) {
+  const letters = (figure.area.clientWidth - LEFT - RIGHT) / MARK_LETTER;
+  return letters < 40 ? "stop" : wrapped(words, letters);
+}
+
 /** @param {Rung} r */
 function nameOf(r) {
   const name = r.label.replaceAll("_", " ") +
@@ -125,7 +133,7 @@ function build(t) {
   // The words stand in the table too.
   const says = safe(whole.ladder?.stop_says ?? "");
   const marks = [
-    stop !== null && mark(stop, figure.area.clientWidth < 420 ? "stop" : says, t.warn, "dash"),
+    stop !== null && mark(stop, fitted(says), t.warn, "dash"),
     weighed() > 0 && list.length > weighed() &&
     mark(weighed() - 1, "steps to the model shown", t.quiet, "solid"),
   ].filter((m) => m !== false);
@@ -182,7 +190,7 @@ function build(t) {
       },
     ],
     layout: {
-      margin: { l: LEFT, r: 16, t: TOP, b: BOTTOM },
+      margin: { l: LEFT, r: RIGHT, t: TOP, b: BOTTOM },
       xaxis: {
         title: `error, rms (${state.unit})`,
         type: "log",
@@ -256,14 +264,14 @@ function heightFor(list) {
   return Math.max(HEIGHT, TOP + BOTTOM + list.length * (LINE * Math.max(...lines) + 4));
 }
 
-/** Plotly breaks no lines itself. @param {string} name */
-function wrapped(name) {
+/** Plotly breaks no lines itself. @param {string} name @param {number} [most] letters of a line */
+function wrapped(name, most = 22) {
   const words = name.split(" ");
   let line = "";
   /** @type {string[]} */
   const lines = [];
   for (const word of words) {
-    if (line && (line + word).length > 22) {
+    if (line && (line + word).length > most) {
       lines.push(line);
       line = word;
     } else line = line ? `${line} ${word}` : word;
