@@ -252,6 +252,16 @@ def test_what_compare_writes_can_be_compared_again() -> None:
     np.testing.assert_array_equal(again.residual_arcsec, expected.residual_arcsec)
 
 
+def test_a_table_that_is_written_has_the_unit_of_choice() -> None:
+    assert compare("--out", "rows.csv", "--angle-unit", "mrad") == 0
+    with Path("rows.csv").open(newline="", encoding="utf-8") as file:
+        head = next(csv.reader(file))
+    assert [name for name in head if "arcsec" in name] == []
+    assert {"elastic_angle_mrad", "model_elastic_angle_mrad", "residual_mrad"} <= set(head)
+    again, expected = cbpt.compare(CASE, "rows.csv"), cbpt.compare(CASE, DATA)
+    np.testing.assert_allclose(again.residual_arcsec, expected.residual_arcsec, atol=1e-9)
+
+
 @DRAWS
 def test_the_same_picture_is_the_same_file(desk: Path) -> None:
     assert compare("--plot", "one.svg") == 0

@@ -118,6 +118,7 @@ def test_rivals_that_no_run_tells_apart_are_told_beside_the_run() -> None:
     assert pairs is not None and run["runs"] == np.ceil(LIMIT / pairs["gain"])
     said = "No run within reach tells the most probable combination from output_torsion"
     assert said in " ".join(d.report().split())
+    assert "from output_torsion; other knowledge" in ranked(d, most=40).report()
 
 
 def test_a_spring_without_a_run_says_what_helps() -> None:

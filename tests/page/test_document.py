@@ -446,10 +446,11 @@ def test_an_own_effect_is_fitted_like_the_others_and_goes_with_them() -> None:
 def test_report_writes_the_document_and_the_command_that_makes_it(tmp_path: Path) -> None:
     out = tmp_path / "page.json"
     case, data = str(FOLDER / "dev11.toml"), str(FOLDER / "dev11.csv")
-    assert main(["report", case, data, "--seed", "3", "--out", str(out)]) == 0
+    given = ["--seed", "3", "--angle-unit", "mrad"]
+    assert main(["report", case, data, *given, "--out", str(out)]) == 0
     found = json.loads(out.read_text(encoding="utf-8"))
-    words = f"cbpt report {from_here(case)} {from_here(data)} --seed 3 --out report.html"
-    assert found["command"] == words
+    words = f"cbpt report {from_here(case)} {from_here(data)} {' '.join(given)} --out report.html"
+    assert found["command"] == words and found["unit"] == "mrad"
     assert found["answer"]["source"] == found["isolability"]["source"] == "dev11.csv"
     assert found["answer"]["seed"] == 3
     assert found["isolability"]["schema"] == "cbpt.isolability/1"

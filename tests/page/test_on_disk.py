@@ -155,6 +155,7 @@ def test_a_plot_stands_on_the_first_page_below_an_answer_beside_which_something_
     browser: Any, tmp_path: Path
 ) -> None:
     whole = copy.deepcopy(document("dev04"))
+    whole["unit"] = "mrad"
     whole["remains"] = {
         "rms_arcsec": 1560.0,
         "share_of_misfit": 0.032,
@@ -167,6 +168,9 @@ def test_a_plot_stands_on_the_first_page_below_an_answer_beside_which_something_
     with watched(browser) as page:
         page.goto(path.as_uri())
         page.wait_for_selector(DRAWN)
+        # The unit that was chosen for the report.
+        assert page.input_value("#unit") == "mrad"
+        assert re.search(r"0\.0014\d* mrad", page.text_content("#gauge"))
         # Eight lines.
         page.evaluate("document.querySelector('#sentence').textContent = 'explanation '.repeat(50)")
         assert pages(page, "#readings ~ *") == 1

@@ -39,6 +39,7 @@ from cbpt.cli.options import (
     show_answer,
     show_results,
 )
+from cbpt.results import ANGLE_UNITS
 from cbpt.whole_files import write_whole
 
 if TYPE_CHECKING:
@@ -70,7 +71,7 @@ def compare(argv: list[str]) -> int:
         type=Path,
         help="write FILE.csv (reading, model and residual of every row) or FILE.json",
     )
-    add_angle_unit(parser)
+    add_angle_unit(parser, of="text, plot and table")
     options = parser.parse_args(argv)
     columns = columns_of(parser, options)
     check_name(parser, "--out", options.out, ".csv", ".json")
@@ -85,7 +86,7 @@ def compare(argv: list[str]) -> int:
             only=only_of(parser, options),
             progress=counter.show,
         )
-    _write(comparison, options.out)
+    _write(comparison, options.out, options.angle_unit)
     report = comparison.report(options.angle_unit, in_flags)
     show_answer(comparison, "-" if options.json else None, lambda: report)
     if options.plot:
@@ -93,17 +94,35 @@ def compare(argv: list[str]) -> int:
     return SUCCESS if comparison.overall else NO_SOLUTION
 
 
-def _write(found: Comparison | Diagnosis, out: Path | None) -> None:
-    """A comparison or an answer as a table or a document."""
+def _write(found: Comparison | Diagnosis, out: Path | None, angle_unit: str) -> None:
+    """A comparison or an answer as a table, with angles in their unit, or as a document."""
     if out is None:
         return
     if out.suffix.lower() == ".json":
         write_whole(out, found.to_json() + "\n")
         return
-    names, rows = found.rows()
+    names, rows = _in_unit(*found.rows(), angle_unit)
     table = io.StringIO()
     csv.writer(table).writerows([names, *rows])
     write_whole(out, table.getvalue())
+
+
+def _in_unit(
+    names: list[str], rows: list[list[Any]], angle_unit: str
+) -> tuple[list[str], list[list[Any]]]:
+    """A table whose angles, in arcsec, are in another unit, which their headers name."""
+    if angle_unit == "arcsec":
+        return names, rows
+    size = ANGLE_UNITS[angle_unit]
+    angles = {place for place, name in enumerate(names) if name.endswith("_arcsec")}
+    headers = [
+        name.removesuffix("arcsec") + angle_unit if place in angles else name
+        for place, name in enumerate(names)
+    ]
+    return headers, [
+        [v * size if place in angles and v is not None else v for place, v in enumerate(row)]
+        for row in rows
+    ]
 
 
 def diagnose(argv: list[str]) -> int:
@@ -124,7 +143,7 @@ def diagnose(argv: list[str]) -> int:
     )
     add_seed(parser, "answer")
     add_results(parser)
-    add_angle_unit(parser)
+    add_angle_unit(parser, of="text, plot and table")
     parser.add_argument(
         "--out",
         metavar="FILE",
@@ -171,7 +190,7 @@ def _diagnose(options: argparse.Namespace, given: dict[str, Any]) -> int:
         )
         counter.share("what the answer depends on", 0.98)
         answer.to_dict()  # made once and kept
-    _write(answer, options.out)
+    _write(answer, options.out, options.angle_unit)
     show_answer(answer, options.json, lambda: answer.report(in_flags, options.angle_unit))
     if options.json != "-" or options.results not in (None, "-"):
         show_results(answer, options)

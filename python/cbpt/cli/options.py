@@ -17,7 +17,7 @@ import argparse
 import shlex
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TextIO, TypedDict
@@ -136,13 +136,15 @@ def add_json(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_angle_unit(parser: argparse.ArgumentParser) -> None:
-    """The flag for the unit of angles."""
+def add_angle_unit(
+    parser: argparse.ArgumentParser, units: Iterable[str] = ANGLE_UNITS, of: str = "text and plot"
+) -> None:
+    """The flag for the unit of angles; `of`: of what."""
     parser.add_argument(
         "--angle-unit",
-        choices=list(ANGLE_UNITS),
+        choices=list(units),
         default="arcsec",
-        help="unit of angles in text and plot",
+        help=f"unit of angles in {of}",
     )
 
 

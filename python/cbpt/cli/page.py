@@ -18,6 +18,7 @@ from cbpt.cli.options import (
     COMPETING,
     SUCCESS,
     Counter,
+    add_angle_unit,
     add_effects,
     add_load,
     add_seed,
@@ -36,6 +37,8 @@ if TYPE_CHECKING:
 
 def report(argv: list[str]) -> int:
     """cbpt report CASE DATA --out report.html"""
+    from cbpt.page.document.units import ANGLE_SIZES
+
     parser = inputs(
         "cbpt report",
         "Diagnose readings and write the answer as one page that needs no network: the misfit, "
@@ -51,6 +54,7 @@ def report(argv: list[str]) -> int:
     add_effects(parser, COMPETING)
     _add_head(parser)
     add_seed(parser, "page")
+    add_angle_unit(parser, ANGLE_SIZES, "the page as it opens")
     options = parser.parse_args(argv)
     columns = columns_of(parser, options)
     check_name(parser, "--out", options.out, ".html", ".json")
@@ -79,7 +83,7 @@ def report(argv: list[str]) -> int:
         counter.share("the page", 0.9)
         files = str(options.case), str(options.data), _text(options.case)
         source = Source.of_files(*files, _reading(options), _judging(options))
-        source = replace(source, told=_told(options))
+        source = replace(source, told=_told(options), angle_unit=options.angle_unit)
         document = page_document(case, readings, source, diagnosis, isolability=isolability)
     if options.out.suffix.lower() == ".json":
         text = to_json(document) + "\n"
@@ -88,7 +92,7 @@ def report(argv: list[str]) -> int:
 
         text = page(document)
     write_whole(options.out, text)
-    show(diagnosis.sentence)
+    show(diagnosis.sentence_in(options.angle_unit))
     print(f"Wrote {options.out}.")
     sys.stdout.flush()
     return SUCCESS
@@ -206,4 +210,5 @@ def _judging(options: argparse.Namespace) -> list[str]:
     found = ["--with", *options.effects] if options.effects else []
     for flag, value in (("--author", options.author), ("--rig", options.rig)):
         found += [flag, value] if value else []
-    return found + (["--seed", str(options.seed)] if options.seed else [])
+    found += ["--seed", str(options.seed)] if options.seed else []
+    return found + (["--angle-unit", options.angle_unit] if options.angle_unit != "arcsec" else [])

@@ -45,6 +45,8 @@ class NextRuns:
     """Why no run is suggested, where none is."""
     twins: tuple[tuple[str, str], ...] = ()
     """Pairs that no reading of this rig tells apart."""
+    untold: tuple[str, ...] = ()
+    """Hypotheses that no run within reach tells from the most probable one."""
 
     @property
     def best(self) -> Suggested | None:
@@ -73,6 +75,7 @@ class NextRuns:
             "open": dict(self.open),
             "why_none": self.why_none,
             "twins": [list(pair) for pair in self.twins],
+            "untold": list(self.untold),
             "runs": [
                 {
                     **vars(s.run),
@@ -130,6 +133,12 @@ class NextRuns:
         count = self.runs_like_it()
         if count is not None and count > 1:
             yield f"About {count} such runs would decide between the two closest hypotheses."
+        if self.untold:
+            yield (
+                "No run within reach tells the most probable hypothesis from "
+                f"{listed(self.untold, 'or')}; other knowledge, such as a drawing or a "
+                "calibration, can."
+            )
 
     def __repr__(self) -> str:
         return self.report()
@@ -194,4 +203,4 @@ def next_runs(
 def ranked(d: Diagnosis, limits: Limits | None = None, most: int = CANDIDATES) -> NextRuns:
     """Rank the runs that could decide what a diagnosis leaves open."""
     found = rank(d, limits, most)
-    return NextRuns(d, found.open, found.ranked, found.why_none, found.twins)
+    return NextRuns(d, found.open, found.ranked, found.why_none, found.twins, tuple(found.untold()))

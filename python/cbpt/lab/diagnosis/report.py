@@ -112,11 +112,9 @@ def _remains(rest: Mapping[str, Any] | None, angle: AngleUnit) -> Iterator[str]:
     share = rest["share_of_misfit"]
     part = "" if share is None else f", {100 * share:.0f} % of the squared misfit"
     scatter = ""
-    if rest["expected_arcsec"] is not None:
-        scatter = (
-            f"; readings scatter by {angle.text(rest['expected_arcsec'])} "
-            f"({scatter_from(rest['expected_from'])})"
-        )
+    source = scatter_from(rest["expected_from"])
+    if rest["expected_arcsec"] is not None and source:
+        scatter = f"; readings scatter by {angle.text(rest['expected_arcsec'])} ({source})"
     text = (
         f"What remains: {angle.text(rest['rms_arcsec'])} rms{part}; it depends on "
         f"{columns_in_words(rest['depends_on'])}{scatter}."

@@ -109,10 +109,10 @@ def tell_tale(effect: str, kind: str) -> str:
     return own.get(effect, _TELL_TALES.get(effect, ""))
 
 
-def scatter_from(source: str | None) -> str:
-    """What the scatter of readings was taken from (`Adequacy.source`)."""
-    within = source == "scatter within runs"
-    return "within runs, where a part of it can be misfit" if within else str(source)
+def scatter_from(source: str | None) -> str | None:
+    """What the scatter of readings was taken from (`Adequacy.source`); None for a scatter that is
+    not told beside a misfit, as a part of it can be misfit."""
+    return None if source == "scatter within runs" else source
 
 
 def columns_in_words(columns: Sequence[str]) -> str:

@@ -187,6 +187,7 @@ def _document(
         "next_run": answer["next_run"] if answer else None,
         "isolability": isolability.document if isolability else None,
         "drive": drive_section(case, readings),
+        "unit": source.angle_unit,
         "units": ANGLE_SIZES,
         "units_of_keys": at_ends(),
         "reasons": dict(_reasons(found, isolability)),

@@ -69,6 +69,8 @@ class Source:
     case_text: str
     command: Command
     told: Told = Told()
+    angle_unit: str = "arcsec"
+    """In which a report is opened; the page can change it."""
 
     @classmethod
     def of_files(

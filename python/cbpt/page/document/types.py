@@ -499,6 +499,8 @@ class PageDocument(TypedDict):
     isolability: Any
     """What `cbpt isolability` says of this campaign, with the sizes that are shown."""
     drive: DriveSection
+    unit: str
+    """Unit of angle in which a report is opened."""
     units: dict[str, float]
     """Units of angle on the page, each with its size in arcsec."""
     units_of_keys: dict[str, str]

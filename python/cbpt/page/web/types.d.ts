@@ -466,6 +466,8 @@ export interface PageDocument {
   /** What `cbpt isolability` says of this campaign, with the sizes that are shown. */
   isolability: Any;
   drive: DriveSection;
+  /** Unit of angle in which a report is opened. */
+  unit: string;
   /** Units of angle on the page, each with its size in arcsec. */
   units: Record<string, number>;
   /** How the unit in which a key ends is written: N m for Nm of `torque_Nm`. */

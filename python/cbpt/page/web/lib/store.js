@@ -73,6 +73,7 @@ export function setDocument(next) {
     state.selected = new Set();
     state.hidden = new Set();
     state.run = null;
+    if (!isLive()) state.unit = next.unit;
   }
   if (!same || !modelOf(state.model)) state.model = first(next);
   tell("document");

@@ -178,9 +178,11 @@ function found(whole) {
         size(floor),
         floor === null
           ? whole.noise.noise_floor_of
-          : `${state.unit}, ${whole.noise.noise_floor_of}; noise model: ${
-            noise.model.map(nameOf).join(", ")
-          }`,
+          : `${state.unit}, ${whole.noise.noise_floor_of}${
+            // Beside a misfit without a name that is not the noise of the floor.
+            after.noise_floor_arcsec === null
+              ? ""
+              : `; noise model: ${noise.model.map(nameOf).join(", ")}`}`,
       ),
       fact(
         "χ² / dof",
@@ -238,7 +240,7 @@ function remains(whole) {
   const share = rest.share_of_misfit === null
     ? ""
     : `, ${percent(rest.share_of_misfit)} of the squared misfit`;
-  const scatter = rest.expected_arcsec === null
+  const scatter = rest.expected_arcsec === null || rest.expected_from === null
     ? ""
     : `; readings scatter by ${size(rest.expected_arcsec)} ${state.unit} (${rest.expected_from})`;
   return el(
