@@ -41,19 +41,19 @@ def draw_isolability(pairs: Sequence[Pair], path: str | os.PathLike[str]) -> Non
         matrix[other, one] = pair.correlation
         shade = "white" if pair.correlation > 0.6 else "black"
         sign = _SIGNS[pair.verdict]
-        axes.text(one, other, sign, ha="center", va="center", fontsize=6.5, color=shade)
+        axes.text(one, other, sign, ha="center", va="center", fontsize=7.5, color=shade)
     shown = axes.imshow(matrix, vmin=0, vmax=1, cmap="cividis_r")
     figure.colorbar(
         shown, label="correlation after refitting, at the smallest detectable size", shrink=0.6
     )
-    axes.set_xticks(range(len(names)), names, rotation=90, fontsize=8)
-    axes.set_yticks(range(len(names)), names, fontsize=8)
+    axes.set_xticks(range(len(names)), names, rotation=90, fontsize=10)
+    axes.set_yticks(range(len(names)), names, fontsize=10)
     axes.spines[:].set_visible(False)
     titled(
         axes,
         "larger: distinguishable only above the smallest detectable size; "
         "no: not distinguishable with this plan; "
         "twins: not distinguishable by any plan; blank: one of the two is not detectable",
-        8.0,
+        11.0,
     )
     save(figure, path)
