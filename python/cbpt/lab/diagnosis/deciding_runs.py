@@ -66,6 +66,18 @@ class RankedRuns:
         own = [pair for pair in gains if self.leading in pair and gains[pair] > HARDLY]
         return max(own or gains, key=lambda pair: gains[pair])
 
+    def told_from_leading(self, run: Suggested) -> list[str]:
+        """The most probable hypothesis and those that a run is expected to tell from it beyond the
+        limit of odds; empty where it tells none."""
+        told = {
+            n
+            for pair, gain in run.pairs.items()
+            if gain > LIMIT
+            for n in pair
+            if self.leading in pair
+        }
+        return sorted(told)
+
     def runs_like(self, run: Suggested) -> int | None:
         """About how many such runs decide the pair that it tells most about; None where hardly any
         number does."""
@@ -134,10 +146,11 @@ def next_run(found: RankedRuns | None) -> dict[str, Any] | None:
     """The best run for what is open, as the answer's document has it; None where nothing is."""
     if found is None or not found.ranked:
         return None
-    best = found.ranked[0].to_dict()
-    return best | {
-        "separates": best["separates"] or list(found.closest(found.ranked[0])),
-        "runs": found.runs_like(found.ranked[0]),
+    best = found.ranked[0]
+    return best.to_dict() | {
+        "separates": found.told_from_leading(best) or best.separates or list(found.closest(best)),
+        "most_probable": found.leading,
+        "runs": found.runs_like(best),
         "untold": found.untold(),
     }
 

@@ -186,7 +186,8 @@ def _undecided(d: DiagnosisData) -> str:
     if v.perhaps and v.undecided == "no answer is probable":
         which = f" Possible, with their probabilities: {likely(d)}."
     elif v.perhaps:
-        which = f" If known effects are missing, the most probable are {likely(d)}."
+        are = "is" if len(v.perhaps) == 1 else "are"
+        which = f" If an effect is missing, the most probable {are} {likely(d)}."
     return (
         f"These readings do not decide what is missing: {_WHY[v.undecided]}."
         f"{which} {_REMEDY[v.undecided]}."

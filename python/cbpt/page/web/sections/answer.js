@@ -130,6 +130,7 @@ function found(whole) {
   const floor = whole.noise.noise_floor_arcsec;
   const judged = whole.readings.used.filter(Boolean).length;
   const of = judged < whole.data.rows ? ` of the ${judged} readings judged` : "";
+  const offsets = noise.run_offset_arcsec ? ", offsets of runs left out" : "";
   return el(
     "div",
     { class: "card" },
@@ -164,7 +165,7 @@ function found(whole) {
         moved
           ? `${size(before.rmse_arcsec)} → ${size(after.rmse_arcsec)}`
           : size(before.rmse_arcsec),
-        `${state.unit}, in sample${of}${best(after.rmse_arcsec)}`,
+        `${state.unit}, in sample${of}${offsets}${best(after.rmse_arcsec)}`,
         explained && fall(before.rmse_arcsec, after.rmse_arcsec, floor),
       ),
       explained && fact(

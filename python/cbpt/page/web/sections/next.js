@@ -18,7 +18,7 @@ function draw() {
     ? "Where to measure more"
     : !r
     ? "No further run is suggested"
-    : r.gain < DECIDES
+    : r.gain < DECIDES || whole.undecided
     ? "The run that tells most"
     : "The run that decides";
   fill(
@@ -43,22 +43,26 @@ function draw() {
 
 /** What the run tells, how often it has to be made, and what no run tells. @param {any} r */
 function brings(r) {
-  const names = r.separates.map(nameOf);
-  const apart = names.length === 2
-    ? `${names[0]} from ${names[1]}`
-    : names.length > 2
-    ? `these explanations apart: ${names.join("; ")}`
-    : `${names[0]} from the others`;
-  const open = documentShown().answer?.verdict.rivals.length
+  const whole = documentShown();
+  const others = r.separates.filter((/** @type {string} */ n) => n !== r.most_probable);
+  const apart = others.length < r.separates.length
+    ? `the most probable combination from ${thoseWith(others)}`
+    : `these explanations apart: ${others.map(nameOf).join("; ")}`;
+  const beside = whole.answer?.verdict.rivals.length || whole.undecided
     ? ""
     : " It is not needed for the answer above, but for what may be at work beside it.";
   const rest = r.untold.length
     ? ` No run within reach tells the most probable combination from ${
-      r.untold.map(nameOf).join(" or ")
+      thoseWith(r.untold)
     }; other knowledge, such as a drawing or a calibration, can.`
     : "";
-  if (r.gain >= DECIDES) return `One such run is expected to tell ${apart}.${open}${rest}`;
+  if (r.gain >= DECIDES) return `One such run is expected to tell ${apart}.${beside}${rest}`;
   return r.runs
-    ? `No single run decides; about ${r.runs} runs like this tell ${apart}.${open}${rest}`
+    ? `No single run decides; about ${r.runs} runs like this tell ${apart}.${beside}${rest}`
     : "No run like the previous ones decides; other knowledge, such as a drawing, can.";
+}
+
+/** Combinations by what they have beside the others. @param {string[]} names */
+function thoseWith(names) {
+  return `${names.length > 1 ? "those" : "that"} with ${names.map(nameOf).join("; ")}`;
 }
