@@ -45,14 +45,18 @@ function draw() {
 function brings(r) {
   const whole = documentShown();
   const others = r.separates.filter((/** @type {string} */ n) => n !== r.most_probable);
+  // A combination with an effect without a name predicts nothing: the best of the others stands for it.
+  const best = whole.combinations[0]?.key === null
+    ? `the combination with ${named(r.most_probable)}`
+    : "the most probable combination";
   const apart = others.length < r.separates.length
-    ? `the most probable combination from ${thoseWith(others)}`
-    : `these explanations apart: ${others.map(nameOf).join("; ")}`;
+    ? `${best} from ${thoseWith(others)}`
+    : `these explanations apart: ${others.map(named).join("; ")}`;
   const beside = whole.answer?.verdict.rivals.length || whole.undecided
     ? ""
     : " It is not needed for the answer above, but for what may be at work beside it.";
   const rest = r.untold.length
-    ? ` No run within reach tells the most probable combination from ${
+    ? ` No run within reach tells ${best} from ${
       thoseWith(r.untold)
     }; other knowledge, such as a drawing or a calibration, can.`
     : "";
@@ -64,5 +68,10 @@ function brings(r) {
 
 /** Combinations by what they have beside the others. @param {string[]} names */
 function thoseWith(names) {
-  return `${names.length > 1 ? "those" : "that"} with ${names.map(nameOf).join("; ")}`;
+  return `${names.length > 1 ? "those" : "that"} with ${names.map(named).join("; ")}`;
+}
+
+/** @param {string} name */
+function named(name) {
+  return name === "nothing" ? "no effect" : nameOf(name);
 }
