@@ -112,10 +112,10 @@ function mark(after, words, colour, dash) {
   };
 }
 
-/** Words of a mark in as many lines as fit beside the names; a word where the plot is small. @param {string} words */
+/** Words of a mark where they fit beside the names; else where they stand. @param {string} words */
 function fitted(words) {
   const letters = (figure.area.clientWidth - LEFT - RIGHT) / MARK_LETTER;
-  return letters < 40 ? "stop" : wrapped(words, letters);
+  return words.length < letters ? words : letters < 40 ? "stop" : "stop: see the table";
 }
 
 /** @param {Rung} r */
@@ -264,14 +264,14 @@ function heightFor(list) {
   return Math.max(HEIGHT, TOP + BOTTOM + list.length * (LINE * Math.max(...lines) + 4));
 }
 
-/** Plotly breaks no lines itself. @param {string} name @param {number} [most] letters of a line */
-function wrapped(name, most = 22) {
+/** Plotly breaks no lines itself. @param {string} name */
+function wrapped(name) {
   const words = name.split(" ");
   let line = "";
   /** @type {string[]} */
   const lines = [];
   for (const word of words) {
-    if (line && (line + word).length > most) {
+    if (line && (line + word).length > 22) {
       lines.push(line);
       line = word;
     } else line = line ? `${line} ${word}` : word;
