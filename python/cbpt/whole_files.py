@@ -11,6 +11,7 @@ followed: the file that it leads to is replaced, and the link stays. What is no 
 
 from __future__ import annotations
 
+import errno
 import os
 import secrets
 import shutil
@@ -52,7 +53,7 @@ def whole(path: str | os.PathLike[str]) -> Iterator[Path]:
             _to_disk(target.parent)
     except OSError as error:
         words = error.strerror or str(error)
-        raise OSError(error.errno or 0, words, os.fspath(path)) from error
+        raise OSError(error.errno or errno.EIO, words, os.fspath(path)) from error
     finally:
         with suppress(OSError):
             new.unlink()

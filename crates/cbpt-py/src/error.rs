@@ -107,9 +107,10 @@ pub fn plan_error(py: Python<'_>, message: &str) -> PyErr {
 pub fn sweep_failure(py: Python<'_>, failure: &Failure) -> PyErr {
     match failure {
         Failure::Write { path, error } => {
-            let (number, reason) = (error.raw_os_error(), error.to_string());
+            // What the system has no number for is an error of input and output to Python (EIO).
+            let (number, reason) = (error.raw_os_error().unwrap_or(5), error.to_string());
             let reason = reason.split(" (os error").next().unwrap_or_default().to_owned();
-            PyOSError::new_err((number, reason, path.clone()))
+            PyOSError::new_err((number, reason, path.clone().into_os_string()))
         }
         other => plan_error(py, &other.to_string()),
     }
