@@ -415,3 +415,17 @@ def test_a_header_without_a_unit_gives_way_to_one_that_states_it() -> None:
     stated = {"moment_Nm": [1, 2], "elastic_angle_arcsec": [2.5, 5]}
     read = cbpt.read_readings(stated, need_preload=False)
     assert any("'moment_Nm' as torque in N m" in note for note in read.notes)
+
+
+def test_readings_of_several_labels_are_told_to_be_taken_together() -> None:
+    table = {
+        "torque_Nm": np.linspace(-5, 5, 12),
+        "preload_N": np.full(12, 600.0),
+        "elastic_angle_arcsec": np.linspace(-12, 12, 12),
+    }
+    two = cbpt.read_readings(table | {"design": ["conic"] * 6 + ["split"] * 6})
+    (told,) = [note for note in two.notes if "taken together" in note]
+    assert "2 values of 'design' (conic, split)" in told and "--only design=conic" in told
+    for labels in (["conic"] * 12, [f"remark {n}" for n in range(12)]):
+        one = cbpt.read_readings(table | {"design": labels})
+        assert not any("taken together" in note for note in one.notes)

@@ -166,6 +166,8 @@ _WITHOUT = {
 }
 _LARGEST_ANGLE_ARCSEC = 3600.0  # an elastic angle of a degree: a broken drive or a wrong unit
 _ARCSEC_PER_RAD = 648000.0 / math.pi
+_MOST_LABELS, _SHOWN_LABELS = 24, 3
+"""Values of a column of words that are told, and those that are listed."""
 _WHOLE = re.compile(r"[+-]?[0-9]{1,18}(?:[.,]0*)?")
 
 
@@ -451,6 +453,7 @@ class _Reader:
                 self.notes.append(
                     f"ignored column {name!r}: {where} has {filled[text]!r}, which is no number"
                 )
+                self.notes += _taken_together(name, list(filled.values()), len(column.numbers))
                 continue
             for row, cell in filled.items():  # nan and inf
                 column.numbers[row] = float(cell)
@@ -576,3 +579,15 @@ def _remarks(readings: Readings) -> list[str]:
             "determined"
         )
     return notes
+
+
+def _taken_together(name: str, labels: list[str], rows: int) -> list[str]:
+    """That readings with several labels are taken together, where every row has one of a few."""
+    values = list(dict.fromkeys(labels))
+    if len(labels) < rows or not 2 <= len(values) <= min(_MOST_LABELS, rows // 2):
+        return []
+    some = ", ".join(values[:_SHOWN_LABELS]) + (", ..." if len(values) > _SHOWN_LABELS else "")
+    return [
+        f"readings of {len(values)} values of {name!r} ({some}) are taken together; --by {name} "
+        f"(diagnose_by) or --only {name}={values[0]} keeps them apart"
+    ]

@@ -336,7 +336,7 @@ function build(t) {
   }
   if (inOrder()) data.push(lineOfRun(t, s));
   byId("thinned").textContent = drawn.length < all
-    ? `${drawn.length} of ${all} readings are drawn, the extremes among them.`
+    ? `${drawn.length} of ${all} readings are drawn, the extremes among them. `
     : "";
   const measured = withBars(drawn.map((i) => r.measured_arcsec[i]), drawn);
   // A model near its holding limit goes as far beyond the readings as they are wide, no farther.
