@@ -99,7 +99,8 @@ def likelihood(fitter: Fitter, fit: Fit, noise: Noise) -> Callable[[Floats], flo
 
 def importance(fitter: Fitter, fit: Fit, noise: Noise, seed: int) -> tuple[float, float]:
     """The same by importance sampling, with its standard uncertainty."""
-    unknowns, p = fitter.unknowns(fit.hypothesis), len(fitter.unknowns(fit.hypothesis))
+    unknowns = fitter.unknowns(fit.hypothesis)
+    p = len(unknowns)
     problem = Problem(fitter.campaign, fitter.model, unknowns, noise)
     found = fitter.fit(fit.hypothesis, fit.point.values, noise, free_noise=False)
     assert found is not None

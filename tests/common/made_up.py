@@ -22,6 +22,7 @@ from cbpt.lab.inference.hypothesis import Unknown
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.priors import PRIORS
 from cbpt.lab.selection import decision
+from cbpt.lab.selection.decision import Verdict
 from cbpt.lab.selection.model_comparison import Competition
 from common.simulated import Floats, plan
 
@@ -70,6 +71,11 @@ class MadeUpFit:
     def covariance(self) -> Floats:
         """The readings say nothing of what is known beforehand."""
         return np.diag([1.0 if np.isinf(u.sd) else u.sd**2 for u in self.unknowns])
+
+
+def said(verdict: Verdict) -> tuple[str, tuple[str, ...], tuple[tuple[str, ...], ...]]:
+    """The kind of an answer, what is certain, and the groups of rivals."""
+    return verdict.kind, verdict.effects, verdict.rivals
 
 
 def white(count: int, times: float = 1.0) -> Floats:

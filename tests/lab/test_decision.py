@@ -37,6 +37,7 @@ from common.made_up import (
     Shares,
     competition,
     predicts_as_made_up,
+    said,
     white,
 )
 from common.simulated import Floats, plan
@@ -50,10 +51,6 @@ OFFSETS = Noise(offset_arcsec=0.5)
 def kept_back() -> Iterator[None]:
     with predicts_as_made_up():
         yield
-
-
-def said(verdict: Verdict) -> tuple[str, tuple[str, ...], tuple[tuple[str, ...], ...]]:
-    return verdict.kind, verdict.effects, verdict.rivals
 
 
 # --- effects demanded ---------------------------------------------------------------------

@@ -23,6 +23,7 @@ from common.made_up import (
     Shares,
     competition,
     predicts_as_made_up,
+    said,
     white,
 )
 from common.simulated import plan
@@ -36,10 +37,6 @@ LAW = Adequacy(0.4, 0.1, "repeats", 1e-6, comes_again=True)
 def kept_back() -> Iterator[None]:
     with predicts_as_made_up():
         yield
-
-
-def said(verdict: Verdict) -> tuple[str, tuple[str, ...], tuple[tuple[str, ...], ...]]:
-    return verdict.kind, verdict.effects, verdict.rivals
 
 
 def judged(shares: Shares, around: Around) -> Verdict:

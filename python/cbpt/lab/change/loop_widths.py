@@ -17,12 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.characteristics.loops import loops_of
+from cbpt.lab.model.own_loops import ALIKE
 from cbpt.lab.readings.readings import Readings
 
 Floats = NDArray[np.float64]
 
-_ALIKE = 1.25
-"""Amplitudes within this factor of each other are one kind of loop."""
 _FACTOR = 1.5
 """Widths that differ by less may differ by what a fitted friction or play does not follow."""
 _CHANCE = 0.01
@@ -68,7 +67,7 @@ def _amplitudes(all_Nm: Sequence[float]) -> Iterator[tuple[float, float]]:
     """The ranges of those that are alike, in rising order."""
     rest = sorted(all_Nm)
     while rest:
-        alike = [a for a in rest if a <= _ALIKE * rest[0]]
+        alike = [a for a in rest if a <= ALIKE * rest[0]]
         yield alike[0], alike[-1]
         rest = rest[len(alike) :]
 

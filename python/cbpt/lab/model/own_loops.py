@@ -35,7 +35,7 @@ Floats = NDArray[np.float64]
 PLAY = "backlash.play_rad"
 WIDEST_TRANSITION = 0.2
 """Of the amplitude of the smallest loops: what is taken up over more torque is a soft middle."""
-_ALIKE = 1.25
+ALIKE = 1.25
 """Amplitudes within this factor of the smallest are one kind of loop."""
 _MASING = 2.0
 """A loop that turns by more than this many times what friction lets it is not held by friction."""
@@ -119,13 +119,13 @@ def small_loops_of(campaign: Campaign) -> SmallLoops | None:
     if not both.any():
         return None
     smallest, largest = amplitude[both].min(), amplitude[both].max()
-    small = both & (amplitude <= _ALIKE * smallest)
+    small = both & (amplitude <= ALIKE * smallest)
     amplitude_Nm, turned = float(np.median(amplitude[small])), float(np.median(turn[small]))
     loops = list(_loops(campaign, small))
     u = _scatter_arcsec(campaign, loops)
     apart = float(np.mean([_apart_arcsec(loop, amplitude_Nm) for loop in loops])) + 3 * u
     held = False
-    if largest > _ALIKE * smallest:
+    if largest > ALIKE * smallest:
         back = _turned_back(_loops(campaign, both & ~small), 2 * amplitude_Nm)
         held = turned <= _MASING * back + _SCATTER * u
     return SmallLoops(amplitude_Nm, turned, apart, held)
