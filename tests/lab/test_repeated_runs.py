@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 import cbpt
-from cbpt.lab.covariance.repeated_runs import comes_again
+from cbpt.lab.covariance.repeated_runs import comes_again, most_correlation
 from cbpt.lab.readings.reader import Readings
 
 Floats = NDArray[np.float64]
@@ -59,3 +60,19 @@ def test_runs_with_other_torques_are_no_repeats() -> None:
     one = table(np.array([4.0, 40.0, 4.0]))
     found = comes_again(one, noise(0.0, 0, 3))
     assert found is not None and found.p_value > 1e-3
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.5, 0.9])
+def test_the_differences_of_runs_bound_the_correlation_of_noise(correlation: float) -> None:
+    """Whatever law is the same in every run: one bound in a hundred lies below the truth."""
+    readings = table(np.full(RUNS, 4.0))
+    law = np.tile(30.0 * np.tanh(3 * SHARES), RUNS) + np.repeat(10.0 * np.arange(RUNS), N)
+    bounds = [most_correlation(readings, law + noise(correlation, seed)) for seed in range(60)]
+    assert np.mean(np.array(bounds) < correlation) < 0.07
+    assert np.median(bounds) < correlation + 0.2
+
+
+def test_without_repeated_runs_any_correlation_is_possible() -> None:
+    assert most_correlation(table(np.array([4.0, 5.0, 40.0])), noise(0.0, 0, 3)) == 1.0
+    same = table(np.full(RUNS, 4.0))
+    assert most_correlation(same, np.tile(SHARES, RUNS)) == 1.0

@@ -162,6 +162,7 @@ def fit_noise(
     sums = _Sums(np.column_stack([y, x]), u_arcsec, rows, start)
 
     def rated(correlation: float, offset: float) -> tuple[float, Noise]:
+        correlation = min(correlation, rows.most_correlation)
         scale = start.scale
         for _ in range(2):
             # The runs' offsets scale with the readings' noise while the latter is being found.

@@ -43,6 +43,7 @@ class Rows:
     -1.
 
     order sorts the readings by run; starts says where in that order each run begins.
+    most_correlation: the largest correlation of a reading with the next that its noise can have.
     """
 
     run_index: Ints
@@ -50,6 +51,7 @@ class Rows:
     runs: int
     order: Ints
     starts: Ints
+    most_correlation: float = 1.0
 
     @classmethod
     def of(cls, run_index: Ints) -> Rows:
@@ -86,7 +88,7 @@ class Rows:
 
     def select(self, rows: NDArray[np.bool_]) -> Rows:
         """Some of the rows."""
-        return Rows.of(self.run_index[rows])
+        return replace(Rows.of(self.run_index[rows]), most_correlation=self.most_correlation)
 
     def stretches(self, longest: int, together: Ints | None = None) -> list[Ints]:
         """Readings of one run that follow each other, at most so many, stretches of one length as

@@ -1,14 +1,16 @@
-"""Whether what a model leaves comes again in runs that repeat each other.
+"""What runs that repeat each other tell of a model's residuals: which part is law, which noise.
 
-    ComesAgain   what runs differ by, and the chance that noise alone agrees as much
-    comes_again  from the residuals of a model
+    ComesAgain        what runs differ by, and the chance that noise alone agrees as much
+    comes_again       whether what a model leaves comes again
+    most_correlation  how much neighbours of a run can be alike by noise
 
 Noise differs from run to run, however slowly it moves; a law that the model lacks comes again. With
 y_ij what is left of run i at place j of k runs with the same torques,
 
     y_ij = a_j + b_i + e_ij,   F = k var(a)/var(e),
 
-a two-way analysis of variance. Neighbours in a run may be alike: with the correlation r of e from
+a two-way analysis of variance, in which e is noise and a law that the model lacks is a part of a.
+Neighbours in a run may be alike: with the correlation r of e from
 one reading to the next, n readings count as n (1 - r^2)/(1 + r^2) (Bayley and Hammersley, J. R.
 Stat. Soc. Suppl. 8 (1946) 184). Unlike `repeatability`, the torques need not be set points: a ramp
 that is measured as it comes is the same ramp again.
@@ -35,6 +37,10 @@ class _Limits:
     """Largest difference of their torques at the same place, as a share of the largest."""
     fewest: int = 12
     """Readings of a run."""
+    correlations: int = 100
+    """Steps from 0 to 1 in which a correlation is looked for."""
+    drop: float = 2.7
+    """Log-likelihood below the largest at which a correlation is excluded (one-sided, 1 %)."""
 
 
 _LIMITS = _Limits()
@@ -74,6 +80,46 @@ def comes_again(readings: Readings, left_arcsec: Floats) -> ComesAgain | None:
         return None
     p_value = min(1.0, len(chances) * min(chances))
     return ComesAgain(float(np.sqrt(squares / freedom)), p_value)
+
+
+def most_correlation(readings: Readings, left_arcsec: Floats) -> float:
+    """The largest correlation of a reading with the next of its run that the differences of runs
+    allow, with a chance of 1 % for more; 1 where no runs repeat each other.
+
+    A law that a model lacks is smooth along a run, and looks like noise whose neighbours are alike.
+    It is the same in every run and drops out of their differences, which are first-order
+    autoregressions with a mean of their own (restricted likelihood). left_arcsec: shape (n,).
+    """
+    groups = [_contrasts(left_arcsec[rows]) for rows in _alike(readings)]
+    # Runs that agree in every digit are no proof of an exact instrument.
+    least = 1e-9 * float(np.abs(left_arcsec).max(initial=0.0))
+    groups = [d for d in groups if np.ptp(d, axis=1).max() > least]
+    if not groups:
+        return 1.0
+    tried = np.arange(_LIMITS.correlations) / _LIMITS.correlations
+    likely = np.array([sum(_likelihood(d, r) for d in groups) for r in tried.tolist()])
+    allowed = np.flatnonzero(likely > likely.max() - _LIMITS.drop)
+    return float(tried[allowed[-1]] + 1 / _LIMITS.correlations)
+
+
+def _contrasts(y: Floats) -> Floats:
+    """Orthonormal differences of k runs, shape (k - 1, m)."""
+    from scipy.linalg import helmert
+
+    return np.asarray(helmert(len(y)) @ y)
+
+
+def _likelihood(d: Floats, correlation: float) -> float:
+    """Restricted log-likelihood of differences, their scale profiled."""
+    first = np.sqrt(1 - correlation**2)
+    y = np.column_stack([first * d[:, 0], d[:, 1:] - correlation * d[:, :-1]])
+    mean = np.r_[first, np.full(d.shape[1] - 1, 1 - correlation)]
+    size = float(mean @ mean)
+    left = float(np.sum(y**2) - np.sum((y @ mean) ** 2) / size)
+    free = d.shape[0] * (d.shape[1] - 1)
+    # Rounding is the least there can be.
+    left = max(left, 1e-12 * float(np.sum(d**2)))
+    return float(-0.5 * free * np.log(left) + 0.5 * len(d) * np.log(first**2 / size))
 
 
 def _alike(readings: Readings) -> list[Ints]:

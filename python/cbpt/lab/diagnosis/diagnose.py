@@ -21,6 +21,7 @@ from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError, ReadingsError
 from cbpt.lab.covariance.one_thread import one_blas_thread
 from cbpt.lab.covariance.repeatability import pooled
+from cbpt.lab.covariance.repeated_runs import most_correlation
 from cbpt.lab.covariance.within_run import estimate
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.diagnosis.diagnosis_data import Rung, finished
@@ -398,10 +399,12 @@ def _believed(campaign: Campaign, model: Floats) -> tuple[Campaign, list[str]]:
 
 
 def _repeated(campaign: Campaign, model: Floats) -> Campaign:
-    """What repeats say of the uncertainty; where none is stated it is theirs."""
+    """What repeats say of the noise: its correlation is no larger than theirs, and its size is
+    theirs where none is stated."""
     residual = campaign.y_arcsec - model
     found = pooled(campaign.readings, residual, estimate(campaign.readings, residual))
-    campaign = replace(campaign, repeats=found)
+    rows = replace(campaign.rows, most_correlation=most_correlation(campaign.readings, residual))
+    campaign = replace(campaign, repeats=found, rows=rows)
     if found is None or not campaign.u_repeated:
         return campaign
     return replace(campaign, u_arcsec=np.full(len(campaign), found.u_arcsec))

@@ -246,6 +246,7 @@ def _noises(setting: Setting) -> list[Noise]:
     flexible = setting.flexible
     typical = float(np.median(c.u_arcsec)) * flexible.scale
     correlations = _LIMITS.correlations if rows.runs < len(c) else (0.0,)
+    correlations = tuple(dict.fromkeys(min(r, rows.most_correlation) for r in correlations))
     offsets = _LIMITS.offsets if 1 < rows.runs < len(c) else (0.0,)
     return list(setting.noises) + [
         replace(flexible, correlation=correlation, offset_arcsec=offset * typical)
