@@ -64,3 +64,17 @@ def test_the_play_that_is_fitted_falls_with_the_preload(build: str, last: int) -
     first, _ = fitted_and_width_deg(build, "after_run_in")
     after, _ = fitted_and_width_deg(build, f"preload_{last}")
     assert after < 0.5 * first
+
+
+@pytest.mark.parametrize(
+    ("before", "after"), [("after_run_in", "preload_12"), ("preload_4", "preload_5")]
+)
+def test_numbers_that_changed_together_are_found(before: str, after: str) -> None:
+    """With either of them shared the other cannot follow: none of them is found one at a time."""
+    readings = cbpt.read_readings(DATA / "split_onyx_1.csv", need_preload=False, by="moment")
+    moment = readings.labels["moment"]
+    effects = ["backlash", "friction_hysteresis", "output_torsion"]
+    parts = (readings.select(moment == m) for m in (before, after))
+    found = cbpt.change(DATA / "reducer.toml", *parts, effects=effects)
+    ways = {c.parameter: c.direction for c in found.changed}
+    assert ways["play_rad"] in ("down", "gone") and ways["friction_torque_Nm"] == "up"

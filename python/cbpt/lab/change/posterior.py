@@ -126,15 +126,18 @@ def weigh(candidates: Sequence[Levels]) -> Weighed | None:
 
 
 def _choices(levels: Levels) -> list[Choice]:
-    """None, each group, and further ones while that gains."""
+    """None, each group, and further ones while that gains; then all groups, and fewer while that
+    gains: two that changed together may look no better than none as long as one of them is shared.
+    """
     groups = {g.effect: g for g in groups_of(levels)}
     there = sum(float(np.log(THERE.get(v.effect, THERE[""]))) for v in levels.variants)
     scored: dict[frozenset[str], tuple[Shared, float]] = {}
 
-    def score(names: frozenset[str]) -> float:
+    def score(names: frozenset[str], of: frozenset[str] | None = None) -> float:
         if names not in scored:
             places = frozenset(i for name in names for i in groups[name].unknowns)
-            found = _fitted(levels, places, _nested(names, scored))
+            further = [scored[of][0]] if of is not None else []
+            found = _fitted(levels, places, _nested(names, scored), further)
             if found is None:
                 return -np.inf
             prior = sum(groups[name].log_odds for name in names)
@@ -151,6 +154,13 @@ def _choices(levels: Levels) -> list[Choice]:
         if score(top) < scored[best][1]:
             break
         best = top
+    best = frozenset(groups)
+    if score(best) > -np.inf:
+        while best:
+            fewer = max((best - {name} for name in best), key=lambda names: score(names, best))
+            if score(fewer) < scored[best][1]:
+                break
+            best = fewer
     _settled(levels, scored)
     return [Choice(names, levels, fit, odds) for names, (fit, odds) in scored.items()]
 
@@ -170,9 +180,16 @@ def _settled(levels: Levels, scored: dict[frozenset[str], tuple[Shared, float]])
                 scored[names] = again, odds + again.log_evidence - fit.log_evidence
 
 
-def _fitted(levels: Levels, places: frozenset[int], inside: Sequence[Shared]) -> Shared | None:
-    """A choice holds the one inside it, so it fits at least as well."""
+def _fitted(
+    levels: Levels, places: frozenset[int], inside: Sequence[Shared], further: Sequence[Shared]
+) -> Shared | None:
+    """A choice holds the one inside it, so it fits at least as well. further: choices from whose
+    values it is searched too."""
     found = fit_shared(levels.parties, levels.variants, places)
+    for other in further:
+        again = fit_shared(levels.parties, levels.variants, places, other.points)
+        if again is not None and (found is None or again.log_evidence > found.log_evidence):
+            found = again
     for other in inside:
         if found is None or found.misfit > other.misfit + 0.1:
             again = fit_shared(levels.parties, levels.variants, places, other.points)
