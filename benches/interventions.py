@@ -66,8 +66,7 @@ def told(found: cbpt.Change) -> str:
     """The verdict in a cell."""
     if not found.changed:
         return f"{found.kind}: the loops differ" if found.differing_loops else found.kind
-    first = {c.effect: c for c in reversed(found.changed)}
-    return "; ".join(f"{c.effect} {WAYS[c.direction]}: {_sizes(c)}" for c in first.values())
+    return "; ".join(f"{c.effect} {WAYS[c.direction]}: {_sizes(c)}" for c in found.foremost)
 
 
 def _sizes(c: Changed) -> str:

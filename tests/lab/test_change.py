@@ -36,7 +36,11 @@ FRICTION = "friction_hysteresis"
 
 @cache
 def loops(
-    friction_Nm: float = 1.0, stiffness: float = 1.0, seed: int = 1, u: float = 2.0
+    friction_Nm: float = 1.0,
+    stiffness: float = 1.0,
+    seed: int = 1,
+    u: float = 2.0,
+    engagement_arcsec: float = 30,
 ) -> dict[str, NDArray[np.float64]]:
     """Two loops of a spring with friction."""
     case: dict[str, object] = {
@@ -45,7 +49,7 @@ def loops(
             {
                 "id": FRICTION,
                 "friction_torque_Nm": friction_Nm,
-                "engagement_angle_arcsec": 30,
+                "engagement_angle_arcsec": engagement_arcsec,
             }
         ],
     }
@@ -69,6 +73,14 @@ def found(*tables: dict[str, NDArray[np.float64]]) -> cbpt.Change:
 
 
 # --- the verdict --------------------------------------------------------------------------
+
+
+def test_the_sentence_tells_the_number_that_moved() -> None:
+    """Of an effect whose size stayed and whose shape did not, the shape."""
+    answer = found(loops(), loops(seed=2, engagement_arcsec=150))
+    assert answer.kind == "changed"
+    assert "engagement_angle_arcsec from 3" in answer.sentence
+    assert "friction_torque_Nm from" not in answer.sentence
 
 
 def test_repeated_readings_say_that_nothing_changed() -> None:

@@ -286,27 +286,24 @@ def _changed(weighed: Weighed) -> list[Changed]:
             unknown = levels.fits[0].unknowns[place]
             pairs = [_si(levels, best.value(k, place), place) for k in range(len(levels.fits))]
             values, u = (tuple(column) for column in zip(*pairs, strict=True))
-            moved = abs(values[-1] - values[0]) > 2 * float(np.hypot(u[0], u[-1]))
             is_size = unknown.size_of >= 0 or "." not in unknown.name
-            if not (is_size or moved):
-                continue
             name = _name(levels, place)
-            found.append(
-                Changed(
-                    group.effect,
-                    name,
-                    unit_of(name),
-                    values[0],
-                    values[-1],
-                    u[0],
-                    u[-1],
-                    _direction(values, u, is_size and "." in unknown.name),
-                    chance,
-                    values,
-                    u,
-                    _trend(values, u),
-                )
+            changed = Changed(
+                group.effect,
+                name,
+                unit_of(name),
+                values[0],
+                values[-1],
+                u[0],
+                u[-1],
+                _direction(values, u, is_size and "." in unknown.name),
+                chance,
+                values,
+                u,
+                _trend(values, u),
             )
+            if is_size or changed.moved:
+                found.append(changed)
     return sorted(found, key=lambda c: -c.probability)
 
 

@@ -6,6 +6,7 @@ ChangeData   the verdict with everything that it rests on
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -38,6 +39,11 @@ class Changed:
     u: tuple[float, ...]
     trend: Literal["rising", "falling", "neither"] | None
     """Of more than two levels: whether the values only rise or only fall, within their u."""
+
+    @property
+    def moved(self) -> bool:
+        """Whether the first and the last value differ by more than twice their uncertainty."""
+        return abs(self.after - self.before) > 2 * math.hypot(self.u_before, self.u_after)
 
 
 @dataclass(frozen=True)
@@ -81,6 +87,16 @@ class ChangeData:
     levels_differ_by_arcsec: float | None = None
     """Of a change that rests on a rig that comes back to its state: standard deviation by which the
     fitted curves of the levels differ. A reproducibility of this size would explain it."""
+
+    @property
+    def foremost(self) -> tuple[Changed, ...]:
+        """One number of each effect that changed: its size where that moved, else the first that
+        did."""
+        found: dict[str, Changed] = {}
+        for c in self.changed:
+            if c.effect not in found or (c.moved and not found[c.effect].moved):
+                found[c.effect] = c
+        return tuple(found.values())
 
     @property
     def differing_loops(self) -> LoopWidths | None:

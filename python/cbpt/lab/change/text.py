@@ -40,9 +40,8 @@ def sentence(found: ChangeData) -> str:
             f"The readings do not decide whether something changed (probability "
             f"{found.probability:.2f})." + _noise(found)
         )
-    # The first of an effect is its size; what else of it changed stands in the document.
-    first = {c.effect: c for c in reversed(found.changed)}
-    told = [_told(first[effect]) for effect in dict.fromkeys(c.effect for c in found.changed)]
+    # What else of an effect moved stands in the document.
+    told = [_told(c) for c in found.foremost]
     if not told:
         weighed = found.weighed
         names = [g.effect for g in weighed.groups if weighed.changed(g.effect) > 0.05]
