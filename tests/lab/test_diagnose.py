@@ -54,6 +54,15 @@ def test_nine_readings_name_no_one() -> None:
     assert "eccentric_bearing" in told
 
 
+def test_a_display_of_three_values_names_no_effect() -> None:
+    """It shows the sign of the torque; how large an angle is between two steps no reading says."""
+    table = table_of("dev03")
+    table[ANGLE] = 20.0 * np.sign(table["torque_Nm"])
+    found = diagnose(Case.from_toml(case_of("dev03")), table)
+    assert found.verdict.undecided == "few readings" and not found.verdict.effects
+    assert "3 different angles, in steps of 20 arcsec" in found.sentence
+
+
 HIDDEN = [
     ("dev04", "friction_hysteresis", "friction_radius_m", 0.0006),
     ("dev04", "friction_hysteresis", "engagement_angle_rad", 2.5e-5),

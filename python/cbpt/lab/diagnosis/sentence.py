@@ -12,6 +12,7 @@ from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
 from cbpt.lab.diagnosis.fit_text import moved_by, parameter_words, solutions
 from cbpt.lab.diagnosis.noise_statement import estimated, noise_floor
 from cbpt.lab.inference.residuals import rmse_of
+from cbpt.lab.selection.adequacy import readings_of_the_curve
 from cbpt.lab.selection.decision import Why
 from cbpt.lab.selection.rest import rest_arcsec
 from cbpt.lab.wording.names import called, columns_in_words, number_called
@@ -188,10 +189,13 @@ def _undecided(d: DiagnosisData) -> str:
     elif v.perhaps:
         are = "is" if len(v.perhaps) == 1 else "are"
         which = f" If an effect is missing, the most probable {are} {likely(d)}."
-    return (
-        f"These readings do not decide what is missing: {_WHY[v.undecided]}."
-        f"{which} {_REMEDY[v.undecided]}."
-    )
+    why, campaign = _WHY[v.undecided], d.competition.campaign
+    if v.undecided == "few readings" and readings_of_the_curve(campaign) < len(campaign):
+        why += (
+            f" (a coarse display: {readings_of_the_curve(campaign)} different angles, in steps of "
+            f"{campaign.step_arcsec:g} arcsec)"
+        )
+    return f"These readings do not decide what is missing: {why}.{which} {_REMEDY[v.undecided]}."
 
 
 def _rest(d: DiagnosisData, angle: AngleUnit) -> str:

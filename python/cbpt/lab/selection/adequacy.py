@@ -1,8 +1,10 @@
 """Whether what is left after an answer is noise, by a test that does not use the fitted scatter.
 
-Adequacy      what is left against what readings scatter by
-adequacy_of   of a fit
-law_left      the same where what is left comes again in repeated runs
+Adequacy               what is left against what readings scatter by
+adequacy_of            of a fit
+law_left               the same where what is left comes again in repeated runs
+free_numbers           how many numbers a fit has
+readings_of_the_curve  how many readings it has them from
 
 What readings scatter by is known from readings taken again under the same conditions, else from how
 smoothly they follow each other along a run, else only from what the table states. A fit takes
@@ -22,6 +24,7 @@ from cbpt.lab.covariance.within_run import estimate
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.residuals import left_by, scatter_of
+from cbpt.lab.model.dataset import Campaign
 
 Source = Literal["repeats", "scatter within runs", "stated", "nothing"]
 
@@ -91,3 +94,8 @@ def free_numbers(fitter: Fitter, fit: Fit) -> float:
     prior = np.array([u.sd for u in fit.unknowns]) ** 2
     shares = np.where(np.isfinite(prior), 1 - np.minimum(own / prior, 1.0), 1.0)
     return float(shares.sum()) + fit.offsets_arcsec.size + fit.noise.numbers
+
+
+def readings_of_the_curve(campaign: Campaign) -> int:
+    """Angles that a coarse display shows alike are one, however often they come."""
+    return len(np.unique(campaign.y_arcsec)) if campaign.step_arcsec else len(campaign)

@@ -27,7 +27,13 @@ from cbpt.lab.inference.cross_validation import folds, log_score
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.model.dataset import DEFAULT_UNCERTAINTY
 from cbpt.lab.model.priors import CLASSES, PRIORS, TWINS
-from cbpt.lab.selection.adequacy import Adequacy, adequacy_of, free_numbers, law_left
+from cbpt.lab.selection.adequacy import (
+    Adequacy,
+    adequacy_of,
+    free_numbers,
+    law_left,
+    readings_of_the_curve,
+)
 from cbpt.lab.selection.lack_of_fit import LackOfFit
 from cbpt.lab.selection.model_comparison import Competition
 from cbpt.lab.selection.posterior import (
@@ -127,7 +133,7 @@ def _checked(
     free = free_numbers(fitter, fit)
     if verdict.lack_of_fit is not None:
         free += verdict.lack_of_fit.free_numbers
-    if len(competition.campaign) < rules.readings_per_number * free:
+    if readings_of_the_curve(competition.campaign) < rules.readings_per_number * free:
         return _undecided(competition, posterior, "few readings", rules)
     return verdict
 
