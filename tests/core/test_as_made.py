@@ -189,6 +189,38 @@ def test_a_table_is_what_the_effect_says(output: str, groove: str, prefix: str) 
     assert first.elastic_angle_rad == pytest.approx(second.elastic_angle_rad, rel=1e-6)
 
 
+@pytest.mark.parametrize("output", OUTPUTS)
+@pytest.mark.parametrize("plate", ["fixed_plate", "output_plate"])
+@pytest.mark.parametrize("torque", [0.0, 4.0, 20.0])
+def test_a_tilted_plate_is_what_the_effect_says(output: str, plate: str, torque: float) -> None:
+    """Alone in its pair, at every crank angle of several turns."""
+    fixed = "epicycloid" if output == "hypocycloid" else "hypocycloid"
+    name = f"{fixed}_plate" if plate == "fixed_plate" else "ring_plate"
+    made = case({f"{name}_tilt_urad": [30.0, -50.0]}, output)
+    tilt = {f"{plate}_tilt_cosine_urad": 30.0, f"{plate}_tilt_sine_urad": -50.0}
+    by_effect = case({}, output, effect=[{"id": "plate_tilt", **tilt}])
+    first, second = (rotation(each, torque).elastic_angle_rad for each in (made, by_effect))
+    assert first == pytest.approx(second, rel=1e-9, abs=1e-15)
+    if torque:
+        nominal = rotation(case({}, output), torque).elastic_angle_rad
+        assert np.min(np.abs(first - nominal)) > 1e-7
+
+
+@pytest.mark.parametrize("output", OUTPUTS)
+def test_both_plates_together_are_the_tilt_of_both_pairs(output: str) -> None:
+    """At crank angle 0; further on the plate of the output turns away from the housing."""
+
+    def tilted(*stems: str) -> cbpt.Case:
+        tilt = {f"{stem}_tilt_{part}_urad": 40.0 for stem in stems for part in ("cosine", "sine")}
+        return case({}, output, effect=[{"id": "plate_tilt", **tilt}])
+
+    cranks = np.array([0.0, 45.0])
+    each = rotation(tilted("fixed_plate", "output_plate"), 4.0, cranks).elastic_angle_rad
+    both = rotation(tilted("housing"), 4.0, cranks).elastic_angle_rad
+    assert each[0] == pytest.approx(both[0], rel=1e-9)
+    assert each[1] != pytest.approx(both[1], rel=1e-6)
+
+
 # --- balls --------------------------------------------------------------------------------
 
 

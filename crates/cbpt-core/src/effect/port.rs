@@ -140,6 +140,8 @@ pub struct Ball {
     pub on_fixed_groove_rad: f64,
     /// Its angle along the planet's groove of the deceleration pair, rad.
     pub on_planet_groove_rad: f64,
+    /// Its angle from the pair's first ball, which in the equal-speed pair is its angle in both plates, rad.
+    pub in_plate_rad: f64,
     /// Radius of the circle of balls, m.
     pub pitch_radius_m: f64,
 }

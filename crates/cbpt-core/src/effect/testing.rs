@@ -28,6 +28,7 @@ pub const BALL: Ball = Ball {
     from_line_rad: 0.7,
     on_fixed_groove_rad: 1.1,
     on_planet_groove_rad: 1.06,
+    in_plate_rad: 1.04,
     pitch_radius_m: 0.05,
 };
 

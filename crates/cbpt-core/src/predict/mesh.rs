@@ -92,13 +92,15 @@ impl Tables {
             };
             (0..count)
                 .flat_map(|number| {
-                    let from_line_rad = first_rad + TAU * f64::from(number) / f64::from(count);
+                    let in_plate_rad = TAU * f64::from(number) / f64::from(count);
+                    let from_line_rad = first_rad + in_plate_rad;
                     let at = gap(&Ball {
                         decelerates,
                         number: number as usize,
                         from_line_rad,
                         on_fixed_groove_rad: from_line_rad + fixed,
                         on_planet_groove_rad: from_line_rad + fixed * planet_turn,
+                        in_plate_rad,
                         pitch_radius_m,
                     });
                     [at; 2]
