@@ -21,7 +21,7 @@ from cbpt.lab.inference.gauss_newton import Problem, point_at, search
 from cbpt.lab.inference.hypothesis import Hypothesis
 from cbpt.lab.model.forward import Assembled, Point
 from cbpt.lab.model.own_terms import campaign_of
-from cbpt.lab.model.priors import ARCSEC, PRIORS, VARIANTS, joints
+from cbpt.lab.model.priors import ARCSEC, PRIORS, VARIANTS, joints, soft_plays
 from cbpt.lab.selection.fit_effects import best_fit
 from common.drives import examples
 from common.simulated import (
@@ -470,6 +470,15 @@ def test_a_joint_gives_5_to_22_percent_less_at_the_largest_torque(torque_Nm: flo
     (shape,) = joint.shapes
     less = [1 - np.log1p(h * torque_Nm) / (h * torque_Nm) for h in (shape.low, shape.high)]
     assert less == pytest.approx([0.047, 0.217], abs=0.001)
+
+
+@pytest.mark.parametrize("torque_Nm", [0.2, 5.0, 300.0])
+def test_a_soft_play_is_all_but_taken_up_at_the_largest_torque(torque_Nm: float) -> None:
+    (play,) = soft_plays(torque_Nm)
+    (shape,) = play.shapes
+    left = [1 - torque_Nm / np.hypot(torque_Nm, within) for within in (shape.low, shape.high)]
+    assert left == pytest.approx([1.2e-5, 0.011], rel=0.05)
+    assert shape.low < min(shape.grid) and max(shape.grid) < shape.high
 
 
 # --- shorter steps ------------------------------------------------------------------------

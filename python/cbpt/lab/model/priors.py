@@ -304,6 +304,15 @@ def joints(torque_Nm: float) -> tuple[Variant, ...]:
     return (replace(shaft, shapes=(growth,), name="stiffening"),)
 
 
+def soft_plays(torque_Nm: float) -> tuple[Variant, ...]:
+    """A play of the bearing that is taken up within 0.5 to 15 % of the largest torque."""
+    low, high = 0.005 * torque_Nm, 0.15 * torque_Nm
+    grid = (0.015 * torque_Nm, 0.06 * torque_Nm)
+    within = Shape("transition_torque_Nm", low, high, grid, log=True)
+    play = next(v for v in VARIANTS if v.effect == "bearing_play")
+    return (replace(play, shapes=(within,), name="soft"),)
+
+
 def torque_zeros(torque_Nm: float) -> tuple[Variant, ...]:
     """A zero error of 0.2 to 20 % of the largest torque."""
     low, high = 0.002 * torque_Nm, 0.2 * torque_Nm

@@ -29,6 +29,7 @@ from cbpt.lab.model.priors import (
     Shape,
     Variant,
     joints,
+    soft_plays,
     torque_zeros,
 )
 from cbpt.results import solve_many
@@ -39,7 +40,7 @@ def library_of(campaign: Campaign, asked: Sequence[str] = ()) -> tuple[Variant, 
     those asked for, by effect or form."""
     if campaign.drive.kind == "ball_drive":
         torque = float(np.abs(campaign.readings.torque_Nm).max()) or 1.0
-        proposed = (*VARIANTS, *joints(torque), *torque_zeros(torque))
+        proposed = (*VARIANTS, *soft_plays(torque), *joints(torque), *torque_zeros(torque))
     else:
         proposed = tuple(_of_spring(campaign))
     if not any(a.partition(":")[0] in ON_REQUEST for a in asked):
