@@ -231,15 +231,10 @@ _TABLE: tuple[Variant, ...] = (
             1e-6,
             _OF_CORE,
             signed=True,
-            name=name,
+            name="in the housing" if where else "with the crank",
             secants=_ring(1e-5, 4e-5, 1.5e-4),
         )
-        for where, name in (
-            ("", "with the crank"),
-            ("housing_", "in the housing"),
-            ("fixed_plate_", "fixed plate"),
-            ("output_plate_", "output plate"),
-        )
+        for where in ("", "housing_")
     ),
     Variant("rough_contact", ("exponent",), 0.02, _OF_CORE, signed=True),
     *(
