@@ -250,6 +250,20 @@ def test_an_effect_that_explains_less_than_remains_is_only_possible() -> None:
     assert 0.2 < dict(verdict.perhaps)[FRICTION] < 0.5
 
 
+def test_rivals_that_explain_less_than_remains_are_only_possible() -> None:
+    """A group of which one is needed is no surer than an effect that is certain."""
+    shares = {(FRICTION, "unknown"): 0.54, (LOSS, "unknown"): 0.43}
+    shares |= {(): 0.01, (FRICTION,): 0.01, (LOSS,): 0.01}
+    null = MadeUpFit(values=dict(NUMBERS), residual_arcsec=white(396, 10.0))
+    fits = {(): null}
+    near = judge(competition(shares, fits, Around(lack_arcsec=1.0)))
+    assert said(near) == ("ambiguous", (), ((FRICTION, LOSS),))
+    assert near.probability < 0.95
+    far = judge(competition(shares, fits, Around(lack_arcsec=6.0)))
+    assert said(far) == ("unknown", (), ()) and far.probability > 0.9
+    assert {FRICTION, LOSS} == set(dict(far.perhaps))
+
+
 def test_a_lack_of_fit_that_is_only_likely_is_told_as_such() -> None:
     shares = {(): 0.01, (FRICTION,): 0.69, (FRICTION, "unknown"): 0.3}
     verdict = judge(competition(shares))

@@ -16,6 +16,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
@@ -191,13 +192,20 @@ def _beside_rest(competition: Competition, verdict: Verdict, rules: DecisionRule
     rest = rest_arcsec(verdict.lack_of_fit, verdict.adequacy)
     own = beside_rest(competition, verdict.names, rest)
     kept = tuple(e for e in verdict.effects if own.get(e, 1.0) >= rules.undecided)
-    open_ = [*((e, 1.0) for e in verdict.effects if e not in kept), *verdict.perhaps]
+    rivals = tuple(g for g in verdict.rivals if min(own.get(e, 1.0) for e in g) >= rules.undecided)
+    inclusion = posterior_of(competition).inclusion
+    open_ = [
+        *((e, 1.0) for e in verdict.effects if e not in kept),
+        *((e, inclusion.get(e, 0.0)) for g in verdict.rivals if g not in rivals for e in g),
+        *verdict.perhaps,
+    ]
     possible = [(e, p * own.get(e, 1.0)) for e, p in open_ if e != UNKNOWN]
     likely = sorted((e for e in possible if e[1] >= rules.likely), key=lambda e: -e[1])
-    verdict = replace(verdict, effects=kept, perhaps=tuple(likely))
-    if not (set(kept) - {OFFSET} or verdict.rivals):
+    verdict = replace(verdict, effects=kept, rivals=rivals, perhaps=tuple(likely))
+    if not (set(kept) - {OFFSET} or rivals):
         return replace(verdict, kind="unknown", rests_on=())
-    said = {*kept, *(e for group in verdict.rivals for e in group)}
+    verdict = replace(verdict, kind=_kind_of(kept, rivals))
+    said = {*kept, *(e for group in rivals for e in group)}
     inside = min([rules.certain, *(p for e, p in own.items() if e in said)])
     return replace(
         verdict,
@@ -330,16 +338,10 @@ def _effects(
         return _undecided(competition, posterior, "no prediction", rules)
     lack = _lack_of(competition, best) if UNKNOWN in spoken.effects else None
     fit = competition.fits[named]
-    if spoken.rivals:
-        kind = "ambiguous"
-    elif lack is not None and not set(certain) - {OFFSET}:
+    if lack is not None and not (spoken.rivals or set(certain) - {OFFSET}):
         kind, certain = "unknown", ()
-    elif all(_class_of(e) == "rig" for e in certain):
-        kind = "rig"
-    elif all(_class_of(e) == "parameter" for e in certain):
-        kind = "parameter"
     else:
-        kind = "effect"
+        kind = _kind_of(certain, spoken.rivals)
     return Verdict(
         kind=kind,
         effects=certain,
@@ -353,6 +355,14 @@ def _effects(
         perhaps=(*((e, posterior.inclusion[e]) for e in idle), *spoken.perhaps),
         exactly=posterior.sets[best],
     )
+
+
+def _kind_of(effects: Names, rivals: Sequence[Names]) -> str:
+    """By what is certain, and what is needed beside it."""
+    if rivals:
+        return "ambiguous"
+    classes = {_class_of(e) for e in effects}
+    return next((kind for kind in ("rig", "parameter") if classes <= {kind}), "effect")
 
 
 def _predict_nothing(
