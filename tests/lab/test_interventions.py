@@ -78,3 +78,17 @@ def test_numbers_that_changed_together_are_found(before: str, after: str) -> Non
     found = cbpt.change(DATA / "reducer.toml", *parts, effects=effects)
     ways = {c.parameter: c.direction for c in found.changed}
     assert ways["play_rad"] in ("down", "gone") and ways["friction_torque_Nm"] == "up"
+
+
+@pytest.mark.parametrize(
+    ("build", "moment"), [("conic_pccf_1", "after_run_in"), ("base_onyx_1", "after_run_in")]
+)
+def test_a_diagnosis_finds_play_and_friction_together(build: str, moment: str) -> None:
+    """Neither shows without the other: as a set they follow the loops far better than any that a
+    search finds which adds one effect to another."""
+    readings = cbpt.read_readings(DATA / f"{build}.csv", need_preload=False, by="moment")
+    found = cbpt.diagnose(
+        DATA / "reducer.toml", readings.select(readings.labels["moment"] == moment)
+    )
+    assert {"backlash", "friction_hysteresis"} <= set(found.verdict.names)
+    assert set(found.verdict.effects) <= {"backlash", "friction_hysteresis"}

@@ -87,8 +87,8 @@ class _Effort:
     """Log density by which it may."""
     modes_room: float = 10.0
     """Log odds below the best within which an effect is searched for other modes."""
-    large: int = 4
-    """Effects of a torsion spring of which two and three are fitted at once."""
+    large: int = 6
+    """Effects of a torsion spring, those of its best pairs, of which three are fitted at once."""
 
 
 _EFFORT = _Effort()
@@ -144,10 +144,10 @@ def compete(
     contest.fit_singles()
     contest.find_modes()
     contest.fit_sets()
-    contest.add_drop_swap()
-    contest.settle()
     if campaign.drive.kind == "torsion_spring":
         contest.fit_together()
+    contest.add_drop_swap()
+    contest.settle()
     report("lack of fit", 0.85)
     contest.ask_the_instrument()
     contest.find_modes_of_best()
@@ -355,26 +355,31 @@ class _Contest:
         Play, friction and what comes with them are each as large as the loop: from a fit that has
         taken the loop for one of them there is no way to the others.
         """
-        effects = [effect for (effect,) in self.ranked_singles[: _EFFORT.large]]
+        for two in combinations(self.setting.variants, 2):
+            self.fit_at_once(two)
+        pairs = sorted((n for n in self.fits if len(n) == 2), key=self.score, reverse=True)
+        best = list(dict.fromkeys(effect for pair in pairs for effect in pair))
+        for three in combinations(best[: _EFFORT.large], 3):
+            self.fit_at_once(three)
+
+    def fit_at_once(self, effects: Sequence[str]) -> None:
+        """Some effects in full, from the best start of a few choices of their variants."""
+        self.report("effects together", 0.6)
         signatures, screen = self.setting.signatures, self.views[0].screen
-        variants = {
-            e: [m for m, s in enumerate(signatures) if s.variant.effect == e and screen.usable(m)]
+        variants = [
+            [m for m, s in enumerate(signatures) if s.variant.effect == e and screen.usable(m)]
             for e in effects
-        }
-        for chosen in (*combinations(effects, 2), *combinations(effects, 3)):
-            gains = [screen.gain(members) for members in cartesian(*(variants[e] for e in chosen))]
-            # The best start of each choice of variants.
-            best: dict[tuple[str, ...], Gain] = {}
-            for gain in sorted(gains, key=lambda g: -g.log_odds):
-                labels = tuple(signatures[m].variant.label for m in gain.members)
-                best.setdefault(labels, gain)
-            for gain in list(best.values())[: _EFFORT.variants]:
-                members = [signatures[m] for m in gain.members]
-                hypothesis = Hypothesis(tuple(s.variant for s in members))
-                start = start_values(self.fitter, members, gain.sizes)
-                fit = self.fitter.fit(hypothesis, start, self.setting.plain)
-                self.report("effects together", 0.8)
-                self.keep(fit)
+        ]
+        gains = [screen.gain(members) for members in cartesian(*variants)]
+        best: dict[tuple[str, ...], Gain] = {}
+        for gain in sorted(gains, key=lambda g: -g.log_odds):
+            labels = tuple(signatures[m].variant.label for m in gain.members)
+            best.setdefault(labels, gain)
+        for gain in list(best.values())[: _EFFORT.variants]:
+            members = [signatures[m] for m in gain.members]
+            hypothesis = Hypothesis(tuple(s.variant for s in members))
+            start = start_values(self.fitter, members, gain.sizes)
+            self.keep(self.fitter.fit(hypothesis, start, self.setting.plain))
 
     def ask_the_instrument(self) -> None:
         """What is left of the drive as stated and of the best set may be what the instrument does:
