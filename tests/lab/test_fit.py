@@ -86,6 +86,14 @@ PLANTED: list[tuple[str, str, dict[str, float]]] = [
     ("eccentricity_error", "fixed", {"offset_sine_m": 2e-7, "offset_cosine_m": -3e-7}),
     ("groove_pitch_error", "fixed groove, harmonic 4", {"cosine_m": 6e-7, "sine_m": -5e-7}),
     ("plate_tilt", "in the housing", {"housing_tilt_cosine_rad": 8e-5, "housing_tilt_sine_rad": 0}),
+    *(
+        (
+            "plate_tilt",
+            form.replace("_", " "),
+            {f"{form}_tilt_cosine_rad": 8e-5, f"{form}_tilt_sine_rad": -6e-5},
+        )
+        for form in ("fixed_plate", "output_plate")
+    ),
     ("rough_contact", "", {"exponent": 1.7}),
     ("run_in", "permanent_set", {"permanent_set_rad": 3 * ARCSEC}),
     ("run_in", "settled", {"settled_rad": -3 * ARCSEC, "settling_cycles": 2.0}),

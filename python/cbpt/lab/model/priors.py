@@ -231,10 +231,15 @@ _TABLE: tuple[Variant, ...] = (
             1e-6,
             _OF_CORE,
             signed=True,
-            name="in the housing" if where else "with the crank",
+            name=name,
             secants=_ring(1e-5, 4e-5, 1.5e-4),
         )
-        for where in ("", "housing_")
+        for where, name in (
+            ("", "with the crank"),
+            ("housing_", "in the housing"),
+            ("fixed_plate_", "fixed plate"),
+            ("output_plate_", "output plate"),
+        )
     ),
     Variant("rough_contact", ("exponent",), 0.02, _OF_CORE, signed=True),
     *(
