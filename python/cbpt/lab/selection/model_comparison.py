@@ -397,6 +397,8 @@ class _Contest:
             for start in (fit.noise, plain(fit.noise)):
                 for noise in with_an_artefact(self.fitter, fit, start):
                     self.keep(self.fitter.fit(fit.hypothesis, fit.point.values, noise))
+        # What it does in the best set it may do in a smaller one.
+        self.drop(max(self.fits, key=self.score), again=True)
 
     def find_modes_of_best(self) -> None:
         """Other modes of the best set, where they were not searched for yet."""
