@@ -143,9 +143,6 @@ def test_numbers_are_told_for_each_step_of_the_preload() -> None:
     assert found.to_dict()["levels"].keys() == {"1", "2", "3"}
 
 
-@pytest.mark.xfail(
-    strict=True, reason="the search ends in friction that does not grow with the load"
-)
 def test_friction_that_grows_with_the_load_is_found_where_it_is_large() -> None:
     data = loops([Reducer(friction_Nm=3.0, play_rad=4e-3, growth_per_Nm=0.05)])
     answer = cbpt.diagnose(CASE, data)
