@@ -2,7 +2,7 @@
 
 The readings are those of a real table; fits and odds are made up, and so is how well a fit predicts
 readings that are kept back. What is read off a posterior and what is left beside a name have tests
-of their own (`test_posterior`, `test_beside_rest`).
+of their own (`test_posterior`, `test_remains`).
 
 Groups: effects demanded; something without a name; no effect demanded;
 what is left; undecided; probabilities.

@@ -1,6 +1,7 @@
 """What remains beside what is named: the decision on odds made up by hand.
 
-Groups: what comes again in repeated runs; what has no name beside something else.
+Groups: what comes again in repeated runs; what has no name beside something else; what a name is
+worth beside a rest.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from cbpt.lab.covariance.repeatability import Repeats
 from cbpt.lab.selection import decision
 from cbpt.lab.selection.adequacy import Adequacy
 from cbpt.lab.selection.decision import Verdict, judge
+from cbpt.lab.selection.rules import RULES
 from common.made_up import (
     NUMBERS,
     Around,
@@ -131,3 +133,46 @@ def test_what_is_possible_keeps_its_probability_where_it_is_not_fitted() -> None
     assert dict(verdict.perhaps) == {LOSS: pytest.approx(0.355)}
     explained = float(np.sqrt(np.mean(white(396, 10.0) ** 2) - np.mean(white(396) ** 2)))
     assert verdict.probability == pytest.approx(0.98 * (1 - 2 / np.pi * np.arctan(0.3 / explained)))
+
+
+# --- what a name is worth beside a rest ---------------------------------------------------
+
+
+def beside(lack_arcsec: float) -> Verdict:
+    """Friction, which takes 3 arcsec of misfit away, with a lack of fit beside it."""
+    shares = {(): 0.005, (FRICTION,): 0.02, ("unknown",): 0.005, (FRICTION, "unknown"): 0.97}
+    return judged(shares, Around(lack_arcsec=lack_arcsec))
+
+
+def test_a_lack_of_fit_beside_an_effect_remains() -> None:
+    """Both are told, and what remains is that of the set that is drawn. The less remains, the more
+    probable the effect is: the next draw of what has no name is a Cauchy variable."""
+    verdict = beside(1.0)
+    assert said(verdict) == ("effect", (FRICTION,), ())
+    assert verdict.lack_of_fit is not None and verdict.lack_of_fit.base == (FRICTION,)
+    explained = float(np.sqrt(np.mean(white(396, 10.0) ** 2) - np.mean(white(396) ** 2)))
+    inside = 1 - 2 / np.pi * np.arctan(1.0 / explained)
+    assert 0.7 < inside < 0.9
+    assert verdict.probability == pytest.approx(0.97 * inside) == verdict.exactly
+    probabilities = [beside(lack).probability for lack in (0.2, 0.5, 1.0, 2.0)]
+    assert probabilities == sorted(probabilities, reverse=True)
+    assert probabilities[0] <= 0.97 * RULES.certain
+
+
+def test_an_effect_that_explains_less_than_remains_is_only_possible() -> None:
+    verdict = beside(6.0)
+    assert said(verdict) == ("unknown", (), ())
+    assert verdict.names == (FRICTION,) and verdict.lack_of_fit is not None
+    assert 0.2 < dict(verdict.perhaps)[FRICTION] < 0.5
+
+
+def test_rivals_that_explain_less_than_remains_are_only_possible() -> None:
+    """A group of which one is needed is no surer than an effect that is certain."""
+    shares: Shares = {(FRICTION, "unknown"): 0.54, (LOSS, "unknown"): 0.43, (): 0.01}
+    shares = {**shares, (FRICTION,): 0.01, (LOSS,): 0.01}
+    near = judged(shares, Around(lack_arcsec=1.0))
+    assert said(near) == ("ambiguous", (), ((FRICTION, LOSS),))
+    assert near.probability < 0.95
+    far = judged(shares, Around(lack_arcsec=6.0))
+    assert said(far) == ("unknown", (), ()) and far.probability > 0.9
+    assert {FRICTION, LOSS} == set(dict(far.perhaps))

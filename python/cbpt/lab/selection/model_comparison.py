@@ -5,10 +5,10 @@ compete         screen, fit, weigh
 follows         how well a fit follows the readings
 
 Order: the setting (a first fit of the drive as stated, readings that scatter more, the library at a
-glance); single effects that may matter, and the pairs and triples that the linear search offers,
-fitted in full; sets of one effect more, less or another than the best; lack of fit that no effect
-names, alone and on top of the best. All are weighed by evidence and prior odds, so no order of
-asking decides.
+glance); single effects that may matter, and the pairs and triples that the linear search offers (of
+a torsion spring, all pairs, and triples of the best), fitted in full; sets of one effect more, less
+or another than the best; lack of fit that no effect names, alone and on top of the best. All are
+weighed by evidence and prior odds, so no order of asking decides.
 """
 
 from __future__ import annotations
@@ -180,11 +180,6 @@ class _Contest:
     def score(self, names: Names) -> float:
         """Log of evidence times prior odds."""
         return self.setting.score(self.fits[names])
-
-    @property
-    def ranked_singles(self) -> list[Names]:
-        """Single effects, the best first."""
-        return sorted((n for n in self.fits if len(n) == 1), key=lambda n: -self.score(n))
 
     # --- steps ---
 
