@@ -61,6 +61,7 @@ def test_a_display_of_three_values_names_no_effect() -> None:
     found = diagnose(Case.from_toml(case_of("dev03")), table)
     assert found.verdict.undecided == "few readings" and not found.verdict.effects
     assert "3 different angles, in steps of 20 arcsec" in found.sentence
+    assert "Record the angle in finer steps" in found.sentence
 
 
 HIDDEN = [

@@ -189,13 +189,15 @@ def _undecided(d: DiagnosisData) -> str:
     elif v.perhaps:
         are = "is" if len(v.perhaps) == 1 else "are"
         which = f" If an effect is missing, the most probable {are} {likely(d)}."
-    why, campaign = _WHY[v.undecided], d.competition.campaign
-    if v.undecided == "few readings" and readings_of_the_curve(campaign) < len(campaign):
+    why, remedy, campaign = _WHY[v.undecided], _REMEDY[v.undecided], d.competition.campaign
+    different = readings_of_the_curve(campaign)
+    if v.undecided == "few readings" and different < len(campaign):
         why += (
-            f" (a coarse display: {readings_of_the_curve(campaign)} different angles, in steps of "
+            f" (a coarse display: {different} different angles, in steps of "
             f"{campaign.step_arcsec:g} arcsec)"
         )
-    return f"These readings do not decide what is missing: {why}.{which} {_REMEDY[v.undecided]}."
+        remedy = "Record the angle in finer steps: more readings in these tell no more"
+    return f"These readings do not decide what is missing: {why}.{which} {remedy}."
 
 
 def _rest(d: DiagnosisData, angle: AngleUnit) -> str:
