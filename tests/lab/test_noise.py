@@ -42,7 +42,7 @@ from cbpt.lab.covariance.linear_gaussian import (
     log_likelihood,
 )
 from cbpt.lab.covariance.outliers import price_of_inflation
-from cbpt.lab.model.dataset import rounds_alike
+from cbpt.lab.covariance.rounding import rounds_alike, scatter_behind
 from common import mostly_long
 from common.drives import examples
 from common.simulated import Floats, dense, sample
@@ -300,6 +300,28 @@ def test_roundings_are_as_alike_as_drawn_ones(steps: float) -> None:
     assert rounds_alike(steps) == pytest.approx(
         float(np.mean(errors[0] * errors[1]) * 12), abs=0.01
     )
+
+
+@pytest.mark.parametrize("step", [0.5, 2.0, 8.0])
+@pytest.mark.parametrize("scale", [0.5, 1.0, 3.0])
+def test_the_scatter_behind_a_display_is_found_from_its_steps(step: float, scale: float) -> None:
+    """A number that is known loosely, one that is free, and noise that is wider than stated."""
+    rng = np.random.default_rng([31, round(10 * step)])
+    x = np.column_stack([40 * np.sin(0.7 * np.arange(1200.0)), np.ones(1200)])
+    exact = x @ [0.8, 3.3] + scale * U[0] * rng.standard_normal(1200)
+    linear = Linear(step * np.round(exact / step), x, np.array([1.0, 0.0]))
+    behind = scatter_behind(linear, np.full(1200, U[0]), step)
+    assert abs(np.log(behind.scale / scale)) < 4 / np.sqrt(2 * behind.dof)
+    # Only readings near an edge of a step tell it.
+    assert 5 < behind.dof < 1200 * min(2 * scale * U[0] / step, 1.0)
+
+
+def test_a_misfit_within_the_steps_is_seen_behind_a_display() -> None:
+    """It is half of what rounding adds, and many times what the readings scatter by."""
+    curve = 40 * np.sin(0.7 * np.arange(1200.0))
+    exact = curve + 1.2 * np.sin(0.011 * np.arange(1200.0))
+    linear = Linear(8 * np.round(exact / 8) - curve, np.ones((1200, 1)), np.zeros(1))
+    assert scatter_behind(linear, np.full(1200, U[0]), 8.0).scale * U[0] > 0.6
 
 
 @pytest.mark.parametrize(

@@ -101,6 +101,33 @@ def test_rounding_is_added_to_an_uncertainty_that_cannot_include_it() -> None:
     assert after["chi2_per_dof"] == pytest.approx((after["rmse_arcsec"] / u) ** 2, rel=0.02)
 
 
+@pytest.mark.parametrize("step_arcsec", [0.6, 1.0, 2.0])
+def test_a_display_that_hides_the_scatter_does_not_misstate_it(step_arcsec: float) -> None:
+    """What the readings scatter by was taken for as little as a fit allows, and told as found."""
+    d = with_u(0.3, step_arcsec)
+    assert (d.verdict.kind, d.verdict.noise) == ("complete", ("white",))
+
+
+def test_a_scatter_other_than_stated_is_found_behind_a_display() -> None:
+    d = with_u(0.1, 0.6)
+    assert d.verdict.noise == ("misstated",)
+    assert d.verdict.adequacy is not None
+    assert d.verdict.adequacy.left_arcsec == pytest.approx(0.31, rel=0.1)
+    assert f"found {d.verdict.adequacy.left_arcsec:.3g} arcsec" in words(d)
+
+
+@pytest.mark.parametrize("step_arcsec", [6.0, 12.0])
+def test_that_nothing_is_missing_is_not_said_where_rounding_would_hide_it(
+    step_arcsec: float,
+) -> None:
+    """The bearing of `dev03` shows with 2.5 arcsec, of which the numbers of the drive take most."""
+    table = dict(table_of("dev03"))
+    table[ANGLE] = np.round(table[ANGLE] / step_arcsec) * step_arcsec
+    d = diagnose(Case.from_toml(case_of("dev03")), table)
+    assert (d.verdict.kind, d.verdict.undecided) == ("undecided", "few readings")
+    assert "Record the angle in finer steps" in words(d)
+
+
 # --- zeros of runs ------------------------------------------------------------------------
 
 

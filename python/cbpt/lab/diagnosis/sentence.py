@@ -222,7 +222,10 @@ def _noise(d: DiagnosisData, word: str, angle: AngleUnit) -> str:
         return f"{_NOISE[word]} (standard deviation {angle.text(noise.offset_arcsec)})"
     if word == "misstated":
         u = float(np.median(c.u_arcsec))
-        stated, found = angle.number(u / c.u_believed), angle.text(u * noise.scale)
+        seen = u * noise.scale
+        if c.step_arcsec and d.verdict.adequacy is not None:
+            seen = d.verdict.adequacy.left_arcsec
+        stated, found = angle.number(u / c.u_believed), angle.text(seen)
         return f"{_NOISE[word]} (stated {stated}, found {found})"
     if word == "correlated":
         return f"{_NOISE[word]} ({noise.correlation:.2f})"

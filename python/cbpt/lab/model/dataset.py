@@ -2,7 +2,6 @@
 
 Campaign            angles in arcsec, uncertainties, order of rows, offsets, priors
 stated_uncertainty  of the numbers of drive and instruments
-with_step           an uncertainty with the rounding of a display
 """
 
 from __future__ import annotations
@@ -18,6 +17,7 @@ from cbpt._core import Case, Drive, OwnEffect, effect_specs
 from cbpt.errors import InvalidInputError, ReadingsError
 from cbpt.lab.covariance.linear_gaussian import Held, Noise, Rows
 from cbpt.lab.covariance.repeatability import Repeats
+from cbpt.lab.covariance.rounding import rounds_alike, with_step, without_step
 from cbpt.lab.covariance.within_run import display_step
 from cbpt.lab.model.priors import LOT, PRIORS, Variant
 from cbpt.lab.readings.reader import Readings
@@ -86,7 +86,7 @@ class Campaign:
             alike = rounds_alike(float(np.median(stated)) / step)
             square = step**2 / 12 * (1 + (repeats - 1) * alike)
             rounding = np.full(len(readings), np.sqrt(square))
-            stated = _without_step(stated, step)
+            stated = without_step(stated, step)
         return cls(
             drive=drive,
             readings=readings,
@@ -170,29 +170,6 @@ def _effects_of(case: Case | Drive) -> tuple[tuple[str, dict[str, float]], ...]:
             f"effect {twice} is in the case more than once and cannot be fitted; keep one of them"
         )
     return found
-
-
-def with_step(stated_arcsec: Floats, step_arcsec: float) -> Floats:
-    """What is stated, or, where it is too small to include the rounding of a display, both."""
-    rounding = step_arcsec / 12**0.5
-    return np.where(stated_arcsec < rounding, np.hypot(stated_arcsec, rounding), stated_arcsec)
-
-
-def rounds_alike(steps: float) -> float:
-    """Correlation of the rounding errors of two readings of one value with so many steps of noise.
-
-    The error is a saw-tooth of the value; noise damps its harmonics (Widrow and Kollar 2008,
-    chapter 19).
-    """
-    k = np.arange(1, 200)
-    return float(min(6 / np.pi**2 * np.sum(np.exp(-((2 * np.pi * k * steps) ** 2)) / k**2), 1.0))
-
-
-def _without_step(stated_arcsec: Floats, step_arcsec: float) -> Floats:
-    """What is stated less the rounding of a display, where it is large enough to include that."""
-    rounding = step_arcsec / 12**0.5
-    rest = np.sqrt(np.maximum(stated_arcsec**2 - rounding**2, (0.3 * stated_arcsec) ** 2))
-    return np.where(stated_arcsec < rounding, stated_arcsec, rest)
 
 
 DEFAULT_UNCERTAINTY = {

@@ -2,13 +2,17 @@
 
 Adequacy               what is left against what readings scatter by
 adequacy_of            of a fit
+scatter_shown          the same of a coarse display, from the steps that it shows
 law_left               the same where what is left comes again in repeated runs
 free_numbers           how many numbers a fit has
-readings_of_the_curve  how many readings it has them from
+readings_of_the_curve     how many readings it has them from
+readings_that_could_show  how many of them would have shown what is missing
 
 What readings scatter by is known from readings taken again under the same conditions, else from how
 smoothly they follow each other along a run, else only from what the table states. A fit takes
-its scatter from the misfit, so that it would call any misfit noise.
+its scatter from the misfit, so that it would call any misfit noise. A coarse display takes as much
+from a misfit as it takes from the noise, but no reading is further than the noise from the step
+that it is shown in: what is left is then the scatter that the steps ask for.
 """
 
 from __future__ import annotations
@@ -17,15 +21,19 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cbpt.lab.covariance.fit_noise import STATED_DOF
+from cbpt.lab.covariance.linear_gaussian import Linear
 from cbpt.lab.covariance.repeated_runs import comes_again
-from cbpt.lab.covariance.within_run import estimate
+from cbpt.lab.covariance.rounding import Behind, scatter_behind
+from cbpt.lab.covariance.within_run import Scatter, estimate
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.residuals import left_by, scatter_of
 from cbpt.lab.model.dataset import Campaign
 
+Floats = NDArray[np.float64]
 Source = Literal["repeats", "scatter within runs", "stated", "nothing"]
 
 
@@ -52,13 +60,31 @@ class Adequacy:
 def adequacy_of(fitter: Fitter, fit: Fit) -> Adequacy:
     """Of what a fit leaves."""
     left, dof = scatter_of(fitter, fit)
+    if fitter.campaign.step_arcsec:
+        behind = scatter_shown(fitter, fit)
+        left, dof = behind.scale * _root_mean_square(fitter.campaign.u_arcsec), behind.dof
     expected, known, source = _expected(fitter, fit)
-    if not (expected > 0 and known > 0 and dof > 0):
+    if not (expected > 0 and known > 0 and dof >= 1):
         return Adequacy(left, float("nan"), "nothing", 1.0)
     from scipy.special import fdtrc
 
     p_value = float(fdtrc(dof, known, (left / expected) ** 2))
     return Adequacy(left, expected, source, p_value)
+
+
+def scatter_shown(fitter: Fitter, fit: Fit) -> Behind:
+    """Of the readings of a coarse display about a fit, its numbers searched by the steps."""
+    c, noise = fitter.campaign, fit.noise
+    y, x, precision = fitter.linear(fit)
+    further = [np.zeros((len(c), 0))]
+    if noise.offset_arcsec:
+        further.append(noise.offset_arcsec * c.rows.columns())
+    if noise.artefact is not None:
+        further.append(noise.artefact.columns_arcsec)
+    beside = np.column_stack(further)
+    linear = Linear(y, np.column_stack([x, beside]), np.r_[precision, np.ones(beside.shape[1])])
+    u = c.u_arcsec if noise.inflation is None else c.u_arcsec * noise.inflation
+    return scatter_behind(linear, u, c.step_arcsec)
 
 
 def law_left(fitter: Fitter, fit: Fit, chance: float) -> Adequacy | None:
@@ -75,15 +101,32 @@ def law_left(fitter: Fitter, fit: Fit, chance: float) -> Adequacy | None:
 def _expected(fitter: Fitter, fit: Fit) -> tuple[float, float, Source]:
     """What readings scatter by, arcsec, with its degrees of freedom and where it is from."""
     c = fitter.campaign
-    if c.repeats is not None and c.repeats.steady:
+    coarse = bool(c.step_arcsec)
+    if not coarse and c.repeats is not None and c.repeats.steady:
         return c.repeats.u_arcsec, c.repeats.dof, "repeats"
     scatter = estimate(c.readings, fit.residual_arcsec, fit.noise.correlation or None)
+    if coarse:
+        return _expected_behind(c, scatter)
     if scatter is not None and scatter.u_arcsec > 0:
         return scatter.u_arcsec, scatter.dof, "scatter within runs"
     if c.u_stated:
-        u = float(np.sqrt(np.mean(c.u_reading_arcsec**2)))
-        return u, STATED_DOF, "stated"
+        return _root_mean_square(c.u_reading_arcsec), STATED_DOF, "stated"
     return float("nan"), 0.0, "nothing"
+
+
+def _expected_behind(c: Campaign, scatter: Scatter | None) -> tuple[float, float, Source]:
+    """The same before a coarse display rounds: what is stated, which may hold the rounding or not,
+    or what neighbours show beyond rounding. Repeats and neighbours may as well round alike."""
+    stated = c.readings.u_elastic_angle_arcsec
+    told = 0.0 if stated is None else _root_mean_square(stated)
+    beyond = 0.0 if scatter is None else max(scatter.u_arcsec**2 - c.step_arcsec**2 / 12, 0.0)
+    if scatter is not None and beyond > told**2:
+        return beyond**0.5, scatter.dof, "scatter within runs"
+    return told, STATED_DOF, "stated"
+
+
+def _root_mean_square(u_arcsec: Floats) -> float:
+    return float(np.sqrt(np.mean(u_arcsec**2)))
 
 
 def free_numbers(fitter: Fitter, fit: Fit) -> float:
@@ -99,3 +142,11 @@ def free_numbers(fitter: Fitter, fit: Fit) -> float:
 def readings_of_the_curve(campaign: Campaign) -> int:
     """Angles that a coarse display shows alike are one, however often they come."""
     return len(np.unique(campaign.y_arcsec)) if campaign.step_arcsec else len(campaign)
+
+
+def readings_that_could_show(campaign: Campaign) -> float:
+    """How many readings of the stated uncertainty would tell as much: that nothing is missing says
+    little where rounding would have hidden it."""
+    if campaign.rounding_arcsec is None:
+        return len(campaign)
+    return float(np.sum(1 / (1 + (campaign.rounding_arcsec / campaign.u_arcsec) ** 2)))

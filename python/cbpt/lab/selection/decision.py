@@ -34,6 +34,8 @@ from cbpt.lab.selection.adequacy import (
     free_numbers,
     law_left,
     readings_of_the_curve,
+    readings_that_could_show,
+    scatter_shown,
 )
 from cbpt.lab.selection.lack_of_fit import LackOfFit
 from cbpt.lab.selection.model_comparison import Competition
@@ -134,7 +136,10 @@ def _checked(
     free = free_numbers(fitter, fit)
     if verdict.lack_of_fit is not None:
         free += verdict.lack_of_fit.free_numbers
-    if readings_of_the_curve(competition.campaign) < rules.readings_per_number * free:
+    readings = float(readings_of_the_curve(competition.campaign))
+    if not (set(verdict.effects) - {OFFSET} or verdict.rivals or verdict.lack_of_fit):
+        readings = min(readings, readings_that_could_show(competition.campaign))
+    if readings < rules.readings_per_number * free:
         return _undecided(competition, posterior, "few readings", rules)
     return verdict
 
@@ -165,7 +170,7 @@ def _undecided(
         within_uncertainty=False,
         names=(),
         lack_of_fit=None,
-        noise=noise_words(competition, competition.fits[()].noise),
+        noise=noise_words(competition, competition.fits[()]),
         perhaps=tuple((e, inclusion[e]) for e in likely if inclusion[e] >= rules.likely),
         undecided=why,
         exactly=max(posterior.sets.values()),
@@ -221,7 +226,7 @@ def _beside_rest(competition: Competition, verdict: Verdict, rules: DecisionRule
 def _no_effect(competition: Competition, posterior: Posterior, rules: DecisionRules) -> Verdict:
     fits, odds = competition.fits, competition.log_odds
     null = fits[()]
-    noise = noise_words(competition, null.noise)
+    noise = noise_words(competition, null)
     moved = shifts(null)
     inadequate = _nominal_rejected(competition, null, rules)
     rests = _rests(null, moved) if inadequate else ()
@@ -351,7 +356,7 @@ def _effects(
         within_uncertainty=False,
         names=named,
         lack_of_fit=lack,
-        noise=noise_words(competition, fit.noise if lack is None else lack.noise),
+        noise=noise_words(competition, fit, None if lack is None else lack.noise),
         perhaps=(*((e, posterior.inclusion[e]) for e in idle), *spoken.perhaps),
         exactly=posterior.sets[best],
     )
@@ -422,9 +427,11 @@ def _class_of(effect: str) -> str:
     return CLASSES.get(effect, "effect")
 
 
-def noise_words(competition: Competition, noise: Noise) -> tuple[str, ...]:
-    """What the noise is beside white, in the words of the answer."""
-    if noise.scale < 1.05 * LEAST_SCALE:
+def noise_words(competition: Competition, fit: Fit, noise: Noise | None = None) -> tuple[str, ...]:
+    """What the noise is beside white, in the words of the answer: that of a fit, or another."""
+    noise = noise or fit.noise
+    coarse = bool(competition.campaign.step_arcsec)
+    if not coarse and noise.scale < 1.05 * LEAST_SCALE:
         # Readings far better than stated: nothing more can be said of how they scatter.
         return ("misstated",)
     words = []
@@ -441,10 +448,24 @@ def noise_words(competition: Competition, noise: Noise) -> tuple[str, ...]:
         words.append(
             "outliers" if 0 < far <= RULES.outlier_share * len(noise.inflation) else "heavy_tailed"
         )
-    dof = len(competition.campaign)
-    if competition.campaign.u_believed != 1 or (
-        competition.campaign.u_stated
-        and abs(np.log(noise.scale)) * np.sqrt(2 * dof) > RULES.misstated_sigma
-    ):
-        words.append("misstated")
-    return tuple(words) or ("white",)
+    off = _misstated_shown(competition, fit) if coarse else _misstated(competition, noise)
+    return (*words, "misstated") if off else tuple(words) or ("white",)
+
+
+def _misstated(competition: Competition, noise: Noise) -> bool:
+    """Whether readings scatter by another uncertainty than the stated one."""
+    c = competition.campaign
+    sigma = abs(np.log(noise.scale)) * np.sqrt(2 * len(c))
+    return c.u_believed != 1 or bool(c.u_stated and sigma > RULES.misstated_sigma)
+
+
+def _misstated_shown(competition: Competition, fit: Fit) -> bool:
+    """The same of a coarse display, by the steps that it shows; what is stated may hold the
+    rounding or not."""
+    c, behind = competition.campaign, scatter_shown(competition.fitter, fit)
+    stated = c.readings.u_elastic_angle_arcsec
+    if stated is None or not behind.dof:
+        return False
+    of = float(np.median(stated / c.u_arcsec))
+    off = min(abs(np.log(behind.scale)), abs(np.log(behind.scale / of)))
+    return bool(off * np.sqrt(2 * behind.dof) > RULES.misstated_sigma)
