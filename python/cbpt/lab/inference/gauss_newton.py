@@ -79,6 +79,9 @@ class Problem:
 
     def moved(self, point: Point, step: Floats) -> Point | None:
         x = np.clip(self.coordinates(point) + step * self.unit, self.low, self.high)
+        for bound in (self.low, self.high):
+            # At a bound to the last digit, where a step ends there.
+            x = np.where(np.abs(x - bound) <= 1e-12 * self.unit, bound, x)
         values = point.values.copy()
         values[self.index] = np.where(self.log, np.exp(np.where(self.log, x, 0.0)), x)
         # With slopes: six steps of seven are taken, and then they are wanted.
@@ -100,6 +103,7 @@ class Problem:
         y = self._less_offsets(self.whitener(self.campaign.y_arcsec - point.angle_arcsec))
         j = self._less_offsets(self.whitener(self.columns(point)))
         at, start = self.coordinates(point), self.off(point)
+        low, high = (self.low - at) / self.unit, (self.high - at) / self.unit
         p = len(self.unknowns)
         scale = np.broadcast_to(scale, p)
         step = np.zeros(p)
@@ -110,13 +114,19 @@ class Problem:
             a = x.T @ x + np.diag(self.precision[free] / scale[free] ** 2)
             b = x.T @ (y - j[:, ~free] @ step[~free])
             b -= self.precision[free] * start[free] / scale[free]
-            step[free] = _within(a, b, radius) / scale[free]
-            goal = at + step * self.unit
-            out = free & ((goal < self.low - 1e-15) | (goal > self.high + 1e-15))
+            way = np.zeros(p)
+            way[free] = _within(a, b, radius) / scale[free] - step[free]
+            end = np.clip(step + way, low, high)
+            out = free & (np.abs(step + way - end) > 1e-15)
             if not out.any():
+                step += way
                 break
-            step[out] = (np.clip(goal, self.low, self.high) - at)[out] / self.unit[out]
-            free &= ~out
+            # As far as the first bound, where that unknown stays: no part of the way is uphill.
+            share = np.divide(end - step, way, out=np.full(p, np.inf), where=out)
+            first = out & (share <= share.min())
+            step += max(float(share.min()), 0.0) * way
+            step[first] = end[first]
+            free &= ~first
         left = y - j @ step
         now = float(y @ y + self.precision @ start**2)
         then = left @ left + self.precision @ np.where(self.precision > 0, start + step, 0.0) ** 2
