@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 import cbpt
 from cbpt.lab.covariance.linear_gaussian import Noise
+from cbpt.lab.diagnosis.fit_text import beyond_likely
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter, Race
 from cbpt.lab.inference.gauss_newton import Problem, point_at, search
@@ -290,6 +291,23 @@ def test_values_stay_within_their_bounds(variant: object, strength: float, seed:
     assert np.isfinite(found.point.angle_arcsec).all()
 
 
+def test_a_size_may_be_larger_than_is_likely() -> None:
+    """The search once ended at the largest likely friction, and other effects took the rest."""
+    far = {
+        ("friction_hysteresis", "friction_radius_m"): 8e-3,
+        ("friction_hysteresis", "engagement_angle_rad"): 20 * ARCSEC,
+    }
+    campaign = readings_of(plan("dev03"), far, np.random.default_rng([18, 1]))
+    fitter = Fitter(campaign, [variant_of("friction_hysteresis")])
+    found = fitter.fit(hypothesis_of("friction_hysteresis"))
+    assert found is not None
+    value, u = of(found, "friction_hysteresis.friction_radius_m")
+    assert abs(value - 8e-3) < 4 * u < 1e-3
+    (told,) = beyond_likely(found)
+    assert told.startswith("friction_hysteresis: friction_radius_um ")
+    assert "is more than is likely (5000 at most)" in told
+
+
 # --- starts -------------------------------------------------------------------------------
 
 STARTS = [
@@ -498,6 +516,35 @@ def test_a_short_step_goes_less_far_and_promises_less() -> None:
     lengths = [float(np.linalg.norm(scale * step)) for step, _ in taken]
     assert lengths == pytest.approx([whole, *radii[1:]], rel=0.02)
     assert taken[0][1] > taken[1][1] > taken[2][1] > 0
+
+
+@given(st.integers(0, 10**6))
+@examples(25)
+def test_no_step_goes_uphill(seed: int) -> None:
+    """Whatever the readings, where several numbers are held at their bounds: numbers that would go
+    beyond once were all held there at once, what that promised was a loss, and the search ended."""
+    rng = np.random.default_rng(seed)
+    names = "friction_hysteresis", "preload_loss:share and force"
+    hypothesis = Hypothesis(tuple(v for v in VARIANTS if v.label in names))
+    base = plan("dev03")
+    load = base.readings.torque_Nm / np.abs(base.readings.torque_Nm).max()
+    wild = 30 * rng.standard_normal(3)
+    y = base.y_arcsec + wild[0] * load + wild[1] * load**2 + wild[2] * base.readings.direction()
+    campaign = replace(base, y_arcsec=y)
+    fitter = Fitter(campaign)
+    unknowns = fitter.unknowns(hypothesis)
+    values = fitter.start(hypothesis, {})
+    for u in unknowns[len(campaign.priors) :]:
+        values[u.index] = u.lower + 0.3 * rng.random() * (u.upper - u.lower)
+    point = point_at(fitter.model, values, unknowns)
+    if point is None:
+        return
+    problem = Problem(campaign, fitter.model, unknowns, Noise())
+    for radius in (np.inf, 3.0):
+        step, promised = problem.step(point, radius, problem.seen(point))
+        assert promised >= -1e-9 * problem.objective(point)
+        at = problem.coordinates(point) + step * problem.unit
+        assert (at >= problem.low - 1e-12).all() and (at <= problem.high + 1e-12).all()
 
 
 class Bent:

@@ -25,7 +25,7 @@ from cbpt.lab.covariance.repeated_runs import most_correlation
 from cbpt.lab.covariance.within_run import estimate
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.diagnosis.diagnosis_data import Rung, finished
-from cbpt.lab.diagnosis.fit_text import beyond_own_loops, moved_by, solutions
+from cbpt.lab.diagnosis.fit_text import beyond_likely, beyond_own_loops, moved_by, solutions
 from cbpt.lab.diagnosis.held_torque import held_torque
 from cbpt.lab.diagnosis.rungs import rung_of, rung_of_lack_of_fit
 from cbpt.lab.inference.closing import closed
@@ -184,6 +184,7 @@ def _notes(campaign: Campaign, fit: Fit) -> Iterator[str]:
             yield f"{len(lines)} readings are outliers and were given less weight: lines {shown}"
     yield from map(str, solutions(fit))
     yield from beyond_own_loops(campaign, fit)
+    yield from beyond_likely(fit)
     for u in fit.unknowns:
         value = fit.value(u)
         at_end = value <= u.lower * (1 + 1e-6) or value >= u.upper * (1 - 1e-6)

@@ -7,6 +7,7 @@ Several          an effect that fits about as well with other values or in anoth
 solutions        the effects of a fit of which that holds
 parameter_words  a parameter of an effect: its name with the unit, and its value
 beyond_own_loops a play at odds with the table's own smaller loops
+beyond_likely    sizes of effects that are larger than such drives have
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ import numpy as np
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.own_loops import PLAY, small_loops_of
+from cbpt.lab.model.priors import PRIORS
 from cbpt.lab.wording.names import number_called
 from cbpt.lab.wording.numbers import ARCSEC, AngleUnit, in_words, rounded, shown
 from cbpt.results import ARCSEC_PER_RAD
@@ -120,3 +122,20 @@ def beyond_own_loops(campaign: Campaign, fit: Fit) -> Iterator[str]:
             "so no play is larger than that: the fit is held there, and what else these readings "
             "show near zero torque is no play"
         )
+
+
+def beyond_likely(fit: Fit) -> Iterator[str]:
+    """What to say of sizes of effects that lie outside what is plausible, their u considered."""
+    for variant in fit.hypothesis.variants:
+        if variant.spread or variant.effect in PRIORS:
+            continue
+        ratios = variant.ratios or (1.0,) * len(variant.sizes)
+        for name, ratio in zip(variant.sizes, ratios, strict=True):
+            number, most = (variant.effect, name), variant.high * ratio
+            u = next(u for u in fit.unknowns if u.name == ".".join(number))
+            if abs(fit.value(u) - u.mean) > most + 2 * fit.u(u):
+                yield (
+                    f"{variant.effect}: {shown(number, fit.value(u), fit.u(u))} is more than is "
+                    f"likely ({in_words(number, u.mean + most, None)[1]} at most): something else "
+                    "may be a part of it"
+                )

@@ -135,7 +135,8 @@ class Fitter:
         """What is plausible, with some room beyond, and in any case so much about neutral."""
         low, high = self.model.likely[index]
         neutral = float(self.model.neutral[index])
-        room = 0.0 if low * high > 0 else 2.0 * (high - low)
+        # What starts at nothing may be larger than is likely, whether or not that has a least size.
+        room = 2.0 * (high - low) if low * high <= 0 or neutral == 0 else 0.0
         low = max(min(low - room, neutral - about), self.model.lower[index])
         return float(low), float(min(max(high + room, neutral + about), self.model.upper[index]))
 
