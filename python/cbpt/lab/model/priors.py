@@ -313,6 +313,15 @@ def soft_plays(torque_Nm: float) -> tuple[Variant, ...]:
     return (replace(play, shapes=(within,), name="soft"),)
 
 
+def constant_frictions(torque_Nm: float) -> tuple[Variant, ...]:
+    """Friction of seals and bearings, the same at every preload: 0.05 to 30 % of the largest
+    torque."""
+    loop = next(v for v in VARIANTS if v.effect == "friction_hysteresis")
+    low, high = 5e-4 * torque_Nm, 0.3 * torque_Nm
+    size = ("friction_torque_Nm",)
+    return (replace(loop, sizes=size, low=low, high=high, scaled=True, name="constant"),)
+
+
 def torque_zeros(torque_Nm: float) -> tuple[Variant, ...]:
     """A zero error of 0.2 to 20 % of the largest torque."""
     low, high = 0.002 * torque_Nm, 0.2 * torque_Nm

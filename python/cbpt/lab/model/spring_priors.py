@@ -28,6 +28,7 @@ from cbpt.lab.model.priors import (
     VARIANTS,
     Shape,
     Variant,
+    constant_frictions,
     joints,
     soft_plays,
     torque_zeros,
@@ -40,7 +41,16 @@ def library_of(campaign: Campaign, asked: Sequence[str] = ()) -> tuple[Variant, 
     those asked for, by effect or form."""
     if campaign.drive.kind == "ball_drive":
         torque = float(np.abs(campaign.readings.torque_Nm).max()) or 1.0
-        proposed = (*VARIANTS, *soft_plays(torque), *joints(torque), *torque_zeros(torque))
+        preload = campaign.readings.preload_N
+        # At one preload it is the friction that follows the preload.
+        several = preload is not None and np.ptp(preload) > 0.01 * preload.mean()
+        proposed = (
+            *VARIANTS,
+            *(constant_frictions(torque) if several else ()),
+            *soft_plays(torque),
+            *joints(torque),
+            *torque_zeros(torque),
+        )
     else:
         proposed = tuple(_of_spring(campaign))
     if not any(a.partition(":")[0] in ON_REQUEST for a in asked):

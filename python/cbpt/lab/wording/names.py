@@ -31,7 +31,7 @@ NAMES = {
     "output_torsion": "torsion of the output shaft",
     "stiffness_curve": "a stiffness that changes with the load otherwise than stated",
     "hard_stop": "a hard stop",
-    "friction_hysteresis": "friction (a hysteresis loop that follows the preload)",
+    "friction_hysteresis": "friction (a hysteresis loop)",
     "distributed_friction": "friction of contacts that slip one after another",
     "rate_friction": "friction that grows with the rate",
     "breakaway_friction": "friction that breaks away (sticks and slips)",
@@ -52,7 +52,6 @@ NAMES = {
 _OF_SPRINGS = {
     "contact_stiffness": "a torsional stiffness other than stated",
     "eccentric_bearing": "a compliance that stiffens with the load",
-    "friction_hysteresis": "friction (a hysteresis loop)",
 }
 
 _NUMBERS = {

@@ -1,7 +1,8 @@
-"""A tilt of one plate, and a play that is taken up within a torque, are told by their names.
+"""Forms of effects that are told by their names: a tilt of one plate, a soft play, seal friction.
 
-Before these forms were in the library a tilted plate of the output was an eccentricity error, and a
-soft play a compliant bearing with rough contacts, both for certain.
+Before these forms were in the library a tilted plate of the output was an eccentricity error, a
+play that is taken up within a torque a compliant bearing with rough contacts, and a friction that
+does not follow the preload needed a second effect beside it, all for certain.
 """
 
 from __future__ import annotations
@@ -51,8 +52,13 @@ torque_Nm = { to = 8, points = 6, shape = "loop" }
             [("bearing_play", {"clearance_um": 0.2, "transition_torque_Nm": 0.6})],
             "bearing_play",
         ),
+        (
+            {},
+            [("friction_hysteresis", {"friction_torque_Nm": 0.5, "engagement_angle_arcsec": 4})],
+            "friction_hysteresis",
+        ),
     ],
-    ids=["tilt of the output's plate", "soft play"],
+    ids=["tilt of the output's plate", "soft play", "constant friction"],
 )
 def test_it_is_told_by_its_name(
     really: dict[str, Any], effects: list[Any], name: str, tmp_path: Path
