@@ -241,6 +241,18 @@ def test_the_reproducibility_is_estimated_from_repeated_set_ups() -> None:
         assert answer.reproducibility_arcsec == pytest.approx(3.0, rel=0.5)
 
 
+@pytest.mark.parametrize("again", ["as_built_repeated", "as built (Repeated)", "as_built repeated"])
+def test_a_level_may_say_by_its_name_that_it_repeats_another(again: str) -> None:
+    table = dict(by_step(1.0, 1.1))
+    state = "as built" if " (" in again else "as_built"
+    table["step"] = np.where(table["step"] == 1, again, state)
+    found = cbpt.change(SPRING, table, by="step", effects=[FRICTION])
+    assert found.kind == "nothing" and found.reproducibility_arcsec == pytest.approx(3.0, rel=0.5)
+    assert f"by their names {again} and {state} repeat one state" in found.notes
+    table["step"] = np.where(table["step"] == again, "not_repeated_yet", state)
+    assert cbpt.change(SPRING, table, by="step", effects=[FRICTION]).kind == "changed"
+
+
 def test_the_noise_of_a_set_up_is_a_covariance() -> None:
     """Whitened squares and determinant are those of C + J J', J the way from one fitted curve to
     the other, its beginning and its whole, scaled to the size."""

@@ -6,6 +6,7 @@ change   a case, and readings before and after -> Change
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -97,7 +98,8 @@ def change(
         was changed. Without it a new set-up changes nothing.
     repeated : sequence of sequences of str
         In place of that: levels of `by` that repeat one state, for example
-        ``[("initial", "initial_repeated")]``; the reproducibility is estimated from them.
+        ``[("initial", "initial_repeated")]``; the reproducibility is estimated from them. Without
+        both, a level whose name is that of another and `repeated` repeats it.
     seed : int
         Seed of the diagnoses.
 
@@ -122,7 +124,10 @@ def change(
         assert after is not None
         second = case_and_readings(case, after, columns, sheet, only)[1]
         names, parts = ["before", "after"], [first, second]
-    states = _states(names, repeated, reproducibility_arcsec)
+    told = list(repeated)
+    if by is not None and not told and reproducibility_arcsec is None:
+        told = _named_as_repeated(names)
+    states = _states(names, told, reproducibility_arcsec)
     with one_blas_thread():
         answers: list[Diagnosis] = []
         own: list[OwnEffect] = []
@@ -149,6 +154,8 @@ def change(
     loops = widths_of(parts, reproducibility_arcsec)
     answer = _answer(names, parts, weighed, answers, by, loops)
     notes = list(_notes(campaigns, weighed))
+    if told and not repeated:
+        notes.append(f"by their names {'; '.join(map(listed, told))} repeat one state")
     if answer.kind == "changed" and reproducibility_arcsec is None:
         best = weighed.best.levels
         apart_arcsec = reproducibility_of(best, [range(len(best.parties))])
@@ -165,6 +172,15 @@ def _between_runs_arcsec(levels: Levels) -> float | None:
         for party, fit in zip(levels.parties, levels.fits, strict=True)
     ]
     return max((f.scatter_arcsec for f in found if f is not None), default=None)
+
+
+def _named_as_repeated(names: Sequence[str]) -> list[list[str]]:
+    """Levels that repeat another by their names: `initial` and `initial_repeated`."""
+    found: dict[str, list[str]] = {}
+    for name in names:
+        state = re.sub(r"[\s_.(-]*repeated\W*$", "", name, flags=re.IGNORECASE)
+        found.setdefault(state, []).append(name)
+    return [levels for levels in found.values() if len(levels) > 1]
 
 
 def _states(

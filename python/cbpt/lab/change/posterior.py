@@ -3,6 +3,7 @@
     Group       what changes together: the parameters of an effect, or one number
     Choice      some effects at every level, and which groups changed
     Weighed     choices with their probabilities
+    choices_of  all that are searched of one set of effects
     weigh       searches the choices: none, each group, and further ones while that gains
 
 A choice is a set of groups that have values of their own at each level. Prior odds say how often
@@ -110,7 +111,7 @@ def groups_of(levels: Levels) -> tuple[Group, ...]:
 def weigh(candidates: Sequence[Levels]) -> Weighed | None:
     """All choices that matter, over all sets of effects; None where the model has no solution with
     all numbers shared."""
-    found = [choice for levels in candidates for choice in _choices(levels)]
+    found = [choice for levels in candidates for choice in choices_of(levels)]
     if not found:
         return None
     logs = np.array([choice.log_odds for choice in found])
@@ -125,7 +126,7 @@ def weigh(candidates: Sequence[Levels]) -> Weighed | None:
     return Weighed(tuple(groups.values()), choices)
 
 
-def _choices(levels: Levels) -> list[Choice]:
+def choices_of(levels: Levels) -> list[Choice]:
     """None, each group, and further ones while that gains; then all groups, and fewer while that
     gains: two that changed together may look no better than none as long as one of them is shared.
     """

@@ -23,7 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.change.parties import Levels
-from cbpt.lab.change.shared import Party, fit_shared
+from cbpt.lab.change.posterior import choices_of
+from cbpt.lab.change.shared import Party
 from cbpt.lab.inference.gauss_newton import Problem, point_at
 
 Floats = NDArray[np.float64]
@@ -61,14 +62,16 @@ def with_dispersion(candidates: Sequence[Levels], places: Sequence[Sequence[int]
     """
     gained, numbers = 0.0, 0
     first = candidates[0]
-    places_of_all = frozenset(range(len(first.fits[0].unknowns)))
     for state in places:
-        parties = [first.parties[k] for k in state]
-        one = fit_shared(parties, first.variants, frozenset())
-        own = fit_shared(parties, first.variants, places_of_all, [party.point for party in parties])
-        if one is not None and own is not None:
-            gained += max(one.misfit - own.misfit, 0.0)
-            numbers += len(places_of_all) * (len(parties) - 1)
+        levels = replace(
+            first,
+            parties=tuple(first.parties[k] for k in state),
+            fits=tuple(first.fits[k] for k in state),
+        )
+        misfits = {choice.changed: choice.fit.misfit for choice in choices_of(levels)}
+        if misfits:
+            gained += misfits[frozenset()] - min(misfits.values())
+            numbers += len(first.fits[0].unknowns) * (len(state) - 1)
     phi = max(gained / max(numbers, 1), 1.0)
     return [
         replace(levels, parties=tuple(_dispersed(party, phi) for party in levels.parties))

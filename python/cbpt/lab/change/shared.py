@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.covariance.linear_gaussian import Margin
-from cbpt.lab.inference.gauss_newton import Problem, point_at
+from cbpt.lab.inference.gauss_newton import Mask, Problem, held_at_bounds, point_at
 from cbpt.lab.model.forward import Point
 from cbpt.lab.model.priors import Variant, log_size_prior
 
@@ -226,17 +226,12 @@ class _System:
         gram[np.diag_indices_from(gram)] *= 1 + 1e-10
         gram[np.diag_indices_from(gram)] += 1e-9
         push = push - self.precision * (x - self.mean)
-        step = np.zeros(len(x))
-        free = np.ones(len(x), dtype=bool)
-        for _ in range(len(x) + 1):
+
+        def asked(step: Floats, free: Mask) -> Floats:
             held = push[free] - gram[np.ix_(free, ~free)] @ step[~free]
-            step[free] = np.linalg.solve(gram[np.ix_(free, free)], held)
-            goal = x + step
-            out = free & ((goal < self.low - 1e-12) | (goal > self.high + 1e-12))
-            if not out.any():
-                break
-            step[out] = (np.clip(goal, self.low, self.high) - x)[out]
-            free &= ~out
+            return np.asarray(np.linalg.solve(gram[np.ix_(free, free)], held))
+
+        step = held_at_bounds(asked, self.low - x, self.high - x)
         return step, float(2 * push @ step - step @ gram @ step)
 
     def moved(

@@ -1,7 +1,8 @@
 """The search for the most probable values of one hypothesis under one noise.
 
-Problem  the misfit with its priors, its columns and its Gauss-Newton step
-search   steps until none promises to gain
+Problem         the misfit with its priors, its columns and its Gauss-Newton step
+held_at_bounds  a step of a linear problem within bounds
+search          steps until none promises to gain
 
 Gauss-Newton on whitened residuals and priors, damped where it does not gain, with exact slopes and
 bounds by projection; offsets of the readings are taken out at each step.
@@ -9,7 +10,7 @@ bounds by projection; offsets of the readings are taken out at each step.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,7 @@ from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.forward import Assembled, Point
 
 Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 _ENOUGH = 0.02
 """Gain in misfit that ends the search; two units of misfit are one of log evidence.
@@ -106,27 +108,16 @@ class Problem:
         low, high = (self.low - at) / self.unit, (self.high - at) / self.unit
         p = len(self.unknowns)
         scale = np.broadcast_to(scale, p)
-        step = np.zeros(p)
-        free = np.ones(p, dtype=bool)
-        while free.any():
+
+        def asked(step: Floats, free: Mask) -> Floats:
             # The prior's own pull: its residual is where the unknown stands now.
             x = j[:, free] / scale[free]
             a = x.T @ x + np.diag(self.precision[free] / scale[free] ** 2)
             b = x.T @ (y - j[:, ~free] @ step[~free])
             b -= self.precision[free] * start[free] / scale[free]
-            way = np.zeros(p)
-            way[free] = _within(a, b, radius) / scale[free] - step[free]
-            end = np.clip(step + way, low, high)
-            out = free & (np.abs(step + way - end) > 1e-15)
-            if not out.any():
-                step += way
-                break
-            # As far as the first bound, where that unknown stays: no part of the way is uphill.
-            share = np.divide(end - step, way, out=np.full(p, np.inf), where=out)
-            first = out & (share <= share.min())
-            step += max(float(share.min()), 0.0) * way
-            step[first] = end[first]
-            free &= ~first
+            return _within(a, b, radius) / scale[free]
+
+        step = held_at_bounds(asked, low, high)
         left = y - j @ step
         now = float(y @ y + self.precision @ start**2)
         then = left @ left + self.precision @ np.where(self.precision > 0, start + step, 0.0) ** 2
@@ -142,6 +133,28 @@ class Problem:
         columns = self.columns(point)
         y = self.campaign.y_arcsec - point.angle_arcsec + columns @ self.off(point)
         return Linear(y, columns, self.precision)
+
+
+def held_at_bounds(asked: Callable[[Floats, Mask], Floats], low: Floats, high: Floats) -> Floats:
+    """The step that a linear problem asks for within bounds, each unknown held where the way there
+    first meets its bound: no part of that way is uphill.
+
+    asked: the step of those that are free, shape (free,), where the others have made theirs.
+    """
+    step, free = np.zeros(len(low)), np.ones(len(low), dtype=bool)
+    while free.any():
+        way = np.zeros(len(low))
+        way[free] = asked(step, free) - step[free]
+        end = np.clip(step + way, low, high)
+        out = free & (np.abs(step + way - end) > 1e-12 * (1 + np.abs(end)))
+        if not out.any():
+            return np.asarray(step + way)
+        share = np.divide(end - step, way, out=np.full(len(low), np.inf), where=out)
+        first = out & (share <= share.min())
+        step += max(float(share.min()), 0.0) * way
+        step[first] = end[first]
+        free &= ~first
+    return step
 
 
 def search(problem: Problem, point: Point, steps: int, bound: float = np.inf) -> tuple[Point, bool]:
