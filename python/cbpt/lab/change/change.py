@@ -124,10 +124,9 @@ def change(
         assert after is not None
         second = case_and_readings(case, after, columns, sheet, only)[1]
         names, parts = ["before", "after"], [first, second]
-    told = list(repeated)
-    if by is not None and not told and reproducibility_arcsec is None:
-        told = _named_as_repeated(names)
-    states = _states(names, told, reproducibility_arcsec)
+    asked = repeated or by is None or reproducibility_arcsec is not None
+    named = [] if asked else _named_as_repeated(names)
+    states = _states(names, named or repeated, reproducibility_arcsec)
     with one_blas_thread():
         answers: list[Diagnosis] = []
         own: list[OwnEffect] = []
@@ -153,9 +152,7 @@ def change(
         )
     loops = widths_of(parts, reproducibility_arcsec)
     answer = _answer(names, parts, weighed, answers, by, loops)
-    notes = list(_notes(campaigns, weighed))
-    if told and not repeated:
-        notes.append(f"by their names {'; '.join(map(listed, told))} repeat one state")
+    notes = list(_notes(campaigns, weighed, named))
     if answer.kind == "changed" and reproducibility_arcsec is None:
         best = weighed.best.levels
         apart_arcsec = reproducibility_of(best, [range(len(best.parties))])
@@ -212,11 +209,16 @@ def _estimated(candidates: Sequence[Levels], states: Sequence[Sequence[int]]) ->
     return found
 
 
-def _notes(campaigns: Sequence[Campaign], weighed: Weighed) -> Iterator[str]:
-    """What the smaller loops of the levels say of their plays, once each."""
+def _notes(
+    campaigns: Sequence[Campaign], weighed: Weighed, named: Sequence[Sequence[str]]
+) -> Iterator[str]:
+    """What the smaller loops of the levels say of their plays, once each; which levels repeat a
+    state by their names."""
     fits = weighed.best.levels.fits
     told = (beyond_own_loops(c, fit) for c, fit in zip(campaigns, fits, strict=True))
     yield from dict.fromkeys(note for notes in told for note in notes)
+    if named:
+        yield f"by their names {'; '.join(map(listed, named))} repeat one state"
 
 
 def _levels(readings: Readings, by: str) -> tuple[list[str], list[Readings]]:
