@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.covariance.linear_gaussian import Margin
-from cbpt.lab.inference.gauss_newton import Mask, Problem, held_at_bounds, point_at
+from cbpt.lab.inference.bounded_step import Mask, held_at_bounds
+from cbpt.lab.inference.gauss_newton import Problem, point_at
 from cbpt.lab.model.forward import Point
 from cbpt.lab.model.priors import Variant, log_size_prior
 
@@ -231,7 +232,9 @@ class _System:
             held = push[free] - gram[np.ix_(free, ~free)] @ step[~free]
             return np.asarray(np.linalg.solve(gram[np.ix_(free, free)], held))
 
-        step = held_at_bounds(asked, self.low - x, self.high - x)
+        step = held_at_bounds(
+            asked, lambda step: np.asarray(push - gram @ step), self.low - x, self.high - x
+        )
         return step, float(2 * push @ step - step @ gram @ step)
 
     def moved(

@@ -1,8 +1,7 @@
 """The search for the most probable values of one hypothesis under one noise.
 
-Problem         the misfit with its priors, its columns and its Gauss-Newton step
-held_at_bounds  a step of a linear problem within bounds
-search          steps until none promises to gain
+Problem  the misfit with its priors, its columns and its Gauss-Newton step
+search   steps until none promises to gain
 
 Gauss-Newton on whitened residuals and priors, damped where it does not gain, with exact slopes and
 bounds by projection; offsets of the readings are taken out at each step.
@@ -10,18 +9,18 @@ bounds by projection; offsets of the readings are taken out at each step.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.covariance.linear_gaussian import Linear, Margin, Noise, Whitener
+from cbpt.lab.inference.bounded_step import Mask, held_at_bounds
 from cbpt.lab.inference.hypothesis import Unknown
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.forward import Assembled, Point
 
 Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 _ENOUGH = 0.02
 """Gain in misfit that ends the search; two units of misfit are one of log evidence.
@@ -117,7 +116,10 @@ class Problem:
             b -= self.precision[free] * start[free] / scale[free]
             return _within(a, b, radius) / scale[free]
 
-        step = held_at_bounds(asked, low, high)
+        def pull(step: Floats) -> Floats:
+            return np.asarray(j.T @ (y - j @ step) - self.precision * (start + step))
+
+        step = held_at_bounds(asked, pull, low, high)
         left = y - j @ step
         now = float(y @ y + self.precision @ start**2)
         then = left @ left + self.precision @ np.where(self.precision > 0, start + step, 0.0) ** 2
@@ -133,28 +135,6 @@ class Problem:
         columns = self.columns(point)
         y = self.campaign.y_arcsec - point.angle_arcsec + columns @ self.off(point)
         return Linear(y, columns, self.precision)
-
-
-def held_at_bounds(asked: Callable[[Floats, Mask], Floats], low: Floats, high: Floats) -> Floats:
-    """The step that a linear problem asks for within bounds, each unknown held where the way there
-    first meets its bound: no part of that way is uphill.
-
-    asked: the step of those that are free, shape (free,), where the others have made theirs.
-    """
-    step, free = np.zeros(len(low)), np.ones(len(low), dtype=bool)
-    while free.any():
-        way = np.zeros(len(low))
-        way[free] = asked(step, free) - step[free]
-        end = np.clip(step + way, low, high)
-        out = free & (np.abs(step + way - end) > 1e-12 * (1 + np.abs(end)))
-        if not out.any():
-            return np.asarray(step + way)
-        share = np.divide(end - step, way, out=np.full(len(low), np.inf), where=out)
-        first = out & (share <= share.min())
-        step += max(float(share.min()), 0.0) * way
-        step[first] = end[first]
-        free &= ~first
-    return step
 
 
 def search(problem: Problem, point: Point, steps: int, bound: float = np.inf) -> tuple[Point, bool]:

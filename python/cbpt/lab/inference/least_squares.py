@@ -23,6 +23,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cbpt.lab.inference.bounded_step import Mask, held_at_bounds
+
 __all__ = ["Aim", "Minimum", "minimise"]
 
 Floats = NDArray[np.float64]
@@ -129,17 +131,16 @@ class _Search:
 
     def step(self, radius: float = np.inf) -> tuple[Floats, float]:
         """The best step within radius and bounds, and what it promises."""
-        step, free = np.zeros(len(self.x)), np.ones(len(self.x), dtype=bool)
-        while free.any():
+
+        def asked(step: Floats, free: Mask) -> Floats:
             weight = self._weight[free]
             left = self.residual - self.slopes[:, ~free] @ step[~free]
-            step[free] = _within(self.slopes[:, free] / weight, left, radius) / weight
-            goal = self.x + step
-            out = free & ((goal < self.low) | (goal > self.high))
-            if not out.any():
-                break
-            step[out] = (np.clip(goal, self.low, self.high) - self.x)[out]
-            free &= ~out
+            return _within(self.slopes[:, free] / weight, left, radius) / weight
+
+        def pull(step: Floats) -> Floats:
+            return np.asarray(self.slopes.T @ (self.residual - self.slopes @ step))
+
+        step = held_at_bounds(asked, pull, self.low - self.x, self.high - self.x)
         along = self.slopes @ step
         # The difference of the two sums, without taking one from the other.
         return step, float(2 * self.residual @ along - along @ along)

@@ -1,0 +1,59 @@
+"""The step of a linear problem within bounds, against SciPy's bounded least squares.
+
+Groups: without a radius it is the minimum; with one it is within bounds and not uphill.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
+
+from cbpt.lab.inference.bounded_step import held_at_bounds
+from cbpt.lab.inference.gauss_newton import _within
+from common.drives import examples
+
+Floats = NDArray[np.float64]
+
+
+def problem(seed: int) -> tuple[Floats, Floats, Floats, Floats]:
+    """Columns that are much alike, readings, and bounds of which some are where the step begins."""
+    rng = np.random.default_rng(seed)
+    p = int(rng.integers(1, 9))
+    shared = rng.standard_normal((20, 1))
+    j = shared * rng.standard_normal(p) + 0.2 * rng.standard_normal((20, p))
+    y = 3 * rng.standard_normal(20)
+    low = -rng.choice([0.0, 0.0, 0.3, np.inf], p)
+    high = rng.choice([0.0, 0.1, 1.0, np.inf], p)
+    high[(low == 0) & (high == 0)] = 0.5
+    return j, y, low, high
+
+
+def step_of(j: Floats, y: Floats, low: Floats, high: Floats, radius: float = np.inf) -> Floats:
+    def asked(step: Floats, free: NDArray[np.bool_]) -> Floats:
+        left = y - j[:, ~free] @ step[~free]
+        return _within(j[:, free].T @ j[:, free], j[:, free].T @ left, radius)
+
+    return held_at_bounds(asked, lambda step: np.asarray(j.T @ (y - j @ step)), low, high)
+
+
+@given(st.integers(0, 10**6))
+@examples(150)
+def test_it_is_the_minimum_within_bounds(seed: int) -> None:
+    j, y, low, high = problem(seed)
+    found = step_of(j, y, low, high)
+    assert (found >= low - 1e-12).all() and (found <= high + 1e-12).all()
+    best = lsq_linear(j, y, (low, high), method="bvls", tol=1e-14)
+    left = float(np.sum((y - j @ found) ** 2))
+    assert left <= 2 * best.cost * (1 + 1e-9) + 1e-12
+
+
+@given(st.integers(0, 10**6), st.sampled_from([0.05, 0.5, 3.0]))
+@examples(150)
+def test_a_step_that_is_cut_is_within_bounds_and_not_uphill(seed: int, radius: float) -> None:
+    j, y, low, high = problem(seed)
+    found = step_of(j, y, low, high, radius)
+    assert (found >= low - 1e-12).all() and (found <= high + 1e-12).all()
+    assert np.sum((y - j @ found) ** 2) <= np.sum(y**2) * (1 + 1e-12)
