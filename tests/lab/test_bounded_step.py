@@ -50,6 +50,13 @@ def test_it_is_the_minimum_within_bounds(seed: int) -> None:
     assert left <= 2 * best.cost * (1 + 1e-9) + 1e-12
 
 
+def test_a_start_that_is_beyond_a_bound_in_its_last_digit_alone_moves() -> None:
+    """And one that no reading sees stays where it is."""
+    j = np.column_stack([np.arange(9.0) - 4, np.zeros(9)])
+    found = step_of(j, 2 * j[:, 0], np.array([-5.0, 1e-17]), np.array([5.0, 1.0]), 100.0)
+    np.testing.assert_allclose(found, [2.0, 0.0], atol=1e-12)
+
+
 @given(st.integers(0, 10**6), st.sampled_from([0.05, 0.5, 3.0]))
 @examples(150)
 def test_a_step_that_is_cut_is_within_bounds_and_not_uphill(seed: int, radius: float) -> None:

@@ -116,6 +116,15 @@ def test_a_scatter_other_than_stated_is_found_behind_a_display() -> None:
     assert f"found {d.verdict.adequacy.left_arcsec:.3g} arcsec" in words(d)
 
 
+def test_readings_that_are_known_worse_tell_no_more_behind_a_display() -> None:
+    """That nothing is missing was said once every fifth reading had an uncertainty of 30 arcsec."""
+    table = dict(table_of("dev01"))
+    table[ANGLE] = np.round(table[ANGLE] / 5) * 5
+    table[U] = np.where(np.arange(len(table[U])) % 5 == 0, 30.0, 0.3)
+    d = diagnose(Case.from_toml(case_of("dev01")), table)
+    assert d.verdict.kind not in ("complete", "rig")
+
+
 @pytest.mark.parametrize("step_arcsec", [6.0, 12.0])
 def test_that_nothing_is_missing_is_not_said_where_rounding_would_hide_it(
     step_arcsec: float,

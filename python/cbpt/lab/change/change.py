@@ -175,8 +175,8 @@ def _named_as_repeated(names: Sequence[str]) -> list[list[str]]:
     """Levels that repeat another by their names: `initial` and `initial_repeated`."""
     found: dict[str, list[str]] = {}
     for name in names:
-        state = re.sub(r"[\s_.(-]*repeated\W*$", "", name, flags=re.IGNORECASE)
-        found.setdefault(state, []).append(name)
+        state = re.sub(r"[\s_.(-]+repeated\W*$", "", name, flags=re.IGNORECASE)
+        found.setdefault(state if state in names else name, []).append(name)
     return [levels for levels in found.values() if len(levels) > 1]
 
 

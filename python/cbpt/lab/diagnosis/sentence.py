@@ -224,7 +224,7 @@ def _noise(d: DiagnosisData, word: str, angle: AngleUnit) -> str:
         u = float(np.median(c.u_arcsec))
         seen = u * noise.scale
         if c.step_arcsec and d.verdict.adequacy is not None:
-            seen = d.verdict.adequacy.left_arcsec
+            seen = u * d.verdict.adequacy.left_arcsec / float(np.sqrt(np.mean(c.u_arcsec**2)))
         stated, found = angle.number(u / c.u_believed), angle.text(seen)
         return f"{_NOISE[word]} (stated {stated}, found {found})"
     if word == "correlated":

@@ -28,6 +28,8 @@ def held_at_bounds(
     pull: half the slope of the gain after a step, shape (p,).
     """
     p = len(low)
+    # Where it begins is within bounds, but for the last digit.
+    low, high = np.minimum(low, 0.0), np.maximum(high, 0.0)
     step, free = np.zeros(p), np.ones(p, dtype=bool)
     for _ in range(3 * p):
         way = np.zeros(p)

@@ -149,4 +149,5 @@ def readings_that_could_show(campaign: Campaign) -> float:
     little where rounding would have hidden it."""
     if campaign.rounding_arcsec is None:
         return len(campaign)
-    return float(np.sum(1 / (1 + (campaign.rounding_arcsec / campaign.u_arcsec) ** 2)))
+    square = campaign.u_arcsec**2 + campaign.rounding_arcsec**2
+    return float(np.median(campaign.u_arcsec) ** 2 * np.sum(1 / square))
