@@ -41,10 +41,6 @@ def rounds_alike(steps: float) -> float:
     return float(min(6 / np.pi**2 * np.sum(np.exp(-((2 * np.pi * k * steps) ** 2)) / k**2), 1.0))
 
 
-_APART = 1e-2
-"""Half the distance of a difference quotient, in standard deviations."""
-
-
 @dataclass(frozen=True)
 class Behind:
     """By how much readings scatter about a model before a display rounds them."""
@@ -86,12 +82,14 @@ def scatter_behind(linear: Linear, u_arcsec: Floats, step_arcsec: float) -> Behi
     within = [(None, None)] * x.shape[1] + [(begin[-1] - 12, begin[-1] + 2)]
     found = minimize(loss, begin, jac=True, method="L-BFGS-B", bounds=within)
     log_scale = float(found.x[-1])
-    sides = [loss(np.append(found.x[:-1], log_scale + s))[1][-1] for s in (-_APART, _APART)]
-    known = max(float(sides[1] - sides[0]) / (4 * _APART), 0.0)
+    # Difference quotients over so many standard deviations either way.
+    apart = np.array([-1e-2, 1e-2])
+    sides = [loss(np.append(found.x[:-1], log_scale + s))[1][-1] for s in apart]
+    known = max(float(sides[1] - sides[0]) / (2 * np.ptp(apart)), 0.0)
     # What was fitted followed the scatter as far as the readings tell it.
     off, sd = y - columns @ found.x[:-1], np.exp(log_scale) * u_arcsec
-    slopes = [_log_shown(off + s * sd, sd, step_arcsec)[1] for s in (-_APART, _APART)]
-    weight = np.maximum((slopes[0] - slopes[1]) / (2 * _APART * sd), 0.0)
+    slopes = [_log_shown(off + s * sd, sd, step_arcsec)[1] for s in apart]
+    weight = np.maximum((slopes[0] - slopes[1]) / (np.ptp(apart) * sd), 0.0)
     told = x.T @ (x * weight[:, None])
     fitted = np.trace(np.linalg.solve(told + np.diag(precision + flat), told))
     dof = max(known - float(fitted), 0.0)

@@ -136,6 +136,6 @@ def beyond_likely(fit: Fit) -> Iterator[str]:
             if abs(fit.value(u) - u.mean) > most + 2 * fit.u(u):
                 yield (
                     f"{variant.effect}: {shown(number, fit.value(u), fit.u(u))} is more than is "
-                    f"likely ({in_words(number, u.mean + most, None)[1]} at most): something else "
-                    "may be a part of it"
+                    f"likely ({in_words(number, u.mean + most, None)[1]} at most): a part of it "
+                    "may come from another effect"
                 )

@@ -12,7 +12,7 @@ from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
 from cbpt.lab.diagnosis.fit_text import moved_by, parameter_words, solutions
 from cbpt.lab.diagnosis.noise_statement import estimated, noise_floor
 from cbpt.lab.inference.residuals import rmse_of
-from cbpt.lab.selection.adequacy import readings_of_the_curve
+from cbpt.lab.selection.adequacy import readings_of_the_curve, readings_that_could_show
 from cbpt.lab.selection.decision import Why
 from cbpt.lab.selection.rest import rest_arcsec
 from cbpt.lab.wording.names import called, columns_in_words, number_called
@@ -194,7 +194,8 @@ def _undecided(d: DiagnosisData) -> str:
     if v.undecided == "few readings" and different < len(campaign):
         why += (
             f" (a coarse display: {different} different angles, in steps of "
-            f"{campaign.step_arcsec:g} arcsec)"
+            f"{campaign.step_arcsec:g} arcsec, which tell as much as "
+            f"{readings_that_could_show(campaign):.2g} readings of the stated uncertainty)"
         )
         remedy = "Record the angle in finer steps: more readings in these tell no more"
     return f"These readings do not decide what is missing: {why}.{which} {remedy}."

@@ -1,10 +1,10 @@
 """Whether what is left after an answer is noise, by a test that does not use the fitted scatter.
 
-Adequacy               what is left against what readings scatter by
-adequacy_of            of a fit
-scatter_shown          the same of a coarse display, from the steps that it shows
-law_left               the same where what is left comes again in repeated runs
-free_numbers           how many numbers a fit has
+Adequacy                  what is left against what readings scatter by
+adequacy_of               of a fit
+scatter_shown             what is left of a coarse display, from the steps that it shows
+law_left                  the same where what is left comes again in repeated runs
+free_numbers              how many numbers a fit has
 readings_of_the_curve     how many readings it has them from
 readings_that_could_show  how many of them would have shown what is missing
 
