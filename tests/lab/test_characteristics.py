@@ -108,24 +108,6 @@ def test_a_straight_curve_has_no_break_torques() -> None:
     assert figure.value is None and figure.reason and "straight" in figure.reason
 
 
-def test_the_width_goes_with_the_amplitude_to_the_play() -> None:
-    """Where loops of two amplitudes have a width w0 + c A, the play is w0."""
-    torque, angle, run = [], [], []
-    for number, amplitude in enumerate((1.0, 10.0), 1):
-        scale = amplitude / RATED
-        width = 20 + 3 * amplitude
-        torque.append(CYCLES * scale)
-        angle.append(60 * CYCLES * scale + np.where(FALLS, 0.5, -0.5) * width)
-        run.append(np.full(len(CYCLES), number))
-    table = dict(
-        zip(("torque_Nm", "elastic_angle_arcsec", "run"), (torque, angle, run), strict=True)
-    )
-    joined = {name: np.concatenate(parts) for name, parts in table.items()}
-    found = cbpt.characterise(SPRING, joined)
-    assert found.figure("backlash").value == pytest.approx(20, rel=1e-6)
-    assert found.figure("hysteresis_loss").value == pytest.approx(50, rel=1e-6)
-
-
 # --- uncertainty --------------------------------------------------------------------------
 
 

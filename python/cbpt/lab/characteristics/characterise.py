@@ -18,6 +18,7 @@ from cbpt.errors import InvalidInputError, ReadingsError
 from cbpt.lab.characteristics.characteristics import Characteristics
 from cbpt.lab.characteristics.figures import DEFINITIONS, NAMES, Convention
 from cbpt.lab.characteristics.loops import Loop, loops_of
+from cbpt.lab.characteristics.play import MOST_FRICTION, SPAN, friction_torque_Nm
 from cbpt.lab.characteristics.record import Group
 from cbpt.lab.characteristics.simulated import Conditions, simulated
 from cbpt.lab.characteristics.uncertainty import Figure, LoopSet, Sources, estimated
@@ -34,7 +35,7 @@ __all__ = ["characterise"]
 
 Mask = NDArray[np.bool_]
 
-_OF_MODEL = "jump of the centre line at zero torque in a small loop without friction"
+_OF_MODEL = "angle between both sides at no torque in a small loop without friction"
 _FULL = (0.75, 1.25)
 """Amplitudes of full loops, as shares of the rated torque."""
 _ROUNDING = 1e-6
@@ -292,15 +293,10 @@ def _words(name: str, convention: Convention, loops: LoopSet | None) -> tuple[st
     unit, words = DEFINITIONS[name]
     if name == "backlash":
         words = (
-            "jump at zero torque of the centre line (mean angle of both branches), from a parabola "
-            "on each side through 5 % to 50 % of the largest torque, extrapolated to zero"
+            "angle between both sides of zero where the torque of the spring, the mean torque of "
+            "both branches, goes to none: a parabola through each branch and side, beyond the "
+            "torque of friction and 5 % of the largest torque up to 50 % of it, continued to there"
         )
-        if loops is not None and loops.several:
-            words += (
-                "; or, where larger, the width at zero torque extrapolated to no torque, from "
-                f"loops to {rounded(loops.small_amplitude_Nm)} and "
-                f"{rounded(loops.amplitude_Nm)} N m"
-            )
         return unit, f"{words}. A preloaded reducer usually has none"
     if name[0] in "KT" and convention.breaks_Nm is not None:
         words += ", with given break torques"
@@ -340,5 +336,24 @@ def _reason(name: str, loops: LoopSet, convention: Convention) -> str:
     if not any(loop.whole for loop in loops.full):
         return "no run has a loop: torques on both sides of zero, there and back"
     if name == "backlash":
-        return "fewer than 2 torques lie between 5 % and 50 % of the amplitude on each side of zero"
+        return _no_play(loops)
     return f"the loops do not reach {rounded(convention.window_Nm)} N m on both sides"
+
+
+def _no_play(loops: LoopSet) -> str:
+    friction = float(np.mean([friction_torque_Nm(loop) for loop in loops.full]))
+    reach = loops.amplitude_Nm
+    if friction > MOST_FRICTION * reach:
+        width = float(np.mean([loop.width_arcsec for loop in loops.small]))
+        return (
+            f"friction takes up {rounded(friction)} N m of the {rounded(reach)} N m that the loops "
+            "go to, so that the play cannot be told from the way on which friction turns back; "
+            f"the width at zero torque, {rounded(width)} arcsec in loops to "
+            f"{rounded(loops.small_amplitude_Nm)} N m, holds both. Run loops to "
+            f"{rounded(friction / MOST_FRICTION)} N m or more"
+        )
+    least, most = (f"{100 * share:.3g} %" for share in SPAN)
+    return (
+        f"the branches have fewer than 3 torques between {least} and {most} of the amplitude on "
+        "each side of zero, beyond the torque of friction"
+    )

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.characteristics.loops import Branch, Loop
+from cbpt.lab.characteristics.play import play_of
 from cbpt.lab.characteristics.three_pieces import ThreePieces, three_pieces
 from cbpt.results import ARCSEC_PER_RAD
 
@@ -51,8 +52,6 @@ class _Shares:
     """Between which the torsional rigidity is taken."""
     least_reach: float = 0.75
     """To which a loop must go for that at least."""
-    step: tuple[float, float] = (0.05, 0.5)
-    """Of the amplitude, between which the centre line is continued to zero torque."""
     curve: float = 0.05
     """Half the span of a stiffness."""
 
@@ -90,9 +89,9 @@ NAMES = tuple(DEFINITIONS)
 def of_loop(loop: Loop, convention: Convention) -> dict[str, float]:
     """Figures of one loop in the units of `DEFINITIONS`; NaN for what it does not have.
 
-    Beside them `step`: how far the centre line jumps at zero torque.
+    Backlash may be below zero here. Beside it `straight`, the same from straight lines.
     """
-    found = dict.fromkeys((*NAMES, "step"), np.nan)
+    found = dict.fromkeys((*NAMES, "straight"), np.nan)
     found["torsional_rigidity"] = _rigidity(loop, convention)
     found |= _pieces(loop, convention)
     if not (loop.whole and loop.rising and loop.falling):
@@ -101,7 +100,8 @@ def of_loop(loop: Loop, convention: Convention) -> dict[str, float]:
     window = convention.window_Nm * np.array([-1.0, 1.0])
     found["lost_motion"] = float(np.diff(0.5 * (rising.at(window) + falling.at(window)))[0])
     found["hysteresis_loss"] = float(falling.at(0.0) - rising.at(0.0))
-    found["step"] = _step(rising, falling, loop.amplitude_Nm)
+    play = play_of(loop)
+    found["backlash"], found["straight"] = play.jump_arcsec, play.straight_arcsec
     low, high = _shared(rising, falling)
     area = falling.integral(low, high) - rising.integral(low, high)
     found["loop_energy"] = area / ARCSEC_PER_RAD
@@ -168,24 +168,6 @@ def _breaks(found: ThreePieces, convention: Convention) -> dict[str, float]:
 
 def _stiffness(compliance: float) -> float:
     return ARCSEC_PER_ARCMIN / compliance if compliance > 0 else np.nan
-
-
-def _step(rising: Branch, falling: Branch, amplitude: float) -> float:
-    """How far the centre line jumps at zero torque: a parabola through it on each side, continued
-    to zero."""
-    knots = np.unique(np.concatenate([rising.torque_Nm, falling.torque_Nm]))
-    ends = []
-    for sign in (1.0, -1.0):
-        size = sign * knots
-        slack = 1e-9
-        least, most = (share * amplitude for share in _SHARES.step)
-        inside = (size >= least * (1 - slack)) & (size <= most)
-        torque = knots[inside]
-        centre = 0.5 * (rising.at(torque) + falling.at(torque))
-        if len(torque) < 2:
-            return np.nan
-        ends.append(float(np.polyfit(torque / amplitude, centre, min(2, len(torque) - 1))[-1]))
-    return ends[0] - ends[1]
 
 
 def curve_torques(convention: Convention) -> Floats:

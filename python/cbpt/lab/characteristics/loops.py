@@ -139,13 +139,18 @@ class Loop:
         return float(self.falling.at(0.0) - self.rising.at(0.0))
 
     @property
+    def turn_arcsec(self) -> float:
+        """The angle from end to end."""
+        return float(np.ptp(np.concatenate([b.angle_arcsec for b in self.branches])))
+
+    @property
     def open_arcsec(self) -> float | None:
         """By how much a loop fails to close that has to; None where it closes well enough, or
         where nobody knows."""
         if self.gap_arcsec is None or self.composed or not self.whole:
             return None
-        turn = float(np.ptp(np.concatenate([b.angle_arcsec for b in self.branches])))
-        most = max(_LIMITS.open_of_width * abs(self.width_arcsec), _LIMITS.open_of_turn * turn)
+        of_turn = _LIMITS.open_of_turn * self.turn_arcsec
+        most = max(_LIMITS.open_of_width * abs(self.width_arcsec), of_turn)
         return self.gap_arcsec if abs(self.gap_arcsec) > most else None
 
     def with_branches(self, rising: Branch | None, falling: Branch | None) -> Loop:

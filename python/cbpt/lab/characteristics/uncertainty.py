@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from cbpt.lab.characteristics.figures import DEFINITIONS, NAMES, Convention, of_loop
 from cbpt.lab.characteristics.loops import Branch, Loop
+from cbpt.lab.characteristics.play import friction_torque_Nm
 
 Floats = NDArray[np.float64]
 
@@ -103,7 +104,7 @@ class LoopSet:
     @property
     def turn_arcsec(self) -> float:
         """Mean angle from end to end of the smallest loops."""
-        return float(np.mean([_turn(loop) for loop in self.small]))
+        return float(np.mean([loop.turn_arcsec for loop in self.small]))
 
     def changed(self, change: Callable[[Loop], Loop]) -> LoopSet:
         """With every loop changed."""
@@ -129,26 +130,28 @@ class Estimates:
 def estimated(loops: LoopSet, convention: Convention, sources: Sources) -> Estimates:
     """The figures of some loops."""
     table = _Table.of(loops, convention)
-    value = table.figures()
+    value = table.bounded()
     if table.repeated:
         type_a = table.jackknife()
     else:
         type_a = _drawn(loops, convention, sources.scatter_arcsec)
+    read = table.figures()
     shifted = _Table.of(
         loops.changed(partial(Loop.scaled, torque=1 - _LIMITS.step)), convention
     ).figures()
     type_b = {}
     for name in NAMES:
-        by_torque = (value[name] - shifted[name]) / _LIMITS.step * sources.torque_gain_rel
+        by_torque = (read[name] - shifted[name]) / _LIMITS.step * sources.torque_gain_rel
         power = _GROWS_WITH_ANGLE[DEFINITIONS[name][0]]
         by_angle = power * value[name] * sources.sensor_gain_rel
         type_b[name] = float(np.hypot(np.nan_to_num(by_torque), by_angle))
+    type_b["backlash"] = float(np.hypot(type_b["backlash"], table.of_form()))
     return Estimates(value, type_a, type_b, len(loops.full))
 
 
 def read_off(loops: LoopSet, convention: Convention) -> dict[str, float]:
     """The figures alone, NaN for those that cannot be had."""
-    return _Table.of(loops, convention).figures()
+    return _Table.of(loops, convention).bounded()
 
 
 @dataclass(frozen=True)
@@ -171,23 +174,29 @@ class _Table:
         return min(len(self.full), len(self.small)) > 1
 
     def figures(self) -> dict[str, float]:
+        """The play as it is read: below zero where the curve hardens."""
         found = {name: _mean(self.full, name) for name in NAMES}
-        return found | {"backlash": self._backlash(found)}
+        if not np.isfinite(found["backlash"]):
+            found["backlash"] = _mean(self.small, "backlash")
+        return found
 
-    def _backlash(self, found: dict[str, float]) -> float:
-        """The play: the jump of the centre line, or, where loops of several amplitudes show the
-        width at zero torque as the amplitude goes to zero, the larger of both; never more than the
-        smallest loop turns."""
-        step = _mean(self.small, "step")
-        if not self.loops.several:
-            most = np.fmax(found["lost_motion"], found["hysteresis_loss"])
-            return float(np.clip(step, 0.0, max(most, 0.0))) if np.isfinite(step) else np.nan
-        large, small = self.loops.amplitude_Nm, self.loops.small_amplitude_Nm
-        wide, narrow = found["hysteresis_loss"], _mean(self.small, "hysteresis_loss")
-        at_none = (narrow * large - wide * small) / (large - small)
-        best = float(np.fmax(step, at_none))
-        most = self.loops.turn_arcsec
-        return float(np.clip(best, 0.0, max(most, 0.0))) if np.isfinite(best) else np.nan
+    def bounded(self) -> dict[str, float]:
+        """No play is less than none, or more than the smallest loops turn, where these go beyond
+        the torque of friction."""
+        found = self.figures()
+        if not np.isfinite(found["backlash"]):
+            return found
+        friction = max(friction_torque_Nm(loop) for loop in self.loops.full)
+        beyond = self.loops.small_amplitude_Nm > friction
+        most = self.loops.turn_arcsec if beyond else np.inf
+        return found | {"backlash": float(np.clip(found["backlash"], 0.0, most))}
+
+    def of_form(self) -> float:
+        """What the play depends on the form of the curve that is continued to no torque: standard
+        uncertainty, where it is between straight lines and parabolas."""
+        rows = self.full if np.isfinite(_mean(self.full, "backlash")) else self.small
+        apart = _mean(rows, "backlash") - _mean(rows, "straight")
+        return float(abs(np.nan_to_num(apart))) / 12**0.5
 
     def jackknife(self) -> dict[str, float]:
         """Of a mean it is the standard deviation over the square root of the number."""
@@ -214,11 +223,6 @@ class _Table:
         return replace(self, loops=few, **{part: kept})
 
 
-def _turn(loop: Loop) -> float:
-    angles = np.concatenate([branch.angle_arcsec for branch in loop.branches])
-    return float(np.ptp(angles))
-
-
 def _mean(rows: Sequence[dict[str, float]], name: str) -> float:
     values = np.array([row[name] for row in rows])
     values = values[np.isfinite(values)]
@@ -239,7 +243,7 @@ def _drawn(loops: LoopSet, convention: Convention, scatter_arcsec: float) -> dic
     def again(loop: Loop) -> Loop:
         return loop.with_branches(noisy(loop.rising), noisy(loop.falling))
 
-    draws = [read_off(loops.changed(again), convention) for _ in range(_LIMITS.draws)]
+    draws = [_Table.of(loops.changed(again), convention).figures() for _ in range(_LIMITS.draws)]
     found = {}
     for name in NAMES:
         values = np.array([draw[name] for draw in draws])
