@@ -16,7 +16,8 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.characteristics.loops import loops_of
+from cbpt.lab.characteristics.between_readings import width_open_arcsec
+from cbpt.lab.characteristics.loops import Loop, loops_of
 from cbpt.lab.model.own_loops import ALIKE
 from cbpt.lab.readings.readings import Readings
 
@@ -36,12 +37,13 @@ class LoopWidths:
     width_arcsec: tuple[float, ...]
     """Falling less rising branch at zero torque, the mean of the level's loops."""
     u_arcsec: tuple[float | None, ...]
-    """Standard uncertainty, from how much loops of one level differ; None where none repeats."""
+    """Standard uncertainty, from how much loops of one level differ and from the steps of their
+    torque; None where none repeats."""
     loops: tuple[int, ...]
     """How many each level has."""
     differ: tuple[int, int] | None
     """The two levels whose widths differ most, where they differ by more than the loops of one
-    level and a factor of 1.5; else None."""
+    level, a factor of 1.5 and what the steps of the torque leave open; else None."""
 
 
 def widths_of(
@@ -52,14 +54,13 @@ def widths_of(
     per_level = [[loop for loop in loops_of(r) if loop.whole] for r in levels]
     found = []
     for low, high in _amplitudes([loop.amplitude_Nm for loops in per_level for loop in loops]):
-        widths = [
-            np.array([p.width_arcsec for p in loops if low <= p.amplitude_Nm <= high])
+        alike = [
+            [p for p in loops if low <= p.amplitude_Nm <= high and np.isfinite(p.width_arcsec)]
             for loops in per_level
         ]
-        widths = [w[np.isfinite(w)] for w in widths]
-        if all(len(w) for w in widths):
+        if all(alike):
             amplitude_Nm = float(np.sqrt(low * high))
-            found.append(_of_one_amplitude(amplitude_Nm, widths, reproducibility_arcsec or 0.0))
+            found.append(_of_one_amplitude(amplitude_Nm, alike, reproducibility_arcsec or 0.0))
     return tuple(found)
 
 
@@ -73,9 +74,11 @@ def _amplitudes(all_Nm: Sequence[float]) -> Iterator[tuple[float, float]]:
 
 
 def _of_one_amplitude(
-    amplitude_Nm: float, widths: Sequence[Floats], reproducibility_arcsec: float
+    amplitude_Nm: float, loops: Sequence[Sequence[Loop]], reproducibility_arcsec: float
 ) -> LoopWidths:
     """The scatter is taken as the same at all levels."""
+    widths = [np.array([loop.width_arcsec for loop in of_level]) for of_level in loops]
+    left_open = np.array([np.mean([width_open_arcsec(p) for p in of_level]) for of_level in loops])
     mean = np.array([w.mean() for w in widths])
     count = np.array([len(w) for w in widths])
     dof = int(np.sum(count - 1))
@@ -84,21 +87,28 @@ def _of_one_amplitude(
         scatter = sum(float(np.sum((w - w.mean()) ** 2)) for w in widths) / dof
         # A set-up that moves the branches of a loop apart widens it by twice as much.
         u = np.sqrt(scatter / count + (2 * reproducibility_arcsec) ** 2)
+    told = np.sqrt(u**2 + left_open**2 / 3)  # anywhere between the readings with the same chance
     return LoopWidths(
         amplitude_Nm=amplitude_Nm,
         width_arcsec=tuple(mean.tolist()),
-        u_arcsec=tuple(value if dof else None for value in u.tolist()),
+        u_arcsec=tuple(value if dof else None for value in told.tolist()),
         loops=tuple(count.tolist()),
-        differ=_most_different(mean, u, dof) if dof else None,
+        differ=_most_different(mean, u, left_open, dof) if dof else None,
     )
 
 
-def _most_different(mean: Floats, u: Floats, dof: int) -> tuple[int, int] | None:
-    """Two levels, of all pairs those furthest apart in their uncertainties."""
+def _most_different(mean: Floats, u: Floats, left_open: Floats, dof: int) -> tuple[int, int] | None:
+    """Two levels, of all pairs those furthest apart in their uncertainties, that differ by more
+    than the steps of the torque leave open of both."""
     from scipy.stats import t
 
     pairs = list(combinations(range(len(mean)), 2))
-    apart = [abs(mean[a] - mean[b]) / max(np.hypot(u[a], u[b]), 1e-300) for a, b in pairs]
+    apart = [
+        (abs(mean[a] - mean[b]) > left_open[a] + left_open[b])
+        * abs(mean[a] - mean[b])
+        / max(np.hypot(u[a], u[b]), 1e-300)
+        for a, b in pairs
+    ]
     first, second = pairs[int(np.argmax(apart))]
     # The most of several pairs: the chance of each is that much smaller (Bonferroni).
     chance = 2 * float(t.sf(max(apart), dof)) * len(pairs)

@@ -239,6 +239,7 @@ def _of_readings(
     rests = (
         f"{found.loops} loop{'s' * (found.loops > 1)} to {rounded(used.amplitude_Nm)} N m",
         source,
+        "the steps between the readings",
         "[uncertainty] torque_gain_rel",
         "[uncertainty] sensor_gain_rel",
     )

@@ -134,7 +134,7 @@ def curve_of(loop: Loop, rated_torque_Nm: float) -> tuple[Floats, Floats]:
     """Torques above 0 up to the rated one and the angle of the centre line from zero there, the
     mean of both signs where there are both; shape (k,). At the torques that were measured."""
     low, high = _shared(*loop.branches)
-    knots = np.abs(np.concatenate([branch.torque_Nm for branch in loop.branches]))
+    knots = np.abs(np.concatenate([branch.knots_Nm for branch in loop.branches]))
     largest = min(max(-low, high), rated_torque_Nm)
     knots = np.unique(np.round(knots[(knots > 0) & (knots <= largest * (1 + 1e-9))], 12))
 

@@ -43,11 +43,11 @@ class _Limits:
     """A loop is open that ends further from its start than these shares of its width and of the
     angle that it turns.
     """
-    neighbours: int = 7
-    """Readings in a local straight line, where the torque scatters."""
 
 
 _LIMITS = _Limits()
+NEIGHBOURS = 7
+"""Readings in a local straight line, where the torque scatters."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,19 +76,33 @@ class Branch:
         found = self._inside(np.clip(torque, low, high))
         return np.where(inside, found, np.nan)
 
+    @property
+    def knots_Nm(self) -> Floats:
+        """The torques at which a curve is read off the branch."""
+        return self.torque_Nm
+
     def _inside(self, torque: Floats) -> Floats:
         if not self.scattered:
             return np.asarray(self._curve()(torque))
         flat = np.atleast_1d(torque).ravel()
-        count = min(_LIMITS.neighbours, len(self.torque_Nm))
-        first = np.searchsorted(self.torque_Nm, flat) - (count + 1) // 2
-        first = np.clip(first, 0, len(self.torque_Nm) - count)
-        rows = first[:, None] + np.arange(count)
+        return self.line_at(flat).reshape(np.shape(torque))
+
+    def line_at(self, torque_Nm: Floats, shift: int = 0) -> Floats:
+        """Straight lines through the readings about each torque, or so many readings further on;
+        both of shape (n,)."""
+        count = min(NEIGHBOURS, len(self.torque_Nm))
+        rows = self.first_neighbour(torque_Nm, shift)[:, None] + np.arange(count)
         x, y = self.torque_Nm[rows], self.angle_arcsec[rows]
         mean = x.mean(axis=1)
         off = x - mean[:, None]
         slope = np.sum(off * y, axis=1) / np.maximum(np.sum(off**2, axis=1), 1e-300)
-        return np.asarray((y.mean(axis=1) + slope * (flat - mean)).reshape(np.shape(torque)))
+        return np.asarray(y.mean(axis=1) + slope * (torque_Nm - mean))
+
+    def first_neighbour(self, torque_Nm: Floats, shift: int) -> Ints:
+        """The first of the readings of each line."""
+        count = min(NEIGHBOURS, len(self.torque_Nm))
+        first = np.searchsorted(self.torque_Nm, torque_Nm) - (count + 1) // 2 + shift
+        return np.asarray(np.clip(first, 0, len(self.torque_Nm) - count))
 
     def _curve(self) -> Any:
         from scipy.interpolate import PchipInterpolator
@@ -99,6 +113,9 @@ class Branch:
         """The integral of the angle over the torque, arcsec N m."""
         if not self.scattered:
             return float(self._curve().integrate(low_Nm, high_Nm))
+        return self._on_grid(low_Nm, high_Nm)
+
+    def _on_grid(self, low_Nm: float, high_Nm: float) -> float:
         grid = np.linspace(low_Nm, high_Nm, 401)
         return float(np.trapezoid(self._inside(grid), grid))
 

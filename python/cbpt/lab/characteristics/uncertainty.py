@@ -8,7 +8,8 @@
 Type A is the standard deviation of the mean over loops (repeats and runs); a single loop is read
 off again with the scatter of its readings added (JCGM 101, Monte Carlo). Type B is what a standard
 uncertainty of a gain does to the figure: readings of torque are scaled and the figures read off
-again; the angle scales them directly.
+again; the angle scales them directly. It is also what the curve may be between two readings: the
+first loop is read off again with what lies between them drawn from where it may lie.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cbpt.lab.characteristics.between_readings import leaning
 from cbpt.lab.characteristics.figures import DEFINITIONS, NAMES, Convention, of_loop
 from cbpt.lab.characteristics.loops import Branch, Loop
 from cbpt.lab.characteristics.play import friction_torque_Nm
@@ -34,6 +36,8 @@ class _Limits:
 
     draws: int = 40
     """Of the scatter, for a single loop: their standard deviation is known to 11 %."""
+    between: int = 20
+    """Of what lies between readings: the root of their mean square is known to 16 %."""
     step: float = 1e-3
     """By which torques are scaled down; up would push the last ones beyond the rated torque."""
     apart: float = 1.5
@@ -146,6 +150,8 @@ def estimated(loops: LoopSet, convention: Convention, sources: Sources) -> Estim
         by_angle = power * value[name] * sources.sensor_gain_rel
         type_b[name] = float(np.hypot(np.nan_to_num(by_torque), by_angle))
     type_b["backlash"] = float(np.hypot(type_b["backlash"], table.of_form()))
+    for name, size in _between(loops.full[0], convention).items():
+        type_b[name] = float(np.hypot(type_b[name], size))
     return Estimates(value, type_a, type_b, len(loops.full))
 
 
@@ -250,3 +256,17 @@ def _drawn(loops: LoopSet, convention: Convention, scatter_arcsec: float) -> dic
         values = values[np.isfinite(values)]
         found[name] = float(values.std(ddof=1)) if len(values) > 1 else 0.0
     return found
+
+
+def _between(loop: Loop, convention: Convention) -> dict[str, float]:
+    """What the steps between the readings of a loop leave open, and so of all loops with the same
+    steps: root mean square departure."""
+    value = of_loop(loop, convention)
+    rng = np.random.default_rng(1)
+    most = max(len(branch.torque_Nm) for branch in loop.branches)
+    square = dict.fromkeys(NAMES, 0.0)
+    for _ in range(_LIMITS.between):
+        drawn = of_loop(leaning(loop, rng.uniform(-1.0, 1.0, (2, most - 1))), convention)
+        for name in NAMES:
+            square[name] += float(np.nan_to_num(drawn[name] - value[name])) ** 2
+    return {name: (total / _LIMITS.between) ** 0.5 for name, total in square.items()}
