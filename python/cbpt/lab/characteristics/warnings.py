@@ -42,8 +42,8 @@ def _coarse(loops: LoopSet, convention: Convention) -> Iterator[str]:
     if step > window * 1.001:
         yield (
             f"The steps of the torque near zero ({rounded(step)} N m or more) are coarser than the "
-            f"window of lost motion ({rounded(window)} N m), so lost motion, hysteresis loss, K1 and "
-            "T1 are interpolated across the steepest part of the loop (DOI "
+            f"window of lost motion ({rounded(window)} N m), so lost motion, hysteresis loss, K1 "
+            "and T1 are interpolated across the steepest part of the loop (DOI "
             "10.1177/00202940231217338), and as uncertain. Take finer steps near zero."
         )
 
