@@ -21,7 +21,7 @@ CASE = {
 
 
 def branch(torque: Floats, angle: Floats, scattered: bool = False) -> Branch:
-    return Branch(torque, angle, np.arange(len(torque)), scattered)
+    return Branch(torque, angle, np.zeros(len(torque)), scattered)
 
 
 def angle_of(torque: Floats) -> Floats:

@@ -59,7 +59,7 @@ def leaning(loop: Loop, shares: Floats) -> Loop:
 
 def _lean(branch: Branch, shares: Floats, way: int) -> Leaning:
     used = shares[:, : len(branch.torque_Nm) - 1][:, ::way]
-    own = branch.torque_Nm, branch.angle_arcsec, branch.rows, branch.scattered
+    own = branch.torque_Nm, branch.angle_arcsec, branch.row, branch.scattered
     return Leaning(*own, shares=used, way=way)
 
 

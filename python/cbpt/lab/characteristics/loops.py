@@ -56,8 +56,8 @@ class Branch:
 
     torque_Nm: Floats
     angle_arcsec: Floats
-    rows: Ints
-    """The readings that it is made of."""
+    row: Floats
+    """Where in the table each angle was read; the mean where one torque has several readings."""
     scattered: bool
     """Whether the torque scatters along the leg: values are then local straight lines, else they
     pass through the readings (monotone cubics)."""
@@ -140,7 +140,8 @@ class Loop:
     composed: bool = False
     """Whether one branch is made of the first and the last leg of the run."""
     gap_arcsec: float | None = None
-    """By how much the loop does not close; None where no torque was reached twice the same way."""
+    """By how much the angle is larger at the end than at the start; None where no torque was
+    reached twice the same way."""
     rate_Nm_per_s: float | None = None
 
     @property
@@ -164,7 +165,7 @@ class Loop:
     def open_arcsec(self) -> float | None:
         """By how much a loop fails to close that has to; None where it closes well enough, or
         where nobody knows."""
-        if self.gap_arcsec is None or self.composed or not self.whole:
+        if self.gap_arcsec is None or not self.whole:
             return None
         of_turn = _LIMITS.open_of_turn * self.turn_arcsec
         most = max(_LIMITS.open_of_width * abs(self.width_arcsec), of_turn)
@@ -173,6 +174,19 @@ class Loop:
     def with_branches(self, rising: Branch | None, falling: Branch | None) -> Loop:
         """With others in place of its own."""
         return replace(self, rising=rising, falling=falling)
+
+    def closed(self) -> Loop:
+        """With what it is open taken off evenly, from its first reading to its last."""
+        rows = np.concatenate([branch.row for branch in self.branches])
+        per_row = (self.gap_arcsec or 0.0) / float(np.ptp(rows))
+
+        def shifted(branch: Branch | None) -> Branch | None:
+            if branch is None:
+                return None
+            drift = per_row * (branch.row - rows.min())
+            return replace(branch, angle_arcsec=branch.angle_arcsec - drift)
+
+        return self.with_branches(shifted(self.rising), shifted(self.falling))
 
     def scaled(self, torque: float = 1.0, angle: float = 1.0) -> Loop:
         """With torque and angle multiplied."""
@@ -263,10 +277,11 @@ def _branch(*legs: _Leg) -> Branch | None:
     order = np.argsort(readings.torque_Nm[rows], kind="stable")
     rows = rows[order]
     torque, angle = readings.torque_Nm[rows], readings.elastic_angle_arcsec[rows]
+    row = rows.astype(np.float64)
     if not scattered:
         torque, index = np.unique(torque, return_inverse=True)
-        angle = np.bincount(index, angle) / np.bincount(index)
-    return Branch(torque, angle, rows, scattered) if len(torque) > 2 else None
+        angle, row = (np.bincount(index, values) / np.bincount(index) for values in (angle, row))
+    return Branch(torque, angle, row, scattered) if len(torque) > 2 else None
 
 
 # --- loops --------------------------------------------------------------------------------
@@ -316,13 +331,33 @@ def _back(
     later = before.rows[way * (before.torque - after.end) > 0]
     if len(later) < 2:
         return None, False, None
-    first, last = _branch(before), _branch(after)
-    gap = None
-    if first is not None and last is not None:
-        middle = 0.5 * (before.start + after.end)
-        inner = [float(np.clip(middle, *b.ends_Nm)) for b in (first, last)]
-        gap = float(first.at(inner[0]) - last.at(inner[1]))
+    gap = _gap_at_joint(before, leg, after)
     return _branch(after, _Leg(before.readings, later)), True, gap
+
+
+def _gap_at_joint(before: _Leg, leg: _Leg, after: _Leg) -> float | None:
+    """The angle on the leg after less that on the leg before, where one ends and the other starts.
+
+    Between these two torques the angle goes on as it came or comes as it goes on, or changes by as
+    much as on the other branch on the other side of zero: the smallest gap that these leave.
+    """
+    first, opposite, last = _branch(before), _branch(leg), _branch(after)
+    if first is None or opposite is None or last is None:
+        return None
+    start, end = before.start, after.end
+    hole = start - end
+    if before.way * hole <= 0:
+        middle = 0.5 * (start + end)
+        return float(last.at(middle) - first.at(middle))
+    change = float(first.at(start) - last.at(end))
+    ways = [
+        last.at(end) - last.at(end - hole),
+        first.at(start + hole) - first.at(start),
+        opposite.at(-end) - opposite.at(-start),
+    ]
+    gaps = np.array([float(way) - change for way in ways])
+    gaps = gaps[np.isfinite(gaps)]
+    return float(gaps[np.argmin(np.abs(gaps))]) if len(gaps) else None
 
 
 def _gap(last: _Leg, first: _Leg) -> float | None:

@@ -9,7 +9,9 @@ Type A is the standard deviation of the mean over loops (repeats and runs); a si
 off again with the scatter of its readings added (JCGM 101, Monte Carlo). Type B is what a standard
 uncertainty of a gain does to the figure: readings of torque are scaled and the figures read off
 again; the angle scales them directly. It is also what the curve may be between two readings: the
-first loop is read off again with what lies between them drawn from where it may lie.
+first loop is read off again with what lies between them drawn from where it may lie. And it is what
+an open loop leaves unknown: the figures lie between those read and those of the loops closed by a
+drift, with the same chance anywhere.
 """
 
 from __future__ import annotations
@@ -150,8 +152,11 @@ def estimated(loops: LoopSet, convention: Convention, sources: Sources) -> Estim
         by_angle = power * value[name] * sources.sensor_gain_rel
         type_b[name] = float(np.hypot(np.nan_to_num(by_torque), by_angle))
     type_b["backlash"] = float(np.hypot(type_b["backlash"], table.of_form()))
-    for name, size in _between(loops.full[0], convention).items():
-        type_b[name] = float(np.hypot(type_b[name], size))
+    between = _between(loops.full[0], convention)
+    closed = _Table.of(loops.changed(Loop.closed), convention).figures()
+    for name in NAMES:
+        of_closing = float(np.nan_to_num(closed[name] - read[name])) / 3**0.5
+        type_b[name] = float(np.sqrt(type_b[name] ** 2 + between[name] ** 2 + of_closing**2))
     return Estimates(value, type_a, type_b, len(loops.full))
 
 

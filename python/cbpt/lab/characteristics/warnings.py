@@ -60,8 +60,8 @@ def _open(loops: LoopSet) -> Iterator[str]:
     if count:
         yield (
             f"{count} of {len(loops.full)} loops start and end at zero torque: one branch consists "
-            "of the last and the first leg of the run. The first leg may be a first loading, and "
-            "whether the loop closes is not known. Run each loop for one and a quarter cycles."
+            "of the last and the first leg of the run. The first leg may be a first loading. Run "
+            "each loop for one and a quarter cycles."
         )
 
 

@@ -241,7 +241,7 @@ def _closed(loops: list[Loop]) -> Check:
         remedy = "Repeat the cycle until it closes; a first loading and drift do not."
         return Check("loops", "look", words, remedy)
     if composed:
-        words += f"; {composed} start and end at zero torque, so nobody knows whether they close"
+        words += f"; {composed} start and end at zero torque, and may hold a first loading"
         return Check("loops", "look", words, "Run a quarter cycle more.")
     return Check("loops", "good", words)
 
