@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 import cbpt
 from cbpt.lab.characteristics.loops import Loop, loops_of
+from cbpt.lab.characteristics.symmetry import middle_of
 
 Floats = NDArray[np.float64]
 RATED, AMPLITUDE, PLAY, FRICTION = 10.0, 12.0, 90.0, 0.52
@@ -109,3 +110,43 @@ def test_a_drift_is_taken_off_a_closed_loop() -> None:
     )
     assert drifting.gap_arcsec == pytest.approx(12, abs=0.2)
     assert drifting.closed().width_arcsec == pytest.approx(still.width_arcsec, abs=0.1)
+
+
+# --- loops that are not about zero --------------------------------------------------------
+
+
+@pytest.mark.parametrize("zero", [0.1, -0.3, 1.0])
+@pytest.mark.parametrize("loop", [from_zero(), from_end()])
+def test_loops_about_another_torque_are_told(loop: Floats, zero: float) -> None:
+    readings = table(loop + zero, settled(loop), runs=2, noise=1.0)
+    for found in loops_of(readings):
+        assert middle_of(found).torque_Nm == pytest.approx(zero, abs=0.02)
+    told = warnings_of(readings)
+    assert "alike both ways" in told and "drive unloaded" in told
+
+
+@pytest.mark.parametrize("noise", [0.0, 1.0, 10.0])
+@pytest.mark.parametrize("loop", [from_zero(), from_end(0.3), from_zero(1.5)])
+def test_loops_about_zero_are_not_told(loop: Floats, noise: float) -> None:
+    assert "alike both ways" not in warnings_of(table(loop, settled(loop), 3, noise))
+
+
+def test_a_loop_that_is_stiffer_one_way_is_not_called_off_zero() -> None:
+    loop = from_end()
+    angle = settled(loop)
+    told = warnings_of(table(loop, np.where(angle > 0, 0.8 * angle, angle), 3))
+    assert "alike both ways" not in told
+
+
+def test_the_middle_of_a_loop_tells_its_lost_motion() -> None:
+    loop = from_end()
+    told = warnings_of(table(loop + 0.5, settled(loop), 3, 0.0))
+    assert "lost motion is 36 arcsec" in told and "about 0.5 N m" in told
+
+
+def test_a_loop_that_slips_earlier_one_way_is_not_called_off_zero() -> None:
+    """Friction that is half the amplitude: the torque at which it slips is no zero of a sensor."""
+    loop = 0.1 * from_end()
+    rises = np.gradient(loop) > 0
+    slips = np.where(np.where(rises, loop > 0.7, loop > -0.5), PLAY, 0.0)
+    assert "alike both ways" not in warnings_of(table(loop, slips + 60 * loop, 2))

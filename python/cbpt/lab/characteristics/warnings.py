@@ -11,6 +11,8 @@ import numpy as np
 
 from cbpt.lab.characteristics.figures import Convention
 from cbpt.lab.characteristics.loops import Loop
+from cbpt.lab.characteristics.play import MOST_FRICTION, friction_torque_Nm
+from cbpt.lab.characteristics.symmetry import middle_of
 from cbpt.lab.characteristics.uncertainty import LoopSet
 from cbpt.lab.wording.numbers import rounded
 
@@ -18,6 +20,13 @@ _RATES = 1.5
 """Loops whose rates differ by more than this factor are not alike."""
 _OFF_RATED = 0.1
 """Share by which the amplitude of a full loop may differ from the rated torque."""
+_OFF_ZERO = 0.1
+"""Of the torque of lost motion, by which the middle of a loop may be off zero."""
+_LEFT = 0.25
+"""Of the squares by which a loop is lopsided: where the middle leaves more than half of the angle,
+it is not the reason."""
+_SLACK = 1.001
+"""Of a step of the torque, for rounding."""
 
 
 def cautions(loops: LoopSet, every: Sequence[Loop], convention: Convention) -> list[str]:
@@ -25,6 +34,7 @@ def cautions(loops: LoopSet, every: Sequence[Loop], convention: Convention) -> l
     return [
         *_coarse(loops, convention),
         *_open(loops),
+        *_off_zero(loops, convention),
         *_rates(every),
         *_amplitudes(loops, convention),
     ]
@@ -32,20 +42,58 @@ def cautions(loops: LoopSet, every: Sequence[Loop], convention: Convention) -> l
 
 def _coarse(loops: LoopSet, convention: Convention) -> Iterator[str]:
     window = convention.window_Nm
-    steps = []
-    for loop in loops.full:
-        for branch in loop.branches:
-            near = branch.torque_Nm[np.abs(branch.torque_Nm) <= 2 * window]
-            inside = np.concatenate([[-2 * window], near, [2 * window]])
-            steps.append(float(np.diff(inside).max()))
-    step = float(np.median(steps)) if steps else 0.0
-    if step > window * 1.001:
+    step = _step_Nm(loops.full, window)
+    if step > window * _SLACK:
         yield (
             f"The steps of the torque near zero ({rounded(step)} N m or more) are coarser than the "
             f"window of lost motion ({rounded(window)} N m), so lost motion, hysteresis loss, K1 "
             "and T1 are interpolated across the steepest part of the loop (DOI "
             "10.1177/00202940231217338), and as uncertain. Take finer steps near zero."
         )
+
+
+def _step_Nm(loops: Sequence[Loop], window: float) -> float:
+    """The largest step of the torque near zero, the median over branches."""
+    steps = []
+    for loop in loops:
+        for branch in loop.branches:
+            near = branch.torque_Nm[np.abs(branch.torque_Nm) <= 2 * window]
+            inside = np.concatenate([[-2 * window], near, [2 * window]])
+            steps.append(float(np.diff(inside).max()))
+    return float(np.median(steps)) if steps else 0.0
+
+
+def _off_zero(loops: LoopSet, convention: Convention) -> Iterator[str]:
+    """Of loops that close, on steps that show where their middle is, and with little friction: what
+    slips at one torque one way and at another the other way makes others lopsided."""
+    window = convention.window_Nm
+    known = [
+        loop
+        for loop in loops.full
+        if loop.open_arcsec is None
+        and friction_torque_Nm(loop) <= MOST_FRICTION * loop.amplitude_Nm
+    ]
+    if not known or _step_Nm(known, window) > window * _SLACK:
+        return
+    found = [middle_of(loop) for loop in known]
+    middle = float(np.mean([each.torque_Nm for each in found]))
+    if abs(middle) < _OFF_ZERO * window or np.mean([each.left for each in found]) > _LEFT:
+        return
+    about = [
+        float(np.mean([_lost_motion(loop, torque, window) for loop in known]))
+        for torque in (0.0, middle)
+    ]
+    yield (
+        f"The loops are alike both ways about {rounded(middle)} N m and not about zero torque: "
+        f"about there lost motion is {rounded(about[1])} arcsec in place of {rounded(about[0])}. "
+        "The torque sensor may not read zero without a torque. Read it with the drive unloaded, "
+        "and take that off the torques."
+    )
+
+
+def _lost_motion(loop: Loop, middle: float, window: float) -> float:
+    ends = middle + window * np.array([-1.0, 1.0])
+    return float(np.diff(np.mean([branch.at(ends) for branch in loop.branches], axis=0))[0])
 
 
 def _open(loops: LoopSet) -> Iterator[str]:
