@@ -295,8 +295,8 @@ def _words(name: str, convention: Convention, loops: LoopSet | None) -> tuple[st
     if name == "backlash":
         words = (
             "angle between both sides of zero where the torque of the spring, the mean torque of "
-            "both branches, goes to none: a parabola through each branch and side, beyond the "
-            "torque of friction and 5 % of the largest torque up to 50 % of it, continued to there"
+            "both branches, goes to none: a parabola through each branch and side, from one and a "
+            "half times the torque of friction, or 5 % of the largest torque, to 50 % of it"
         )
         return unit, f"{words}. A preloaded reducer usually has none"
     if name[0] in "KT" and convention.breaks_Nm is not None:
@@ -356,5 +356,5 @@ def _no_play(loops: LoopSet) -> str:
     least, most = (f"{100 * share:.3g} %" for share in SPAN)
     return (
         f"the branches have fewer than 3 torques between {least} and {most} of the amplitude on "
-        "each side of zero, beyond the torque of friction"
+        "each side of zero, beyond one and a half times the torque of friction"
     )

@@ -32,8 +32,11 @@ class _Limits:
     furthest: float = 0.5
     """Nor those further out: there the falling branch has just turned."""
     friction: float = 0.1
-    """Largest friction torque. Beyond, both branches are continued over more than a fifth of the
-    torques that they are read on, where friction has not yet turned round fully."""
+    """Largest friction torque. Beyond, branches are continued over more than a third of the
+    torques that they are read on, where friction has not yet come round fully."""
+    beyond: float = 1.5
+    """Readings nearer to zero than so many times the mean friction torque are not looked at:
+    friction that comes round over an angle holds more than its mean."""
     fewest: int = 3
     """Readings of a branch on each side."""
 
@@ -70,7 +73,7 @@ def play_of(loop: Loop) -> Play:
     friction = friction_torque_Nm(loop) / loop.amplitude_Nm
     if not friction <= _LIMITS.friction:
         return Play()
-    least = max(_LIMITS.nearest, friction)
+    least = max(_LIMITS.nearest, _LIMITS.beyond * friction)
     ends = [_feet(loop.rising, loop.falling, loop.amplitude_Nm, s, least) for s in (1.0, -1.0)]
     if ends[0] is None or ends[1] is None:
         return Play()

@@ -42,6 +42,9 @@ class _Limits:
     """Of what lies between readings: the root of their mean square is known to 16 %."""
     step: float = 1e-3
     """By which torques are scaled down; up would push the last ones beyond the rated torque."""
+    beyond: float = 2.0
+    """Loops to more than this factor of the mean torque of friction turn through the play: what
+    friction holds at most is more than its mean, by up to twice where it comes round slowly."""
     apart: float = 1.5
     """Amplitudes further apart than this factor are different ones."""
 
@@ -167,71 +170,51 @@ def read_off(loops: LoopSet, convention: Convention) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class _Table:
-    """Figures of each loop."""
+    """Figures of each full loop."""
 
     loops: LoopSet
     full: list[dict[str, float]]
-    small: list[dict[str, float]]
 
     @classmethod
     def of(cls, loops: LoopSet, convention: Convention) -> _Table:
-        full = [of_loop(loop, convention) for loop in loops.full]
-        known = {id(loop): read for loop, read in zip(loops.full, full, strict=True)}
-        small = [known.get(id(loop)) or of_loop(loop, convention) for loop in loops.small]
-        return cls(loops, full, small)
+        return cls(loops, [of_loop(loop, convention) for loop in loops.full])
 
     @property
     def repeated(self) -> bool:
-        return min(len(self.full), len(self.small)) > 1
+        return len(self.full) > 1
 
     def figures(self) -> dict[str, float]:
         """The play as it is read: below zero where the curve hardens."""
-        found = {name: _mean(self.full, name) for name in NAMES}
-        if not np.isfinite(found["backlash"]):
-            found["backlash"] = _mean(self.small, "backlash")
-        return found
+        return {name: _mean(self.full, name) for name in NAMES}
 
     def bounded(self) -> dict[str, float]:
-        """No play is less than none, or more than the smallest loops turn, where these go beyond
-        the torque of friction."""
+        """No play is less than none, or more than the smallest loops turn, where friction cannot
+        hold it in them."""
         found = self.figures()
         if not np.isfinite(found["backlash"]):
             return found
         friction = max(friction_torque_Nm(loop) for loop in self.loops.full)
-        beyond = self.loops.small_amplitude_Nm > friction
+        beyond = self.loops.small_amplitude_Nm > _LIMITS.beyond * friction
         most = self.loops.turn_arcsec if beyond else np.inf
         return found | {"backlash": float(np.clip(found["backlash"], 0.0, most))}
 
     def of_form(self) -> float:
         """What the play depends on the form of the curve that is continued to no torque: standard
         uncertainty, where it is between straight lines and parabolas."""
-        rows = self.full if np.isfinite(_mean(self.full, "backlash")) else self.small
-        apart = _mean(rows, "backlash") - _mean(rows, "straight")
+        apart = _mean(self.full, "backlash") - _mean(self.full, "straight")
         return float(abs(np.nan_to_num(apart))) / 12**0.5
 
     def jackknife(self) -> dict[str, float]:
         """Of a mean it is the standard deviation over the square root of the number."""
-        square = dict.fromkeys(NAMES, 0.0)
-        same = not self.loops.several
-        for part in ("full",) if same else ("full", "small"):
-            rows = getattr(self, part)
-            left = [self._without(i, part, same).figures() for i in range(len(rows))]
-            for name in NAMES:
-                values = np.array([found[name] for found in left])
-                values = values[np.isfinite(values)]
-                n = len(values)
-                if n > 1:
-                    square[name] += (n - 1) / n * float(np.sum((values - values.mean()) ** 2))
-        return {name: float(np.sqrt(value)) for name, value in square.items()}
-
-    def _without(self, i: int, part: str, same: bool) -> _Table:
-        rows = getattr(self, part)
-        kept = [*rows[:i], *rows[i + 1 :]]
-        loops = list(getattr(self.loops, part))
-        few = replace(self.loops, **{part: [*loops[:i], *loops[i + 1 :]]})
-        if same:
-            return _Table(replace(few, small=few.full), kept, kept)
-        return replace(self, loops=few, **{part: kept})
+        rows, found = self.full, dict.fromkeys(NAMES, 0.0)
+        left = [replace(self, full=[*rows[:i], *rows[i + 1 :]]).figures() for i in range(len(rows))]
+        for name in NAMES:
+            values = np.array([figures[name] for figures in left])
+            values = values[np.isfinite(values)]
+            n = len(values)
+            if n > 1:
+                found[name] = float(np.sqrt((n - 1) / n * np.sum((values - values.mean()) ** 2)))
+        return found
 
 
 def _mean(rows: Sequence[dict[str, float]], name: str) -> float:
