@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from scipy import integrate, stats
 
+import cbpt
 from common.rings import RINGS as CASE
 from reference.contact import Floats
 from reference.rig import ARCSEC, Rows, drive_of, simulate
@@ -159,6 +160,26 @@ def test_friction_of_a_spring_makes_loops_that_lose_work() -> None:
     plain = SpringEffect("friction_hysteresis", "dahl", 0.1, 1e-4)
     slipping = turned_rad(SPRING, one, [plain])[up]
     np.testing.assert_allclose(slipping, (one.torque_Nm[up] - 1.0) / 1000, rtol=1e-6)
+
+
+def test_a_loop_of_a_spring_begins_where_the_one_before_it_ended() -> None:
+    """As the library has it too."""
+    effect = SpringEffect("friction_hysteresis", "dahl", 0.1, 0.05)
+    angle = turned_rad(SPRING, LOOP, [effect])
+    half = len(angle) // 2
+    assert angle[half] == angle[half - 1] < 0.0 == angle[0]
+    numbers = {
+        "id": "friction_hysteresis",
+        "friction_torque_Nm": 1.0,
+        "engagement_angle_arcsec": 0.0005 / ARCSEC,
+    }
+    case = {
+        "torsion_spring": {"torsional_stiffness_Nm_per_arcmin": 1000.0 * 60 * ARCSEC},
+        "effect": [numbers],
+    }
+    readings = {"run": LOOP.run, "time_s": LOOP.time_s, "torque_Nm": LOOP.torque_Nm}
+    found = cbpt.compare(case, {**readings, "elastic_angle_arcsec": angle / ARCSEC})
+    np.testing.assert_allclose(found.residual_arcsec, 0.0, atol=1e-6)
 
 
 def test_play_and_curve_of_a_spring() -> None:

@@ -7,7 +7,8 @@
     turned_rad      the angle of every reading
 
 The spring carries m = M - T(alpha), where T is a friction torque that remembers; its angle is
-alpha = c(m) m/k + (play/2) side(m). Solved run by run from one reading to the next.
+alpha = c(m) m/k + (play/2) side(m). Solved from one reading to the next: every loop begins where
+the one before it ended, and friction does not fade in between.
 """
 
 from __future__ import annotations
@@ -170,22 +171,20 @@ def _crept(spring: Spring, effects: Sequence[SpringEffect], rows: Rows) -> Float
 
 
 def turned_rad(spring: Spring, rows: Rows, effects: Sequence[SpringEffect] = ()) -> Floats:
-    """Angle (rad) of every reading; each run starts without friction."""
+    """Angle (rad) of every reading; the first run starts without friction, the others follow it."""
     load = rows.torque_Nm * spring.torque_gain
     friction = _friction(spring, effects, load)
     after = _crept(spring, effects, rows)
     if friction is None:
         return np.asarray(spring.sensor_gain * (_curve(spring, effects, load)[0] + after))
     law, limit = friction
-    angle, place = np.zeros(len(rows)), np.arange(len(rows)) - rows.starts
-    runs = np.flatnonzero(place == 0)
-    length = int(place.max()) + 1
-    now = runs
+    angle = np.zeros(len(rows))
+    now = np.array([0])
     angle[now] = _curve(spring, effects, load[now])[0]
     memory = law.begin(limit[now])
-    rate = np.zeros(len(runs))
-    for step in range(1, length):
-        now = runs + step  # every run has as many readings
+    rate = np.zeros(1)
+    for step in range(1, len(rows)):
+        now = np.array([step])
         before = angle[now - 1]
         memory = (memory[0], limit[now])
 

@@ -2,7 +2,7 @@
 //!
 //! The meshing points carry M0 - Tf. Tf = Tf0 z with the limit Tf0 = (mu_T N_Z + T0)(1 + g |M0|): a part that follows the
 //! preload, one that does not, both growing with the load where g is not 0. dz/dalpha = (1 - sgn(dalpha) z)/alpha_p
-//! on the total angle (meshing points and what stands in series), z = 0 in the unloaded state in which each run starts.
+//! on the total angle (meshing points and what stands in series), z = 0 in the unloaded state in which a history starts.
 //! Between readings alpha moves one way, so z follows in closed form: with s the sense of rotation
 //! z2 = s - (s - z1) exp(-|dalpha|/alpha_p).
 

@@ -3,8 +3,8 @@
 //!
 //!   m - M0 + sum L z(A(m)) = 0, which grows with m;
 //!
-//! a run starts unloaded: M0 = 0, z = 0. Sensitivities follow by the implicit function theorem: with a = dalpha/dm and
-//! a dot for a derivative at m held,
+//! a run starts unloaded, M0 = 0, z = 0, unless it goes on from the one before it (`rows`). Sensitivities follow by the
+//! implicit function theorem: with a = dalpha/dm and a dot for a derivative at m held,
 //!
 //!   dm (1 + a sum L z_A) = dM0 - sum [z dL + L (z_A (dA' - dA_before) + z_before dz_before + z_p dalpha_p)],
 //!

@@ -495,10 +495,10 @@ impl Predictor {
             .collect()
     }
 
-    /// Rows that one thread takes: whole runs where they have a memory.
+    /// Rows that one thread takes: whole histories where they have a memory.
     fn groups(&self, friction: bool) -> Vec<std::ops::Range<usize>> {
         if friction {
-            return (0..self.rows.runs()).map(|run| self.rows.run(run)).collect();
+            return self.rows.histories();
         }
         let count = self.rows.len();
         (0..count.div_ceil(CHUNK)).map(|i| i * CHUNK..((i + 1) * CHUNK).min(count)).collect()

@@ -2,6 +2,9 @@
 //!
 //! History goes by time: runs follow each other by their first times, wherever they stand in the table. Runs that overlap in
 //! time have each a clock of its own, which starts again with the run; then their order is that of the table.
+//!
+//! A run goes on from where the one before it ended, and is not loaded from rest, if nothing between them says otherwise
+//! ([`Rows::histories`]).
 
 use std::collections::HashMap;
 
@@ -206,6 +209,35 @@ impl Rows {
         self.starts[number]..self.starts[number + 1]
     }
 
+    /// The readings cut where a run starts unloaded, as places in [`Self::by_run`]: one or more runs each.
+    pub(super) fn histories(&self) -> Vec<std::ops::Range<usize>> {
+        let mut found: Vec<std::ops::Range<usize>> = Vec::new();
+        for number in 0..self.runs() {
+            let run = self.run(number);
+            match found.last_mut() {
+                Some(history) if self.goes_on(number) => history.end = run.end,
+                _ => found.push(run),
+            }
+        }
+        found
+    }
+
+    /// Whether a run begins where the one before it ended: on one clock, at the same input angle and preload, and with a torque
+    /// no further from the last one than neighbours of either run are. What friction holds does not fade in a pause.
+    #[allow(clippy::float_cmp)] // set, not measured: the same to the last bit, or moved
+    fn goes_on(&self, number: usize) -> bool {
+        if number == 0 || !self.one_clock {
+            return false;
+        }
+        let (before, run) = (&self.rows[self.run(number - 1)], &self.rows[self.run(number)]);
+        let ([.., last], [first, ..]) = (before, run) else { return false };
+        let timed = [before, run].iter().all(|run| run.last().is_some_and(|row| row.run_time_s > 0.0));
+        timed
+            && first.input_angle_rad == last.input_angle_rad
+            && first.preload_N == last.preload_N
+            && (first.torque_Nm - last.torque_Nm).abs() <= largest_step_Nm(before).max(largest_step_Nm(run))
+    }
+
     /// The readings cut where time starts again: all of them, or the runs.
     pub(super) fn by_clock(&self) -> Vec<&[Row]> {
         if self.one_clock {
@@ -222,6 +254,12 @@ impl Rows {
         }
         sorted
     }
+}
+
+/// Largest change of the torque from one reading of a run to the next.
+fn largest_step_Nm(run: &[Row]) -> f64 {
+    let step = |pair: &[Row]| (pair[1].torque_Nm - pair[0].torque_Nm).abs();
+    run.windows(2).map(step).fold(0.0, f64::max)
 }
 
 /// Largest torque either way so far, over the largest of all, at each reading.

@@ -17,7 +17,7 @@ use super::site::Site;
 #[derive(Debug, Clone, Copy, Default)]
 pub struct RowState {
     warm: Warm,
-    /// Of the unloaded state before a run's first row.
+    /// Of the unloaded state before a history's first row.
     unloaded: Warm,
     /// Torque at the meshing points under friction, N m.
     mesh_torque_Nm: Option<f64>,
@@ -32,7 +32,7 @@ pub struct Solved {
     pub total_rad: f64,
     /// Torque (N m) and preload (N) that reach the meshing points.
     pub mesh_load: [f64; 2],
-    /// The unloaded state before a run's first row, where friction acts.
+    /// The unloaded state before a history's first row, where friction acts.
     unloaded: Option<Mesh>,
 }
 
@@ -48,7 +48,7 @@ impl Default for Solved {
     }
 }
 
-/// Neighbouring rows: a whole run where it has a memory.
+/// Neighbouring rows: a whole history where they have a memory.
 #[derive(Debug, Clone, Copy)]
 pub struct Block<'a> {
     pub chain: &'a Chain,

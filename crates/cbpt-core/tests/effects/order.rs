@@ -151,3 +151,62 @@ fn rows_that_carry_the_same_are_as_rows_that_hardly_differ() {
         }
     }
 }
+
+/// Angles and slopes under friction.
+fn under_friction(campaign: &Campaign) -> (Vec<f64>, Vec<f64>) {
+    let mut predictor = predictor(campaign, &["friction_hysteresis"], false);
+    let values = typical_values(&predictor);
+    let wanted = fitted(&predictor);
+    let found = predictor.predict(&values, &wanted).unwrap();
+    assert!(found.angle_rad.iter().all(|angle| angle.is_finite()));
+    (found.angle_rad, found.sensitivities)
+}
+
+/// One way through the torques, cut into two runs.
+fn cut_in_two() -> Campaign {
+    let mut campaign = table(&by_one_clock()[0]);
+    campaign.run[9..].fill(2);
+    campaign
+}
+
+/// Where a run is cut in two, the second goes on with the friction that the first has left, whatever the pause.
+#[test]
+fn a_run_goes_on_where_the_one_before_it_ended() {
+    let (mut cut, whole) = (cut_in_two(), table(&by_one_clock()[0]));
+    assert_eq!(under_friction(&cut), under_friction(&whole));
+    cut.time_s[9..].iter_mut().for_each(|time| *time += 3600.0);
+    assert_eq!(under_friction(&cut), under_friction(&whole));
+}
+
+/// After a leap of the torque, a turn of the input, another preload, by a clock that starts again or without one, a run is loaded
+/// from rest.
+#[test]
+fn a_run_that_does_not_go_on_is_loaded_from_rest() {
+    let change = |edit: &dyn Fn(&mut Campaign)| {
+        let mut campaign = cut_in_two();
+        edit(&mut campaign);
+        campaign
+    };
+    let apart = [
+        change(&|c| c.torque_Nm[9..].iter_mut().for_each(|torque| *torque += 4.0)),
+        change(&|c| c.input_angle_rad[9..].fill(0.4)),
+        change(&|c| c.preload_N[9..].fill(620.0)),
+        change(&|c| c.time_s[9..].iter_mut().for_each(|time| *time -= 50.0)),
+        change(&|c| c.time_s.fill(0.0)),
+    ];
+    for (number, both) in apart.iter().enumerate() {
+        let alone = Campaign {
+            run: both.run[9..].to_vec(),
+            time_s: both.time_s[9..].to_vec(),
+            torque_Nm: both.torque_Nm[9..].to_vec(),
+            preload_N: both.preload_N[9..].to_vec(),
+            input_angle_rad: both.input_angle_rad[9..].to_vec(),
+            temperature_K: both.temperature_K[9..].to_vec(),
+            cycle: both.cycle[9..].to_vec(),
+        };
+        let (found, expected) = (under_friction(both).0, under_friction(&alone).0);
+        for (found, expected) in found[9..].iter().zip(&expected) {
+            assert!((found - expected).abs() <= 1e-9 * expected.abs(), "{number}: {found} {expected}");
+        }
+    }
+}
