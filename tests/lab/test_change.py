@@ -20,9 +20,12 @@ from cbpt.lab.change.loop_widths import widths_of
 from cbpt.lab.change.parties import Levels, levels_of
 from cbpt.lab.change.reproducibility import with_dispersion, with_set_ups
 from cbpt.lab.change.shared import fit_shared
+from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.own_terms import campaign_of
+from cbpt.lab.model.spring_priors import library_of
 from cbpt.lab.selection.fit_effects import best_fit
 from common.drives import examples
+from common.rings import RINGS
 
 TOP = Path(__file__).parents[2]
 SPRING = {
@@ -204,6 +207,22 @@ def test_a_form_that_a_level_cannot_show_alone_is_fitted_all_the_same(
     assert with_it is not None and without is not None and len(asked) > len(campaigns)
     for one, other in zip(with_it.fits, without.fits, strict=True):
         assert other.log_evidence == pytest.approx(one.log_evidence, abs=0.1)
+
+
+def test_friction_that_does_not_follow_the_preload_is_told_by_all_levels() -> None:
+    """Levels of one preload each have two of them together."""
+
+    def level(preload_N: float) -> Campaign:
+        plan = {"torque_Nm": 0.05 * np.arange(8), "preload_N": np.full(8, preload_N)}
+        table = plan | {"elastic_angle_arcsec": np.arange(8.0)}
+        return campaign_of(cbpt.Case.from_dict(RINGS), cbpt.read_readings(table), [])
+
+    alone, other = level(400.0), level(600.0)
+    constant = f"{FRICTION}:constant"
+    assert constant not in {v.label for v in library_of(alone, beside=[level(400.0)])}
+    assert constant in {v.label for v in library_of(alone, beside=[other])}
+    levels = levels_of([alone, other], [constant])
+    assert levels is not None and [v.label for v in levels.variants] == [constant]
 
 
 # --- the reproducibility of a set-up ------------------------------------------------------

@@ -38,7 +38,7 @@ class Levels:
 
 def levels_of(campaigns: Sequence[Campaign], effects: Sequence[str]) -> Levels | None:
     """The levels fitted; None where some level has no solution."""
-    library = library_of(_longest(campaigns), effects)
+    library = library_of(_longest(campaigns), effects, campaigns)
     fitters = [Fitter(campaign, library) for campaign in campaigns]
     best: tuple[float, tuple[Variant, ...], list[Fit]] | None = None
     for forms in _forms(fitters, effects):

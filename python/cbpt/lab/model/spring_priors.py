@@ -36,14 +36,17 @@ from cbpt.lab.model.priors import (
 from cbpt.results import solve_many
 
 
-def library_of(campaign: Campaign, asked: Sequence[str] = ()) -> tuple[Variant, ...]:
+def library_of(
+    campaign: Campaign, asked: Sequence[str] = (), beside: Sequence[Campaign] = ()
+) -> tuple[Variant, ...]:
     """Every form of every effect that its reducer can have; of those that no diagnosis proposes,
-    those asked for, by effect or form."""
+    those asked for, by effect or form. beside: other campaigns that are fitted with this one."""
     if campaign.drive.kind == "ball_drive":
         torque = float(np.abs(campaign.readings.torque_Nm).max()) or 1.0
-        preload = campaign.readings.preload_N
+        read = [c.readings.preload_N for c in (campaign, *beside)]
+        preload = np.concatenate([p for p in read if p is not None])
         # At one preload it is the friction that follows the preload.
-        several = preload is not None and np.ptp(preload) > 0.01 * preload.mean()
+        several = np.ptp(preload) > 0.01 * preload.mean()
         proposed = (
             *VARIANTS,
             *(constant_frictions(torque) if several else ()),
