@@ -130,6 +130,31 @@ def test_a_changed_scatter_is_a_finding_of_its_own() -> None:
     assert answer.noise.changed and "scatter changed" in answer.sentence
 
 
+@pytest.mark.parametrize("runs", [1, 3])
+def test_what_the_model_does_not_follow_is_no_scatter(runs: int) -> None:
+    """A law that is left is smooth along a run."""
+    torque_Nm = 10 * np.sin(2 * np.pi * np.arange(240) / 240)
+
+    def level(
+        law_arcsec: float, scatter_arcsec: float, seed: int
+    ) -> dict[str, NDArray[np.float64]]:
+        n = runs * len(torque_Nm)
+        torque = np.tile(torque_Nm, runs)
+        law = law_arcsec * np.sin(0.6 * torque)
+        noise = scatter_arcsec * np.random.default_rng(seed).standard_normal(n)
+        run = np.repeat(np.arange(1.0, runs + 1), len(torque_Nm))
+        columns = {"run": run, "time_s": np.arange(float(n)), "torque_Nm": torque}
+        return columns | {"elastic_angle_arcsec": 60 * torque + law + noise}
+
+    def scatter(*levels: dict[str, NDArray[np.float64]]) -> Any:
+        return cbpt.change(SPRING, *levels, effects=[]).noise
+
+    other_law = scatter(level(2, 0.3, 1), level(6, 0.3, 2))
+    assert not other_law.changed
+    assert np.allclose(other_law.u_arcsec, 0.3, rtol=0.2)
+    assert scatter(level(4, 0.3, 1), level(4, 0.9, 2)).changed
+
+
 def by_step(*friction_Nm: float) -> dict[str, NDArray[np.float64]]:
     """One table, a step for each friction."""
     parts = [loops(f, seed=s) for s, f in enumerate(friction_Nm)]

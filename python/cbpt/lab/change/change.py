@@ -276,7 +276,7 @@ def _answer(
         changed=changed,
         unchanged=tuple(_unchanged(weighed)),
         probability=1 - something if kind == "nothing" else something,
-        noise=noise_change(levels.fits),
+        noise=noise_change([p.problem.campaign.readings for p in levels.parties], levels.fits),
         remains=max(left, key=lambda rest: rest["rms_arcsec"], default=None),
         levels=tuple(names),
         readings=tuple(parts),

@@ -1,7 +1,11 @@
 """Whether the scatter of the readings changed.
 
 NoiseChange    the scatter of each level, and the probability that it is not one and the same
-noise_change   from the noise of the levels' fits
+noise_change   from what the levels' fits leave
+
+What a model does not follow is left beside the scatter, and changes with what changed. It is smooth
+along a run but for few places: so the scatter is what half of the readings differ by from the
+middle of their neighbours.
 """
 
 from __future__ import annotations
@@ -11,13 +15,23 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.readings.readings import Readings
+
+Floats = NDArray[np.float64]
 
 _SPREAD = 0.7
 """Standard deviation, in the logarithm, of a scatter that did change: a factor of 2."""
 _ODDS = 0.1
 """Prior odds that it did."""
+_OWN = 0.37 * 36 / 70
+"""How many readings without correlation tell their scatter as well as one second difference
+y_1 - 2 y_2 + y_3, whose covariances are as 6, -4 and 1: 6^2/(6^2 + 2 (4^2 + 1^2)); of that 0.37, as
+the median of sizes tells less than their mean square."""
+_NORMAL = 1.4826
+"""Standard deviation over the median size."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +39,7 @@ class NoiseChange:
     """The scatter of each level."""
 
     u_arcsec: tuple[float, ...]
-    """Standard deviation of a typical reading."""
+    """Standard deviation of a reading, beside its neighbours."""
     probability: float
     """That they are not all the same."""
 
@@ -43,20 +57,13 @@ class NoiseChange:
         }
 
 
-def noise_change(fits: Sequence[Fit]) -> NoiseChange:
+def noise_change(readings: Sequence[Readings], fits: Sequence[Fit]) -> NoiseChange:
     """Normal in the logarithm of the scatter, with as many readings as correlation leaves."""
-    size, variance = [], []
-    for fit in fits:
-        n, rho = len(fit.residual_arcsec), fit.noise.correlation
-        left = max((n - len(fit.unknowns)) * (1 - rho) / (1 + rho), 2.0)
-        residual = fit.residual_arcsec
-        if fit.noise.inflation is not None:
-            residual = residual / fit.noise.inflation
-        size.append(float(np.sqrt(np.mean(residual**2))))
-        # A sample of what is not quite normal knows its spread half as well.
-        variance.append(2 / (2 * left))
+    told = [_scatter(r, _left(fit)) for r, fit in zip(readings, fits, strict=True)]
+    size = [arcsec for arcsec, _ in told]
+    # A sample of what is not quite normal knows its spread half as well.
+    v = np.array([1 / max(freedom, 2.0) for _, freedom in told])
     log = np.log(np.maximum(size, 1e-300))
-    v = np.array(variance)
 
     def evidence(extra: float) -> float:
         """Of one mean, on which all levels scatter by `extra` beside their own variance."""
@@ -66,3 +73,21 @@ def noise_change(fits: Sequence[Fit]) -> NoiseChange:
 
     odds = _ODDS * np.exp(min(evidence(_SPREAD**2) - evidence(0.0), 500.0))
     return NoiseChange(tuple(size), float(odds / (1 + odds)))
+
+
+def _left(fit: Fit) -> Floats:
+    """What a fit leaves, arcsec; of a reading that was inflated, the share that it would have."""
+    inflation = fit.noise.inflation
+    return fit.residual_arcsec if inflation is None else fit.residual_arcsec / inflation
+
+
+def _scatter(readings: Readings, left_arcsec: Floats) -> tuple[float, float]:
+    """Scatter from second differences along the runs, and how many readings tell it; of all
+    readings where half of them bend nowhere."""
+    order = np.argsort(readings.run_index, kind="stable")
+    y, run = left_arcsec[order], readings.run_index[order]
+    bend = (y[:-2] - 2 * y[1:-1] + y[2:])[run[:-2] == run[2:]] / np.sqrt(6)
+    size = _NORMAL * float(np.median(np.abs(bend))) if len(bend) else 0.0
+    if size > 0:
+        return size, _OWN * len(bend)
+    return float(np.sqrt(np.mean(left_arcsec**2))), float(len(left_arcsec))
