@@ -191,7 +191,11 @@ def test_a_random_walk_is_brownian_motion() -> None:
 def test_first_readings_need_runs_with_others() -> None:
     found = first_reading(Rows.of(np.repeat([0, 1, 2], 4)).before)
     assert found is not None
-    assert np.flatnonzero(found.columns_arcsec).tolist() == [0, 4, 8]
+    assert np.flatnonzero(found.columns_arcsec[:, 0]).tolist() == [0, 4, 8]
+    rows, runs = np.nonzero(found.columns_arcsec[:, 1:])
+    assert (rows.tolist(), runs.tolist()) == ([0, 4, 8], [0, 1, 2])
+    many = first_reading(Rows.of(np.repeat(np.arange(65), 3)).before)
+    assert many is not None and many.columns_arcsec.shape == (195, 1)
     assert first_reading(Rows.of(np.repeat([0, 1], 4)).before) is None
     assert first_reading(Rows.of(np.repeat([0, 1, 2], 2)).before) is None
 

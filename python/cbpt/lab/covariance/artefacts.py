@@ -30,6 +30,10 @@ Kind = Literal["random_walk", "first_reading"]
 _TERMS = 16
 """Of the expansion of a random walk: they hold 97 % of its variance."""
 
+_ALONE, _RUNS_ALONE = 0.3, 64
+"""What the first readings of runs differ by, of what they have in common; in so many runs at most:
+more of them tell the common part well enough."""
+
 
 @dataclass(frozen=True, eq=False)
 class Artefact:
@@ -65,7 +69,12 @@ def first_reading(before: NDArray[np.int64]) -> Artefact | None:
     runs = int(np.count_nonzero(first))
     if runs < 3 or len(before) < 3 * runs:
         return None
-    return Artefact("first_reading", first[:, None].astype(np.float64))
+    alike = first[:, None].astype(np.float64)
+    if runs > _RUNS_ALONE:
+        return Artefact("first_reading", alike)
+    alone = np.zeros((len(before), runs))
+    alone[np.flatnonzero(first), np.arange(runs)] = _ALONE
+    return Artefact("first_reading", np.column_stack([alike, alone]))
 
 
 def gains_of(gram: Floats, projection: Floats, sizes: Floats) -> Floats:
