@@ -22,7 +22,8 @@ Outcome = Mapping[str, Any]
 RIG = frozenset(
     (
         *("run_offset", "drift", "sensor_nonlinearity", "sensor_gain"),
-        *("torque_scale", "torque_zero", "preload_scale"),
+        *("torque_scale", "torque_zero", "torque_lag", "torque_hysteresis"),
+        *("preload_scale", "preload_crosstalk"),
     )
 )
 """What belongs to the instrument, not to the drive."""

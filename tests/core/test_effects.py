@@ -167,7 +167,8 @@ def test_every_effect_that_the_rig_has_is_compared() -> None:
     ids = [spec.id for spec in _core.effect_specs() if "ball_drive" in spec.reducers]
     # test_loop_forms.py, test_breakaway.py
     of_loops = {"hard_stop", "distributed_friction", "rate_friction", "breakaway_friction"}
-    alone = {"run_offset", "torque_zero", *of_loops}
+    instruments = {"torque_zero", "torque_lag", "torque_hysteresis", "preload_crosstalk"}
+    alone = {"run_offset", "span_drift", *instruments, *of_loops}
     assert set(SAME) == set(ids) - alone == set(LIBRARY) - {"run_offset"}
 
 
@@ -193,6 +194,65 @@ def test_a_zero_error_of_the_torque_is_another_torque(case: str) -> None:
     numbers = [{"zero_error_Nm": 0.3}, *(SAME[each][1](SAME[each][0])[0] for each in others)]
     shifted = replace(ROWS, torque_Nm=ROWS.torque_Nm - 0.3)
     wanted = simulate(rig_drive(CASES[case]), shifted, [of_rig(each) for each in others])
+    angle = found.predict(values_of(found, numbers)).angle_rad
+    np.testing.assert_allclose(angle, wanted, rtol=1e-8, atol=1e-12)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_torque_that_lags_and_one_with_hysteresis_are_other_torques(case: str) -> None:
+    """By their equations, reading for reading."""
+    torque = ROWS.torque_Nm
+    drive = Drive.from_dict(CASES[case])
+    for effect, number, value in (
+        ("torque_lag", "lag_s", 0.7),
+        ("torque_lag", "lag_s", -0.7),
+        ("torque_hysteresis", "half_width_Nm", 0.2),
+        ("torque_hysteresis", "half_width_Nm", -0.2),
+    ):
+        loads = torque.copy()
+        for run in np.unique(ROWS.run):
+            here = np.flatnonzero(ROWS.run == run)
+            loads[here] += _added(effect, value, ROWS.time_s[here], torque[here])
+        assert np.abs(loads - torque).max() > 0.01
+        found = predictor(drive, [effect])
+        angle = found.predict(values_of(found, [{number: value}])).angle_rad
+        wanted = simulate(rig_drive(CASES[case]), replace(ROWS, torque_Nm=loads))
+        np.testing.assert_allclose(angle, wanted, rtol=1e-8, atol=1e-12)
+
+
+def _added(effect: str, value: float, time_s: Floats, torque_Nm: Floats) -> Floats:
+    """To the torques of a run, N m."""
+    added = np.zeros(len(torque_Nm))
+    follows = 0.0
+    for i, torque in enumerate(torque_Nm):
+        if effect == "torque_hysteresis":
+            follows = np.clip(follows, torque - abs(value), torque + abs(value))
+            added[i] = np.sign(value) * (torque - follows)
+        else:
+            ends = [max(i - 1, 0), min(i + 1, len(torque_Nm) - 1)]
+            added[i] = value * np.ptp(torque_Nm[ends]) / np.ptp(time_s[ends])
+            added[i] *= np.sign(np.diff(torque_Nm[ends])[0])
+    return added
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_span_that_drifts_is_a_share_of_the_angle(case: str) -> None:
+    found = predictor(Drive.from_dict(CASES[case]), ["span_drift"])
+    numbers = [{"rate_per_s": 1e-6, "rate_per_K": -2e-3}]
+    plain = simulate(rig_drive(CASES[case]), ROWS)
+    assert ROWS.temperature_degC is not None
+    passed, warmer = ROWS.time_s - ROWS.time_s[0], ROWS.temperature_degC - ROWS.temperature_degC[0]
+    angle = found.predict(values_of(found, numbers)).angle_rad
+    wanted = plain * (1 + 1e-6 * passed - 2e-3 * warmer)
+    np.testing.assert_allclose(angle, wanted, rtol=1e-8, atol=1e-12)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_crosstalk_is_another_preload(case: str) -> None:
+    found = predictor(Drive.from_dict(CASES[case]), ["preload_crosstalk"])
+    numbers = [{"crosstalk_force_N": -30.0, "reference_torque_Nm": 4.0}]
+    other = replace(ROWS, preload_N=ROWS.preload_N - 7.5 * ROWS.torque_Nm)
+    wanted = simulate(rig_drive(CASES[case]), other)
     angle = found.predict(values_of(found, numbers)).angle_rad
     np.testing.assert_allclose(angle, wanted, rtol=1e-8, atol=1e-12)
 

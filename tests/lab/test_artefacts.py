@@ -111,6 +111,48 @@ def test_a_torque_sensor_off_zero_is_no_nonlinear_angle_sensor() -> None:
     assert value["value"] == pytest.approx(0.4, abs=3 * value["u"])
 
 
+@pytest.mark.parametrize(
+    ("effect", "parameter", "value"),
+    [
+        ("torque_lag", "lag_s", 1.5),
+        ("torque_lag", "lag_s", -1.5),
+        ("torque_hysteresis", "half_width_Nm", 0.12),
+        ("preload_crosstalk", "crosstalk_force_N", 25.0),
+        ("span_drift", "rate_per_K", 0.01),
+    ],
+)
+def test_what_data_sheets_of_instruments_state_is_no_friction(
+    effect: str, parameter: str, value: float
+) -> None:
+    """Nor a spring or a preload that follows the temperature."""
+    at = {"reference_torque_Nm": 8.0} if effect == "preload_crosstalk" else {}
+    readings = cbpt.simulate(CASE, TABLE, effects=[(effect, {parameter: value, **at})], seed=1)
+    found = cbpt.diagnose(CASE, readings)
+    assert found.verdict.effects == (effect,)
+    assert found.verdict.kind == ("effect" if effect == "span_drift" else "rig")
+    fitted = found.parameters(found.after, effect)[parameter]
+    assert fitted["value"] == pytest.approx(value, abs=3 * fitted["u"])
+
+
+def test_a_load_behind_friction_of_the_rig_is_no_certain_friction_of_the_drive() -> None:
+    """At the size that a sensor's hysteresis may have; at four preloads."""
+    behind = ("torque_hysteresis", {"half_width_Nm": -0.12})
+    found = cbpt.diagnose(CASE, cbpt.simulate(CASE, TABLE, effects=[behind], seed=1)).verdict
+    assert "friction_hysteresis" not in found.effects
+    assert "torque_hysteresis" in {*found.effects, *(e for g in found.rivals for e in g)}
+
+
+def test_first_readings_that_are_off_by_different_angles_are_no_hysteresis() -> None:
+    rng = np.random.default_rng(1)
+    angle = cbpt.simulate(CASE, TABLE, u_elastic_angle_arcsec=1e-9).elastic_angle_arcsec
+    read = angle + U_ARCSEC * rng.standard_normal(len(angle))
+    first = np.unique(TABLE.run_index, return_index=True)[1]
+    read[first] += 8 * U_ARCSEC * (1 + 0.3 * rng.standard_normal(len(first)))
+    found = cbpt.diagnose(CASE, replace(TABLE, elastic_angle_arcsec=read)).verdict
+    assert (found.kind, found.effects, found.rivals) == ("rig", (), ())
+    assert found.noise == ("first_reading",)
+
+
 def test_a_zero_that_wanders_is_seen_in_few_readings_too() -> None:
     """A fit that may follow the whole library follows it as well there."""
     few = TABLE.select(TABLE.run_index < 5)

@@ -68,6 +68,16 @@ def test_no_diagnosis_proposes_them() -> None:
     assert {v.effect for v in asked.variants} & set(ON_REQUEST) == {"rate_friction"}
 
 
+def test_a_lag_of_the_torque_is_fitted_to_a_spring_where_it_is_asked_for() -> None:
+    data = table("hard_stop")
+    case = cbpt.Case.from_dict(CASE).with_effects([("torque_lag", {"lag_s": 0.4})])
+    angle = np.deg2rad(cbpt.compare(case, data).model.elastic_angle_arcsec / 3600)
+    noise = NOISE_rad * np.random.default_rng(1).standard_normal(len(angle))
+    found = cbpt.fit(CASE, data | {"elastic_angle_rad": angle + noise}, ["torque_lag"])
+    lag = found.parameters()["torque_lag"]["lag_s"]
+    assert lag["value"] == pytest.approx(0.4, abs=3 * lag["u"]) and lag["u"] < 0.02
+
+
 def test_a_mistyped_one_is_helped() -> None:
     with pytest.raises(cbpt.InvalidInputError, match=r"Did you mean hard_stop\?"):
         cbpt.fit(CASE, table("hard_stop"), ["hard_stopp"])

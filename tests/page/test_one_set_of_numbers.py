@@ -107,7 +107,8 @@ def test_every_place_has_the_numbers_of_the_answer(opened: tuple[Any, Any], unit
     assert gauge.startswith(f"{angle.number(after['rmse_arcsec'])} {unit}")
     assert f"held out {angle.number(after['held_out_rmse_arcsec'])}" in gauge
     for why in d.why():
-        assert " ".join(sentence(d, why, angle).split()) in words(page, "#why")
+        told = " ".join(sentence(d, why, angle).split()).replace("+-", "±")
+        assert told in words(page, "#why")
 
 
 def test_a_figure_has_the_digits_of_its_uncertainty(opened: tuple[Any, Any]) -> None:

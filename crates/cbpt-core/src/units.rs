@@ -31,6 +31,7 @@ pub enum Quantity {
     PerAngleSquared,
     PerTorque,
     PerTime,
+    PerTemperature,
     AnglePerTime,
     AnglePerTemperature,
     AnglePerTorque,
@@ -75,7 +76,7 @@ pub struct Conversion {
 
 impl Quantity {
     /// Every quantity, in the order of [`all`].
-    pub const ALL: [Self; 20] = [
+    pub const ALL: [Self; 21] = [
         Self::Number,
         Self::Length,
         Self::Angle,
@@ -88,6 +89,7 @@ impl Quantity {
         Self::PerAngleSquared,
         Self::PerTorque,
         Self::PerTime,
+        Self::PerTemperature,
         Self::AnglePerTime,
         Self::AnglePerTemperature,
         Self::AnglePerTorque,
@@ -113,6 +115,7 @@ impl Quantity {
             Self::PerAngleSquared => "per angle squared",
             Self::PerTorque => "per torque",
             Self::PerTime => "per time",
+            Self::PerTemperature => "per temperature",
             Self::AnglePerTime => "angle per time",
             Self::AnglePerTemperature => "angle per temperature",
             Self::AnglePerTorque => "angle per torque",
@@ -139,6 +142,7 @@ impl Quantity {
             Self::PerAngleSquared => PER_ANGLE_SQUARED,
             Self::PerTorque => PER_TORQUE,
             Self::PerTime => PER_TIME,
+            Self::PerTemperature => PER_TEMPERATURE,
             Self::AnglePerTime => ANGLE_PER_TIME,
             Self::AnglePerTemperature => ANGLE_PER_TEMPERATURE,
             Self::AnglePerTorque => ANGLE_PER_TORQUE,
@@ -180,6 +184,7 @@ impl Quantity {
             | Self::Torque
             | Self::Time
             | Self::PerTorque
+            | Self::PerTemperature
             | Self::ForcePerTemperature
             | Self::Mass
             | Self::Inertia => return self.si(),
@@ -474,6 +479,11 @@ const PER_TIME: &[Unit] = {
         R.parts("per_min", 1, 60).written("1/min"),
         R.parts("per_h", 1, 3600).written("1/h"),
     ]
+};
+
+const PER_TEMPERATURE: &[Unit] = {
+    const R: Of = Of(Quantity::PerTemperature);
+    &[R.tens("per_K", 0).written("1/K")]
 };
 
 const ANGLE_PER_TIME: &[Unit] = {

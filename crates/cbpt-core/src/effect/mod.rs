@@ -37,6 +37,7 @@ pub mod groove_pitch_error;
 pub mod hard_stop;
 pub mod output_torsion;
 pub mod plate_tilt;
+pub mod preload_crosstalk;
 pub mod preload_loss;
 pub mod preload_scale;
 pub mod preload_spring;
@@ -46,8 +47,11 @@ pub mod run_in;
 pub mod run_offset;
 pub mod sensor_gain;
 pub mod sensor_nonlinearity;
+pub mod span_drift;
 pub mod stiffness_curve;
 pub mod thermal_preload;
+pub mod torque_hysteresis;
+pub mod torque_lag;
 pub mod torque_scale;
 pub mod torque_zero;
 pub mod wear;
@@ -59,16 +63,20 @@ pub use own::{AddsTo, OwnEffect, OwnParameter};
 pub use spec::{Class, Parameter, Port, Reducers, Scale, Spec};
 
 /// Every effect, in the order in which all documents list them.
-pub static LIBRARY: [&Spec; 30] = [
+pub static LIBRARY: [&Spec; 34] = [
     &contact_stiffness::SPEC,
     &contact_angle::SPEC,
     &torque_scale::SPEC,
     &torque_zero::SPEC,
+    &torque_lag::SPEC,
+    &torque_hysteresis::SPEC,
     &preload_scale::SPEC,
+    &preload_crosstalk::SPEC,
     &sensor_gain::SPEC,
     &sensor_nonlinearity::SPEC,
     &run_offset::SPEC,
     &drift::SPEC,
+    &span_drift::SPEC,
     &eccentric_bearing::SPEC,
     &bearing_play::SPEC,
     &backlash::SPEC,

@@ -159,6 +159,8 @@ pub enum Action {
     /// Changes the load by the temperature of a part (K, less the first one), which follows the measured one with the effect's
     /// number of this place as time constant; see [`super::lag`].
     ThermalLoad(usize, fn(&[Dual], Dual, &mut Load)),
+    /// Changes the torque of each reading of a run, N m: for what depends on the torques read before.
+    Torques(fn(&[Dual], &[Row]) -> Vec<Dual>),
     /// zeta, g and p at a ball for one unit of the size given by its index, m per unit; the sizes act linearly.
     Gap(fn(&[f64], usize, &Ball) -> [f64; 3]),
     /// Changes the contacts.

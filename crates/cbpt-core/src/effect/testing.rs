@@ -57,6 +57,17 @@ pub fn load(spec: &Spec, own: &[f64]) -> Load {
     load
 }
 
+/// What is added to the torques of a run, given as its times (s) and torques (N m).
+pub fn torques(spec: &Spec, own: &[Dual], run: &[(f64, f64)]) -> Vec<Dual> {
+    let Action::Torques(act) = spec.action else { panic!("{} acts elsewhere", spec.id) };
+    let mut before_s = run[0].0;
+    let row = |&(run_time_s, torque_Nm): &(f64, f64)| {
+        let step_time_s = run_time_s - std::mem::replace(&mut before_s, run_time_s);
+        Row { torque_Nm, run_time_s, step_time_s, ..ROW }
+    };
+    act(own, &run.iter().map(row).collect::<Vec<_>>())
+}
+
 pub fn contact(spec: &Spec, own: &[f64]) -> Contact {
     let Action::Contact(act) = spec.action else { panic!("{} acts elsewhere", spec.id) };
     let mut contact = Contact::unchanged();
@@ -104,6 +115,10 @@ pub fn vanishes(spec: &Spec) {
             let values = [load.torque_Nm.value, load.preload_N.value, load.spring_N_per_m.value];
             assert_eq!(values, [ROW.torque_Nm, ROW.preload_N, 0.0]);
             assert!(load.friction.iter().all(|friction| friction.limit_Nm(&load).value == 0.0));
+        }
+        Action::Torques(_) => {
+            let run = [(0.0, -3.0), (5.0, 0.0), (60.0, 5.0)];
+            assert!(torques(spec, &duals(&own), &run).iter().all(|torque| torque.value == 0.0));
         }
         // A gap is its size times a shape.
         Action::Gap(_) => assert!(spec.parameters.iter().all(|p| !p.is_size || p.neutral == 0.0)),

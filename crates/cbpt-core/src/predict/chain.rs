@@ -20,6 +20,8 @@ pub struct Link {
     pub own: Vec<Dual>,
     /// Temperature of the part at every reading (K, less the first one); empty where it is the measured one.
     part_temperatures: Vec<Dual>,
+    /// What it adds to the torque of every reading, N m; empty where it adds none.
+    torques_Nm: Vec<Dual>,
 }
 
 impl Link {
@@ -30,7 +32,12 @@ impl Link {
         let part_temperatures = lags.map_or_else(Vec::new, |time_s| {
             rows.by_clock().into_iter().flat_map(|rows| part_temperatures(rows, &time_s)).collect()
         });
-        Self { port: spec.port, action: spec.action, own, part_temperatures }
+        let torques_Nm = if let Action::Torques(act) = spec.action {
+            (0..rows.runs()).flat_map(|run| act(&own, &rows.by_run()[rows.run(run)])).collect()
+        } else {
+            Vec::new()
+        };
+        Self { port: spec.port, action: spec.action, own, part_temperatures, torques_Nm }
     }
 
     fn temperature(&self, row: &Row) -> Dual {
@@ -65,6 +72,7 @@ impl Chain {
             for link in self.links.iter().filter(|link| (link.port == Port::Reading) == gain) {
                 match link.action {
                     Action::Load(act) => act(&link.own, row, &mut load),
+                    Action::Torques(_) => load.torque_Nm += link.torques_Nm[row.place],
                     Action::ThermalLoad(_, act) => act(&link.own, link.temperature(row), &mut load),
                     _ => {}
                 }

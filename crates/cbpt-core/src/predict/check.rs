@@ -46,8 +46,10 @@ impl Predictor {
                 let rule = format!("must be below the number of deceleration balls, {balls}");
                 require(*value < f64::from(balls), field(), value, &rule)?;
             }
-            let thermal =
-                matches!(parameter.quantity, Quantity::AnglePerTemperature | Quantity::ForcePerTemperature);
+            let thermal = matches!(
+                parameter.quantity,
+                Quantity::AnglePerTemperature | Quantity::ForcePerTemperature | Quantity::PerTemperature
+            );
             if thermal && !self.rows.has_temperature() {
                 require(
                     *value == 0.0,

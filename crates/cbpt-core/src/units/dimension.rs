@@ -122,6 +122,7 @@ impl Quantity {
             Self::PerAngleSquared => [0.0, 0.0, 0.0, 0.0, -2.0],
             Self::PerTorque => [-1.0, -1.0, 0.0, 0.0, 0.0],
             Self::PerTime => [0.0, 0.0, -1.0, 0.0, 0.0],
+            Self::PerTemperature => [0.0, 0.0, 0.0, -1.0, 0.0],
             Self::AnglePerTime => [0.0, 0.0, -1.0, 0.0, 1.0],
             Self::AnglePerTemperature => [0.0, 0.0, 0.0, -1.0, 1.0],
             Self::AnglePerTorque => [-1.0, -1.0, 0.0, 0.0, 1.0],

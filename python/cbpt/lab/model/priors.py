@@ -268,8 +268,9 @@ _TABLE: tuple[Variant, ...] = (
 
 VARIANTS = tuple(replace(v, high=_largest(v.effect, v.sizes[0])) for v in _TABLE)
 ON_REQUEST = ("distributed_friction", "rate_friction", "breakaway_friction", "hard_stop")
-"""Effects that are fitted where the user asks for them; no diagnosis proposes them. What
-that rests on: docs/explanation/loop-forms.md."""
+"""Effects that are fitted where the user asks for them; no diagnosis proposes them, but for
+`rate_friction` of ball drives, which a lag of the torque would else be named for. What that rests
+on: docs/explanation/loop-forms.md."""
 
 
 def lots(balls: int) -> tuple[Variant, ...]:
@@ -328,6 +329,42 @@ def torque_zeros(torque_Nm: float) -> tuple[Variant, ...]:
     return (Variant("torque_zero", ("zero_error_Nm",), low, high, signed=True, scaled=True),)
 
 
+def torque_lags(torque_Nm: float, rate_Nm_per_s: float) -> tuple[Variant, ...]:
+    """A lag that is an error of 0.2 to 20 % of the largest torque at the rate of the table."""
+    low, high = 0.002 * torque_Nm / rate_Nm_per_s, 0.2 * torque_Nm / rate_Nm_per_s
+    return (Variant("torque_lag", ("lag_s",), low, high, True, needs="time_s", scaled=True),)
+
+
+def torque_hystereses(torque_Nm: float) -> tuple[Variant, ...]:
+    """Half a loop's width as data sheets of torque sensors have it: 0.02 to 2 % of the largest
+    torque."""
+    low, high = 2e-4 * torque_Nm, 0.02 * torque_Nm
+    return (Variant("torque_hysteresis", ("half_width_Nm",), low, high, True, scaled=True),)
+
+
+def crosstalks(torque_Nm: float, preload_N: float) -> tuple[Variant, ...]:
+    """A preload that is off by 0.2 to 20 % at the largest torque."""
+    low, high = 0.002 * preload_N, 0.2 * preload_N
+    at = (("reference_torque_Nm", torque_Nm),)
+    size = ("crosstalk_force_N",)
+    return (Variant("preload_crosstalk", size, low, high, True, fixed=at, scaled=True),)
+
+
+def span_drifts(length_s: float | None, with_temperature: bool) -> tuple[Variant, ...]:
+    """A ratio of angle to torque that is off by 0.1 to 20 % at the end, or by 0.02 to 2 % per
+    kelvin."""
+    found = []
+    if length_s:
+        size, low, high = ("rate_per_s",), 1e-3 / length_s, 0.2 / length_s
+        form = Variant("span_drift", size, low, high, True, needs="time_s", name="time")
+        found.append(replace(form, scaled=True))
+    if with_temperature:
+        size = ("rate_per_K",)
+        form = Variant("span_drift", size, 2e-4, 0.02, True, needs="temperature_degC")
+        found.append(replace(form, name="temperature", scaled=True))
+    return tuple(found)
+
+
 LOT = "ball_diameter_lot"
 
 PRIORS = {
@@ -367,18 +404,18 @@ def _sphere(k: int) -> float:
     return float(2 * np.pi ** (k / 2) / math.gamma(k / 2))
 
 
+_CALIBRATIONS = ("torque_scale", "preload_scale", "sensor_gain", "contact_angle")
+_INSTRUMENTS = ("torque_lag", "torque_hysteresis", "preload_crosstalk", "span_drift")
 ODDS: dict[str, float] = {
     "": 0.03,
-    "torque_scale": 2e-4,
-    "preload_scale": 2e-4,
-    "sensor_gain": 2e-4,
-    "contact_angle": 2e-4,
+    **dict.fromkeys((*_CALIBRATIONS, *_INSTRUMENTS, "rate_friction"), 2e-4),
     "ball_diameter_lot": 0.01,
     "unknown": 0.03,
 }
 """Prior odds of an effect against nothing; "" stands for those not listed. A calibration or an
 angle that is wrong by far more than its stated uncertainty is a hundred times less likely than a
-missing effect.
+missing effect, and so is an error of an instrument beyond gain, zero and drift, or friction that
+grows with the rate, its twin: without evidence of their own they are no rivals of friction.
 """
 
 CLASSES: dict[str, str] = {spec.id: spec.kind for spec in effect_specs()}

@@ -23,14 +23,17 @@ from cbpt.lab.model.priors import (
     CREEP,
     EXPONENT,
     LAG,
-    ON_REQUEST,
     SETTLING,
     VARIANTS,
     Shape,
     Variant,
     constant_frictions,
+    crosstalks,
     joints,
     soft_plays,
+    span_drifts,
+    torque_hystereses,
+    torque_lags,
     torque_zeros,
 )
 from cbpt.results import solve_many
@@ -53,13 +56,56 @@ def library_of(
             *soft_plays(torque),
             *joints(torque),
             *torque_zeros(torque),
+            *_of_instruments(campaign, torque),
+            *_growing_frictions(campaign),
         )
     else:
         proposed = tuple(_of_spring(campaign))
-    if not any(a.partition(":")[0] in ON_REQUEST for a in asked):
+    offered = {v.effect for v in proposed}
+    if all(a.partition(":")[0] in offered for a in asked):
         return proposed
-    further = _on_request(campaign)
-    return *proposed, *(v for v in further if v.effect in asked or v.label in asked)
+    further = (*_on_request(campaign), *_of_instruments(campaign, _reach(campaign)[0]))
+    return *proposed, *(
+        v for v in further if v.effect not in offered and (v.effect in asked or v.label in asked)
+    )
+
+
+def _of_instruments(campaign: Campaign, torque_Nm: float) -> Iterator[Variant]:
+    """What data sheets of a rig's instruments state beside gain and zero."""
+    readings = campaign.readings
+    yield from _lags(campaign, torque_Nm)
+    yield from torque_hystereses(torque_Nm)
+    if readings.preload_N is not None:
+        yield from crosstalks(torque_Nm, float(readings.preload_N.mean()))
+    length = None if readings.time_s is None else float(np.ptp(readings.time_s))
+    yield from span_drifts(length, readings.temperature_degC is not None)
+
+
+def _growing_frictions(campaign: Campaign) -> Iterator[Variant]:
+    """Friction that grows with the rate over all of the rates of the table: what grows no more is
+    friction that does not depend on them."""
+    if not _lags(campaign, 1.0):
+        return
+    for form in _on_request(campaign):
+        if form.effect == "rate_friction":
+            (rate,) = form.shapes
+            growing = replace(rate, low=100 * rate.low, grid=rate.grid[1:])
+            yield replace(form, shapes=(growing,))
+
+
+def _lags(campaign: Campaign, torque_Nm: float) -> tuple[Variant, ...]:
+    """A lag of the torque readings, where the torque changes with time."""
+    readings = campaign.readings
+    if readings.time_s is None:
+        return ()
+    order = np.lexsort((readings.time_s, readings.run_index))
+    same_run = np.diff(readings.run_index[order]) == 0
+    time_s = np.diff(readings.time_s[order])[same_run]
+    step_Nm = np.abs(np.diff(readings.torque_Nm[order]))[same_run]
+    moving = (time_s > 0) & (step_Nm > 0)
+    if not moving.any():
+        return ()
+    return torque_lags(torque_Nm, float(np.median(step_Nm[moving] / time_s[moving])))
 
 
 def _reach(campaign: Campaign) -> tuple[float, float]:
