@@ -4,7 +4,7 @@
 //! time have each a clock of its own, which starts again with the run; then their order is that of the table.
 //!
 //! A run goes on from where the one before it ended, and is not loaded from rest, if nothing between them says otherwise
-//! ([`Rows::histories`]).
+//! (`Rows::histories`).
 
 use std::collections::HashMap;
 
