@@ -18,7 +18,11 @@ import cbpt
 from cbpt.cli import main as commands
 from cbpt.lab.change.loop_widths import widths_of
 from cbpt.lab.change.parties import Levels, levels_of
-from cbpt.lab.change.reproducibility import with_dispersion, with_set_ups
+from cbpt.lab.change.reproducibility import (
+    autocorrelation_time,
+    with_dispersion,
+    with_set_ups,
+)
 from cbpt.lab.change.shared import fit_shared
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.own_terms import campaign_of
@@ -248,6 +252,36 @@ def test_friction_that_does_not_follow_the_preload_is_told_by_all_levels() -> No
     assert constant in {v.label for v in library_of(alone, beside=[other])}
     levels = levels_of([alone, other], [constant])
     assert levels is not None and [v.label for v in levels.variants] == [constant]
+
+
+# --- what a model does not follow ---------------------------------------------------------
+
+
+def test_a_wave_along_the_runs_that_lies_otherwise_is_no_change() -> None:
+    """Neighbouring readings are off alike, so they are few observations."""
+
+    def waved(phase: float, seed: int) -> dict[str, NDArray[np.float64]]:
+        plain = loops(seed=seed)
+        at = 2 * np.pi * np.arange(len(plain["run"])) / 16 + phase
+        angle = plain["elastic_angle_arcsec"] + 16 * np.sin(at)
+        return plain | {"elastic_angle_arcsec": angle}
+
+    found = cbpt.change(SPRING, waved(0.0, 1), waved(1.8, 2), effects=[FRICTION])
+    assert found.kind == "nothing" and found.probability > 0.95
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.5, 0.9])
+def test_the_time_of_a_correlation_is_that_of_its_closed_form(correlation: float) -> None:
+    """(1 + rho)/(1 - rho) of a first-order autoregressive series."""
+    rng = np.random.default_rng(3)
+    runs = []
+    for _ in range(60):
+        run = np.zeros(300)
+        for i in range(1, 300):
+            run[i] = correlation * run[i - 1] + rng.standard_normal()
+        runs.append(run)
+    wanted = (1 + correlation) / (1 - correlation)
+    assert autocorrelation_time(runs) == pytest.approx(wanted, rel=0.15)
 
 
 # --- the reproducibility of a set-up ------------------------------------------------------

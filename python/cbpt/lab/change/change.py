@@ -25,6 +25,7 @@ from cbpt.lab.change.record import Changed, Direction, Kind, Unchanged
 from cbpt.lab.change.reproducibility import (
     reproducibility_of,
     with_dispersion,
+    with_misfit,
     with_set_ups,
 )
 from cbpt.lab.change.text import unless_repeated
@@ -142,6 +143,8 @@ def change(
         if candidates and states:
             reproducibility_arcsec = _estimated(candidates, states)
             candidates = with_dispersion(candidates, states)
+        elif candidates and not reproducibility_arcsec:
+            candidates = with_misfit(candidates)
         elif reproducibility_arcsec:
             candidates = [with_set_ups(c, reproducibility_arcsec) for c in candidates]
         weighed = weigh(candidates)

@@ -3,6 +3,7 @@
 with_set_ups        levels whose noise has what a new set-up changes
 reproducibility_of  that, from levels that repeat one state
 with_dispersion     levels whose readings count as far as the repeated levels agree
+with_misfit         levels whose readings count as far as what their fits leave has no pattern
 
 A repeated measurement on a real rig differs by more than readings scatter: the members lie a little
 otherwise, grease and temperature are others. How levels differ is told by their fitted curves; by
@@ -77,6 +78,44 @@ def with_dispersion(candidates: Sequence[Levels], places: Sequence[Sequence[int]
         replace(levels, parties=tuple(_dispersed(party, phi) for party in levels.parties))
         for levels in candidates
     ]
+
+
+def with_misfit(candidates: Sequence[Levels]) -> list[Levels]:
+    """The same with phi from what the fits leave, by the set of effects that leaves least pattern.
+
+    What a model does not follow goes on from reading to reading; it is a few observations and not
+    as many as there are readings. phi is the integrated autocorrelation time of the whitened
+    residuals (Geyer, Statistical Science 7 (1992) 473: pairs of lags while their sum is above 0):
+    1 of noise that is as the fit takes it.
+    """
+    phi = max(min(_time_of(levels) for levels in candidates), 1.0)
+    return [
+        replace(levels, parties=tuple(_dispersed(party, phi) for party in levels.parties))
+        for levels in candidates
+    ]
+
+
+def _time_of(levels: Levels) -> float:
+    """Of all levels together, along their runs."""
+    runs: list[Floats] = []
+    for party, fit in zip(levels.parties, levels.fits, strict=True):
+        left = party.problem.whitener(fit.residual_arcsec)
+        run_index = party.problem.campaign.rows.run_index
+        runs += [left[run_index == run] for run in np.unique(run_index)]
+    return autocorrelation_time(runs)
+
+
+def autocorrelation_time(runs: Sequence[Floats]) -> float:
+    """Integrated autocorrelation time of series of one kind with mean 0, in readings."""
+    total = np.zeros(max(map(len, runs)))
+    for run in runs:
+        power = np.abs(np.fft.rfft(run, 2 * len(run))) ** 2
+        total[: len(run)] += np.fft.irfft(power, 2 * len(run))[: len(run)]
+    if not total[0] > 0:
+        return 1.0
+    pairs = total[: len(total) // 2 * 2].reshape(-1, 2).sum(axis=1) / total[0]
+    below = np.flatnonzero(pairs <= 0)
+    return float(2 * pairs[: below[0] if len(below) else len(pairs)].sum() - 1)
 
 
 def _dispersed(party: Party, phi: float) -> Party:
