@@ -108,6 +108,26 @@ def test_a_straight_curve_has_no_break_torques() -> None:
     assert figure.value is None and figure.reason and "straight" in figure.reason
 
 
+def test_the_turn_of_friction_is_no_break_of_the_curve() -> None:
+    """A straight spring, held back by friction that turns over within one step of the torque."""
+    found = read(CYCLES, 60 * CYCLES + np.where(FALLS, 50.0, -50.0))
+    for name in ("K1", "K2", "K3"):
+        assert found.figure(name).value == pytest.approx(1.0, rel=1e-6)
+    for name in ("T1", "T2"):
+        figure = found.figure(name)
+        assert figure.value is None and figure.reason and "straight" in figure.reason
+    backlash = found.figure("backlash")
+    assert backlash.value == 0.0
+    assert "e+00" not in repr(found)
+
+
+def test_a_piece_without_a_rise_says_so() -> None:
+    found = read(CYCLES, 60 * CYCLES + 30 * np.sign(CYCLES))
+    missing = [found.figure(name) for name in ("K1", "K2", "K3")]
+    reasons = [figure.reason for figure in missing if figure.value is None]
+    assert reasons and all(reason and "does not grow" in reason for reason in reasons)
+
+
 # --- uncertainty --------------------------------------------------------------------------
 
 

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from cbpt._core import Case, Drive
 from cbpt.errors import InvalidInputError, ReadingsError
 from cbpt.lab.characteristics.characteristics import Characteristics
-from cbpt.lab.characteristics.figures import DEFINITIONS, NAMES, Convention
+from cbpt.lab.characteristics.figures import DEFINITIONS, NAMES, ROUNDING, Convention, pieces_of
 from cbpt.lab.characteristics.loops import Loop, loops_of
 from cbpt.lab.characteristics.play import MOST_FRICTION, SPAN, friction_torque_Nm
 from cbpt.lab.characteristics.record import Group
@@ -30,6 +30,7 @@ from cbpt.lab.readings.inputs import case_and_readings, case_of
 from cbpt.lab.readings.readings import Readings
 from cbpt.lab.readings.set_points import levels_of
 from cbpt.lab.wording.numbers import rounded
+from cbpt.results import ARCSEC_PER_RAD
 
 __all__ = ["characterise"]
 
@@ -38,8 +39,6 @@ Mask = NDArray[np.bool_]
 _OF_MODEL = "angle between both sides at no torque in a small loop without friction"
 _FULL = (0.75, 1.25)
 """Amplitudes of full loops, as shares of the rated torque."""
-_ROUNDING = 1e-6
-"""Share of the angle of a loop that is no figure but rounding, and what extrapolation leaves."""
 _ALIKE = 0.85
 """Loops whose amplitudes differ by no more than this factor are of one amplitude."""
 
@@ -268,8 +267,11 @@ class _Told:
             reason = _reason(name, self.loops, self.convention)
             return _missing(name, self.convention, self.setting, reason)
         unit, words = _words(name, self.convention, self.loops)
-        if unit == "arcsec" and abs(value) < _ROUNDING * self.loops.turn_arcsec:
-            value = 0.0
+        least = ROUNDING * {
+            "arcsec": self.loops.turn_arcsec,
+            "J": self.loops.turn_arcsec * self.loops.small_amplitude_Nm / ARCSEC_PER_RAD,
+        }.get(unit, 0.0)
+        value, type_a, type_b = (0.0 if abs(x) < least else x for x in (value, type_a, type_b))
         return Figure(
             name,
             value,
@@ -333,12 +335,27 @@ def _reason(name: str, loops: LoopSet, convention: Convention) -> str:
         case "T1" | "T2":
             return "a straight line describes the curve as well as three pieces do"
         case "K1" | "K2" | "K3":
-            return "the curve has fewer than 8 torques between zero and the rated torque"
+            return _no_piece(int(name[1]), loops, convention)
     if not any(loop.whole for loop in loops.full):
         return "no run has a loop: torques on both sides of zero, there and back"
     if name == "backlash":
         return _no_play(loops)
     return f"the loops do not reach {rounded(convention.window_Nm)} N m on both sides"
+
+
+def _no_piece(number: int, loops: LoopSet, convention: Convention) -> str:
+    found = pieces_of(loops.full[0], convention)
+    if found is None:
+        return (
+            "the curve has fewer than 8 torques between zero and the rated torque, or to where "
+            "friction turns back"
+        )
+    edges = [0.0, *found.breaks_Nm, convention.rated_torque_Nm]
+    return (
+        f"the angle does not grow with the torque along piece {number}, from "
+        f"{rounded(edges[number - 1])} to {rounded(edges[number])} N m: the curve has a step there "
+        "(as of play), and no bend"
+    )
 
 
 def _no_play(loops: LoopSet) -> str:

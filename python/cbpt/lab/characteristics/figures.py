@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.characteristics.loops import Branch, Loop
-from cbpt.lab.characteristics.play import play_of
+from cbpt.lab.characteristics.play import friction_torque_Nm, play_of
 from cbpt.lab.characteristics.three_pieces import ThreePieces, three_pieces
 from cbpt.results import ARCSEC_PER_RAD
 
@@ -54,12 +54,20 @@ class _Shares:
     """To which a loop must go for that at least."""
     curve: float = 0.05
     """Half the span of a stiffness."""
+    turned: float = 0.5
+    """Of the amplitude: nearer to zero torque no readings are left out for a branch that has just
+    turned, however large friction is."""
 
 
 _SHARES = _Shares()
 CURVE_POINTS = 19
+ROUNDING = 1e-6
+"""Share of a figure, or of the angle of a loop, that is rounding, and what extrapolation leaves."""
 
-_PIECE = "three straight pieces through the centre line from zero torque, "
+_PIECE = (
+    "three straight pieces through the centre line from zero torque to where friction turns back "
+    "(twice its torque below the end of the loop), "
+)
 DEFINITIONS: Mapping[str, tuple[str, str]] = {
     "lost_motion": (
         "arcsec",
@@ -132,8 +140,9 @@ def _rigidity(loop: Loop, convention: Convention) -> float:
 
 def curve_of(loop: Loop, rated_torque_Nm: float) -> tuple[Floats, Floats]:
     """Torques above 0 up to the rated one and the angle of the centre line from zero there, the
-    mean of both signs where there are both; shape (k,). At the torques that were measured."""
-    low, high = _shared(*loop.branches)
+    mean of both signs where there are both; shape (k,). At the torques that were measured, but for
+    those where friction turns back: there the curve has a corner that no spring has."""
+    low, high = _slid(loop)
     knots = np.abs(np.concatenate([branch.knots_Nm for branch in loop.branches]))
     largest = min(max(-low, high), rated_torque_Nm)
     knots = np.unique(np.round(knots[(knots > 0) & (knots <= largest * (1 + 1e-9))], 12))
@@ -151,13 +160,30 @@ def curve_of(loop: Loop, rated_torque_Nm: float) -> tuple[Floats, Floats]:
     return knots[solid], angle[solid]
 
 
+def _slid(loop: Loop) -> tuple[float, float]:
+    """The torques that all branches have, without those from a turn to where friction has come
+    round: twice its torque."""
+    low, high = _shared(*loop.branches)
+    friction = float(np.nan_to_num(friction_torque_Nm(loop)))
+    least = _SHARES.turned * loop.amplitude_Nm
+    return min(low + 2 * friction, max(low, -least)), max(high - 2 * friction, min(high, least))
+
+
 def _pieces(loop: Loop, convention: Convention) -> dict[str, float]:
-    torque, angle = curve_of(loop, convention.rated_torque_Nm)
-    found = three_pieces(torque, angle, convention.breaks_Nm)
+    found = pieces_of(loop, convention)
     if found is None:
         return {}
-    stiffness = {f"K{i}": _stiffness(c) for i, c in enumerate(found.compliances, 1)}
+    least = ROUNDING * max(found.compliances)
+    stiffness = {
+        f"K{i}": _stiffness(c) if c > least else np.nan for i, c in enumerate(found.compliances, 1)
+    }
     return stiffness | _breaks(found, convention)
+
+
+def pieces_of(loop: Loop, convention: Convention) -> ThreePieces | None:
+    """Three straight pieces through the curve from zero torque; None with few torques."""
+    torque, angle = curve_of(loop, convention.rated_torque_Nm)
+    return three_pieces(torque, angle, convention.breaks_Nm)
 
 
 def _breaks(found: ThreePieces, convention: Convention) -> dict[str, float]:

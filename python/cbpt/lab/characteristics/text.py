@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from cbpt.lab.characteristics.figures import ROUNDING
 from cbpt.lab.wording import layout
 from cbpt.lab.wording.numbers import rounded, with_uncertainty
 from cbpt.results import ANGLE_UNITS
@@ -68,4 +69,6 @@ def cell(figure: Figure, angle_unit: str = "arcsec") -> str:
         return "-"
     factor = ANGLE_UNITS[angle_unit] if figure.unit == "arcsec" else 1.0
     value, u = figure.value * factor, (figure.u or 0.0) * factor
-    return " +- ".join(with_uncertainty(value, u)) if u else rounded(value, 4)
+    if u <= ROUNDING * abs(value):
+        return rounded(value, 4)
+    return " +- ".join(with_uncertainty(value, u)) if value else f"0 +- {rounded(u, 2)}"
