@@ -66,6 +66,14 @@ def test_each_check_sees_its_fault(subject: str, name: str, change: object) -> N
     assert states(**{name: change(column(name))})[subject] != "good"
 
 
+def test_the_step_of_the_torque_is_told_whole() -> None:
+    """Where it is wider than the torques that are looked at."""
+    coarse = np.isclose(np.mod(column("torque_Nm"), 1.0), 0.0)
+    found = cbpt.preflight(SPRING, {name: np.asarray(v)[coarse] for name, v in TABLE.items()})
+    steps = next(check for check in found.checks if check.subject == "steps of the torque")
+    assert steps.state == "look" and "steps of 1 N m" in steps.finding
+
+
 def test_remedies_stand_beside_what_is_not_good() -> None:
     for check in cbpt.preflight(SPRING, TABLE).checks:
         assert bool(check.remedy) == (check.state != "good"), check

@@ -1,6 +1,7 @@
 """What makes a figure less than it seems, in words for the user.
 
-cautions    of some loops and how they were read
+cautions            of some loops and how they were read
+step_near_zero_Nm   the step of the torque where lost motion is read
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from cbpt.lab.characteristics.figures import Convention
-from cbpt.lab.characteristics.loops import Loop
+from cbpt.lab.characteristics.loops import Branch, Loop
 from cbpt.lab.characteristics.play import MOST_FRICTION, friction_torque_Nm
 from cbpt.lab.characteristics.symmetry import middle_of
 from cbpt.lab.characteristics.uncertainty import LoopSet
@@ -45,22 +46,27 @@ def _coarse(loops: LoopSet, convention: Convention) -> Iterator[str]:
     step = _step_Nm(loops.full, window)
     if step > window * _SLACK:
         yield (
-            f"The steps of the torque near zero ({rounded(step)} N m or more) are coarser than the "
+            f"The steps of the torque near zero ({rounded(step)} N m) are coarser than the "
             f"window of lost motion ({rounded(window)} N m), so lost motion, hysteresis loss, K1 "
             "and T1 are interpolated across the steepest part of the loop (DOI "
             "10.1177/00202940231217338), and as uncertain. Take finer steps near zero."
         )
 
 
-def _step_Nm(loops: Sequence[Loop], window: float) -> float:
-    """The largest step of the torque near zero, the median over branches."""
+def step_near_zero_Nm(branches: Sequence[Branch], window_Nm: float) -> float:
+    """The largest step of the torque that reaches into twice the window of lost motion about zero,
+    whole: the median over branches."""
     steps = []
-    for loop in loops:
-        for branch in loop.branches:
-            near = branch.torque_Nm[np.abs(branch.torque_Nm) <= 2 * window]
-            inside = np.concatenate([[-2 * window], near, [2 * window]])
-            steps.append(float(np.diff(inside).max()))
+    for branch in branches:
+        torque = branch.torque_Nm
+        near = (torque[1:] > -2 * window_Nm) & (torque[:-1] < 2 * window_Nm)
+        if near.any():
+            steps.append(float(np.diff(torque)[near].max()))
     return float(np.median(steps)) if steps else 0.0
+
+
+def _step_Nm(loops: Sequence[Loop], window: float) -> float:
+    return step_near_zero_Nm([branch for loop in loops for branch in loop.branches], window)
 
 
 def _off_zero(loops: LoopSet, convention: Convention) -> Iterator[str]:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive, effect_specs
 from cbpt.lab.characteristics.loops import Loop, loops_of
+from cbpt.lab.characteristics.warnings import step_near_zero_Nm
 from cbpt.lab.covariance.repeatability import Repeats, pooled
 from cbpt.lab.covariance.within_run import display_step
 from cbpt.lab.readings.reader import Readings
@@ -173,25 +174,13 @@ def _display(r: Readings, loops: list[Loop]) -> Iterator[Check]:
     if not loops:
         return
     window = _LIMITS.window * max(loop.amplitude_Nm for loop in loops)
-    steps = [_step_near_zero(loop, window) for loop in loops]
-    largest = float(np.median(steps))
+    largest = step_near_zero_Nm([branch for loop in loops for branch in loop.branches], window)
     words = (
         f"steps of {rounded(largest)} N m near zero, window of lost motion {rounded(window)} N m"
     )
     fine = largest <= window * 1.001
     remedy = "Take finer steps near zero: there the angle changes most."
     yield Check("steps of the torque", "good" if fine else "look", words, remedy * (not fine))
-
-
-def _step_near_zero(loop: Loop, window: float) -> float:
-    found = []
-    for branch in loop.branches:
-        near = branch.torque_Nm[np.abs(branch.torque_Nm) <= 2 * window]
-        low, high = branch.ends_Nm
-        ends = max(low, -2 * window), min(high, 2 * window)
-        if ends[0] < ends[1]:
-            found.append(float(np.diff(np.r_[ends[0], near, ends[1]]).max()))
-    return max(found, default=0.0)
 
 
 def _torque_noise(r: Readings, loops: list[Loop]) -> Check:
