@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cbpt.errors import CbptError
+from cbpt.errors import CbptError, ReadingsError
 from cbpt.lab.readings.reader import read_readings
 from common.tables import GOOD, HEAD, PLAIN, TABLE, Write, refused, same
 
@@ -303,3 +303,14 @@ def test_labels_of_runs() -> None:
 def test_dotted_labels_in_a_file(write: Write) -> None:
     text = PLAIN.replace("\n1,0", "\n1.1,0").replace("\n1,1", "\n1.10,1")
     assert read_readings(write(text)).run.tolist() == ["1.1", "1.10", "2"]
+
+
+def test_an_empty_cell_of_the_levels_is_told_with_column_row_and_remedy() -> None:
+    table = {
+        "torque_Nm": [1.0, 2.0, 3.0],
+        "elastic_angle_arcsec": [1.0, 2.0, 3.0],
+        "state": ["a", "", "b"],
+    }
+    assert len(read_readings(table, need_preload=False)) == 3
+    with pytest.raises(ReadingsError, match=r"row 2, column 'state'.*empty cell.*remove"):
+        read_readings(table, need_preload=False, by="state")

@@ -36,6 +36,7 @@ from cbpt.lab.readings.headers import (
 )
 from cbpt.lab.readings.in_memory import read_columns
 from cbpt.lab.readings.readings import Readings
+from cbpt.lab.readings.remarks import are_levels, remarks, taken_together
 from cbpt.lab.readings.text import Column, Loaded, Table
 
 __all__ = ["Readings", "read_readings"]
@@ -116,6 +117,7 @@ def read_readings(
         table = read_columns(source)
     reader = _Reader(table, columns, lever_arm_mm, need_preload, fill or {})
     reader.kept = tuple(dict.fromkeys([*(only or {}), *([by] if by else [])]))
+    reader.by = by
     return _only(reader.read(), only or {})
 
 
@@ -164,10 +166,7 @@ _WITHOUT = {
     "temperature": "thermal effects cannot be detected",
     "u_elastic_angle": "the uncertainty of a reading has to be estimated",
 }
-_LARGEST_ANGLE_ARCSEC = 3600.0  # an elastic angle of a degree: a broken drive or a wrong unit
 _ARCSEC_PER_RAD = 648000.0 / math.pi
-_MOST_LABELS, _SHOWN_LABELS = 24, 3
-"""Values of a column of words that are told, and those that are listed."""
 _WHOLE = re.compile(r"[+-]?[0-9]{1,18}(?:[.,]0*)?")
 
 
@@ -200,6 +199,8 @@ class _Reader:
         self.mistakes: list[Mistake] = []
         self.notes = list(table.notes)
         self.kept: tuple[str, ...] = ()
+        self.by: str | None = None
+        self.levels: dict[str, NDArray[np.str_]] = {}
 
     def read(self) -> Readings:
         uses = self.assign()
@@ -212,6 +213,8 @@ class _Reader:
             self.wrong("", "no rows under the headers", "a row for each reading")
         for use in uses.values():
             self.check(use, loaded)
+        if self.by in kept:
+            self.check_levels(self.by, loaded.columns[kept[self.by]], loaded.lines)
         self.stop_if_wrong()  # what follows needs whole columns
         values = {key: self.in_own_unit(use, loaded) for key, use in uses.items()}
         labels = self.labels(loaded.columns[run.index]) if run else np.ones(len(loaded.lines), int)
@@ -220,7 +223,8 @@ class _Reader:
         readings = dataclasses.replace(
             readings,
             preload_step=self.labels(loaded.columns[step.index]) if step else None,
-            labels={name: np.array(loaded.columns[i].text) for name, i in kept.items()},
+            labels=self.levels
+            | {name: np.array(loaded.columns[i].text) for name, i in kept.items()},
         )
         readings = self.in_time(readings, has_runs=run is not None)
         self.stop_if_wrong()
@@ -228,7 +232,7 @@ class _Reader:
             self.notes.append(
                 "the table has one run, so differences between runs cannot be detected"
             )
-        return dataclasses.replace(readings, notes=(*self.notes, *_remarks(readings)))
+        return dataclasses.replace(readings, notes=(*self.notes, *remarks(readings)))
 
     def wrong(
         self,
@@ -410,6 +414,13 @@ class _Reader:
             found = repr(first) if first else "an empty cell"
             self.wrong(use.header, found, expected, remedy, loaded.lines[rows].tolist())
 
+    def check_levels(self, name: str, column: Column, lines: Ints) -> None:
+        """A mistake for the cells that say no level."""
+        empty = [row for row, text in enumerate(column.text) if text.casefold() in {"", "nan"}]
+        if empty:
+            remedy = "write the level of the reading in the cell, or remove the row"
+            self.wrong(name, "an empty cell", "a level in each row", remedy, lines[empty].tolist())
+
     @staticmethod
     def in_own_unit(use: _Use, loaded: Loaded) -> Floats:
         """The numbers of a column in its standard unit."""
@@ -453,7 +464,10 @@ class _Reader:
                 self.notes.append(
                     f"ignored column {name!r}: {where} has {filled[text]!r}, which is no number"
                 )
-                self.notes += _taken_together(name, list(filled.values()), len(column.numbers))
+                cells = list(filled.values())
+                if len(cells) == len(column.numbers) and are_levels(cells):
+                    self.notes.append(taken_together(name, cells))
+                    self.levels[name] = np.array(cells)
                 continue
             for row, cell in filled.items():  # nan and inf
                 column.numbers[row] = float(cell)
@@ -550,44 +564,3 @@ def _is_boundless(cell: str) -> bool:
         return not math.isfinite(float(cell))
     except ValueError:
         return False
-
-
-def _remarks(readings: Readings) -> list[str]:
-    """What a person would want to look at again; nothing is changed for it."""
-    notes = []
-    torque, preload = readings.torque_Nm, readings.preload_N
-    if not torque.any():
-        notes.append("the torque is 0 in every row")
-    elif len(torque) > 1 and torque.min() == torque.max():
-        notes.append(f"the torque is {torque[0]:g} N m in every row")
-    largest = np.abs(readings.elastic_angle_arcsec).max()
-    if largest > _LARGEST_ANGLE_ARCSEC:
-        notes.append(
-            f"the largest elastic angle is {largest / 3600:.3g} deg, more than usual: check the "
-            "unit of the column"
-        )
-    if preload is not None and preload.min() == preload.max():
-        notes.append(
-            "the preload is the same in every row, so effects that depend on it cannot be detected"
-        )
-    angles = len(np.unique(np.round(np.mod(readings.input_angle_deg, 360.0), 3)))
-    if angles in (2, 3):
-        what = ("phase, the number of cycles per turn", "number of cycles per turn")[angles - 2]
-        notes.append(
-            f"the readings have only {('two', 'three')[angles - 2]} input angles: where an effect "
-            f"varies with the input angle, its {what} and the plate that it comes from cannot be "
-            "determined"
-        )
-    return notes
-
-
-def _taken_together(name: str, labels: list[str], rows: int) -> list[str]:
-    """That readings with several labels are taken together, where every row has one of a few."""
-    values = list(dict.fromkeys(labels))
-    if len(labels) < rows or not 2 <= len(values) <= min(_MOST_LABELS, rows // 2):
-        return []
-    some = ", ".join(values[:_SHOWN_LABELS]) + (", ..." if len(values) > _SHOWN_LABELS else "")
-    return [
-        f"readings of {len(values)} values of {name!r} ({some}) are taken together; --by {name} "
-        f"(diagnose_by) or --only {name}={values[0]} keeps them apart"
-    ]

@@ -35,7 +35,8 @@ class Readings:
     sha256: of the bytes of the file (of data: of names and values).
     preload_step: labels, int64 or str, of a preload that was set but not measured.
     extra: the other numeric columns under their own names, NaN where a cell is empty.
-    labels: the cells of the columns that were asked for by `only` or `by`, as text.
+    labels: the cells, as text, of the columns that were asked for by `only` or `by`, and of
+    columns of words with a few values.
     """
 
     torque_Nm: Floats
