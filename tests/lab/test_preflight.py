@@ -18,6 +18,7 @@ LOOP = np.round(
     9,
 )
 RUNS = 3
+EXAMPLES = Path(__file__).parents[2] / "examples"
 TABLE: dict[str, ArrayLike] = {
     "run": np.repeat(np.arange(RUNS), len(LOOP)),
     "time_s": np.tile(np.arange(len(LOOP)) * 1.0, RUNS) + np.repeat([0, 1e4, 2e4], len(LOOP)),
@@ -64,6 +65,82 @@ def test_each_check_sees_its_fault(subject: str, name: str, change: object) -> N
     assert callable(change)
     assert states()[subject] == "good"
     assert states(**{name: change(column(name))})[subject] != "good"
+
+
+RATED = SPRING | {"rating": {"rated_torque_Nm": 10}}
+SECOND = np.repeat([False, True, False], len(LOOP))
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "subject", "said"),
+    [
+        ("torque_Nm", lambda t: 1e3 * t, "units", "N mm, not in N m"),
+        ("torque_Nm", lambda t: t / 40, "units", "transmission ratio of about 40"),
+        ("elastic_angle_arcsec", lambda a: a / 60, "units", "arcmin, not in arcsec"),
+        ("elastic_angle_arcsec", lambda a: a * np.pi / 648000, "units", "rad, not in arcsec"),
+        ("elastic_angle_arcsec", lambda a: -a, "sign of the angle", "reversed"),
+        (
+            "elastic_angle_arcsec",
+            lambda a: np.where(SECOND, -a, a),
+            "sign of the angle",
+            "falls as the torque grows in run 1, and not",
+        ),
+        (
+            "torque_Nm",
+            lambda t: np.where(SECOND, 1e3 * t, t),
+            "units of the runs",
+            "torques of run 1 reach 1000 times",
+        ),
+        (
+            "elastic_angle_arcsec",
+            lambda a: np.where(SECOND, 60 * a, a),
+            "units of the runs",
+            "angles of run 1 reach",
+        ),
+    ],
+)
+def test_a_slip_of_a_unit_or_a_sign_is_asked_about(
+    name: str, change: object, subject: str, said: str
+) -> None:
+    assert callable(change)
+    found = cbpt.preflight(RATED, TABLE | {name: change(column(name))})
+    check = next(check for check in found.checks if check.subject == subject)
+    assert check.state == "look" and said in f"{check.finding} {check.remedy}"
+    assert "?" in check.remedy
+
+
+@pytest.mark.parametrize("factor", [0.3, 1.0, 3.0])
+def test_a_drive_that_differs_from_its_model_is_no_slip(factor: float) -> None:
+    turned = column("elastic_angle_arcsec") * factor
+    found = cbpt.preflight(RATED, TABLE | {"elastic_angle_arcsec": turned})
+    known = {check.subject: check.state for check in found.checks}
+    assert {known[name] for name in ("units", "sign of the angle", "units of the runs")} == {"good"}
+
+
+@pytest.mark.parametrize(
+    ("column", "factor", "said"),
+    [
+        ("preload_N", 1e-3, "preloads in kN"),
+        ("torque_Nm", 1 / 10.5, "torques those of the input side"),
+        ("torque_Nm", 1.0, ""),
+    ],
+)
+def test_units_of_a_ball_drive_are_those_of_its_case(column: str, factor: float, said: str) -> None:
+    readings = cbpt.read_readings(EXAMPLES / "campaign.csv")
+    table: dict[str, ArrayLike] = {
+        name: getattr(readings, name)
+        for name in ("run", "time_s", "torque_Nm", "preload_N", "elastic_angle_arcsec")
+    }
+    table[column] = factor * np.asarray(table[column])
+    units = cbpt.preflight(EXAMPLES / "campaign.toml", table).checks[0]
+    assert units.state == ("look" if said else "good")
+    assert said in units.remedy
+
+
+def test_a_ball_drive_without_a_preload_is_looked_at() -> None:
+    found = cbpt.preflight(EXAMPLES / "campaign.toml", TABLE)
+    preload = next(check for check in found.checks if check.subject == "preload")
+    assert preload.state == "lost" and "preload_N under [load]" in preload.remedy
 
 
 def test_the_step_of_the_torque_is_told_whole() -> None:

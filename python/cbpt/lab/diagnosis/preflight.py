@@ -16,8 +16,9 @@ from numpy.typing import ArrayLike
 
 from cbpt._core import Case, Drive
 from cbpt.errors import Say, said
-from cbpt.lab.diagnosis.preflight_checks import Blind, Check, blind_to, checks
-from cbpt.lab.readings.inputs import case_and_readings
+from cbpt.lab.diagnosis.preflight_checks import blind_to, checks
+from cbpt.lab.diagnosis.preflight_record import Blind, Check
+from cbpt.lab.readings.inputs import case_of, filled_in
 from cbpt.lab.readings.reader import Readings, read_readings
 from cbpt.lab.wording.html import Reported
 from cbpt.lab.wording.versions import versions
@@ -97,8 +98,8 @@ def preflight(
     Parameters
     ----------
     case : Case, Drive, str, PathLike, dict or None
-        The drive, as in `compare`. Only its lever arm, load, rated torque and kind are used. None
-        where there is no case yet.
+        The drive, as in `compare`. Its lever arm, load, rated torque and kind are used, and its
+        stiffness to question units. None where there is no case yet.
     data : Readings, str, PathLike, mapping or data frame
         The table of readings, as `read_readings` takes it.
     columns : mapping of str to str, optional
@@ -119,9 +120,18 @@ def preflight(
         The case or the table cannot be read.
     """
     if case is not None:
-        case, readings = case_and_readings(case, data, columns, sheet, only)
-    elif isinstance(data, Readings):
+        case = case_of(case)
+    if isinstance(data, Readings):
         readings = data
     else:
-        readings = read_readings(data, columns=columns, sheet=sheet, need_preload=False, only=only)
+        lever_arm_mm, fill = (None, {}) if case is None else filled_in(case)
+        readings = read_readings(
+            data,
+            lever_arm_mm=lever_arm_mm,
+            columns=columns,
+            sheet=sheet,
+            need_preload=False,  # that there is none is a finding, not an error
+            fill=fill,
+            only=only,
+        )
     return Preflight(readings, tuple(checks(readings, case)), tuple(blind_to(readings, case)))

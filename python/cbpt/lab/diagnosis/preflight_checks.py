@@ -1,7 +1,5 @@
 """The checks of a table, each a subject with what was found and the remedy on the rig.
 
-Check      one subject: good, or another look, or lost
-Blind      effects that a table cannot show
 checks     all of them
 blind_to   what could not be told from the table, whatever the model
 """
@@ -10,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,39 +17,19 @@ from cbpt.lab.characteristics.loops import Loop, loops_of
 from cbpt.lab.characteristics.warnings import step_near_zero_Nm
 from cbpt.lab.covariance.repeatability import Repeats, pooled
 from cbpt.lab.covariance.within_run import display_step
+from cbpt.lab.diagnosis.preflight_record import Blind, Check
+from cbpt.lab.diagnosis.preflight_units import unit_checks
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.set_points import levels_of
 from cbpt.lab.wording.numbers import rounded
 
 Floats = NDArray[np.float64]
-State = Literal["good", "look", "lost"]
-
-
-@dataclass(frozen=True)
-class Check:
-    """One subject. state: good; look: another look is due; lost: something cannot be told."""
-
-    subject: str
-    state: State
-    finding: str
-    remedy: str = ""
-
-
-@dataclass(frozen=True)
-class Blind:
-    """Effects that the table cannot show."""
-
-    effects: tuple[str, ...]
-    why: str
-    remedy: str
 
 
 @dataclass(frozen=True)
 class _Limits:
     """From where another look is due."""
 
-    usual_arcsec: tuple[float, float] = (0.05, 36_000.0)
-    """Elastic angles of reducers: beyond it the unit is doubtful."""
     rates: float = 1.5
     """Ratio of the quickest rate to the slowest."""
     misstated: float = 1.5
@@ -67,25 +44,15 @@ _LIMITS = _Limits()
 def checks(readings: Readings, case: Case | Drive | None) -> Iterator[Check]:
     """Every subject once, in the order in which a rig would be set right."""
     loops = loops_of(readings)
-    yield _units(readings)
+    yield from unit_checks(readings, case)
     yield _sides(readings)
-    yield from _coverage(readings)
+    yield from _coverage(readings, case)
     yield _repeats(readings, loops)
     yield from _display(readings, loops)
     yield _torque_noise(readings, loops)
     yield _rates(readings, loops)
     yield _closed(loops)
     yield _zeros(readings, case)
-
-
-def _units(r: Readings) -> Check:
-    size = float(np.abs(r.elastic_angle_arcsec - np.median(r.elastic_angle_arcsec)).max())
-    torque = float(np.abs(r.torque_Nm).max())
-    words = f"angles reach {rounded(size)} arcsec about their middle, torques {rounded(torque)} N m"
-    low, high = _LIMITS.usual_arcsec
-    if low <= size <= high:
-        return Check("units", "good", words)
-    return Check("units", "look", words, "Check the units of torque and angle in the headers.")
 
 
 def _sides(r: Readings) -> Check:
@@ -100,7 +67,12 @@ def _sides(r: Readings) -> Check:
     return Check("sides", "good", words)
 
 
-def _coverage(r: Readings) -> Iterator[Check]:
+def _kind(case: Case | Drive | None) -> str | None:
+    drive = case.drive if isinstance(case, Case) else case
+    return None if drive is None else drive.kind
+
+
+def _coverage(r: Readings, case: Case | Drive | None) -> Iterator[Check]:
     torques = len(levels_of(r.torque_Nm))
     span = f"{r.torque_Nm.min():.4g} to {r.torque_Nm.max():.4g} N m"
     words = f"{torques} torques, {span}"
@@ -110,6 +82,11 @@ def _coverage(r: Readings) -> Iterator[Check]:
         yield Check("torque", "good", words)
     if r.preload_N is None and r.preload_step is None:
         remedy = "Repeat the torques at 2 or more preloads; add the column preload_N."
+        if _kind(case) == "ball_drive":
+            remedy += (
+                " A model of a ball drive needs the preload: where there was one, state preload_N "
+                "under [load] of the case."
+            )
         yield Check("preload", "lost", "no preload in the table", remedy)
     else:
         count = 0
@@ -259,8 +236,7 @@ def _zeros(r: Readings, case: Case | Drive | None) -> Check:
 
 def blind_to(readings: Readings, case: Case | Drive | None) -> Iterator[Blind]:
     """Effects that no model could find in these readings, for what they do not vary."""
-    drive = case.drive if isinstance(case, Case) else case
-    kind = drive.kind if drive is not None else None
+    kind = _kind(case)
     known = {spec.id for spec in effect_specs() if kind is None or kind in spec.reducers}
     for effects, there, why, remedy in _needs(readings):
         suited = tuple(effect for effect in effects if effect in known)

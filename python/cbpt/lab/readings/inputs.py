@@ -35,11 +35,7 @@ def case_and_readings(
 ) -> tuple[Case | Drive, Readings]:
     """The case, and the readings with what the case fills in: lever arm, preload, input angle."""
     case = case_of(case)
-    lever_arm_mm, fill = None, {}
-    if isinstance(case, Case):
-        lever_arm_mm = case.lever_arm_mm
-        load = {"preload_N": case.preload_N, "input_angle_deg": case.input_angle_deg}
-        fill = {name: value for name, value in load.items() if value is not None}
+    lever_arm_mm, fill = filled_in(case)
     if not isinstance(data, Readings):
         spring = (case.drive if isinstance(case, Case) else case).kind == "torsion_spring"
         data = read_readings(
@@ -55,3 +51,11 @@ def case_and_readings(
     elif only or by:
         raise TypeError("only and by are read with the table: pass a path or columns, not Readings")
     return case, data
+
+
+def filled_in(case: Case | Drive) -> tuple[float | None, dict[str, float]]:
+    """What a case states that a table may lack: the lever arm, and values of columns."""
+    if not isinstance(case, Case):
+        return None, {}
+    load = {"preload_N": case.preload_N, "input_angle_deg": case.input_angle_deg}
+    return case.lever_arm_mm, {name: value for name, value in load.items() if value is not None}
