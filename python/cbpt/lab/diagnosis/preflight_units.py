@@ -281,8 +281,8 @@ def _question(slips: list[_Slip], found: float, model: _Model) -> str:
         )
     if not asked:
         return (
-            "No single slip of a unit in all runs explains it. Check the units of torque, angle and "
-            "preload, and the stiffness in the case."
+            "No single slip of a unit in all runs explains it. Check the units of torque, angle "
+            "and preload, and the stiffness in the case."
         )
     text = "; or ".join(asked)
     return f"{text[0].upper()}{text[1:]}? If none, is the stiffness in the case right?"
