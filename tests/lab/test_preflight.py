@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 import cbpt
 from cbpt.cli import main as commands
+from cbpt.lab.diagnosis.preflight_record import Check
 
 SPRING = {"torsion_spring": {"torsional_stiffness_Nm_per_arcmin": 1.0}}
 LOOP = np.round(
@@ -141,6 +142,44 @@ def test_a_ball_drive_without_a_preload_is_looked_at() -> None:
     found = cbpt.preflight(EXAMPLES / "campaign.toml", TABLE)
     preload = next(check for check in found.checks if check.subject == "preload")
     assert preload.state == "lost" and "preload_N under [load]" in preload.remedy
+
+
+def check_of(subject: str, **changed: ArrayLike) -> Check:
+    found = cbpt.preflight(SPRING, TABLE | changed)
+    return next(check for check in found.checks if check.subject == subject)
+
+
+@pytest.mark.parametrize(
+    "apart",
+    [
+        {"preload_N": [400.0, 600.0, 900.0]},
+        {"input_angle_deg": [0.0, 40.0, 90.0]},
+        {"state": ["new", "run in", "worn"]},
+    ],
+)
+@pytest.mark.parametrize("jitter_Nm", [0.0, 0.02])
+def test_what_differs_in_its_conditions_was_not_repeated(
+    apart: dict[str, list[float | str]], jitter_Nm: float
+) -> None:
+    torque = column("torque_Nm") + jitter_Nm * np.sin(1e3 * np.arange(RUNS * len(LOOP)))
+    changed: dict[str, ArrayLike] = {
+        name: np.repeat(values, len(LOOP)) for name, values in apart.items()
+    }
+    assert check_of("repeats", torque_Nm=torque).state == "good"
+    assert check_of("repeats", torque_Nm=torque, **changed).state == "lost"
+
+
+def test_a_display_that_is_coarse_beside_the_loop_is_told() -> None:
+    """And hides how far repeats differ."""
+    rising = np.diff(LOOP, prepend=-1.0) > 0
+    loop = np.tile(59 * LOOP + np.where(rising, -45.0, 45.0), RUNS)
+    shown = np.round(loop / 60) * 60
+    less = {name: values for name, values in TABLE.items() if name[0] != "u"}
+    for angle, state in ((shown, "look"), (np.round(loop), "good")):
+        found = cbpt.preflight(SPRING, less | {"elastic_angle_arcsec": angle})
+        known = {check.subject: check for check in found.checks}
+        assert known["display of the angle"].state == state
+        assert known["repeats"].state == "look" and "hides" in known["repeats"].finding
 
 
 def test_the_step_of_the_torque_is_told_whole() -> None:

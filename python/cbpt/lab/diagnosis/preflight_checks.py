@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 from cbpt._core import Case, Drive, effect_specs
 from cbpt.lab.characteristics.loops import Loop, loops_of
 from cbpt.lab.characteristics.warnings import step_near_zero_Nm
-from cbpt.lab.covariance.repeatability import Repeats, pooled
-from cbpt.lab.covariance.within_run import display_step
 from cbpt.lab.diagnosis.preflight_record import Blind, Check
+from cbpt.lab.diagnosis.preflight_repeats import display_check, repeats_check
 from cbpt.lab.diagnosis.preflight_units import unit_checks
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.set_points import levels_of
@@ -32,8 +31,6 @@ class _Limits:
 
     rates: float = 1.5
     """Ratio of the quickest rate to the slowest."""
-    misstated: float = 1.5
-    """Repeats against the stated uncertainty, either way."""
     window: float = 0.03
     """Share of the largest torque at which lost motion is read."""
 
@@ -47,8 +44,9 @@ def checks(readings: Readings, case: Case | Drive | None) -> Iterator[Check]:
     yield from unit_checks(readings, case)
     yield _sides(readings)
     yield from _coverage(readings, case)
-    yield _repeats(readings, loops)
-    yield from _display(readings, loops)
+    yield repeats_check(readings, loops)
+    yield display_check(readings, loops)
+    yield from _steps(loops)
     yield _torque_noise(readings, loops)
     yield _rates(readings, loops)
     yield _closed(loops)
@@ -103,51 +101,7 @@ def _coverage(r: Readings, case: Case | Drive | None) -> Iterator[Check]:
     yield Check("input angle", "good" if angles > 3 else "lost", words, remedy * (angles < 4))
 
 
-def _repeats(r: Readings, loops: list[Loop]) -> Check:
-    found: Repeats | None = pooled(r, r.elastic_angle_arcsec)
-    if found is None:
-        count, spread = _repeated_loops(loops)
-        if count > 1:
-            words = f"{count} loops of one amplitude differ by {rounded(spread)} arcsec"
-            return Check("repeats", "good", f"{words} (standard deviation about their mean)")
-        remedy = "Repeat at least one run without touching the rig: repeats alone tell the noise."
-        return Check("repeats", "lost", "hardly any reading was repeated", remedy)
-    words = f"{found}; standard deviation {rounded(found.u_arcsec)} arcsec"
-    if found.ratio is None:
-        return Check("repeats", "good", words)
-    words += f", {rounded(found.ratio)} of the stated uncertainty"
-    if 1 / _LIMITS.misstated < found.ratio < _LIMITS.misstated:
-        return Check("repeats", "good", words)
-    remedy = "Check u_elastic_angle_arcsec, or what moves between repeats (clamping, temperature)."
-    return Check("repeats", "look", words, remedy)
-
-
-def _repeated_loops(loops: list[Loop]) -> tuple[int, float]:
-    """How many loops go to the most common amplitude, and how far apart they lie: both branches on
-    the same torques, each loop without its offset, arcsec."""
-    whole = [loop for loop in loops if loop.whole]
-    alike = [[b for b in whole if 0.9 < b.amplitude_Nm / a.amplitude_Nm < 1.1] for a in whole]
-    group = max(alike, key=len, default=[])
-    if len(group) < 2:
-        return len(group), 0.0
-    grid = np.linspace(-0.9, 0.9, 19) * min(loop.amplitude_Nm for loop in group)
-    table = np.array([np.concatenate([b.at(grid) for b in loop.branches]) for loop in group])
-    table = table[:, np.isfinite(table).all(axis=0)]
-    table = table - table.mean(axis=1)[:, None]
-    return len(group), float(np.sqrt(np.mean(table.var(axis=0, ddof=1))))
-
-
-def _display(r: Readings, loops: list[Loop]) -> Iterator[Check]:
-    step = display_step(r.elastic_angle_arcsec)
-    u = r.u_elastic_angle_arcsec
-    typical = None if u is None else float(np.median(u))
-    if not step:
-        yield Check("display of the angle", "good", "no step is to be seen")
-    else:
-        words = f"the angle comes in steps of {rounded(step)} arcsec"
-        coarse = typical is not None and step > 1.5 * typical
-        remedy = "Read more digits, or average; state a u that holds the step over the root of 12."
-        yield Check("display of the angle", "look" if coarse else "good", words, remedy * coarse)
+def _steps(loops: list[Loop]) -> Iterator[Check]:
     if not loops:
         return
     window = _LIMITS.window * max(loop.amplitude_Nm for loop in loops)
