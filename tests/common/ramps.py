@@ -52,7 +52,7 @@ def check_sensitivities(found: _core.Predictor, values: Floats) -> None:
     wanted = [i for i in range(len(values)) if values[i] != 0.0]
     exact = found.predict(values, wanted).sensitivities
     for column, i in enumerate(wanted):
-        h = 1e-6 * values[i]
+        h = 1e-5 * values[i]
         up, down = values.copy(), values.copy()
         up[i], down[i] = values[i] + h, values[i] - h
         difference = (found.predict(up).angle_rad - found.predict(down).angle_rad) / (2 * h)

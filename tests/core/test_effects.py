@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
 
 import cbpt
 from cbpt import Drive, InvalidInputError, _core
@@ -223,16 +224,28 @@ def test_a_torque_that_lags_and_one_with_hysteresis_are_other_torques(case: str)
 def _added(effect: str, value: float, time_s: Floats, torque_Nm: Floats) -> Floats:
     """To the torques of a run, N m."""
     added = np.zeros(len(torque_Nm))
-    follows = 0.0
-    for i, torque in enumerate(torque_Nm):
-        if effect == "torque_hysteresis":
+    if effect == "torque_hysteresis":
+        follows = 0.0
+        for i, torque in enumerate(torque_Nm):
             follows = np.clip(follows, torque - abs(value), torque + abs(value))
             added[i] = np.sign(value) * (torque - follows)
-        else:
-            ends = [max(i - 1, 0), min(i + 1, len(torque_Nm) - 1)]
-            added[i] = value * np.ptp(torque_Nm[ends]) / np.ptp(time_s[ends])
-            added[i] *= np.sign(np.diff(torque_Nm[ends])[0])
-    return added
+        return added
+    after = np.r_[np.arange(1, len(time_s)), len(time_s) - 1]
+    before = np.r_[0, np.arange(len(time_s) - 1)]
+    rate = (torque_Nm[after] - torque_Nm[before]) / (time_s[after] - time_s[before])
+    rate[0] = 0.0  # from rest
+    if value > 0:
+        return np.asarray(value * rate)
+    late = solve_ivp(
+        lambda t, m: -np.interp(t, time_s, rate) + m / value,
+        (time_s[0], time_s[-1]),
+        [0.0],
+        t_eval=time_s,
+        rtol=1e-11,
+        atol=1e-13,
+        max_step=float(np.diff(time_s).min()),
+    )
+    return np.asarray(late.y[0])
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -1,9 +1,10 @@
 //! Friction that depends on the rate of the rotation.
 //!
-//! Tf = Tf0 sgn(w) (1 - exp(-|w|/w0)) with w the mean rate of the total angle since the reading before: viscous, Tf0 w/w0, far below
+//! Tf = Tf0 sgn(w) (1 - exp(-|w|/w0)) with w the rate of the total angle at the reading: viscous, Tf0 w/w0, far below
 //! the rate w0, and at most the torque at which the lubricant shears off. It has no memory. Beside `friction_hysteresis` it is what
-//! a faster ramp adds to the loop: a loop of the swing A at the rate w takes 2 Tf A more. Without time since the reading before,
-//! as at the first of a run, it adds nothing.
+//! a faster ramp adds to the loop: a loop of the swing A at the rate w takes 2 Tf A more. w is the mean rate since the reading before
+//! times what is left of the torque's rate at the reading ([`Row::rate_share`]): nothing where the torque turns. Without time
+//! since the reading before, as at the first of a run, it adds nothing.
 
 use super::dual::Dual;
 use super::friction_hysteresis::dahl;
@@ -50,11 +51,11 @@ fn act(own: &[Dual], row: &Row, load: &mut Load) {
         growth_per_Nm: none,
         helps: false,
     };
-    load.friction.push(if row.step_time_s > 0.0 {
+    load.friction.push(if row.step_time_s > 0.0 && row.rate_share > 0.0 {
         Friction {
             radius_m: own[0],
             torque_Nm: own[2],
-            engagement_angle_rad: own[1] * row.step_time_s,
+            engagement_angle_rad: own[1] * (row.step_time_s / row.rate_share),
             ..timeless
         }
     } else {
@@ -75,7 +76,7 @@ mod tests {
     use crate::effect::testing::{ROW, assert_close, vanishes};
 
     /// The friction torque after a way at a rate, from a state before that must not matter.
-    fn torque_Nm(rate_rad_per_s: f64, step_time_s: f64) -> f64 {
+    fn torque_Nm(rate_rad_per_s: f64, step_time_s: f64, rate_share: f64) -> f64 {
         let zero = Dual::constant(0.0);
         let mut load = Load {
             torque_Nm: zero,
@@ -83,7 +84,7 @@ mod tests {
             spring_N_per_m: zero,
             friction: Vec::new(),
         };
-        act(&[1e-3, 2e-5, 1.5].map(Dual::constant), &Row { step_time_s, ..ROW }, &mut load);
+        act(&[1e-3, 2e-5, 1.5].map(Dual::constant), &Row { step_time_s, rate_share, ..ROW }, &mut load);
         let friction = load.friction[0];
         let way = rate_rad_per_s * step_time_s;
         friction.limit_Nm(&load).value * (friction.law)(0.7, way, friction.engagement_angle_rad.value).0
@@ -94,17 +95,24 @@ mod tests {
     fn it_follows_the_rate() {
         let half = 2e-5 * 2_f64.ln();
         for time_s in [0.5, 8.0] {
-            assert_close(torque_Nm(half, time_s), 1.0);
-            assert_close(torque_Nm(-half, time_s), -1.0);
+            assert_close(torque_Nm(half, time_s, 1.0), 1.0);
+            assert_close(torque_Nm(-half, time_s, 1.0), -1.0);
         }
-        assert!((torque_Nm(1.0, 3.0) - 2.0).abs() < 1e-12);
-        let slow = torque_Nm(2e-10, 3.0);
+        assert!((torque_Nm(1.0, 3.0, 1.0) - 2.0).abs() < 1e-12);
+        let slow = torque_Nm(2e-10, 3.0, 1.0);
         assert!((slow / 2e-5 - 1.0).abs() < 1e-4, "viscous far below w0: {slow}");
     }
 
     #[test]
+    fn where_the_torque_slows_down_there_is_less_of_it() {
+        let half = 2e-5 * 2_f64.ln();
+        assert_close(torque_Nm(2.0 * half, 3.0, 0.5), 1.0);
+        assert_eq!(torque_Nm(half, 3.0, 0.0), 0.0);
+    }
+
+    #[test]
     fn without_time_it_adds_nothing() {
-        assert_eq!(torque_Nm(1.0, 0.0), 0.0);
+        assert_eq!(torque_Nm(1.0, 0.0, 1.0), 0.0);
     }
 
     #[test]

@@ -13,6 +13,7 @@ pub const ROW: Row = Row {
     time_s: 500.0,
     run_time_s: 60.0,
     step_time_s: 4.0,
+    rate_share: 1.0,
     temperature_difference_K: 3.0,
     largest_torque_share: 0.75,
     largest_torque_share_of_run: 0.5,

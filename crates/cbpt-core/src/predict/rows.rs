@@ -95,6 +95,7 @@ impl Rows {
             time_s: 0.0,
             run_time_s: 0.0,
             step_time_s: 0.0,
+            rate_share: 1.0,
             temperature_difference_K: 0.0,
             largest_torque_share: if load.torque_Nm() == 0.0 { 0.0 } else { 1.0 },
             largest_torque_share_of_run: if load.torque_Nm() == 0.0 { 0.0 } else { 1.0 },
@@ -158,9 +159,8 @@ impl Rows {
                     input_angle_rad: columns.input_angle_rad[place],
                     time_s: columns.time_s[place] - columns.time_s[first],
                     run_time_s: columns.time_s[place] - columns.time_s[run[0]],
-                    step_time_s: number
-                        .checked_sub(1)
-                        .map_or(0.0, |before| columns.time_s[place] - columns.time_s[run[before]]),
+                    step_time_s: columns.time_s[place] - columns.time_s[run[number.saturating_sub(1)]],
+                    rate_share: rate_share(columns, run, number),
                     temperature_difference_K: temperature,
                     largest_torque_share: shares[place],
                     largest_torque_share_of_run: if largest > 0.0 { in_run / largest } else { 0.0 },
@@ -285,6 +285,17 @@ fn by_time(runs: &mut [Vec<usize>], time_s: &[f64]) -> bool {
     }
     runs.sort_by(|a, b| first(a).total_cmp(&first(b)));
     true
+}
+
+/// [`Row::rate_share`] of a reading of a run.
+fn rate_share(columns: &Columns<'_>, run: &[usize], number: usize) -> f64 {
+    let Some(before) = number.checked_sub(1).map(|before| run[before]) else { return 1.0 };
+    let (now, Some(&behind)) = (run[number], run.get(number + 1)) else { return 1.0 };
+    let rate = |from: usize, to: usize| {
+        (columns.torque_Nm[to] - columns.torque_Nm[from]) / (columns.time_s[to] - columns.time_s[from])
+    };
+    let share = rate(before, behind) / rate(before, now);
+    if share.is_finite() { share.clamp(0.0, 2.0) } else { 1.0 }
 }
 
 /// Sense of the torque's last change before a reading of a run; the first takes the value of the next.

@@ -57,7 +57,7 @@ def library_of(
             *joints(torque),
             *torque_zeros(torque),
             *_of_instruments(campaign, torque),
-            *_growing_frictions(campaign),
+            *_rate_frictions(campaign),
         )
     else:
         proposed = tuple(_of_spring(campaign))
@@ -81,16 +81,10 @@ def _of_instruments(campaign: Campaign, torque_Nm: float) -> Iterator[Variant]:
     yield from span_drifts(length, readings.temperature_degC is not None)
 
 
-def _growing_frictions(campaign: Campaign) -> Iterator[Variant]:
-    """Friction that grows with the rate over all of the rates of the table: what grows no more is
-    friction that does not depend on them."""
-    if not _lags(campaign, 1.0):
-        return
-    for form in _on_request(campaign):
-        if form.effect == "rate_friction":
-            (rate,) = form.shapes
-            growing = replace(rate, low=100 * rate.low, grid=rate.grid[1:])
-            yield replace(form, shapes=(growing,))
+def _rate_frictions(campaign: Campaign) -> Iterator[Variant]:
+    """Friction that depends on the rate, where a lag of the torque, its twin, is proposed too."""
+    if _lags(campaign, 1.0):
+        yield from (form for form in _on_request(campaign) if form.effect == "rate_friction")
 
 
 def _lags(campaign: Campaign, torque_Nm: float) -> tuple[Variant, ...]:
