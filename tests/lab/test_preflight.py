@@ -30,6 +30,10 @@ TABLE: dict[str, ArrayLike] = {
 }
 
 
+def column(name: str) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    return np.array(TABLE[name], dtype=np.float64)
+
+
 def states(**changed: ArrayLike) -> dict[str, str]:
     found = cbpt.preflight(SPRING, TABLE | changed)
     return {check.subject: check.state for check in found.checks}
@@ -39,10 +43,6 @@ def test_a_good_table_is_called_good() -> None:
     found = states()
     lost = {"preload", "input angle"}  # which a table of one loop cannot have
     assert {name for name, state in found.items() if state != "good"} == lost
-
-
-def column(name: str) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    return np.array(TABLE[name], dtype=np.float64)
 
 
 @pytest.mark.parametrize(
@@ -180,6 +180,67 @@ def test_a_display_that_is_coarse_beside_the_loop_is_told() -> None:
         known = {check.subject: check for check in found.checks}
         assert known["display of the angle"].state == state
         assert known["repeats"].state == "look" and "hides" in known["repeats"].finding
+
+
+def command_of(limit_Nm: float) -> dict[str, ArrayLike]:
+    """The drive comes to a limit of the torque; its command does not."""
+    held = np.clip(column("torque_Nm"), -limit_Nm, limit_Nm)
+    noise = np.random.default_rng(2).normal(0, 0.02, (2, len(held)))
+    return {
+        "torque_Nm": held + noise[0],
+        "elastic_angle_arcsec": 60 * held + 10 * noise[1],
+        "target": column("torque_Nm"),
+    }
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        (command_of(20.0), ""),
+        (command_of(7.0), "N m while 'target' goes on to 10 and back"),
+        ({"torque_Nm": np.clip(column("torque_Nm"), -7, 7)}, "torque stays at 7 N m while the ang"),
+        (
+            {"elastic_angle_arcsec": np.clip(column("elastic_angle_arcsec"), -400, 400)},
+            "the angle stays while the torque goes on to 10 N m",
+        ),
+        (
+            {
+                "torque_Nm": np.clip(column("torque_Nm"), -7, 7),
+                "elastic_angle_arcsec": np.clip(column("elastic_angle_arcsec"), -400, 400),
+            },
+            "torque and angle stay the same to the last digit",
+        ),
+    ],
+)
+def test_a_column_that_is_cut_at_its_end_is_told(changed: dict[str, ArrayLike], said: str) -> None:
+    check = check_of("ends of the ranges", **changed)
+    assert check.state == ("look" if said else "good") and said in check.finding
+
+
+def test_a_command_that_a_limit_cuts_is_no_remedy_for_a_noisy_torque() -> None:
+    for limit_Nm, offered in ((20.0, True), (7.0, False)):
+        noise = check_of("noise of the torque", **_noisier(command_of(limit_Nm)))
+        assert noise.state == "look" and ("'target'" in noise.remedy) == offered
+
+
+def _noisier(table: dict[str, ArrayLike]) -> dict[str, ArrayLike]:
+    noise = np.random.default_rng(3).normal(0, 0.1, RUNS * len(LOOP))
+    return table | {"torque_Nm": np.asarray(table["torque_Nm"]) + noise}
+
+
+def test_a_torque_that_is_held_while_the_angle_creeps_is_not_cut() -> None:
+    top = np.flatnonzero(LOOP == 10.0)[0]
+    hold = np.r_[LOOP[:top], np.full(10, 10.0), LOOP[top:]]
+    creep = np.r_[np.zeros(top), np.linspace(0, 60, 10), np.full(len(LOOP) - top, 60.0)]
+    noise = np.random.default_rng(4).normal(0, 0.5, RUNS * len(hold))
+    table: dict[str, ArrayLike] = {
+        "run": np.repeat(np.arange(RUNS), len(hold)),
+        "torque_Nm": np.tile(hold, RUNS),
+        "elastic_angle_arcsec": np.tile(60 * hold + creep, RUNS) + noise,
+    }
+    found = cbpt.preflight(SPRING, table)
+    ends = next(check for check in found.checks if check.subject == "ends of the ranges")
+    assert ends.state == "good"
 
 
 def test_the_step_of_the_torque_is_told_whole() -> None:

@@ -17,6 +17,7 @@ from cbpt.lab.characteristics.loops import Loop, loops_of
 from cbpt.lab.characteristics.warnings import step_near_zero_Nm
 from cbpt.lab.diagnosis.preflight_record import Blind, Check
 from cbpt.lab.diagnosis.preflight_repeats import display_check, repeats_check
+from cbpt.lab.diagnosis.preflight_saturation import follows_torque, saturated, saturation_check
 from cbpt.lab.diagnosis.preflight_units import unit_checks
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.set_points import levels_of
@@ -44,6 +45,7 @@ def checks(readings: Readings, case: Case | Drive | None) -> Iterator[Check]:
     yield from unit_checks(readings, case)
     yield _sides(readings)
     yield from _coverage(readings, case)
+    yield saturation_check(readings)
     yield repeats_check(readings, loops)
     yield display_check(readings, loops)
     yield from _steps(loops)
@@ -127,10 +129,12 @@ def _torque_noise(r: Readings, loops: list[Loop]) -> Check:
         f"in {scattered} of {len(loops)} loops the torque goes back and forth along a branch; it "
         f"scatters by about {rounded(float(np.median(size)))} N m"
     )
-    remedy = (
-        "Measure the torque itself, or use the commanded torque if it is a column of the table; "
-        "play and friction are else found too wide."
-    )
+    remedy = "Measure the torque itself, or average more of it into each reading"
+    commands = [] if saturated(r) else follows_torque(r)
+    if commands:
+        columns = " or ".join(map(repr, commands))
+        remedy += f", or take {columns}, which follows it without a limit, if it is a torque"
+    remedy += "; play and friction are else found too wide."
     return Check("noise of the torque", "look", words, remedy)
 
 
