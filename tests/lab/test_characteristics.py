@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -276,3 +277,27 @@ def test_the_verb(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert picture.read_text().startswith("<?xml")
     assert commands.main(["characterise", str(case), "--by", "run"]) == 2
     assert commands.main(["characterise", str(case), "--json"]) == 0
+
+
+def test_every_figure_is_drawn_where_it_is_read_off(monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn: dict[str, NDArray[np.float64]] = {}
+
+    def keep(figure: Any, path: object) -> None:
+        for line in figure.axes[0].lines:
+            drawn[line.get_label()] = np.column_stack(line.get_data())
+
+    monkeypatch.setattr("cbpt.figures.characteristics.save", keep)
+    knots, angles = [0.0, 2.5, 6.3, RATED], [0.0, 300.0, 528.0, 676.0]
+    angle = np.sign(CYCLES) * np.interp(np.abs(CYCLES), knots, angles)
+    found = read(CYCLES, angle)
+    found.plot("loop.svg")
+    of = {label.split(" ")[0].rstrip(","): line for label, line in drawn.items()}
+    assert of.keys() >= {"hysteresis", "lost", "backlash", "K1", "torsional"}
+    np.testing.assert_allclose(of["K1"], np.column_stack([knots, angles]), rtol=1e-6)
+    half = RATED / 2
+    assert of["torsional"][:, 0].tolist() == [half, RATED]
+    rigidity = found.figure("torsional_rigidity").value
+    assert rigidity is not None
+    assert np.diff(of["torsional"][:, 1])[0] == pytest.approx(60 * half / rigidity)
+    assert np.all(of["backlash"][:, 0] == 0)
+    assert np.ptp(of["backlash"][:, 1]) == pytest.approx(found.figure("backlash").value)
