@@ -150,7 +150,11 @@ def diagnosis(condition: str) -> list[str]:
     before = cbpt.compare(case, table).overall
     found = cbpt.diagnose(case, table)
     ways = [row for row in found.to_dict()["combinations"] if row["probability"] >= 0.1]
-    told = "; ".join(" + ".join(row["effects"]) or "no effect" for row in ways)
+    sets = [
+        " + ".join([*row["effects"], *(["something without a name"] if row["unnamed"] else [])])
+        for row in ways
+    ]
+    told = "; ".join(names or "no effect" for names in sets)
     assert before is not None
     return [condition, f"{before.rmse_arcsec:.0f}", found.verdict.kind, told or "none above 0.1"]
 
