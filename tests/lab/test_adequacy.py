@@ -20,6 +20,7 @@ from cbpt.lab.inference.hypothesis import Hypothesis
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.priors import VARIANTS
 from cbpt.lab.selection.adequacy import Adequacy, adequacy_of, free_numbers
+from cbpt.lab.selection.model_comparison import compete
 from cbpt.lab.selection.rules import RULES
 from common import mostly_long
 from common.comparisons import columns_of, drive_of
@@ -170,3 +171,17 @@ def test_sizes_and_structure_of_the_noise_count_in_full() -> None:
     assert free_numbers(fitter, known) == pytest.approx(2)
     noise = replace(fit.noise, correlation=0.4, offset_arcsec=0.3)
     assert free_numbers(fitter, replace(known, noise=noise)) == pytest.approx(4)
+
+
+def test_what_a_set_leaves_is_looked_for_on_that_set() -> None:
+    """What the drive as stated leaves is no rest beside effects that follow it."""
+    every_fifth = Campaign.of(
+        drive_of("dev03"),
+        read_readings({name: values[::5] for name, values in columns_of("dev03").items()}),
+    )
+    c = compete(every_fifth, np.random.default_rng(1))
+    tried = list(c.fits)[:4]
+    assert len(tried) == 4
+    for names in tried:
+        lack = c.lack_on(names)
+        assert lack is not None and lack.base == names

@@ -15,7 +15,7 @@ import numpy as np
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
 from cbpt.lab.diagnosis.rungs import rung_of, rung_of_lack_of_fit
 from cbpt.lab.selection.posterior import UNKNOWN, named_of, posterior_of
-from cbpt.lab.selection.rest import rest_arcsec
+from cbpt.lab.selection.rest import remains_arcsec
 from cbpt.lab.selection.rules import RULES
 
 _MOST = 12
@@ -80,7 +80,7 @@ def remains(d: DiagnosisData) -> dict[str, Any] | None:
     if lack is None:
         return None
     before = float(np.sqrt(np.mean(d.before.residual_arcsec**2)))
-    rest = rest_arcsec(lack, adequacy)
+    rest = remains_arcsec(lack, adequacy)
     known = adequacy is not None and adequacy.source != "nothing"
     return {
         "depends_on": list(lack.columns),

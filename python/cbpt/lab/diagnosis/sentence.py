@@ -14,7 +14,7 @@ from cbpt.lab.diagnosis.noise_statement import estimated, noise_floor
 from cbpt.lab.inference.residuals import rmse_of
 from cbpt.lab.selection.adequacy import readings_of_the_curve, readings_that_could_show
 from cbpt.lab.selection.decision import Why
-from cbpt.lab.selection.rest import rest_arcsec
+from cbpt.lab.selection.rest import remains_arcsec
 from cbpt.lab.wording.names import called, columns_in_words, number_called
 from cbpt.lab.wording.numbers import ARCSEC, AngleUnit, listed, probability, rounded
 
@@ -206,7 +206,7 @@ def _rest(d: DiagnosisData, angle: AngleUnit) -> str:
     lack = d.verdict.lack_of_fit
     if lack is None:
         return ""
-    left = rest_arcsec(lack, d.verdict.adequacy)
+    left = remains_arcsec(lack, d.verdict.adequacy)
     campaign = d.competition.campaign
     share = 1 - (rmse_of(campaign, d.after) / rmse_of(campaign, d.before)) ** 2
     explained = f" What is named explains {100 * share:.0f} % of the misfit." if share > 0 else ""

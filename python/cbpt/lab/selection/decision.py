@@ -179,8 +179,7 @@ def _undecided(
 
 def _with_remains(competition: Competition, verdict: Verdict) -> Verdict:
     """The verdict with what is left without a name; alone that is the answer."""
-    lacks = [p for p in competition.lacks_of_fit if p.base == verdict.names]
-    lack = next(iter(lacks or competition.lacks_of_fit), None)
+    lack = competition.lack_on(verdict.names)
     if lack is None:
         return verdict
     if verdict.effects or verdict.rivals:
@@ -341,7 +340,7 @@ def _effects(
     certain = tuple(e for e in found if e not in idle)
     if idle and not (certain or spoken.rivals):
         return _undecided(competition, posterior, "no prediction", rules)
-    lack = _lack_of(competition, best) if UNKNOWN in spoken.effects else None
+    lack = competition.lack_on(named) if UNKNOWN in spoken.effects else None
     fit = competition.fits[named]
     if lack is not None and not (spoken.rivals or set(certain) - {OFFSET}):
         kind, certain = "unknown", ()
@@ -388,13 +387,6 @@ def _predict_nothing(
         return ()
     least = predicts(names) + rules.log_rival_odds
     return tuple(e for e, of in known.items() if predicts(of) > least)
-
-
-def _lack_of(competition: Competition, best: Names) -> LackOfFit:
-    """The most probable lack of fit of a set, else that of any."""
-    base = named_of(best)
-    of_base = [p for p in competition.lacks_of_fit if p.base == base]
-    return (of_base or list(competition.lacks_of_fit))[0]
 
 
 def _less(names: Names, name: str) -> Names:

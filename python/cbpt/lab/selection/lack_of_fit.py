@@ -305,9 +305,10 @@ class Patterned:
 
 
 def lacks_of_fit_on(
-    fitter: Fitter, fit: Fit, families: Sequence[Component], noise: Noise
+    fitter: Fitter, fit: Fit, families: Sequence[Component], noise: Noise, least: float = 1.0
 ) -> Iterator[LackOfFit]:
-    """The families that stand out most, each with the amplitude and noise that suit it.
+    """The families that stand out most, each with the amplitude and noise that suit it; those whose
+    log odds are more than `least`.
 
     Looked at through two noises: that of the fit, which may have taken the pattern for noise, and
     `noise`, as a fit sees it that can follow the whole library.
@@ -321,7 +322,7 @@ def lacks_of_fit_on(
         scores = structure.scores(structure.projected(seen.margin.y)[:, None])
         odds = structure.log_odds(scores)[:, 0]
         for i in ranked(odds.tolist())[: _LIMITS.families]:
-            if odds[i] > 1:
+            if odds[i] > least:
                 tried[i] = structure.families[i]
     y, x, precision = fitter.linear(fit)
     for family in tried.values():

@@ -29,7 +29,12 @@ from cbpt.lab.inference.hypothesis import Hypothesis
 from cbpt.lab.inference.modes import with_modes
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.priors import ODDS
-from cbpt.lab.selection.lack_of_fit import LackOfFit, lacks_of_fit_on, says_no_more
+from cbpt.lab.selection.lack_of_fit import (
+    Component,
+    LackOfFit,
+    lacks_of_fit_on,
+    says_no_more,
+)
 from cbpt.lab.selection.linear_screen import Gain, Screen, Signatures
 from cbpt.lab.selection.linear_search import (
     Offer,
@@ -115,6 +120,18 @@ class Competition:
     """Largest log odds of any effect in noise alone."""
     flexible: Noise
     """The noise as a fit sees it that may follow the whole library."""
+    families: Sequence[Component] = field(default=(), repr=False)
+    """Patterns that a lack of fit is looked for with."""
+
+    def lack_on(self, names: Names) -> LackOfFit | None:
+        """What a set of effects leaves without a name, whether it stands out or not."""
+        of_set = [lack for lack in self.lacks_of_fit if lack.base == names]
+        if not of_set and self.families:
+            rest = lacks_of_fit_on(
+                self.fitter, self.fits[names], self.families, self.flexible, least=-np.inf
+            )
+            of_set = sorted(rest, key=lambda lack: -lack.log_evidence)
+        return next(iter(of_set or self.lacks_of_fit), None)
 
     @property
     def campaign(self) -> Campaign:
@@ -441,6 +458,7 @@ class _Contest:
             setting.names,
             screen.null_of_maximum(weights, _EFFORT.replicates, rng),
             setting.flexible,
+            setting.families,
         )
 
 

@@ -1,7 +1,8 @@
 """What a name is worth beside a rest that has none.
 
-    rest_arcsec   how much is left that is no scatter
-    beside_rest   probability of each effect of an answer, given that
+    rest_arcsec     how much may be something without a name
+    remains_arcsec  how much of that is left beside the names
+    beside_rest     probability of each effect of an answer, given that
 
 What is left, beyond what readings scatter by, is one draw of what the library lacks, and its scale
 is known from nothing else. With Jeffreys' prior of a scale, the next draw from the same source is a
@@ -31,6 +32,13 @@ def rest_arcsec(lack: LackOfFit, adequacy: Adequacy | None) -> float:
         return described
     beyond = max(adequacy.left_arcsec**2 - adequacy.expected_arcsec**2, 0.0)
     return max(described, float(np.sqrt(beyond)))
+
+
+def remains_arcsec(lack: LackOfFit, adequacy: Adequacy | None) -> float:
+    """Root mean square of what remains beside the names: a lack of fit that may stand for a part of
+    what has a name describes more than that."""
+    rest = rest_arcsec(lack, adequacy)
+    return rest if adequacy is None else min(rest, adequacy.left_arcsec)
 
 
 def beside_rest(competition: Competition, names: Names, rest: float) -> dict[str, float]:
