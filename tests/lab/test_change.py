@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 import cbpt
 from cbpt.cli import main as commands
-from cbpt.lab.change.loop_widths import widths_of
+from cbpt.lab.change.change import _trend
+from cbpt.lab.change.loop_widths import LoopWidths, widths_of
 from cbpt.lab.change.parties import Levels, levels_of
 from cbpt.lab.change.reproducibility import (
     autocorrelation_time,
@@ -175,6 +176,43 @@ def test_levels_of_a_column_have_a_trend() -> None:
     assert first.trend == "rising" and first.values[1] == pytest.approx(1.0, abs=0.1)
 
 
+def test_numbers_are_levels_in_rising_order() -> None:
+    table = by_step(1.6, 0.6, 1.0)
+    table["step"] = np.array([10.0, 2.0, 9.0])[table["step"].astype(int) - 1]
+    answer = cbpt.change(SPRING, table, by="step", effects=[FRICTION])
+    assert [float(level) for level in answer.levels] == [2, 9, 10]
+    assert answer.changed[0].trend == "rising"
+
+
+def test_what_goes_up_and_down_is_told_with_both_ends() -> None:
+    """The first level and the last say nothing of the one between."""
+    answer = cbpt.change(SPRING, by_step(1.0, 1.6, 1.0), by="step", effects=[FRICTION])
+    first = answer.changed[0]
+    assert first.trend == "neither" and first.moved
+    assert "changed, up and down: friction_torque_Nm between " in answer.sentence
+    assert "(2)" in answer.sentence.replace(".0)", ")") and " rose" not in answer.sentence
+
+
+@pytest.mark.parametrize(
+    ("values", "u", "trend"),
+    [
+        ((1.0, 2.0, 3.0), 0.1, "rising"),
+        ((3.0, 2.0, 1.0), 0.1, "falling"),
+        ((1.0, 3.0, 2.5, 2.0, 4.0), 0.3, "neither"),  # falls by 2 u in two steps
+        ((1.0, 1.5, 1.2), 0.3, "neither"),  # the last is no larger than the first
+    ],
+)
+def test_a_trend_goes_one_way_from_the_first_to_the_last(
+    values: tuple[float, ...], u: float, trend: str
+) -> None:
+    assert _trend(values, [u] * len(values)) == trend
+
+
+def test_a_rest_that_the_effects_of_all_levels_follow_is_none() -> None:
+    answer = cbpt.change(SPRING, loops(1.0), loops(1.0, seed=2))
+    assert answer.remains is None or answer.remains["rms_arcsec"] <= max(answer.rmse_arcsec)
+
+
 def test_what_changed_is_found_without_being_told_the_effect() -> None:
     answer = cbpt.change(SPRING, loops(0.0, seed=3), loops(1.2, seed=4))
     assert answer.kind == "changed"
@@ -200,6 +238,21 @@ def test_loops_that_differ_contradict_that_nothing_changed() -> None:
         *(SPRING, loops(1.0), loops(1.7, seed=2)), effects=["backlash"], reproducibility_arcsec=40
     )
     assert unsure.kind == "nothing"
+
+
+@pytest.mark.parametrize(
+    ("width_arcsec", "u_arcsec", "may"),
+    [
+        ((2631.0, 820.0), (600.0, 500.0), (0, 1)),
+        ((2631.0, 1900.0), (600.0, 500.0), None),  # by less than a factor of 1.5
+        ((1000.0, 200.0), (600.0, 500.0), None),  # by less than twice their uncertainty
+        ((2631.0, 820.0), (None, None), None),
+    ],
+)
+def test_widths_that_may_differ_are_not_said_to_be_one(
+    width_arcsec: tuple[float, ...], u_arcsec: tuple[float | None, ...], may: tuple[int, int] | None
+) -> None:
+    assert LoopWidths(4.0, width_arcsec, u_arcsec, (5, 5), None).may_differ == may
 
 
 @given(st.integers(0, 10**6), st.sampled_from([2, 3, 5]))

@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -83,7 +84,8 @@ def change(
     after : Readings, str, PathLike, mapping or data frame, optional
         The table of readings after.
     by : str, optional
-        A column of `before` in place of `after`: each of its values is a level, in the order of the
+        A column of `before` in place of `after`: each of its values is a level, numbers in rising
+        order and names in that of the
         table.
     effects : sequence of str or OwnEffect, optional
         Effects to fit at every level. Without it each level is diagnosed, and what any of them
@@ -225,6 +227,7 @@ def _notes(
 
 
 def _levels(readings: Readings, by: str) -> tuple[list[str], list[Readings]]:
+    """Numbers in rising order, names in that of the table."""
     labels = readings.labels[by]
     names = list(dict.fromkeys(labels.tolist()))
     if not 2 <= len(names) <= MOST_LEVELS:
@@ -232,6 +235,8 @@ def _levels(readings: Readings, by: str) -> tuple[list[str], list[Readings]]:
             f"by = {by!r}: the column has {len(names)} different values, from 2 to {MOST_LEVELS} "
             "are possible"
         )
+    with suppress(ValueError):
+        names.sort(key=float)
     return names, [readings.select(labels == name) for name in names]
 
 
@@ -269,11 +274,15 @@ def _answer(
     kind: Kind = "undecided"
     if something >= RULES.certain:
         kind = "changed"
-    elif something < RULES.undecided and not any(widths.differ for widths in loops):
+    elif something < RULES.undecided and not any(widths.may_differ for widths in loops):
         kind = "nothing"
     changed = tuple(_changed(weighed)) if kind == "changed" else ()
-    rests = [d.to_dict()["remains"] for d in answers]
-    left = [rest for rest in rests if rest is not None]
+    rmse_arcsec = tuple(
+        rmse_of(p.problem.campaign, f) for p, f in zip(levels.parties, levels.fits, strict=True)
+    )
+    # No rest of a level is one that the effects of all levels follow.
+    rests = zip([d.to_dict()["remains"] for d in answers], rmse_arcsec, strict=False)
+    left = [rest for rest, rmse in rests if rest is not None and rest["rms_arcsec"] <= rmse]
     return Change(
         kind=kind,
         changed=changed,
@@ -283,9 +292,7 @@ def _answer(
         remains=max(left, key=lambda rest: rest["rms_arcsec"], default=None),
         levels=tuple(names),
         readings=tuple(parts),
-        rmse_arcsec=tuple(
-            rmse_of(p.problem.campaign, f) for p, f in zip(levels.parties, levels.fits, strict=True)
-        ),
+        rmse_arcsec=rmse_arcsec,
         effects=tuple(dict.fromkeys(v.effect for v in levels.variants)),
         by=by,
         weighed=weighed,
@@ -369,11 +376,15 @@ def _direction(values: Sequence[float], u: Sequence[float], may_vanish: bool) ->
 
 
 def _trend(values: Sequence[float], u: Sequence[float]) -> Any:
+    """Rising where the last is larger than the first by more than twice their uncertainty, and no
+    value is larger than a later one by more than that."""
     if len(values) < 3:
         return None
-    steps, size = np.diff(values), np.hypot(u[1:], u[:-1])
-    if np.all(steps > -2 * size) and values[-1] > values[0]:
+    v, squared = np.array(values), np.array(u) ** 2
+    apart = (v[None, :] - v[:, None]) / np.sqrt(squared[None, :] + squared[:, None])
+    later = apart[np.triu_indices(len(v), 1)]
+    if apart[0, -1] > 2 and np.all(later > -2):
         return "rising"
-    if np.all(steps < 2 * size) and values[-1] < values[0]:
+    if apart[0, -1] < -2 and np.all(later < 2):
         return "falling"
     return "neither"

@@ -23,8 +23,10 @@ from cbpt.lab.readings.readings import Readings
 
 Floats = NDArray[np.float64]
 
-_FACTOR = 1.5
+ALIKE_WIDTHS = 1.5
 """Widths that differ by less may differ by what a fitted friction or play does not follow."""
+_UNLIKE = 2.0
+"""Standard uncertainties by which widths differ that are not said to be one."""
 _CHANCE = 0.01
 """Largest chance at which loops of one width would differ as much (Student's t)."""
 
@@ -44,6 +46,20 @@ class LoopWidths:
     differ: tuple[int, int] | None
     """The two levels whose widths differ most, where they differ by more than the loops of one
     level, a factor of 1.5 and what the steps of the torque leave open; else None."""
+
+    @property
+    def may_differ(self) -> tuple[int, int] | None:
+        """Two levels whose widths differ, or by a factor of 1.5 and twice their uncertainty: too
+        much to say that nothing changed."""
+        if self.differ is not None:
+            return self.differ
+        told = [
+            (abs(self.width_arcsec[a] - self.width_arcsec[b]) / np.hypot(u_a, u_b), (a, b))
+            for (a, u_a), (b, u_b) in combinations(enumerate(self.u_arcsec), 2)
+            if u_a and u_b and _apart(self.width_arcsec[a], self.width_arcsec[b])
+        ]
+        furthest, pair = max(told, default=(0.0, (0, 0)))
+        return pair if furthest > _UNLIKE else None
 
 
 def widths_of(
@@ -112,5 +128,9 @@ def _most_different(mean: Floats, u: Floats, left_open: Floats, dof: int) -> tup
     first, second = pairs[int(np.argmax(apart))]
     # The most of several pairs: the chance of each is that much smaller (Bonferroni).
     chance = 2 * float(t.sf(max(apart), dof)) * len(pairs)
-    small, large = sorted(np.abs(mean[[first, second]]).tolist())
-    return (first, second) if chance < _CHANCE and large > _FACTOR * small else None
+    return (first, second) if chance < _CHANCE and _apart(mean[first], mean[second]) else None
+
+
+def _apart(one: float, other: float) -> bool:
+    small, large = sorted((abs(one), abs(other)))
+    return large > ALIKE_WIDTHS * small

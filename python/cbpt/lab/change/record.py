@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from itertools import combinations
 from typing import Any, Literal
 
 from cbpt.lab.change.loop_widths import LoopWidths
@@ -38,12 +39,16 @@ class Changed:
     """At every level."""
     u: tuple[float, ...]
     trend: Literal["rising", "falling", "neither"] | None
-    """Of more than two levels: whether the values only rise or only fall, within their u."""
+    """Of more than two levels: whether the values rise or fall from the first to the last, and
+    never go the other way, by more than twice their uncertainty."""
 
     @property
     def moved(self) -> bool:
-        """Whether the first and the last value differ by more than twice their uncertainty."""
-        return abs(self.after - self.before) > 2 * math.hypot(self.u_before, self.u_after)
+        """Whether any two values differ by more than twice their uncertainty."""
+        known = list(zip(self.values, self.u, strict=True))
+        return any(
+            abs(a - b) > 2 * math.hypot(u_a, u_b) for (a, u_a), (b, u_b) in combinations(known, 2)
+        )
 
 
 @dataclass(frozen=True)
@@ -104,4 +109,4 @@ class ChangeData:
         changed."""
         if self.kind != "undecided" or self.probability >= RULES.undecided:
             return None
-        return next((widths for widths in self.loops if widths.differ), None)
+        return next((widths for widths in self.loops if widths.may_differ), None)

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cbpt.lab.change.loop_widths import ALIKE_WIDTHS
 from cbpt.lab.covariance.linear_gaussian import Margin
 from cbpt.lab.inference.bounded_step import Mask, held_at_bounds
 from cbpt.lab.inference.gauss_newton import Problem, point_at
@@ -145,11 +146,17 @@ class _System:
             owner[row] = np.arange(len(row))
         self.precision = first.precision[owner]
         self.mean = (first.mean / first.unit)[owner]
-        # A value of its own keeps to what the level's own loops allow, a shared one to any level's.
         self.low, self.high = np.full(count, np.inf), np.full(count, -np.inf)
+        least = np.full(count, np.inf)
         for party, row in zip(parties, slots, strict=True):
+            high = party.problem.high / first.unit
             np.minimum.at(self.low, row, party.problem.low / first.unit)
-            np.maximum.at(self.high, row, party.problem.high / first.unit)
+            np.maximum.at(self.high, row, high)
+            np.minimum.at(least, row, high)
+        # A value of its own keeps to what the level's own loops allow; a shared one to what any
+        # level's do, as long as that is not far beyond what another's do.
+        far = (least < self.high) & (self.high > ALIKE_WIDTHS * least)
+        self.high[far] = ALIKE_WIDTHS * least[far]
         self.bases = [np.linalg.qr(p.problem.offsets)[0] for p in parties]
 
     def mean_of(self, points: Sequence[Point]) -> Floats:

@@ -28,12 +28,14 @@ def sentence(found: ChangeData) -> str:
         )
     differing = found.differing_loops
     if differing is not None:
+        sure = differing.differ is not None
+        less = "differ by less" if sure else "hardly differ as much"
         return (
-            f"The measured loops changed: {_widths(found, differing)}, and loops of one level "
-            "differ by less. The fitted effects cannot reproduce this (their verdict alone would "
-            f"be that nothing changed, probability {1 - found.probability:.2f}), so what changed "
-            "cannot be told: look at the loops of both levels, and name other effects to fit."
-            + _noise(found)
+            f"The measured loops {'' if sure else 'may have '}changed: {_widths(found, differing)},"
+            f" and loops of one level {less}. The fitted effects cannot reproduce this (their "
+            f"verdict alone would be that nothing changed, probability {1 - found.probability:.2f})"
+            ", so what changed cannot be told: look at the loops of both levels, and name other "
+            "effects to fit." + _noise(found)
         )
     if found.kind == "undecided":
         return (
@@ -41,7 +43,7 @@ def sentence(found: ChangeData) -> str:
             f"{found.probability:.2f})." + _noise(found)
         )
     # What else of an effect moved stands in the document.
-    told = [_told(c) for c in found.foremost]
+    told = [_told(found, c) for c in found.foremost]
     if not told:
         weighed = found.weighed
         names = [g.effect for g in weighed.groups if weighed.changed(g.effect) > 0.05]
@@ -71,20 +73,28 @@ def unless_repeated(apart_arcsec: float | None, runs_arcsec: float | None) -> st
     )
 
 
-def _told(c: Changed) -> str:
-    label, before = in_words((c.effect, c.parameter), c.before, c.u_before, c.unit)
-    _, after = in_words((c.effect, c.parameter), c.after, c.u_after, c.unit)
-    trend = "" if c.trend in (None, "neither") else f", {c.trend} from level to level"
-    return (
-        f"{c.effect} {_WAYS[c.direction]}: {label} from {before} to {after}{trend} (probability "
-        f"{c.probability:.2f})"
-    )
+def _told(found: ChangeData, c: Changed) -> str:
+    known = list(zip(c.values, c.u, strict=True))
+    pairs = [in_words((c.effect, c.parameter), value, u, c.unit) for value, u in known]
+    label, values = pairs[0][0], [value for _, value in pairs]
+    chance = f"(probability {c.probability:.2f})"
+    if not c.moved:
+        return (
+            f"{c.effect} changed, but no number of it by more than twice its uncertainty {chance}"
+        )
+    if c.trend != "neither":
+        trend = f", {c.trend} from level to level" if c.trend else ""
+        ends = f"from {values[0]} to {values[-1]}{trend}"
+        return f"{c.effect} {_WAYS[c.direction]}: {label} {ends} {chance}"
+    by_size = sorted(range(len(known)), key=lambda i: c.values[i])
+    least, most = (f"{values[i]} ({found.levels[i]})" for i in (by_size[0], by_size[-1]))
+    return f"{c.effect} changed, up and down: {label} between {least} and {most} {chance}"
 
 
 def _widths(found: ChangeData, loops: LoopWidths) -> str:
-    assert loops.differ is not None
-    before, after = (loops.width_arcsec[i] for i in loops.differ)
-    first, second = (found.levels[i] for i in loops.differ)
+    assert loops.may_differ is not None
+    before, after = (loops.width_arcsec[i] for i in loops.may_differ)
+    first, second = (found.levels[i] for i in loops.may_differ)
     return (
         f"at +-{loops.amplitude_Nm:.3g} N m their width at zero torque is {before:.4g} arcsec "
         f"({first}) and {after:.4g} arcsec ({second})"
@@ -98,8 +108,14 @@ def _width(width_arcsec: float, u_arcsec: float | None) -> str:
 def _noise(found: ChangeData) -> str:
     if not found.noise.changed:
         return ""
-    sizes = " to ".join(f"{u:.3g}" for u in (found.noise.u_arcsec[0], found.noise.u_arcsec[-1]))
-    return f" The scatter changed: {sizes} arcsec (probability {found.noise.probability:.2f})."
+    u = found.noise.u_arcsec
+    if len(u) == 2:
+        sizes = f"{u[0]:.3g} to {u[1]:.3g} arcsec"
+    else:
+        ends = (min(range(len(u)), key=u.__getitem__), max(range(len(u)), key=u.__getitem__))
+        sizes = " and ".join(f"{u[i]:.3g} arcsec ({found.levels[i]})" for i in ends)
+        sizes = f"between {sizes}"
+    return f" The scatter changed: {sizes} (probability {found.noise.probability:.2f})."
 
 
 def _within(found: ChangeData) -> str:
