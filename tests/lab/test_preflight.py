@@ -12,6 +12,8 @@ from numpy.typing import ArrayLike
 import cbpt
 from cbpt.cli import main as commands
 from cbpt.lab.diagnosis.preflight_record import Check
+from cbpt.lab.diagnosis.preflight_units import input_side
+from common.comparisons import columns_of, drive_of
 
 SPRING = {"torsion_spring": {"torsional_stiffness_Nm_per_arcmin": 1.0}}
 LOOP = np.round(
@@ -136,6 +138,20 @@ def test_units_of_a_ball_drive_are_those_of_its_case(column: str, factor: float,
     units = cbpt.preflight(EXAMPLES / "campaign.toml", table).checks[0]
     assert units.state == ("look" if said else "good")
     assert said in units.remedy
+
+
+def test_nothing_is_named_where_torques_look_like_those_of_the_input_side() -> None:
+    """As effects they were a contact angle 29 deg off and a lost preload, for certain."""
+    drive = drive_of("dev05")
+    table = columns_of("dev05")
+    other = table | {"torque_Nm": table["torque_Nm"] / drive.transmission_ratio}
+    found = cbpt.diagnose(drive, other)
+    assert found.verdict.undecided == "input side" and not found.verdict.effects
+    assert "torque that of the input side?" in found.sentence
+    assert not any(
+        input_side(cbpt.read_readings(columns_of(name)), drive_of(name))
+        for name in ("dev01", "dev05", "dev10", "dev12")
+    )
 
 
 def test_a_ball_drive_without_a_preload_is_looked_at() -> None:

@@ -27,6 +27,7 @@ from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.diagnosis.diagnosis_data import Rung, finished
 from cbpt.lab.diagnosis.fit_text import beyond_likely, beyond_own_loops, moved_by, solutions
 from cbpt.lab.diagnosis.held_torque import held_torque
+from cbpt.lab.diagnosis.preflight_units import input_side
 from cbpt.lab.diagnosis.rungs import rung_of, rung_of_lack_of_fit
 from cbpt.lab.inference.closing import closed
 from cbpt.lab.inference.cross_validation import folds
@@ -38,7 +39,7 @@ from cbpt.lab.model.priors import PRIORS
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.unit_check import slips
-from cbpt.lab.selection.decision import Verdict, judge
+from cbpt.lab.selection.decision import Verdict, judge, withheld
 from cbpt.lab.selection.model_comparison import Competition, Progress, compete
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.selection.setting import Names
@@ -148,6 +149,8 @@ def diagnosed(
     rng = np.random.default_rng(seed)
     competition = compete(campaign, rng, progress)
     verdict = judge(competition)
+    if input_side(campaign.readings, campaign.drive):
+        verdict = withheld(competition, "input side")
     fold, held_by = folds(campaign)
     fits = competition.fits
     fits[verdict.names] = closed(competition.fitter, fits[verdict.names])

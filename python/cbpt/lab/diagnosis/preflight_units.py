@@ -117,6 +117,19 @@ def unit_checks(r: Readings, case: Case | Drive | None) -> Iterator[Check]:
     yield _runs_alike(runs)
 
 
+def input_side(r: Readings, drive: Drive) -> bool:
+    """Whether torques would have to be those of the input side for the angle to follow them about
+    as it does in the model of the drive."""
+    runs, model = _Runs.of(r), _Model(drive, r)
+    if model.ratio is None or not len(runs.slope):
+        return False
+    slope = float(np.median(np.abs(runs.slope)))
+    if not _beyond(model.factor(_Slip(), slope), _LIMITS.alarm):
+        return False
+    factor = model.factor(_Slip(torque=model.ratio), slope)
+    return factor > 0 and not _beyond(factor, _LIMITS.explains)
+
+
 # --- against the case ---------------------------------------------------------------------
 
 

@@ -169,6 +169,8 @@ _WHY: dict[Why, str] = {
     "scatter or law": "the misfit could be scatter or a missing effect: the readings deviate by "
     "more than the stated uncertainty, and no reading was repeated",
     "no prediction": "what explains the readings does not predict those that are kept back",
+    "input side": "the angle changes with the torque many times more than in the model, about as "
+    "often as the transmission ratio says",
 }
 _REMEDY: dict[Why, str] = {
     "no answer is probable": "Measure more, with other preloads, torques and angles",
@@ -176,6 +178,8 @@ _REMEDY: dict[Why, str] = {
     "scatter or law": "Repeat some readings under the same conditions, or take them closer "
     "together along a run",
     "no prediction": "Measure more preloads and runs, and check the instruments",
+    "input side": "Is the torque that of the input side? Then multiply it by the ratio. If not, "
+    "check the stiffness in the case",
 }
 
 

@@ -54,10 +54,12 @@ from cbpt.lab.selection.setting import Names
 
 _TOLD_SIGMA = 0.3
 """Standard uncertainties: smaller shifts are not listed among what an answer rests on."""
-Why = Literal["no answer is probable", "few readings", "scatter or law", "no prediction"]
+Why = Literal[
+    "no answer is probable", "few readings", "scatter or law", "no prediction", "input side"
+]
 """Why nothing can be said: no answer has a probability of one half; fewer than about three readings
 for each free number; scatter and a law that is missing cannot be told apart; what explains the
-readings does not predict those that are kept back."""
+readings does not predict those that are kept back; torques may be those of the input side."""
 
 
 @dataclass(frozen=True)
@@ -116,6 +118,11 @@ def judge(competition: Competition, rules: DecisionRules = RULES) -> Verdict:
     else:
         verdict = _undecided(competition, posterior, "no answer is probable", rules)
     return _checked(competition, posterior, verdict, rules)
+
+
+def withheld(competition: Competition, why: Why) -> Verdict:
+    """No verdict, for a reason that the competition does not know."""
+    return _undecided(competition, posterior_of(competition), why, RULES)
 
 
 def _checked(
