@@ -9,10 +9,14 @@ from typing import Any
 
 import pytest
 
+from cbpt.lab.diagnosis import diagnose
 from cbpt.lab.readings.apart import Limits
+from cbpt.lab.selection import model_comparison
+from cbpt.lab.selection.model_comparison import Competition
 from cbpt.page.workbench import ahead
 from common import PATIENCE_S
 from common.browser import chromium
+from common.nested_sets import worse_than_a_part
 from common.page_server import client, diagnosed, session  # noqa: F401  (fixtures)
 from common.tables import Write
 
@@ -42,6 +46,21 @@ def _patient() -> Iterator[None]:
     """A file that takes long on a busy machine is none that is refused."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Limits, "SECONDS", PATIENCE_S)
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _nested() -> Iterator[None]:
+    """In every diagnosis of every test no set is worse than one that it contains, but by a little:
+    a search aims at the posterior, which the priors of the values are a part of."""
+
+    def compete(*arguments: Any) -> Competition:
+        found = model_comparison.compete(*arguments)
+        assert worse_than_a_part(found, by=5.0) == []
+        return found
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(diagnose, "compete", compete)
         yield
 
 

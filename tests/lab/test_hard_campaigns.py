@@ -26,7 +26,7 @@ FAMILIES = ("pair", "triple")
 # One of a kind, and those that tests below look at more closely.
 SHORT = [*LAWLESS[:2], *NULLS, "loss33", "pair19", "pair7", "single10", "spring6", "triple5"]
 OPEN = {
-    "spring6": "a spring that stiffens is not in the library; play is certain",
+    "spring6": "the spring stiffens, which its truth does not count; a stiffness curve is certain",
 }
 """Where something false is certain, and why."""
 

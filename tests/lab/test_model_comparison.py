@@ -15,14 +15,14 @@ import pytest
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.selection.model_comparison import (
     _EFFORT,
-    Competition,
     _Contest,
     compete,
     follows,
 )
 from cbpt.lab.selection.ranking import ranked
-from cbpt.lab.selection.setting import Names, prepare
+from cbpt.lab.selection.setting import prepare
 from common.hidden import TRUTH, diagnosed
+from common.nested_sets import worse_than_a_part
 from common.simulated import Values, plan, readings_of
 
 LOOP: Values = {
@@ -33,30 +33,6 @@ LOOP: Values = {
 PAIR = ("eccentric_bearing", "run_in")
 
 # --- sets and those that they contain -----------------------------------------------------
-
-
-def exactly(c: Competition, names: Names) -> float:
-    """How a set follows the readings by the equations of its effects; in a fit they may depart from
-    these, each set as far as suits it."""
-    fit = c.fits[names]
-    return follows(c.fitter.look(replace(fit, discrepancy_sd=0.0), fit.noise))
-
-
-def worse_than_a_part(c: Competition) -> list[tuple[Names, Names, float]]:
-    """Sets near the best that follow the readings worse than one of one effect less."""
-    best = max(c.log_odds.values())
-    found = []
-    for names in c.fits:
-        inner = [tuple(n for n in names if n != gone) for gone in names]
-        if c.log_odds[names] < best - _EFFORT.settled_room:
-            continue
-        for part in inner:
-            if part in c.fits:
-                as_fitted = follows(c.fits[part]) - follows(c.fits[names])
-                off = min(as_fitted, exactly(c, part) - exactly(c, names))
-                if off > _EFFORT.worse:
-                    found.append((names, part, off))
-    return found
 
 
 @pytest.mark.parametrize("name", sorted(TRUTH))

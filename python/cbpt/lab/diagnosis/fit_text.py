@@ -12,6 +12,7 @@ beyond_likely    sizes of effects that are larger than such drives have
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -84,9 +85,13 @@ class Several:
 def solutions(fit: Fit) -> Iterator[Several]:
     """Effects that fit about as well with other values or in another form."""
     for effect in fit.hypothesis.effects if fit.other_modes else ():
-        found = tuple(dict.fromkeys(_solution(f, effect) for f in (fit, *fit.other_modes)))
+        found: dict[str, str] = {}
+        for mode in (fit, *fit.other_modes):
+            told = _solution(mode, effect)
+            # What differs in its uncertainty alone is one solution.
+            found.setdefault(re.sub(r" \+- \S+\b", "", told), told)
         if len(found) > 1:
-            yield Several(effect, found)
+            yield Several(effect, tuple(found.values()))
 
 
 def _solution(fit: Fit, effect: str) -> str:

@@ -168,6 +168,7 @@ def compete(
     report("lack of fit", 0.85)
     contest.ask_the_instrument()
     contest.find_modes_of_best()
+    contest.settle()  # each set with what was found last
     unnamed = contest.unnamed()
     report("p-values by simulation", 0.95)
     return contest.competition(unnamed, rng)

@@ -1,0 +1,36 @@
+"""What holds of any competition: no set follows the readings worse than one that it contains."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from cbpt.lab.selection.model_comparison import _EFFORT, Competition, follows
+from cbpt.lab.selection.setting import Names
+
+
+def exactly(c: Competition, names: Names) -> float:
+    """How a set follows the readings by the equations of its effects; in a fit they may depart from
+    these, each set as far as suits it."""
+    fit = c.fits[names]
+    return follows(c.fitter.look(replace(fit, discrepancy_sd=0.0), fit.noise))
+
+
+def worse_than_a_part(
+    c: Competition, by: float = _EFFORT.worse
+) -> list[tuple[Names, Names, float]]:
+    """Sets near the best that follow the readings worse than one of one effect less: the larger one
+    may take the values and the noise of the smaller, and add nothing, so its score is no less than
+    that of the smaller less the price of the addition. by: in log odds."""
+    best = max(c.log_odds.values())
+    found = []
+    for names in c.fits:
+        inner = [tuple(n for n in names if n != gone) for gone in names]
+        if c.log_odds[names] < best - _EFFORT.settled_room:
+            continue
+        for part in inner:
+            if part in c.fits:
+                as_fitted = follows(c.fits[part]) - follows(c.fits[names])
+                off = min(as_fitted, exactly(c, part) - exactly(c, names))
+                if off > by:
+                    found.append((names, part, off))
+    return found
