@@ -78,6 +78,8 @@ def test_tables_without_a_law_are_undecided(name: str) -> None:
     verdict = answer(name).verdict
     assert (verdict.kind, verdict.effects, verdict.rivals) == ("undecided", (), ())
     assert verdict.probability <= 0.5
+    # There is no answer that residuals could be of.
+    assert "residuals of the drive as stated" in answer(name).report()
 
 
 @pytest.mark.parametrize("name", NULLS)

@@ -145,7 +145,8 @@ def _about(d: DiagnosisData, angle: AngleUnit) -> str:
             f"the readings scatter by {angle.text(estimated(d))}; a part of that can be misfit"
         )
     offsets = ", with an offset for each run" if d.noise.offset_arcsec else ""
+    of = "the drive as stated" if d.verdict.undecided else "the answer"
     return (
-        f"the residuals of the answer give {angle.text(scatter)} ({dof:.0f} degrees of freedom"
+        f"the residuals of {of} give {angle.text(scatter)} ({dof:.0f} degrees of freedom"
         f"{offsets})"
     )
