@@ -147,6 +147,5 @@ def _about(d: DiagnosisData, angle: AngleUnit) -> str:
     offsets = ", with an offset for each run" if d.noise.offset_arcsec else ""
     of = "the drive as stated" if d.verdict.undecided else "the answer"
     return (
-        f"the residuals of {of} give {angle.text(scatter)} ({dof:.0f} degrees of freedom"
-        f"{offsets})"
+        f"the residuals of {of} give {angle.text(scatter)} ({dof:.0f} degrees of freedom{offsets})"
     )
