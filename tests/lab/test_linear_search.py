@@ -113,23 +113,45 @@ def test_all_pairs_at_once_are_as_each_alone(noise: Noise) -> None:
 
 @pytest.mark.parametrize("size", [1, 2])
 @pytest.mark.parametrize("noise", NOISES)
-def test_all_additions_at_once_rank_as_each_alone(noise: Noise, size: int) -> None:
-    """The prior of the sizes of the set is that of the set alone: a constant, and little beside."""
+def test_all_additions_at_once_are_nearly_as_each_alone(noise: Noise, size: int) -> None:
+    """The prior of the sizes of a set and its volume are those of the set alone."""
     view = view_under(noise)
     score, a, b = view.pairs(narrow(view))
-    best = int(np.argmax(score))
-    members = (int(a[best]), int(b[best]))[:size]
-    rough, more = view.additions(members)
-    exact = np.array([view.offer((*members, int(m))).score for m in more])
-    both = np.isfinite(rough) & np.isfinite(exact)
-    near = both & (exact > exact[both].max() - 8)
-    assert near.sum() >= 3
-    assert np.ptp(rough[near] - exact[near]) < 6
-    assert view.signatures[int(more[np.argmax(rough)])].variant.effect == (
-        view.signatures[int(more[np.argmax(exact)])].variant.effect
-    )
-    have = {view.signatures[m].variant.effect for m in members}
-    assert not have & {view.signatures[int(m)].variant.effect for m in more}
+    sets = [(int(a[i]), int(b[i]))[:size] for i in np.argsort(-score)[[0, 40]].tolist()]
+    rough = view.additions([(view.offer(members).score, members) for members in sets])
+    for members, row in zip(sets, rough, strict=True):
+        have = {view.signatures[m].variant.effect for m in members}
+        taken = [m for m, s in enumerate(view.signatures) if s.variant.effect in have]
+        assert not np.isfinite(row[taken]).any()
+        more = np.flatnonzero(np.isfinite(row)).tolist()
+        exact = np.array([view.offer((*members, m)).score for m in more])
+        near = np.flatnonzero(exact > exact.max() - 8)
+        assert len(near) >= 2
+        assert np.abs(row[more][near] - exact[near]).max() < 6
+        assert view.signatures[more[int(np.argmax(row[more]))]].variant.effect == (
+            view.signatures[more[int(np.argmax(exact))]].variant.effect
+        )
+
+
+@pytest.mark.parametrize("noise", NOISES[:2])
+def test_no_triple_is_left_out(noise: Noise) -> None:
+    """Every triple of effects is weighed, also where none of its pairs is among the best."""
+    view = view_under(noise)
+    effects = {s.variant.effect for s in view.signatures}
+    found = {o.names: o.score for o in set_offers([view], len(view.signatures))}
+    first: dict[str, int] = {}
+    for m in sorted(narrow(view), key=lambda m: -view.offer((m,)).score):
+        first.setdefault(view.signatures[m].variant.effect, m)
+    exact = {
+        names: view.offer(tuple(first[e] for e in names)).score
+        for names in combinations(sorted(first), 3)
+    }
+    assert len(effects) >= 5 and len(exact) >= 10
+    best = max(exact.values())
+    near = [names for names, score in exact.items() if score > best - 1]
+    assert near
+    for names in near:
+        assert found[names] > exact[names] - 1e-6, names
 
 
 def dense_score(view: View, members: tuple[int, ...]) -> tuple[float, Floats]:

@@ -12,7 +12,7 @@ additions_to   one effect more than those of a fit
 A set of signatures is a linear problem; its marginal likelihood follows from the Gram matrix of a
 view, with the scale of the noise at its most probable value for each set. Effects that a smaller
 set does not show are found so, because no set is built on another one: all singles and all pairs
-are weighed, and all sets of one more than the best pairs.
+are weighed, and all triples: every pair of effects in its best forms with every third effect.
 """
 
 from __future__ import annotations
@@ -32,6 +32,8 @@ from cbpt.lab.selection.setting import Names, Setting
 
 Floats = NDArray[np.float64]
 SomeSet = TypeVar("SomeSet")
+ScoredSet = tuple[float, tuple[int, ...]]
+"""Score and places of some signatures."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,45 +172,93 @@ class View:
             score[self._one_sided[m] & (sizes[:, part.start] <= 0)] = -np.inf
         return score, a, b
 
-    def additions(self, members: tuple[int, ...]) -> tuple[Floats, NDArray[np.int64]]:
-        """Roughly the scores of a set with one more narrow signature, and which that is."""
-        screen = self.screen
-        at = np.concatenate(
-            [np.arange(screen.places[m].start, screen.places[m].stop) for m in members]
-        )
-        g = screen.gram[np.ix_(at, at)].copy()
-        lot = np.concatenate([np.full(self._width[m], not self.narrow[m]) for m in members])
-        g[lot, lot] += 1.0
-        factor = np.linalg.cholesky(g)
-        cross = np.linalg.solve(factor, screen.gram[at])
-        pull = np.linalg.solve(factor, screen.projection[at])
-        have = self._kind[list(members)]
-        left = np.flatnonzero(self.usable & self.narrow & ~np.isin(self._kind, have))
-        return self._one_more(left, cross, pull, int(self._width[list(members)].sum())), left
+    def additions(self, sets: Sequence[ScoredSet]) -> Floats:
+        """Roughly the scores of sets of equally many signatures with one more narrow signature of
+        another effect, (sets, signatures); minus infinity where that cannot be seen.
 
-    def _one_more(self, left: NDArray[np.int64], cross: Floats, pull: Floats, count: int) -> Floats:
-        """Scores of one narrow signature each beside a set of so many columns; cross, pull: the
-        Gram matrix and the projection as seen along the axes of the set."""
+        Roughly: the prior of the sizes and the volume of a set are those that it has alone.
+        """
+        members = np.array([members for _, members in sets], dtype=np.int64)
+        at, real, lot = self._columns(members)
+        g = self.screen.gram[at[:, :, None], at[:, None, :]]
+        g = np.where(real[:, :, None] & real[:, None, :], g, 0.0)
+        g = g + np.where(real, np.where(lot, 1.0, 0.0), 1.0)[:, :, None] * np.eye(at.shape[1])
+        length = np.sqrt(np.einsum("ijj->ij", g))
+        scaled = g / (length[:, :, None] * length[:, None, :]) + 1e-9 * np.eye(at.shape[1])
+        unit = np.where(real, 1.0 / length, 0.0)
+        both = np.concatenate([self.screen.gram, self.screen.projection[:, None]], axis=1)
+        seen = np.linalg.solve(np.linalg.cholesky(scaled), both[at] * unit[:, :, None])
+        left = np.flatnonzero(self.usable & self.narrow)
+        score = np.full((len(members), len(self.signatures)), -np.inf)
+        count = self._width[members].sum(axis=1)
+        found = self._one_more(left, seen[:, :, :-1], seen[:, :, -1], count)
+        alone = np.array([score for score, _ in sets])
+        gained = np.einsum("ij,ij->i", seen[:, :, -1], seen[:, :, -1])
+        found += (alone - self.score(gained, count))[:, None]
+        have = (self._kind[members][:, :, None] == self._kind[left]).any(axis=1)
+        score[:, left] = np.where(have, -np.inf, found)
+        return score
+
+    def best_additions(
+        self, sets: Sequence[ScoredSet], count: int | None = None
+    ) -> list[ScoredSet]:
+        """Sets of equally many signatures with one more of the first `count`, each set of effects
+        in its best forms, the best first."""
+        if not sets:
+            return []
+        score = self.additions(sets)[:, :count]
+        which, more = np.indices(score.shape).reshape(2, -1)
+        members = np.array([members for _, members in sets], dtype=np.int64)
+        return self.best_forms(score.reshape(-1), np.column_stack([members[which], more]))
+
+    def best_forms(self, score: Floats, members: NDArray[np.int64]) -> list[ScoredSet]:
+        """Of sets (n, k) with the same effects the best one; the best of all first."""
+        seen = np.flatnonzero(np.isfinite(score))
+        order = seen[np.argsort(-score[seen], kind="stable")]
+        effects = np.sort(self._kind[members[order]], axis=1)
+        code = effects @ (len(self._kind) ** np.arange(effects.shape[1]))
+        first = np.sort(np.unique(code, return_index=True)[1])
+        return [(float(score[i]), tuple(members[i].tolist())) for i in order[first].tolist()]
+
+    def _columns(
+        self, members: NDArray[np.int64]
+    ) -> tuple[NDArray[np.int64], NDArray[np.bool_], NDArray[np.bool_]]:
+        """Columns of each set, which of them are no padding, and which are of a lot of balls."""
+        at, real, lot = [], [], []
+        for m in members.T:
+            step = np.arange(self._width[m].max())
+            real.append(step < self._width[m][:, None])
+            at.append(self._first[m][:, None] + np.where(real[-1], step, 0))
+            lot.append(real[-1] & ~self.narrow[m][:, None])
+        return np.concatenate(at, 1), np.concatenate(real, 1), np.concatenate(lot, 1)
+
+    def _one_more(
+        self, left: NDArray[np.int64], cross: Floats, pull: Floats, count: NDArray[np.int64] | int
+    ) -> Floats:
+        """Scores of one narrow signature each beside sets of so many columns, (..., signatures);
+        cross, pull: the Gram matrix (..., k, columns) and the projection (..., k) as seen along the
+        axes of each set."""
         screen = self.screen
         first, last = self._first[left], self._first[left] + self._width[left] - 1
-        b1 = screen.projection[first] - pull @ cross[:, first]
-        b2 = screen.projection[last] - pull @ cross[:, last]
-        g11 = screen.gram[first, first] - np.einsum("ij,ij->j", cross[:, first], cross[:, first])
-        g22 = screen.gram[last, last] - np.einsum("ij,ij->j", cross[:, last], cross[:, last])
-        g12 = screen.gram[first, last] - np.einsum("ij,ij->j", cross[:, first], cross[:, last])
+        one, two = cross[..., first], cross[..., last]
+        b1 = screen.projection[first] - np.einsum("...k,...kj->...j", pull, one)
+        b2 = screen.projection[last] - np.einsum("...k,...kj->...j", pull, two)
+        g11 = screen.gram[first, first] - np.einsum("...kj,...kj->...j", one, one)
+        g22 = screen.gram[last, last] - np.einsum("...kj,...kj->...j", two, two)
+        g12 = screen.gram[first, last] - np.einsum("...kj,...kj->...j", one, two)
         lone = self._width[left] == 1
         g12, g22, b2 = np.where(lone, 0.0, g12), np.where(lone, 1.0, g22), np.where(lone, 0.0, b2)
         determinant = np.maximum(g11 * g22 - g12**2, 1e-9 * np.abs(g11 * g22) + 1e-300)
         size1 = (b1 * g22 - b2 * g12) / determinant
         size2 = np.where(lone, 0.0, (b2 * g11 - b1 * g12) / determinant)
         gained = b1 * size1 + b2 * size2
-        score = self.score(gained + float(pull @ pull), count + self._width[left])
+        before = np.einsum("...k,...k->...", pull, pull)[..., None]
+        score = self.score(gained + before, np.asarray(count)[..., None] + self._width[left])
         score = score - 0.5 * np.log(determinant)
         own = (g22 + np.where(lone, 0.0, g11)) / determinant / self._width[left]
         size = np.sqrt(np.maximum(np.maximum(size1**2 + size2**2, own), 1.0))
         score = score + self._density[left] - self._powers[left] * np.log(size)
-        score[self._one_sided[left] & (size1 <= 0)] = -np.inf
-        return np.asarray(score + self.weight[left])
+        return np.where(self._one_sided[left] & (size1 <= 0), -np.inf, score + self.weight[left])
 
 
 @dataclass(frozen=True)
@@ -220,8 +270,6 @@ class _Limits:
     """Spread of the offsets of runs, in typical uncertainties of a reading."""
     pairs_with_lots: int = 3
     """Lots of balls, the most probable ones, that are weighed in pairs."""
-    extended: int = 40
-    """Pairs to which every third effect is added."""
     noise_room: float = 12.0
     """Log odds below the best pair at which a noise is no longer tried."""
     exact: int = 12
@@ -293,28 +341,22 @@ def variant_prices(setting: Setting, singles: Sequence[Offer]) -> dict[str, floa
 def set_offers(seen: Sequence[View], count: int) -> list[Offer]:
     """The best offers of pairs and of triples, the best first."""
     ranked = [(_pairs(view, count), view) for view in seen]
-    pairs = [
+    pairs = _exact(ranked)
+    top = max((o.score for o in pairs), default=-np.inf)
+    # Not under a noise under which no pair comes near the best one under another.
+    near = [
+        (found, view) for found, view in ranked if found and found[0][0] > top - _LIMITS.noise_room
+    ]
+    return best_of_each([*pairs, *_exact([(_triples(view, found), view) for found, view in near])])
+
+
+def _exact(ranked: Iterable[tuple[Sequence[ScoredSet], View]]) -> list[Offer]:
+    """The first sets of each view, weighed without a shortcut."""
+    return [
         view.offer(members)
         for found, view in ranked
-        for members in leaders(found, view.has_lot, _LIMITS.exact)
+        for members in leaders([m for _, m in found], view.has_lot, _LIMITS.exact)
     ]
-    top = max((o.score for o in pairs), default=-np.inf)
-    triples = []
-    for found, view in ranked:
-        # A noise under which no pair comes near the best one under another.
-        if not found or view.offer(found[0]).score < top - _LIMITS.noise_room:
-            continue
-        grown: dict[Names, tuple[float, tuple[int, ...]]] = {}
-        for members in found[: _LIMITS.extended]:
-            score, third = view.additions(members)
-            for i in np.argsort(-score)[:4].tolist():
-                more = (*members, int(third[i]))
-                names = view.names(more)
-                if names not in grown or score[i] > grown[names][0]:
-                    grown[names] = float(score[i]), more
-        leading = sorted(grown.values(), key=lambda g: -g[0])[: _LIMITS.exact]
-        triples += [view.offer(members) for _, members in leading]
-    return best_of_each([*pairs, *triples])
 
 
 def leaders(
@@ -328,23 +370,25 @@ def leaders(
     return [members for part in parts.values() for members in part[:most]]
 
 
-def _pairs(view: View, count: int) -> list[tuple[int, ...]]:
+def _pairs(view: View, count: int) -> list[ScoredSet]:
     """The best pair of signatures of every pair of effects, the best first; of the first `count`
     signatures."""
     score, a, b = view.pairs(range(count))
-    found: dict[Names, tuple[float, tuple[int, ...]]] = {}
-    for i in np.argsort(-score)[:600].tolist():
-        members = int(a[i]), int(b[i])
-        found.setdefault(view.names(members), (float(score[i]), members))
+    found = view.best_forms(score, np.column_stack([a, b]))
     lots = [m for m in range(count) if view.usable[m] and not view.narrow[m]]
-    for lot in sorted(lots, key=lambda m: -view.offer((m,)).score)[: _LIMITS.pairs_with_lots]:
-        score, others = view.additions((lot,))
-        for i in np.argsort(-score).tolist():
-            if others[i] < count:
-                members = lot, int(others[i])
-                found.setdefault(view.names(members), (float(score[i]), members))
-    ranked = sorted(found.values(), key=lambda f: -f[0])
-    return [members for score, members in ranked if np.isfinite(score)]
+    single = sorted(((view.offer((m,)).score, (m,)) for m in lots), reverse=True)
+    for lot in single[: _LIMITS.pairs_with_lots]:
+        found += view.best_additions([lot], count)
+    return view.best_forms(np.array([s for s, _ in found]), np.array([m for _, m in found]))
+
+
+def _triples(view: View, pairs: Sequence[ScoredSet]) -> list[ScoredSet]:
+    """The best of all triples: every pair of effects in its best forms, with every third effect in
+    all of its forms; the best first."""
+    triples: list[ScoredSet] = []
+    for lot in (False, True):
+        triples += view.best_additions([s for s in pairs if view.has_lot(s[1]) == lot])
+    return view.best_forms(np.array([s for s, _ in triples]), np.array([m for _, m in triples]))
 
 
 def additions_to(setting: Setting, base: Fit, noises: Sequence[Noise] = ()) -> list[list[Offer]]:
