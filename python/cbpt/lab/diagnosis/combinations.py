@@ -81,13 +81,14 @@ def remains(d: DiagnosisData) -> dict[str, Any] | None:
         return None
     before = float(np.sqrt(np.mean(d.before.residual_arcsec**2)))
     rest = remains_arcsec(lack, adequacy)
-    known = adequacy is not None and adequacy.source != "nothing"
+    # Where this test finds nothing it says nothing of the rest: the posterior alone does.
+    known = adequacy is not None and adequacy.p_value < RULES.left_chance
     return {
         "depends_on": list(lack.columns),
         "rms_arcsec": rest,
         "share_of_misfit": min((rest / before) ** 2, 1.0) if before > 0 else None,
         "left_arcsec": adequacy.left_arcsec if adequacy else None,
         "expected_arcsec": adequacy.expected_arcsec if adequacy and known else None,
-        "expected_from": adequacy.source if adequacy else None,
+        "expected_from": adequacy.source if adequacy and known else None,
         "p_value": adequacy.p_value if adequacy and known else None,
     }

@@ -217,11 +217,11 @@ def _ladder(
     for reached, added in path(names, fits):
         yield seen(added, fits[reached])
     further = _one_more(competition, names)
-    if further:
-        added = next(iter(set(further) - set(names)))
-        yield seen(added, fits[further])
     if lack_of_fit is not None:
         yield rung_of_lack_of_fit(lack_of_fit, fold)
+    elif further:
+        added = next(iter(set(further) - set(names)))
+        yield seen(added, fits[further])
 
 
 def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:

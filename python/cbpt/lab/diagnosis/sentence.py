@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,7 @@ from cbpt.lab.inference.residuals import rmse_of
 from cbpt.lab.selection.adequacy import readings_of_the_curve, readings_that_could_show
 from cbpt.lab.selection.decision import Why
 from cbpt.lab.selection.rest import remains_arcsec
+from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording.names import called, columns_in_words, number_called
 from cbpt.lab.wording.numbers import ARCSEC, AngleUnit, listed, probability, rounded
 
@@ -142,8 +143,15 @@ def _fall(d: DiagnosisData, angle: AngleUnit) -> str:
 
 def likely(d: DiagnosisData) -> str:
     """What is likely but not certain, the most probable first, with probabilities."""
+    return _with_chances(d, d.verdict.perhaps[:_MOST_LIKELY])
+
+
+def _with_chances(d: DiagnosisData, found: Sequence[tuple[str, float]]) -> str:
+    """Effects with their probabilities; beside an answer the most probable ones are those that do
+    not predict."""
+    but = "" if d.verdict.undecided else ", but readings held back are predicted better without it"
     return listed(
-        [f"{name_of(d, e)} ({probability(p)})" for e, p in d.verdict.perhaps[:_MOST_LIKELY]]
+        [f"{name_of(d, e)} ({probability(p)}{but if p >= RULES.certain else ''})" for e, p in found]
     )
 
 
@@ -189,7 +197,10 @@ def _undecided(d: DiagnosisData) -> str:
     assert v.undecided is not None
     which = ""
     if v.perhaps and v.undecided == "no answer is probable":
-        which = f" Possible, with their probabilities: {likely(d)}."
+        sure = [(e, p) for e, p in v.perhaps if p >= RULES.certain]
+        beside = f"Beside {_with_chances(d, sure)} these are possible" if sure else "Possible"
+        open_ = _with_chances(d, v.perhaps[len(sure) :][:_MOST_LIKELY])
+        which = f" {beside}, with their probabilities: {open_}." if open_ else ""
     elif v.perhaps:
         are = "is" if len(v.perhaps) == 1 else "are"
         which = f" If an effect is missing, the most probable {are} {likely(d)}."

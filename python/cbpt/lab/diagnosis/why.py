@@ -234,8 +234,8 @@ def sentence(d: DiagnosisData, why: Why, angle: AngleUnit = ARCSEC) -> str:
     if why.held_out and why.held_out[0] < 0.98 * why.held_out[1]:
         own, best = (angle.number(v) for v in why.held_out)
         told.append(
-            f"Its held-out error is lower ({own} against {best} {angle.symbol}), but it has to be "
-            "tuned more finely than its plausible ranges make likely."
+            f"Its held-out error is lower ({own} against {best} {angle.symbol}): that speaks for "
+            "it, and these odds do not count it."
         )
     if why.run:
         count = why.run["runs"]

@@ -243,9 +243,6 @@ def _no_effect(competition: Competition, posterior: Posterior, rules: DecisionRu
         rivals: tuple[str, ...] = (),
         within_uncertainty: bool = False,
     ) -> Verdict:
-        drawn = (OFFSET,) if null.noise.offset_arcsec else ()
-        # A number that moved is the same statement whether it is an effect of the set or refitted.
-        same = {drawn, tuple(sorted((*drawn, *effects))), effects}
         return Verdict(
             kind=kind,
             effects=effects,
@@ -256,7 +253,7 @@ def _no_effect(competition: Competition, posterior: Posterior, rules: DecisionRu
             names=(),
             lack_of_fit=None,
             noise=noise,
-            exactly=sum(posterior.sets.get(names, 0.0) for names in same),
+            exactly=posterior.sets[posterior.best],
         )
 
     strained = {n: z for n, z in moved.items() if abs(z) > rules.moved_sigma}
