@@ -42,6 +42,7 @@ from cbpt.lab.model.priors import Variant, log_density
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.selection.model_comparison import compete
 from trial.answers import campaign, table_of
+from trial.page import dated
 
 Floats = NDArray[np.float64]
 PAGE = ROOT / "docs" / "explanation" / "laplace.md"
@@ -252,7 +253,7 @@ def page(found: list[Audit]) -> str:
         "the mode that was found; nested sampling (dynesty) looks everywhere, for other modes too.",
         "`python benches/laplace.py` writes this page.",
         "",
-        f"{len(found)} campaigns. Against importance sampling the difference is {off.mean():+.2f} "
+        f"{dated()}: {len(found)} campaigns. Against importance sampling the difference is {off.mean():+.2f} "
         f"on average, its root mean square {np.sqrt(np.mean(off**2)):.2f}, the largest "
         f"{np.abs(off).max():.2f}; against nested sampling {rough.mean():+.2f}, "
         f"{np.sqrt(np.mean(rough**2)):.2f} and {np.abs(rough).max():.2f}. An effect is certain "

@@ -32,6 +32,7 @@ from cbpt.lab.selection.model_comparison import compete
 from cbpt.lab.selection.rules import RULES, DecisionRules
 from trial import claims
 from trial.answers import Task, campaign, table_of
+from trial.page import dated
 
 PAGE = ROOT / "docs" / "explanation" / "rules.md"
 FAMILIES: Mapping[str, int] = {
@@ -116,7 +117,7 @@ def page(found: np.ndarray[Any, Any], sets: int) -> str:
         "",
         "*held*: what is hidden is among what is certain, with one of each group. *something false "
         "certain*: in any campaign. *false alarm*: where nothing is hidden. Beside a count stands "
-        "its change against the rules in force.",
+        f"its change against the rules in force. {dated()}.",
         "",
         "| rule | | " + " | ".join(COUNTS) + " |",
         "|---|---|" + "---|" * len(COUNTS),

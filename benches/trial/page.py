@@ -96,13 +96,17 @@ def write_page(page: Path, outcomes: Sequence[Outcome], seed: int) -> None:
     page.write_text("\n".join(lines), encoding="utf-8")
 
 
+def dated() -> str:
+    """Today and the commit, as pages that a bench writes state them."""
+    today = datetime.datetime.now(datetime.UTC).date().isoformat()
+    return f"{today}, commit `{commit(Path(__file__).parents[2])}`"
+
+
 def section(outcomes: Sequence[Outcome], seed: int) -> str:
     """What campaigns, then the table."""
     families = {f: sum(o["family"] == f for o in outcomes) for f in (*FAMILIES, *WIDER)}
     told = ", ".join(f"{n} {NAMES.get(f, f)}" for f, n in families.items() if n)
-    today = datetime.datetime.now(datetime.UTC).date().isoformat()
-    made = f"{today}, commit `{commit(Path(__file__).parents[2])}`, seed {seed}: {told}."
-    return f"{made}\n\n{_table(targets(outcomes))}\n"
+    return f"{dated()}, seed {seed}: {told}.\n\n{_table(targets(outcomes))}\n"
 
 
 def _value(x: float, unit: str) -> str:
