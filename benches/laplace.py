@@ -253,8 +253,9 @@ def page(found: list[Audit]) -> str:
         "the mode that was found; nested sampling (dynesty) looks everywhere, for other modes too.",
         "`python benches/laplace.py` writes this page.",
         "",
-        f"{dated()}: {len(found)} campaigns. Against importance sampling the difference is {off.mean():+.2f} "
-        f"on average, its root mean square {np.sqrt(np.mean(off**2)):.2f}, the largest "
+        f"{dated()}: {len(found)} campaigns. Against importance sampling the difference is "
+        f"{off.mean():+.2f} on average, its root mean square "
+        f"{np.sqrt(np.mean(off**2)):.2f}, the largest "
         f"{np.abs(off).max():.2f}; against nested sampling {rough.mean():+.2f}, "
         f"{np.sqrt(np.mean(rough**2)):.2f} and {np.abs(rough).max():.2f}. An effect is certain "
         "from log odds of 2.9. u is what each sampler says of itself; that of nested sampling, "
