@@ -54,6 +54,7 @@ PAGES: dict[str, tuple[str, str, tuple[str, ...]]] = {
             "Diagnosis",
             "diagnose_by",
             "DividedDiagnosis",
+            "read_answer",
             "change",
             "Change",
             "fit",

@@ -21,7 +21,8 @@ Map:
 - `characterise` -> `Characteristics`: lost motion, hysteresis loss, rigidity of loops;
 - `change` -> `Change`: what changed between two campaigns, or from level to level;
 - `diagnose` -> `Diagnosis`: which effect is missing; `diagnose_by` -> `DividedDiagnosis`: the same
-  for each level of a column; `fit` -> `Fitted`: the case with it;
+  for each level of a column; `read_answer`: one that was saved; `fit` -> `Fitted`: the case with
+  it;
 - `effects`: effects of your own, as an expression or a Python function;
 - `read_plan` -> `Plan`: a campaign to come; `simulate` -> `Readings`: what it would read;
   `isolability` -> `Isolability`: what it could see and tell apart; `next_runs` -> `NextRuns`: what
@@ -87,6 +88,7 @@ if TYPE_CHECKING:
     from cbpt.lab.diagnosis.fitted import Fitted, fit
     from cbpt.lab.diagnosis.next_runs import NextRuns, next_runs
     from cbpt.lab.diagnosis.preflight import Preflight, preflight
+    from cbpt.lab.diagnosis.saved import read_answer
     from cbpt.lab.experiment.candidates import Limits
     from cbpt.lab.experiment.isolability import Isolability, isolability
     from cbpt.lab.experiment.plan import Plan, read_plan
@@ -135,6 +137,7 @@ _LAZY = {
     "optimise": "cbpt.design.optimise",
     "pareto_front": "cbpt.design.front",
     "preflight": "cbpt.lab.diagnosis.preflight",
+    "read_answer": "cbpt.lab.diagnosis.saved",
     "read_plan": "cbpt.lab.experiment.plan",
     "read_readings": "cbpt.lab.readings.reader",
     "shortest_plan": "cbpt.lab.experiment.shortest_plan",
@@ -204,6 +207,7 @@ __all__ = [
     "optimise",
     "pareto_front",
     "preflight",
+    "read_answer",
     "read_plan",
     "read_readings",
     "shortest_plan",

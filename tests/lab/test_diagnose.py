@@ -296,6 +296,7 @@ SCHEMA = thing(
                     "direction": {},
                     "separates": each(TEXT),
                     "gain": NUMBER,
+                    "largest_gain": NUMBER,
                 }
             )
         ),

@@ -81,6 +81,7 @@ class NextRuns:
                     **vars(s.run),
                     "direction": described(s.run),
                     "gain": s.gain,
+                    "largest_gain": s.largest_gain,
                     "separates": s.separates,
                     "pairs": [{"between": list(p), "gain": g} for p, g in s.pairs.items()],
                 }

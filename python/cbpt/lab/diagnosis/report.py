@@ -275,7 +275,7 @@ def _next_run(run: dict[str, Any]) -> str:
         if untold
         else ""
     )
-    if run["gain"] < RULES.log_rival_odds:
+    if run["largest_gain"] < RULES.log_rival_odds:
         if run["runs"] is None:
             return (
                 "No run like the previous ones would decide between the combinations below; other "

@@ -51,6 +51,11 @@ class Suggested:
     """The same for each two hypotheses."""
 
     @property
+    def largest_gain(self) -> float:
+        """That of the two hypotheses that it tells apart best."""
+        return max(self.pairs.values())
+
+    @property
     def separates(self) -> list[str]:
         """Hypotheses that the run is expected to tell from another one beyond the limit of odds."""
         return sorted({n for pair, gain in self.pairs.items() if gain > LIMIT for n in pair})
@@ -66,7 +71,8 @@ class Suggested:
             "in_words": in_words(self.run),
             "duration_s": duration_s(self.run),
             "separates": self.separates,
-            "gain": max(self.pairs.values()),
+            "gain": self.gain,
+            "largest_gain": self.largest_gain,
         }
 
 

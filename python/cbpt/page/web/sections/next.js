@@ -18,7 +18,7 @@ function draw() {
     ? "Where to measure more"
     : !r
     ? "No further run is suggested"
-    : r.gain < DECIDES || whole.undecided
+    : r.largest_gain < DECIDES || whole.undecided
     ? "The run that tells most"
     : "The run that decides";
   fill(
@@ -60,7 +60,7 @@ function brings(r) {
       thoseWith(r.untold)
     }; other knowledge, such as a drawing or a calibration, can.`
     : "";
-  if (r.gain >= DECIDES) return `One such run is expected to tell ${apart}.${beside}${rest}`;
+  if (r.largest_gain >= DECIDES) return `One such run is expected to tell ${apart}.${beside}${rest}`;
   return r.runs
     ? `No single run decides; about ${r.runs} runs like this tell ${apart}.${beside}${rest}`
     : "No run like the previous ones decides; other knowledge, such as a drawing, can.";
