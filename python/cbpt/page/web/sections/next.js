@@ -60,7 +60,9 @@ function brings(r) {
       thoseWith(r.untold)
     }; other knowledge, such as a drawing or a calibration, can.`
     : "";
-  if (r.largest_gain >= DECIDES) return `One such run is expected to tell ${apart}.${beside}${rest}`;
+  if (r.largest_gain >= DECIDES) {
+    return `One such run is expected to tell ${apart}.${beside}${rest}`;
+  }
   return r.runs
     ? `No single run decides; about ${r.runs} runs like this tell ${apart}.${beside}${rest}`
     : "No run like the previous ones decides; other knowledge, such as a drawing, can.";
