@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 import cbpt
 from cbpt.cli import main as commands
-from cbpt.lab.change.change import _trend
 from cbpt.lab.change.loop_widths import LoopWidths, widths_of
+from cbpt.lab.change.parameters import trend_of
 from cbpt.lab.change.parties import Levels, levels_of
 from cbpt.lab.change.reproducibility import (
     autocorrelation_time,
@@ -25,10 +25,10 @@ from cbpt.lab.change.reproducibility import (
     with_set_ups,
 )
 from cbpt.lab.change.shared import fit_shared
+from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.own_terms import campaign_of
 from cbpt.lab.model.spring_priors import library_of
-from cbpt.lab.selection.fit_effects import best_fit
 from common.drives import examples
 from common.rings import RINGS
 
@@ -205,7 +205,7 @@ def test_what_goes_up_and_down_is_told_with_both_ends() -> None:
 def test_a_trend_goes_one_way_from_the_first_to_the_last(
     values: tuple[float, ...], u: float, trend: str
 ) -> None:
-    assert _trend(values, [u] * len(values)) == trend
+    assert trend_of(values, [u] * len(values)) == trend
 
 
 def test_a_rest_that_the_effects_of_all_levels_follow_is_none() -> None:
@@ -274,19 +274,10 @@ def test_a_form_that_a_level_cannot_show_alone_is_fitted_all_the_same(
     case = cbpt.Case.from_dict(SPRING)
     readings = [cbpt.read_readings(loops(f), need_preload=False) for f in (1.0, 1.5)]
     campaigns = [campaign_of(case, r, []) for r in readings]
-    found = best_fit
-    asked = []
-
-    def alone(fitter: Any, effects: Any) -> Any:
-        asked.append(effects)
-        if len(asked) > len(campaigns):
-            raise cbpt.InvalidInputError("these readings do not depend on it")
-        return found(fitter, effects)
-
     with_it = levels_of(campaigns, [FRICTION])
-    monkeypatch.setattr("cbpt.lab.change.parties.best_fit", alone)
+    monkeypatch.setattr("cbpt.lab.change.parties._Alone.values_in", lambda level, forms: iter(()))
     without = levels_of(campaigns, [FRICTION])
-    assert with_it is not None and without is not None and len(asked) > len(campaigns)
+    assert with_it is not None and without is not None
     for one, other in zip(with_it.fits, without.fits, strict=True):
         assert other.log_evidence == pytest.approx(one.log_evidence, abs=0.1)
 
@@ -305,6 +296,30 @@ def test_friction_that_does_not_follow_the_preload_is_told_by_all_levels() -> No
     assert constant in {v.label for v in library_of(alone, beside=[other])}
     levels = levels_of([alone, other], [constant])
     assert levels is not None and [v.label for v in levels.variants] == [constant]
+
+
+def test_no_level_is_searched_from_every_other_level(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Twice the levels are twice the fits, and no search in the same forms is made again."""
+    case = cbpt.Case.from_dict(SPRING)
+    made: list[Any] = []
+    fit = Fitter.fit
+
+    def counted(*given: Any, **more: Any) -> Any:
+        made.append(given)
+        return fit(*given, **more)
+
+    monkeypatch.setattr(Fitter, "fit", counted)
+
+    def fits(levels: int) -> int:
+        made.clear()
+        readings = [
+            cbpt.read_readings(loops(1 + 0.1 * k, seed=k), need_preload=False)
+            for k in range(levels)
+        ]
+        assert levels_of([campaign_of(case, r, []) for r in readings], [FRICTION]) is not None
+        return len(made)
+
+    assert fits(8) <= 2.2 * fits(4)
 
 
 # --- what a model does not follow ---------------------------------------------------------
@@ -501,6 +516,17 @@ def test_the_verb(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert {"remains", "noise", "levels", "unchanged", "combinations"} <= document.keys()
     assert commands.main(["change", str(case), str(one)]) == 2
     assert commands.main(["change", str(case), str(one), str(two), "--by", "run"]) == 2
+
+
+def test_progress_goes_from_the_beginning_to_the_whole() -> None:
+    told: list[tuple[str, float]] = []
+    tables = loops(1.0), loops(1.5, seed=2)
+    for effects in ([FRICTION], None):
+        told.clear()
+        cbpt.change(SPRING, *tables, effects=effects, progress=lambda *now: told.append(now))
+        shares = [share for _, share in told]
+        assert shares == sorted(shares) and shares[-1] == 1.0 and len(set(shares)) > 5
+    assert "diagnosis of after, the drive as stated" in [what for what, _ in told]
 
 
 def test_both_a_table_and_a_column_are_refused() -> None:

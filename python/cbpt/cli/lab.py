@@ -200,10 +200,7 @@ def _diagnose(options: argparse.Namespace, given: dict[str, Any]) -> int:
     return SUCCESS
 
 
-def change(argv: list[str]) -> int:
-    """cbpt change CASE BEFORE [AFTER]"""
-    from cbpt.lab.change.change import change as changed
-
+def _change_parser() -> argparse.ArgumentParser:
     parser = inputs(
         "cbpt change",
         "Find out what changed between two campaigns on the same reducer: for each effect and for "
@@ -242,22 +239,32 @@ def change(argv: list[str]) -> int:
     )
     add_json(parser)
     add_seed(parser, "answer")
+    return parser
+
+
+def change(argv: list[str]) -> int:
+    """cbpt change CASE BEFORE [AFTER]"""
+    from cbpt.lab.change.change import change as changed
+
+    parser = _change_parser()
     options = parser.parse_args(optional_files(argv, json=(".json",)))
     if (options.after is None) == (options.by is None):
         parser.error("give AFTER, or --by COLUMN, and not both")
-    answer = changed(
-        options.case,
-        options.data,
-        options.after,
-        by=options.by,
-        effects=options.effects or None,
-        columns=columns_of(parser, options) or None,
-        sheet=options.sheet,
-        only=only_of(parser, options),
-        reproducibility_arcsec=options.reproducibility_arcsec,
-        repeated=options.repeated,
-        seed=options.seed,
-    )
+    with Counter() as counter:
+        answer = changed(
+            options.case,
+            options.data,
+            options.after,
+            by=options.by,
+            effects=options.effects or None,
+            columns=columns_of(parser, options) or None,
+            sheet=options.sheet,
+            only=only_of(parser, options),
+            reproducibility_arcsec=options.reproducibility_arcsec,
+            repeated=options.repeated,
+            seed=options.seed,
+            progress=counter.share,
+        )
     show_answer(answer, options.json, answer.report)
     return SUCCESS
 

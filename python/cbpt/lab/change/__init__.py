@@ -5,6 +5,8 @@ record       the answer as a record; answer, the same with text and JSON; text, 
 parties      levels with the same effects in the same forms, each fitted by itself
 shared       one model for all levels: which numbers are shared, and the evidence of each choice
 reproducibility  what a new set-up changes by itself, stated or from repeated set-ups
+parameters   the numbers that changed, and those that did not
 posterior    which numbers changed, from the evidence of the choices
 noise        whether the scatter changed
+progress     tells how far the work is
 """

@@ -20,9 +20,11 @@ from cbpt.errors import InvalidInputError, NoSolutionError
 from cbpt.lab.change.answer import Change
 from cbpt.lab.change.loop_widths import LoopWidths, widths_of
 from cbpt.lab.change.noise import noise_change
+from cbpt.lab.change.parameters import changed_of, unchanged_of
 from cbpt.lab.change.parties import Levels, levels_of
-from cbpt.lab.change.posterior import Weighed, groups_of, weigh
-from cbpt.lab.change.record import Changed, Direction, Kind, Unchanged
+from cbpt.lab.change.posterior import Weighed, weigh
+from cbpt.lab.change.progress import part_of, untold
+from cbpt.lab.change.record import Kind
 from cbpt.lab.change.reproducibility import (
     reproducibility_of,
     with_dispersion,
@@ -36,13 +38,13 @@ from cbpt.lab.diagnosis.by_level import MOST_LEVELS
 from cbpt.lab.diagnosis.diagnose import diagnosed, prepared
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.diagnosis.fit_text import beyond_own_loops
-from cbpt.lab.inference.estimates import unit_of
 from cbpt.lab.inference.residuals import rmse_of
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.own_terms import campaign_of, chosen
 from cbpt.lab.model.priors import PRIORS
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.readings import Readings
+from cbpt.lab.selection.model_comparison import Progress
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording.numbers import listed
 
@@ -52,6 +54,9 @@ _LIKELY = 0.1
 """Combinations of a level that are less probable are not looked at."""
 _MOST_SETS = 4
 """Sets of effects that are fitted at all levels."""
+
+_DIAGNOSED, _FITTED = 0.7, 0.75
+"""Shares of the work that are done after the diagnoses, and after the fits of each level."""
 
 Given = str | os.PathLike[str] | Mapping[str, ArrayLike]
 
@@ -69,6 +74,7 @@ def change(
     reproducibility_arcsec: float | None = None,
     repeated: Sequence[Sequence[str]] = (),
     seed: int = 0,
+    progress: Progress | None = None,
 ) -> Change:
     """Find out what changed between campaigns on the same reducer.
 
@@ -105,6 +111,8 @@ def change(
         both, a level whose name is that of another and `repeated` repeats it.
     seed : int
         Seed of the diagnoses.
+    progress : callable, optional
+        Called as ``progress(what_is_next, share_done)``. What it raises ends the work.
 
     Returns
     -------
@@ -130,18 +138,13 @@ def change(
     asked = repeated or by is None or reproducibility_arcsec is not None
     named = [] if asked else _named_as_repeated(names)
     states = _states(names, named or repeated, reproducibility_arcsec)
+    tell = progress or untold
     with one_blas_thread():
-        answers: list[Diagnosis] = []
-        own: list[OwnEffect] = []
-        if effects is None:
-            answers = [diagnosed(case, part, seed) for part in parts]
-            sets = _demanded(answers)
-        else:
-            ids, own = chosen(case, effects)
-            sets = [ids]
+        answers, ids, own = _effects(
+            case, dict(zip(names, parts, strict=True)), effects, seed, tell
+        )
         campaigns = [prepared(campaign_of(case, part, own))[0] for part in parts]
-        found = (levels_of(campaigns, ids) for ids in sets)
-        candidates = [levels for levels in found if levels is not None]
+        candidates = _fitted(campaigns, ids, part_of(tell, _DIAGNOSED, _FITTED))
         if candidates and states:
             reproducibility_arcsec = _estimated(candidates, states)
             candidates = with_dispersion(candidates, states)
@@ -149,7 +152,7 @@ def change(
             candidates = with_misfit(candidates)
         elif reproducibility_arcsec:
             candidates = [with_set_ups(c, reproducibility_arcsec) for c in candidates]
-        weighed = weigh(candidates)
+        weighed = weigh(candidates, part_of(tell, _FITTED, 1.0))
     if weighed is None:
         raise NoSolutionError(
             "the model has no solution with the same numbers at all levels; compare each level "
@@ -163,7 +166,41 @@ def change(
         apart_arcsec = reproducibility_of(best, [range(len(best.parties))])
         notes.append(unless_repeated(apart_arcsec, _between_runs_arcsec(best)))
         answer = replace(answer, levels_differ_by_arcsec=apart_arcsec)
+    tell("the answer", 1.0)
     return replace(answer, reproducibility_arcsec=reproducibility_arcsec, notes=tuple(notes))
+
+
+def _effects(
+    case: Case | Drive,
+    parts: Mapping[str, Readings],
+    effects: Sequence[str | OwnEffect] | None,
+    seed: int,
+    tell: Progress,
+) -> tuple[list[Diagnosis], list[list[str]], list[OwnEffect]]:
+    """Sets of effects to fit at all levels: those that are named, else those that the diagnoses of
+    the levels demand; with these diagnoses."""
+    if effects is not None:
+        ids, own = chosen(case, effects)
+        return [], [ids], own
+    answers = []
+    for k, (name, readings) in enumerate(parts.items()):
+        begin, end = (_DIAGNOSED * i / len(parts) for i in (k, k + 1))
+        told = part_of(tell, begin, end, f"diagnosis of {name}, ")
+        answers.append(diagnosed(case, readings, seed, progress=told))
+    return answers, _demanded(answers), []
+
+
+def _fitted(
+    campaigns: Sequence[Campaign], sets: Sequence[Sequence[str]], tell: Progress
+) -> list[Levels]:
+    """Each set of effects at all levels, where all have a solution."""
+    found = []
+    for k, ids in enumerate(sets):
+        tell(f"fits with {listed(ids)}" if ids else "fits without effects", k / len(sets))
+        levels = levels_of(campaigns, ids)
+        if levels is not None:
+            found.append(levels)
+    return found
 
 
 def _between_runs_arcsec(levels: Levels) -> float | None:
@@ -276,7 +313,7 @@ def _answer(
         kind = "changed"
     elif something < RULES.undecided and not any(widths.may_differ for widths in loops):
         kind = "nothing"
-    changed = tuple(_changed(weighed)) if kind == "changed" else ()
+    changed = tuple(changed_of(weighed)) if kind == "changed" else ()
     rmse_arcsec = tuple(
         rmse_of(p.problem.campaign, f) for p, f in zip(levels.parties, levels.fits, strict=True)
     )
@@ -286,7 +323,7 @@ def _answer(
     return Change(
         kind=kind,
         changed=changed,
-        unchanged=tuple(_unchanged(weighed)),
+        unchanged=tuple(unchanged_of(weighed)),
         probability=1 - something if kind == "nothing" else something,
         noise=noise_change([p.problem.campaign.readings for p in levels.parties], levels.fits),
         remains=max(left, key=lambda rest: rest["rms_arcsec"], default=None),
@@ -298,93 +335,3 @@ def _answer(
         weighed=weighed,
         loops=loops,
     )
-
-
-def _changed(weighed: Weighed) -> list[Changed]:
-    """Parameters of the groups that more likely changed than not: sizes, and shapes that moved."""
-    found = []
-    for group in weighed.groups:
-        chance = weighed.changed(group.effect)
-        if chance < RULES.undecided:
-            continue
-        choice = weighed.best_with(group.effect)
-        best, levels = choice.fit, choice.levels
-        own = next(g for g in groups_of(levels) if g.effect == group.effect)
-        for place in own.unknowns:
-            unknown = levels.fits[0].unknowns[place]
-            pairs = [_si(levels, best.value(k, place), place) for k in range(len(levels.fits))]
-            values, u = (tuple(column) for column in zip(*pairs, strict=True))
-            is_size = unknown.size_of >= 0 or "." not in unknown.name
-            name = _name(levels, place)
-            changed = Changed(
-                group.effect,
-                name,
-                unit_of(name),
-                values[0],
-                values[-1],
-                u[0],
-                u[-1],
-                _direction(values, u, is_size and "." in unknown.name),
-                chance,
-                values,
-                u,
-                _trend(values, u),
-            )
-            if is_size or changed.moved:
-                found.append(changed)
-    return sorted(found, key=lambda c: -c.probability)
-
-
-def _unchanged(weighed: Weighed) -> list[Unchanged]:
-    """Sizes and numbers that one value describes at all levels."""
-    found = []
-    best, levels = weighed.best.fit, weighed.best.levels
-    for group in groups_of(levels):
-        if weighed.changed(group.effect) >= RULES.undecided:
-            continue
-        place = group.unknowns[0]
-        value, u = _si(levels, best.value(0, place), place)
-        name = _name(levels, place)
-        found.append(Unchanged(group.effect, name, unit_of(name), value, u))
-    return found
-
-
-def _name(levels: Levels, place: int) -> str:
-    """The name of a parameter, also of a number that is known by its effect."""
-    unknown = levels.fits[0].unknowns[place]
-    name = unknown.name.partition(".")[2]
-    if name:
-        return name
-    model = levels.parties[0].problem.model
-    return next(p for (_, p), i in model.places.items() if i == unknown.index)
-
-
-def _si(levels: Levels, found: tuple[float, float], place: int) -> tuple[float, float]:
-    """Coordinate and its uncertainty, in SI."""
-    unknown = levels.fits[0].unknowns[place]
-    value, u = found[0] * unknown.unit, found[1] * unknown.unit
-    return (float(np.exp(value)), float(np.exp(value)) * u) if unknown.log else (value, u)
-
-
-def _direction(values: Sequence[float], u: Sequence[float], may_vanish: bool) -> Direction:
-    first, last = abs(values[0]), abs(values[-1])
-    if may_vanish and first < 2 * u[0] and last > 3 * u[-1]:
-        return "new"
-    if may_vanish and last < 2 * u[-1] and first > 3 * u[0]:
-        return "gone"
-    return "up" if values[-1] > values[0] else "down"
-
-
-def _trend(values: Sequence[float], u: Sequence[float]) -> Any:
-    """Rising where the last is larger than the first by more than twice their uncertainty, and no
-    value is larger than a later one by more than that."""
-    if len(values) < 3:
-        return None
-    v, squared = np.array(values), np.array(u) ** 2
-    apart = (v[None, :] - v[:, None]) / np.sqrt(squared[None, :] + squared[:, None])
-    later = apart[np.triu_indices(len(v), 1)]
-    if apart[0, -1] > 2 and np.all(later > -2):
-        return "rising"
-    if apart[0, -1] < -2 and np.all(later < 2):
-        return "falling"
-    return "neither"

@@ -7,11 +7,12 @@ log_noise   what the noise of a level adds to the log evidence, whatever the val
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cbpt.errors import InvalidInputError
 from cbpt.lab.change.shared import Party
@@ -24,7 +25,9 @@ from cbpt.lab.inference.hypothesis import Hypothesis
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.priors import Variant
 from cbpt.lab.model.spring_priors import library_of
-from cbpt.lab.selection.fit_effects import best_fit
+from cbpt.lab.selection.fit_effects import best_fit, best_of_forms, fits_of_forms
+
+Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,13 +39,43 @@ class Levels:
     variants: tuple[Variant, ...]
 
 
+@dataclass(frozen=True, eq=False)
+class _Alone:
+    """A level by itself."""
+
+    fitter: Fitter
+    fits: dict[tuple[Variant, ...], Fit]
+    """In each form of the effects."""
+    best: Fit | None
+    """Over all forms; None without effects."""
+
+    @classmethod
+    def of(cls, fitter: Fitter, effects: Sequence[str]) -> _Alone:
+        if not effects:
+            return cls(fitter, {}, None)
+        fits = fits_of_forms(fitter, effects)
+        return cls(fitter, fits, best_of_forms(fitter, effects, fits))
+
+    def values_in(self, forms: tuple[Variant, ...]) -> Iterator[Floats]:
+        """Those that suit the level best in some forms, to begin with."""
+        if self.best is not None and self.best.hypothesis.variants == forms:
+            yield self.best.point.values
+        elif forms in self.fits:
+            yield self.fits[forms].point.values
+        else:
+            # Not where another level alone shows what a form does: the other starts are left.
+            with suppress(InvalidInputError):
+                yield best_fit(self.fitter, [v.label for v in forms]).point.values
+
+
 def levels_of(campaigns: Sequence[Campaign], effects: Sequence[str]) -> Levels | None:
     """The levels fitted; None where some level has no solution."""
     library = library_of(_longest(campaigns), effects, campaigns)
-    fitters = [Fitter(campaign, library) for campaign in campaigns]
+    alone = [_Alone.of(Fitter(campaign, library), effects) for campaign in campaigns]
+    fitters = [level.fitter for level in alone]
     best: tuple[float, tuple[Variant, ...], list[Fit]] | None = None
-    for forms in _forms(fitters, effects):
-        fits = _fitted(fitters, forms)
+    for forms in _forms(alone):
+        fits = _fitted(alone, forms, -np.inf if best is None else best[0])
         if fits is None:
             continue
         total = sum(fit.log_evidence for fit in fits)
@@ -72,36 +105,48 @@ def _longest(campaigns: Sequence[Campaign]) -> Campaign:
     return campaigns[int(np.argmax(reach))]
 
 
-def _forms(fitters: Sequence[Fitter], effects: Sequence[str]) -> list[tuple[Variant, ...]]:
-    """The forms that each level favours."""
-    if not effects:
+def _forms(alone: Sequence[_Alone]) -> list[tuple[Variant, ...]]:
+    """The forms that each level favours, those first with which all levels alone are probable."""
+    if not any(level.fits for level in alone):
         return [()]
-    found = [best_fit(fitter, effects).hypothesis.variants for fitter in fitters]
-    everywhere = [{v.label for v in (*f.variants, *f.campaign.candidates)} for f in fitters]
+    found = [level.best.hypothesis.variants for level in alone if level.best is not None]
+    everywhere = [
+        {v.label for v in (*level.fitter.variants, *level.fitter.campaign.candidates)}
+        for level in alone
+    ]
     suited = [f for f in found if all({v.label for v in f} <= known for known in everywhere)]
-    return list(dict.fromkeys(suited or found))
+
+    def together(forms: tuple[Variant, ...]) -> float:
+        known = [level.fits.get(forms) for level in alone]
+        return float(sum(-np.inf if fit is None else fit.log_evidence for fit in known))
+
+    return sorted(dict.fromkeys(suited or found), key=together, reverse=True)
 
 
-def _fitted(fitters: Sequence[Fitter], forms: tuple[Variant, ...]) -> list[Fit] | None:
-    """Each level in these forms: from neutral values, and from those of the levels before it."""
+def _fitted(alone: Sequence[_Alone], forms: tuple[Variant, ...], least: float) -> list[Fit] | None:
+    """Each level in these forms: from neutral values, from those that suit it best and from those
+    of the level before it; None where a level has no solution, or where the evidence of all cannot
+    reach `least`."""
     fits: list[Fit] = []
-    for fitter in fitters:
-        hypothesis = Hypothesis(forms)
+    for k, level in enumerate(alone):
+        fitter, hypothesis = level.fitter, Hypothesis(forms)
         starts = [fitter.start(hypothesis, _sizes(forms))]
-        for other in fits:
+        if fits:
             values = fitter.start(hypothesis, {})
-            for mine, theirs in zip(fitter.unknowns(hypothesis), other.unknowns, strict=True):
-                values[mine.index] = np.clip(other.value(theirs), mine.lower, mine.upper)
+            for mine, theirs in zip(fitter.unknowns(hypothesis), fits[-1].unknowns, strict=True):
+                values[mine.index] = np.clip(fits[-1].value(theirs), mine.lower, mine.upper)
             starts.append(values)
         if forms:
-            with suppress(InvalidInputError):
-                # Not where another level alone shows what a form does: the other starts are left.
-                starts.append(best_fit(fitter, [v.label for v in forms]).point.values)
+            starts += level.values_in(forms)
         tried = [fitter.fit(hypothesis, start) for start in starts]
         solved = [fit for fit in tried if fit is not None]
         if not solved:
             return None
         fits.append(max(solved, key=lambda fit: fit.log_evidence))
+        # No level is more probable than in the forms that it favours itself.
+        rest = [np.inf if a.best is None else a.best.log_evidence for a in alone[k + 1 :]]
+        if sum(fit.log_evidence for fit in fits) + sum(rest) < least:
+            return None
     return fits
 
 

@@ -18,9 +18,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cbpt.lab.change.parties import Levels
+from cbpt.lab.change.progress import part_of, untold
 from cbpt.lab.change.shared import Shared, fit_shared
 from cbpt.lab.model.priors import ODDS as THERE
 from cbpt.lab.model.priors import PRIORS
+from cbpt.lab.selection.model_comparison import Progress
 
 ODDS = {
     "": 0.1,
@@ -108,10 +110,13 @@ def groups_of(levels: Levels) -> tuple[Group, ...]:
     return tuple(Group(effect, tuple(places)) for effect, places in found.items())
 
 
-def weigh(candidates: Sequence[Levels]) -> Weighed | None:
+def weigh(candidates: Sequence[Levels], tell: Progress = untold) -> Weighed | None:
     """All choices that matter, over all sets of effects; None where the model has no solution with
     all numbers shared."""
-    found = [choice for levels in candidates for choice in choices_of(levels)]
+    found: list[Choice] = []
+    for k, levels in enumerate(candidates):
+        begin, end = (i / len(candidates) for i in (k, k + 1))
+        found += choices_of(levels, part_of(tell, begin, end))
     if not found:
         return None
     logs = np.array([choice.log_odds for choice in found])
@@ -126,7 +131,7 @@ def weigh(candidates: Sequence[Levels]) -> Weighed | None:
     return Weighed(tuple(groups.values()), choices)
 
 
-def choices_of(levels: Levels) -> list[Choice]:
+def choices_of(levels: Levels, tell: Progress = untold) -> list[Choice]:
     """None, each group, and further ones while that gains; then all groups, and fewer while that
     gains: two that changed together may look no better than none as long as one of them is shared.
     """
@@ -148,7 +153,8 @@ def choices_of(levels: Levels) -> list[Choice]:
     best: frozenset[str] = frozenset()
     if score(best) == -np.inf:
         return []
-    for _ in range(min(_EFFORT.together, len(groups))):
+    for number in range(most := min(_EFFORT.together, len(groups))):
+        tell("what changed", 0.5 * number / most)
         top = max((best | {name} for name in groups.keys() - best), key=score, default=best)
         less = [top - {name} for name in top if len(top) > 1]
         top = max([top, *less], key=score)
@@ -158,10 +164,12 @@ def choices_of(levels: Levels) -> list[Choice]:
     best = frozenset(groups)
     if score(best) > -np.inf:
         while best:
+            tell("what did not change", 0.9 - 0.4 * len(best) / len(groups))
             fewer = max((best - {name} for name in best), key=lambda names: score(names, best))
             if score(fewer) < scored[best][1]:
                 break
             best = fewer
+    tell("each choice from the best values", 0.9)
     _settled(levels, scored)
     return [Choice(names, levels, fit, odds) for names, (fit, odds) in scored.items()]
 

@@ -1,16 +1,18 @@
 """What a model has beside the drive: effects of the case, and effects fitted to the readings.
 
-Number      one parameter with its value and, where it was fitted, its uncertainty
-Prediction  what drive and effects say at every reading
-predicted   a case with the effects it has
-fitted      a case with further effects of the library, fitted to the readings
-best_fit    the most probable form and values of some effects
+Number          one parameter with its value and, where it was fitted, its uncertainty
+Prediction      what drive and effects say at every reading
+predicted       a case with the effects it has
+fitted          a case with further effects of the library, fitted to the readings
+best_fit        the most probable form and values of some effects
+fits_of_forms   the most probable values in each form
+best_of_forms   the best of these
 """
 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
 
@@ -126,23 +128,39 @@ def best_fit(fitter: Fitter, effects: Sequence[str]) -> Fit:
     Raises `InvalidInputError` for an effect that is not known or that the readings do not depend
     on, `ReadingsError` where the table lacks a column that it needs.
     """
+    return best_of_forms(fitter, effects, fits_of_forms(fitter, effects))
+
+
+def fits_of_forms(fitter: Fitter, effects: Sequence[str]) -> dict[tuple[Variant, ...], Fit]:
+    """The most probable fit of some effects in each of their forms, from promising starts.
+
+    Raises `InvalidInputError` and `ReadingsError` as `best_fit` does.
+    """
     forms = [_forms(effect, fitter) for effect in dict.fromkeys(effects)]
     null = fitter.fit(Hypothesis())
-    best: Fit | None = None
-    for variants in product(*forms):
-        if null is None:
-            break
+    found: dict[tuple[Variant, ...], Fit] = {}
+    for variants in product(*forms) if null is not None else ():
+        assert null is not None
         noise = replace(fitter.campaign.plain_noise, inflation=null.noise.inflation)
         for start in _starts(fitter, null, variants):
             got = fitter.fit(Hypothesis(variants), start, noise)
-            if got is not None and (best is None or got.log_evidence > best.log_evidence):
-                best = got
-    if best is None:
+            before = found.get(variants)
+            if got is not None and (before is None or got.log_evidence > before.log_evidence):
+                found[variants] = got
+    if not found:
         raise InvalidInputError(
             f"{' + '.join(effects)} cannot be fitted: the computed angles of these readings do not "
             "depend on the parameters"
         )
-    listed = [v for variants in forms for v in variants]
+    return found
+
+
+def best_of_forms(
+    fitter: Fitter, effects: Sequence[str], fits: Mapping[tuple[Variant, ...], Fit]
+) -> Fit:
+    """The most probable of them, over the modes of their effects, closed."""
+    best = max(fits.values(), key=lambda fit: fit.log_evidence)
+    listed = [v for effect in dict.fromkeys(effects) for v in _forms(effect, fitter)]
     return closed(fitter, with_modes(fitter, best, RULES.log_rival_odds, listed))
 
 

@@ -1,0 +1,19 @@
+"""Progress of work that has parts.
+
+part_of  tells the progress of a part
+untold   where nobody asks
+"""
+
+from __future__ import annotations
+
+from cbpt.lab.selection.model_comparison import Progress
+
+
+def part_of(tell: Progress, begin: float, end: float, head: str = "") -> Progress:
+    """Tells the progress of a part of the work, which goes from one share of the whole to another;
+    head: what stands before what is next."""
+    return lambda what, share: tell(head + what, begin + (end - begin) * share)
+
+
+def untold(what: str, share: float) -> None:
+    """Progress that nobody asks for."""
