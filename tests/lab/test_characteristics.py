@@ -158,6 +158,31 @@ def test_a_single_loop_takes_the_stated_uncertainty() -> None:
     assert figure.u_type_a == pytest.approx(2 * 2**0.5, rel=0.35)
 
 
+@pytest.mark.parametrize(
+    ("loops", "larger", "said"),
+    [
+        (1, 0.0, "1 loop to 10 N m, with both branches"),
+        (
+            3,
+            0.0,
+            "3 loops; the figures are those of the 3 with both branches and the largest torque",
+        ),
+        (1, 4.0, "2 loops; the figures are those of the one with both branches and the largest"),
+    ],
+)
+def test_the_report_counts_loops(loops: int, larger: float, said: str) -> None:
+    """A loop that goes further and does not come back is none with both branches."""
+    cycle = np.concatenate([UP[UP >= 0], UP[-2::-1], UP[1:]])
+    torque = np.tile(cycle, loops)
+    run = np.repeat(np.arange(float(loops)), len(cycle))
+    if larger:
+        half = np.arange(-larger * RATED, larger * RATED, STEP)
+        torque = np.concatenate([torque, half])
+        run = np.concatenate([run, np.full(len(half), 9.0)])
+    found = read(torque, 60 * torque, run=run)
+    assert said in found.report()
+
+
 def test_type_b_follows_the_gains() -> None:
     case = SPRING | {"uncertainty": {"torque_gain_rel": 0.02, "sensor_gain_rel": 0.01}}
     table = {"torque_Nm": CYCLES, "elastic_angle_arcsec": 60 * CYCLES}

@@ -185,6 +185,24 @@ def test_what_differs_in_its_conditions_was_not_repeated(
     assert check_of("repeats", torque_Nm=torque, **changed).state == "lost"
 
 
+@pytest.mark.parametrize("jitter_Nm", [0.0, 0.02])
+def test_a_column_of_numbers_that_runs_share_is_told(jitter_Nm: float) -> None:
+    """It may count repeats or states: nobody can tell."""
+    torque = column("torque_Nm") + jitter_Nm * np.sin(1e3 * np.arange(RUNS * len(LOOP)))
+    state = np.repeat([1.0, 1.0, 2.0], len(LOOP))
+    words = check_of("repeats", torque_Nm=torque, state=state).finding
+    assert "whatever 'state' is" in words and "--only" in words
+    counted = np.repeat(np.arange(float(RUNS)), len(LOOP))
+    assert "whatever" not in check_of("repeats", torque_Nm=torque, number=counted).finding
+
+
+def test_steps_of_the_preload_are_no_forces() -> None:
+    step = np.repeat([1.0, 2.0, 3.0], len(LOOP))
+    assert check_of("preload", preload_step=step).finding == "3 preload steps, no force in newtons"
+    force = np.repeat([400.0, 600.0, 900.0], len(LOOP))
+    assert check_of("preload", preload_N=force).finding == "3 preloads"
+
+
 def test_a_display_that_is_coarse_beside_the_loop_is_told() -> None:
     """And hides how far repeats differ."""
     rising = np.diff(LOOP, prepend=-1.0) > 0

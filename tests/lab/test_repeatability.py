@@ -15,7 +15,7 @@ import pytest
 from numpy.typing import NDArray
 
 import cbpt
-from cbpt.lab.covariance.repeatability import Repeats, pooled
+from cbpt.lab.covariance.repeatability import Repeats, no_uncertainty_of, pooled
 from cbpt.lab.covariance.within_run import estimate
 from cbpt.lab.readings.reader import Readings, read_readings
 from cbpt.results import solve_many
@@ -120,6 +120,14 @@ def test_repeats_between_which_something_changes_are_told() -> None:
 
 
 # --- what is no repeat --------------------------------------------------------------------
+
+
+def test_why_repeats_tell_no_uncertainty() -> None:
+    """Not that nothing was repeated, where it was."""
+    repeats = Repeats(2.0, None, 12.0, 6, 18, steady=False)
+    assert "taken again" in no_uncertainty_of(None)
+    assert "taken again" not in no_uncertainty_of(repeats)
+    assert "18 readings repeated" in no_uncertainty_of(repeats)
 
 
 def test_one_run_with_one_loop_has_no_repeats() -> None:

@@ -12,7 +12,7 @@ from cbpt.results import ANGLE_UNITS
 
 if TYPE_CHECKING:
     from cbpt.lab.characteristics.record import CharacteristicsData, Group
-    from cbpt.lab.characteristics.uncertainty import Figure
+    from cbpt.lab.characteristics.uncertainty import Figure, LoopSet
 
 __all__ = ["cell", "lines"]
 
@@ -32,15 +32,30 @@ def lines(found: CharacteristicsData, angle_unit: str) -> Iterator[str]:
         yield f"- {figure.name}: {figure.convention}"
 
 
+def _loops(count: int, used: LoopSet) -> str:
+    """How many loops there are, and which of them the figures are those of."""
+    full, whole = len(used.full), sum(loop.whole for loop in used.full)
+    said = f"{count} loops" if count > 1 else "1 loop"
+    if count == full == 1:
+        both = "with both branches" if whole else "with one branch"
+        return f"{said} to {rounded(used.amplitude_Nm)} N m, {both}"
+    those = "the one" if full == 1 else f"the {full}"
+    both = f"; {whole} of them have both branches"
+    if whole == full:
+        those, both = f"{those} with both branches and", ""
+    else:
+        those += " with"
+    return (
+        f"{said}; the figures are those of {those} the largest torque, "
+        f"{rounded(used.amplitude_Nm)} N m{both}"
+    )
+
+
 def _group(group: Group, angle_unit: str) -> Iterator[str]:
     if group.setting:
         yield f"{group.setting}:"
     if group.loops:
-        whole = sum(loop.whole for loop in group.loops.full)
-        yield (
-            f"{group.count} loops; the figures are those of the {len(group.loops.full)} with the "
-            f"largest torque, {rounded(group.loops.amplitude_Nm)} N m ({whole} with both branches)"
-        )
+        yield _loops(group.count, group.loops)
     ratios = {name: f"{' +- '.join(with_uncertainty(v, u))}" for name, v, u in group.ratios()}
     both = bool(group.readings and group.model)
     head = ["figure", "unit", "readings" if group.readings else "model"]

@@ -2,6 +2,7 @@
 
     Repeats   the pooled standard deviation, and how well it is known
     pooled    from the residuals of a model, right or wrong
+    no_uncertainty_of  why repeats do not tell it
 
 Same conditions are the same levels of torque, preload (or its step) and input angle, reached in the
 same direction; the first leg of a run stands apart, as loading for the first time is another thing.
@@ -25,7 +26,7 @@ from cbpt.lab.covariance.within_run import Scatter
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.set_points import levels_of
 
-__all__ = ["Repeats", "pooled"]
+__all__ = ["Repeats", "no_uncertainty_of", "pooled"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -66,6 +67,16 @@ class Repeats:
             f"{self.readings} readings repeated under {self.conditions} conditions, "
             f"{self.dof:.0f} degrees of freedom"
         )
+
+
+def no_uncertainty_of(repeats: Repeats | None) -> str:
+    """Why repeats do not tell the uncertainty of a reading."""
+    if repeats is None:
+        return "no reading was taken again at exactly the same load"
+    return (
+        f"repeats ({repeats}) differ by far more than readings scatter within runs, which does not "
+        "tell it"
+    )
 
 
 def pooled(

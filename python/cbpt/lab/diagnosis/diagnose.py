@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError, ReadingsError
 from cbpt.lab.covariance.one_thread import one_blas_thread
-from cbpt.lab.covariance.repeatability import pooled
+from cbpt.lab.covariance.repeatability import no_uncertainty_of, pooled
 from cbpt.lab.covariance.repeated_runs import most_correlation
 from cbpt.lab.covariance.within_run import estimate
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
@@ -276,10 +276,10 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
                 f"{campaign.step_arcsec / 12**0.5:.3g} arcsec), which was added to it"
             )
     if not campaign.u_stated and not campaign.u_repeated:
+        why = no_uncertainty_of(campaign.repeats)
         notes.append(
-            "no uncertainty is stated and no reading was taken again at exactly the same load, so "
-            "the uncertainty was estimated from the scatter; an error of the model that is as "
-            "small as this scatter cannot be detected"
+            f"no uncertainty is stated and {why}, so the uncertainty was estimated from the "
+            "scatter; an error of the model that is as small as this scatter cannot be detected"
         )
     return campaign, notes
 

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from cbpt.lab.covariance.repeatability import no_uncertainty_of
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
 from cbpt.lab.inference.residuals import scatter_of
 from cbpt.lab.wording.names import columns_in_words
@@ -91,8 +92,7 @@ def floor_of(d: DiagnosisData) -> tuple[float | None, str]:
         return u, "stated uncertainty" if c.u_believed == 1 else "scatter within runs"
     if c.u_repeated:
         return u, "repeats"
-    again = "no reading was taken again at exactly the same load"
-    return None, f"{of}, no uncertainty is stated and {again}"
+    return None, f"{of}, no uncertainty is stated and {no_uncertainty_of(c.repeats)}"
 
 
 def statement(d: DiagnosisData, angle: AngleUnit = ARCSEC) -> str:

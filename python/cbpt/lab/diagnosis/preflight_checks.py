@@ -89,12 +89,14 @@ def _coverage(r: Readings, case: Case | Drive | None) -> Iterator[Check]:
             )
         yield Check("preload", "lost", "no preload in the table", remedy)
     else:
-        count = 0
+        count, of_what = 0, "preload"
         if r.preload_N is not None:
             count = len(levels_of(r.preload_N))
         elif r.preload_step is not None:
-            count = len(np.unique(r.preload_step))
-        words = f"{count} preload{'s' * (count != 1)}"
+            count, of_what = len(np.unique(r.preload_step)), "preload step"
+        words = f"{count} {of_what}{'s' * (count != 1)}"
+        if r.preload_N is None:
+            words += ", no force in newtons"
         remedy = "Repeat the torques at a second preload that differs by a factor 1.5 or more."
         yield Check("preload", "good" if count > 1 else "lost", words, remedy * (count == 1))
     angles = len(np.unique(np.round(np.mod(r.input_angle_deg, 360.0), 3)))
@@ -154,7 +156,7 @@ def _rates(r: Readings, loops: list[Loop]) -> Check:
 
 def _closed(loops: list[Loop]) -> Check:
     whole = [loop for loop in loops if loop.whole]
-    words = f"loops: {len(whole)} whole, {len(loops) - len(whole)} half or one-way"
+    words = f"{len(whole)} whole, {len(loops) - len(whole)} half or one-way"
     if not whole:
         remedy = "Run one and a quarter cycles: 0, +T, -T, +T, and on to -T."
         return Check("loops", "lost", words, remedy)

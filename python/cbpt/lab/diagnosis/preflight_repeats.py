@@ -21,7 +21,7 @@ from cbpt.lab.covariance.within_run import display_step
 from cbpt.lab.diagnosis.preflight_record import Check
 from cbpt.lab.readings.readings import Readings
 from cbpt.lab.readings.set_points import levels_of
-from cbpt.lab.wording.numbers import rounded
+from cbpt.lab.wording.numbers import listed, rounded
 
 Floats = NDArray[np.float64]
 
@@ -52,10 +52,12 @@ def repeats_check(r: Readings, loops: list[Loop]) -> Check:
     # Where the torque was measured and not set, hardly two readings have the same.
     found = None if scattered else pooled(_apart(r, settings), r.elastic_angle_arcsec)
     if found is not None:
-        return _of_readings(found)
+        of_readings = _of_readings(found)
+        return replace(of_readings, finding=of_readings.finding + _whatever(r))
     groups = _repeated(loops, settings)
     if groups:
-        return _of_loops(groups, display_step(r.elastic_angle_arcsec))
+        found_loops = _of_loops(groups, display_step(r.elastic_angle_arcsec))
+        return replace(found_loops, finding=found_loops.finding + _whatever(r))
     remedy = "Repeat at least one run without touching the rig: repeats alone tell the noise."
     return Check("repeats", "lost", "hardly any reading was repeated", remedy)
 
@@ -68,6 +70,25 @@ def _settings(r: Readings) -> NDArray[np.int64]:
     words = [*r.labels.values(), *([] if r.preload_step is None else [r.preload_step])]
     columns += [np.unique(labels, return_inverse=True)[1] for labels in words]
     return np.unique(np.column_stack(columns), axis=0, return_inverse=True)[1].ravel()
+
+
+def _whatever(r: Readings) -> str:
+    """Columns of numbers that one run has one value of and some runs share: what they mean is not
+    known, and no runs were kept apart by them."""
+    runs = int(r.run_index.max()) + 1
+    firsts = [int(np.flatnonzero(r.run_index == k)[0]) for k in range(runs)]
+    names = [
+        repr(name)
+        for name, values in r.extra.items()
+        if np.array_equal(values, values[firsts][r.run_index], equal_nan=True)
+        and 1 < len(np.unique(values)) < runs
+    ]
+    if not names:
+        return ""
+    return (
+        f", whatever {listed(names)} {'is' if len(names) == 1 else 'are'}: if that was changed on "
+        "purpose, look at each of its values alone (--only)"
+    )
 
 
 def _apart(r: Readings, settings: NDArray[np.int64]) -> Readings:
