@@ -66,7 +66,19 @@ def told(found: cbpt.Change) -> str:
     """The verdict in a cell."""
     if not found.changed:
         return f"{found.kind}: the loops differ" if found.differing_loops else found.kind
-    return "; ".join(f"{c.effect} {WAYS[c.direction]}: {_sizes(c)}" for c in found.foremost)
+    alone = [_told(c) for c in found.foremost if not c.rivals]
+    groups = [
+        f"one of {' or '.join(_told(c) for c in found.foremost if c.effect in group)}"
+        for group in found.rivals
+    ]
+    return "; ".join([*alone, *groups]) or "changed, and not told what"
+
+
+def _told(c: Changed) -> str:
+    sizes = _sizes(c)
+    if not c.moved:
+        return f"{c.effect} changed, no number by more than twice its uncertainty"
+    return f"{c.effect} {WAYS[c.direction]}: {sizes}"
 
 
 def _sizes(c: Changed) -> str:
@@ -76,7 +88,8 @@ def _sizes(c: Changed) -> str:
     name = c.parameter
     for suffix in ("_rad_per_Nm", "_rad", "_Nm"):
         name = name.removesuffix(suffix)
-    return f"{name} {before:.3g} to {after:.3g}{unit}".rstrip()
+    first, *_, last = ("" if limit is None else " (limit)" for limit in c.limits)
+    return f"{name} {before:.3g}{first} to {after:.3g}{unit}{last}".rstrip()
 
 
 def rows() -> Iterator[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -17,14 +18,18 @@ from numpy.typing import NDArray
 import cbpt
 from cbpt.cli import main as commands
 from cbpt.lab.change.loop_widths import LoopWidths, widths_of
-from cbpt.lab.change.parameters import trend_of
+from cbpt.lab.change.parameters import changed_of, trend_of
 from cbpt.lab.change.parties import Levels, levels_of
+from cbpt.lab.change.posterior import Choice, Weighed, groups_of
+from cbpt.lab.change.record import Changed, Limit
 from cbpt.lab.change.reproducibility import (
     autocorrelation_time,
-    with_dispersion,
+    dispersed,
+    dispersion_of,
     with_set_ups,
 )
 from cbpt.lab.change.shared import fit_shared
+from cbpt.lab.change.text import _told
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.own_terms import campaign_of
@@ -76,6 +81,20 @@ def loops(
     }
 
 
+def play(play_arcsec: float, seed: int = 1) -> dict[str, NDArray[np.float64]]:
+    """The same loops of a spring with play."""
+    plan = loops()
+    case = SPRING | {"effect": [{"id": "backlash", "play_arcsec": play_arcsec}]}
+    rows = cbpt.read_readings(plan, need_preload=False)
+    made = cbpt.simulate(case, rows, seed=seed, u_elastic_angle_arcsec=2.0)
+    return plan | {"elastic_angle_arcsec": np.array(made.elastic_angle_arcsec)}
+
+
+def stiffened(table: dict[str, NDArray[np.float64]]) -> dict[str, NDArray[np.float64]]:
+    """What a spring that is stiffer by 5 % turns."""
+    return table | {"elastic_angle_arcsec": table["elastic_angle_arcsec"] / 1.05}
+
+
 def found(*tables: dict[str, NDArray[np.float64]]) -> cbpt.Change:
     return cbpt.change(SPRING, *tables, effects=[FRICTION])
 
@@ -112,6 +131,7 @@ def test_a_changed_effect_is_named_with_both_values(after: float, direction: str
     first = answer.changed[0]
     assert (first.effect, first.parameter) == (FRICTION, "friction_torque_Nm")
     assert first.direction == direction and first.probability > 0.95
+    assert first.u_before is not None and first.u_after is not None
     assert abs(first.before - 1.0) < 3 * first.u_before
     assert abs(first.after - after) < 3 * first.u_after
     assert {c.effect for c in answer.changed} == {FRICTION}
@@ -127,6 +147,107 @@ def test_a_changed_stiffness_is_no_changed_effect() -> None:
     answer = found(loops(1.0), loops(1.0, stiffness=0.85, seed=2))
     assert {c.effect for c in answer.changed} == {"contact_stiffness"}
     assert answer.changed[0].direction == "down"
+
+
+def test_twins_are_told_as_one_of_them() -> None:
+    """No reading of a spring tells a gain from its stiffness; what is stated of the gain of an
+    instrument does not say what happened to it in between."""
+    answer = cbpt.change(SPRING, play(0.0), stiffened(play(0.0, seed=2)), effects=[])
+    twins = ("contact_stiffness", "sensor_gain", "torque_scale")
+    assert answer.kind == "changed" and answer.rivals == (twins,)
+    assert {c.effect: c.direction for c in answer.changed} == {
+        "contact_stiffness": "up",
+        "sensor_gain": "down",
+        "torque_scale": "down",
+    }
+    assert answer.changed[0].effect == "contact_stiffness"
+    assert all(0.03 < c.probability < 0.95 for c in answer.changed)
+    assert answer.changed[0].rivals == ("sensor_gain", "torque_scale")
+    assert "One of these changed, and the readings do not tell which: contact_" in answer.sentence
+    assert not set(twins) & {u.effect for u in answer.unchanged}
+    verdict = answer.to_dict()["verdict"]
+    assert verdict["rivals"] == [list(twins)]
+    assert verdict["changed"][0]["rivals"] == ["sensor_gain", "torque_scale"]
+
+
+def test_a_gain_that_all_else_follows_may_be_a_stiffness() -> None:
+    """The play turns by less too: of a gain, or of a stiffness that the play comes from."""
+    answer = cbpt.change(SPRING, play(300.0), stiffened(play(300.0, seed=2)), effects=["backlash"])
+    assert answer.rivals == (("contact_stiffness", "sensor_gain"),)
+    stiffness, gain = answer.changed
+    assert 0.95 > stiffness.probability > gain.probability > 0.05
+    assert stiffness.moved and gain.moved
+
+
+def test_a_zero_of_the_torque_is_no_change_of_the_reducer() -> None:
+    """Of a play the curve moves along the torque; the diagnoses of a spring do not propose it."""
+    table = play(30.0, seed=2)
+    moved = table | {"torque_Nm": table["torque_Nm"] + 0.5}
+    answer = cbpt.change(SPRING, play(30.0), moved, effects=["backlash"])
+    assert answer.kind == "changed"
+    assert [c.effect for c in answer.changed] == ["torque_zero"]
+    assert abs(answer.changed[0].after) == pytest.approx(0.5, rel=0.1)
+    assert answer.changed[0].direction == "new" and answer.changed[0].probability > 0.95
+
+
+# --- values at the limit of their range ---------------------------------------------------
+
+
+def changed_from(before: float, after: float, *limits: Limit | None) -> Changed:
+    values, u = (before, after), tuple(None if limit else 0.01 for limit in limits)
+    return Changed(
+        effect="output_torsion",
+        parameter="stop_torque_Nm",
+        unit="N m",
+        before=before,
+        after=after,
+        u_before=u[0],
+        u_after=u[1],
+        direction="up",
+        probability=0.99,
+        values=values,
+        u=u,
+        limits=limits,
+        trend=None,
+    )
+
+
+@pytest.mark.parametrize(
+    ("c", "said"),
+    [
+        (changed_from(1.0, 2.0, None, "upper"), "to at least 2 (the limit of its range)"),
+        (changed_from(-2.0, 2.0, "lower", "upper"), "from at most -2 (the limit of its range)"),
+        (changed_from(1.0, 2.0, None, "own loops"), "(the most that the small loops allow)"),
+        (changed_from(2.0, 2.0, "upper", "upper"), "but no number of it by more than twice"),
+        (changed_from(2.0, 2.00001, "upper", "upper"), "but no number of it by more than twice"),
+    ],
+)
+def test_a_value_at_the_limit_of_its_range_has_no_uncertainty(c: Changed, said: str) -> None:
+    told = _told(found(loops(1.0), loops(1.5, seed=2)), c)
+    assert said in told and ("+-" in told) == (c.moved and None in c.limits)
+
+
+def test_a_value_at_its_bound_is_at_a_limit() -> None:
+    """But for nothing at all, which is no limit of an effect."""
+    case = cbpt.Case.from_dict(SPRING)
+    readings = [cbpt.read_readings(loops(f), need_preload=False) for f in (1.0, 1.5)]
+    levels = levels_of([campaign_of(case, r, []) for r in readings], [FRICTION])
+    assert levels is not None
+    everything = frozenset(range(len(levels.fits[0].unknowns)))
+    free = fit_shared(levels.parties, levels.variants, everything)
+    assert free is not None
+    size = next(i for i, u in enumerate(levels.fits[0].unknowns) if u.size_of == 0)
+    low, high = free.bounds
+    assert low[free.slots[1, size]] == 0.0
+    held, gone = high.copy(), free.x.copy()
+    held[free.slots[1, size]], gone[free.slots[1, size]] = free.x[free.slots[1, size]], 0.0
+    limits = []
+    for fit in (free, replace(free, bounds=(low, held)), replace(free, x=gone)):
+        choice = Choice(frozenset({FRICTION}), levels, fit, 0.0, 1.0)
+        [friction, *_] = changed_of(Weighed(groups_of(levels), (choice,)))
+        limits.append(friction.limits)
+        assert (friction.u_after is None) == (friction.limits[1] is not None)
+    assert limits == [(None, None), (None, "upper"), (None, None)]
 
 
 def test_a_changed_scatter_is_a_finding_of_its_own() -> None:
@@ -368,7 +489,8 @@ def test_a_set_up_that_differs_a_little_is_no_change() -> None:
     assert "set-up" in same.report()
     assert other.kind == "changed" and other.changed[0].effect == FRICTION
     # The values of a level are known no better than the rig comes back to its state.
-    assert other.changed[0].u_before > 3 * found(one, changed).changed[0].u_before
+    wide, narrow = other.changed[0].u_before, found(one, changed).changed[0].u_before
+    assert wide is not None and narrow is not None and wide > 3 * narrow
 
 
 def test_the_reproducibility_is_estimated_from_repeated_set_ups() -> None:
@@ -385,6 +507,7 @@ def test_the_reproducibility_is_estimated_from_repeated_set_ups() -> None:
     assert same.kind == "nothing" and other.kind == "changed"
     for answer in (same, other):
         assert answer.reproducibility_arcsec == pytest.approx(3.0, rel=0.5)
+        assert "comes back to the same state" not in answer.sentence
 
 
 @pytest.mark.parametrize("again", ["as_built_repeated", "as built (Repeated)", "as_built repeated"])
@@ -441,14 +564,19 @@ def test_a_change_says_which_reproducibility_would_undo_it(friction_Nm: float) -
     answer = found(one, other)
     size = answer.to_dict()["levels_differ_by_arcsec"]
     assert answer.kind == "changed" and size > 0
-    assert f"{size:.3g} arcsec" in answer.report() and "measure one state again" in answer.report()
+    assert f"{size:.3g} arcsec" in answer.sentence and "Measure one state again" in answer.sentence
+    assert "which these readings do not show" in answer.sentence
+    assert answer.to_dict()["verdict"]["rests_on"] == [
+        {"number": "reproducibility_arcsec", "taken_as": 0.0, "would_undo": size}
+    ]
 
     def told(arcsec: float) -> cbpt.Change:
         return cbpt.change(SPRING, one, other, effects=[FRICTION], reproducibility_arcsec=arcsec)
 
     undone = told(size)
     assert undone.kind == "nothing"
-    assert undone.levels_differ_by_arcsec is None and "measure one state" not in undone.report()
+    assert undone.levels_differ_by_arcsec is None and "one state again" not in undone.report()
+    assert undone.to_dict()["verdict"]["rests_on"] == []
     assert told(0.05 * size).kind == "changed"
 
 
@@ -460,7 +588,7 @@ def test_repeated_levels_gain_by_values_of_their_own_what_noise_would(friction_N
     readings = [cbpt.read_readings(table, need_preload=False) for table in tables]
     levels = levels_of([campaign_of(case, r, []) for r in readings], [FRICTION])
     assert levels is not None
-    [wide] = with_dispersion([levels], [[0, 1]])
+    wide = dispersed(levels, dispersion_of(levels, [[0, 1]]))
     numbers = frozenset(range(len(levels.fits[0].unknowns)))
 
     def gain(of: Levels) -> float:

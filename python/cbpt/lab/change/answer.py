@@ -38,12 +38,16 @@ class Change(Reported, ChangeData):
             "verdict": {
                 "kind": self.kind,
                 "changed": [
-                    asdict(c) | {"values": list(c.values), "u": list(c.u)} for c in self.changed
+                    {k: list(v) if isinstance(v, tuple) else v for k, v in asdict(c).items()}
+                    for c in self.changed
                 ],
+                "rivals": [list(group) for group in self.rivals],
+                "rests_on": self._rests_on(),
                 "perhaps": [
                     {"effect": g.effect, "probability": chance}
                     for g in self.weighed.groups
                     if RULES.likely <= (chance := self.weighed.changed(g.effect)) < RULES.undecided
+                    and not any(g.effect in group for group in self.rivals)
                 ],
                 "probability": self.probability,
                 "sentence": self.sentence,
@@ -89,6 +93,13 @@ class Change(Reported, ChangeData):
             "levels_differ_by_arcsec": self.levels_differ_by_arcsec,
             "notes": list(self.notes),
         }
+
+    def _rests_on(self) -> list[dict[str, Any]]:
+        """Numbers from outside the readings, and of which size they would undo the verdict."""
+        if self.kind != "changed" or self.reproducibility_arcsec is not None:
+            return []
+        size = self.levels_differ_by_arcsec
+        return [{"number": "reproducibility_arcsec", "taken_as": 0.0, "would_undo": size}]
 
     def to_json(self) -> str:
         """One JSON document."""

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,17 +19,19 @@ from numpy.typing import ArrayLike
 from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError, NoSolutionError
 from cbpt.lab.change.answer import Change
+from cbpt.lab.change.instruments import with_instruments
 from cbpt.lab.change.loop_widths import LoopWidths, widths_of
 from cbpt.lab.change.noise import noise_change
 from cbpt.lab.change.parameters import changed_of, unchanged_of
 from cbpt.lab.change.parties import Levels, levels_of
-from cbpt.lab.change.posterior import Weighed, weigh
+from cbpt.lab.change.posterior import Choice, Weighed, choices_of, weigh
 from cbpt.lab.change.progress import part_of, untold
 from cbpt.lab.change.record import Kind
 from cbpt.lab.change.reproducibility import (
+    dispersed,
+    dispersion_of,
+    pattern_of,
     reproducibility_of,
-    with_dispersion,
-    with_misfit,
     with_set_ups,
 )
 from cbpt.lab.change.text import unless_repeated
@@ -45,6 +48,7 @@ from cbpt.lab.model.priors import PRIORS
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.readings import Readings
 from cbpt.lab.selection.model_comparison import Progress
+from cbpt.lab.selection.posterior import named_of
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording.numbers import listed
 
@@ -55,8 +59,9 @@ _LIKELY = 0.1
 _MOST_SETS = 4
 """Sets of effects that are fitted at all levels."""
 
-_DIAGNOSED, _FITTED = 0.7, 0.75
-"""Shares of the work that are done after the diagnoses, and after the fits of each level."""
+_DIAGNOSED, _FITTED, _WEIGHED, _OFFERED = 0.6, 0.7, 0.8, 0.9
+"""Shares of the work that are done after the diagnoses, after the fits of each level, after the
+choices of what changed, and after the fits of instruments in its place."""
 
 Given = str | os.PathLike[str] | Mapping[str, ArrayLike]
 
@@ -144,15 +149,15 @@ def change(
             case, dict(zip(names, parts, strict=True)), effects, seed, tell
         )
         campaigns = [prepared(campaign_of(case, part, own))[0] for part in parts]
-        candidates = _fitted(campaigns, ids, part_of(tell, _DIAGNOSED, _FITTED))
+        candidates = _fitted(campaigns, ids, _forms(answers), part_of(tell, _DIAGNOSED, _FITTED))
         if candidates and states:
             reproducibility_arcsec = _estimated(candidates, states)
-            candidates = with_dispersion(candidates, states)
-        elif candidates and not reproducibility_arcsec:
-            candidates = with_misfit(candidates)
-        elif reproducibility_arcsec:
-            candidates = [with_set_ups(c, reproducibility_arcsec) for c in candidates]
-        weighed = weigh(candidates, part_of(tell, _FITTED, 1.0))
+        count = _counting(candidates, states, reproducibility_arcsec)
+        choices = _searched(candidates, count, part_of(tell, _FITTED, _WEIGHED))
+        weighed = weigh(choices)
+        if weighed is not None and weighed.something >= RULES.undecided:
+            offered = with_instruments(weighed, part_of(tell, _WEIGHED, _OFFERED))
+            weighed = weigh([*choices, *_searched(offered, count, part_of(tell, _OFFERED, 1.0))])
     if weighed is None:
         raise NoSolutionError(
             "the model has no solution with the same numbers at all levels; compare each level "
@@ -164,7 +169,7 @@ def change(
     if answer.kind == "changed" and reproducibility_arcsec is None:
         best = weighed.best.levels
         apart_arcsec = reproducibility_of(best, [range(len(best.parties))])
-        notes.append(unless_repeated(apart_arcsec, _between_runs_arcsec(best)))
+        notes.append(unless_repeated(_between_runs_arcsec(best)))
         answer = replace(answer, levels_differ_by_arcsec=apart_arcsec)
     tell("the answer", 1.0)
     return replace(answer, reproducibility_arcsec=reproducibility_arcsec, notes=tuple(notes))
@@ -190,14 +195,29 @@ def _effects(
     return answers, _demanded(answers), []
 
 
+def _forms(answers: Sequence[Diagnosis]) -> set[str]:
+    """The forms of effects in the probable combinations of the levels, by their labels."""
+    return {
+        variant.label
+        for d in answers
+        for row in d.to_dict()["combinations"]
+        if row["probability"] >= RULES.likely
+        if (names := named_of(tuple(sorted(row["effects"])))) in d.competition.fits
+        for variant in d.competition.fits[names].hypothesis.variants
+    }
+
+
 def _fitted(
-    campaigns: Sequence[Campaign], sets: Sequence[Sequence[str]], tell: Progress
+    campaigns: Sequence[Campaign],
+    sets: Sequence[Sequence[str]],
+    forms: Collection[str],
+    tell: Progress,
 ) -> list[Levels]:
     """Each set of effects at all levels, where all have a solution."""
     found = []
     for k, ids in enumerate(sets):
         tell(f"fits with {listed(ids)}" if ids else "fits without effects", k / len(sets))
-        levels = levels_of(campaigns, ids)
+        levels = levels_of(campaigns, ids, forms)
         if levels is not None:
             found.append(levels)
     return found
@@ -238,6 +258,30 @@ def _states(
     if any(len(set(state)) < 2 for state in repeated):
         raise InvalidInputError("repeated: a state needs two different levels or more")
     return [[names.index(level) for level in dict.fromkeys(state)] for state in repeated]
+
+
+def _counting(
+    candidates: Sequence[Levels], states: Sequence[Sequence[int]], stated_arcsec: float | None
+) -> Callable[[Levels], Levels]:
+    """How the readings of levels count: with what a new set-up changes as it is stated, else for
+    less by what repeated levels differ or by the pattern of what the fits leave."""
+    if not candidates:
+        return lambda levels: levels
+    if stated_arcsec and not states:
+        return partial(with_set_ups, arcsec=stated_arcsec)
+    phi = dispersion_of(candidates[0], states) if states else pattern_of(candidates)
+    return partial(dispersed, phi=phi)
+
+
+def _searched(
+    candidates: Sequence[Levels], count: Callable[[Levels], Levels], tell: Progress
+) -> list[Choice]:
+    """What may have changed, by every set of effects."""
+    found: list[Choice] = []
+    for k, levels in enumerate(candidates):
+        begin, end = (i / len(candidates) for i in (k, k + 1))
+        found += choices_of(count(levels), part_of(tell, begin, end))
+    return found
 
 
 def _estimated(candidates: Sequence[Levels], states: Sequence[Sequence[int]]) -> float:

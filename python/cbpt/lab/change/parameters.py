@@ -7,58 +7,91 @@ unchanged_of  sizes and numbers that one value describes at all levels
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from cbpt.lab.change.parties import Levels
-from cbpt.lab.change.posterior import Weighed, groups_of
-from cbpt.lab.change.record import Changed, Direction, Unchanged
+from cbpt.lab.change.posterior import Choice, Weighed, groups_of
+from cbpt.lab.change.record import Changed, Direction, Limit, Unchanged
 from cbpt.lab.inference.estimates import unit_of
+from cbpt.lab.model.own_loops import PLAY, play_allowed_rad
 from cbpt.lab.selection.rules import RULES
 
 
 def changed_of(weighed: Weighed) -> list[Changed]:
-    """Parameters of the groups that more likely changed than not: sizes, and shapes that moved."""
+    """Parameters of the groups that more likely changed than not, and of those of which one did:
+    sizes, and shapes that moved."""
+    rivals = {name: group for group in weighed.rivals for name in group}
     found = []
     for group in weighed.groups:
-        chance = weighed.changed(group.effect)
-        if chance < RULES.undecided:
+        if weighed.changed(group.effect) < RULES.undecided and group.effect not in rivals:
             continue
+        others = tuple(e for e in rivals.get(group.effect, ()) if e != group.effect)
         choice = weighed.best_with(group.effect)
-        best, levels = choice.fit, choice.levels
-        own = next(g for g in groups_of(levels) if g.effect == group.effect)
+        own = next(g for g in groups_of(choice.levels) if g.effect == group.effect)
         for place in own.unknowns:
-            unknown = levels.fits[0].unknowns[place]
-            pairs = [_si(levels, best.value(k, place), place) for k in range(len(levels.fits))]
-            values, u = (tuple(column) for column in zip(*pairs, strict=True))
-            is_size = unknown.size_of >= 0 or "." not in unknown.name
-            name = _name(levels, place)
-            changed = Changed(
-                group.effect,
-                name,
-                unit_of(name),
-                values[0],
-                values[-1],
-                u[0],
-                u[-1],
-                _direction(values, u, is_size and "." in unknown.name),
-                chance,
-                values,
-                u,
-                trend_of(values, u),
-            )
-            if is_size or changed.moved:
+            unknown = choice.levels.fits[0].unknowns[place]
+            chance = weighed.changed(group.effect)
+            changed = replace(_of_place(choice, place, chance), rivals=others)
+            if unknown.size_of >= 0 or "." not in unknown.name or changed.moved:
                 found.append(changed)
     return sorted(found, key=lambda c: -c.probability)
+
+
+def _of_place(choice: Choice, place: int, chance: float) -> Changed:
+    """One parameter at every level; of its group."""
+    best, levels = choice.fit, choice.levels
+    unknown, name = levels.fits[0].unknowns[place], _name(levels, place)
+    levels_k = range(len(levels.fits))
+    pairs = [_si(levels, best.value(k, place), place) for k in levels_k]
+    values, all_u = (tuple(column) for column in zip(*pairs, strict=True))
+    limits = tuple(_limit(choice, k, place) for k in levels_k)
+    u = tuple(None if limit else known for known, limit in zip(all_u, limits, strict=True))
+    may_vanish = unknown.size_of >= 0 and "." in unknown.name
+    return Changed(
+        effect=unknown.name.partition(".")[0],
+        parameter=name,
+        unit=unit_of(name),
+        before=values[0],
+        after=values[-1],
+        u_before=u[0],
+        u_after=u[-1],
+        direction=_direction(values, all_u, may_vanish),
+        probability=chance,
+        values=values,
+        u=u,
+        limits=limits,
+        trend=trend_of(values, all_u),
+    )
+
+
+def _limit(choice: Choice, level: int, place: int) -> Limit | None:
+    """The limit that a value ends at. That an effect does nothing is no limit."""
+    bound = choice.fit.limit(level, place)
+    if bound is None:
+        return None
+    levels = choice.levels
+    unknown, model = levels.fits[0].unknowns[place], levels.parties[0].problem.model
+    size, neutral = bound * unknown.unit, float(model.neutral[unknown.index])
+    if not unknown.log and abs(size - neutral) <= 1e-6 * unknown.unit:
+        return None
+    if bound == choice.fit.bounds[0][choice.fit.slots[level, place]]:
+        return "lower"
+    if unknown.name == PLAY:
+        allowed = min(play_allowed_rad(party.problem.campaign) for party in levels.parties)
+        return "upper" if size < 0.999 * allowed else "own loops"
+    return "upper"
 
 
 def unchanged_of(weighed: Weighed) -> list[Unchanged]:
     """Sizes and numbers that one value describes at all levels."""
     found = []
     best, levels = weighed.best.fit, weighed.best.levels
+    rivals = {name for group in weighed.rivals for name in group}
     for group in groups_of(levels):
-        if weighed.changed(group.effect) >= RULES.undecided:
+        if weighed.changed(group.effect) >= RULES.undecided or group.effect in rivals:
             continue
         place = group.unknowns[0]
         value, u = _si(levels, best.value(0, place), place)

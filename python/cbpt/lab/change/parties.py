@@ -2,12 +2,14 @@
 
 Levels      parties of all levels, their fits and the forms
 levels_of   finds them: the effects that any level demands, in the forms most probable over all
+with_form   the same with one more effect
+forms_of    the forms that effects may have at all levels
 log_noise   what the noise of a level adds to the log evidence, whatever the values
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -37,6 +39,8 @@ class Levels:
     parties: tuple[Party, ...]
     fits: tuple[Fit, ...]
     variants: tuple[Variant, ...]
+    choices: tuple[frozenset[str], ...] = ()
+    """What may have changed: the choices to weigh. Where empty, they are searched."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,10 +54,10 @@ class _Alone:
     """Over all forms; None without effects."""
 
     @classmethod
-    def of(cls, fitter: Fitter, effects: Sequence[str]) -> _Alone:
+    def of(cls, fitter: Fitter, effects: Sequence[str], among: Collection[str]) -> _Alone:
         if not effects:
             return cls(fitter, {}, None)
-        fits = fits_of_forms(fitter, effects)
+        fits = fits_of_forms(fitter, effects, among)
         return cls(fitter, fits, best_of_forms(fitter, effects, fits))
 
     def values_in(self, forms: tuple[Variant, ...]) -> Iterator[Floats]:
@@ -68,10 +72,13 @@ class _Alone:
                 yield best_fit(self.fitter, [v.label for v in forms]).point.values
 
 
-def levels_of(campaigns: Sequence[Campaign], effects: Sequence[str]) -> Levels | None:
-    """The levels fitted; None where some level has no solution."""
+def levels_of(
+    campaigns: Sequence[Campaign], effects: Sequence[str], among: Collection[str] = ()
+) -> Levels | None:
+    """The levels fitted; None where some level has no solution. among: labels of the forms that
+    effects may have, where any form of an effect is named."""
     library = library_of(_longest(campaigns), effects, campaigns)
-    alone = [_Alone.of(Fitter(campaign, library), effects) for campaign in campaigns]
+    alone = [_Alone.of(Fitter(campaign, library), effects, among) for campaign in campaigns]
     fitters = [level.fitter for level in alone]
     best: tuple[float, tuple[Variant, ...], list[Fit]] | None = None
     for forms in _forms(alone):
@@ -84,11 +91,52 @@ def levels_of(campaigns: Sequence[Campaign], effects: Sequence[str]) -> Levels |
     if best is None:
         return None
     _, forms, fits = best
+    return _levels(fitters, fits, forms)
+
+
+def with_form(levels: Levels, variant: Variant, without: str | None) -> Levels | None:
+    """The levels with a form of one more effect, which may stand in place of another; None where
+    some level has no solution. The search begins with the values that the levels have."""
+    kept = tuple(v for v in levels.variants if v.effect != without)
+    hypothesis = Hypothesis((*kept, variant))
+    campaigns = [party.problem.campaign for party in levels.parties]
+    asked = [v.label for v in hypothesis.variants]
+    library = library_of(_longest(campaigns), asked, campaigns)
+    fitters = [Fitter(campaign, library) for campaign in campaigns]
+    fits = []
+    for fitter, before in zip(fitters, levels.fits, strict=True):
+        known = {u.name: before.value(u) for u in before.unknowns}
+        unknowns = fitter.unknowns(hypothesis)
+        tried = []
+        for sign in (1.0, -1.0) if variant.signed else (1.0,):
+            sizes = {name: sign * size for name, size in _sizes([variant]).items()}
+            values = fitter.start(hypothesis, sizes)
+            for u in unknowns:
+                if u.name in known:
+                    values[u.index] = np.clip(known[u.name], u.lower, u.upper)
+            tried.append(fitter.fit(hypothesis, values))
+        solved = [fit for fit in tried if fit is not None]
+        if not solved:
+            return None
+        fits.append(max(solved, key=lambda fit: fit.log_evidence))
+    return _levels(fitters, fits, hypothesis.variants)
+
+
+def _levels(fitters: Sequence[Fitter], fits: Sequence[Fit], forms: tuple[Variant, ...]) -> Levels:
     parties = []
     for fitter, fit in zip(fitters, fits, strict=True):
         problem = Problem(fitter.campaign, fitter.model, fit.unknowns, fit.noise)
         parties.append(Party(problem, fit.point, log_noise(problem, fitter.stated_dof)))
     return Levels(tuple(parties), tuple(fits), forms)
+
+
+def forms_of(levels: Levels, effects: Sequence[str]) -> tuple[Variant, ...]:
+    """The forms that some effects may have at all levels, without what their tables cannot show."""
+    campaigns = [party.problem.campaign for party in levels.parties]
+    library = library_of(_longest(campaigns), effects, campaigns)
+    offered = [Fitter(campaign, library).variants for campaign in campaigns]
+    everywhere = set.intersection(*({v.label for v in variants} for variants in offered))
+    return tuple(v for v in library if v.effect in effects and v.label in everywhere)
 
 
 def log_noise(problem: Problem, stated_dof: float) -> float:

@@ -19,6 +19,7 @@ from cbpt.lab.selection.rules import RULES
 
 Kind = Literal["changed", "nothing", "undecided"]
 Direction = Literal["up", "down", "new", "gone"]
+Limit = Literal["lower", "upper", "own loops"]
 
 
 @dataclass(frozen=True)
@@ -30,24 +31,31 @@ class Changed:
     unit: str
     before: float
     after: float
-    u_before: float
-    u_after: float
+    u_before: float | None
+    """Standard uncertainty; None where the value ends at a limit of its range."""
+    u_after: float | None
     direction: Direction
     probability: float
     """That the effect, or the number, changed."""
     values: tuple[float, ...]
     """At every level."""
-    u: tuple[float, ...]
+    u: tuple[float | None, ...]
+    limits: tuple[Limit | None, ...]
+    """Whether the value ends at a limit of its range, and may be lower or higher, or is held there
+    by the level's own small loops."""
     trend: Literal["rising", "falling", "neither"] | None
     """Of more than two levels: whether the values rise or fall from the first to the last, and
     never go the other way, by more than twice their uncertainty."""
+    rivals: tuple[str, ...] = ()
+    """Others of which one may have changed in its place: the readings do not tell which."""
 
     @property
     def moved(self) -> bool:
         """Whether any two values differ by more than twice their uncertainty."""
         known = list(zip(self.values, self.u, strict=True))
         return any(
-            abs(a - b) > 2 * math.hypot(u_a, u_b) for (a, u_a), (b, u_b) in combinations(known, 2)
+            abs(a - b) > 2 * math.hypot(u_a or 0.0, u_b or 0.0)
+            for (a, u_a), (b, u_b) in combinations(known, 2)
         )
 
 
@@ -102,6 +110,11 @@ class ChangeData:
             if c.effect not in found or (c.moved and not found[c.effect].moved):
                 found[c.effect] = c
         return tuple(found.values())
+
+    @property
+    def rivals(self) -> tuple[tuple[str, ...], ...]:
+        """Groups of which one changed, and the readings do not tell which."""
+        return self.weighed.rivals if self.kind == "changed" else ()
 
     @property
     def differing_loops(self) -> LoopWidths | None:

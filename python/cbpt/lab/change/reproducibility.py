@@ -2,8 +2,9 @@
 
 with_set_ups        levels whose noise has what a new set-up changes
 reproducibility_of  that, from levels that repeat one state
-with_dispersion     levels whose readings count as far as the repeated levels agree
-with_misfit         levels whose readings count as far as what their fits leave has no pattern
+dispersed           levels whose readings count for less
+dispersion_of       by how much, from levels that repeat one state
+pattern_of          by how much, from the pattern of what their fits leave
 
 A repeated measurement on a real rig differs by more than readings scatter: the members lie a little
 otherwise, grease and temperature are others. How levels differ is told by their fitted curves; by
@@ -54,15 +55,18 @@ def _with_set_up(party: Party, parties: Sequence[Party], arcsec: float) -> Party
     return Party(problem, party.point, party.log_noise + more)
 
 
-def with_dispersion(candidates: Sequence[Levels], places: Sequence[Sequence[int]]) -> list[Levels]:
-    """Sets of effects whose likelihoods are raised to the power 1/phi, all to the same.
+def dispersed(levels: Levels, phi: float) -> Levels:
+    """The levels with likelihoods that are raised to the power 1/phi."""
+    return replace(levels, parties=tuple(_dispersed(party, phi) for party in levels.parties))
 
-    phi is by how much repeated levels gain in misfit by values of their own, for each such value:
-    1 by noise alone (the dispersion of a quasi-likelihood; McCullagh and Nelder, Generalized Linear
-    Models, 1989, section 4.5). It needs no size of what a set-up changes and no direction of it.
+
+def dispersion_of(first: Levels, places: Sequence[Sequence[int]]) -> float:
+    """By how much levels that repeat one state gain in misfit by values of their own, for each such
+    value: 1 by noise alone (the dispersion phi of a quasi-likelihood; McCullagh and Nelder,
+    Generalized Linear Models, 1989, section 4.5). It needs no size of what a set-up changes and no
+    direction of it.
     """
     gained, numbers = 0.0, 0
-    first = candidates[0]
     for state in places:
         levels = replace(
             first,
@@ -73,26 +77,18 @@ def with_dispersion(candidates: Sequence[Levels], places: Sequence[Sequence[int]
         if misfits:
             gained += misfits[frozenset()] - min(misfits.values())
             numbers += len(first.fits[0].unknowns) * (len(state) - 1)
-    phi = max(gained / max(numbers, 1), 1.0)
-    return [
-        replace(levels, parties=tuple(_dispersed(party, phi) for party in levels.parties))
-        for levels in candidates
-    ]
+    return max(gained / max(numbers, 1), 1.0)
 
 
-def with_misfit(candidates: Sequence[Levels]) -> list[Levels]:
-    """The same with phi from what the fits leave, by the set of effects that leaves least pattern.
+def pattern_of(candidates: Sequence[Levels]) -> float:
+    """The same phi from what the fits leave, by the set of effects that leaves least pattern.
 
     What a model does not follow goes on from reading to reading; it is a few observations and not
     as many as there are readings. phi is the integrated autocorrelation time of the whitened
     residuals (Geyer, Statistical Science 7 (1992) 473: pairs of lags while their sum is above 0):
     1 of noise that is as the fit takes it.
     """
-    phi = max(min(_time_of(levels) for levels in candidates), 1.0)
-    return [
-        replace(levels, parties=tuple(_dispersed(party, phi) for party in levels.parties))
-        for levels in candidates
-    ]
+    return max(min(_time_of(levels) for levels in candidates), 1.0)
 
 
 def _time_of(levels: Levels) -> float:

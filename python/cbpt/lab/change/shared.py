@@ -11,7 +11,7 @@ Laplace's approximation gives the evidence, with one prior for each slot.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +22,7 @@ from cbpt.lab.covariance.linear_gaussian import Margin
 from cbpt.lab.inference.bounded_step import Mask, held_at_bounds
 from cbpt.lab.inference.gauss_newton import Problem, point_at
 from cbpt.lab.model.forward import Point
-from cbpt.lab.model.priors import Variant, log_size_prior
+from cbpt.lab.model.priors import PRIORS, VARIANTS, Variant, log_size_prior
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -54,6 +54,8 @@ class Shared:
     """The slot of each unknown at each level, shape (levels, p)."""
     x: Floats
     covariance: Floats
+    bounds: tuple[Floats, Floats]
+    """Lower and upper ones of the slots, in the same units."""
     points: tuple[Point, ...]
     misfit: float
     log_evidence: float
@@ -62,6 +64,13 @@ class Shared:
         """Coordinate and standard uncertainty of an unknown at a level, in its unit."""
         slot = self.slots[level, unknown]
         return float(self.x[slot]), float(np.sqrt(self.covariance[slot, slot]))
+
+    def limit(self, level: int, unknown: int) -> float | None:
+        """The bound that a value ends at, in its unit; None where it lies within its range."""
+        slot = self.slots[level, unknown]
+        low, high = (bound[slot] for bound in self.bounds)
+        near = 1e-6 * max(high - low, 1e-300)
+        return next((float(b) for b in (low, high) if abs(self.x[slot] - b) <= near), None)
 
 
 def fit_shared(
@@ -104,8 +113,10 @@ def fit_shared(
     log_evidence = -0.5 * value - 0.5 * float(np.linalg.slogdet(gram)[1])
     log_evidence += 0.5 * float(np.sum(np.log(prior)))
     log_evidence += float(sum(_priors(first, variants, slots, x, covariance)))
+    log_evidence += float(sum(_of_changes(first, slots, x, covariance)))
     log_evidence += sum(party.log_noise for party in parties)
-    return Shared(separate, slots, x, covariance, tuple(points), value, log_evidence)
+    bounds = system.low, system.high
+    return Shared(separate, slots, x, covariance, bounds, tuple(points), value, log_evidence)
 
 
 def _slots(levels: int, p: int, separate: frozenset[int]) -> Ints:
@@ -134,6 +145,31 @@ def _priors(
     return found
 
 
+def _of_changes(problem: Problem, slots: Ints, x: Floats, covariance: Floats) -> Iterator[float]:
+    """Log priors of the changes of numbers of drive and rig since the first level."""
+    for place, variant in _numbers(problem).items():
+        scale = problem.unit[place] / variant.low
+        first = slots[0, place]
+        for slot in sorted(set(slots[1:, place].tolist()) - {int(first)}):
+            off = np.array([x[slot] - x[first]]) * scale
+            own = np.sqrt(covariance[slot, slot]) * scale
+            yield log_size_prior(variant, off, np.array([own]))
+
+
+def _numbers(problem: Problem) -> dict[int, Variant]:
+    """The unknowns that are numbers of drive and rig, with what is plausible of their changes.
+
+    What is stated of a number holds as long as nothing happens to it. What happens between two
+    campaigns, an overload of a torque cell or a sensor that is mounted anew, does not keep to the
+    uncertainty of its calibration.
+    """
+    return {
+        place: next(v for v in VARIANTS if v.effect == unknown.name)
+        for place, unknown in enumerate(problem.unknowns)
+        if unknown.name in PRIORS
+    }
+
+
 class _System:
     """The slots' misfit, step and second derivatives; coordinates are in units from zero."""
 
@@ -145,6 +181,8 @@ class _System:
         for row in slots:
             owner[row] = np.arange(len(row))
         self.precision = first.precision[owner]
+        for place in _numbers(first):
+            self.precision[list(set(slots[1:, place].tolist()) - {int(slots[0, place])})] = 0.0
         self.mean = (first.mean / first.unit)[owner]
         self.low, self.high = np.full(count, np.inf), np.full(count, -np.inf)
         least = np.full(count, np.inf)
@@ -179,7 +217,7 @@ class _System:
             x[row] = party.problem.coordinates(party.point) / party.problem.unit
         return np.clip(x, self.low, self.high)
 
-    def points(self, x: Floats, slopes: bool = True) -> list[Point] | None:
+    def points(self, x: Floats) -> list[Point] | None:
         """The model of each level there."""
         found = []
         for party, row in zip(self.parties, self.slots, strict=True):
@@ -187,7 +225,7 @@ class _System:
             values = party.point.values.copy()
             at = x[row] * problem.unit
             values[problem.index] = np.where(problem.log, np.exp(np.where(problem.log, at, 0)), at)
-            point = point_at(problem.model, values, problem.unknowns if slopes else ())
+            point = point_at(problem.model, values, problem.unknowns)
             if point is None:
                 return None
             found.append(point)
@@ -250,10 +288,10 @@ class _System:
         """A step that gains, shortened where it has to be; None where none does."""
         for _ in range(5):
             goal = np.clip(x + step, self.low, self.high)
-            tried = self.points(goal, slopes=False)
-            if tried is not None and self.objective(tried, goal) < value:
-                found = self.points(goal)
-                if found is not None:
-                    return goal, found, self.objective(found, goal)
+            # With slopes: most steps are taken, and then they are wanted.
+            found = self.points(goal)
+            got = np.inf if found is None else self.objective(found, goal)
+            if found is not None and got < value:
+                return goal, found, got
             step = step / 3
         return None

@@ -1,7 +1,8 @@
 """What changed, in words.
 
 sentence         the verdict
-unless_repeated  what a change rests on where no state was measured twice
+unless_repeated  the remedy where no state was measured twice
+limited          a value that may end at a limit of its range
 lines            the whole answer
 """
 
@@ -10,10 +11,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from cbpt.lab.change.loop_widths import LoopWidths
-from cbpt.lab.change.record import Changed, ChangeData, Unchanged
+from cbpt.lab.change.record import Changed, ChangeData, Limit, Unchanged
+from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording import layout
 from cbpt.lab.wording.names import called
-from cbpt.lab.wording.numbers import in_words, listed
+from cbpt.lab.wording.numbers import in_words, listed, probability
 
 _WAYS = {"up": "rose", "down": "fell", "new": "appeared", "gone": "disappeared"}
 
@@ -21,11 +23,7 @@ _WAYS = {"up": "rose", "down": "fell", "new": "appeared", "gone": "disappeared"}
 def sentence(found: ChangeData) -> str:
     """The verdict in one sentence."""
     if found.kind == "nothing":
-        return (
-            f"Nothing changed (probability {found.probability:.2f})."
-            + _noise(found)
-            + _within(found)
-        )
+        return f"Nothing changed ({_sure(found.probability)})." + _noise(found) + _within(found)
     differing = found.differing_loops
     if differing is not None:
         sure = differing.differ is not None
@@ -33,52 +31,76 @@ def sentence(found: ChangeData) -> str:
         return (
             f"The measured loops {'' if sure else 'may have '}changed: {_widths(found, differing)},"
             f" and loops of one level {less}. The fitted effects cannot reproduce this (their "
-            f"verdict alone would be that nothing changed, probability {1 - found.probability:.2f})"
+            f"verdict alone would be that nothing changed, {_sure(1 - found.probability)})"
             ", so what changed cannot be told: look at the loops of both levels, and name other "
             "effects to fit." + _noise(found)
         )
     if found.kind == "undecided":
         return (
-            f"The readings do not decide whether something changed (probability "
-            f"{found.probability:.2f})." + _noise(found)
+            "The readings do not decide whether something changed "
+            f"({_sure(found.probability)})." + _noise(found)
         )
-    # What else of an effect moved stands in the document.
-    told = [_told(found, c) for c in found.foremost]
+    return _changes(found) + _unless(found) + _noise(found) + _within(found)
+
+
+def _changes(found: ChangeData) -> str:
+    """What changed. What else of an effect moved stands in the document."""
+    told = [_told(found, c) for c in found.foremost if not c.rivals]
+    groups = {tuple(sorted((c.effect, *c.rivals))): c for c in found.foremost if c.rivals}
+    for group in groups:
+        each = [_told(found, c) for c in found.foremost if c.effect in group]
+        told.append(
+            f"one of these changed, and the readings do not tell which: {'; or '.join(each)}"
+        )
     if not told:
         weighed = found.weighed
-        names = [g.effect for g in weighed.groups if weighed.changed(g.effect) > 0.05]
+        names = [g.effect for g in weighed.groups if weighed.changed(g.effect) > RULES.likely]
         return (
-            f"Something changed (probability {found.probability:.2f}), and the readings do not "
-            f"tell which of {listed(names, 'or')}." + _noise(found)
+            f"Something changed ({_sure(found.probability)}), and the readings do not tell which "
+            f"of {listed(names, 'or')}."
         )
-    return f"{'; '.join(told)}." + _noise(found) + _within(found)
+    text = "; ".join(told) + "."
+    return text[0].upper() + text[1:] if text.startswith("one of") else text
 
 
-def unless_repeated(apart_arcsec: float | None, runs_arcsec: float | None) -> str:
-    """What a repeated measurement would decide; apart_arcsec: by how much the levels differ,
-    runs_arcsec: how much runs of one level do that have the same torques."""
-    size = "as much as these levels do"
-    if apart_arcsec is not None:
-        size = f"by {apart_arcsec:.3g} arcsec (standard deviation), as these levels do"
+def _unless(found: ChangeData) -> str:
+    """What a change rests on where no state was measured twice."""
+    if found.reproducibility_arcsec is not None:
+        return ""
+    size = found.levels_differ_by_arcsec
+    by = "as much" if size is None else f"by {size:.3g} arcsec (standard deviation)"
+    return (
+        " This holds if the rig comes back to the same state when it is set up again, which these "
+        f"readings do not show: if a state that is measured twice differs {by}, nothing changed. "
+        "Measure one state again."
+    )
+
+
+def unless_repeated(runs_arcsec: float | None) -> str:
+    """The remedy; runs_arcsec: how much runs of one level differ that have the same torques."""
     runs = ""
     if runs_arcsec is not None:
         runs = (
             f"; without a new set-up, runs with the same torques differ by {runs_arcsec:.3g} arcsec"
         )
     return (
-        "the readings themselves do not tell how well the rig comes back to the same state, and "
-        f"this answer takes it to do so exactly; if a state that is measured twice differs {size}, "
-        "nothing changed: measure one state again and give it as repeated, or state "
-        f"reproducibility_arcsec{runs}"
+        "how well the rig comes back to the same state is taken as exact: measure one state again "
+        f"and give it as repeated, or state reproducibility_arcsec{runs}"
     )
 
 
+def _sure(chance: float) -> str:
+    """A probability in words, never more certain than it can be."""
+    return f"probability {probability(chance)}"
+
+
 def _told(found: ChangeData, c: Changed) -> str:
-    known = list(zip(c.values, c.u, strict=True))
-    pairs = [in_words((c.effect, c.parameter), value, u, c.unit) for value, u in known]
-    label, values = pairs[0][0], [value for _, value in pairs]
-    chance = f"(probability {c.probability:.2f})"
-    if not c.moved:
+    known = list(zip(c.values, c.u, c.limits, strict=True))
+    pairs = [in_words((c.effect, c.parameter), value, u, c.unit) for value, u, _ in known]
+    label = pairs[0][0]
+    values = [limited(value, limit) for (_, value), (_, _, limit) in zip(pairs, known, strict=True)]
+    chance = f"({_sure(c.probability)})"
+    if not c.moved or len(set(values)) == 1:
         return (
             f"{c.effect} changed, but no number of it by more than twice its uncertainty {chance}"
         )
@@ -89,6 +111,16 @@ def _told(found: ChangeData, c: Changed) -> str:
     by_size = sorted(range(len(known)), key=lambda i: c.values[i])
     least, most = (f"{values[i]} ({found.levels[i]})" for i in (by_size[0], by_size[-1]))
     return f"{c.effect} changed, up and down: {label} between {least} and {most} {chance}"
+
+
+def limited(value: str, limit: Limit | None) -> str:
+    """A value that may end at a limit of its range."""
+    ends = {
+        "lower": f"at most {value} (the limit of its range)",
+        "upper": f"at least {value} (the limit of its range)",
+        "own loops": f"{value} (the most that the small loops allow)",
+    }
+    return value if limit is None else ends[limit]
 
 
 def _widths(found: ChangeData, loops: LoopWidths) -> str:
@@ -115,7 +147,7 @@ def _noise(found: ChangeData) -> str:
         ends = (min(range(len(u)), key=u.__getitem__), max(range(len(u)), key=u.__getitem__))
         sizes = " and ".join(f"{u[i]:.3g} arcsec ({found.levels[i]})" for i in ends)
         sizes = f"between {sizes}"
-    return f" The scatter changed: {sizes} (probability {found.noise.probability:.2f})."
+    return f" The scatter changed: {sizes} ({_sure(found.noise.probability)})."
 
 
 def _within(found: ChangeData) -> str:
@@ -166,7 +198,11 @@ def lines(found: ChangeData) -> Iterator[str]:
                 in_words((c.effect, c.parameter), v, u, c.unit)
                 for v, u in zip(c.values, c.u, strict=True)
             ]
-            rows.append([f"{c.effect} {pairs[0][0]}", *(value for _, value in pairs)])
+            cells = [
+                value + ("" if limit is None else " (limit)")
+                for (_, value), limit in zip(pairs, c.limits, strict=True)
+            ]
+            rows.append([f"{c.effect} {pairs[0][0]}", *cells])
         yield layout.table([head, *found.levels], rows)
     if found.remains:
         share = found.remains.get("share_of_misfit")

@@ -64,7 +64,8 @@ def library_of(
     offered = {v.effect for v in proposed}
     if all(a.partition(":")[0] in offered for a in asked):
         return proposed
-    further = (*_on_request(campaign), *_of_instruments(campaign, _reach(campaign)[0]))
+    torque = _reach(campaign)[0]
+    further = (*_on_request(campaign), *_of_instruments(campaign, torque), *torque_zeros(torque))
     return *proposed, *(
         v for v in further if v.effect not in offered and (v.effect in asked or v.label in asked)
     )

@@ -12,7 +12,7 @@ best_of_forms   the best of these
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
 
@@ -131,12 +131,17 @@ def best_fit(fitter: Fitter, effects: Sequence[str]) -> Fit:
     return best_of_forms(fitter, effects, fits_of_forms(fitter, effects))
 
 
-def fits_of_forms(fitter: Fitter, effects: Sequence[str]) -> dict[tuple[Variant, ...], Fit]:
+def fits_of_forms(
+    fitter: Fitter, effects: Sequence[str], among: Collection[str] = ()
+) -> dict[tuple[Variant, ...], Fit]:
     """The most probable fit of some effects in each of their forms, from promising starts.
+
+    among: labels of forms to which effects that have any of them are confined.
 
     Raises `InvalidInputError` and `ReadingsError` as `best_fit` does.
     """
-    forms = [_forms(effect, fitter) for effect in dict.fromkeys(effects)]
+    every = [_forms(effect, fitter) for effect in dict.fromkeys(effects)]
+    forms = [[v for v in of_one if v.label in among] or of_one for of_one in every]
     null = fitter.fit(Hypothesis())
     found: dict[tuple[Variant, ...], Fit] = {}
     for variants in product(*forms) if null is not None else ():

@@ -9,6 +9,7 @@ from cbpt._core import Case, Drive
 from cbpt.lab.change.answer import Change
 from cbpt.lab.change.change import change
 from cbpt.lab.change.record import Changed
+from cbpt.lab.change.text import limited
 from cbpt.lab.readings.readings import Readings
 from cbpt.lab.wording.numbers import in_words
 from cbpt.page.document.plain import numbers
@@ -39,11 +40,12 @@ def change_section(
 def _changed(c: Changed) -> ChangedNumber:
     number, before = in_words((c.effect, c.parameter), c.before, c.u_before, c.unit)
     _, after = in_words((c.effect, c.parameter), c.after, c.u_after, c.unit)
+    first, *_, last = c.limits
     return {
         "effect": c.effect,
         "number": number,
-        "before": before,
-        "after": after,
+        "before": limited(before, first),
+        "after": limited(after, last),
         "direction": c.direction,
         "probability": c.probability,
     }

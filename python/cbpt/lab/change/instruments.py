@@ -1,0 +1,73 @@
+"""Errors of instruments in place of what seems to have changed.
+
+with_instruments  sets of effects with an instrument that may have changed instead
+
+A diagnosis of each level names what that level needs; an error of an instrument that is there at
+one level alone may be taken for a change of what every level has. So each one that the rig may have
+is fitted beside the effects of the best answer, and in place of each that changed in it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import product
+
+from cbpt.lab.change.parties import Levels, forms_of, with_form
+from cbpt.lab.change.posterior import Choice, Weighed
+from cbpt.lab.change.progress import untold
+from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.model.priors import CLASSES, PRIORS, Variant
+from cbpt.lab.selection.model_comparison import Progress
+from cbpt.lab.selection.rules import RULES
+
+INSTRUMENTS = tuple(
+    effect
+    for effect, kind in CLASSES.items()
+    if kind == "rig" and effect not in PRIORS and effect != "run_offset"
+)
+"""Errors of instruments that are no numbers of the rig: zeros, lags, curves, drifts."""
+
+
+def with_instruments(weighed: Weighed, tell: Progress = untold) -> list[Levels]:
+    """Sets of effects in which an instrument may have changed in place of what most probably did;
+    those that follow the levels by far worse are left."""
+    best = next(choice for choice in weighed.choices if choice.changed)
+    have = [v.effect for v in best.levels.variants]
+    forms = forms_of(best.levels, [effect for effect in INSTRUMENTS if effect not in have])
+    places = (None, *(effect for effect in have if effect in best.changed))
+    sets = list(product(forms, places))
+    found = []
+    for number, (form, place) in enumerate(sets):
+        tell(f"{form.effect} in its place", number / len(sets))
+        levels = with_form(best.levels, form, place)
+        if levels is None or not any(_may_be_none(fit, form) for fit in levels.fits):
+            continue
+        if _as_good(levels, best.levels):
+            choices = _choices(best, levels, form.effect)
+            found.append(replace(levels, choices=tuple(choices)))
+    return found
+
+
+def _as_good(levels: Levels, other: Levels) -> bool:
+    """Whether one set of effects is no less probable at the levels than another, but for what an
+    effect that a level does not need takes away."""
+    found, before = (sum(fit.log_evidence for fit in one.fits) for one in (levels, other))
+    return found > before - 2 * RULES.log_rival_odds * len(levels.fits)
+
+
+def _may_be_none(fit: Fit, form: Variant) -> bool:
+    """Whether a level may do without an effect. What every level shows is no change, and was for
+    their diagnoses to say."""
+    sizes = [u for u in fit.unknowns if u.name in {f"{form.effect}.{name}" for name in form.sizes}]
+    return all(abs(fit.value(u)) < 2 * fit.u(u) for u in sizes)
+
+
+def _choices(best: Choice, levels: Levels, instrument: str) -> Sequence[frozenset[str]]:
+    """What may have changed: nothing, the instrument, it and what else changed, it in place of
+    each of that."""
+    possible = {v.effect for v in levels.variants} | PRIORS.keys()
+    changed = best.changed & possible
+    one = frozenset({instrument})
+    more = [changed | one, *((changed - {effect}) | one for effect in sorted(changed))]
+    return list(dict.fromkeys([frozenset[str](), one, *more]))
