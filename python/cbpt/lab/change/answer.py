@@ -35,23 +35,7 @@ class Change(Reported, ChangeData):
             "schema": SCHEMA,
             "versions": versions(),
             "by": self.by,
-            "verdict": {
-                "kind": self.kind,
-                "changed": [
-                    {k: list(v) if isinstance(v, tuple) else v for k, v in asdict(c).items()}
-                    for c in self.changed
-                ],
-                "rivals": [list(group) for group in self.rivals],
-                "rests_on": self._rests_on(),
-                "perhaps": [
-                    {"effect": g.effect, "probability": chance}
-                    for g in self.weighed.groups
-                    if RULES.likely <= (chance := self.weighed.changed(g.effect)) < RULES.undecided
-                    and not any(g.effect in group for group in self.rivals)
-                ],
-                "probability": self.probability,
-                "sentence": self.sentence,
-            },
+            "verdict": self._verdict(),
             "unchanged": [asdict(u) for u in self.unchanged],
             "noise": self.noise.to_dict(),
             "remains": self.remains,
@@ -92,6 +76,26 @@ class Change(Reported, ChangeData):
             "reproducibility_arcsec": self.reproducibility_arcsec,
             "levels_differ_by_arcsec": self.levels_differ_by_arcsec,
             "notes": list(self.notes),
+        }
+
+    def _verdict(self) -> dict[str, Any]:
+        """What changed, as plain values."""
+        return {
+            "kind": self.kind,
+            "changed": [
+                {k: list(v) if isinstance(v, tuple) else v for k, v in asdict(c).items()}
+                for c in self.changed
+            ],
+            "rivals": [list(group) for group in self.rivals],
+            "rests_on": self._rests_on(),
+            "perhaps": [
+                {"effect": g.effect, "probability": chance}
+                for g in self.weighed.groups
+                if RULES.likely <= (chance := self.weighed.changed(g.effect)) < RULES.undecided
+                and not any(g.effect in group for group in self.rivals)
+            ],
+            "probability": self.probability,
+            "sentence": self.sentence,
         }
 
     def _rests_on(self) -> list[dict[str, Any]]:

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError, NoSolutionError
 from cbpt.lab.change.answer import Change
-from cbpt.lab.change.instruments import with_instruments
+from cbpt.lab.change.instruments import plausible, with_instruments
 from cbpt.lab.change.loop_widths import LoopWidths, widths_of
 from cbpt.lab.change.noise import noise_change
 from cbpt.lab.change.parameters import changed_of, unchanged_of
@@ -155,9 +155,10 @@ def change(
         count = _counting(candidates, states, reproducibility_arcsec)
         choices = _searched(candidates, count, part_of(tell, _FITTED, _WEIGHED))
         weighed = weigh(choices)
-        if weighed is not None and weighed.something >= RULES.undecided:
+        if weighed is not None and weighed.something >= RULES.certain:
             offered = with_instruments(weighed, part_of(tell, _WEIGHED, _OFFERED))
-            weighed = weigh([*choices, *_searched(offered, count, part_of(tell, _OFFERED, 1.0))])
+            more = _searched(offered, count, part_of(tell, _OFFERED, 1.0))
+            weighed = weigh([*choices, *filter(plausible, more)])
     if weighed is None:
         raise NoSolutionError(
             "the model has no solution with the same numbers at all levels; compare each level "

@@ -1,6 +1,7 @@
 """Errors of instruments in place of what seems to have changed.
 
 with_instruments  sets of effects with an instrument that may have changed instead
+plausible         whether its error in a choice is
 
 A diagnosis of each level names what that level needs; an error of an instrument that is there at
 one level alone may be taken for a change of what every level has. So each one that the rig may have
@@ -16,7 +17,6 @@ from itertools import product
 from cbpt.lab.change.parties import Levels, forms_of, with_form
 from cbpt.lab.change.posterior import Choice, Weighed
 from cbpt.lab.change.progress import untold
-from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.model.priors import CLASSES, PRIORS, Variant
 from cbpt.lab.selection.model_comparison import Progress
 from cbpt.lab.selection.rules import RULES
@@ -41,7 +41,7 @@ def with_instruments(weighed: Weighed, tell: Progress = untold) -> list[Levels]:
     for number, (form, place) in enumerate(sets):
         tell(f"{form.effect} in its place", number / len(sets))
         levels = with_form(best.levels, form, place)
-        if levels is None or not any(_may_be_none(fit, form) for fit in levels.fits):
+        if levels is None or not _plausible(levels, form):
             continue
         if _as_good(levels, best.levels):
             choices = _choices(best, levels, form.effect)
@@ -56,18 +56,43 @@ def _as_good(levels: Levels, other: Levels) -> bool:
     return found > before - 2 * RULES.log_rival_odds * len(levels.fits)
 
 
-def _may_be_none(fit: Fit, form: Variant) -> bool:
-    """Whether a level may do without an effect. What every level shows is no change, and was for
-    their diagnoses to say."""
-    sizes = [u for u in fit.unknowns if u.name in {f"{form.effect}.{name}" for name in form.sizes}]
-    return all(abs(fit.value(u)) < 2 * fit.u(u) for u in sizes)
+def _plausible(levels: Levels, form: Variant) -> bool:
+    """Whether some level may do without an error, and none needs an implausible one. What every
+    level shows is no change, and was for their diagnoses to say."""
+    sizes = [
+        [
+            (abs(fit.value(u)), fit.u(u))
+            for u in fit.unknowns
+            if u.name.startswith(form.effect + ".")
+        ]
+        for fit in levels.fits
+    ]
+    ratios = form.ratios or (1.0,) * len(form.sizes)
+    most = [form.high * ratio for ratio in ratios]
+    return any(all(size < 2 * u for size, u in level[: len(most)]) for level in sizes) and all(
+        size <= high for level in sizes for (size, _), high in zip(level, most, strict=False)
+    )
+
+
+def plausible(choice: Choice) -> bool:
+    """Whether the error of a choice with an instrument, the last of its effects, is of a plausible
+    size at every level."""
+    form, unknowns = choice.levels.variants[-1], choice.levels.fits[0].unknowns
+    last = len(choice.levels.variants) - 1
+    places = [i for i, u in enumerate(unknowns) if u.size_of == last]
+    ratios = form.ratios or (1.0,) * len(places)
+    return all(
+        abs(choice.fit.value(level, place)[0] * unknowns[place].unit) <= form.high * ratio
+        for level in range(len(choice.levels.fits))
+        for place, ratio in zip(places, ratios, strict=True)
+    )
 
 
 def _choices(best: Choice, levels: Levels, instrument: str) -> Sequence[frozenset[str]]:
-    """What may have changed: nothing, the instrument, it and what else changed, it in place of
-    each of that."""
+    """What may have changed: the instrument, it and what else changed, it in place of each of
+    that."""
     possible = {v.effect for v in levels.variants} | PRIORS.keys()
     changed = best.changed & possible
     one = frozenset({instrument})
     more = [changed | one, *((changed - {effect}) | one for effect in sorted(changed))]
-    return list(dict.fromkeys([frozenset[str](), one, *more]))
+    return list(dict.fromkeys([one, *more]))

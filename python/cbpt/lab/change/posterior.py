@@ -31,12 +31,13 @@ ODDS = {
     "": 0.1,
     "contact_stiffness": 0.03,
     "contact_angle": 0.01,
-    "torque_scale": 0.003,
+    "torque_scale": 0.01,
     "preload_scale": 0.01,
-    "sensor_gain": 0.003,
+    "sensor_gain": 0.01,
 }
 """Prior odds that a group changes against that it does not; "" stands for an effect. The
-instruments are the same before and after, so their gains hardly change."""
+instruments are the same before and after, so their gains hardly change, one no more than another.
+"""
 
 
 _TWINS = {
@@ -190,7 +191,8 @@ def choices_of(levels: Levels, tell: Progress = untold) -> list[Choice]:
         search.fewer(tell)
     tell("each choice from the best values", 0.9)
     search.settle()
-    return [Choice(names, levels, fit, odds) for names, (fit, odds) in search.scored.items()]
+    found = [Choice(names, levels, fit, odds) for names, (fit, odds) in search.scored.items()]
+    return [*found, *search.gains()]
 
 
 class _Search:
@@ -242,6 +244,28 @@ class _Search:
                 break
             best = fewer
 
+    def gains(self) -> Iterator[Choice]:
+        """The best choices with a gain in place of a number of the drive, and that gain alone: by
+        whatever an instrument may change."""
+        gains = [g for g in self.groups if g in PRIORS and CLASSES[g] == "rig"]
+        numbers = {g for g in self.groups if g in PRIORS} - set(gains)
+        leaders = sorted(self.scored, key=lambda names: -self.scored[names][1])
+        swapped = {
+            frozenset(names - numbers | {gain})
+            for names in leaders[: _EFFORT.leaders]
+            if names & numbers
+            for gain in gains
+        }
+        alone = {frozenset({name for name in names if name in gains}) for names in swapped}
+        for names in sorted(swapped | alone, key=sorted):
+            loose = frozenset(i for name in names & set(gains) for i in self.groups[name].unknowns)
+            places = frozenset(i for name in names for i in self.groups[name].unknowns)
+            of = self.levels
+            fit = fit_shared(of.parties, of.variants, places, loose=loose)
+            if fit is not None:
+                prior = sum(self.groups[name].log_odds for name in names)
+                yield Choice(names, of, fit, fit.log_evidence + prior + self.there)
+
     def settle(self) -> None:
         """Choices fitted again from each other's values."""
         _settled(self.levels, self.scored)
@@ -252,7 +276,7 @@ def _settled(levels: Levels, scored: dict[frozenset[str], tuple[Shared, float]])
     its own at each level may do so with one for all, and a search that stopped short of it would
     count as a change. What a choice holds fits no better than the choice."""
     leaders = sorted(scored, key=lambda names: -scored[names][1])[: _EFFORT.leaders]
-    least = scored[leaders[0]][1] - _EFFORT.room
+    least = max((odds for _, odds in scored.values()), default=0.0) - _EFFORT.room
     for names in sorted(scored, key=len):
         for other in leaders:
             (fit, odds), start = scored[names], scored[other][0]

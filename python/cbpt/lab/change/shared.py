@@ -22,7 +22,7 @@ from cbpt.lab.covariance.linear_gaussian import Margin
 from cbpt.lab.inference.bounded_step import Mask, held_at_bounds
 from cbpt.lab.inference.gauss_newton import Problem, point_at
 from cbpt.lab.model.forward import Point
-from cbpt.lab.model.priors import PRIORS, VARIANTS, Variant, log_size_prior
+from cbpt.lab.model.priors import VARIANTS, Variant, log_size_prior
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -78,12 +78,14 @@ def fit_shared(
     variants: Sequence[Variant],
     separate: frozenset[int],
     start: Sequence[Point] | None = None,
+    loose: frozenset[int] = frozenset(),
 ) -> Shared | None:
     """The most probable values with the unknowns in `separate` free at each level; None where the
-    model has no solution. start: a point for each level, else those of the levels themselves."""
+    model has no solution. start: a point for each level, else those of the levels themselves.
+    loose: numbers of drive and rig whose changes do not keep to what is stated of the number."""
     first = parties[0].problem
     slots = _slots(len(parties), len(first.unknowns), separate)
-    system = _System(parties, slots)
+    system = _System(parties, slots, loose)
     x = system.mean_of([p.point for p in parties] if start is None else list(start))
     points = system.points(x)
     # With the values of one level for all where the mean has no solution, and with less of them.
@@ -113,7 +115,7 @@ def fit_shared(
     log_evidence = -0.5 * value - 0.5 * float(np.linalg.slogdet(gram)[1])
     log_evidence += 0.5 * float(np.sum(np.log(prior)))
     log_evidence += float(sum(_priors(first, variants, slots, x, covariance)))
-    log_evidence += float(sum(_of_changes(first, slots, x, covariance)))
+    log_evidence += float(sum(_of_changes(first, slots, (x, covariance), loose)))
     log_evidence += sum(party.log_noise for party in parties)
     bounds = system.low, system.high
     return Shared(separate, slots, x, covariance, bounds, tuple(points), value, log_evidence)
@@ -145,9 +147,18 @@ def _priors(
     return found
 
 
-def _of_changes(problem: Problem, slots: Ints, x: Floats, covariance: Floats) -> Iterator[float]:
-    """Log priors of the changes of numbers of drive and rig since the first level."""
-    for place, variant in _numbers(problem).items():
+def _of_changes(
+    problem: Problem, slots: Ints, found: tuple[Floats, Floats], loose: frozenset[int]
+) -> Iterator[float]:
+    """Log priors of the changes of loose numbers since the first level.
+
+    What is stated of a number holds as long as nothing happens to it. What happens between two
+    campaigns, an overload of a torque cell or a sensor that is mounted anew, does not keep to the
+    uncertainty of its calibration: it is of any size that is plausible.
+    """
+    x, covariance = found
+    for place in sorted(loose):
+        variant = next(v for v in VARIANTS if v.effect == problem.unknowns[place].name)
         scale = problem.unit[place] / variant.low
         first = slots[0, place]
         for slot in sorted(set(slots[1:, place].tolist()) - {int(first)}):
@@ -156,24 +167,10 @@ def _of_changes(problem: Problem, slots: Ints, x: Floats, covariance: Floats) ->
             yield log_size_prior(variant, off, np.array([own]))
 
 
-def _numbers(problem: Problem) -> dict[int, Variant]:
-    """The unknowns that are numbers of drive and rig, with what is plausible of their changes.
-
-    What is stated of a number holds as long as nothing happens to it. What happens between two
-    campaigns, an overload of a torque cell or a sensor that is mounted anew, does not keep to the
-    uncertainty of its calibration.
-    """
-    return {
-        place: next(v for v in VARIANTS if v.effect == unknown.name)
-        for place, unknown in enumerate(problem.unknowns)
-        if unknown.name in PRIORS
-    }
-
-
 class _System:
     """The slots' misfit, step and second derivatives; coordinates are in units from zero."""
 
-    def __init__(self, parties: Sequence[Party], slots: Ints) -> None:
+    def __init__(self, parties: Sequence[Party], slots: Ints, loose: frozenset[int]) -> None:
         self.parties, self.slots = parties, slots
         first = parties[0].problem
         count = int(slots.max()) + 1
@@ -181,7 +178,7 @@ class _System:
         for row in slots:
             owner[row] = np.arange(len(row))
         self.precision = first.precision[owner]
-        for place in _numbers(first):
+        for place in loose:
             self.precision[list(set(slots[1:, place].tolist()) - {int(slots[0, place])})] = 0.0
         self.mean = (first.mean / first.unit)[owner]
         self.low, self.high = np.full(count, np.inf), np.full(count, -np.inf)
