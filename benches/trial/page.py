@@ -1,7 +1,7 @@
 """The score of a trial as a page of the documentation, with the reliability of its probabilities.
 
-write_page(PAGE, outcomes, seed)   the page
-section(outcomes, seed)            the table of what the answer has to reach, as Markdown
+write_page(PAGE, outcomes, seeds)   the page
+section(outcomes, seeds)            the table of what the answer has to reach, as Markdown
 """
 
 from __future__ import annotations
@@ -74,12 +74,12 @@ def _taken_over(page: Path) -> list[str]:
     return [BEFORE + rest[: min(ends, default=len(rest))].rstrip(), ""]
 
 
-def write_page(page: Path, outcomes: Sequence[Outcome], seed: int) -> None:
+def write_page(page: Path, outcomes: Sequence[Outcome], seeds: Sequence[int]) -> None:
     """The page; `make docs` draws its picture from the table of probabilities."""
     claiming = [o for o in outcomes if not o.get("error") and not o["answer"].get("undecided")]
     lines = [
         _INTRO,
-        section(outcomes, seed),
+        section(outcomes, seeds),
         "*reached* is `yes` or `no` where the whole interval (95 %) lies on one side, else `open`.",
         "",
         "## Probabilities",
@@ -102,11 +102,12 @@ def dated() -> str:
     return f"{today}, commit `{commit(Path(__file__).parents[2])}`"
 
 
-def section(outcomes: Sequence[Outcome], seed: int) -> str:
+def section(outcomes: Sequence[Outcome], seeds: Sequence[int]) -> str:
     """What campaigns, then the table."""
     families = {f: sum(o["family"] == f for o in outcomes) for f in (*FAMILIES, *WIDER)}
     told = ", ".join(f"{n} {NAMES.get(f, f)}" for f, n in families.items() if n)
-    return f"{dated()}, seed {seed}: {told}.\n\n{_table(targets(outcomes))}\n"
+    made = f"{dated()}, {'seed' if len(seeds) == 1 else 'seeds'} {' and '.join(map(str, seeds))}"
+    return f"{made}: {told}.\n\n{_table(targets(outcomes))}\n"
 
 
 def _value(x: float, unit: str) -> str:

@@ -1,7 +1,7 @@
 """Which campaigns, the run over them, and the command.
 
-    python benches/trial [--short] [--sets N] [--null-sets M] [--seed S] [--workers 2] [--family F]
-                         [--json OUT] [--page PAGE.md] [--section PAGE.md]
+    python benches/trial [--short] [--sets N] [--null-sets M] [--seed S ...] [--workers 2]
+                         [--family F] [--json OUT] [--page PAGE.md] [--section PAGE.md]
 
 --short is for development, about ten minutes on two cores: some campaigns of each wider family, and
 the table of what the answer has to reach alone. In full, N is for each strength (single, outside)
@@ -144,7 +144,8 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--short", action="store_true", help=short)
     parser.add_argument("--sets", type=int, default=15, help="for each noise, strength or family")
     parser.add_argument("--null-sets", type=int, help="for each kind of noise; else as --sets")
-    parser.add_argument("--seed", type=int, default=1)
+    several = "of the campaigns; with --short several may be given"
+    parser.add_argument("--seed", type=int, default=[1], nargs="+", help=several)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument(
         "--family", choices=(*FAMILIES, *WIDER), action="append", help="several may be given"
@@ -183,9 +184,11 @@ def main() -> int:
     asked = arguments()
     families: tuple[Family | Wider, ...] = asked.family or (*FAMILIES, *WIDER)
     if asked.short:
-        work = interleaved({f: some for f, some in SHORT.items() if f in families}, asked.seed)
+        short = {f: some for f, some in SHORT.items() if f in families}
+        work = [task for seed in asked.seed for task in interleaved(short, seed)]
     else:
-        work = tasks(families, asked.sets, asked.seed, asked.null_sets)
+        (seed,) = asked.seed
+        work = tasks(families, asked.sets, seed, asked.null_sets)
     answer_folder()  # what the sources are now, whatever happens to them during the trial
     every = run(work, asked.workers, asked.fresh, asked.quiet)
     print(table(targets(every)))
@@ -205,7 +208,7 @@ def main() -> int:
     score = document(outcomes) | {
         "sets_each": asked.sets,
         "null_sets_each": asked.sets if asked.null_sets is None else asked.null_sets,
-        "seed": asked.seed,
+        "seed": seed,
         "version": cbpt.__version__,
         "rig": rig_folder().name.split("-")[1],
         "order_of_library": reordered(work, asked.shuffle, asked.workers),
