@@ -46,6 +46,20 @@ def test_an_answer_of_the_first_schema_has_the_keys_of_today_and_nothing_new() -
     assert found["verdict"]["perhaps"] == [] and "cbpt.diagnosis/1" in found["notes"][-1]
 
 
+def test_the_gain_of_an_earlier_second_schema_is_what_it_meant() -> None:
+    given = json.loads(diagnosed("dev03").to_json())
+    largest = given["next_run"].pop("largest_gain")
+    given["next_run"]["gain"] = largest
+    found = cbpt.read_answer(given)["next_run"]
+    assert (found["gain"], found["largest_gain"]) == (None, largest)
+
+
+def test_an_answer_of_the_first_schema_without_a_next_run_has_none() -> None:
+    before: dict[str, Any] = json.loads(FIRST.read_text(encoding="utf-8"))
+    assert cbpt.read_answer({**before, "next_run": None})["next_run"] is None
+    assert cbpt.read_answer({**before, "next_run": {}})["next_run"]["largest_gain"] is None
+
+
 @pytest.mark.parametrize(
     ("text", "says"),
     [

@@ -18,6 +18,7 @@ from cbpt.lab.diagnosis.diagnosis import SCHEMA
 __all__ = ["read_answer"]
 
 _FIRST = "cbpt.diagnosis/1"
+_VERDICT = {"kind", "effects", "rivals", "probability"}
 _LATER_RUN = ("duration_s", "in_words", "most_probable", "runs", "untold")
 """Keys of `next_run` that the first schema has not."""
 
@@ -54,12 +55,16 @@ def read_answer(answer: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str,
             f"{_FIRST} or {SCHEMA}",
         )
     verdict = document.get("verdict")
-    if not isinstance(verdict, dict) or not {"kind", "effects", "probability"} <= verdict.keys():
+    if not isinstance(verdict, dict) or not verdict.keys() >= _VERDICT:
         raise InvalidInputError(
-            f"{where}: verdict has no kind, effects and probability: the document is not whole; "
-            "write it once more with `cbpt diagnose --json`",
+            f"{where}: verdict has not all of {', '.join(sorted(_VERDICT))}: the document is not "
+            "whole; write it once more with `cbpt diagnose --json`",
             "verdict",
         )
+    run = document.get("next_run")
+    if isinstance(run, dict) and "largest_gain" not in run:
+        # What older versions called so is that of the two hypotheses that the run tells apart best.
+        document["next_run"] = run | {"largest_gain": run.get("gain"), "gain": None}
     return document if schema == SCHEMA else _of_the_first(document)
 
 
@@ -89,9 +94,6 @@ def _of_the_first(document: dict[str, Any]) -> dict[str, Any]:
         "undecided": None,
     }
     run = document.get("next_run")
-    if run:
-        # What it called so is that of the two hypotheses that the run tells apart best.
-        run = {**dict.fromkeys(_LATER_RUN), **run, "largest_gain": run["gain"], "gain": None}
     note = (
         f"read from an answer of {_FIRST}: its probability is that of the whole answer and nothing "
         "else; combinations, what remains and what is likely were not told then"
@@ -104,6 +106,6 @@ def _of_the_first(document: dict[str, Any]) -> dict[str, Any]:
         "remains": None,
         "why": [],
         "closing": None,
-        "next_run": run,
+        "next_run": {**dict.fromkeys(_LATER_RUN), **run} if isinstance(run, dict) else None,
         "notes": [*document.get("notes", []), note],
     }
