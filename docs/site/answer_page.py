@@ -18,9 +18,9 @@ workbench shows the same document under its key `answer`.
 The JSON Schema is <a href="../answer.schema.json">answer.schema.json</a>. The tests validate the
 answers of the development campaigns against it, and `make docs` writes this page from it.
 
-`cbpt.read_answer("answer.json")` reads a saved answer. One of the older schema `cbpt.diagnosis/1` it
-returns with the keys of this page: what that schema did not say is null or an empty list, and a
-note says so.
+`cbpt.read_answer("answer.json")` reads a saved answer. One of the older schema `cbpt.diagnosis/1`
+it returns with the keys of this page: what that schema did not say is null or an empty list, and
+a note says so.
 
 """
 
