@@ -3,16 +3,15 @@
     read(document)   the answer as the score knows it
     kept(document)   what of a document is kept beside it
 
-Nothing else of the trial looks into a document; older versions are read by `cbpt.read_answer`.
+A version of the document needs one reader here, entered in READERS; nothing else of the trial looks
+into a document.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
-
-from cbpt import read_answer
 
 Document = Mapping[str, Any]
 NOTHING_MISSING = ("complete", "rig", "parameter")
@@ -43,11 +42,15 @@ class Said:
         return asdict(self)
 
 
-def read(document: Document) -> Said:
-    """The answer that a document carries."""
-    found = read_answer(document)
-    v = found["verdict"]
-    first = document["schema"] == "cbpt.diagnosis/1"
+def _first(document: Document) -> Said:
+    v = document["verdict"]
+    groups = tuple(tuple(g) for g in v["rivals"])
+    unnamed = v["kind"] == "unknown" or any("unknown" in g for g in groups)
+    return Said(v["kind"], tuple(v["effects"]), groups, float(v["probability"]), remains=unnamed)
+
+
+def _second(document: Document) -> Said:
+    v = document["verdict"]
     groups = tuple(tuple(g) for g in v["rivals"])
     unnamed = v["kind"] == "unknown" or any("unknown" in g for g in groups)
     return Said(
@@ -56,13 +59,26 @@ def read(document: Document) -> Said:
         groups,
         float(v["probability"]),
         perhaps=tuple(p["effect"] for p in v["perhaps"]),
-        remains=unnamed or found["remains"] is not None,
+        remains=unnamed or document["remains"] is not None,
         undecided=v["kind"] == "undecided",
-        probability_of="named" if (v["effects"] or groups) and not first else "whole",
+        probability_of="named" if v["effects"] or groups else "whole",
     )
 
 
+READERS: dict[str, Callable[[Document], Said]] = {
+    "cbpt.diagnosis/1": _first,
+    "cbpt.diagnosis/2": _second,
+}
+"""By the document's `schema`."""
 BULKY = ("where", "ranking", "detectable", "next_run", "ladder")
+
+
+def read(document: Document) -> Said:
+    """The answer that a document carries."""
+    schema = document["schema"]
+    if schema not in READERS:
+        raise ValueError(f"no reader for documents of {schema}; add one to READERS in adapter.py")
+    return READERS[schema](document)
 
 
 def kept(document: Document) -> dict[str, Any]:
