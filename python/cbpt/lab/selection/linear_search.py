@@ -144,19 +144,8 @@ class View:
         a, b = at[one[other]], at[two[other]]
         if not len(a):
             return np.zeros(0), a, b
-        last = self._first + self._width - 1
-        at4 = np.column_stack([self._first[a], last[a], self._first[b], last[b]])
-        g = self.screen.gram[at4[:, :, None], at4[:, None, :]]
-        y = self.screen.projection[at4]
-        real = np.ones(at4.shape, dtype=bool)
-        for column, lone in ((1, self._width[a] == 1), (3, self._width[b] == 1)):
-            g[lone, column, :] = 0.0
-            g[lone, :, column] = 0.0
-            g[lone, column, column] = 1.0
-            y[lone, column] = 0.0
-            real[lone, column] = False
-        length = np.sqrt(np.einsum("ijj->ij", g))
-        scaled = g / (length[:, :, None] * length[:, None, :]) + 1e-9 * np.eye(4)
+        at, real, scaled, length = self._systems(np.column_stack([a, b]))
+        y = np.where(real, self.screen.projection[at], 0.0)
         inverse = np.linalg.inv(scaled)
         sizes = np.einsum("ijk,ik->ij", inverse, y / length)
         gained = np.einsum("ij,ij->i", y / length, sizes)
@@ -179,12 +168,7 @@ class View:
         Roughly: the prior of the sizes and the volume of a set are those that it has alone.
         """
         members = np.array([members for _, members in sets], dtype=np.int64)
-        at, real, lot = self._columns(members)
-        g = self.screen.gram[at[:, :, None], at[:, None, :]]
-        g = np.where(real[:, :, None] & real[:, None, :], g, 0.0)
-        g = g + np.where(real, np.where(lot, 1.0, 0.0), 1.0)[:, :, None] * np.eye(at.shape[1])
-        length = np.sqrt(np.einsum("ijj->ij", g))
-        scaled = g / (length[:, :, None] * length[:, None, :]) + 1e-9 * np.eye(at.shape[1])
+        at, real, scaled, length = self._systems(members)
         unit = np.where(real, 1.0 / length, 0.0)
         both = np.concatenate([self.screen.gram, self.screen.projection[:, None]], axis=1)
         seen = np.linalg.solve(np.linalg.cholesky(scaled), both[at] * unit[:, :, None])
@@ -220,17 +204,26 @@ class View:
         first = np.sort(np.unique(code, return_index=True)[1])
         return [(float(score[i]), tuple(members[i].tolist())) for i in order[first].tolist()]
 
-    def _columns(
+    def _systems(
         self, members: NDArray[np.int64]
-    ) -> tuple[NDArray[np.int64], NDArray[np.bool_], NDArray[np.bool_]]:
-        """Columns of each set, which of them are no padding, and which are of a lot of balls."""
+    ) -> tuple[NDArray[np.int64], NDArray[np.bool_], Floats, Floats]:
+        """Gram matrices of sets (n, m), every signature padded to two columns or as many as another
+        in its place has: columns (n, k), which are no padding, matrices scaled by the lengths, and
+        these."""
         at, real, lot = [], [], []
         for m in members.T:
-            step = np.arange(self._width[m].max())
+            step = np.arange(max(2, int(self._width[m].max())))
             real.append(step < self._width[m][:, None])
             at.append(self._first[m][:, None] + np.where(real[-1], step, 0))
             lot.append(real[-1] & ~self.narrow[m][:, None])
-        return np.concatenate(at, 1), np.concatenate(real, 1), np.concatenate(lot, 1)
+        columns, known, of_lot = (np.concatenate(parts, axis=1) for parts in (at, real, lot))
+        g = self.screen.gram[columns[:, :, None], columns[:, None, :]]
+        g = np.where(known[:, :, None] & known[:, None, :], g, 0.0)
+        identity = np.eye(columns.shape[1])
+        g = g + np.where(known, np.where(of_lot, 1.0, 0.0), 1.0)[:, :, None] * identity
+        length = np.sqrt(np.einsum("ijj->ij", g))
+        scaled = g / (length[:, :, None] * length[:, None, :]) + 1e-9 * identity
+        return columns, known, scaled, length
 
     def _one_more(
         self, left: NDArray[np.int64], cross: Floats, pull: Floats, count: NDArray[np.int64] | int
