@@ -12,6 +12,7 @@ torque in the loops of +-4 N m. `--page` writes the table between the marks of a
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -100,7 +101,8 @@ def rows() -> Iterator[str]:
         readings = cbpt.read_readings(DATA / f"{name}.csv", need_preload=False, by="moment")
         moment = readings.labels["moment"]
         for pair in pairs_of(list(dict.fromkeys(moment.tolist()))):
-            parts = [readings.select(moment == m) for m in pair]
+            # Without their names, by which a state that is measured twice says so itself.
+            parts = [replace(readings.select(moment == m), labels={}) for m in pair]
             found = cbpt.change(DATA / "reducer.toml", *parts, effects=EFFECTS)
             apart = found.levels_differ_by_arcsec
             cells = [

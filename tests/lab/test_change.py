@@ -356,6 +356,29 @@ def test_a_level_may_say_by_its_name_that_it_repeats_another(again: str) -> None
     assert cbpt.change(SPRING, table, by="step", effects=[FRICTION]).kind == "changed"
 
 
+@pytest.mark.parametrize("told", ["by a column", "by the files"])
+def test_two_tables_may_say_that_one_repeats_the_other(told: str, tmp_path: Path) -> None:
+    """A column of words or the names of their files say what a level's name says under `by`."""
+    names = ("as_built", "as_built_repeated") if told == "by the files" else ("before", "after")
+    parts = []
+    for name, state, part in zip(
+        names, ("as_built", "as_built repeated"), (loops(1.0), loops(1.1, seed=2)), strict=True
+    ):
+        table = dict(part)
+        if told == "by a column":
+            table["state"] = np.full(len(table["torque_Nm"]), state)
+        parts.append(tmp_path / f"{name}.csv")
+        rows = zip(*table.values(), strict=True)
+        lines = [",".join(table), *(",".join(map(str, row)) for row in rows)]
+        parts[-1].write_text("\n".join(lines))
+    found = cbpt.change(SPRING, *parts, effects=[FRICTION])
+    assert found.kind == "nothing"
+    assert any("by their names" in note and "repeat one state" in note for note in found.notes)
+    parts = [path.rename(tmp_path / f"{k}.csv") for k, path in enumerate(parts)]
+    if told == "by the files":
+        assert cbpt.change(SPRING, *parts, effects=[FRICTION]).kind == "changed"
+
+
 def test_the_noise_of_a_set_up_is_a_covariance() -> None:
     """Whitened squares and determinant are those of C + J J', J the way from one fitted curve to
     the other, its beginning and its whole, scaled to the size."""

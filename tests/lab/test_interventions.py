@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -70,7 +71,8 @@ def between(build: str, before: str, after: str) -> cbpt.Change:
     readings = cbpt.read_readings(DATA / f"{build}.csv", need_preload=False, by="moment")
     moment = readings.labels["moment"]
     effects = ["backlash", "friction_hysteresis", "output_torsion"]
-    parts = (readings.select(moment == m) for m in (before, after))
+    # Without their names, by which a state that is measured twice says so itself.
+    parts = (replace(readings.select(moment == m), labels={}) for m in (before, after))
     return cbpt.change(DATA / "reducer.toml", *parts, effects=effects)
 
 

@@ -11,6 +11,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -113,7 +114,8 @@ def change(
     repeated : sequence of sequences of str
         In place of that: levels of `by` that repeat one state, for example
         ``[("initial", "initial_repeated")]``; the reproducibility is estimated from them. Without
-        both, a level whose name is that of another and `repeated` repeats it.
+        both, a level whose name is that of another and `repeated` repeats it. Two tables say it by
+        the names of their files, or by a column of words with one value in each.
     seed : int
         Seed of the diagnoses.
     progress : callable, optional
@@ -140,9 +142,10 @@ def change(
         assert after is not None
         second = case_and_readings(case, after, columns, sheet, only)[1]
         names, parts = ["before", "after"], [first, second]
-    asked = repeated or by is None or reproducibility_arcsec is not None
-    named = [] if asked else _named_as_repeated(names)
-    states = _states(names, named or repeated, reproducibility_arcsec)
+    asked = repeated or reproducibility_arcsec is not None
+    called = names if asked else _called(names, parts, by)
+    named = [] if asked else _named_as_repeated(called)
+    states = _states(called, named or repeated, reproducibility_arcsec)
     tell = progress or untold
     with one_blas_thread():
         answers, ids, own = _effects(
@@ -234,10 +237,24 @@ def _between_runs_arcsec(levels: Levels) -> float | None:
     return max((f.scatter_arcsec for f in found if f is not None), default=None)
 
 
+def _called(names: Sequence[str], parts: Sequence[Readings], by: str | None) -> Sequence[str]:
+    """What the levels are called: of two tables their files or what a column of words says of all
+    their readings, where one of these names repeats the other."""
+    if by is not None:
+        return names
+    files = [Path(part.source).stem for part in parts]
+    columns = [
+        [part.labels[column][0] for part in parts]
+        for column in parts[0].labels
+        if all(len(set(part.labels.get(column, np.empty(0)).tolist())) == 1 for part in parts)
+    ]
+    return next((c for c in (files, *columns) if _named_as_repeated(c)), names)
+
+
 def _named_as_repeated(names: Sequence[str]) -> list[list[str]]:
     """Levels that repeat another by their names: `initial` and `initial_repeated`."""
     found: dict[str, list[str]] = {}
-    for name in names:
+    for name in dict.fromkeys(names):
         state = re.sub(r"[\s_.(-]+repeated\W*$", "", name, flags=re.IGNORECASE)
         found.setdefault(state if state in names else name, []).append(name)
     return [levels for levels in found.values() if len(levels) > 1]

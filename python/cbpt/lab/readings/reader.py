@@ -465,9 +465,11 @@ class _Reader:
                     f"ignored column {name!r}: {where} has {filled[text]!r}, which is no number"
                 )
                 cells = list(filled.values())
-                if len(cells) == len(column.numbers) and are_levels(cells):
-                    self.notes.append(taken_together(name, cells))
+                several = are_levels(cells)
+                if len(cells) == len(column.numbers) and (several or len(set(cells)) == 1):
                     self.levels[name] = np.array(cells)
+                    if several:
+                        self.notes.append(taken_together(name, cells))
                 continue
             for row, cell in filled.items():  # nan and inf
                 column.numbers[row] = float(cell)

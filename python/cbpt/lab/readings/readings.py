@@ -36,7 +36,7 @@ class Readings:
     preload_step: labels, int64 or str, of a preload that was set but not measured.
     extra: the other numeric columns under their own names, NaN where a cell is empty.
     labels: the cells, as text, of the columns that were asked for by `only` or `by`, and of
-    columns of words with a few values.
+    columns of words with one value or a few.
     """
 
     torque_Nm: Floats
