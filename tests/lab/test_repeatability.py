@@ -15,7 +15,12 @@ import pytest
 from numpy.typing import NDArray
 
 import cbpt
-from cbpt.lab.covariance.repeatability import Repeats, no_uncertainty_of, pooled
+from cbpt.lab.covariance.repeatability import (
+    Repeats,
+    independent_share,
+    no_uncertainty_of,
+    pooled,
+)
 from cbpt.lab.covariance.within_run import estimate
 from cbpt.lab.readings.reader import Readings, read_readings
 from cbpt.results import solve_many
@@ -218,3 +223,70 @@ def test_the_diagnosis_says_what_it_judges_by() -> None:
     noise = noise_of(noisy(campaign(1), 0.2))
     assert (noise["u_from"], noise["repeats"]) == ("scatter", None)
     assert "was estimated: the residuals of the answer" in noise["u_says"]
+
+
+# --- readings of one hold -----------------------------------------------------------------
+
+
+def held(u: float | None = 0.1, runs: int = 4, visits: int = 12, each: int = 3) -> Readings:
+    """A staircase of the torque, each torque held for some readings."""
+    torque = np.repeat(np.r_[np.linspace(0, 4, visits // 2), np.linspace(4, 0, visits // 2)], each)
+    table = {
+        "run": np.repeat(np.arange(runs), len(torque)),
+        "torque_Nm": np.tile(torque, runs),
+        "preload_N": np.repeat(400.0 + 100.0 * np.arange(runs), len(torque)),
+        "elastic_angle_arcsec": np.tile(torque, runs),
+    }
+    stated = {} if u is None else {"u_elastic_angle_arcsec": np.full(runs * len(torque), u)}
+    return read_readings(table | stated)
+
+
+def slow(readings: Readings, correlation: float, seed: int) -> Floats:
+    """Noise of standard deviation 1, each reading alike to the one before it in its run."""
+    rng = np.random.default_rng(seed)
+    e = rng.standard_normal(len(readings))
+    first = np.r_[True, np.diff(readings.run_index) != 0]
+    for i in np.flatnonzero(~first):
+        e[i] = correlation * e[i - 1] + (1 - correlation**2) ** 0.5 * e[i]
+    return e
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.4, 0.8])
+def test_repeats_show_a_share_of_noise_that_moves_slowly(correlation: float) -> None:
+    """Its variance over the share is that of the noise, whatever the holds have of it."""
+    readings = held(None, runs=6)
+    share = independent_share(readings, correlation)
+    squares = [found(readings, slow(readings, correlation, s)).u_arcsec ** 2 for s in range(60)]
+    assert np.mean(squares) / share == pytest.approx(1.0, rel=0.08)
+    # In a hold of three; the two at the largest torque are one hold of six.
+    assert share == pytest.approx(1 - (4 * correlation + 2 * correlation**2) / 6, rel=0.05)
+
+
+def test_repeats_far_apart_show_all_of_it() -> None:
+    assert independent_share(campaign(3), 0.8) == pytest.approx(1.0, abs=0.01)
+
+
+def test_what_opens_between_repeats_is_no_scatter() -> None:
+    """Every torque is held in two runs alike, and between them something gives by ten times what
+    the holds scatter by and is stated; without the holds' word it is scatter."""
+    twice = held(0.1, runs=2)
+    assert twice.preload_N is not None
+    twice = replace(twice, preload_N=np.full(len(twice), 400.0))
+    noise = 0.1 * np.random.default_rng(3).standard_normal(len(twice))
+    opened = noise + np.where(twice.run_index == 1, 0.5 * np.sign(twice.torque_Nm - 2), 0.0)
+    assert not found(twice, opened).steady
+    assert found(twice, noise).steady
+    # Noise that moves slowly is alike in a hold as well, but no larger than stated.
+    assert found(twice, 0.1 * slow(twice, 0.9, 1)).steady
+
+
+def test_slow_noise_of_a_staircase_is_no_missing_effect() -> None:
+    """Its holds agree to half of what the readings scatter by: that is no rest."""
+    drive = cbpt.Drive.from_toml(cbpt.example_case())
+    readings = held(0.1)
+    assert readings.preload_N is not None
+    angle = solve_many(drive, readings.torque_Nm, readings.preload_N).elastic_angle_arcsec
+    read = replace(readings, elastic_angle_arcsec=angle + 0.1 * slow(readings, 0.75, 5))
+    answer = cbpt.diagnose(drive, read)
+    said = answer.to_dict()
+    assert said["verdict"]["kind"] in ("complete", "rig") and said["remains"] is None

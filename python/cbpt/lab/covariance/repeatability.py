@@ -2,6 +2,7 @@
 
     Repeats   the pooled standard deviation, and how well it is known
     pooled    from the residuals of a model, right or wrong
+    independent_share  what repeats show of noise whose neighbours are alike
     no_uncertainty_of  why repeats do not tell it
 
 Same conditions are the same levels of torque, preload (or its step) and input angle, reached in the
@@ -13,6 +14,11 @@ With y the residual of reading i, in condition c(i) and run r(i),
 (a two-way analysis of variance), so that neither what the model gets wrong at a condition nor the
 offset of a run counts as scatter. Residuals, not angles, because a torque held not quite alike
 moves both reading and model.
+
+Readings of one hold follow each other, so noise that moves slowly is nearly the same in them: they
+show a share of its variance alone. And what changes between repeats, as a play that opens half way,
+does not change within a hold: repeats that differ by far more than is stated, where readings of one
+hold do not, are not steady.
 """
 
 from __future__ import annotations
@@ -39,6 +45,8 @@ class _Limits:
     fewest_dof: int = 5
     largest: int = 2000
     """Unknowns of a dense system that is solved with ease."""
+    negligible: float = 1e-3
+    """A correlation that is none."""
 
 
 _LIMITS = _Limits()
@@ -59,8 +67,9 @@ class Repeats:
     readings: int
     """How many readings were taken under them."""
     steady: bool
-    """False where repeats differ by far more than readings scatter inside their runs: then
-    something changes between them, and they say nothing of the uncertainty."""
+    """False where repeats differ by far more than readings scatter inside their runs, or than both
+    readings of one hold do and is stated: then something changes between them, and they say nothing
+    of the uncertainty."""
 
     def __str__(self) -> str:
         return (
@@ -105,6 +114,8 @@ def pooled(
     if not sd > 1e-9 * float(np.abs(y).max()):
         return None
     typical = 1.0 if u is None else float(np.median(u))
+    if u is not None and (scatter is None or not scatter.u_arcsec):
+        scatter = _of_holds(readings, residual_arcsec / u, typical)
     return Repeats(
         u_arcsec=sd * typical,
         ratio=None if u is None else sd,
@@ -113,6 +124,54 @@ def pooled(
         readings=len(y),
         steady=_steady(sd * typical, dof, scatter),
     )
+
+
+def independent_share(readings: Readings, correlation: float) -> float:
+    """The share of the variance of noise that its repeats show, where each reading is correlated
+    with the next of its run: 1 where they are far apart.
+
+    With R_ij = r^|i - j| inside a run, the repeats of a condition, m of them, show of its variance
+    (m - sum R_ij / m) / (m - 1); offsets of runs are left out of account.
+    """
+    condition = _conditions(readings)
+    place = _places(readings)
+    order = np.lexsort((place, readings.run_index, condition))
+    condition, run, place = condition[order], readings.run_index[order], place[order]
+    size = np.bincount(condition)
+    alike = 0.0
+    for further in range(1, len(order)):
+        same = (condition[further:] == condition[:-further]) & (run[further:] == run[:-further])
+        near = correlation ** (place[further:] - place[:-further])[same]
+        if not near.size or near.max() < _LIMITS.negligible:
+            break
+        alike += float(np.sum(near / size[condition[further:][same]]))
+    return 1.0 - 2.0 * alike / max(int(np.sum(size - 1)), 1)
+
+
+def _of_holds(readings: Readings, weighted: Floats, typical_arcsec: float) -> Scatter | None:
+    """How readings of one hold scatter, at least by what is stated; None where few torques were
+    held. weighted: residuals in stated uncertainties, shape (n,)."""
+    condition, place = _conditions(readings), _places(readings)
+    order = np.lexsort((place, readings.run_index))
+    begins = (np.diff(condition[order]) != 0) | (np.diff(readings.run_index[order]) != 0)
+    hold = np.r_[0, np.cumsum(begins)]
+    size = np.bincount(hold)
+    dof = int(np.sum(size - 1))
+    if dof < _LIMITS.fewest_dof:
+        return None
+    y = weighted[order]
+    off = y - (np.bincount(hold, y) / size)[hold]
+    sd = max(float(np.sqrt(off @ off / dof)), 1.0)
+    return Scatter(sd * typical_arcsec, sd, float(dof), 0.0)
+
+
+def _places(readings: Readings) -> Ints:
+    """Which reading of its run each is, counted from 0, shape (n,)."""
+    order = np.argsort(readings.run_index, kind="stable")
+    run = readings.run_index[order]
+    place = np.empty(len(order), dtype=np.int64)
+    place[order] = np.arange(len(order)) - np.searchsorted(run, run)
+    return place
 
 
 def _two_way(y: Floats, many: Ints, few: Ints) -> tuple[float, int]:

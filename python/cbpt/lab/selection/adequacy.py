@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from cbpt.lab.covariance.fit_noise import STATED_DOF
 from cbpt.lab.covariance.linear_gaussian import Linear
+from cbpt.lab.covariance.repeatability import independent_share
 from cbpt.lab.covariance.repeated_runs import comes_again
 from cbpt.lab.covariance.rounding import Behind, scatter_behind
 from cbpt.lab.covariance.within_run import Scatter, estimate
@@ -103,7 +104,9 @@ def _expected(fitter: Fitter, fit: Fit) -> tuple[float, float, Source]:
     c = fitter.campaign
     coarse = bool(c.step_arcsec)
     if not coarse and c.repeats is not None and c.repeats.steady:
-        return c.repeats.u_arcsec, c.repeats.dof, "repeats"
+        # Of noise whose neighbours are alike they show a share, which is as well known as that.
+        share = independent_share(c.readings, fit.noise.correlation)
+        return c.repeats.u_arcsec / share**0.5, c.repeats.dof * share**2, "repeats"
     scatter = estimate(c.readings, fit.residual_arcsec, fit.noise.correlation or None)
     if coarse:
         return _expected_behind(c, scatter)
