@@ -168,6 +168,7 @@ def compete(
     report("lack of fit", 0.85)
     contest.ask_the_instrument()
     contest.find_modes_of_best()
+    contest.share_noise()
     contest.settle()  # each set with what was found last
     unnamed = contest.unnamed()
     report("p-values by simulation", 0.95)
@@ -413,6 +414,16 @@ class _Contest:
         # What it does in the best set it may do in a smaller one.
         self.drop(max(self.fits, key=self.score), again=True)
 
+    def share_noise(self) -> None:
+        """Sets near the best are tried with the kind of noise that it has: a fit keeps to the kind
+        that it began with, so that one may owe its place to that alone."""
+        best = max(self.fits, key=self.score)
+        near, noise = self.score(best) - _EFFORT.settled_room, self.fits[best].noise
+        for names in [n for n in self.fits if self.score(n) > near]:
+            fit = self.fits[names]
+            if _kind(fit.noise) != _kind(noise):
+                self.keep(self.fitter.fit(fit.hypothesis, fit.point.values, noise))
+
     def find_modes_of_best(self) -> None:
         """Other modes of the best set, where they were not searched for yet."""
         top = max(self.fits, key=self.score)
@@ -461,6 +472,11 @@ class _Contest:
             setting.flexible,
             setting.families,
         )
+
+
+def _kind(noise: Noise) -> tuple[bool, str]:
+    """What there is beside a scale, a correlation and offsets of runs, which every fit finds."""
+    return noise.torque_arcsec is not None, noise.artefact.kind if noise.artefact else ""
 
 
 def follows(fit: Fit) -> float:
