@@ -27,7 +27,7 @@ class Reducer:
     transition_Nm: float = 0.5
     friction_Nm: float = 0.0
     engagement_rad: float = 5e-4
-    growth_per_Nm: float = 0.0
+    load_share: float = 0.0
     creep_rad_per_Nm: float = 0.0
     creep_time_s: float = 20.0
 
@@ -48,7 +48,7 @@ class Reducer:
 
     def next(self, torque: float, creep: float, before: float, state: float) -> tuple[float, float]:
         """Angle and state of the friction under a torque, from those before it."""
-        limit = self.friction_Nm * (1 + self.growth_per_Nm * abs(torque))
+        limit = self.friction_Nm + self.load_share * abs(torque)
         low, high = torque - limit, torque + limit
         for _ in range(80):
             carried = 0.5 * (low + high)

@@ -138,7 +138,7 @@ MIXED = {
         "friction_torque_Nm": 0.8,
         "slip_angle_rad": 3e-3,
         "slip_exponent": 0.4,
-        "load_growth_per_Nm": 0.1,
+        "load_share": 0.08,
     },
     "rate_friction": {"friction_torque_Nm": 0.4, "reference_rate_rad_per_s": 4e-4},
 }

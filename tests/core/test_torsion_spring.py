@@ -132,7 +132,7 @@ def test_creep_is_found() -> None:
 
 def test_numbers_are_told_for_each_step_of_the_preload() -> None:
     frictions = [1.0, 1.5, 2.0]
-    reducers = [Reducer(friction_Nm=f, play_rad=4e-3, growth_per_Nm=0.05) for f in frictions]
+    reducers = [Reducer(friction_Nm=f, play_rad=4e-3, load_share=0.05 * f) for f in frictions]
     found = cbpt.diagnose_by(CASE, loops(reducers), "preload_step")
     assert list(found.answers) == ["1", "2", "3"]
     assert found.effects == ("backlash", "friction_hysteresis")
@@ -144,7 +144,7 @@ def test_numbers_are_told_for_each_step_of_the_preload() -> None:
 
 
 def test_friction_that_grows_with_the_load_is_found_where_it_is_large() -> None:
-    data = loops([Reducer(friction_Nm=3.0, play_rad=4e-3, growth_per_Nm=0.05)])
+    data = loops([Reducer(friction_Nm=3.0, play_rad=4e-3, load_share=0.15)])
     answer = cbpt.diagnose(CASE, data)
     found = value(answer, "friction_hysteresis", "friction_torque_Nm")
     assert found == pytest.approx(3.0, rel=0.15)
@@ -204,7 +204,7 @@ def test_friction_across_a_play_is_solved_from_any_state() -> None:
     numbers = {
         "engagement_angle_rad": 5e-4,
         "friction_torque_Nm": 1.7,
-        "load_growth_per_Nm": 0.17,
+        "load_share": 0.29,
         "play_rad": 0.036,
     }
     for transition_Nm in (1.0, 1e-3):

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import cbpt
 from cbpt.lab.model.dataset import Campaign
-from cbpt.lab.model.own_loops import play_allowed_rad, small_loops_of
+from cbpt.lab.model.own_loops import friction_allowed_Nm, play_allowed_rad, small_loops_of
 from cbpt.lab.model.own_terms import campaign_of
 from common.drives import examples
 
@@ -64,6 +64,41 @@ def test_a_play_that_is_there_is_always_allowed(
 ) -> None:
     loops = [(t, played(t, play_deg, friction_Nm)) for t in map(lap, (small_Nm, large_Nm))]
     assert play_allowed_rad(campaign(table(*loops))) >= np.radians(play_deg) * 0.999
+
+
+def with_friction(
+    torque_Nm: np.ndarray, friction_Nm: float, engagement_deg: float, play_deg: float
+) -> np.ndarray:
+    """A spring of 20 N m/deg and a play, with friction by Dahl's law on what they turn."""
+    friction = {"friction_torque_Nm": friction_Nm, "engagement_angle_arcsec": 3600 * engagement_deg}
+    play = {"play_arcsec": 3600 * play_deg, "transition_torque_Nm": 0.05}
+    made = cbpt.simulate(
+        {
+            **CASE,
+            "effect": [{"id": "friction_hysteresis", **friction}, {"id": "backlash", **play}],
+        },
+        cbpt.read_readings(table((torque_Nm, np.zeros_like(torque_Nm))), need_preload=False),
+        seed=0,
+        u_elastic_angle_arcsec=1e-3,
+    )
+    return np.array(made.elastic_angle_arcsec) / 3600
+
+
+@examples(30)
+@given(st.floats(0.1, 5.0), st.floats(0.01, 0.5), st.floats(0.0, 2.0), st.integers(6, 24))
+def test_a_friction_that_is_there_is_always_allowed(
+    friction_Nm: float, engagement_deg: float, play_deg: float, count: int
+) -> None:
+    """Also one that the small loops do not overcome."""
+    small = lap(3.0, count)
+    loop = small, with_friction(small, friction_Nm, engagement_deg, play_deg)
+    assert friction_allowed_Nm(campaign(table(loop))) > 0.999 * friction_Nm
+
+
+def test_a_loop_that_is_open_allows_no_friction_beyond_its_torque() -> None:
+    small = lap(3.0)
+    loop = small, with_friction(small, 1.0, 0.02, 1.0)
+    assert 3.0 <= friction_allowed_Nm(campaign(table(loop))) < 4.0
 
 
 @pytest.mark.parametrize("sigma_deg", [0.0, 0.01])

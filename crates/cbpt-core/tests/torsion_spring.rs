@@ -160,10 +160,10 @@ fn the_loop_is_as_wide_as_the_friction_that_grows_with_the_load() {
     let mut values = predictor.neutral();
     value(&predictor, &mut values, "friction_hysteresis", "friction_torque", 2.0);
     value(&predictor, &mut values, "friction_hysteresis", "engagement_angle", 1e-5);
-    value(&predictor, &mut values, "friction_hysteresis", "load_growth", 0.1);
+    value(&predictor, &mut values, "friction_hysteresis", "load_share", 0.2);
     let found = predictor.predict(&values, &[]).unwrap();
     for (i, up) in [(50, true), (90, true), (180, false), (250, false), (380, true)] {
-        let friction = 2.0 * (1.0 + 0.1 * torque_Nm[i].abs()) * if up { 1.0 } else { -1.0 };
+        let friction = (2.0 + 0.2 * torque_Nm[i].abs()) * if up { 1.0 } else { -1.0 };
         assert!((found.angle_rad[i] - (torque_Nm[i] - friction) / STIFFNESS).abs() < 1e-9, "{i}");
     }
 }
@@ -194,7 +194,7 @@ fn typical(id: &str, stem: &str) -> f64 {
         (_, "friction_torque") => 3.0,
         (_, "zero_error") => 0.31,
         (_, "engagement_angle" | "slip_angle") => 2e-3,
-        (_, "load_growth") => 0.03,
+        (_, "load_share") => 0.09,
         (_, "breakaway_share") => 0.4,
         (_, "weakening_ratio") => 4.5,
         (_, "permanent_set" | "permanent_set_of_run" | "settled") => 3e-4,

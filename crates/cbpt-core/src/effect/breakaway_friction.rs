@@ -55,7 +55,7 @@ fn act(own: &[Dual], _: &Row, load: &mut Load) {
         law: dahl,
         radius_m: radius_m * of,
         torque_Nm: torque_Nm * of,
-        growth_per_Nm: Dual::constant(0.0),
+        load_share: Dual::constant(0.0),
         engagement_angle_rad,
         helps,
     };

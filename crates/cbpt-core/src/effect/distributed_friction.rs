@@ -19,7 +19,7 @@ pub static SPEC: Spec = Spec {
     class: Class::Effect,
     port: Port::Load,
     reducers: Reducers::All,
-    equation: "M_mesh = M0 - Tf, Tf the sum of elements that slip at angles y, of which those with the share (y/a)^(x + 2) of Tf0 slip before y <= a; Tf0 = (mu_T N_Z + T0)(1 + g |M0|)",
+    equation: "M_mesh = M0 - Tf, Tf the sum of elements that slip at angles y, of which those with the share (y/a)^(x + 2) of Tf0 slip before y <= a; Tf0 = mu_T N_Z + T0 + c |M0|",
     source: "Iwan, J. Appl. Mech. 33 (1966) 893; power law of the slip: Segalman, J. Appl. Mech. 72 (2005) 752; Masing, Proc. 2nd Int. Congr. Appl. Mech. (1926) 332",
     tell_tale: "loading and unloading form a loop whose branches bend from their reversal on, and smaller loops inside it close; small loops are narrower than in proportion",
     parameters: &[
@@ -42,7 +42,7 @@ pub static SPEC: Spec = Spec {
         )
         .within(-0.99, 20.0)
         .likely(-0.8, 2.0),
-        friction_limit::GROWTH,
+        friction_limit::LOAD,
     ],
     twins: &[],
     action: Action::Load(act),
@@ -52,7 +52,7 @@ pub static SPEC: Spec = Spec {
 const ELEMENTS: u32 = 24;
 
 fn act(own: &[Dual], _: &Row, load: &mut Load) {
-    let [radius_m, slip_rad, torque_Nm, exponent, growth_per_Nm] = [own[0], own[1], own[2], own[3], own[4]];
+    let [radius_m, slip_rad, torque_Nm, exponent, load_share] = [own[0], own[1], own[2], own[3], own[4]];
     let power = exponent.value + 2.0;
     // What slips before a share of the slip angle, and its derivative by the exponent.
     let before = |edge: f64| {
@@ -66,7 +66,7 @@ fn act(own: &[Dual], _: &Row, load: &mut Load) {
             law: jenkin,
             radius_m: radius_m * share,
             torque_Nm: torque_Nm * share,
-            growth_per_Nm,
+            load_share: load_share * share,
             engagement_angle_rad: slip_rad * edge(0.5),
             helps: false,
         });

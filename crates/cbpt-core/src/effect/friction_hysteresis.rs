@@ -1,7 +1,7 @@
 //! Friction that resists the rotation of the output and depends on the history of the run.
 //!
-//! The meshing points carry M0 - Tf. Tf = Tf0 z with the limit Tf0 = (mu_T N_Z + T0)(1 + g |M0|): a part that follows the
-//! preload, one that does not, both growing with the load where g is not 0. dz/dalpha = (1 - sgn(dalpha) z)/alpha_p
+//! The meshing points carry M0 - Tf. Tf = Tf0 z with the limit Tf0 = mu_T N_Z + T0 + c |M0|: a part that follows the
+//! preload, one that follows neither, and one that follows the load. dz/dalpha = (1 - sgn(dalpha) z)/alpha_p
 //! on the total angle (meshing points and what stands in series), z = 0 in the unloaded state in which a history starts.
 //! Between readings alpha moves one way, so z follows in closed form: with s the sense of rotation
 //! z2 = s - (s - z1) exp(-|dalpha|/alpha_p).
@@ -18,10 +18,10 @@ pub static SPEC: Spec = Spec {
     class: Class::Effect,
     port: Port::Load,
     reducers: Reducers::All,
-    equation: "M_mesh = M0 - Tf, dTf/dalpha = (Tf0/alpha_p)(1 - sgn(dalpha) Tf/Tf0), Tf0 = (mu_T N_Z + T0)(1 + g |M0|)",
+    equation: "M_mesh = M0 - Tf, dTf/dalpha = (Tf0/alpha_p)(1 - sgn(dalpha) Tf/Tf0), Tf0 = mu_T N_Z + T0 + c |M0|",
     source: "Dahl, A Solid Friction Model, Aerospace Corporation TOR-0158(3107-18)-1 (1968)",
     tell_tale: "loading and unloading form a loop, which is wider at higher preload if mu_T is not 0; the first loading of a run looks stiffer",
-    parameters: &[friction_limit::RADIUS, ENGAGEMENT_ANGLE, friction_limit::TORQUE, friction_limit::GROWTH],
+    parameters: &[friction_limit::RADIUS, ENGAGEMENT_ANGLE, friction_limit::TORQUE, friction_limit::LOAD],
     twins: &[],
     action: Action::Load(act),
 };
@@ -43,7 +43,7 @@ fn act(own: &[Dual], _: &Row, load: &mut Load) {
         radius_m: own[0],
         engagement_angle_rad: own[1],
         torque_Nm: own[2],
-        growth_per_Nm: own[3],
+        load_share: own[3],
         helps: false,
     });
 }

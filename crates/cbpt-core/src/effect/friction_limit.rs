@@ -1,4 +1,4 @@
-//! The parameters of the largest friction torque, Tf0 = (mu_T N_Z + T0)(1 + g |M0|), which the effects of friction share;
+//! The parameters of the largest friction torque, Tf0 = mu_T N_Z + T0 + c |M0|, which the effects of friction share;
 //! [`super::port::Friction::limit_Nm`] computes it.
 
 use super::spec::Parameter;
@@ -24,8 +24,11 @@ pub(super) const TORQUE: Parameter = Parameter::size(
 .likely(1e-4, 10.0)
 .log();
 
-/// g.
-pub(super) const GROWTH: Parameter =
-    Parameter::shape("load_growth", Quantity::PerTorque, 0.0, "growth g of the friction with the load")
-        .within(0.0, 1e6)
-        .likely(0.0, 10.0);
+/// c. What holds back all of the load never slides: a self-locking gear, which no load turns.
+pub(super) const LOAD: Parameter = Parameter::size(
+    "load_share",
+    Quantity::Number,
+    "share of the torque on the output that friction holds back beside that, c",
+)
+.within(0.0, 0.95)
+.likely(0.01, 0.5);

@@ -72,8 +72,8 @@ pub struct Friction {
     pub radius_m: Dual,
     /// Largest friction torque whatever the preload, N m.
     pub torque_Nm: Dual,
-    /// Growth of both with the torque on the output, 1/(N m).
-    pub growth_per_Nm: Dual,
+    /// Share of the torque on the output by which it is larger.
+    pub load_share: Dual,
     /// Angle over which it builds up, rad.
     pub engagement_angle_rad: Dual,
     /// Whether it helps the rotation on: a part that weakens another friction.
@@ -83,8 +83,7 @@ pub struct Friction {
 impl Friction {
     /// Largest friction torque under a load, N m; negative where it helps.
     pub fn limit_Nm(&self, load: &Load) -> Dual {
-        let at_rest = self.radius_m * load.preload_N + self.torque_Nm;
-        let limit = at_rest * (self.growth_per_Nm * load.torque_Nm.abs() + 1.0);
+        let limit = self.radius_m * load.preload_N + self.torque_Nm + self.load_share * load.torque_Nm.abs();
         if self.helps { -limit } else { limit }
     }
 }

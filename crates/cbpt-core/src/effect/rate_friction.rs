@@ -48,7 +48,7 @@ fn act(own: &[Dual], row: &Row, load: &mut Load) {
         radius_m: none,
         engagement_angle_rad: Dual::constant(1.0),
         torque_Nm: none,
-        growth_per_Nm: none,
+        load_share: none,
         helps: false,
     };
     load.friction.push(if row.step_time_s > 0.0 && row.rate_share > 0.0 {

@@ -172,7 +172,7 @@ fn typical(id: &str, name: &str) -> f64 {
         ("eccentric_bearing", "exponent") => 0.8,
         (_, "friction_radius_m") => 4e-4,
         (_, "friction_torque_Nm") => 0.1,
-        (_, "load_growth_per_Nm") => 0.05,
+        (_, "load_share") => 0.05,
         (_, "engagement_angle_rad") => 6.0 * ARCSEC,
         (_, "lost_share") => 0.1,
         (_, "lost_force_N") => 20.0,

@@ -26,7 +26,7 @@ from cbpt.lab.inference.hypothesis import Hypothesis, Unknown, unknown_of_shape
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.discrepancy import DISCREPANCY_ODDS, modulations
 from cbpt.lab.model.forward import Assembled, Point
-from cbpt.lab.model.own_loops import PLAY, play_allowed_rad
+from cbpt.lab.model.own_loops import FRICTION, PLAY, friction_allowed_Nm, play_allowed_rad
 from cbpt.lab.model.priors import LOT, VARIANTS, Variant, lots, no_quicker
 from cbpt.lab.model.spring_priors import library_of
 
@@ -90,7 +90,7 @@ class Fitter:
         # Play and friction of a torsion spring change the angle a lot, so a fit needs more steps.
         self.steps = 4 * _SEARCH.steps if campaign.drive.kind == "torsion_spring" else _SEARCH.steps
         self.functions = modulations(campaign.readings)
-        self.most = {PLAY: play_allowed_rad(campaign)}
+        self.most = {PLAY: play_allowed_rad(campaign), FRICTION: friction_allowed_Nm(campaign)}
         """Largest sizes that do not contradict the table's own smaller loops, by name."""
 
     def with_angles(self, y_arcsec: Floats) -> Fitter:

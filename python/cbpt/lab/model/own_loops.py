@@ -1,9 +1,10 @@
-"""What a table's own smaller loops say of a play.
+"""What a table's own smaller loops say of a play and of friction.
 
 SmallLoops        the runs of the smallest amplitude: what they turn, how far apart their flanks
                   lie at most, and whether friction held them
 small_loops_of    finds them
 play_allowed_rad  the largest play that does not contradict them
+friction_allowed_Nm  the largest friction that does not contradict them
 
 A loop that comes back from +A lies on its upper flank until the torque falls through zero, and one
 that comes back from -A on its lower flank until it rises through zero; friction Tc keeps either
@@ -16,6 +17,9 @@ of that width. Angles and torques are those of readings, each on the side that a
 Friction that is not overcome holds the members off their flanks. By Masing's rule such a loop
 turns by as much as a large one does over the same torque after it has turned back (G. Masing,
 Proc. 2nd Int. Congr. Appl. Mech., 1926); it says nothing of a play.
+
+A loop that opens by much of what it turns has overcome most of the friction: where friction f of
+its limit Tf is built up at its ends, f Tf is at most the amplitude A, so Tf <= A/f.
 """
 
 from __future__ import annotations
@@ -33,6 +37,7 @@ from cbpt.results import ARCSEC_PER_RAD
 Floats = NDArray[np.float64]
 
 PLAY = "backlash.play_rad"
+FRICTION = "friction_hysteresis.friction_torque_Nm"
 WIDEST_TRANSITION = 0.2
 """Of the amplitude of the smallest loops: what is taken up over more torque is a soft middle."""
 ALIKE = 1.25
@@ -45,6 +50,11 @@ _HELD = 0.98
 """Of the largest torque: readings above it are of its dwell."""
 _LEAST = 0.05
 """Share of its turn that a small loop leaves open as play."""
+_BUILT_UP = np.linspace(0.0, 1.0, 1001)[1:-1]
+"""Shares of its limit that friction reaches at the ends of a loop."""
+_OPENS = -np.log1p(-(_BUILT_UP**2)) / (2 * np.arctanh(_BUILT_UP))
+"""Of what it turns: how far apart its flanks then lie at zero torque, where friction holds the
+whole load (Dahl's law from one end to the other). Springs that share the load bring them closer."""
 _TORQUES = np.array([0.0, 0.05, 0.1, 0.2, 0.3, 0.5])
 """Where the flanks are compared, in shares of the amplitude."""
 
@@ -58,6 +68,8 @@ class SmallLoops:
     """Largest less smallest angle, the median over these runs."""
     apart_arcsec: float
     """How far apart their flanks lie at most, the mean over these runs."""
+    opens_arcsec: float
+    """How far apart their flanks lie at zero torque, the mean over these runs."""
     held: bool
     """Whether friction holds them, as far as one can tell."""
 
@@ -65,6 +77,12 @@ class SmallLoops:
     def allowed_arcsec(self) -> float:
         """The largest play that does not contradict them."""
         return np.inf if self.held else max(self.apart_arcsec, _LEAST * self.turn_arcsec)
+
+    @property
+    def friction_Nm(self) -> float:
+        """The largest friction without load that opens them as far."""
+        share = np.clip(self.opens_arcsec / self.turn_arcsec if self.turn_arcsec else 0.0, 0.0, 1.0)
+        return self.amplitude_Nm / float(np.interp(share, _OPENS, _BUILT_UP))
 
 
 @dataclass(frozen=True)
@@ -124,11 +142,12 @@ def small_loops_of(campaign: Campaign) -> SmallLoops | None:
     loops = list(_loops(campaign, small))
     u = _scatter_arcsec(campaign, loops)
     apart = float(np.mean([_apart_arcsec(loop, amplitude_Nm) for loop in loops])) + 3 * u
+    opens = float(np.mean([_opens_arcsec(loop) for loop in loops])) - 3 * u
     held = False
     if largest > ALIKE * smallest:
         back = _turned_back(_loops(campaign, both & ~small), 2 * amplitude_Nm)
         held = turned <= _MASING * back + _SCATTER * u
-    return SmallLoops(amplitude_Nm, turned, apart, held)
+    return SmallLoops(amplitude_Nm, turned, apart, opens, held)
 
 
 def _loops(campaign: Campaign, wanted: NDArray[np.bool_]) -> Iterator[_Loop]:
@@ -160,6 +179,11 @@ def _apart_arcsec(loop: _Loop, amplitude_Nm: float) -> float:
     return float((found[known] / taken_up[known]).min())
 
 
+def _opens_arcsec(loop: _Loop) -> float:
+    """How far apart the flanks of one loop lie at zero torque, by the readings just beyond it."""
+    return sum(float(one.angle_arcsec[one.until(0.0) + 1 :][:1].sum()) for one in loop.either_way())
+
+
 def _scatter_arcsec(campaign: Campaign, loops: list[_Loop]) -> float:
     """Standard uncertainty of a reading: as stated, else what the small loops show from each
     reading to the next two, or the rounding of a display. What a fit finds may hold what its model
@@ -184,6 +208,13 @@ def play_allowed_rad(campaign: Campaign) -> float:
     """The largest play that does not contradict the smallest loops, rad; infinite without loops."""
     loops = small_loops_of(campaign)
     return np.inf if loops is None else loops.allowed_arcsec / ARCSEC_PER_RAD
+
+
+def friction_allowed_Nm(campaign: Campaign) -> float:
+    """The largest friction without load that does not contradict the smallest loops, N m; infinite
+    without loops."""
+    loops = small_loops_of(campaign)
+    return np.inf if loops is None else loops.friction_Nm
 
 
 def _per_run(values: Floats, run: NDArray[np.int64], runs: int) -> tuple[Floats, Floats]:

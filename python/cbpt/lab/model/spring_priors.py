@@ -104,12 +104,24 @@ def _lags(campaign: Campaign, torque_Nm: float) -> tuple[Variant, ...]:
 
 
 def _reach(campaign: Campaign) -> tuple[float, float]:
-    """Largest torque of the table, and what the reducer as stated turns under it: N m, rad."""
+    """Largest torque of the table and the angle that goes with it: N m, rad. The angle is half of
+    what the readings turn by, as a stiffness may be stated ten times too large; where nothing was
+    read it is what the reducer as stated turns."""
     torque = float(np.abs(campaign.readings.torque_Nm).max()) or 1.0
+    seen = max(_half_span_rad(campaign, run) for run in range(campaign.rows.runs))
+    if seen > 0:
+        return torque, seen
     preload = campaign.readings.preload_N
     most = 0.0 if preload is None else float(preload.max())
     turned = solve_many(campaign.drive, [-torque, torque], most).elastic_angle_rad
     return torque, float(np.nanmax(np.abs(turned), initial=0.0)) or 60 * ARCSEC
+
+
+def _half_span_rad(campaign: Campaign, run: int) -> float:
+    """Half of what nearly all readings of a run turn by; outliers have no say."""
+    own = campaign.y_arcsec[campaign.rows.run_index == run]
+    own = own[np.isfinite(own)]
+    return 0.5 * float(np.ptp(np.quantile(own, (0.02, 0.98)))) * ARCSEC if len(own) else 0.0
 
 
 def _on_request(campaign: Campaign) -> Iterator[Variant]:
@@ -145,16 +157,20 @@ def _of_spring(campaign: Campaign) -> Iterator[Variant]:
     numbers = ("contact_stiffness", "torque_scale", "sensor_gain")
     yield from (v for v in VARIANTS if v.effect in numbers)
 
-    engagement = _ranged("engagement_angle_rad", angle, 1e-3, 1.0, (0.01, 0.04, 0.15, 0.5))
-    growth = _ranged("load_growth_per_Nm", 1 / torque, 0.3, 30.0, (1.0, 6.0))
+    # Before contacts slip they yield along their surface by less than across it, by a share of the
+    # order of the coefficient of friction (Mindlin, J. Appl. Mech. 16, 1949).
+    engagement = _ranged("engagement_angle_rad", angle, 1e-3, 0.5, (0.003, 0.01, 0.04, 0.15))
     for size, unit, needs in (
         ("friction_torque_Nm", torque, ""),
         ("friction_radius_m", torque / _mean_preload(campaign), "preload_N"),
     ):
-        friction = _of("friction_hysteresis", (size,), unit, 1e-3, 0.7)
         name = "with the preload" if needs else "constant"
+        # What turns under a torque is held by less: a third of it, and three times that at most.
+        friction = _of("friction_hysteresis", (size,), unit, 1e-3, 1 / 3)
         yield _with(friction, (engagement,), name, needs)
-        yield _with(friction, (engagement, growth), f"{name}, growing with the load", needs)
+        growing = _of("friction_hysteresis", (size, "load_share"), unit, 1e-3, 1 / 6)
+        growing = replace(growing, ratios=(1.0, 1 / unit))
+        yield _with(growing, (engagement,), f"{name}, growing with the load", needs)
     # A play is taken up at next to no torque, beside any loop of the table; what turns over a wider
     # range is a soft middle and no play.
     loops = small_loops_of(campaign)
@@ -232,9 +248,7 @@ def _ranged(name: str, unit: float, low: float, high: float, grid: tuple[float, 
 
 
 def _with(v: Variant, shapes: tuple[Shape, ...], name: str = "", needs: str = "") -> Variant:
-    return Variant(
-        v.effect, v.sizes, v.low, v.high, shapes=shapes, name=name, needs=needs, scaled=True
-    )
+    return replace(v, shapes=shapes, name=name, needs=needs)
 
 
 def _signed(v: Variant, name: str = "", ratios: tuple[float, ...] = ()) -> Variant:

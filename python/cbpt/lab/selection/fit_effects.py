@@ -143,21 +143,53 @@ def fits_of_forms(
     every = [_forms(effect, fitter) for effect in dict.fromkeys(effects)]
     forms = [[v for v in of_one if v.label in among] or of_one for of_one in every]
     null = fitter.fit(Hypothesis())
-    found: dict[tuple[Variant, ...], Fit] = {}
-    for variants in product(*forms) if null is not None else ():
-        assert null is not None
-        noise = replace(fitter.campaign.plain_noise, inflation=null.noise.inflation)
-        for start in _starts(fitter, null, variants):
-            got = fitter.fit(Hypothesis(variants), start, noise)
-            before = found.get(variants)
-            if got is not None and (before is None or got.log_evidence > before.log_evidence):
-                found[variants] = got
+    found = {} if null is None else _fits(fitter, null, forms)
     if not found:
         raise InvalidInputError(
             f"{' + '.join(effects)} cannot be fitted: the computed angles of these readings do not "
             "depend on the parameters"
         )
     return found
+
+
+def _fits(
+    fitter: Fitter, null: Fit, forms: Sequence[Sequence[Variant]]
+) -> dict[tuple[Variant, ...], Fit]:
+    """In each choice of one form an effect: from promising starts, and from where those end that
+    it contains, so that more effects and more numbers never follow the readings worse."""
+    found: dict[tuple[Variant, ...], Fit] = {}
+    plain = replace(fitter.campaign.plain_noise, inflation=null.noise.inflation)
+    smaller = []
+    if len(forms) > 1:
+        for left_out in range(len(forms)):
+            within = _fits(fitter, null, [*forms[:left_out], *forms[left_out + 1 :]])
+            if within:
+                smaller.append(max(within.values(), key=lambda fit: fit.log_evidence))
+    # Forms of few numbers first: those of more contain them.
+    for variants in sorted(product(*forms), key=lambda chosen: sum(len(v.sizes) for v in chosen)):
+        contained = [fit for others, fit in found.items() if _contains(variants, others)]
+        starts = [(start, plain) for start in _starts(fitter, null, variants)]
+        starts += [
+            (_start_from(fitter, variants, fit), fit.noise) for fit in (*smaller, *contained)
+        ]
+        got = (fitter.fit(Hypothesis(variants), start, noise) for start, noise in starts)
+        reached = [fit for fit in got if fit is not None]
+        if reached:
+            found[variants] = max(reached, key=lambda fit: fit.log_evidence)
+    return found
+
+
+def _start_from(fitter: Fitter, variants: tuple[Variant, ...], fit: Fit) -> Floats:
+    """The values of a fit; what it does not have begins at nothing."""
+    values = fitter.start(Hypothesis(variants), {})
+    kept = [u.index for u in fit.unknowns]
+    values[kept] = fit.point.values[kept]
+    return values
+
+
+def _contains(one: tuple[Variant, ...], other: tuple[Variant, ...]) -> bool:
+    """Whether each form of the other is one of these with numbers put to nothing."""
+    return all(set(b.sizes) <= set(a.sizes) for a, b in zip(one, other, strict=True))
 
 
 def best_of_forms(
