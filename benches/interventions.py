@@ -24,7 +24,7 @@ from cbpt.lab.change.record import Changed
 
 DATA = Path(__file__).parents[1] / "tests" / "data" / "interventions"
 BUILDS = ("conic_pccf_1", "split_undersized_pccf_1", "base_onyx_1", "split_onyx_1")
-EFFECTS = ("backlash", "friction_hysteresis", "output_torsion")
+EFFECTS = ("backlash", "friction_hysteresis")
 SMALL_Nm = 10.0
 MARKS = "<!-- interventions: made by benches/interventions.py -->", "<!-- end of interventions -->"
 WAYS = {"up": "rose", "down": "fell", "new": "appeared", "gone": "disappeared"}
@@ -75,6 +75,12 @@ def told(found: cbpt.Change) -> str:
     return "; ".join([*alone, *groups]) or "changed, and not told what"
 
 
+def by_itself(found: cbpt.Change, parameter: str, form: str, unit: float = 1.0) -> str:
+    """A size as it is fitted to each moment by itself."""
+    values = next(b.values for b in found.by_itself if b.parameter == parameter)
+    return " to ".join(form.format(unit * value) for value in values)
+
+
 def _told(c: Changed) -> str:
     sizes = _sizes(c)
     if not c.moved:
@@ -95,8 +101,11 @@ def _sizes(c: Changed) -> str:
 
 def rows() -> Iterator[str]:
     """Of the table, as they are found."""
-    yield "| build | from | to | done | width, deg | `change` says | p | levels differ, arcsec |"
-    yield "|---|---|---|---|---|---|---|---|"
+    yield (
+        "| build | from | to | done | width, deg | play, deg | friction, N m | `change` says | p | "
+        "levels differ, arcsec |"
+    )
+    yield "|---|---|---|---|---|---|---|---|---|---|"
     for name in BUILDS:
         readings = cbpt.read_readings(DATA / f"{name}.csv", need_preload=False, by="moment")
         moment = readings.labels["moment"]
@@ -110,6 +119,8 @@ def rows() -> Iterator[str]:
                 *pair,
                 done(*pair),
                 " to ".join(f"{width_deg(part):.2f}" for part in parts),
+                by_itself(found, "play_rad", "{:.2f}", np.degrees(1.0)),
+                by_itself(found, "friction_torque_Nm", "{:.1f}"),
                 told(found),
                 f"{found.probability:.2f}",
                 "" if apart is None else f"{apart:.0f}",

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,15 +14,26 @@ import pytest
 import cbpt
 
 DATA = Path(__file__).parents[1] / "data" / "interventions"
+STIFF = "stiff"
+SOFT = "soft"
+CASES: dict[str, Any] = {
+    # Several times stiffer than the loops, and softer than some of them.
+    STIFF: DATA / "reducer.toml",
+    SOFT: {
+        "torsion_spring": {"torsional_stiffness_Nm_per_arcmin": 0.05},
+        "uncertainty": {"contact_stiffness_rel": 0.5},
+        "measurement": {"zero": "per_run"},
+    },
+}
 
 
 @cache
-def fitted_and_width_deg(build: str, moment: str) -> tuple[float, float]:
+def fitted_and_width_deg(build: str, moment: str, case: str = STIFF) -> tuple[float, float]:
     """The play that is fitted beside friction, and how far apart the branches of the small loops
     lie at no torque; a loop ends where it comes back to zero."""
     readings = cbpt.read_readings(DATA / f"{build}.csv", need_preload=False, by="moment")
     part = readings.select(readings.labels["moment"] == moment)
-    found = cbpt.fit(DATA / "reducer.toml", part, ["backlash", "friction_hysteresis"])
+    found = cbpt.fit(CASES[case], part, ["backlash", "friction_hysteresis"])
     play = found.parameters()["backlash"]["play_rad"]["value"]
     widths = []
     for run in np.unique(part.run_index):
@@ -47,9 +60,10 @@ MOMENTS = [
 turns back over as much torque: friction may hold them."""
 
 
+@pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize(("build", "moment"), MOMENTS)
-def test_the_play_that_is_fitted_is_near_the_width(build: str, moment: str) -> None:
-    play, width = fitted_and_width_deg(build, moment)
+def test_the_play_that_is_fitted_is_near_the_width(build: str, moment: str, case: str) -> None:
+    play, width = fitted_and_width_deg(build, moment, case)
     assert 1 / 1.5 < play / width < 1.5
 
 
@@ -67,36 +81,47 @@ def test_the_play_that_is_fitted_falls_with_the_preload(build: str, last: int) -
     assert after < 0.5 * first
 
 
-def between(build: str, before: str, after: str) -> cbpt.Change:
+EFFECTS = ["backlash", "friction_hysteresis"]
+
+
+def between(build: str, before: str, after: str, effects: Sequence[str] = EFFECTS) -> cbpt.Change:
     readings = cbpt.read_readings(DATA / f"{build}.csv", need_preload=False, by="moment")
     moment = readings.labels["moment"]
-    effects = ["backlash", "friction_hysteresis", "output_torsion"]
     # Without their names, by which a state that is measured twice says so itself.
     parts = (replace(readings.select(moment == m), labels={}) for m in (before, after))
     return cbpt.change(DATA / "reducer.toml", *parts, effects=effects)
 
 
-def test_numbers_that_changed_together_are_found() -> None:
-    """With either of them shared the other cannot follow: none of them is found one at a time."""
-    found = between("split_onyx_1", "after_run_in", "preload_12")
-    ways = {c.parameter: c.direction for c in found.changed}
-    assert ways["play_rad"] in ("down", "gone") and ways["friction_torque_Nm"] == "up"
-    found = between("split_onyx_1", "preload_4", "preload_5")
-    assert {"backlash", "friction_hysteresis"} <= found.weighed.best.changed
+@pytest.mark.parametrize(
+    ("build", "last"), [("conic_pccf_1", 3), ("conic_pccf_1", 5), ("split_onyx_1", 12)]
+)
+def test_play_falls_and_friction_rises_by_itself(build: str, last: int) -> None:
+    """The small loops are a third as wide and less: that is told, though these effects leave too
+    much of the large loops to say what changed."""
+    found = between(build, "after_run_in", f"preload_{last}")
+    assert found.kind != "nothing" and "backlash" not in {u.effect for u in found.unchanged}
+    play, friction = (b for b in found.by_itself if b.parameter != "load_share")
+    assert play.values[1] < 0.5 * play.values[0]
+    assert build != "conic_pccf_1" or friction.values[1] > 1.3 * friction.values[0]
+    if found.kind == "undecided":
+        assert "The measured loops changed" in found.sentence and "by itself" in found.sentence
 
 
-def test_a_play_that_all_states_share_keeps_to_the_loops_of_each() -> None:
-    """The small loops fell from 1.73 to 0.45 deg: no play of 1.7 deg is in both."""
-    found = between("conic_pccf_1", "after_run_in", "preload_3")
-    assert "backlash" not in {u.effect for u in found.unchanged}
-    ways = {c.parameter: c.direction for c in found.changed}
-    assert ways["play_rad"] in ("down", "gone")
-
-
-def test_a_state_that_was_measured_twice_is_no_certain_change() -> None:
-    """Its small loops are 1.07 and 1.86 deg wide, and no other reproducibility is stated."""
-    found = between("conic_pccf_1", "after_run_in_repeated", "after_run_in")
-    assert found.kind != "changed"
+@pytest.mark.parametrize("further", [[], ["output_torsion"]])
+@pytest.mark.parametrize(
+    ("build", "before", "after"),
+    [
+        # Their small loops are 1.07 and 1.86 deg wide, and no other reproducibility is stated.
+        ("conic_pccf_1", "after_run_in_repeated", "after_run_in"),
+        # Where the effects leave more than what they say changed, a gain is not what did.
+        ("split_undersized_pccf_1", "after_run_in", "preload_4"),
+    ],
+)
+def test_what_moves_the_angles_by_less_than_is_left_did_not_certainly_change(
+    build: str, before: str, after: str, further: list[str]
+) -> None:
+    found = between(build, before, after, [*EFFECTS, *further])
+    assert found.kind != "changed" and not found.changed
 
 
 @pytest.mark.parametrize(

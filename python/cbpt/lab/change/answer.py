@@ -37,6 +37,10 @@ class Change(Reported, ChangeData):
             "by": self.by,
             "verdict": self._verdict(),
             "unchanged": [asdict(u) for u in self.unchanged],
+            "by_itself": [
+                {k: list(v) if isinstance(v, tuple) else v for k, v in asdict(b).items()}
+                for b in self.by_itself
+            ],
             "noise": self.noise.to_dict(),
             "remains": self.remains,
             "levels": [

@@ -23,7 +23,7 @@ from cbpt.lab.change.answer import Change
 from cbpt.lab.change.instruments import plausible, with_instruments
 from cbpt.lab.change.loop_widths import LoopWidths, widths_of
 from cbpt.lab.change.noise import noise_change
-from cbpt.lab.change.parameters import changed_of, unchanged_of
+from cbpt.lab.change.parameters import by_itself, changed_of, unchanged_of
 from cbpt.lab.change.parties import Levels, levels_of
 from cbpt.lab.change.posterior import Choice, Weighed, choices_of, weigh
 from cbpt.lab.change.progress import part_of, untold
@@ -59,6 +59,9 @@ _LIKELY = 0.1
 """Combinations of a level that are less probable are not looked at."""
 _MOST_SETS = 4
 """Sets of effects that are fitted at all levels."""
+
+_GOES_ON = 2.0
+"""Readings that count as one, from which on what a fit leaves is no noise."""
 
 _DIAGNOSED, _FITTED, _WEIGHED, _OFFERED = 0.6, 0.7, 0.8, 0.9
 """Shares of the work that are done after the diagnoses, after the fits of each level, after the
@@ -175,6 +178,8 @@ def change(
         apart_arcsec = reproducibility_of(best, [range(len(best.parties))])
         notes.append(unless_repeated(_between_runs_arcsec(best)))
         answer = replace(answer, levels_differ_by_arcsec=apart_arcsec)
+        if apart_arcsec is not None and apart_arcsec < _no_noise_arcsec(best):
+            answer = replace(answer, kind="undecided", changed=(), unchanged=())
     tell("the answer", 1.0)
     return replace(answer, reproducibility_arcsec=reproducibility_arcsec, notes=tuple(notes))
 
@@ -225,6 +230,20 @@ def _fitted(
         if levels is not None:
             found.append(levels)
     return found
+
+
+def _no_noise_arcsec(levels: Levels) -> float:
+    """The largest rest of a level, rms, that is no noise: it comes again in runs that repeat each
+    other, or goes on from reading to reading where none do; 0 where all are noise. What a model
+    does not follow may take the place of a smaller change."""
+    rests = [0.0]
+    for party, fit in zip(levels.parties, levels.fits, strict=True):
+        campaign = party.problem.campaign
+        again = comes_again(campaign.readings, fit.residual_arcsec)
+        goes_on = pattern_of([levels]) > _GOES_ON
+        if goes_on if again is None else again.p_value < RULES.left_chance:
+            rests.append(rmse_of(campaign, fit))
+    return max(rests)
 
 
 def _between_runs_arcsec(levels: Levels) -> float | None:
@@ -385,7 +404,7 @@ def _answer(
     return Change(
         kind=kind,
         changed=changed,
-        unchanged=tuple(unchanged_of(weighed)),
+        unchanged=() if kind == "undecided" else tuple(unchanged_of(weighed)),
         probability=1 - something if kind == "nothing" else something,
         noise=noise_change([p.problem.campaign.readings for p in levels.parties], levels.fits),
         remains=max(left, key=lambda rest: rest["rms_arcsec"], default=None),
@@ -395,5 +414,6 @@ def _answer(
         effects=tuple(dict.fromkeys(v.effect for v in levels.variants)),
         by=by,
         weighed=weighed,
+        by_itself=tuple(by_itself(levels)),
         loops=loops,
     )

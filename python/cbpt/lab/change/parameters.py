@@ -2,6 +2,7 @@
 
 changed_of    parameters of the groups that more likely changed than not
 unchanged_of  sizes and numbers that one value describes at all levels
+by_itself     sizes that each level has if nothing is shared
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import numpy as np
 
 from cbpt.lab.change.parties import Levels
 from cbpt.lab.change.posterior import Choice, Weighed, groups_of
-from cbpt.lab.change.record import Changed, Direction, Limit, Unchanged
+from cbpt.lab.change.record import ByItself, Changed, Direction, Limit, Unchanged
 from cbpt.lab.inference.estimates import unit_of
 from cbpt.lab.model.own_loops import PLAY, play_allowed_rad
 from cbpt.lab.selection.rules import RULES
@@ -98,6 +99,21 @@ def unchanged_of(weighed: Weighed) -> list[Unchanged]:
         name = _name(levels, place)
         found.append(Unchanged(group.effect, name, unit_of(name), value, u))
     return found
+
+
+def by_itself(levels: Levels) -> list[ByItself]:
+    """The sizes of the effects as each level has them if nothing is shared."""
+    return [
+        ByItself(
+            effect=unknown.name.partition(".")[0],
+            parameter=_name(levels, place),
+            unit=unit_of(_name(levels, place)),
+            values=tuple(fit.value(fit.unknowns[place]) for fit in levels.fits),
+            u=tuple(fit.u(fit.unknowns[place]) for fit in levels.fits),
+        )
+        for place, unknown in enumerate(levels.fits[0].unknowns)
+        if unknown.size_of >= 0 and "." in unknown.name
+    ]
 
 
 def _name(levels: Levels, place: int) -> str:

@@ -31,13 +31,11 @@ ODDS = {
     "": 0.1,
     "contact_stiffness": 0.03,
     "contact_angle": 0.01,
-    "torque_scale": 0.01,
-    "preload_scale": 0.01,
-    "sensor_gain": 0.01,
+    **{effect: 0.01 for effect, kind in CLASSES.items() if kind == "rig"},
 }
-"""Prior odds that a group changes against that it does not; "" stands for an effect. The
-instruments are the same before and after, so their gains hardly change, one no more than another.
-"""
+"""Prior odds that a group changes against that it does not; "" stands for an effect of the reducer.
+The instruments are the same before and after, so their errors hardly change, one no more than
+another."""
 
 
 _TWINS = {

@@ -1,6 +1,8 @@
 """What changed, as a record.
 
 Changed      one parameter that changed, before and after
+Unchanged    one that all levels share
+ByItself     one as each level has it by itself
 ChangeData   the verdict with everything that it rests on
 """
 
@@ -71,6 +73,17 @@ class Unchanged:
     """Standard uncertainty, SI."""
 
 
+@dataclass(frozen=True)
+class ByItself:
+    """One size as each level has it if nothing is shared; SI."""
+
+    effect: str
+    parameter: str
+    unit: str
+    values: tuple[float, ...]
+    u: tuple[float, ...]
+
+
 @dataclass(frozen=True, eq=False)
 class ChangeData:
     """What changed between levels, and what did not."""
@@ -78,6 +91,7 @@ class ChangeData:
     kind: Kind
     changed: tuple[Changed, ...]
     unchanged: tuple[Unchanged, ...]
+    """Both empty where the kind is `undecided`."""
     probability: float
     """That something changed; for `nothing`, that nothing did. By the effects that were fitted:
     where the measured loops say otherwise (`differing_loops`), the kind is `undecided`."""
@@ -92,14 +106,16 @@ class ChangeData:
     """Fitted at every level."""
     by: str | None
     weighed: Weighed = field(repr=False)
+    by_itself: tuple[ByItself, ...] = ()
     loops: tuple[LoopWidths, ...] = ()
     """The loops as they were measured, by amplitude."""
     notes: tuple[str, ...] = ()
     reproducibility_arcsec: float | None = None
     """By which the rig differs when it is set up again; None where nothing was stated."""
     levels_differ_by_arcsec: float | None = None
-    """Of a change that rests on a rig that comes back to its state: standard deviation by which the
-    fitted curves of the levels differ. A reproducibility of this size would explain it."""
+    """Of a change that rests on a rig that comes back to its state, and of one that is smaller than
+    what the effects leave: standard deviation by which the fitted curves of the levels differ. A
+    reproducibility of this size would explain it."""
 
     @property
     def foremost(self) -> tuple[Changed, ...]:
@@ -115,6 +131,12 @@ class ChangeData:
     def rivals(self) -> tuple[tuple[str, ...], ...]:
         """Groups of which one changed, and the readings do not tell which."""
         return self.weighed.rivals if self.kind == "changed" else ()
+
+    @property
+    def moved_less_than_is_left(self) -> bool:
+        """Of an undecided answer: whether something changed by the fitted effects that moves the
+        angles by less than these leave of the readings of one level, and no noise."""
+        return self.kind == "undecided" and self.levels_differ_by_arcsec is not None
 
     @property
     def differing_loops(self) -> LoopWidths | None:

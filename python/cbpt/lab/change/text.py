@@ -33,7 +33,15 @@ def sentence(found: ChangeData) -> str:
             f" and loops of one level {less}. The fitted effects cannot reproduce this (their "
             f"verdict alone would be that nothing changed, {_sure(1 - found.probability)})"
             ", so what changed cannot be told: look at the loops of both levels, and name other "
-            "effects to fit." + _noise(found)
+            "effects to fit." + _by_itself(found) + _noise(found)
+        )
+    if found.moved_less_than_is_left:
+        return (
+            "What changed cannot be told: by the fitted effects "
+            f"{listed(_likely(found), 'or')} did, which moves the angles by "
+            f"{found.levels_differ_by_arcsec:.3g} arcsec, and by "
+            f"{max(found.rmse_arcsec):.3g} arcsec they do not follow the readings of one level."
+            f"{_loops_differ(found)} Name other effects to fit." + _by_itself(found) + _noise(found)
         )
     if found.kind == "undecided":
         return (
@@ -53,14 +61,18 @@ def _changes(found: ChangeData) -> str:
             f"one of these changed, and the readings do not tell which: {'; or '.join(each)}"
         )
     if not told:
-        weighed = found.weighed
-        names = [g.effect for g in weighed.groups if weighed.changed(g.effect) > RULES.likely]
         return (
             f"Something changed ({_sure(found.probability)}), and the readings do not tell which "
-            f"of {listed(names, 'or')}."
+            f"of {listed(_likely(found), 'or')}."
         )
     text = "; ".join(told) + "."
     return text[0].upper() + text[1:] if text.startswith("one of") else text
+
+
+def _likely(found: ChangeData) -> list[str]:
+    """Effects and numbers that may have changed."""
+    weighed = found.weighed
+    return [g.effect for g in weighed.groups if weighed.changed(g.effect) > RULES.likely]
 
 
 def _unless(found: ChangeData) -> str:
@@ -121,6 +133,23 @@ def limited(value: str, limit: Limit | None) -> str:
         "own loops": f"{value} (the most that the small loops allow)",
     }
     return value if limit is None else ends[limit]
+
+
+def _loops_differ(found: ChangeData) -> str:
+    """What needs no fitted effect."""
+    told = next((widths for widths in found.loops if widths.differ), None)
+    return "" if told is None else f" The measured loops changed: {_widths(found, told)}."
+
+
+def _by_itself(found: ChangeData) -> str:
+    """What the levels have if nothing is shared: the first and the last."""
+    told = []
+    for b in found.by_itself:
+        ends = [(b.values[k], b.u[k]) for k in (0, -1)]
+        label, first = in_words((b.effect, b.parameter), *ends[0], b.unit)
+        told.append(f"{label} {first} and {in_words((b.effect, b.parameter), *ends[1], b.unit)[1]}")
+    levels = f"{found.levels[0]} and {found.levels[-1]}"
+    return f" Fitted each by itself, {levels} have {listed(told)}." if told else ""
 
 
 def _widths(found: ChangeData, loops: LoopWidths) -> str:
