@@ -136,3 +136,14 @@ def test_a_diagnosis_finds_play_and_friction_together(build: str, moment: str) -
     )
     assert {"backlash", "friction_hysteresis"} <= set(found.verdict.names)
     assert set(found.verdict.effects) <= {"backlash", "friction_hysteresis"}
+
+
+def test_no_cause_is_certain_where_nothing_tells_the_scatter() -> None:
+    """Ramps of which neighbours go together, and no uncertainty is stated: the scatter is what the
+    fit leaves, 3000 arcsec of them, which may as well be a law."""
+    readings = cbpt.read_readings(DATA / "split_onyx_1.csv", need_preload=False, by="moment")
+    part = readings.select(readings.labels["moment"] == "preload_4")
+    found = cbpt.diagnose(DATA / "reducer.toml", part)
+    assert found.verdict.probability < 0.95
+    assert all(row["probability"] < 0.95 for row in found.to_dict()["combinations"])
+    assert "nothing else tells what they scatter by" in found.report()

@@ -146,6 +146,14 @@ def _about(d: DiagnosisData, angle: AngleUnit) -> str:
         )
     offsets = ", with an offset for each run" if d.noise.offset_arcsec else ""
     of = "the drive as stated" if d.verdict.undecided else "the answer"
+    adequacy, stated = d.verdict.adequacy, d.competition.campaign.u_stated
+    untested = ""
+    if adequacy is not None and adequacy.source == "nothing" and not stated:
+        untested = (
+            ", and nothing else tells what they scatter by: a part of that can be misfit, so no "
+            "cause is certain; state u_elastic_angle, or repeat a run"
+        )
     return (
         f"the residuals of {of} give {angle.text(scatter)} ({dof:.0f} degrees of freedom{offsets})"
+        f"{untested}"
     )

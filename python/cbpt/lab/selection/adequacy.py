@@ -48,7 +48,8 @@ class Adequacy:
     """What readings scatter by; NaN where nothing tells."""
     source: Source
     p_value: float
-    """Chance that noise leaves as much; 1 where nothing tells what it is."""
+    """Chance that noise leaves as much; 1 where nothing tells what it is, by one degree of freedom
+    or more."""
     comes_again: bool = False
     """Whether runs that repeat each other tell it: what is left is the same in each of them."""
 
@@ -65,7 +66,7 @@ def adequacy_of(fitter: Fitter, fit: Fit) -> Adequacy:
         behind = scatter_shown(fitter, fit)
         left, dof = behind.scale * _root_mean_square(fitter.campaign.u_arcsec), behind.dof
     expected, known, source = _expected(fitter, fit)
-    if not (expected > 0 and known > 0 and dof >= 1):
+    if not (expected > 0 and known >= 1 and dof >= 1):
         return Adequacy(left, float("nan"), "nothing", 1.0)
     from scipy.special import fdtrc
 

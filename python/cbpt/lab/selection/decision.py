@@ -140,6 +140,8 @@ def _checked(
         verdict = _with_remains(competition, verdict)
     verdict = _with_what_comes_again(competition, verdict, rules)
     verdict = _beside_rest(competition, verdict, rules)
+    if adequacy.source == "nothing" and not competition.campaign.u_stated:
+        verdict = _untested(verdict, rules)
     free = free_numbers(fitter, fit)
     if verdict.lack_of_fit is not None:
         free += verdict.lack_of_fit.free_numbers
@@ -223,6 +225,20 @@ def _beside_rest(competition: Competition, verdict: Verdict, rules: DecisionRule
         inside=inside,
         probability=inside * verdict.probability,
         exactly=inside * verdict.exactly,
+    )
+
+
+def _untested(verdict: Verdict, rules: DecisionRules) -> Verdict:
+    """The verdict with less probability where it names a cause, and nothing but the fit tells what
+    the readings scatter by: what it leaves may as well be a law."""
+    named = set(verdict.effects) - {OFFSET} or verdict.rivals
+    if not named or verdict.lack_of_fit is not None:
+        return verdict
+    return replace(
+        verdict,
+        inside=rules.certain,
+        probability=rules.certain * verdict.probability,
+        exactly=rules.certain * verdict.exactly,
     )
 
 
