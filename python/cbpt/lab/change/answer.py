@@ -43,6 +43,7 @@ class Change(Reported, ChangeData):
             ],
             "noise": self.noise.to_dict(),
             "remains": self.remains,
+            "not_followed_arcsec": self.not_followed_arcsec,
             "levels": [
                 {
                     "level": level,

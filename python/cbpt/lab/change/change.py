@@ -178,7 +178,7 @@ def change(
         apart_arcsec = reproducibility_of(best, [range(len(best.parties))])
         notes.append(unless_repeated(_between_runs_arcsec(best)))
         answer = replace(answer, levels_differ_by_arcsec=apart_arcsec)
-        if apart_arcsec is not None and apart_arcsec < _no_noise_arcsec(best):
+        if apart_arcsec is not None and apart_arcsec < answer.not_followed_arcsec:
             answer = replace(answer, kind="undecided", changed=(), unchanged=())
     tell("the answer", 1.0)
     return replace(answer, reproducibility_arcsec=reproducibility_arcsec, notes=tuple(notes))
@@ -398,19 +398,23 @@ def _answer(
     rmse_arcsec = tuple(
         rmse_of(p.problem.campaign, f) for p, f in zip(levels.parties, levels.fits, strict=True)
     )
+    not_followed_arcsec = _no_noise_arcsec(levels)
+    # What the effects do not follow may hide a change of any number.
+    told = kind != "undecided" and not not_followed_arcsec
     # No rest of a level is one that the effects of all levels follow.
     rests = zip([d.to_dict()["remains"] for d in answers], rmse_arcsec, strict=False)
     left = [rest for rest, rmse in rests if rest is not None and rest["rms_arcsec"] <= rmse]
     return Change(
         kind=kind,
         changed=changed,
-        unchanged=() if kind == "undecided" else tuple(unchanged_of(weighed)),
+        unchanged=tuple(unchanged_of(weighed)) if told else (),
         probability=1 - something if kind == "nothing" else something,
         noise=noise_change([p.problem.campaign.readings for p in levels.parties], levels.fits),
         remains=max(left, key=lambda rest: rest["rms_arcsec"], default=None),
         levels=tuple(names),
         readings=tuple(parts),
         rmse_arcsec=rmse_arcsec,
+        not_followed_arcsec=not_followed_arcsec,
         effects=tuple(dict.fromkeys(v.effect for v in levels.variants)),
         by=by,
         weighed=weighed,

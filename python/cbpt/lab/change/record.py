@@ -91,7 +91,8 @@ class ChangeData:
     kind: Kind
     changed: tuple[Changed, ...]
     unchanged: tuple[Unchanged, ...]
-    """Both empty where the kind is `undecided`."""
+    """Both empty where the kind is `undecided`; the latter also where the effects leave more than
+    noise."""
     probability: float
     """That something changed; for `nothing`, that nothing did. By the effects that were fitted:
     where the measured loops say otherwise (`differing_loops`), the kind is `undecided`."""
@@ -102,6 +103,9 @@ class ChangeData:
     levels: tuple[str, ...]
     readings: tuple[Readings, ...] = field(repr=False)
     rmse_arcsec: tuple[float, ...]
+    not_followed_arcsec: float
+    """What the fitted effects leave of the readings of a level, rms, where that is no noise: the
+    most of all levels; 0 where it is noise at all of them."""
     effects: tuple[str, ...]
     """Fitted at every level."""
     by: str | None

@@ -23,7 +23,8 @@ _WAYS = {"up": "rose", "down": "fell", "new": "appeared", "gone": "disappeared"}
 def sentence(found: ChangeData) -> str:
     """The verdict in one sentence."""
     if found.kind == "nothing":
-        return f"Nothing changed ({_sure(found.probability)})." + _noise(found) + _within(found)
+        told = f"Nothing changed ({_sure(found.probability)})."
+        return told + _hidden(found) + _noise(found) + _within(found)
     differing = found.differing_loops
     if differing is not None:
         sure = differing.differ is not None
@@ -37,18 +38,19 @@ def sentence(found: ChangeData) -> str:
         )
     if found.moved_less_than_is_left:
         return (
-            "What changed cannot be told: by the fitted effects "
-            f"{listed(_likely(found), 'or')} did, which moves the angles by "
-            f"{found.levels_differ_by_arcsec:.3g} arcsec, and by "
-            f"{max(found.rmse_arcsec):.3g} arcsec they do not follow the readings of one level."
+            "What changed cannot be told. By the fitted effects it is "
+            f"{listed(_likely(found), 'or')}, which moves the angles by "
+            f"{found.levels_differ_by_arcsec:.3g} arcsec; but these effects leave "
+            f"{found.not_followed_arcsec:.3g} arcsec of the readings of a level, and no noise."
             f"{_loops_differ(found)} Name other effects to fit." + _by_itself(found) + _noise(found)
         )
     if found.kind == "undecided":
         return (
             "The readings do not decide whether something changed "
-            f"({_sure(found.probability)})." + _noise(found)
+            f"({_sure(found.probability)} that it did)." + _by_itself(found) + _noise(found)
         )
-    return _changes(found) + _unless(found) + _noise(found) + _within(found)
+    rest = _hidden(found) + _noise(found) + _within(found)
+    return _changes(found) + _unless(found) + rest
 
 
 def _changes(found: ChangeData) -> str:
@@ -67,6 +69,16 @@ def _changes(found: ChangeData) -> str:
         )
     text = "; ".join(told) + "."
     return text[0].upper() + text[1:] if text.startswith("one of") else text
+
+
+def _hidden(found: ChangeData) -> str:
+    """What the fitted effects do not follow."""
+    if not found.not_followed_arcsec:
+        return ""
+    return (
+        f" The fitted effects leave {found.not_followed_arcsec:.3g} arcsec of the readings of a "
+        "level, and no noise: what changed by less stays hidden." + _by_itself(found)
+    )
 
 
 def _likely(found: ChangeData) -> list[str]:

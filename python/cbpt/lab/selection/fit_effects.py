@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError, ReadingsError
+from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.covariance.one_thread import one_blas_thread
 from cbpt.lab.inference.closing import closed
 from cbpt.lab.inference.evidence import Fit
@@ -36,6 +37,9 @@ from cbpt.lab.selection.rules import RULES
 from cbpt.lab.selection.starts import places, start_values
 
 Floats = NDArray[np.float64]
+
+_LEADERS = 4
+"""Choices of forms that are searched further."""
 
 
 @dataclass(frozen=True)
@@ -155,28 +159,36 @@ def fits_of_forms(
 def _fits(
     fitter: Fitter, null: Fit, forms: Sequence[Sequence[Variant]]
 ) -> dict[tuple[Variant, ...], Fit]:
-    """In each choice of one form an effect: from promising starts, and from where those end that
-    it contains, so that more effects and more numbers never follow the readings worse."""
+    """In each choice of one form an effect, from promising starts. The best ones also from where
+    each effect ends by itself, and from where choices end that they contain: more effects and more
+    numbers hardly ever follow the readings worse."""
     found: dict[tuple[Variant, ...], Fit] = {}
     plain = replace(fitter.campaign.plain_noise, inflation=null.noise.inflation)
-    smaller = []
-    if len(forms) > 1:
-        for left_out in range(len(forms)):
-            within = _fits(fitter, null, [*forms[:left_out], *forms[left_out + 1 :]])
-            if within:
-                smaller.append(max(within.values(), key=lambda fit: fit.log_evidence))
-    # Forms of few numbers first: those of more contain them.
-    for variants in sorted(product(*forms), key=lambda chosen: sum(len(v.sizes) for v in chosen)):
-        contained = [fit for others, fit in found.items() if _contains(variants, others)]
+    for variants in product(*forms):
         starts = [(start, plain) for start in _starts(fitter, null, variants)]
-        starts += [
-            (_start_from(fitter, variants, fit), fit.noise) for fit in (*smaller, *contained)
-        ]
-        got = (fitter.fit(Hypothesis(variants), start, noise) for start, noise in starts)
-        reached = [fit for fit in got if fit is not None]
-        if reached:
-            found[variants] = max(reached, key=lambda fit: fit.log_evidence)
+        _keep_best(fitter, variants, starts, found)
+    alone = [_fits(fitter, null, [of_one]) for of_one in forms] if len(forms) > 1 else []
+    smaller = [max(a.values(), key=lambda fit: fit.log_evidence) for a in alone if a]
+    leaders = sorted(found, key=lambda v: -found[v].log_evidence)[:_LEADERS]
+    # Forms of few numbers first: those of more contain them.
+    for variants in sorted(leaders, key=lambda chosen: sum(len(v.sizes) for v in chosen)):
+        inside = [fit for others, fit in found.items() if _contains(variants, others)]
+        starts = [(_start_from(fitter, variants, f), f.noise) for f in (*smaller, *inside)]
+        _keep_best(fitter, variants, starts, found)
     return found
+
+
+def _keep_best(
+    fitter: Fitter,
+    variants: tuple[Variant, ...],
+    starts: Sequence[tuple[Floats, Noise]],
+    found: dict[tuple[Variant, ...], Fit],
+) -> None:
+    """The most probable fit from some starts, if it is more so than the one that was found."""
+    got = [fitter.fit(Hypothesis(variants), start, noise) for start, noise in starts]
+    for fit in (fit for fit in got if fit is not None):
+        if variants not in found or fit.log_evidence > found[variants].log_evidence:
+            found[variants] = fit
 
 
 def _start_from(fitter: Fitter, variants: tuple[Variant, ...], fit: Fit) -> Floats:
@@ -189,7 +201,9 @@ def _start_from(fitter: Fitter, variants: tuple[Variant, ...], fit: Fit) -> Floa
 
 def _contains(one: tuple[Variant, ...], other: tuple[Variant, ...]) -> bool:
     """Whether each form of the other is one of these with numbers put to nothing."""
-    return all(set(b.sizes) <= set(a.sizes) for a, b in zip(one, other, strict=True))
+    return one != other and all(
+        set(b.sizes) <= set(a.sizes) for a, b in zip(one, other, strict=True)
+    )
 
 
 def best_of_forms(
