@@ -174,12 +174,8 @@ def change(
     answer = _answer(names, parts, weighed, answers, by, loops)
     notes = list(_notes(campaigns, weighed, named))
     if answer.kind == "changed" and reproducibility_arcsec is None:
-        best = weighed.best.levels
-        apart_arcsec = reproducibility_of(best, [range(len(best.parties))])
-        notes.append(unless_repeated(_between_runs_arcsec(best)))
-        answer = replace(answer, levels_differ_by_arcsec=apart_arcsec)
-        if apart_arcsec is not None and apart_arcsec < answer.not_followed_arcsec:
-            answer = replace(answer, kind="undecided", changed=(), unchanged=())
+        notes.append(unless_repeated(_between_runs_arcsec(weighed.best.levels)))
+        answer = _unless_repeated(answer)
     tell("the answer", 1.0)
     return replace(answer, reproducibility_arcsec=reproducibility_arcsec, notes=tuple(notes))
 
@@ -244,6 +240,17 @@ def _no_noise_arcsec(levels: Levels) -> float:
         if goes_on if again is None else again.p_value < RULES.left_chance:
             rests.append(rmse_of(campaign, fit))
     return max(rests)
+
+
+def _unless_repeated(answer: Change) -> Change:
+    """The answer with how far its levels lie apart; it is undecided where that is less than what
+    the effects do not follow."""
+    best = answer.weighed.best.levels
+    apart_arcsec = reproducibility_of(best, [range(len(best.parties))])
+    answer = replace(answer, levels_differ_by_arcsec=apart_arcsec)
+    if apart_arcsec is not None and apart_arcsec < answer.not_followed_arcsec:
+        return replace(answer, kind="undecided", changed=(), unchanged=())
+    return answer
 
 
 def _between_runs_arcsec(levels: Levels) -> float | None:

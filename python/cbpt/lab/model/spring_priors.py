@@ -151,12 +151,8 @@ def _on_request(campaign: Campaign) -> Iterator[Variant]:
     yield _with(_of("hard_stop", ("taken_share",), 1.0, 0.02, 1.0), (stop,))
 
 
-def _of_spring(campaign: Campaign) -> Iterator[Variant]:
-    readings = campaign.readings
-    torque, angle = _reach(campaign)
-    numbers = ("contact_stiffness", "torque_scale", "sensor_gain")
-    yield from (v for v in VARIANTS if v.effect in numbers)
-
+def _frictions(campaign: Campaign, torque: float, angle: float) -> Iterator[Variant]:
+    """Friction that follows the preload or not, and that grows with the load or not."""
     # Before contacts slip they yield along their surface by less than across it, by a share of the
     # order of the coefficient of friction (Mindlin, J. Appl. Mech. 16, 1949).
     engagement = _ranged("engagement_angle_rad", angle, 1e-3, 0.5, (0.003, 0.01, 0.04, 0.15))
@@ -171,6 +167,15 @@ def _of_spring(campaign: Campaign) -> Iterator[Variant]:
         growing = _of("friction_hysteresis", (size, "load_share"), unit, 1e-3, 1 / 6)
         growing = replace(growing, ratios=(1.0, 1 / unit))
         yield _with(growing, (engagement,), f"{name}, growing with the load", needs)
+
+
+def _of_spring(campaign: Campaign) -> Iterator[Variant]:
+    readings = campaign.readings
+    torque, angle = _reach(campaign)
+    numbers = ("contact_stiffness", "torque_scale", "sensor_gain")
+    yield from (v for v in VARIANTS if v.effect in numbers)
+
+    yield from _frictions(campaign, torque, angle)
     # A play is taken up at next to no torque, beside any loop of the table; what turns over a wider
     # range is a soft middle and no play.
     loops = small_loops_of(campaign)
