@@ -421,6 +421,10 @@ class Found:
         likely = {row["effect"]: row["probability"] for row in verdict["perhaps"]}
         numbers = self.models.numbers_named if self.models else []
         off = self.numbers_off
+
+        def alone(effect: str) -> str:
+            return REFITTED if effect in off else key_of([effect])
+
         ranked = ("probability", "p_value", "surviving_fraction", "rival", "rival_correlation")
         unranked = [
             {
@@ -431,6 +435,13 @@ class Found:
             }
             for number in numbers
         ]
+        known = {row["effect"] for row in (*unranked, *self.answer["ranking"])}
+        # An effect that shows beside another alone was not fitted by itself.
+        together = [e for e in verdict["effects"] if e in specs and e not in {*known, *off}]
+        unranked += [
+            {"effect": e, "class": specs[e].kind, "in_answer": True, **dict.fromkeys(ranked)}
+            for e in together
+        ]
         for row in [*unranked, *self.answer["ranking"]]:
             effect = row["effect"]
             spec = specs.get(effect)
@@ -438,7 +449,7 @@ class Found:
                 "effect": effect,
                 "label": called(effect, kind),
                 "class": row["class"],
-                "key": REFITTED if effect in off else key_of([effect]),
+                "key": self.key if effect in together and self.key else alone(effect),
                 "probability": row["probability"],
                 "p_value": row["p_value"],
                 "surviving_fraction": row["surviving_fraction"],
