@@ -85,14 +85,30 @@ def with_friction(
 
 
 @examples(30)
-@given(st.floats(0.1, 5.0), st.floats(0.01, 0.5), st.floats(0.0, 2.0), st.integers(6, 24))
+@given(
+    st.floats(0.1, 5.0),
+    st.floats(0.01, 0.5),
+    st.floats(0.0, 2.0),
+    st.integers(6, 24),
+    st.integers(0, 3),
+)
 def test_a_friction_that_is_there_is_always_allowed(
-    friction_Nm: float, engagement_deg: float, play_deg: float, count: int
+    friction_Nm: float, engagement_deg: float, play_deg: float, count: int, short: int
 ) -> None:
-    """Also one that the small loops do not overcome."""
-    small = lap(3.0, count)
+    """Also one that the small loops do not overcome, and where they end short of zero torque."""
+    small = lap(3.0, count)[: -short or None]
     loop = small, with_friction(small, friction_Nm, engagement_deg, play_deg)
     assert friction_allowed_Nm(campaign(table(loop))) > 0.999 * friction_Nm
+
+
+@pytest.mark.parametrize("last", [0.99, 1.0, 1.01])
+def test_a_run_that_ends_at_its_largest_torque_has_no_way_back(last: float) -> None:
+    """It says nothing of the opening of the loop, and bars no friction."""
+    steps = np.linspace(-1.0, 1.0, 24)
+    way = np.concatenate([-3.0 * steps, 3.0 * steps[1:]])
+    way[-1] *= last
+    angle = with_friction(way, 4.0, 0.1, 0.0)
+    assert friction_allowed_Nm(campaign(table((way, angle)))) > 4.0
 
 
 def test_a_loop_that_is_open_allows_no_friction_beyond_its_torque() -> None:

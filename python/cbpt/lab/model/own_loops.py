@@ -24,7 +24,7 @@ its limit Tf is built up at its ends, f Tf is at most the amplitude A, so Tf <= 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -105,6 +105,17 @@ class _Loop:
         below = np.flatnonzero(self.torque_Nm[self.top :] < torque_Nm)
         return self.top + (max(int(below[0]) - 1, 0) if len(below) else -1 - self.top)
 
+    def at_zero_arcsec(self) -> float | None:
+        """The first angle at zero torque or beyond on the way back from the largest one; where the
+        run ends less than a step short of it, that of one more such step; None where it does not
+        come back."""
+        torque, angle = self.torque_Nm, self.angle_arcsec
+        below = np.flatnonzero(torque[self.top :] <= 0)
+        if len(below):
+            return float(angle[self.top + below[0]])
+        next_one = self.top + 1 < len(torque) and 2 * torque[-1] <= torque[-2]
+        return float(2 * angle[-1] - angle[-2]) if next_one else None
+
     def held_until_Nm(self, middle_arcsec: float) -> float:
         """The torque the other way at which it is still above a middle, at least 0."""
         below = np.flatnonzero(self.angle_arcsec[self.top :] < middle_arcsec)
@@ -142,7 +153,7 @@ def small_loops_of(campaign: Campaign) -> SmallLoops | None:
     loops = list(_loops(campaign, small))
     u = _scatter_arcsec(campaign, loops)
     apart = float(np.mean([_apart_arcsec(loop, amplitude_Nm) for loop in loops])) + 3 * u
-    opens = float(np.mean([_opens_arcsec(loop) for loop in loops])) - 3 * u
+    opens = _opens_arcsec(loops) - 3 * u
     held = False
     if largest > ALIKE * smallest:
         back = _turned_back(_loops(campaign, both & ~small), 2 * amplitude_Nm)
@@ -179,9 +190,12 @@ def _apart_arcsec(loop: _Loop, amplitude_Nm: float) -> float:
     return float((found[known] / taken_up[known]).min())
 
 
-def _opens_arcsec(loop: _Loop) -> float:
-    """How far apart the flanks of one loop lie at zero torque, by the readings just beyond it."""
-    return sum(float(one.angle_arcsec[one.until(0.0) + 1 :][:1].sum()) for one in loop.either_way())
+def _opens_arcsec(loops: Sequence[_Loop]) -> float:
+    """How far apart the flanks lie at zero torque, the mean over the loops that come back to it
+    from both ends; 0 where none does."""
+    flanks = [[one.at_zero_arcsec() for one in loop.either_way()] for loop in loops]
+    found = [upper + lower for upper, lower in flanks if upper is not None and lower is not None]
+    return float(np.mean(found)) if found else 0.0
 
 
 def _scatter_arcsec(campaign: Campaign, loops: list[_Loop]) -> float:
