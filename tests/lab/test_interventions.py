@@ -122,6 +122,7 @@ def test_what_moves_the_angles_by_less_than_is_left_did_not_certainly_change(
 ) -> None:
     found = between(build, before, after, [*EFFECTS, *further])
     assert found.kind != "changed" and not found.changed
+    assert found.not_followed_arcsec > 0 and not found.unchanged
 
 
 @pytest.mark.parametrize(

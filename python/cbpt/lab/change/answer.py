@@ -9,7 +9,7 @@ import json
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from cbpt.lab.change.record import ChangeData
+from cbpt.lab.change.record import ByItself, Changed, ChangeData
 from cbpt.lab.change.text import lines, sentence
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording.html import Reported
@@ -18,6 +18,11 @@ from cbpt.lab.wording.versions import versions
 __all__ = ["Change"]
 
 SCHEMA = "cbpt.change/1"
+
+
+def _plain(record: Changed | ByItself) -> dict[str, Any]:
+    """As plain values."""
+    return {k: list(v) if isinstance(v, tuple) else v for k, v in asdict(record).items()}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -37,10 +42,7 @@ class Change(Reported, ChangeData):
             "by": self.by,
             "verdict": self._verdict(),
             "unchanged": [asdict(u) for u in self.unchanged],
-            "by_itself": [
-                {k: list(v) if isinstance(v, tuple) else v for k, v in asdict(b).items()}
-                for b in self.by_itself
-            ],
+            "by_itself": [_plain(b) for b in self.by_itself],
             "noise": self.noise.to_dict(),
             "remains": self.remains,
             "not_followed_arcsec": self.not_followed_arcsec,
@@ -87,10 +89,7 @@ class Change(Reported, ChangeData):
         """What changed, as plain values."""
         return {
             "kind": self.kind,
-            "changed": [
-                {k: list(v) if isinstance(v, tuple) else v for k, v in asdict(c).items()}
-                for c in self.changed
-            ],
+            "changed": [_plain(c) for c in self.changed],
             "rivals": [list(group) for group in self.rivals],
             "rests_on": self._rests_on(),
             "perhaps": [

@@ -37,7 +37,7 @@ from cbpt.lab.change.reproducibility import (
 )
 from cbpt.lab.change.text import unless_repeated
 from cbpt.lab.covariance.one_thread import one_blas_thread
-from cbpt.lab.covariance.repeated_runs import comes_again
+from cbpt.lab.covariance.repeated_runs import ComesAgain, comes_again
 from cbpt.lab.diagnosis.by_level import MOST_LEVELS
 from cbpt.lab.diagnosis.diagnose import diagnosed, prepared
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
@@ -59,9 +59,6 @@ _LIKELY = 0.1
 """Combinations of a level that are less probable are not looked at."""
 _MOST_SETS = 4
 """Sets of effects that are fitted at all levels."""
-
-_GOES_ON = 2.0
-"""Readings that count as one, from which on what a fit leaves is no noise."""
 
 _DIAGNOSED, _FITTED, _WEIGHED, _OFFERED = 0.6, 0.7, 0.8, 0.9
 """Shares of the work that are done after the diagnoses, after the fits of each level, after the
@@ -228,20 +225,6 @@ def _fitted(
     return found
 
 
-def _no_noise_arcsec(levels: Levels) -> float:
-    """The largest rest of a level, rms, that is no noise: it comes again in runs that repeat each
-    other, or goes on from reading to reading where none do; 0 where all are noise. What a model
-    does not follow may take the place of a smaller change."""
-    rests = [0.0]
-    for party, fit in zip(levels.parties, levels.fits, strict=True):
-        campaign = party.problem.campaign
-        again = comes_again(campaign.readings, fit.residual_arcsec)
-        goes_on = pattern_of([levels]) > _GOES_ON
-        if goes_on if again is None else again.p_value < RULES.left_chance:
-            rests.append(rmse_of(campaign, fit))
-    return max(rests)
-
-
 def _unless_repeated(answer: Change) -> Change:
     """The answer with how far its levels lie apart; it is undecided where that is less than what
     the effects do not follow."""
@@ -256,11 +239,15 @@ def _unless_repeated(answer: Change) -> Change:
 def _between_runs_arcsec(levels: Levels) -> float | None:
     """The most that readings of a level differ by from run to run with the same torques; None where
     no runs repeat each other."""
-    found = [
+    return max((a.scatter_arcsec for a in _again(levels) if a is not None), default=None)
+
+
+def _again(levels: Levels) -> list[ComesAgain | None]:
+    """What runs of each level that repeat each other tell of what its fit leaves."""
+    return [
         comes_again(party.problem.campaign.readings, fit.residual_arcsec)
         for party, fit in zip(levels.parties, levels.fits, strict=True)
     ]
-    return max((f.scatter_arcsec for f in found if f is not None), default=None)
 
 
 def _called(names: Sequence[str], parts: Sequence[Readings], by: str | None) -> Sequence[str]:
@@ -405,8 +392,12 @@ def _answer(
     rmse_arcsec = tuple(
         rmse_of(p.problem.campaign, f) for p, f in zip(levels.parties, levels.fits, strict=True)
     )
-    not_followed_arcsec = _no_noise_arcsec(levels)
-    # What the effects do not follow may hide a change of any number.
+    # A rest that comes again in runs that repeat each other is no noise.
+    law = [a is not None and a.p_value < RULES.left_chance for a in _again(levels)]
+    not_followed_arcsec = max(
+        (rmse for rmse, is_law in zip(rmse_arcsec, law, strict=True) if is_law), default=0.0
+    )
+    # What the effects do not follow may hide a change of any number, or take its place.
     told = kind != "undecided" and not not_followed_arcsec
     # No rest of a level is one that the effects of all levels follow.
     rests = zip([d.to_dict()["remains"] for d in answers], rmse_arcsec, strict=False)

@@ -104,8 +104,8 @@ class ChangeData:
     readings: tuple[Readings, ...] = field(repr=False)
     rmse_arcsec: tuple[float, ...]
     not_followed_arcsec: float
-    """What the fitted effects leave of the readings of a level, rms, where that is no noise: the
-    most of all levels; 0 where it is noise at all of them."""
+    """What the fitted effects leave of the readings of a level, rms, where it comes again in runs
+    that repeat each other and so is no noise: the most of all levels; else 0."""
     effects: tuple[str, ...]
     """Fitted at every level."""
     by: str | None
@@ -139,7 +139,7 @@ class ChangeData:
     @property
     def moved_less_than_is_left(self) -> bool:
         """Of an undecided answer: whether something changed by the fitted effects that moves the
-        angles by less than these leave of the readings of one level, and no noise."""
+        angles by less than what these do not follow."""
         return self.kind == "undecided" and self.levels_differ_by_arcsec is not None
 
     @property

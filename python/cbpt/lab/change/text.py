@@ -15,7 +15,7 @@ from cbpt.lab.change.record import Changed, ChangeData, Limit, Unchanged
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording import layout
 from cbpt.lab.wording.names import called
-from cbpt.lab.wording.numbers import in_words, listed, probability
+from cbpt.lab.wording.numbers import in_words, listed, probability, rounded
 
 _WAYS = {"up": "rose", "down": "fell", "new": "appeared", "gone": "disappeared"}
 
@@ -38,11 +38,12 @@ def sentence(found: ChangeData) -> str:
         )
     if found.moved_less_than_is_left:
         return (
-            "What changed cannot be told. By the fitted effects it is "
-            f"{listed(_likely(found), 'or')}, which moves the angles by "
-            f"{found.levels_differ_by_arcsec:.3g} arcsec; but these effects leave "
-            f"{found.not_followed_arcsec:.3g} arcsec of the readings of a level, and no noise."
-            f"{_loops_differ(found)} Name other effects to fit." + _by_itself(found) + _noise(found)
+            "What changed cannot be told. By the fitted effects "
+            f"{listed(_likely(found), 'or')} changed, and the angles with it by "
+            f"{rounded(found.levels_differ_by_arcsec)} arcsec.{_rest(found)} That may look like "
+            f"such a change.{_loops_differ(found)} Name other effects to fit."
+            + _by_itself(found)
+            + _noise(found)
         )
     if found.kind == "undecided":
         return (
@@ -72,12 +73,18 @@ def _changes(found: ChangeData) -> str:
 
 
 def _hidden(found: ChangeData) -> str:
+    """What the fitted effects do not follow, and what follows from it."""
+    rest = _rest(found)
+    return rest and f"{rest} A change that is smaller stays hidden.{_by_itself(found)}"
+
+
+def _rest(found: ChangeData) -> str:
     """What the fitted effects do not follow."""
     if not found.not_followed_arcsec:
         return ""
     return (
-        f" The fitted effects leave {found.not_followed_arcsec:.3g} arcsec of the readings of a "
-        "level, and no noise: what changed by less stays hidden." + _by_itself(found)
+        f" These effects leave {rounded(found.not_followed_arcsec)} arcsec (rms) of the readings "
+        "of a level unexplained, the same in each run, so it is no noise."
     )
 
 
@@ -155,13 +162,16 @@ def _loops_differ(found: ChangeData) -> str:
 
 def _by_itself(found: ChangeData) -> str:
     """What the levels have if nothing is shared: the first and the last."""
+    ends = {found.levels[k]: k for k in (0, -1)}
     told = []
     for b in found.by_itself:
-        ends = [(b.values[k], b.u[k]) for k in (0, -1)]
-        label, first = in_words((b.effect, b.parameter), *ends[0], b.unit)
-        told.append(f"{label} {first} and {in_words((b.effect, b.parameter), *ends[1], b.unit)[1]}")
-    levels = f"{found.levels[0]} and {found.levels[-1]}"
-    return f" Fitted each by itself, {levels} have {listed(told)}." if told else ""
+        words = {
+            level: in_words((b.effect, b.parameter), b.values[k], b.u[k], b.unit)
+            for level, k in ends.items()
+        }
+        label = next(iter(words.values()))[0]
+        told.append(f"{label} {listed([f'{w} ({level})' for level, (_, w) in words.items()])}")
+    return f" Each level fitted by itself: {'; '.join(told)}." if told else ""
 
 
 def _widths(found: ChangeData, loops: LoopWidths) -> str:

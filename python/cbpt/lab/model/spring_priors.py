@@ -161,7 +161,7 @@ def _frictions(campaign: Campaign, torque: float, angle: float) -> Iterator[Vari
         ("friction_radius_m", torque / _mean_preload(campaign), "preload_N"),
     ):
         name = "with the preload" if needs else "constant"
-        # What turns under a torque is held by less: a third of it, and three times that at most.
+        # What turned under a torque was held by less. A fit may go three times as far as this.
         friction = _of("friction_hysteresis", (size,), unit, 1e-3, 1 / 3)
         yield _with(friction, (engagement,), name, needs)
         growing = _of("friction_hysteresis", (size, "load_share"), unit, 1e-3, 1 / 6)

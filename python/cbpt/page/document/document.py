@@ -421,10 +421,6 @@ class Found:
         likely = {row["effect"]: row["probability"] for row in verdict["perhaps"]}
         numbers = self.models.numbers_named if self.models else []
         off = self.numbers_off
-
-        def alone(effect: str) -> str:
-            return REFITTED if effect in off else key_of([effect])
-
         ranked = ("probability", "p_value", "surviving_fraction", "rival", "rival_correlation")
         unranked = [
             {
@@ -442,6 +438,7 @@ class Found:
             {"effect": e, "class": specs[e].kind, "in_answer": True, **dict.fromkeys(ranked)}
             for e in together
         ]
+        keys = dict.fromkeys(off, REFITTED) | dict.fromkeys(together, self.key or REFITTED)
         for row in [*unranked, *self.answer["ranking"]]:
             effect = row["effect"]
             spec = specs.get(effect)
@@ -449,7 +446,7 @@ class Found:
                 "effect": effect,
                 "label": called(effect, kind),
                 "class": row["class"],
-                "key": self.key if effect in together and self.key else alone(effect),
+                "key": keys.get(effect) or key_of([effect]),
                 "probability": row["probability"],
                 "p_value": row["p_value"],
                 "surviving_fraction": row["surviving_fraction"],
