@@ -83,8 +83,8 @@ def _rest(found: ChangeData) -> str:
     if not found.not_followed_arcsec:
         return ""
     return (
-        f" The fitted effects leave {rounded(found.not_followed_arcsec)} arcsec (rms) of the readings "
-        "of a level unexplained, the same in each run, so it is no noise."
+        f" The fitted effects leave {rounded(found.not_followed_arcsec)} arcsec (rms) of the "
+        "readings of a level unexplained, the same in each run, so it is no noise."
     )
 
 
