@@ -355,6 +355,12 @@ def test_a_slip_is_recognised_though_the_drive_is_off_too(factor: float, word: s
     assert word in text
 
 
+def test_a_factor_within_what_is_stated_of_the_stiffness_is_no_slip() -> None:
+    model = np.linspace(-1e3, 1e3, 60)
+    assert slips(0.25 * model, model) and slips(-0.25 * model, model, 0.5)
+    assert slips(0.25 * model, model, 0.5) == ()
+
+
 @pytest.mark.parametrize("name", [f"dev{i:02}" for i in range(1, 14)])
 def test_an_effect_is_no_slip(name: str) -> None:
     assert compared(name).hints == ()

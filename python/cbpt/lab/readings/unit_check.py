@@ -47,8 +47,12 @@ _FACTORS = (
 )
 
 
-def slips(reading_arcsec: Floats, model_arcsec: Floats) -> tuple[str, ...]:
-    """Both finite, shape (n,), with the offset taken off; empty where nothing looks like a slip."""
+def slips(
+    reading_arcsec: Floats, model_arcsec: Floats, stiffness_rel: float = 0.0
+) -> tuple[str, ...]:
+    """Both finite, shape (n,), with the offset taken off; empty where nothing looks like a slip.
+    stiffness_rel: stated standard uncertainty of the model's stiffness; within three of it a factor
+    is the drive's own."""
     size = float(model_arcsec @ model_arcsec)
     misfit = float(np.sum((reading_arcsec - model_arcsec) ** 2))
     if len(reading_arcsec) < 3 or not size or not misfit:
@@ -58,6 +62,8 @@ def slips(reading_arcsec: Floats, model_arcsec: Floats) -> tuple[str, ...]:
     # A factor that is tiny leaves what the readings hold, not what the model does.
     held = float(reading_arcsec @ reading_arcsec)
     if not factor or left > _LIMITS.left * misfit or left > _LIMITS.left * held:
+        return ()
+    if abs(np.log(factor if factor > 0 else np.inf)) < 3 * stiffness_rel:
         return ()
     distance, words = min(
         (abs(float(np.log(abs(factor) / known))), words) for known, words in _FACTORS
