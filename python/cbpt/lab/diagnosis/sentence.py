@@ -259,12 +259,20 @@ def _unknown(d: DiagnosisData, sure: str, say: Say) -> str:
 
 def _beside(d: DiagnosisData, say: Say) -> str:
     """What has a name beside a lack of fit that has none; of a reducer that is most of its loop."""
-    named = d.verdict.names
-    if not named or d.competition.campaign.drive.kind != "torsion_spring":
+    v = d.verdict
+    if not v.names or d.competition.campaign.drive.kind != "torsion_spring":
         return ""
-    what = listed([_with_value(d, e, say) for e in named])
+    sure = [_with_value(d, e, say) for e in v.names if e in v.effects]
+    open_ = [_with_value(d, e, say) for e in v.names if e not in v.effects]
+    parts = []
+    if sure:
+        parts.append(f" In addition there is {listed(sure)}")
+    if open_:
+        it = "it is" if len(open_) == 1 else "they are"
+        begin = "; beside it" if sure else " Beside it"
+        parts.append(f"{begin} {listed(open_)} would fit best, but {it} not certain")
     return (
-        f" In addition there is {what}: the error falls from "
+        f"{''.join(parts)}: the error falls from "
         f"{say.angle.number(d.ladder[0].rmse_arcsec)} to "
         f"{say.angle.text(d.final_rung.rmse_arcsec)}."
     )
