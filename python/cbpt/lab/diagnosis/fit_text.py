@@ -7,6 +7,7 @@ Several          an effect that fits about as well with other values or in anoth
 solutions        the effects of a fit of which that holds
 parameter_words  a parameter of an effect: its name with the unit, and its value
 beyond_own_loops a play at odds with the table's own smaller loops
+at_limits        numbers of drive and rig that end at a limit of their range
 beyond_likely    sizes of effects that are larger than such drives have
 """
 
@@ -127,6 +128,18 @@ def beyond_own_loops(campaign: Campaign, fit: Fit) -> Iterator[str]:
             "so no play is larger than that: the fit is held there, and what else these readings "
             "show near zero torque is no play"
         )
+
+
+def at_limits(campaign: Campaign, fit: Fit) -> Iterator[str]:
+    """What to say of numbers of drive and rig that a fit would move further than it may."""
+    for u in fit.unknowns:
+        value, near = fit.value(u), 1e-6 * (u.upper - u.lower)
+        if u.name in PRIORS and not u.lower + near < value < u.upper - near:
+            name = number_called(u.name, campaign.drive.kind)
+            yield (
+                f"{name} ends at the limit of its range ({moved_by(u.name, fit)}): effects make up "
+                "for what is left. Correct it in the case first"
+            )
 
 
 def beyond_likely(fit: Fit) -> Iterator[str]:

@@ -18,7 +18,13 @@ from cbpt.errors import InvalidInputError, Say, said
 from cbpt.lab.covariance.one_thread import one_blas_thread
 from cbpt.lab.diagnosis.diagnose import prepared
 from cbpt.lab.diagnosis.diagnosis_data import Rung
-from cbpt.lab.diagnosis.fit_text import beyond_own_loops, moved_numbers, parameter_words, solutions
+from cbpt.lab.diagnosis.fit_text import (
+    at_limits,
+    beyond_own_loops,
+    moved_numbers,
+    parameter_words,
+    solutions,
+)
 from cbpt.lab.diagnosis.rungs import rung_of
 from cbpt.lab.inference.cross_validation import folds
 from cbpt.lab.inference.estimates import parameters_of
@@ -265,7 +271,12 @@ def fit(
             result=found,
             fitter=fitter,
             held_out_by=held_by,
-            notes=(*notes, *map(str, solutions(found)), *beyond_own_loops(campaign, found)),
+            notes=(
+                *notes,
+                *map(str, solutions(found)),
+                *beyond_own_loops(campaign, found),
+                *at_limits(campaign, found),
+            ),
         )
 
 
