@@ -128,7 +128,7 @@ def test_a_value_at_its_bound_is_at_a_limit() -> None:
     limits = []
     for fit in (free, replace(free, bounds=(low, held)), replace(free, x=gone)):
         choice = Choice(frozenset({FRICTION}), levels, fit, 0.0, 1.0)
-        [friction, *_] = changed_of(Weighed(groups_of(levels), (choice,)))
+        [friction, *_] = changed_of(Weighed(groups_of(levels), (choice,)), [False, False])
         limits.append(friction.limits)
         assert (friction.u_after is None) == (friction.limits[1] is not None)
     assert limits == [(None, None), (None, "upper"), (None, None)]

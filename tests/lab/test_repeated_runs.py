@@ -7,7 +7,12 @@ import pytest
 from numpy.typing import NDArray
 
 import cbpt
-from cbpt.lab.covariance.repeated_runs import comes_again, most_correlation
+from cbpt.lab.covariance.repeated_runs import (
+    comes_again,
+    differing_arcsec,
+    kinds_of_runs,
+    most_correlation,
+)
 from cbpt.lab.readings.reader import Readings
 
 Floats = NDArray[np.float64]
@@ -62,6 +67,17 @@ def test_runs_with_other_torques_are_no_repeats() -> None:
     assert found is not None and found.p_value > 1e-3
 
 
+def test_what_two_tables_leave_alike_does_not_differ() -> None:
+    before, after = table(np.full(RUNS, 4.0)), table(np.full(RUNS, 4.0), seed=1)
+    law, more = np.tile(50 * np.sin(4 * SHARES), RUNS), np.tile(3 * np.cos(9 * SHARES), RUNS)
+    one = [np.ones(RUNS * N)] * 2
+    assert differing_arcsec([before, after], [law, law], one) == pytest.approx(0.0, abs=1e-9)
+    found = differing_arcsec([before, after], [law, law + more], one)
+    off = 3 * (np.cos(9 * SHARES) - np.mean(np.cos(9 * SHARES)))
+    assert found == pytest.approx(np.sqrt(np.mean(off**2) / 2))
+    assert differing_arcsec([before, table(np.full(RUNS, 8.0))], [law, law], one) is None
+
+
 @pytest.mark.parametrize("correlation", [0.0, 0.5, 0.9])
 def test_the_differences_of_runs_bound_the_correlation_of_noise(correlation: float) -> None:
     """Whatever law is the same in every run: one bound in a hundred lies below the truth."""
@@ -76,3 +92,15 @@ def test_without_repeated_runs_any_correlation_is_possible() -> None:
     assert most_correlation(table(np.array([4.0, 5.0, 40.0])), noise(0.0, 0, 3)) == 1.0
     same = table(np.full(RUNS, 4.0))
     assert most_correlation(same, np.tile(SHARES, RUNS)) == 1.0
+
+
+def test_runs_of_a_kind_that_scatters_more_are_less_certain() -> None:
+    """Half way by the logarithms; a kind that is not repeated is like the nearest one."""
+    peaks = np.array([4.0, 4.0, 4.0, 4.0, 40.0, 40.0, 40.0, 40.0, 20.0])
+    readings, rng = table(peaks), np.random.default_rng(3)
+    size = np.repeat(np.where(peaks < 10, 10.0, 160.0), N)
+    found = kinds_of_runs(readings, size * rng.standard_normal(len(size)))
+    small, large, other = found[0], found[4 * N], found[-1]
+    assert large / small == pytest.approx(4.0, rel=0.15) and other == large
+    assert np.mean(found**2) == pytest.approx(1.0)
+    assert np.all(kinds_of_runs(table(np.full(RUNS, 4.0)), noise(0.0, 0)) == 1.0)

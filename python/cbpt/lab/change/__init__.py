@@ -5,6 +5,7 @@ record       the answer as a record; answer, the same with text and JSON; text, 
 parties      levels with the same effects in the same forms, each fitted by itself
 shared       one model for all levels: which numbers are shared, and the evidence of each choice
 instruments  errors of instruments in place of what seems to have changed
+rest         what the fitted effects leave, and which changes are too small beside it
 reproducibility  what a new set-up changes by itself, stated or from repeated set-ups
 parameters   the numbers that changed, and those that did not
 posterior    which numbers changed, from the evidence of the choices

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict, dataclass
+from math import isfinite
 from typing import Any
 
 from cbpt.lab.change.record import ByItself, Changed, ChangeData
@@ -46,6 +47,8 @@ class Change(Reported, ChangeData):
             "noise": self.noise.to_dict(),
             "remains": self.remains,
             "not_followed_arcsec": self.not_followed_arcsec,
+            "moves_arcsec": {e: m if isfinite(m) else None for e, m in self.moves_arcsec.items()},
+            "hidden": list(self.hidden),
             "levels": [
                 {
                     "level": level,
@@ -95,7 +98,8 @@ class Change(Reported, ChangeData):
             "perhaps": [
                 {"effect": g.effect, "probability": chance}
                 for g in self.weighed.groups
-                if RULES.likely <= (chance := self.weighed.changed(g.effect)) < RULES.undecided
+                if RULES.likely <= (chance := self.weighed.changed(g.effect))
+                and (chance < RULES.undecided or g.effect in self.hidden)
                 and not any(g.effect in group for group in self.rivals)
             ],
             "probability": self.probability,

@@ -35,13 +35,13 @@ from cbpt.lab.change.reproducibility import (
     reproducibility_of,
     with_set_ups,
 )
+from cbpt.lab.change.rest import again, rest_of
 from cbpt.lab.change.text import unless_repeated
 from cbpt.lab.covariance.one_thread import one_blas_thread
-from cbpt.lab.covariance.repeated_runs import ComesAgain, comes_again
 from cbpt.lab.diagnosis.by_level import MOST_LEVELS
 from cbpt.lab.diagnosis.diagnose import diagnosed, prepared
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
-from cbpt.lab.diagnosis.fit_text import beyond_own_loops
+from cbpt.lab.diagnosis.fit_text import at_limits, beyond_own_loops
 from cbpt.lab.inference.residuals import rmse_of
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.own_terms import campaign_of, chosen
@@ -172,7 +172,6 @@ def change(
     notes = list(_notes(campaigns, weighed, named))
     if answer.kind == "changed" and reproducibility_arcsec is None:
         notes.append(unless_repeated(_between_runs_arcsec(weighed.best.levels)))
-        answer = _unless_repeated(answer)
     tell("the answer", 1.0)
     return replace(answer, reproducibility_arcsec=reproducibility_arcsec, notes=tuple(notes))
 
@@ -225,29 +224,10 @@ def _fitted(
     return found
 
 
-def _unless_repeated(answer: Change) -> Change:
-    """The answer with how far its levels lie apart; it is undecided where that is less than what
-    the effects do not follow."""
-    best = answer.weighed.best.levels
-    apart_arcsec = reproducibility_of(best, [range(len(best.parties))])
-    answer = replace(answer, levels_differ_by_arcsec=apart_arcsec)
-    if apart_arcsec is not None and apart_arcsec < answer.not_followed_arcsec:
-        return replace(answer, kind="undecided", changed=(), unchanged=())
-    return answer
-
-
 def _between_runs_arcsec(levels: Levels) -> float | None:
     """The most that readings of a level differ by from run to run with the same torques; None where
     no runs repeat each other."""
-    return max((a.scatter_arcsec for a in _again(levels) if a is not None), default=None)
-
-
-def _again(levels: Levels) -> list[ComesAgain | None]:
-    """What runs of each level that repeat each other tell of what its fit leaves."""
-    return [
-        comes_again(party.problem.campaign.readings, fit.residual_arcsec)
-        for party, fit in zip(levels.parties, levels.fits, strict=True)
-    ]
+    return max((a.scatter_arcsec for a in again(levels) if a is not None), default=None)
 
 
 def _called(names: Sequence[str], parts: Sequence[Readings], by: str | None) -> Sequence[str]:
@@ -294,14 +274,16 @@ def _states(
 def _counting(
     candidates: Sequence[Levels], states: Sequence[Sequence[int]], stated_arcsec: float | None
 ) -> Callable[[Levels], Levels]:
-    """How the readings of levels count: with what a new set-up changes as it is stated, else for
-    less by what repeated levels differ or by the pattern of what the fits leave."""
+    """How the readings of levels count: for less by what repeated levels differ, else by the
+    pattern of what the fits leave, and with what a new set-up changes where that is stated."""
     if not candidates:
         return lambda levels: levels
-    if stated_arcsec and not states:
-        return partial(with_set_ups, arcsec=stated_arcsec)
-    phi = dispersion_of(candidates[0], states) if states else pattern_of(candidates)
-    return partial(dispersed, phi=phi)
+    if states:
+        return partial(dispersed, phi=dispersion_of(candidates[0], states))
+    phi = pattern_of(candidates)
+    if not stated_arcsec:
+        return partial(dispersed, phi=phi)
+    return lambda levels: with_set_ups(dispersed(levels, phi), stated_arcsec)
 
 
 def _searched(
@@ -329,11 +311,15 @@ def _estimated(candidates: Sequence[Levels], states: Sequence[Sequence[int]]) ->
 def _notes(
     campaigns: Sequence[Campaign], weighed: Weighed, named: Sequence[Sequence[str]]
 ) -> Iterator[str]:
-    """What the smaller loops of the levels say of their plays, once each; which levels repeat a
-    state by their names."""
+    """What the smaller loops of the levels say of their plays, and numbers that end at a limit,
+    once each; which levels repeat a state by their names."""
     fits = weighed.best.levels.fits
-    told = (beyond_own_loops(c, fit) for c, fit in zip(campaigns, fits, strict=True))
-    yield from dict.fromkeys(note for notes in told for note in notes)
+    told = (
+        note
+        for campaign, fit in zip(campaigns, fits, strict=True)
+        for note in (*beyond_own_loops(campaign, fit), *at_limits(campaign, fit))
+    )
+    yield from dict.fromkeys(told)
     if named:
         yield f"by their names {'; '.join(map(listed, named))} repeat one state"
 
@@ -383,39 +369,39 @@ def _answer(
     loops: tuple[LoopWidths, ...],
 ) -> Change:
     something, levels = weighed.something, weighed.best.levels
-    kind: Kind = "undecided"
-    if something >= RULES.certain:
-        kind = "changed"
-    elif something < RULES.undecided and not any(widths.may_differ for widths in loops):
-        kind = "nothing"
-    changed = tuple(changed_of(weighed)) if kind == "changed" else ()
+    tables = [party.problem.campaign.readings for party in levels.parties]
     rmse_arcsec = tuple(
         rmse_of(p.problem.campaign, f) for p, f in zip(levels.parties, levels.fits, strict=True)
     )
-    # A rest that comes again in runs that repeat each other is no noise.
-    law = [a is not None and a.p_value < RULES.left_chance for a in _again(levels)]
-    not_followed_arcsec = max(
-        (rmse for rmse, is_law in zip(rmse_arcsec, law, strict=True) if is_law), default=0.0
-    )
+    rest = rest_of(weighed)
+    kind: Kind = "undecided"
+    if something >= RULES.certain and not rest.hides_all:
+        kind = "changed"
+    elif something < RULES.undecided and not any(widths.may_differ for widths in loops):
+        kind = "nothing"
+    changed = changed_of(weighed, rest.is_law) if kind == "changed" else []
     # What the effects do not follow may hide a change of any number, or take its place.
-    told = kind != "undecided" and not not_followed_arcsec
+    told = kind != "undecided" and not rest.not_followed_arcsec
     # No rest of a level is one that the effects of all levels follow.
-    rests = zip([d.to_dict()["remains"] for d in answers], rmse_arcsec, strict=False)
-    left = [rest for rest, rmse in rests if rest is not None and rest["rms_arcsec"] <= rmse]
+    of_levels = zip([d.to_dict()["remains"] for d in answers], rmse_arcsec, strict=False)
+    remains = [left for left, rmse in of_levels if left is not None and left["rms_arcsec"] <= rmse]
     return Change(
         kind=kind,
-        changed=changed,
+        changed=tuple(c for c in changed if not {c.effect, *c.rivals} <= set(rest.hidden)),
         unchanged=tuple(unchanged_of(weighed)) if told else (),
         probability=1 - something if kind == "nothing" else something,
-        noise=noise_change([p.problem.campaign.readings for p in levels.parties], levels.fits),
-        remains=max(left, key=lambda rest: rest["rms_arcsec"], default=None),
+        noise=noise_change(tables, levels.fits),
+        remains=max(remains, key=lambda left: left["rms_arcsec"], default=None),
         levels=tuple(names),
         readings=tuple(parts),
         rmse_arcsec=rmse_arcsec,
-        not_followed_arcsec=not_followed_arcsec,
+        not_followed_arcsec=rest.not_followed_arcsec,
+        moves_arcsec=rest.moves_arcsec,
+        hidden=rest.hidden,
+        levels_differ_by_arcsec=rest.apart_arcsec if something >= RULES.certain else None,
         effects=tuple(dict.fromkeys(v.effect for v in levels.variants)),
         by=by,
         weighed=weighed,
-        by_itself=tuple(by_itself(levels)),
+        by_itself=tuple(by_itself(levels, rest.is_law)),
         loops=loops,
     )

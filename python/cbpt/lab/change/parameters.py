@@ -16,14 +16,15 @@ import numpy as np
 from cbpt.lab.change.parties import Levels
 from cbpt.lab.change.posterior import Choice, Weighed, groups_of
 from cbpt.lab.change.record import ByItself, Changed, Direction, Limit, Unchanged
+from cbpt.lab.change.reproducibility import doubts_of
 from cbpt.lab.inference.estimates import unit_of
 from cbpt.lab.model.own_loops import PLAY, play_allowed_rad
 from cbpt.lab.selection.rules import RULES
 
 
-def changed_of(weighed: Weighed) -> list[Changed]:
+def changed_of(weighed: Weighed, comes_again: Sequence[bool]) -> list[Changed]:
     """Parameters of the groups that more likely changed than not, and of those of which one did:
-    sizes, and shapes that moved."""
+    sizes, and shapes that moved. comes_again: of each level, whether what its fit leaves does."""
     rivals = {name: group for group in weighed.rivals for name in group}
     found = []
     for group in weighed.groups:
@@ -35,19 +36,21 @@ def changed_of(weighed: Weighed) -> list[Changed]:
         for place in own.unknowns:
             unknown = choice.levels.fits[0].unknowns[place]
             chance = weighed.changed(group.effect)
-            changed = replace(_of_place(choice, place, chance), rivals=others)
+            changed = replace(_of_place(choice, place, chance, comes_again), rivals=others)
             if unknown.size_of >= 0 or "." not in unknown.name or changed.moved:
                 found.append(changed)
     return sorted(found, key=lambda c: -c.probability)
 
 
-def _of_place(choice: Choice, place: int, chance: float) -> Changed:
+def _of_place(choice: Choice, place: int, chance: float, comes_again: Sequence[bool]) -> Changed:
     """One parameter at every level; of its group."""
     best, levels = choice.fit, choice.levels
     unknown, name = levels.fits[0].unknowns[place], _name(levels, place)
     levels_k = range(len(levels.fits))
     pairs = [_si(levels, best.value(k, place), place) for k in levels_k]
-    values, all_u = (tuple(column) for column in zip(*pairs, strict=True))
+    values, fitted_u = (tuple(column) for column in zip(*pairs, strict=True))
+    doubts = doubts_of(levels, comes_again)
+    all_u = tuple(u * doubt for u, doubt in zip(fitted_u, doubts, strict=True))
     limits = tuple(_limit(choice, k, place) for k in levels_k)
     u = tuple(None if limit else known for known, limit in zip(all_u, limits, strict=True))
     may_vanish = unknown.size_of >= 0 and "." in unknown.name
@@ -59,7 +62,7 @@ def _of_place(choice: Choice, place: int, chance: float) -> Changed:
         after=values[-1],
         u_before=u[0],
         u_after=u[-1],
-        direction=_direction(values, all_u, may_vanish),
+        direction=_direction(values, fitted_u, may_vanish),
         probability=chance,
         values=values,
         u=u,
@@ -101,15 +104,19 @@ def unchanged_of(weighed: Weighed) -> list[Unchanged]:
     return found
 
 
-def by_itself(levels: Levels) -> list[ByItself]:
+def by_itself(levels: Levels, comes_again: Sequence[bool]) -> list[ByItself]:
     """The sizes of the effects as each level has them if nothing is shared."""
+    doubts = doubts_of(levels, comes_again, alone=True)
     return [
         ByItself(
             effect=unknown.name.partition(".")[0],
             parameter=_name(levels, place),
             unit=unit_of(_name(levels, place)),
             values=tuple(fit.value(fit.unknowns[place]) for fit in levels.fits),
-            u=tuple(fit.u(fit.unknowns[place]) for fit in levels.fits),
+            u=tuple(
+                doubt * fit.u(fit.unknowns[place])
+                for fit, doubt in zip(levels.fits, doubts, strict=True)
+            ),
         )
         for place, unknown in enumerate(levels.fits[0].unknowns)
         if unknown.size_of >= 0 and "." in unknown.name

@@ -110,6 +110,11 @@ class Weighed:
         return float(sum(c.probability for c in self.choices if c.changed))
 
     @property
+    def likely(self) -> tuple[str, ...]:
+        """What may have changed."""
+        return tuple(g.effect for g in self.groups if self.changed(g.effect) > RULES.likely)
+
+    @property
     def rivals(self) -> tuple[tuple[str, ...], ...]:
         """Groups of which one changed, and the readings do not tell which: as a diagnosis has them,
         by the same rules."""

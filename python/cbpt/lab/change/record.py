@@ -9,6 +9,7 @@ ChangeData   the verdict with everything that it rests on
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import combinations
 from typing import Any, Literal
@@ -106,6 +107,11 @@ class ChangeData:
     not_followed_arcsec: float
     """What the fitted effects leave of the readings of a level, rms, where it comes again in runs
     that repeat each other and so is no noise: the most of all levels; else 0."""
+    moves_arcsec: Mapping[str, float]
+    """Of what may have changed: by how much the angles of levels differ by its values alone,
+    standard deviation."""
+    hidden: tuple[str, ...]
+    """Of that: what moves the angles by less than what the effects leave differs between levels."""
     effects: tuple[str, ...]
     """Fitted at every level."""
     by: str | None
@@ -117,9 +123,8 @@ class ChangeData:
     reproducibility_arcsec: float | None = None
     """By which the rig differs when it is set up again; None where nothing was stated."""
     levels_differ_by_arcsec: float | None = None
-    """Of a change that rests on a rig that comes back to its state, and of one that is smaller than
-    what the effects leave: standard deviation by which the fitted curves of the levels differ. A
-    reproducibility of this size would explain it."""
+    """Where something changed by the fitted effects: standard deviation by which the fitted curves
+    of the levels differ. A rig that comes back to its state no better would explain it."""
 
     @property
     def foremost(self) -> tuple[Changed, ...]:
@@ -134,13 +139,15 @@ class ChangeData:
     @property
     def rivals(self) -> tuple[tuple[str, ...], ...]:
         """Groups of which one changed, and the readings do not tell which."""
-        return self.weighed.rivals if self.kind == "changed" else ()
+        if self.kind != "changed":
+            return ()
+        return tuple(group for group in self.weighed.rivals if not set(group) <= set(self.hidden))
 
     @property
     def moved_less_than_is_left(self) -> bool:
         """Of an undecided answer: whether something changed by the fitted effects that moves the
         angles by less than what these do not follow."""
-        return self.kind == "undecided" and self.levels_differ_by_arcsec is not None
+        return self.kind == "undecided" and self.probability >= RULES.certain
 
     @property
     def differing_loops(self) -> LoopWidths | None:

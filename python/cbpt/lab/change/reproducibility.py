@@ -2,9 +2,12 @@
 
 with_set_ups        levels whose noise has what a new set-up changes
 reproducibility_of  that, from levels that repeat one state
+rms_arcsec          of angles, as the fit weighs them
+moves_of            by how much the values of one effect make levels differ
 dispersed           levels whose readings count for less
 dispersion_of       by how much, from levels that repeat one state
 pattern_of          by how much, from the pattern of what their fits leave
+doubts_of           by how much more values are uncertain where that comes again
 
 A repeated measurement on a real rig differs by more than readings scatter: the members lie a little
 otherwise, grease and temperature are others. How levels differ is told by their fitted curves; by
@@ -25,9 +28,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.change.parties import Levels
-from cbpt.lab.change.posterior import choices_of
+from cbpt.lab.change.posterior import Choice, choices_of, groups_of
 from cbpt.lab.change.shared import Party
+from cbpt.lab.covariance.repeated_runs import runs_alike
 from cbpt.lab.inference.gauss_newton import Problem, point_at
+from cbpt.lab.model.dataset import Campaign
 
 Floats = NDArray[np.float64]
 
@@ -91,6 +96,23 @@ def pattern_of(candidates: Sequence[Levels]) -> float:
     return max(min(_time_of(levels) for levels in candidates), 1.0)
 
 
+def doubts_of(levels: Levels, comes_again: Sequence[bool], alone: bool = False) -> list[float]:
+    """By how much more the values of each level are uncertain where what its fit leaves comes
+    again, 1 where it does not. Runs with the same torques are then one run: the square root of the
+    dispersion of their means, as in `pattern_of`, with as many observations less as there are
+    values. alone: beside the noise of each fit, and not that with which the levels count."""
+    found = []
+    for party, fit, law in zip(levels.parties, levels.fits, comes_again, strict=True):
+        whitener = fit.whitener if alone else party.problem.whitener
+        left, readings = whitener(fit.residual_arcsec), party.problem.campaign.readings
+        means = [np.sqrt(len(rows)) * left[rows].mean(axis=0) for rows in runs_alike(readings)]
+        time = max(autocorrelation_time(means), 1.0)
+        n, values = sum(map(len, means)), sum("." in unknown.name for unknown in fit.unknowns)
+        size = sum(float(mean @ mean) for mean in means) / max(n - values * time, time)
+        found.append(max(float(np.sqrt(time * size)), 1.0) if law else 1.0)
+    return found
+
+
 def _time_of(levels: Levels) -> float:
     """Of all levels together, along their runs."""
     runs: list[Floats] = []
@@ -135,9 +157,34 @@ def reproducibility_of(levels: Levels, places: Sequence[Sequence[int]]) -> float
             curves.append(curve)
         free = _freely(first.problem, np.column_stack(curves))
         off = free - free.mean(axis=1, keepdims=True)
-        squares += float(np.sum(np.mean(off**2, axis=0)))
+        squares += sum(rms_arcsec(first.problem.campaign, curve) ** 2 for curve in off.T)
         freedom += len(others)
     return float(np.sqrt(squares / freedom)) if freedom else None
+
+
+def moves_of(choice: Choice, effect: str) -> float:
+    """Standard deviation in arcsec by which levels differ if they have their own values of this
+    effect alone; infinite where the model has no solution with them."""
+    levels, at = choice.levels, choice.fit.points
+    group = next(g for g in groups_of(levels) if g.effect == effect)
+    problem = levels.parties[0].problem
+    places = problem.index[list(group.unknowns)]
+    curves = [at[0].angle_arcsec]
+    for point in at[1:]:
+        values = at[0].values.copy()
+        values[places] = point.values[places]
+        moved = point_at(problem.model, values, ())
+        if moved is None:
+            return float("inf")
+        curves.append(moved.angle_arcsec)
+    free = _freely(problem, np.column_stack(curves))
+    return rms_arcsec(problem.campaign, np.std(free, axis=1, ddof=1))
+
+
+def rms_arcsec(campaign: Campaign, values: Floats) -> float:
+    """Root mean square over the readings, those of kinds of runs that scatter more counting for
+    less, as in the fit."""
+    return float(np.sqrt(np.average(values**2, weights=campaign.u_arcsec**-2.0)))
 
 
 def _curve(party: Party, other: Party) -> Floats | None:

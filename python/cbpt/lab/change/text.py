@@ -12,7 +12,6 @@ from collections.abc import Iterator
 
 from cbpt.lab.change.loop_widths import LoopWidths
 from cbpt.lab.change.record import Changed, ChangeData, Limit, Unchanged
-from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording import layout
 from cbpt.lab.wording.names import called
 from cbpt.lab.wording.numbers import in_words, listed, probability, rounded
@@ -37,10 +36,11 @@ def sentence(found: ChangeData) -> str:
             "effects to fit." + _by_itself(found) + _noise(found)
         )
     if found.moved_less_than_is_left:
+        size = found.levels_differ_by_arcsec
+        by = "" if size is None else f", and the angles with it by {rounded(size)} arcsec"
         return (
             "What changed cannot be told. By the fitted effects "
-            f"{listed(_likely(found), 'or')} changed, and the angles with it by "
-            f"{rounded(found.levels_differ_by_arcsec)} arcsec.{_rest(found)} That may look like "
+            f"{listed(_likely(found), 'or')} changed{by}.{_rest(found)} That may look like "
             f"such a change.{_loops_differ(found)} Name other effects to fit."
             + _by_itself(found)
             + _noise(found)
@@ -75,7 +75,11 @@ def _changes(found: ChangeData) -> str:
 def _hidden(found: ChangeData) -> str:
     """What the fitted effects do not follow, and what follows from it."""
     rest = _rest(found)
-    return rest and f"{rest} A change that is smaller stays hidden.{_by_itself(found)}"
+    if not rest:
+        return ""
+    each = [f"{e} ({rounded(found.moves_arcsec[e])} arcsec)" for e in found.hidden]
+    also = f", as that of {listed(each, 'or')} would" if each and found.kind == "changed" else ""
+    return f"{rest} A change that is smaller stays hidden{also}.{_by_itself(found)}"
 
 
 def _rest(found: ChangeData) -> str:
@@ -90,8 +94,7 @@ def _rest(found: ChangeData) -> str:
 
 def _likely(found: ChangeData) -> list[str]:
     """Effects and numbers that may have changed."""
-    weighed = found.weighed
-    return [g.effect for g in weighed.groups if weighed.changed(g.effect) > RULES.likely]
+    return list(found.weighed.likely)
 
 
 def _unless(found: ChangeData) -> str:

@@ -2,7 +2,10 @@
 
     ComesAgain        what runs differ by, and the chance that noise alone agrees as much
     comes_again       whether what a model leaves comes again
+    runs_alike        which runs have the same torques
     most_correlation  how much neighbours of a run can be alike by noise
+    kinds_of_runs     how much runs of one kind scatter beside those of another
+    differing_arcsec  by how much what a model leaves differs from table to table
 
 Noise differs from run to run, however slowly it moves; a law that the model lacks comes again. With
 y_ij what is left of run i at place j of k runs with the same torques,
@@ -18,7 +21,9 @@ that is measured as it comes is the same ramp again.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -122,35 +127,103 @@ def _likelihood(d: Floats, correlation: float) -> float:
     return float(-0.5 * free * np.log(left) + 0.5 * len(d) * np.log(first**2 / size))
 
 
-def _alike(readings: Readings) -> list[Ints]:
-    """Rows of runs that repeat each other, each group of shape (runs, readings of a run)."""
-    order = np.argsort(readings.run_index, kind="stable")
-    run = readings.run_index[order]
-    ends = np.flatnonzero(np.diff(run)) + 1
-    groups: list[list[Ints]] = []
-    for rows in np.split(order, ends):
-        if len(rows) < _LIMITS.fewest:
+def kinds_of_runs(readings: Readings, left_arcsec: Floats) -> Floats:
+    """Relative uncertainty of each reading, by how much the runs that repeat its run differ; 1
+    where fewer than two kinds of runs are repeated. Shape (n,).
+
+    Large loops often slip and small ones do not. Few runs tell little of their scatter, and none of
+    what a model leaves: so the uncertainties are half way from one for all, by their logarithms. A
+    run that is not repeated is like those whose largest torque is nearest to its own.
+    """
+    kinds: list[tuple[float, float, Ints]] = []
+    for rows in _alike(readings):
+        e = left_arcsec[rows] - left_arcsec[rows].mean(axis=1, keepdims=True)
+        e -= e.mean(axis=0)
+        size = float(np.sum(e**2)) / ((e.shape[0] - 1) * (e.shape[1] - 1))
+        if size > 0:
+            kinds.append((float(np.abs(readings.torque_Nm[rows]).max()), size, rows.ravel()))
+    found = np.ones(len(readings))
+    if len(kinds) < 2:
+        return found
+    for run in np.unique(readings.run_index):
+        here = np.flatnonzero(readings.run_index == run)
+        reach = float(np.abs(readings.torque_Nm[here]).max())
+        own = [size for _, size, rows in kinds if here[0] in rows]
+        near = min(kinds, key=lambda kind: abs(np.log(kind[0] / max(reach, 1e-300))))
+        found[here] = (own[0] if own else near[1]) ** 0.25
+    return np.asarray(found / np.sqrt(np.mean(found**2)))
+
+
+def differing_arcsec(
+    tables: Sequence[Readings], left_arcsec: Sequence[Floats], u_arcsec: Sequence[Floats]
+) -> float | None:
+    """Standard deviation from table to table of what a model leaves of runs with the same torques,
+    the mean of those of a table, readings weighted by their uncertainties; None where no run of a
+    table has the torques of another's."""
+    squares, weight = 0.0, 0.0
+    for group in _groups(tables):
+        places = sorted({place for place, _ in group})
+        if len(places) < 2:
             continue
-        for group in groups:
-            if _same(readings, group[0], rows):
-                group.append(rows)
-                break
-        else:
-            groups.append([rows])
-    return [np.array(group) for group in groups if len(group) > 1]
+        means = np.array(
+            [
+                np.mean([left_arcsec[place][rows] for at, rows in group if at == place], axis=0)
+                for place in places
+            ]
+        )
+        means -= means.mean(axis=1, keepdims=True)
+        first, rows = group[0]
+        weights = u_arcsec[first][rows] ** -2.0
+        squares += float(weights @ np.var(means, axis=0, ddof=1))
+        weight += float(weights.sum())
+    return float(np.sqrt(squares / weight)) if weight else None
 
 
-def _same(readings: Readings, one: Ints, other: Ints) -> bool:
+def runs_alike(readings: Readings) -> list[Ints]:
+    """Rows of runs with the same torques, each group of shape (runs, readings of a run); a run that
+    nothing repeats is a group by itself. Short runs are left."""
+    return [np.array([rows for _, rows in group]) for group in _groups([readings])]
+
+
+def _alike(readings: Readings) -> list[Ints]:
+    """Those of runs that repeat each other."""
+    return [rows for rows in runs_alike(readings) if len(rows) > 1]
+
+
+def _groups(tables: Sequence[Readings]) -> list[list[tuple[int, Ints]]]:
+    """Runs that repeat each other over all tables: each with the place of its table and its rows.
+    Short runs are left."""
+    groups: list[list[tuple[int, Ints]]] = []
+    for place, readings in enumerate(tables):
+        order = np.argsort(readings.run_index, kind="stable")
+        ends = np.flatnonzero(np.diff(readings.run_index[order])) + 1
+        for rows in np.split(order, ends):
+            if len(rows) < _LIMITS.fewest:
+                continue
+            for group in groups:
+                other, theirs = group[0]
+                if _same((tables[other], theirs), (readings, rows)):
+                    group.append((place, rows))
+                    break
+            else:
+                groups.append([(place, rows)])
+    return groups
+
+
+def _same(one: tuple[Readings, Ints], other: tuple[Readings, Ints]) -> bool:
     """Whether two runs have the same torques under the same conditions."""
-    if len(one) != len(other):
+    (first, rows), (second, others) = one, other
+    if len(rows) != len(others):
         return False
-    torque = readings.torque_Nm
-    reach = float(np.abs(torque[one]).max())
-    if np.abs(torque[one] - torque[other]).max() > _LIMITS.alike * reach:
+    torque, again = first.torque_Nm[rows], second.torque_Nm[others]
+    if np.abs(torque - again).max() > _LIMITS.alike * float(np.abs(torque).max()):
         return False
-    steady = readings.preload_N, readings.preload_step, readings.input_angle_deg
     return all(
-        np.allclose(column[one], column[other], rtol=0.02, atol=1e-6)
-        for column in steady
-        if column is not None
+        (a is None and b is None)
+        or (a is not None and b is not None and np.allclose(a[rows], b[others], 0.02, 1e-6))
+        for a, b in zip(_conditions(first), _conditions(second), strict=True)
     )
+
+
+def _conditions(readings: Readings) -> Sequence[NDArray[Any] | None]:
+    return readings.preload_N, readings.preload_step, readings.input_angle_deg

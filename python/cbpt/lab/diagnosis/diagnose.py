@@ -21,11 +21,17 @@ from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError, ReadingsError
 from cbpt.lab.covariance.one_thread import one_blas_thread
 from cbpt.lab.covariance.repeatability import no_uncertainty_of, pooled
-from cbpt.lab.covariance.repeated_runs import most_correlation
+from cbpt.lab.covariance.repeated_runs import kinds_of_runs, most_correlation
 from cbpt.lab.covariance.within_run import estimate
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.diagnosis.diagnosis_data import Rung, finished
-from cbpt.lab.diagnosis.fit_text import beyond_likely, beyond_own_loops, moved_by, solutions
+from cbpt.lab.diagnosis.fit_text import (
+    at_limits,
+    beyond_likely,
+    beyond_own_loops,
+    moved_by,
+    solutions,
+)
 from cbpt.lab.diagnosis.held_torque import held_torque
 from cbpt.lab.diagnosis.preflight_units import input_side
 from cbpt.lab.diagnosis.rungs import rung_of, rung_of_lack_of_fit
@@ -187,6 +193,7 @@ def _notes(campaign: Campaign, fit: Fit) -> Iterator[str]:
             yield f"{len(lines)} readings are outliers and were given less weight: lines {shown}"
     yield from map(str, solutions(fit))
     yield from beyond_own_loops(campaign, fit)
+    yield from at_limits(campaign, fit)
     yield from beyond_likely(fit)
     for u in fit.unknowns:
         value = fit.value(u)
@@ -315,7 +322,9 @@ def _stop_if_too_little(campaign: Campaign, n: int, solved: int) -> None:
 def _stop_if_a_slip(campaign: Campaign, model: Floats) -> None:
     """A wrong unit or sign would be diagnosed as an effect."""
     offset = float(np.median(campaign.y_arcsec - model))
-    found = slips(campaign.y_arcsec - offset, model) or slips(campaign.y_arcsec, model)
+    spring = campaign.drive.kind == "torsion_spring"
+    rel = campaign.priors.get("contact_stiffness", 0.0) if spring else 0.0
+    found = slips(campaign.y_arcsec - offset, model, rel) or slips(campaign.y_arcsec, model, rel)
     if found:
         raise ReadingsError.of_column(
             campaign.readings.source,
@@ -416,11 +425,13 @@ def _repeated(campaign: Campaign, model: Floats) -> Campaign:
 
 
 def _of_the_scatter(campaign: Campaign, model: Floats) -> Campaign:
-    """An uncertainty to start from, of the right size: angles of reducers span many decades."""
+    """An uncertainty to start from, of the right size: angles of reducers span many decades; and as
+    much more for runs of one kind than for those of another as their repeats say."""
     found = estimate(campaign.readings, campaign.y_arcsec - model)
     if found is None or not found.u_arcsec:
         return campaign
-    return replace(campaign, u_arcsec=np.full(len(campaign), found.u_arcsec))
+    kinds = kinds_of_runs(campaign.readings, campaign.y_arcsec - model)
+    return replace(campaign, u_arcsec=found.u_arcsec * kinds)
 
 
 def _as_given(campaign: Campaign) -> Floats:

@@ -26,7 +26,14 @@ from cbpt.lab.inference.hypothesis import Hypothesis, Unknown, unknown_of_shape
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.discrepancy import DISCREPANCY_ODDS, modulations
 from cbpt.lab.model.forward import Assembled, Point
-from cbpt.lab.model.own_loops import FRICTION, PLAY, friction_allowed_Nm, play_allowed_rad
+from cbpt.lab.model.own_loops import (
+    FRICTION,
+    LOAD_SHARE,
+    PLAY,
+    friction_allowed_Nm,
+    play_allowed_rad,
+    small_loops_of,
+)
 from cbpt.lab.model.priors import LOT, VARIANTS, Variant, lots, no_quicker
 from cbpt.lab.model.spring_priors import library_of
 
@@ -92,6 +99,8 @@ class Fitter:
         self.functions = modulations(campaign.readings)
         self.most = {PLAY: play_allowed_rad(campaign), FRICTION: friction_allowed_Nm(campaign)}
         """Largest sizes that do not contradict the table's own smaller loops, by name."""
+        loops = small_loops_of(campaign)
+        self.small_Nm = 0.0 if loops is None else loops.amplitude_Nm
 
     def with_angles(self, y_arcsec: Floats) -> Fitter:
         """The same model and loads with other measured angles, shape (n,)."""
@@ -189,8 +198,54 @@ class Fitter:
             the readings worse: of a form that hardly shows when small the linear problem asks for
             sizes that the model does not follow (Nocedal and Wright 2006, section 3.1).
         """
-        self.model.cold()
         unknowns = self.unknowns(hypothesis)
+        found = self._fit(hypothesis, unknowns, start, noise, free_noise, bound, base)
+        if found is None or not self._more_than_small_loops_allow(unknowns, found.point.values):
+            return found
+        within = [self._within(unknowns, found.point.values)]
+        if start is not None and 0 < self._friction(unknowns, start) <= self.most[FRICTION]:
+            within.append(self._within(unknowns, start))
+        tried = []
+        for bounded in within:
+            values = found.point.values.copy()
+            for u in bounded:
+                values[u.index] = np.clip(values[u.index], u.lower, u.upper)
+            tried.append(self._fit(hypothesis, bounded, values, noise, free_noise, bound, None))
+        solved = [fit for fit in tried if fit is not None]
+        return max(solved, key=lambda fit: fit.log_evidence, default=None)
+
+    def _friction(self, unknowns: tuple[Unknown, ...], values: Floats) -> float:
+        """Friction at the ends of the small loops where it grows with the load, N m; else 0."""
+        at = {u.name: float(values[u.index]) for u in unknowns}
+        grows = {FRICTION, LOAD_SHARE} <= at.keys()
+        return at[FRICTION] + at[LOAD_SHARE] * self.small_Nm if grows else 0.0
+
+    def _more_than_small_loops_allow(self, unknowns: tuple[Unknown, ...], values: Floats) -> bool:
+        return self._friction(unknowns, values) > self.most[FRICTION] * (1 + 1e-6)
+
+    def _within(self, unknowns: tuple[Unknown, ...], values: Floats) -> tuple[Unknown, ...]:
+        """Unknowns with friction and its share of the load bounded in the ratio of some values, so
+        that both together are no more than what the small loops allow at their ends."""
+        share = self.most[FRICTION] / max(self._friction(unknowns, values), 1e-300)
+        return tuple(
+            replace(u, upper=min(u.upper, max(share * float(values[u.index]), u.lower)))
+            if u.name in (FRICTION, LOAD_SHARE)
+            else u
+            for u in unknowns
+        )
+
+    def _fit(
+        self,
+        hypothesis: Hypothesis,
+        unknowns: tuple[Unknown, ...],
+        start: Floats | None,
+        noise: Noise | None,
+        free_noise: bool,
+        bound: float,
+        base: Fit | None,
+    ) -> Fit | None:
+        """As `fit`, within given bounds."""
+        self.model.cold()
         values = self.start(hypothesis, {})
         if start is not None:
             # Nothing else: of a form that this hypothesis does not have no number may be at work.

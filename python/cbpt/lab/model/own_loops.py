@@ -19,7 +19,8 @@ turns by as much as a large one does over the same torque after it has turned ba
 Proc. 2nd Int. Congr. Appl. Mech., 1926); it says nothing of a play.
 
 A loop that opens by much of what it turns has overcome most of the friction: where friction f of
-its limit Tf is built up at its ends, f Tf is at most the amplitude A, so Tf <= A/f.
+its limit Tf is built up at its ends, f Tf is at most the amplitude A, so Tf <= A/f. Where friction
+grows with the load, Tf is that at the ends of the loop.
 """
 
 from __future__ import annotations
@@ -38,6 +39,7 @@ Floats = NDArray[np.float64]
 
 PLAY = "backlash.play_rad"
 FRICTION = "friction_hysteresis.friction_torque_Nm"
+LOAD_SHARE = "friction_hysteresis.load_share"
 WIDEST_TRANSITION = 0.2
 """Of the amplitude of the smallest loops: what is taken up over more torque is a soft middle."""
 ALIKE = 1.25

@@ -1,0 +1,79 @@
+"""What the fitted effects leave, and which changes are too small beside it to be told.
+
+Rest       the rest of all levels
+rest_of    finds it
+again      what runs of each level that repeat each other tell of what its fit leaves
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from cbpt.lab.change.parties import Levels
+from cbpt.lab.change.posterior import Weighed
+from cbpt.lab.change.reproducibility import moves_of, reproducibility_of, rms_arcsec
+from cbpt.lab.covariance.repeated_runs import ComesAgain, comes_again, differing_arcsec
+from cbpt.lab.selection.rules import RULES
+
+
+@dataclass(frozen=True)
+class Rest:
+    """All in arcsec, rms or standard deviation over the readings as the fit weighs them.
+
+    What the effects do not follow may look like a change that moves the angles by less, and what of
+    it differs from level to level like a change of a single effect.
+    """
+
+    is_law: tuple[bool, ...]
+    """Of each level, whether its rest comes again in runs that repeat each other, and so is no
+    noise."""
+    not_followed_arcsec: float
+    """The largest rest that is no noise; else 0."""
+    apart_arcsec: float | None
+    """By how much the fitted curves of the levels differ; None where one has no solution."""
+    moves_arcsec: Mapping[str, float]
+    """Of what may have changed: by how much the levels differ by its values alone."""
+    hidden: tuple[str, ...]
+    """What moves the angles by less than the rests of runs with the same torques differ from level
+    to level; without such runs, by less than the rest."""
+
+    @property
+    def hides_all(self) -> bool:
+        """Whether no change can be told."""
+        smaller = self.apart_arcsec is not None and self.apart_arcsec < self.not_followed_arcsec
+        return smaller or len(self.hidden) == len(self.moves_arcsec)
+
+
+def rest_of(weighed: Weighed) -> Rest:
+    """By the best answer."""
+    levels = weighed.best.levels
+    campaigns = [party.problem.campaign for party in levels.parties]
+    left = [fit.residual_arcsec for fit in levels.fits]
+    is_law = tuple(a is not None and a.p_value < RULES.left_chance for a in again(levels))
+    not_followed_arcsec = max(
+        (rms_arcsec(c, r) for c, r, law in zip(campaigns, left, is_law, strict=True) if law),
+        default=0.0,
+    )
+    moves_arcsec = {e: moves_of(weighed.best_with(e), e) for e in weighed.likely}
+    differ_arcsec = differing_arcsec(
+        [c.readings for c in campaigns], left, [c.u_arcsec for c in campaigns]
+    )
+    least_arcsec = min(not_followed_arcsec, np.inf if differ_arcsec is None else differ_arcsec)
+    return Rest(
+        is_law=is_law,
+        not_followed_arcsec=not_followed_arcsec,
+        apart_arcsec=reproducibility_of(levels, [range(len(campaigns))]),
+        moves_arcsec=moves_arcsec,
+        hidden=tuple(e for e, arcsec in moves_arcsec.items() if arcsec < least_arcsec),
+    )
+
+
+def again(levels: Levels) -> list[ComesAgain | None]:
+    """None where no runs repeat each other."""
+    return [
+        comes_again(party.problem.campaign.readings, fit.residual_arcsec)
+        for party, fit in zip(levels.parties, levels.fits, strict=True)
+    ]
