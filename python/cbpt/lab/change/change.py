@@ -380,6 +380,9 @@ def _answer(
     elif something < RULES.undecided and not any(widths.may_differ for widths in loops):
         kind = "nothing"
     changed = changed_of(weighed, rest.is_law) if kind == "changed" else []
+    # Beside such a rest an effect of which no number moved is one of those that are not told.
+    moved = {c.effect for c in changed if c.moved or not rest.not_followed_arcsec}
+    hidden = {*rest.hidden, *(c.effect for c in changed if c.effect not in moved)}
     # What the effects do not follow may hide a change of any number, or take its place.
     told = kind != "undecided" and not rest.not_followed_arcsec
     # No rest of a level is one that the effects of all levels follow.
@@ -387,7 +390,7 @@ def _answer(
     remains = [left for left, rmse in of_levels if left is not None and left["rms_arcsec"] <= rmse]
     return Change(
         kind=kind,
-        changed=tuple(c for c in changed if not {c.effect, *c.rivals} <= set(rest.hidden)),
+        changed=tuple(c for c in changed if not {c.effect, *c.rivals} <= hidden),
         unchanged=tuple(unchanged_of(weighed)) if told else (),
         probability=1 - something if kind == "nothing" else something,
         noise=noise_change(tables, levels.fits),
@@ -397,7 +400,7 @@ def _answer(
         rmse_arcsec=rmse_arcsec,
         not_followed_arcsec=rest.not_followed_arcsec,
         moves_arcsec=rest.moves_arcsec,
-        hidden=rest.hidden,
+        hidden=tuple(e for e in rest.moves_arcsec if e in hidden),
         levels_differ_by_arcsec=rest.apart_arcsec if something >= RULES.certain else None,
         effects=tuple(dict.fromkeys(v.effect for v in levels.variants)),
         by=by,

@@ -111,7 +111,9 @@ class ChangeData:
     """Of what may have changed: by how much the angles of levels differ by its values alone,
     standard deviation."""
     hidden: tuple[str, ...]
-    """Of that: what moves the angles by less than what the effects leave differs between levels."""
+    """Of that: what moves the angles by less than what the effects leave differs between levels,
+    and, where that is no noise, effects of which no number moved by more than twice its
+    uncertainty."""
     effects: tuple[str, ...]
     """Fitted at every level."""
     by: str | None

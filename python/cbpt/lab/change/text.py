@@ -66,7 +66,7 @@ def _changes(found: ChangeData) -> str:
     if not told:
         return (
             f"Something changed ({_sure(found.probability)}), and the readings do not tell which "
-            f"of {listed(_likely(found), 'or')}."
+            f"of {listed(_likely(found), 'or')}.{_loops_differ(found)}"
         )
     text = "; ".join(told) + "."
     return text[0].upper() + text[1:] if text.startswith("one of") else text

@@ -59,6 +59,17 @@ class _Search:
 _SEARCH = _Search()
 
 
+@dataclass(frozen=True)
+class _How:
+    """How a fit is searched: the arguments of `Fitter.fit`."""
+
+    start: Floats | None
+    noise: Noise | None
+    free_noise: bool
+    bound: float
+    base: Fit | None
+
+
 class Fitter:
     """Fits hypotheses to one campaign: the library assembled once, every effect once."""
 
@@ -199,7 +210,8 @@ class Fitter:
             sizes that the model does not follow (Nocedal and Wright 2006, section 3.1).
         """
         unknowns = self.unknowns(hypothesis)
-        found = self._fit(hypothesis, unknowns, start, noise, free_noise, bound, base)
+        how = _How(start, noise, free_noise, bound, base)
+        found = self._fit(hypothesis, unknowns, how)
         if found is None or not self._more_than_small_loops_allow(unknowns, found.point.values):
             return found
         within = [self._within(unknowns, found.point.values)]
@@ -210,7 +222,7 @@ class Fitter:
             values = found.point.values.copy()
             for u in bounded:
                 values[u.index] = np.clip(values[u.index], u.lower, u.upper)
-            tried.append(self._fit(hypothesis, bounded, values, noise, free_noise, bound, None))
+            tried.append(self._fit(hypothesis, bounded, replace(how, start=values, base=None)))
         solved = [fit for fit in tried if fit is not None]
         return max(solved, key=lambda fit: fit.log_evidence, default=None)
 
@@ -234,24 +246,16 @@ class Fitter:
             for u in unknowns
         )
 
-    def _fit(
-        self,
-        hypothesis: Hypothesis,
-        unknowns: tuple[Unknown, ...],
-        start: Floats | None,
-        noise: Noise | None,
-        free_noise: bool,
-        bound: float,
-        base: Fit | None,
-    ) -> Fit | None:
+    def _fit(self, hypothesis: Hypothesis, unknowns: tuple[Unknown, ...], how: _How) -> Fit | None:
         """As `fit`, within given bounds."""
+        start, base, bound, free_noise = how.start, how.base, how.bound, how.free_noise
         self.model.cold()
         values = self.start(hypothesis, {})
         if start is not None:
             # Nothing else: of a form that this hypothesis does not have no number may be at work.
             own = [u.index for u in unknowns]
             values[own] = start[own]
-        noise = noise or self.campaign.plain_noise
+        noise = how.noise or self.campaign.plain_noise
         problem = self._problem(unknowns, noise)
         least = self._problem(base.unknowns, noise).objective(base.point) if base else np.inf
         nothing = self.model.neutral if base is None else base.point.values
