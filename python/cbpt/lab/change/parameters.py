@@ -33,23 +33,23 @@ def changed_of(weighed: Weighed, comes_again: Sequence[bool]) -> list[Changed]:
         others = tuple(e for e in rivals.get(group.effect, ()) if e != group.effect)
         choice = weighed.best_with(group.effect)
         own = next(g for g in groups_of(choice.levels) if g.effect == group.effect)
+        doubts = doubts_of(choice.levels, comes_again)
         for place in own.unknowns:
             unknown = choice.levels.fits[0].unknowns[place]
             chance = weighed.changed(group.effect)
-            changed = replace(_of_place(choice, place, chance, comes_again), rivals=others)
+            changed = replace(_of_place(choice, place, chance, doubts), rivals=others)
             if unknown.size_of >= 0 or "." not in unknown.name or changed.moved:
                 found.append(changed)
     return sorted(found, key=lambda c: -c.probability)
 
 
-def _of_place(choice: Choice, place: int, chance: float, comes_again: Sequence[bool]) -> Changed:
-    """One parameter at every level; of its group."""
+def _of_place(choice: Choice, place: int, chance: float, doubts: Sequence[float]) -> Changed:
+    """One parameter at every level; of its group. doubts: factors of the uncertainties."""
     best, levels = choice.fit, choice.levels
     unknown, name = levels.fits[0].unknowns[place], _name(levels, place)
     levels_k = range(len(levels.fits))
     pairs = [_si(levels, best.value(k, place), place) for k in levels_k]
     values, fitted_u = (tuple(column) for column in zip(*pairs, strict=True))
-    doubts = doubts_of(levels, comes_again)
     all_u = tuple(u * doubt for u, doubt in zip(fitted_u, doubts, strict=True))
     limits = tuple(_limit(choice, k, place) for k in levels_k)
     u = tuple(None if limit else known for known, limit in zip(all_u, limits, strict=True))

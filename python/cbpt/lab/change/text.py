@@ -40,7 +40,7 @@ def sentence(found: ChangeData) -> str:
         by = "" if size is None else f", and the angles with it by {rounded(size)} arcsec"
         return (
             "What changed cannot be told. By the fitted effects "
-            f"{listed(_likely(found), 'or')} changed{by}.{_rest(found)} That may look like "
+            f"{listed(found.weighed.likely, 'or')} changed{by}.{_rest(found)} That may look like "
             f"such a change.{_loops_differ(found)} Name other effects to fit."
             + _by_itself(found)
             + _noise(found)
@@ -66,7 +66,7 @@ def _changes(found: ChangeData) -> str:
     if not told:
         return (
             f"Something changed ({_sure(found.probability)}), and the readings do not tell which "
-            f"of {listed(_likely(found), 'or')}.{_loops_differ(found)}"
+            f"of {listed(found.weighed.likely, 'or')}.{_loops_differ(found)}"
         )
     text = "; ".join(told) + "."
     return text[0].upper() + text[1:] if text.startswith("one of") else text
@@ -90,11 +90,6 @@ def _rest(found: ChangeData) -> str:
         f" The fitted effects leave {rounded(found.not_followed_arcsec)} arcsec (rms) of the "
         "readings of a level unexplained, the same in each run, so it is no noise."
     )
-
-
-def _likely(found: ChangeData) -> list[str]:
-    """Effects and numbers that may have changed."""
-    return list(found.weighed.likely)
 
 
 def _unless(found: ChangeData) -> str:

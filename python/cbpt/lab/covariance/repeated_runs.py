@@ -68,10 +68,7 @@ def comes_again(readings: Readings, left_arcsec: Floats) -> ComesAgain | None:
     squares, freedom, chances = 0.0, 0.0, []
     for rows in _alike(readings):
         k, m = rows.shape
-        y = left_arcsec[rows] - left_arcsec[rows].mean(axis=1, keepdims=True)
-        common = y.mean(axis=0)
-        e = y - common
-        within = float(np.sum(e**2)) / ((k - 1) * (m - 1))
+        common, e, within = _divided(left_arcsec[rows])
         if not within > 0:
             continue
         r = float(np.sum(e[:, 1:] * e[:, :-1]) / np.sum(e**2))
@@ -135,23 +132,31 @@ def kinds_of_runs(readings: Readings, left_arcsec: Floats) -> Floats:
     what a model leaves: so the uncertainties are half way from one for all, by their logarithms. A
     run that is not repeated is like those whose largest torque is nearest to its own.
     """
-    kinds: list[tuple[float, float, Ints]] = []
-    for rows in _alike(readings):
-        e = left_arcsec[rows] - left_arcsec[rows].mean(axis=1, keepdims=True)
-        e -= e.mean(axis=0)
-        size = float(np.sum(e**2)) / ((e.shape[0] - 1) * (e.shape[1] - 1))
-        if size > 0:
-            kinds.append((float(np.abs(readings.torque_Nm[rows]).max()), size, rows.ravel()))
+    torque = np.abs(readings.torque_Nm)
+    kinds = [(rows, _divided(left_arcsec[rows])[2]) for rows in _alike(readings)]
+    kinds = [(rows, variance) for rows, variance in kinds if variance > 0]
     found = np.ones(len(readings))
     if len(kinds) < 2:
         return found
+    reach = np.array([torque[rows].max() for rows, _ in kinds])
+    variances = np.array([variance for _, variance in kinds])
     for run in np.unique(readings.run_index):
-        here = np.flatnonzero(readings.run_index == run)
-        reach = float(np.abs(readings.torque_Nm[here]).max())
-        own = [size for _, size, rows in kinds if here[0] in rows]
-        near = min(kinds, key=lambda kind: abs(np.log(kind[0] / max(reach, 1e-300))))
-        found[here] = (own[0] if own else near[1]) ** 0.25
-    return np.asarray(found / np.sqrt(np.mean(found**2)))
+        here = readings.run_index == run
+        own = max(float(torque[here].max()), 1e-300)
+        found[here] = variances[np.argmin(np.abs(np.log(reach / own)))]
+    for rows, variance in kinds:
+        found[rows] = variance
+    return np.asarray(found**0.25 / np.sqrt(np.mean(found**0.5)))
+
+
+def _divided(left_arcsec: Floats) -> tuple[Floats, Floats, float]:
+    """What k runs share, shape (m,), what is of each, shape (k, m), and the variance of that; the
+    mean of each run left aside."""
+    k, m = left_arcsec.shape
+    y = left_arcsec - left_arcsec.mean(axis=1, keepdims=True)
+    common = y.mean(axis=0)
+    e = y - common
+    return common, e, float(np.sum(e**2)) / ((k - 1) * (m - 1))
 
 
 def differing_arcsec(

@@ -26,14 +26,7 @@ from cbpt.lab.inference.hypothesis import Hypothesis, Unknown, unknown_of_shape
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.discrepancy import DISCREPANCY_ODDS, modulations
 from cbpt.lab.model.forward import Assembled, Point
-from cbpt.lab.model.own_loops import (
-    FRICTION,
-    LOAD_SHARE,
-    PLAY,
-    friction_allowed_Nm,
-    play_allowed_rad,
-    small_loops_of,
-)
+from cbpt.lab.model.own_loops import FRICTION, LOAD_SHARE, PLAY, small_loops_of
 from cbpt.lab.model.priors import LOT, VARIANTS, Variant, lots, no_quicker
 from cbpt.lab.model.spring_priors import library_of
 
@@ -108,9 +101,12 @@ class Fitter:
         # Play and friction of a torsion spring change the angle a lot, so a fit needs more steps.
         self.steps = 4 * _SEARCH.steps if campaign.drive.kind == "torsion_spring" else _SEARCH.steps
         self.functions = modulations(campaign.readings)
-        self.most = {PLAY: play_allowed_rad(campaign), FRICTION: friction_allowed_Nm(campaign)}
-        """Largest sizes that do not contradict the table's own smaller loops, by name."""
         loops = small_loops_of(campaign)
+        self.most = {
+            PLAY: np.inf if loops is None else loops.play_rad,
+            FRICTION: np.inf if loops is None else loops.friction_Nm,
+        }
+        """Largest sizes that do not contradict the table's own smaller loops, by name."""
         self.small_Nm = 0.0 if loops is None else loops.amplitude_Nm
 
     def with_angles(self, y_arcsec: Floats) -> Fitter:

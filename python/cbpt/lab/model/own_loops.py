@@ -4,7 +4,6 @@ SmallLoops        the runs of the smallest amplitude: what they turn, how far ap
                   lie at most, and whether friction held them
 small_loops_of    finds them
 play_allowed_rad  the largest play that does not contradict them
-friction_allowed_Nm  the largest friction that does not contradict them
 
 A loop that comes back from +A lies on its upper flank until the torque falls through zero, and one
 that comes back from -A on its lower flank until it rises through zero; friction Tc keeps either
@@ -81,8 +80,13 @@ class SmallLoops:
         return np.inf if self.held else max(self.apart_arcsec, _LEAST * self.turn_arcsec)
 
     @property
+    def play_rad(self) -> float:
+        """The same."""
+        return self.allowed_arcsec / ARCSEC_PER_RAD
+
+    @property
     def friction_Nm(self) -> float:
-        """The largest friction without load that opens them as far."""
+        """The largest friction at their ends that opens them as far."""
         share = np.clip(self.opens_arcsec / self.turn_arcsec if self.turn_arcsec else 0.0, 0.0, 1.0)
         return self.amplitude_Nm / float(np.interp(share, _OPENS, _BUILT_UP))
 
@@ -223,14 +227,7 @@ def _turned_back(loops: Iterator[_Loop], swing_Nm: float) -> float:
 def play_allowed_rad(campaign: Campaign) -> float:
     """The largest play that does not contradict the smallest loops, rad; infinite without loops."""
     loops = small_loops_of(campaign)
-    return np.inf if loops is None else loops.allowed_arcsec / ARCSEC_PER_RAD
-
-
-def friction_allowed_Nm(campaign: Campaign) -> float:
-    """The largest friction without load that does not contradict the smallest loops, N m; infinite
-    without loops."""
-    loops = small_loops_of(campaign)
-    return np.inf if loops is None else loops.friction_Nm
+    return np.inf if loops is None else loops.play_rad
 
 
 def _per_run(values: Floats, run: NDArray[np.int64], runs: int) -> tuple[Floats, Floats]:
