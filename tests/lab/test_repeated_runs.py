@@ -104,3 +104,14 @@ def test_runs_of_a_kind_that_scatters_more_are_less_certain() -> None:
     assert large / small == pytest.approx(4.0, rel=0.15) and other == large
     assert np.mean(found**2) == pytest.approx(1.0)
     assert np.all(kinds_of_runs(table(np.full(RUNS, 4.0)), noise(0.0, 0)) == 1.0)
+
+
+def test_runs_that_agree_in_every_digit_are_no_exact_ones() -> None:
+    """Their readings are known no better than a step of the display, and rounding is no scatter."""
+    peaks = np.repeat([4.0, 40.0, 60.0], 4)
+    readings, rng = table(peaks), np.random.default_rng(3)
+    again = np.repeat(peaks > 10, N)
+    left = np.where(again, 10 * rng.standard_normal(len(again)), 0.0)
+    left += np.where(again, 0.0, 1e-13 * rng.standard_normal(len(again)))
+    found = kinds_of_runs(readings, left)
+    assert found.max() / found.min() < 2

@@ -28,6 +28,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cbpt.lab.covariance.within_run import display_step
 from cbpt.lab.readings.reader import Readings
 
 Floats = NDArray[np.float64]
@@ -130,15 +131,18 @@ def kinds_of_runs(readings: Readings, left_arcsec: Floats) -> Floats:
 
     Large loops often slip and small ones do not. Few runs tell little of their scatter, and none of
     what a model leaves: so the uncertainties are half way from one for all, by their logarithms. A
-    run that is not repeated is like those whose largest torque is nearest to its own.
+    run that is not repeated is like those whose largest torque is nearest to its own. Runs that
+    agree in every digit are no proof of an exact instrument, and rounding is a scatter too.
     """
     torque = np.abs(readings.torque_Nm)
     kinds = [(rows, _divided(left_arcsec[rows])[2]) for rows in _alike(readings)]
-    kinds = [(rows, variance) for rows, variance in kinds if variance > 0]
+    least = (1e-9 * float(np.abs(left_arcsec).max(initial=0.0))) ** 2
+    rounding = display_step(readings.elastic_angle_arcsec) ** 2 / 12
+    kinds = [(rows, variance + rounding) for rows, variance in kinds if variance > least]
     found = np.ones(len(readings))
     if len(kinds) < 2:
         return found
-    reach = np.array([torque[rows].max() for rows, _ in kinds])
+    reach = np.array([max(float(torque[rows].max()), 1e-300) for rows, _ in kinds])
     variances = np.array([variance for _, variance in kinds])
     for run in np.unique(readings.run_index):
         here = readings.run_index == run
