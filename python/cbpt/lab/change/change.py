@@ -330,8 +330,8 @@ def _levels(readings: Readings, by: str) -> tuple[list[str], list[Readings]]:
     names = list(dict.fromkeys(labels.tolist()))
     if not 2 <= len(names) <= MOST_LEVELS:
         raise InvalidInputError(
-            f"by = {by!r}: the column has {len(names)} different values, from 2 to {MOST_LEVELS} "
-            "are possible"
+            f"by = {by!r}: found {len(names)} different value{'s' * (len(names) != 1)}, expected "
+            f"2 to {MOST_LEVELS}; take a column that says which state each reading is of"
         )
     with suppress(ValueError):
         names.sort(key=float)

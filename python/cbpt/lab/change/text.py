@@ -77,9 +77,15 @@ def _hidden(found: ChangeData) -> str:
     rest = _rest(found)
     if not rest:
         return ""
-    each = [f"{e} ({rounded(found.moves_arcsec[e])} arcsec)" for e in found.hidden]
-    also = f", as that of {listed(each, 'or')} would" if each and found.kind == "changed" else ""
-    return f"{rest} A change that is smaller stays hidden{also}.{_by_itself(found)}"
+    each = [
+        f"{e} (moves the angles by {rounded(found.moves_arcsec[e])} arcsec)" for e in found.hidden
+    ]
+    also = (
+        f" Too small beside it to be told: {listed(each)}."
+        if each and found.kind == "changed"
+        else ""
+    )
+    return f"{rest} A change that is smaller stays hidden.{also}{_by_itself(found)}"
 
 
 def _rest(found: ChangeData) -> str:
