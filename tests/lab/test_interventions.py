@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 
 import cbpt
+from cbpt.lab.change.reproducibility import doubts_of
+from cbpt.lab.change.rest import rest_of
 from cbpt.lab.model.own_loops import small_loops_of
 
 DATA = Path(__file__).parents[1] / "data" / "interventions"
@@ -132,6 +134,12 @@ def test_preload_takes_play_and_raises_friction() -> None:
     assert directions(found) == {"backlash": "down", "friction_hysteresis": "up"}
     found = between("conic_pccf_1", "after_run_in", "preload_5", case=DATA / "reducer.toml")
     assert directions(found)["backlash"] == "down"
+    # What friction moves is less than what these effects leave differs between both.
+    assert found.hidden == ("friction_hysteresis",)
+    verdict = found.to_dict()["verdict"]
+    assert [p["effect"] for p in verdict["perhaps"]] == ["friction_hysteresis"]
+    assert found.moves_arcsec["friction_hysteresis"] < found.not_followed_arcsec
+    assert "Too small beside it to be told: friction_hysteresis" in found.sentence
 
 
 def test_a_stiffness_that_is_far_off_is_told_to_be_corrected_first() -> None:
@@ -140,8 +148,11 @@ def test_a_stiffness_that_is_far_off_is_told_to_be_corrected_first() -> None:
 
 
 def test_what_the_effects_do_not_follow_counts_beside_a_stated_reproducibility_too() -> None:
-    found = between("conic_pccf_1", "preload_1", "preload_2", reproducibility_arcsec=1.0)
-    assert found.kind == "nothing"
+    """A reproducibility of next to nothing says what none that is stated does."""
+    pair = "conic_pccf_1", "preload_1", "preload_2"
+    bare = between(*pair, case=DATA / "reducer.toml")
+    stated = between(*pair, case=DATA / "reducer.toml", reproducibility_arcsec=1e-3)
+    assert stated.weighed.something == pytest.approx(bare.weighed.something, rel=1e-2)
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -215,3 +226,19 @@ def test_what_is_not_certain_is_not_told_as_a_fact() -> None:
     assert found.verdict.names and not found.verdict.effects
     assert "In addition there is" not in found.sentence
     assert "not certain" in found.sentence
+
+
+def test_runs_with_the_same_torques_are_one_run_in_the_uncertainty_beside_a_rest() -> None:
+    """What play and friction leave of a state is the same in each ramp: three ramps for each one
+    tell no more of it."""
+    whole = between("split_undersized_pccf_1", "initial_repeated", "initial")
+    levels = whole.weighed.best.levels
+    is_law = rest_of(whole.weighed).is_law
+    assert all(is_law)
+    doubts = doubts_of(levels, is_law, alone=True)
+    assert doubts_of(levels, [False, False], alone=True) == [1.0, 1.0]
+    assert min(doubts) > 1.4  # of two ramps each, sqrt(2) from that alone
+    fit = levels.fits[0]
+    play = next(u for u in fit.unknowns if u.name == "backlash.play_rad")
+    told = next(b for b in whole.by_itself if b.parameter == "play_rad")
+    assert told.u[0] == pytest.approx(doubts[0] * fit.u(play))
