@@ -242,3 +242,12 @@ def test_runs_with_the_same_torques_are_one_run_in_the_uncertainty_beside_a_rest
     play = next(u for u in fit.unknowns if u.name == "backlash.play_rad")
     told = next(b for b in whole.by_itself if b.parameter == "play_rad")
     assert told.u[0] == pytest.approx(doubts[0] * fit.u(play))
+
+
+@pytest.mark.parametrize("build", ["conic_pccf_1", "split_onyx_1"])
+def test_a_torque_of_the_other_sign_is_refused_however_wide_the_loop(build: str) -> None:
+    readings = cbpt.read_readings(DATA / f"{build}.csv", need_preload=False, by="moment")
+    part = readings.select(readings.labels["moment"] == "after_run_in")
+    turned = replace(part, torque_Nm=-part.torque_Nm)
+    with pytest.raises(cbpt.ReadingsError, match="reverse the sign"):
+        cbpt.diagnose(DATA / "reducer.toml", turned)

@@ -374,7 +374,16 @@ def _stop_if_it_does_not_follow(campaign: Campaign, model: Floats) -> None:
             expected = "the torque of the output side"
             remedy = "multiply torques of the input side by the ratio"
         raise ReadingsError.of_column(r.source, name, what, expected, remedy)
-    if float(x @ y) ** 2 < 0.3 * size * float(x @ x):
+    follows = float(x @ y) ** 2 >= 0.3 * size * float(x @ x)
+    if follows and float(x @ y) < 0:
+        raise ReadingsError.of_column(
+            r.source,
+            "elastic_angle",
+            "angles that fall where the torque rises",
+            "angles of the sign of the torque",
+            "reverse the sign of the torque or of the angle",
+        )
+    if not follows:
         raise ReadingsError.of_column(
             r.source,
             "elastic_angle",
