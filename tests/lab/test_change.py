@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 import cbpt
 from cbpt.cli import main as commands
+from cbpt.lab.change.demanded import demanded
 from cbpt.lab.change.loop_widths import LoopWidths, widths_of
 from cbpt.lab.change.parameters import trend_of
 from cbpt.lab.change.parties import Levels, levels_of
@@ -172,6 +174,37 @@ def test_what_changed_is_found_without_being_told_the_effect() -> None:
     answer = cbpt.change(SPRING, loops(0.0, seed=3), loops(1.2, seed=4))
     assert answer.kind == "changed"
     assert answer.changed[0].effect == FRICTION
+
+
+def told(
+    effects: tuple[str, ...], perhaps: dict[str, float], rivals: tuple[tuple[str, ...], ...] = ()
+) -> Any:
+    """A diagnosis that leaves a rest without a name, of a combination of all effects."""
+    every = (*effects, *perhaps, *(e for group in rivals for e in group), "creep")
+    verdict = SimpleNamespace(
+        lack_of_fit="a rest",
+        effects=effects,
+        perhaps=tuple(perhaps.items()),
+        rivals=rivals,
+        names=every,
+    )
+    library = (FRICTION, "backlash", "creep", "run_offset")
+    fitter = SimpleNamespace(variants=[SimpleNamespace(effect=e) for e in library])
+    return SimpleNamespace(
+        competition=SimpleNamespace(fitter=fitter),
+        verdict=verdict,
+        to_dict=lambda: {"combinations": [{"effects": list(every), "probability": 1.0}]},
+    )
+
+
+def test_what_may_be_part_of_a_rest_is_not_fitted_at_all_levels() -> None:
+    """Beside a rest without a name the effects are those that the diagnoses tell."""
+    before = told((FRICTION,), {"backlash": 0.4})
+    assert demanded([before, told((FRICTION,), {})]) == [[FRICTION], ["backlash", FRICTION]]
+    rivals = told((), {}, ((FRICTION, "run_offset"),))
+    assert demanded([rivals]) == [[FRICTION], []]
+    before.verdict.lack_of_fit = None
+    assert demanded([before]) == [["backlash", "creep", FRICTION]]
 
 
 # --- the loops as they were measured ------------------------------------------------------

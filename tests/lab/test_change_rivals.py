@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 import cbpt
-from cbpt.lab.change.parameters import changed_of
+from cbpt.lab.change.parameters import _direction, changed_of
 from cbpt.lab.change.parties import levels_of
 from cbpt.lab.change.posterior import Choice, Weighed, groups_of
 from cbpt.lab.change.record import Changed, Limit
@@ -109,6 +109,14 @@ def changed_from(before: float, after: float, *limits: Limit | None) -> Changed:
 def test_a_value_at_the_limit_of_its_range_has_no_uncertainty(c: Changed, said: str) -> None:
     told = _told(found(loops(1.0), loops(1.5, seed=2)), c)
     assert said in told and ("+-" in told) == (c.moved and None in c.limits)
+
+
+@pytest.mark.parametrize(("limit", "direction"), [(None, "gone"), ("own loops", "down")])
+def test_what_ends_at_a_limit_has_not_disappeared(limit: Limit | None, direction: str) -> None:
+    """However uncertain it is: a play as large as the small loops allow is there."""
+    assert _direction((6.0, 1.0), (0.5, 0.8), (None, limit), may_vanish=True) == direction
+    opposite = {"gone": "new", "down": "up"}[direction]
+    assert _direction((1.0, 6.0), (0.8, 0.5), (limit, None), may_vanish=True) == opposite
 
 
 def test_a_value_at_its_bound_is_at_a_limit() -> None:

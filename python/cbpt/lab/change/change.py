@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike
 from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError, NoSolutionError
 from cbpt.lab.change.answer import Change
+from cbpt.lab.change.demanded import demanded
 from cbpt.lab.change.instruments import plausible, with_instruments
 from cbpt.lab.change.loop_widths import LoopWidths, widths_of
 from cbpt.lab.change.noise import noise_change
@@ -45,7 +46,6 @@ from cbpt.lab.diagnosis.fit_text import at_limits, beyond_own_loops
 from cbpt.lab.inference.residuals import rmse_of
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.own_terms import campaign_of, chosen
-from cbpt.lab.model.priors import PRIORS
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.readings import Readings
 from cbpt.lab.selection.model_comparison import Progress
@@ -54,11 +54,6 @@ from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording.numbers import listed
 
 __all__ = ["change"]
-
-_LIKELY = 0.1
-"""Combinations of a level that are less probable are not looked at."""
-_MOST_SETS = 4
-"""Sets of effects that are fitted at all levels."""
 
 _DIAGNOSED, _FITTED, _WEIGHED, _OFFERED = 0.6, 0.7, 0.8, 0.9
 """Shares of the work that are done after the diagnoses, after the fits of each level, after the
@@ -193,7 +188,7 @@ def _effects(
         begin, end = (_DIAGNOSED * i / len(parts) for i in (k, k + 1))
         told = part_of(tell, begin, end, f"diagnosis of {name}, ")
         answers.append(diagnosed(case, readings, seed, progress=told))
-    return answers, _demanded(answers), []
+    return answers, demanded(answers), []
 
 
 def _forms(answers: Sequence[Diagnosis]) -> set[str]:
@@ -336,25 +331,6 @@ def _levels(readings: Readings, by: str) -> tuple[list[str], list[Readings]]:
     with suppress(ValueError):
         names.sort(key=float)
     return names, [readings.select(labels == name) for name in names]
-
-
-def _demanded(answers: Sequence[Diagnosis]) -> list[list[str]]:
-    """Sets of effects for all levels: what the most probable combinations of the levels demand
-    together, the likeliest first."""
-    skipped = {"run_offset", "unknown", *PRIORS}
-    known = [{v.effect for v in d.competition.fitter.variants} for d in answers]
-    sets: dict[frozenset[str], float] = {frozenset(): 1.0}
-    for d in answers:
-        rows = [row for row in d.to_dict()["combinations"] if row["probability"] >= _LIKELY]
-        options = {frozenset(row["effects"]) - skipped: row["probability"] for row in rows}
-        options = options or {frozenset(d.verdict.names) - skipped: 1.0}
-        joined: dict[frozenset[str], float] = {}
-        for have, p in sets.items():
-            for more, q in options.items():
-                joined[have | more] = joined.get(have | more, 0.0) + p * q
-        top = sorted(joined, key=lambda names: -joined[names])[:_MOST_SETS]
-        sets = {names: joined[names] for names in top}
-    return [sorted(e for e in names if all(e in some for some in known)) for names in sets]
 
 
 # --- the answer ---------------------------------------------------------------------------

@@ -62,7 +62,7 @@ def _of_place(choice: Choice, place: int, chance: float, doubts: Sequence[float]
         after=values[-1],
         u_before=u[0],
         u_after=u[-1],
-        direction=_direction(values, fitted_u, may_vanish),
+        direction=_direction(values, fitted_u, limits, may_vanish),
         probability=chance,
         values=values,
         u=u,
@@ -140,11 +140,17 @@ def _si(levels: Levels, found: tuple[float, float], place: int) -> tuple[float, 
     return (float(np.exp(value)), float(np.exp(value)) * u) if unknown.log else (value, u)
 
 
-def _direction(values: Sequence[float], u: Sequence[float], may_vanish: bool) -> Direction:
+def _direction(
+    values: Sequence[float],
+    u: Sequence[float],
+    limits: Sequence[Limit | None],
+    may_vanish: bool,
+) -> Direction:
+    """What ends at a limit of its range is there, however uncertain."""
     first, last = abs(values[0]), abs(values[-1])
-    if may_vanish and first < 2 * u[0] and last > 3 * u[-1]:
+    if may_vanish and limits[0] is None and first < 2 * u[0] and last > 3 * u[-1]:
         return "new"
-    if may_vanish and last < 2 * u[-1] and first > 3 * u[0]:
+    if may_vanish and limits[-1] is None and last < 2 * u[-1] and first > 3 * u[0]:
         return "gone"
     return "up" if values[-1] > values[0] else "down"
 

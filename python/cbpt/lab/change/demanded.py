@@ -1,0 +1,57 @@
+"""Which effects are fitted at all levels where nobody names them.
+
+demanded  sets of effects, by the diagnoses of the levels
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+from math import prod
+
+from cbpt.lab.diagnosis.diagnosis import Diagnosis
+from cbpt.lab.model.priors import PRIORS
+
+_LIKELY = 0.1
+"""Combinations of a level that are less probable are not looked at."""
+_MOST_SETS = 4
+"""Sets of effects that are fitted at all levels."""
+_NO_EFFECTS = frozenset({"", "run_offset", "unknown", *PRIORS})
+"""What a diagnosis may say and that is no effect of its own here."""
+
+
+def demanded(answers: Sequence[Diagnosis]) -> list[list[str]]:
+    """Sets of effects for all levels: what the most probable sets of the levels demand together,
+    the likeliest first."""
+    known = [{v.effect for v in d.competition.fitter.variants} for d in answers]
+    sets: dict[frozenset[str], float] = {frozenset(): 1.0}
+    for d in answers:
+        options = _told(d) if d.verdict.lack_of_fit is not None else _combined(d)
+        joined: dict[frozenset[str], float] = {}
+        for have, p in sets.items():
+            for more, q in options.items():
+                joined[have | more] = joined.get(have | more, 0.0) + p * q
+        top = sorted(joined, key=lambda names: -joined[names])[:_MOST_SETS]
+        sets = {names: joined[names] for names in top}
+    return [sorted(e for e in names if all(e in some for some in known)) for names in sets]
+
+
+def _combined(d: Diagnosis) -> dict[frozenset[str], float]:
+    """The probable combinations of a level; else the one that its answer is drawn with."""
+    rows = [row for row in d.to_dict()["combinations"] if row["probability"] >= _LIKELY]
+    options = {frozenset(row["effects"]) - _NO_EFFECTS: row["probability"] for row in rows}
+    return options or {frozenset(d.verdict.names) - _NO_EFFECTS: 1.0}
+
+
+def _told(d: Diagnosis) -> dict[frozenset[str], float]:
+    """The same of a level beside a rest that has no name: what is told for certain, one of each
+    group of rivals, with and without what is likely. The other effects of its combinations may be
+    parts of the rest."""
+    groups = [[(e, p), ("", 1 - p)] for e, p in d.verdict.perhaps]
+    groups += [[(e, 1 / len(group)) for e in group] for group in d.verdict.rivals]
+    found: dict[frozenset[str], float] = {}
+    for chosen in product(*groups):
+        names = {*d.verdict.effects, *(e for e, _ in chosen)} - _NO_EFFECTS
+        probability = prod(p for _, p in chosen)
+        found[frozenset(names)] = found.get(frozenset(names), 0.0) + probability
+    return found
