@@ -169,8 +169,8 @@ def test_play_falls_and_friction_rises_by_itself(build: str, last: int, case: st
     assert play.values[1] < 0.5 * play.values[0]
     if case != STIFF:
         assert friction.values[1] > 1.3 * friction.values[0]
-    if found.kind == "undecided":
-        assert "The measured loops changed" in found.sentence and "by itself" in found.sentence
+    assert found.sentence.count("The measured loops changed") == 1
+    assert "by itself" in found.sentence
 
 
 @pytest.mark.parametrize("further", [[], ["output_torsion"]])

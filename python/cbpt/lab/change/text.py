@@ -85,7 +85,8 @@ def _hidden(found: ChangeData) -> str:
         if each and found.kind == "changed"
         else ""
     )
-    return f"{rest} A change that is smaller stays hidden.{also}{_by_itself(found)}"
+    loops = _loops_differ(found) if found.foremost else ""
+    return f"{rest} A change that is smaller stays hidden.{also}{loops}{_by_itself(found)}"
 
 
 def _rest(found: ChangeData) -> str:
