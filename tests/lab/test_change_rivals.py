@@ -13,6 +13,7 @@ from cbpt.lab.change.parameters import _direction, changed_of
 from cbpt.lab.change.parties import levels_of
 from cbpt.lab.change.posterior import Choice, Weighed, groups_of
 from cbpt.lab.change.record import Changed, Limit
+from cbpt.lab.change.rest import Rest, rest_of
 from cbpt.lab.change.shared import fit_shared
 from cbpt.lab.change.text import _told
 from cbpt.lab.model.own_terms import campaign_of
@@ -61,6 +62,22 @@ def test_a_gain_that_all_else_follows_may_be_a_stiffness() -> None:
     stiffness, gain = answer.changed
     assert 0.95 > stiffness.probability > gain.probability > 0.05
     assert stiffness.moved and gain.moved
+
+
+def test_one_of_a_group_that_is_told_is_not_said_to_be_too_small(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Beside a rest between what the stiffness and what the gain moves."""
+    tables = play(300.0), stiffened(play(300.0, seed=2))
+
+    def with_hidden(weighed: Weighed) -> Rest:
+        return replace(rest_of(weighed), hidden=("contact_stiffness",))
+
+    monkeypatch.setattr("cbpt.lab.change.change.rest_of", with_hidden)
+    answer = cbpt.change(SPRING, *tables, effects=["backlash"])
+    assert answer.rivals == (("contact_stiffness", "sensor_gain"),)
+    assert {c.effect for c in answer.changed} == set(answer.rivals[0])
+    assert not answer.hidden
 
 
 def test_a_zero_of_the_torque_is_no_change_of_the_reducer() -> None:

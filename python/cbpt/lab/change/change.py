@@ -359,6 +359,9 @@ def _answer(
     # Beside such a rest an effect of which no number moved is one of those that are not told.
     moved = {c.effect for c in changed if c.moved or not rest.not_followed_arcsec}
     hidden = {*rest.hidden, *(c.effect for c in changed if c.effect not in moved)}
+    changed = [c for c in changed if not {c.effect, *c.rivals} <= hidden]
+    # One of a group that is told is not said to be too small.
+    hidden -= {c.effect for c in changed}
     # What the effects do not follow may hide a change of any number, or take its place.
     told = kind != "undecided" and not rest.not_followed_arcsec
     # No rest of a level is one that the effects of all levels follow.
@@ -366,7 +369,7 @@ def _answer(
     remains = [left for left, rmse in of_levels if left is not None and left["rms_arcsec"] <= rmse]
     return Change(
         kind=kind,
-        changed=tuple(c for c in changed if not {c.effect, *c.rivals} <= hidden),
+        changed=tuple(changed),
         unchanged=tuple(unchanged_of(weighed)) if told else (),
         probability=1 - something if kind == "nothing" else something,
         noise=noise_change(tables, levels.fits),
