@@ -139,7 +139,7 @@ def test_preload_takes_play_and_raises_friction() -> None:
     verdict = found.to_dict()["verdict"]
     assert [p["effect"] for p in verdict["perhaps"]] == ["friction_hysteresis"]
     assert found.moves_arcsec["friction_hysteresis"] < found.not_followed_arcsec
-    assert "Too small beside it to be told: friction_hysteresis" in found.sentence
+    assert "Not decided beside it: friction_hysteresis" in found.sentence
 
 
 def test_a_stiffness_that_is_far_off_is_told_to_be_corrected_first() -> None:

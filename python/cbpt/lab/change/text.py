@@ -78,15 +78,12 @@ def _hidden(found: ChangeData) -> str:
     if not rest:
         return ""
     each = [
-        f"{e} (moves the angles by {rounded(found.moves_arcsec[e])} arcsec)" for e in found.hidden
+        f"{e} (moves the angles by {rounded(found.moves_arcsec[e])} arcsec, rms)"
+        for e in found.hidden
     ]
-    also = (
-        f" Too small beside it to be told: {listed(each)}."
-        if each and found.kind == "changed"
-        else ""
-    )
+    also = f" Not decided beside it: {listed(each)}." if each and found.kind == "changed" else ""
     loops = _loops_differ(found) if found.foremost else ""
-    return f"{rest} A change that is smaller stays hidden.{also}{loops}{_by_itself(found)}"
+    return f"{rest} A smaller change cannot be seen.{also}{loops}{_by_itself(found)}"
 
 
 def _rest(found: ChangeData) -> str:
@@ -94,8 +91,8 @@ def _rest(found: ChangeData) -> str:
     if not found.not_followed_arcsec:
         return ""
     return (
-        f" The fitted effects leave {rounded(found.not_followed_arcsec)} arcsec (rms) of the "
-        "readings of a level unexplained, the same in each run, so it is no noise."
+        f" The fitted effects leave up to {rounded(found.not_followed_arcsec)} arcsec (rms) of the "
+        "readings unexplained, the same in each run: no noise, but something that the model lacks."
     )
 
 
