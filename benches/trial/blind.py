@@ -89,12 +89,8 @@ def rows(seeds: list[int]) -> Iterator[str]:
         these = [o for o in singles if abs(o["truth"]["d"] / d - 1) < 0.15]
         yield _row(f"single, named, d = {d:g}", these, claims.named)
     pairs = [o for o in every if o["family"] == "two"]
-    yield _row("pair, held", pairs, _held)
+    yield _row("pair, held", pairs, claims.all_held)
     yield _row("pair, named", pairs, claims.named)
-
-
-def _held(found: claims.Outcome) -> bool:
-    return claims.held(found["answer"], claims.accepted(found))
 
 
 def _row(what: str, these: list[dict[str, Any]], of: Callable[[claims.Outcome], bool]) -> str:

@@ -74,6 +74,11 @@ def held(answer: Mapping[str, Any], wanted: Sequence[Sequence[str]]) -> bool:
     return any(_matches(certain | (set(pick) - {""}), wanted) for pick in product(*groups))
 
 
+def all_held(outcome: Outcome) -> bool:
+    """Whether the answer holds all that is hidden."""
+    return held(outcome["answer"], accepted(outcome))
+
+
 def named(outcome: Outcome) -> bool:
     """Whether the truth and nothing else is certain, and nothing is open."""
     answer, wanted = outcome["answer"], accepted(outcome)

@@ -82,10 +82,6 @@ def _from(outcomes: Sequence[Outcome], d: float) -> list[Outcome]:
     return [o for o in outcomes if o["truth"]["d"] >= 0.94 * d]
 
 
-def _held(o: Outcome) -> bool:
-    return claims.held(o["answer"], claims.accepted(o))
-
-
 def by_oracle(event: Event) -> Event:
     """The same of what the oracle says."""
     return lambda o: event({**o, "answer": o["oracle"]["answer"]})
@@ -151,9 +147,9 @@ def _singles(outcomes: Sequence[Outcome]) -> list[Measure]:
     strong, found = _from(every, STRONG), []
     for kind, word in WORDS.items():
         place = f"{word}, d >= 8"
-        found += _three("single held", place, _noise(strong, kind), _held, (0.95, 0.05))
+        found += _three("single held", place, _noise(strong, kind), claims.all_held, (0.95, 0.05))
     others = [o for o in strong if o["truth"]["noise"]["kind"] not in WORDS]
-    found += _three("single held", "other noises, d >= 8", others, _held, (None, None))
+    found += _three("single held", "other noises, d >= 8", others, claims.all_held, (None, None))
     for d in (6.0, 8.0, 12.0):
         these = _at(every, d)
         found += _three("single named", f"d = {d:g}", these, claims.named, (None, 0.10))
@@ -164,9 +160,9 @@ def _pairs(outcomes: Sequence[Outcome]) -> list[Measure]:
     strong, found = _from(_of(outcomes, "two"), STRONG), []
     for kind, word in WORDS.items():
         place = f"{word}, d >= 8"
-        found += _three("pair held", place, _noise(strong, kind), _held, (0.75, 0.10))
+        found += _three("pair held", place, _noise(strong, kind), claims.all_held, (0.75, 0.10))
     others = [o for o in strong if o["truth"]["noise"]["kind"] not in WORDS]
-    found += _three("pair held", "other noises, d >= 8", others, _held, (None, None))
+    found += _three("pair held", "other noises, d >= 8", others, claims.all_held, (None, None))
     found.append(share("  one of the two held", "d >= 8", strong, claims.part_held))
     found += _three("pair named", "d >= 8", strong, claims.named, (None, 0.15))
     return found
@@ -175,7 +171,7 @@ def _pairs(outcomes: Sequence[Outcome]) -> list[Measure]:
 def _triples(outcomes: Sequence[Outcome]) -> list[Measure]:
     strong = _from(_of(outcomes, "three"), 12.0)
     return [
-        *_three("triple held", "d >= 12", strong, _held, (0.60, None)),
+        *_three("triple held", "d >= 12", strong, claims.all_held, (0.60, None)),
         *_three("triple named", "d >= 12", strong, claims.named, (None, None)),
     ]
 
@@ -200,7 +196,7 @@ def _others(outcomes: Sequence[Outcome]) -> list[Measure]:
     found = []
     for family in ("slide", "spring"):
         these = [o for o in _of(outcomes, family) if claims.accepted(o)]
-        found += _three(f"{family}: held", "d >= 8", these, _held, (None, None))
+        found += _three(f"{family}: held", "d >= 8", these, claims.all_held, (None, None))
         found += _three(f"{family}: named", "d >= 8", these, claims.named, (None, None))
     return found
 
@@ -237,7 +233,11 @@ def _small(outcomes: Sequence[Outcome]) -> list[Measure]:
     found.append(share("  nothing is missing", "lawless", lawless, _says_nothing))
     found.append(share("  an effect certain", "small, without one", none, _certain))
     false = share("  a false effect certain", "small, with one", some, _false)
-    return [*found, false, *_three("  held", "small, with one", some, _held, (None, None))]
+    return [
+        *found,
+        false,
+        *_three("  held", "small, with one", some, claims.all_held, (None, None)),
+    ]
 
 
 def _false(o: Outcome) -> bool:
@@ -318,7 +318,7 @@ def _pulls(outcomes: Sequence[Outcome]) -> list[Measure]:
     root mean square, with the interval of chi-squared."""
     from scipy.stats import chi2
 
-    held = [o for o in _of(outcomes, "two") if o.get("drive") and _held(o)]
+    held = [o for o in _of(outcomes, "two") if o.get("drive") and claims.all_held(o)]
     found = []
     for number, shift in NUMBERS.items():
         pulls = [

@@ -6,16 +6,25 @@ demanded  sets of effects, by the diagnoses of the levels
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import product
 from math import prod
 
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.model.priors import PRIORS
 
-_LIKELY = 0.1
-"""Combinations of a level that are less probable are not looked at."""
-_MOST_SETS = 4
-"""Sets of effects that are fitted at all levels."""
+
+@dataclass(frozen=True)
+class _Effort:
+    """How far is searched."""
+
+    least: float = 0.1
+    """Combinations of a level that are less probable are not looked at."""
+    sets: int = 4
+    """Sets of effects that are fitted at all levels."""
+
+
+_EFFORT = _Effort()
 _NO_EFFECTS = frozenset({"", "run_offset", "unknown", *PRIORS})
 """What a diagnosis may say and that is no effect of its own here."""
 
@@ -31,14 +40,14 @@ def demanded(answers: Sequence[Diagnosis]) -> list[list[str]]:
         for have, p in sets.items():
             for more, q in options.items():
                 joined[have | more] = joined.get(have | more, 0.0) + p * q
-        top = sorted(joined, key=lambda names: -joined[names])[:_MOST_SETS]
+        top = sorted(joined, key=lambda names: -joined[names])[: _EFFORT.sets]
         sets = {names: joined[names] for names in top}
     return [sorted(e for e in names if all(e in some for some in known)) for names in sets]
 
 
 def _combined(d: Diagnosis) -> dict[frozenset[str], float]:
     """The probable combinations of a level; else the one that its answer is drawn with."""
-    rows = [row for row in d.to_dict()["combinations"] if row["probability"] >= _LIKELY]
+    rows = [row for row in d.to_dict()["combinations"] if row["probability"] >= _EFFORT.least]
     options = {frozenset(row["effects"]) - _NO_EFFECTS: row["probability"] for row in rows}
     return options or {frozenset(d.verdict.names) - _NO_EFFECTS: 1.0}
 

@@ -81,7 +81,7 @@ class SmallLoops:
 
     @property
     def play_rad(self) -> float:
-        """The same."""
+        """The same, rad."""
         return self.allowed_arcsec / ARCSEC_PER_RAD
 
     @property
