@@ -23,6 +23,11 @@ impl Added {
         finite: true,
     };
 
+    /// What is added to a row; a list without entries adds nothing to any.
+    pub fn to(row: usize, added: &[Self]) -> &Self {
+        added.get(row).unwrap_or(&Self::NOTHING)
+    }
+
     /// The same; nothing where a number is not finite.
     pub fn checked(self) -> Self {
         let all = [self.torque_Nm, self.preload_N, self.series_rad, self.series_at_rest_rad];

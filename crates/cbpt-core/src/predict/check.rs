@@ -1,6 +1,6 @@
 //! Values that cannot be: each message names the number and what is allowed.
 
-use super::{Effect, Number, Predictor, Rows};
+use super::{Effect, Number, Predictor, Rows, Slot};
 use crate::effect;
 use crate::effect::own::Variable;
 use crate::effect::spec::Scale;
@@ -28,66 +28,69 @@ pub fn suited(reducer: &Reducer, place: usize, effect: &Effect, rows: &Rows) -> 
 impl Predictor {
     pub(super) fn check_values(&self, values: &[f64]) -> Result<(), InvalidInput> {
         let count = self.slots.len();
-        let rule = format!("must have {count} entries, one for each parameter");
-        require(values.len() == count, "values", format!("{} entries", values.len()), &rule)?;
+        if values.len() != count {
+            let rule = format!("must have {count} entries, one for each parameter");
+            return Err(InvalidInput::new("values", format!("{} entries", values.len()), rule));
+        }
         for (place, (value, slot)) in values.iter().zip(&self.slots).enumerate() {
-            let field =
-                || format!("values[{place}], {} of {}", slot.parameter.name(), self.name(slot.effect));
-            let (lower, upper) = slot.parameter.limits();
-            let within = *value >= lower && *value <= upper;
-            let rule = format!("must lie between {lower} and {upper}");
-            require(value.is_finite() && within, field(), value, &rule)?;
-            let Number::Library(parameter) = slot.parameter else { continue };
-            if parameter.scale == Scale::Fixed {
-                require(value.fract() == 0.0, field(), value, "must be a whole number")?;
-            }
-            if let Some(drive) = self.reducer.ball_drive().filter(|_| parameter.stem == "ball") {
-                let balls = drive.deceleration().ball_count;
-                let rule = format!("must be below the number of deceleration balls, {balls}");
-                require(*value < f64::from(balls), field(), value, &rule)?;
-            }
-            let thermal = matches!(
-                parameter.quantity,
-                Quantity::AnglePerTemperature | Quantity::ForcePerTemperature | Quantity::PerTemperature
-            );
-            if thermal && !self.rows.has_temperature() {
-                require(
-                    *value == 0.0,
-                    field(),
-                    value,
-                    "must be 0, because the readings have no temperature",
-                )?;
-            }
-            if parameter.stem == "friction_radius" && !self.rows.has_preload() {
-                require(
-                    *value == 0.0,
-                    field(),
-                    value,
-                    "must be 0, because the readings have no preload; friction_torque_Nm needs none",
-                )?;
-            }
-            if parameter.stem == "preload_exponent" && !self.rows.has_preload() {
-                require(*value == 0.0, field(), value, "must be 0, because the readings have no preload")?;
-            }
-            if parameter.stem.starts_with("planet_") && self.reducer.torsion_spring().is_some() {
-                require(
-                    *value == 0.0,
-                    field(),
-                    value,
-                    "must be 0: the model of a torsion spring has no planet",
-                )?;
+            // Words only where one is wrong: a fit asks for a prediction of some hundred numbers again and again.
+            if let Some(rule) = self.broken_rule(*value, slot) {
+                let field =
+                    format!("values[{place}], {} of {}", slot.parameter.name(), self.name(slot.effect));
+                return Err(InvalidInput::new(field, value, rule));
             }
         }
         Ok(())
     }
 
+    /// What a value of a number must be and is not.
+    fn broken_rule(&self, value: f64, slot: &Slot) -> Option<String> {
+        let (lower, upper) = slot.parameter.limits();
+        if !(value.is_finite() && value >= lower && value <= upper) {
+            return Some(format!("must lie between {lower} and {upper}"));
+        }
+        let Number::Library(parameter) = slot.parameter else { return None };
+        if parameter.scale == Scale::Fixed && value.fract() != 0.0 {
+            return Some("must be a whole number".to_owned());
+        }
+        if let Some(drive) = self.reducer.ball_drive().filter(|_| parameter.stem == "ball") {
+            let balls = drive.deceleration().ball_count;
+            if value >= f64::from(balls) {
+                return Some(format!("must be below the number of deceleration balls, {balls}"));
+            }
+        }
+        if value == 0.0 {
+            return None;
+        }
+        let thermal = matches!(
+            parameter.quantity,
+            Quantity::AnglePerTemperature | Quantity::ForcePerTemperature | Quantity::PerTemperature
+        );
+        if thermal && !self.rows.has_temperature() {
+            return Some("must be 0, because the readings have no temperature".to_owned());
+        }
+        if parameter.stem == "friction_radius" && !self.rows.has_preload() {
+            let rule = "must be 0, because the readings have no preload; friction_torque_Nm needs none";
+            return Some(rule.to_owned());
+        }
+        if parameter.stem == "preload_exponent" && !self.rows.has_preload() {
+            return Some("must be 0, because the readings have no preload".to_owned());
+        }
+        if parameter.stem.starts_with("planet_") && self.reducer.torsion_spring().is_some() {
+            return Some("must be 0: the model of a torsion spring has no planet".to_owned());
+        }
+        None
+    }
+
     pub(super) fn check_wanted(&self, wanted: &[usize]) -> Result<(), InvalidInput> {
         for (place, &slot) in wanted.iter().enumerate() {
-            let field = format!("wanted[{place}]");
-            let rule = format!("must be below the number of parameters, {}", self.slots.len());
-            require(slot < self.slots.len(), &field, slot, &rule)?;
-            let fitted = self.slots[slot].parameter.scale() != Scale::Fixed;
-            require(fitted, &field, slot, "is a whole number, so there is no derivative with respect to it")?;
+            let wrong = |rule: String| Err(InvalidInput::new(format!("wanted[{place}]"), slot, rule));
+            if slot >= self.slots.len() {
+                return wrong(format!("must be below the number of parameters, {}", self.slots.len()));
+            }
+            if self.slots[slot].parameter.scale() == Scale::Fixed {
+                return wrong("is a whole number, so there is no derivative with respect to it".to_owned());
+            }
         }
         Ok(())
     }

@@ -89,6 +89,8 @@ pub struct Predictor {
     tables: Vec<TablesAtShift>,
     gaps: Vec<GapsOfSlot>,
     states: Vec<RowState>,
+    /// Where the states of the next prediction are made: room that is not asked for again at each.
+    spare: Vec<RowState>,
 }
 
 /// Meshing points at all input angles, with all contact angles shifted.
@@ -146,6 +148,9 @@ pub struct Contribution {
 const KEPT_SHIFTS: usize = 2;
 /// Rows that a thread takes at a time where no history binds them.
 const CHUNK: usize = 16;
+/// Readings from which threads are worth waking: fewer are predicted within a millisecond or two, and where the machine has
+/// other work too, a thread that has to be waited for takes longer than that.
+const WORTH_THREADS: usize = 2000;
 
 impl Predictor {
     /// A predictor of a reducer with the effects of these ids, on these rows. An id may stand more than once.
@@ -215,6 +220,7 @@ impl Predictor {
             tables: Vec::new(),
             gaps: Vec::new(),
             states,
+            spare: Vec::new(),
         })
     }
 
@@ -270,6 +276,9 @@ impl Predictor {
         }
         let gap_slots = self.gap_slots(values, wanted, on);
         self.renew_gaps(values, &gap_slots);
+        // A copy: an own effect that fails leaves the ones that there were.
+        let mut states = std::mem::take(&mut self.spare);
+        states.clone_from(&self.states);
         let sites = self.sites(&self.tables[at_shift].at_angle, &plain, values, &gap_slots, wanted);
         let friction = self.remembers(&plain, wanted);
         let groups = self.groups(friction);
@@ -280,9 +289,7 @@ impl Predictor {
         let whole =
             Block { chain: &plain, sites: &sites, rows, added: &added, site_of: angle_of_row, alike: &alike };
         let mut solved: Vec<Solved> = vec![Solved::default(); rows.len()];
-        // A copy: an own effect that fails leaves the ones that there were.
-        let mut states = self.states.clone();
-        in_groups(&groups, &mut states, &mut solved).into_par_iter().for_each(|(group, states, solved)| {
+        self.spread(in_groups(&groups, &mut states, &mut solved), |(group, states, solved)| {
             whole.part(group).solve(asked, friction, states, solved);
         });
         for (row, &first) in alike.iter().enumerate().filter(|(row, first)| *row != **first) {
@@ -298,18 +305,16 @@ impl Predictor {
             let whole = Block { chain: &chain, added: &added, ..whole };
             let gaps: Vec<Dual> = wanted_gaps.iter().map(|slot| seeded(values, slots, *slot)).collect();
             let mut angles = vec![NOT_SOLVED; rows.len()];
-            in_groups(&groups, &mut solved, &mut angles).into_par_iter().for_each(
-                |(group, solved, angles)| {
-                    whole.part(group).differentiate(&gaps, friction, solved, angles);
-                },
-            );
+            self.spread(in_groups(&groups, &mut solved, &mut angles), |(group, solved, angles)| {
+                whole.part(group).differentiate(&gaps, friction, solved, angles);
+            });
             for (row, angle) in chain.behind(rows, &added, angles)?.iter().enumerate() {
                 let first = row * wanted.len() + number * WIDTH;
                 sensitivities[first..first + slots.len()].copy_from_slice(&angle.partials[..slots.len()]);
             }
         }
         drop(sites);
-        self.states = states;
+        self.spare = std::mem::replace(&mut self.states, states);
         Ok(self.prediction(&angles, &solved, &sensitivities, wanted.len()))
     }
 
@@ -408,7 +413,7 @@ impl Predictor {
             undercut = undercuts(&drive);
             if !undercut {
                 let at = |&angle: &f64| Tables::new(&drive, angle, with_slopes);
-                at_angle = self.angles_rad.par_iter().map(at).collect();
+                at_angle = self.spread(self.angles_rad.iter().collect(), at);
             }
         }
         if self.tables.len() == KEPT_SHIFTS {
@@ -449,7 +454,7 @@ impl Predictor {
             let gap = |ball: &effect::port::Ball| shape(&chosen, size, ball);
             let Some(drive) = self.reducer.ball_drive() else { continue };
             let at = |angle: &f64| Gap { shapes: Tables::gap_shapes(drive, *angle, &gap) };
-            let at_angle = self.angles_rad.par_iter().map(at).collect();
+            let at_angle = self.spread(self.angles_rad.iter().collect(), at);
             let made = GapsOfSlot { slot, chosen: fixed(&chosen), at_angle };
             match known {
                 Some(place) => self.gaps[place] = made,
@@ -478,21 +483,24 @@ impl Predictor {
         }
         let spring_N_per_m = self.spring(plain);
         let gaps_of = |slot: usize| self.gaps.iter().find(|gaps| gaps.slot == slot);
-        tables
-            .par_iter()
-            .enumerate()
-            .map(|(angle, tables)| {
-                let gap = |&slot: &usize| Some((slot, &gaps_of(slot)?.at_angle[angle]));
-                let all: Vec<(usize, &Gap)> = gap_slots.iter().filter_map(gap).collect();
-                let valued: Vec<(f64, &Gap)> = all.iter().map(|(slot, gap)| (values[*slot], *gap)).collect();
-                let asked: Vec<&Gap> =
-                    all.iter().filter(|(slot, _)| wanted.contains(slot)).map(|(_, gap)| *gap).collect();
-                Site::new(
-                    Carrier::Pairs(Pairs::new(tables, contact, spring_N_per_m, &valued, &asked)),
-                    contact,
-                )
-            })
-            .collect()
+        self.spread(tables.iter().enumerate().collect(), |(angle, tables)| {
+            let gap = |&slot: &usize| Some((slot, &gaps_of(slot)?.at_angle[angle]));
+            let all: Vec<(usize, &Gap)> = gap_slots.iter().filter_map(gap).collect();
+            let valued: Vec<(f64, &Gap)> = all.iter().map(|(slot, gap)| (values[*slot], *gap)).collect();
+            let asked: Vec<&Gap> =
+                all.iter().filter(|(slot, _)| wanted.contains(slot)).map(|(_, gap)| *gap).collect();
+            let pairs = Pairs::new(tables, contact, spring_N_per_m, &valued, &asked);
+            Site::new(Carrier::Pairs(pairs), contact)
+        })
+    }
+
+    /// What becomes of each of some parts of the work, on all threads where that is worth it.
+    fn spread<T: Send, R: Send>(&self, parts: Vec<T>, of: impl Fn(T) -> R + Send + Sync) -> Vec<R> {
+        if self.rows.len() < WORTH_THREADS {
+            parts.into_iter().map(of).collect()
+        } else {
+            parts.into_par_iter().map(of).collect()
+        }
     }
 
     /// Rows that one thread takes: whole histories where they have a memory.

@@ -20,8 +20,11 @@ fn waits(effect: &dyn OwnEffect) -> bool {
 
 impl Chain {
     /// What own effects, then the torques before, add ahead of the meshing points; `rest`: also in series under no torque,
-    /// from which friction counts. Before its first reading a run has no torques.
+    /// from which friction counts. Before its first reading a run has no torques. Without entries where nothing is added.
     pub fn ahead(&self, table: &Rows, rest: bool) -> Result<Vec<Added>, InvalidInput> {
+        if self.own.is_empty() && !self.has_history() {
+            return Ok(Vec::new());
+        }
         let rows = table.by_run();
         let mut added = vec![Added::NOTHING; rows.len()];
         for (effect, own) in &self.own {
@@ -92,7 +95,7 @@ impl Chain {
 
     /// The load of every row, with what own effects have added so far.
     fn loads(&self, rows: &[Row], added: &[Added]) -> Vec<Load> {
-        rows.iter().zip(added).map(|(row, added)| self.load(row, added)).collect()
+        rows.iter().enumerate().map(|(place, row)| self.load(row, Added::to(place, added))).collect()
     }
 
     fn values(

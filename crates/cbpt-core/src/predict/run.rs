@@ -54,7 +54,7 @@ pub struct Block<'a> {
     pub chain: &'a Chain,
     pub sites: &'a [Site<'a>],
     pub rows: &'a [Row],
-    /// What own effects and the torques before add to each row.
+    /// What own effects and the torques before add to each row; without entries where that is nothing.
     pub added: &'a [Added],
     pub site_of: &'a [usize],
     /// Of the whole table, by [`Row::place`]: the first row that carries the same at the same input angle. Only that is solved.
@@ -66,10 +66,11 @@ pub struct Block<'a> {
 pub fn alike(chain: &Chain, rows: &[Row], added: &[Added], site_of: &[usize]) -> Vec<usize> {
     let mut firsts: HashMap<(usize, u64, u64), usize> = HashMap::with_capacity(rows.len());
     let first = |(place, row): (usize, &Row)| {
-        if !added[place].finite {
+        let added = Added::to(place, added);
+        if !added.finite {
             return place;
         }
-        let load = chain.load(row, &added[place]);
+        let load = chain.load(row, added);
         let carried = (site_of[place], load.torque_Nm.value.to_bits(), load.preload_N.value.to_bits());
         *firsts.entry(carried).or_insert(place)
     };
@@ -79,7 +80,8 @@ pub fn alike(chain: &Chain, rows: &[Row], added: &[Added], site_of: &[usize]) ->
 impl Block<'_> {
     /// Some of the rows of a whole table.
     pub fn part(&self, of: Range<usize>) -> Self {
-        let (rows, added, site_of) = (&self.rows[of.clone()], &self.added[of.clone()], &self.site_of[of]);
+        let added = self.added.get(of.clone()).unwrap_or_default();
+        let (rows, site_of) = (&self.rows[of.clone()], &self.site_of[of]);
         Self { rows, added, site_of, ..*self }
     }
 
@@ -95,7 +97,7 @@ impl Block<'_> {
         for (i, row) in self.rows.iter().enumerate().filter(|(_, row)| self.alike[row.place] == row.place) {
             let (state, solved) = (&mut states[i], &mut solved[i]);
             let site = &self.sites[self.site_of[i]];
-            let added = &self.added[i];
+            let added = Added::to(i, self.added);
             let load = self.chain.load(row, added);
             let preload_N = load.preload_N.value;
             if friction && i == 0 {
@@ -134,7 +136,7 @@ impl Block<'_> {
 
     /// A row that carries the same as a solved one: what stands in series is its own.
     pub fn like(&self, i: usize, first: &Solved) -> Solved {
-        let (row, added) = (&self.rows[i], &self.added[i]);
+        let (row, added) = (&self.rows[i], Added::to(i, self.added));
         let load = self.chain.load(row, added);
         let series = (self.chain.series(row, load.torque_Nm) + added.series_rad).value;
         let total_rad = first.mesh.as_ref().map_or(f64::NAN, |mesh| mesh.angle_rad + series);
@@ -173,7 +175,7 @@ impl Block<'_> {
         };
         let mut memory = Memory { angle_rad: Dual::constant(0.0), states: Vec::new() };
         for (i, row) in self.rows.iter().enumerate() {
-            let added = &self.added[i];
+            let added = Added::to(i, self.added);
             let load = self.chain.load(row, added);
             if friction && i == 0 {
                 let series = self.chain.series(row, load.torque_Nm * 0.0) + added.series_at_rest_rad;
