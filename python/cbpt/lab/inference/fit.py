@@ -37,7 +37,7 @@ Floats = NDArray[np.float64]
 class _Search:
     """When a search ends."""
 
-    steps: int = 20
+    steps: int = 40
     noise_worth: float = 2.0
     """In log-likelihood: a departure from form that gains less needs no new look at the noise."""
     stated_room: float = 6.0
@@ -99,7 +99,7 @@ class Fitter:
             # What scatters beside the rounding is hardly seen.
             self.stated_dof = HIDDEN_DOF
         # Play and friction of a torsion spring change the angle a lot, so a fit needs more steps.
-        self.steps = 4 * _SEARCH.steps if campaign.drive.kind == "torsion_spring" else _SEARCH.steps
+        self.steps = 2 * _SEARCH.steps if campaign.drive.kind == "torsion_spring" else _SEARCH.steps
         self.functions = modulations(campaign.readings)
         loops = small_loops_of(campaign)
         self.most = {
@@ -256,12 +256,13 @@ class Fitter:
         least = self._problem(base.unknowns, noise).objective(base.point) if base else np.inf
         nothing = self.model.neutral if base is None else base.point.values
         point = point_at(self.model, values, unknowns)
-        sizes = [u.index for u in unknowns if not u.log and np.isinf(u.sd)]
+        known = {u.index for u in base.unknowns} if base else set()
+        back = [u.index for u in unknowns if u.index in known or (not u.log and np.isinf(u.sd))]
         for _ in range(6):
             if point is not None and (base is None or problem.objective(point) < least):
                 break
             # Too much for the preload to hold, or for the model to follow: nearer to doing nothing.
-            values[sizes] = 0.5 * (values[sizes] + nothing[sizes])
+            values[back] = 0.5 * (values[back] + nothing[back])
             point = point_at(self.model, values, unknowns)
         if point is None:
             return None

@@ -52,6 +52,11 @@ class Signature:
             found[0] * self.unit[0] * _direction(self.secant) if self.secant else found * self.unit
         )
 
+    def found(self, sizes: Floats) -> Floats:
+        """The inverse of `sizes`."""
+        along = np.array([sizes @ _direction(self.secant)]) if self.secant else sizes
+        return np.asarray(along / self.unit[: len(along)])
+
     def log_prior(self, size: Floats, own: Floats) -> float:
         """Prior of a size in units of the columns; see `library.log_size_prior`."""
         return log_size_prior(self.variant, size, own) if not self.variant.spread else 0.0

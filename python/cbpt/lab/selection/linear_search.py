@@ -45,9 +45,15 @@ class Offer:
     signatures: tuple[Signature, ...]
     """What is added to `base`."""
     sizes: Floats
-    noise: Noise
+    seen: Fit
+    """The fit that the view is about, through its noise."""
     base: Fit | None = None
     """The fit that is added to; None for the drive as stated."""
+
+    @property
+    def noise(self) -> Noise:
+        """That of the view."""
+        return self.seen.noise
 
     @property
     def names(self) -> Names:
@@ -120,7 +126,7 @@ class View:
         score = float(self.score(np.array(gain.chi2), count)) + rest
         score += float(self.weight[list(members)].sum())
         chosen = tuple(self.signatures[m] for m in members)
-        return Offer(score, chosen, gain.sizes, self.seen.noise, base)
+        return Offer(score, chosen, gain.sizes, self.seen, base)
 
     def singles(self) -> Floats:
         """Scores of all signatures; minus infinity where one cannot be seen."""

@@ -54,7 +54,7 @@ from cbpt.lab.selection.setting import (
     prior,
     with_an_artefact,
 )
-from cbpt.lab.selection.starts import start_values
+from cbpt.lab.selection.starts import refitted, start_values
 
 Floats = NDArray[np.float64]
 Progress = Callable[[str, float], object]
@@ -228,7 +228,7 @@ class _Contest:
         before = offer.base.hypothesis.variants if offer.base else ()
         hypothesis = Hypothesis((*before, *(s.variant for s in offer.signatures)))
         start = start_values(self.fitter, offer.signatures, offer.sizes, offer.base)
-        return hypothesis, start
+        return hypothesis, refitted(self.fitter, offer.seen, offer.signatures, start)
 
     def find_modes(self) -> None:
         """Other modes of the singles that are near the best."""

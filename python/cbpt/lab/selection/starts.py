@@ -2,6 +2,7 @@
 
 places        effect and parameter of each value of a model
 start_values  the values to start a fit from
+refitted      those with the unknowns of the fit that was screened where the sizes move them
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from cbpt.lab.covariance.linear_gaussian import solved
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.hypothesis import Hypothesis
@@ -71,4 +73,31 @@ def start_values(
             if effect not in base.hypothesis.effects:
                 i = fitter.place(effect, parameter)
                 values[i] = np.clip(value, fitter.model.lower[i], fitter.model.upper[i])
+    return values
+
+
+def refitted(fitter: Fitter, seen: Fit, signatures: Sequence[Signature], values: Floats) -> Floats:
+    """Start values with the unknowns of a fit at the minimum of its linear problem, once the
+    signatures have the sizes that the values give them, shape (p,).
+
+    The sizes of the linear problem are those beside unknowns that are fitted too: without that a
+    fit begins far from where the linear problem ends.
+    """
+    taken = np.zeros(len(fitter.campaign))
+    added = np.zeros(len(values))
+    for s in signatures:
+        if s.variant.spread:
+            continue
+        at = [fitter.place(s.variant.effect, size) for size in s.variant.sizes]
+        added[at] = values[at] - fitter.model.neutral[at]
+        taken += s.columns @ s.found(added[at])
+    margin = seen.margin
+    mode = solved(margin.factor, margin.x.T @ (margin.y - seen.whitener(taken)))
+    values = values.copy()
+    for u, units in zip(seen.unknowns, mode, strict=False):
+        x = u.mean + u.unit * units
+        value = float(np.clip(np.exp(x) if u.log else x, u.lower, u.upper))
+        # A number of the drive that is an effect too moves by both.
+        value += added[u.index]
+        values[u.index] = np.clip(value, fitter.model.lower[u.index], fitter.model.upper[u.index])
     return values
