@@ -56,6 +56,7 @@ def _with_set_up(party: Party, parties: Sequence[Party], arcsec: float) -> Party
     problem = copy(plain)
     problem.whitener = plain.whitener.beside(columns[:, seen] * (arcsec / size[seen]))
     problem.offsets = problem.whitener(plain.campaign.offsets)
+    problem.basis = np.linalg.qr(problem.offsets)[0]
     more = _log_volume(problem) - _log_volume(plain)
     return Party(problem, party.point, party.log_noise + more)
 

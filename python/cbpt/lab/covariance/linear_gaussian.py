@@ -403,9 +403,7 @@ class Margin:
 
         A whitened column times this is the scalar product that counts.
         """
-        return columns - self.x @ np.linalg.solve(
-            self.factor.T, np.linalg.solve(self.factor, self.x.T @ columns)
-        )
+        return columns - self.x @ solved(self.factor, self.x.T @ columns)
 
 
 def log_likelihood(chi2: float, whitener: Whitener, margin_volume: float) -> float:

@@ -134,35 +134,47 @@ def linearised(
 ) -> Linear:
     """Readings less model, columns of unknowns, discrepancies and offsets, prior precisions; in
     arcsec."""
-    y, columns, precision = problem.linear(point)
-    found = [np.zeros((len(columns), 0))]
+    columns = problem.columns(point)
+    y = problem.campaign.y_arcsec - point.angle_arcsec + columns @ problem.off(point)
+    departures = _departures(problem, hypothesis, point, discrepancy)
+    x = np.column_stack([columns, departures, problem.campaign.offsets])
+    return Linear(y, x, _precisions(problem, departures))
+
+
+def _precisions(problem: Problem, departures: Floats) -> Floats:
+    """Of the priors of unknowns, departures and offsets."""
+    flat = np.zeros(problem.offsets.shape[1])
+    return np.concatenate([problem.precision, np.ones(departures.shape[1]), flat])
+
+
+def _departures(
+    problem: Problem, hypothesis: Hypothesis, point: Point, discrepancy: Discrepancy
+) -> Floats:
+    """Columns by which the effects may depart from their equations, of one standard deviation each,
+    arcsec, shape (n, k)."""
+    found = [np.zeros((len(problem.campaign), 0))]
     if discrepancy.sd:
-        size = (problem.coordinates(point) - problem.mean) / problem.unit
+        columns, size = problem.columns(point), problem.off_mean(point)
         for at in may_depart(hypothesis, problem.unknowns):
             contribution = columns[:, at] @ size[at]
-            sd = discrepancy.sd * _own_share(problem, columns, precision, contribution, at)
+            sd = discrepancy.sd * _own_share(problem, point, size, at)
             found.append(sd * discrepancy_columns(contribution, discrepancy.functions))
-    departures = np.column_stack(found)
-    offsets = problem.campaign.offsets
-    x = np.column_stack([columns, departures, offsets])
-    priors = precision, np.ones(departures.shape[1]), np.zeros(offsets.shape[1])
-    return Linear(y, x, np.concatenate(priors))
+    return np.column_stack(found)
 
 
-def _own_share(
-    problem: Problem, columns: Floats, precision: Floats, contribution: Floats, at: Sequence[int]
-) -> float:
+def _own_share(problem: Problem, point: Point, size: Floats, at: Sequence[int]) -> float:
     """How much of what an effect contributes the numbers of the drive and the offsets do not take.
 
     An effect may depart from its form by a share of what it shows itself: one whose contribution
     is that of a number of the drive would lend its departures to anything.
     """
+    columns, precision = problem.at(point).x, problem.precision
     known = [i for i in range(len(precision)) if precision[i] > 0 and i not in set(at)]
-    white = problem.whitener(np.column_stack([contribution, columns[:, known]]))
-    x = np.column_stack([white[:, 1:], problem.offsets])
+    contribution = columns[:, at] @ size[at]
+    x = np.column_stack([columns[:, known], problem.offsets])
     flat = np.zeros(problem.offsets.shape[1])
-    total = float(white[:, 0] @ white[:, 0])
-    left = Margin.of(white[:, 0], x, np.r_[precision[known], flat]).chi2
+    total = float(contribution @ contribution)
+    left = Margin.of(contribution, x, np.r_[precision[known], flat]).chi2
     return float(np.sqrt(left / total)) if total > 0 else 0.0
 
 
@@ -181,21 +193,28 @@ def evaluated(
     stated_dof: so many repeats the stated uncertainty is worth.
     """
     c, (point, converged) = problem.campaign, reached
-    y, x, precision = linearised(problem, hypothesis, point, discrepancy)
-    margin = Margin.of(problem.whitener(y), problem.whitener(x), precision)
+    seen, flat = problem.at(point), np.zeros(problem.offsets.shape[1])
+    y = seen.y + seen.x @ problem.off(point)
+    departures = _departures(problem, hypothesis, point, discrepancy)
+    if departures.size:
+        departures = problem.whitener(departures)
+    x = np.column_stack([seen.x, departures, problem.offsets])
+    margin = Margin.of(y, x, _precisions(problem, departures))
     p = len(problem.unknowns)
     inverse = np.linalg.inv(margin.factor)
     covariance = (inverse.T @ inverse)[:p, :p] * np.outer(problem.unit, problem.unit)
     r = c.y_arcsec - point.angle_arcsec
-    offsets = Margin.of(
-        problem.whitener(r), problem.offsets, np.zeros(problem.offsets.shape[1])
-    ).mode
+    offsets = Margin.of(seen.y, problem.offsets, flat).mode
     marginal = log_likelihood(margin.chi2, problem.whitener, margin.log_volume)
     marginal += float(log_scale_prior(np.array(problem.noise.scale), stated_dof))
     marginal -= price_of(problem.noise)
     # The linear problem counts as reached what lies beyond a bound or where no search came.
     within = problem.step(point)[1] if p else 0.0
-    promised = problem.objective(point) - _promised(problem, point, margin, discrepancy)
+    exact = margin
+    if discrepancy.sd:
+        x = np.column_stack([seen.x, problem.offsets])
+        exact = Margin.of(y, x, np.r_[problem.precision, flat])
+    promised = problem.objective(point) - exact.chi2
     marginal -= 0.5 * (max(promised - within, 0.0) + max(within, 0.0))
     return Fit(
         hypothesis=hypothesis,
@@ -215,21 +234,11 @@ def evaluated(
     )
 
 
-def _promised(problem: Problem, point: Point, margin: Margin, discrepancy: Discrepancy) -> float:
-    """Misfit with priors at the end of the linear problem, the equations exact."""
-    if not discrepancy.sd:
-        return margin.chi2
-    y, columns, precision = problem.linear(point)
-    x = np.column_stack([problem.whitener(columns), problem.offsets])
-    flat = np.zeros(problem.offsets.shape[1])
-    return Margin.of(problem.whitener(y), x, np.r_[precision, flat]).chi2
-
-
 def _log_prior_of_sizes(
     problem: Problem, hypothesis: Hypothesis, point: Point, covariance: Floats
 ) -> Iterator[float]:
     """Of each variant: see `priors.log_size_prior`."""
-    off = (problem.coordinates(point) - problem.mean) / problem.unit
+    off = problem.off_mean(point)
     own = np.sqrt(np.diag(covariance)) / problem.unit
     for number, variant in enumerate(hypothesis.variants):
         at = [i for i, u in enumerate(problem.unknowns) if u.size_of == number]

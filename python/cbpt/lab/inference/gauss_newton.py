@@ -1,6 +1,7 @@
 """The search for the most probable values of one hypothesis under one noise.
 
 Problem  the misfit with its priors, its columns and its Gauss-Newton step
+Seen     readings less model and columns at one point, whitened
 search   steps until none promises to gain
 
 Gauss-Newton on whitened residuals and priors, damped where it does not gain, with exact slopes and
@@ -10,11 +11,12 @@ bounds by projection; offsets of the readings are taken out at each step.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.covariance.linear_gaussian import Linear, Margin, Noise, Whitener
+from cbpt.lab.covariance.linear_gaussian import Noise, Whitener
 from cbpt.lab.inference.bounded_step import Mask, held_at_bounds
 from cbpt.lab.inference.hypothesis import Unknown
 from cbpt.lab.model.dataset import Campaign
@@ -38,6 +40,21 @@ def point_at(model: Assembled, values: Floats, unknowns: Sequence[Unknown]) -> P
     return point if known else None
 
 
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """Readings less model and columns at one point, whitened."""
+
+    point: Point
+    whitener: Whitener
+    y: Floats
+    """Shape (n,)."""
+    x: Floats
+    """Slopes by one step of each unknown, shape (n, p)."""
+    y_left: Floats
+    x_left: Floats
+    """The same less what the offsets take."""
+
+
 class Problem:
     """One set of unknowns and one noise, in steps of each unknown's own unit."""
 
@@ -57,6 +74,21 @@ class Problem:
         bounds = np.array([[u.lower, u.upper] for u in unknowns]).reshape(-1, 2)
         with np.errstate(divide="ignore", invalid="ignore"):
             self.low, self.high = np.where(self.log[:, None], np.log(bounds), bounds).T
+        self._last: Seen | None = None
+
+    def at(self, point: Point) -> Seen:
+        """What is seen at a point; that of the last one is kept."""
+        last = self._last
+        if last is None or last.point is not point or last.whitener is not self.whitener:
+            residual = (self.campaign.y_arcsec - point.angle_arcsec)[:, None]
+            # Without slopes where only the misfit is asked for.
+            asked = point.slopes.shape[1] == len(self.unknowns)
+            both = np.hstack([residual, self.columns(point)]) if asked else residual
+            white = self.whitener(both)
+            left = white - self.basis @ (self.basis.T @ white)
+            parts = white[:, 0], white[:, 1:], left[:, 0], left[:, 1:]
+            self._last = last = Seen(point, self.whitener, *parts)
+        return last
 
     def coordinates(self, point: Point) -> Floats:
         v = point.values[self.index]
@@ -70,13 +102,16 @@ class Problem:
 
     def off(self, point: Point) -> Floats:
         """Unknowns off the mean of their priors, in units; 0 where there is no prior."""
-        return np.where(self.precision > 0, (self.coordinates(point) - self.mean) / self.unit, 0.0)
+        return np.where(self.precision > 0, self.off_mean(point), 0.0)
+
+    def off_mean(self, point: Point) -> Floats:
+        """The same where there is no prior too."""
+        return np.asarray((self.coordinates(point) - self.mean) / self.unit)
 
     def objective(self, point: Point) -> float:
         """Whitened misfit after the best offsets, and priors."""
-        r = self.whitener(self.campaign.y_arcsec - point.angle_arcsec)
-        margin = Margin.of(r, self.offsets, np.zeros(self.offsets.shape[1]))
-        return margin.chi2 + float(self.precision @ self.off(point) ** 2)
+        y = self.at(point).y_left
+        return float(y @ y + self.precision @ self.off(point) ** 2)
 
     def moved(self, point: Point, step: Floats) -> Point | None:
         x = np.clip(self.coordinates(point) + step * self.unit, self.low, self.high)
@@ -90,8 +125,8 @@ class Problem:
 
     def seen(self, point: Point) -> Floats:
         """How far readings and priors see one unit of each unknown, in standard deviations."""
-        j = self.whitener(self.columns(point))
-        return np.asarray(np.sqrt(np.sum(j * j, axis=0) + self.precision))
+        x = self.at(point).x
+        return np.asarray(np.sqrt(np.sum(x * x, axis=0) + self.precision))
 
     def step(
         self, point: Point, radius: float = np.inf, scale: Floats | float = 1.0
@@ -101,40 +136,21 @@ class Problem:
 
         radius: the longest step, each unknown measured by `scale`, shape (p,).
         """
-        y = self._less_offsets(self.whitener(self.campaign.y_arcsec - point.angle_arcsec))
-        j = self._less_offsets(self.whitener(self.columns(point)))
+        seen = self.at(point)
+        gram, slope = seen.x_left.T @ seen.x_left, seen.x_left.T @ seen.y_left
         at, start = self.coordinates(point), self.off(point)
         low, high = (self.low - at) / self.unit, (self.high - at) / self.unit
-        p = len(self.unknowns)
-        scale = np.broadcast_to(scale, p)
+        scale = np.broadcast_to(scale, len(self.unknowns))
+        # The prior's own pull: its residual is where the unknown stands now.
+        curved, slope = gram + np.diag(self.precision), slope - self.precision * start
 
         def asked(step: Floats, free: Mask) -> Floats:
-            # The prior's own pull: its residual is where the unknown stands now.
-            x = j[:, free] / scale[free]
-            a = x.T @ x + np.diag(self.precision[free] / scale[free] ** 2)
-            b = x.T @ (y - j[:, ~free] @ step[~free])
-            b -= self.precision[free] * start[free] / scale[free]
+            a = curved[np.ix_(free, free)] / np.outer(scale[free], scale[free])
+            b = (slope[free] - curved[np.ix_(free, ~free)] @ step[~free]) / scale[free]
             return _within(a, b, radius) / scale[free]
 
-        def pull(step: Floats) -> Floats:
-            return np.asarray(j.T @ (y - j @ step) - self.precision * (start + step))
-
-        step = held_at_bounds(asked, pull, low, high)
-        left = y - j @ step
-        now = float(y @ y + self.precision @ start**2)
-        then = left @ left + self.precision @ np.where(self.precision > 0, start + step, 0.0) ** 2
-        return step, now - float(then)
-
-    def _less_offsets(self, columns: Floats) -> Floats:
-        """Whitened columns less what the offsets take."""
-        return np.asarray(columns - self.basis @ (self.basis.T @ columns))
-
-    def linear(self, point: Point) -> Linear:
-        """The problem linearised here: y, columns, precision; unknowns count from the mean of their
-        priors."""
-        columns = self.columns(point)
-        y = self.campaign.y_arcsec - point.angle_arcsec + columns @ self.off(point)
-        return Linear(y, columns, self.precision)
+        step = held_at_bounds(asked, lambda step: slope - curved @ step, low, high)
+        return step, float(step @ (2 * slope - curved @ step))
 
 
 def search(problem: Problem, point: Point, steps: int, bound: float = np.inf) -> tuple[Point, bool]:
