@@ -76,6 +76,7 @@ class _Sums:
         self._shared = 0 if shared is None else shared.columns_arcsec.shape[1]
         self._columns, self._u, self._rows = columns, u_arcsec, rows
         self._exact = start.beside_arcsec is not None or start.held is not None
+        self._known: dict[tuple[float, float], tuple[Floats, Floats, float]] = {}
         if self._exact:
             return
         sd = u_arcsec * (1.0 if start.inflation is None else start.inflation)
@@ -87,19 +88,18 @@ class _Sums:
         self._grams = z[first].T @ z[first], now.T @ now, -(cross + cross.T), then.T @ then
         self._log_sd = 2 * float(np.log(sd).sum())
         self._followers = int(np.count_nonzero(follows))
-        run, run_of = rows.run_index[first], rows.run_index[follows]
 
-        def by_run(values: Floats, index: NDArray[np.int64]) -> Floats:
-            out = np.zeros((rows.runs, values.shape[1]))
-            np.add.at(out, index, values)
-            return out
+        def by_run(values: Floats, at: NDArray[np.bool_]) -> Floats:
+            of_all = np.zeros((len(sd), values.shape[1]))
+            of_all[at] = values
+            return rows.sums(of_all)
 
         both, both_then = np.column_stack([now, one_now]), np.column_stack([then, one_then])
         self._runs = (
-            by_run(np.column_stack([z[first], one[first]]) * one[first][:, None], run),
-            by_run(both * one_now[:, None], run_of),
-            -by_run(both_then * one_now[:, None] + both * one_then[:, None], run_of),
-            by_run(both_then * one_then[:, None], run_of),
+            by_run(np.column_stack([z[first], one[first]]) * one[first][:, None], first),
+            by_run(both * one_now[:, None], follows),
+            -by_run(both_then * one_now[:, None] + both * one_then[:, None], follows),
+            by_run(both_then * one_then[:, None], follows),
         )
 
     def gram(self, noise: Noise) -> tuple[Floats, float]:
@@ -115,9 +115,32 @@ class _Sums:
 
     def _without_artefact(self, noise: Noise) -> tuple[Floats, float]:
         if self._exact:
-            whitener = Whitener.of(replace(noise, artefact=None), self._u, self._rows)
-            seen = whitener(self._columns)
-            return seen.T @ seen, whitener.log_det
+            gram, runs, log_det = self._whitened(noise)
+        else:
+            gram, runs, log_det = self._by_polynomials(noise)
+        if noise.offset_arcsec:
+            size = runs[:, -1]
+            grown = 1 + noise.offset_arcsec**2 * size
+            weight = (1 - 1 / grown) / size
+            gram = gram - runs[:, :-1].T @ (runs[:, :-1] * weight[:, None])
+            log_det += float(np.log(grown).sum())
+        return gram, log_det
+
+    def _whitened(self, noise: Noise) -> tuple[Floats, Floats, float]:
+        """Without offsets of runs: products, those of each run with a column of ones, and the log
+        determinant. Noises that differ in their offsets share them."""
+        key = noise.scale, noise.correlation
+        if key not in self._known:
+            bare = replace(noise, artefact=None, offset_arcsec=0.0)
+            whitener = Whitener.of(bare, self._u, self._rows)
+            seen = whitener(np.column_stack([self._columns, np.ones(len(self._u))]))
+            x = seen[:, :-1]
+            by_run = self._rows.sums(seen * seen[:, -1:])
+            self._known[key] = x.T @ x, by_run, whitener.log_det
+        return self._known[key]
+
+    def _by_polynomials(self, noise: Noise) -> tuple[Floats, Floats, float]:
+        """The same where differences whiten."""
         rho, square = noise.correlation, noise.scale**2
 
         def at(parts: tuple[Floats, Floats, Floats, Floats]) -> Floats:
@@ -125,17 +148,10 @@ class _Sums:
             follow = (now + rho * cross + rho**2 * then) / (1 - rho**2)
             return np.asarray((first + follow) / square)
 
-        gram = at(self._grams)
         count = len(self._columns)
         log_det = self._log_sd + count * np.log(square) + self._followers * np.log1p(-(rho**2))
-        if noise.offset_arcsec:
-            runs = at(self._runs)
-            size = runs[:, -1]
-            grown = 1 + noise.offset_arcsec**2 * size
-            weight = (1 - 1 / grown) / size
-            gram = gram - runs[:, :-1].T @ (runs[:, :-1] * weight[:, None])
-            log_det += float(np.log(grown).sum())
-        return gram, float(log_det)
+        runs = at(self._runs) if noise.offset_arcsec else np.zeros((0, 0))
+        return at(self._grams), runs, float(log_det)
 
 
 def least_scale(stated_dof: float) -> float:

@@ -52,6 +52,10 @@ class Rows:
     order: Ints
     starts: Ints
     most_correlation: float = 1.0
+    _stretches: dict[tuple[int, bytes], list[Ints]] = field(
+        default_factory=dict, repr=False, compare=False
+    )
+    """Those that were asked for, as every noise of a kind asks for the same."""
 
     @classmethod
     def of(cls, run_index: Ints) -> Rows:
@@ -93,13 +97,17 @@ class Rows:
     def stretches(self, longest: int, together: Ints | None = None) -> list[Ints]:
         """Readings of one run that follow each other, at most so many, stretches of one length as
         the rows of one array. What shares a value of `together` stays in one where it fits."""
+        key = longest, b"" if together is None else together.tobytes()
+        if key in self._stretches:
+            return self._stretches[key]
         found: dict[int, list[Ints]] = {}
         for run in np.split(self.order, self.starts[1:]):
             whole = [run] if together is None else _packed(run, together, longest)
             for some in whole:
                 for part in np.array_split(some, -(-len(some) // longest)):
                     found.setdefault(len(part), []).append(part)
-        return [np.array(parts) for parts in found.values()]
+        self._stretches[key] = [np.array(parts) for parts in found.values()]
+        return self._stretches[key]
 
 
 def _packed(run: Ints, together: Ints, longest: int) -> list[Ints]:

@@ -21,7 +21,7 @@ from math import lgamma, log, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.covariance.linear_gaussian import Whitener
+from cbpt.lab.covariance.linear_gaussian import Whitener, cholesky, solved
 
 Floats = NDArray[np.float64]
 
@@ -97,24 +97,21 @@ def _alike(z: Floats) -> bool:
 
 def _kernel(groups: Sequence[Floats]) -> Floats:
     """Groups of columns, each group as strong as any other."""
-    total = np.zeros((len(groups[0]), len(groups[0])))
-    for g in groups:
-        k = g @ g.T
-        size = float(np.trace(k)) / len(k)
-        if size > 0:
-            total = total + k / size
-    return np.asarray(total) / max(len(groups), 1)
+    n = len(groups[0])
+    sizes = [float(np.sum(g * g)) / n for g in groups]
+    alike = [g / np.sqrt(size) for g, size in zip(groups, sizes, strict=True) if size > 0]
+    both = np.column_stack([np.zeros((n, 0)), *alike])
+    return np.asarray(both @ both.T) / max(len(groups), 1)
 
 
 def _likelihood(y: Floats, covariance: Floats, loose: Floats) -> float:
     """Of y up to a constant, the scale of the covariance being free."""
     try:
-        factor = np.linalg.cholesky(covariance + np.diag(loose**2))
+        factor = cholesky(covariance + np.diag(loose**2))
     except np.linalg.LinAlgError:
         return -np.inf
-    half = np.linalg.solve(factor, y)
-    size = 0.5 * len(y) * np.log(float(half @ half))
-    return -float(size + np.log(np.diag(factor)).sum())
+    size = 0.5 * len(y) * np.log(float(y @ solved(factor, y)))
+    return -float(size + np.log(np.diagonal(factor)).sum())
 
 
 def _left_out(y: Floats, covariance: Floats, loose: Floats) -> Floats:
