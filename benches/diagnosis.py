@@ -7,7 +7,9 @@ several rounds is shown: these machines are noisy, and nothing but noise makes a
 
 from __future__ import annotations
 
+import argparse
 import csv
+import subprocess
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -71,7 +73,59 @@ def tiled(name: str, count: int) -> cbpt.Readings:
     return cbpt.read_readings(table)
 
 
+NAMES = [f"dev{i:02d}" for i in range(1, 14)]
+
+_ANSWERS = """
+import sys, time
+import cbpt
+for line in sys.stdin:
+    case, table = line.split()
+    start = time.process_time()
+    cbpt.diagnose(case, table)
+    print(time.process_time() - start, flush=True)
+"""
+
+
+class Other:
+    """A process that diagnoses with the build of one checkout, and says how long that took."""
+
+    def __init__(self, checkout: Path) -> None:
+        python = str(checkout / ".venv" / "bin" / "python")
+        pipe = subprocess.PIPE
+        self._process = subprocess.Popen(
+            [python, "-c", _ANSWERS], stdin=pipe, stdout=pipe, text=True, cwd=checkout
+        )
+
+    def seconds(self, name: str) -> float:
+        """Processor time of one diagnosis."""
+        told, said = self._process.stdin, self._process.stdout
+        assert told is not None
+        assert said is not None
+        print(DATA / f"{name}.toml", DATA / f"{name}.csv", file=told, flush=True)
+        return float(said.readline())
+
+
+def beside(checkout: Path, rounds: int = 4) -> None:
+    """Prints processor times of this checkout and another, the smallest of rounds in turns."""
+    here, there = Other(Path(__file__).parents[1]), Other(checkout)
+    found = []
+    print(f"{'processor time, s':20s} {'here':>8s} {'there':>8s} {'here / there':>14s}")
+    for name in NAMES:
+        turns = [(here.seconds(name), there.seconds(name)) for _ in range(rounds)]
+        one, other = np.min(turns, axis=0)
+        found.append((one, other))
+        print(f"{name:20s} {one:8.2f} {other:8.2f} {one / other:14.2f}", flush=True)
+    one, other = np.median(found, axis=0)
+    print(f"{'median':20s} {one:8.2f} {other:8.2f} {one / other:14.2f}")
+
+
 def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--beside", type=Path, metavar="CHECKOUT")
+    other = parser.parse_args().beside
+    if other is not None:
+        beside(other.resolve())
+        return
     friction = {"friction_radius_m": 6e-4, "engagement_angle_rad": 2.5e-5}
     rows = [
         ("prediction, 396 readings", prediction_ms("dev01", [], {}, 0)),
@@ -83,7 +137,7 @@ def main() -> None:
         ("  with 4 slopes", prediction_ms("dev04", ["friction_hysteresis"], friction, 4)),
     ]
     diagnoses = []
-    for name in (f"dev{i:02d}" for i in range(1, 14)):
+    for name in NAMES:
         table = cbpt.read_readings(DATA / f"{name}.csv")
         diagnoses.append(diagnosis_ms(name, table, 3))
         rows.append((f"diagnosis of {name}, {len(table)} readings", diagnoses[-1]))
