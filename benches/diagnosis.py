@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 import csv
 import subprocess
+import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -57,9 +58,9 @@ def diagnosis_ms(name: str, table: cbpt.Readings, rounds: int) -> float:
     return best_ms(lambda _: cbpt.diagnose(DATA / f"{name}.toml", table), rounds)
 
 
-def tiled(name: str, count: int) -> cbpt.Readings:
-    """A campaign measured again and again, with as many readings or a few more: later, in runs of
-    their own, with other noise of the stated size."""
+def tiled(name: str, count: int) -> dict[str, np.ndarray]:
+    """Columns of a campaign measured again and again, with as many readings or a few more: later,
+    in runs of their own, with other noise of the stated size."""
     with (DATA / f"{name}.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
     once = {key: np.array([float(row[key]) for row in rows]) for key in rows[0]}
@@ -70,10 +71,12 @@ def tiled(name: str, count: int) -> cbpt.Readings:
     table["time_s"] += turn * (np.ptp(once["time_s"]) + 60)
     noise = np.random.default_rng(1).standard_normal(len(turn))
     table["elastic_angle_arcsec"] += table["u_elastic_angle_arcsec"] * noise
-    return cbpt.read_readings(table)
+    return table
 
 
 NAMES = [f"dev{i:02d}" for i in range(1, 14)]
+LONG_NAMES = ("dev03", "dev05", "dev12")
+"""Campaigns that are tiled."""
 
 _ANSWERS = """
 import sys, time
@@ -96,27 +99,38 @@ class Other:
             [python, "-c", _ANSWERS], stdin=pipe, stdout=pipe, text=True, cwd=checkout
         )
 
-    def seconds(self, name: str) -> float:
-        """Processor time of one diagnosis."""
+    def seconds(self, name: str, table: Path) -> float:
+        """Processor time of one diagnosis by the case of a campaign."""
         told, said = self._process.stdin, self._process.stdout
         assert told is not None
         assert said is not None
-        print(DATA / f"{name}.toml", DATA / f"{name}.csv", file=told, flush=True)
+        print(DATA / f"{name}.toml", table, file=told, flush=True)
         return float(said.readline())
 
 
 def beside(checkout: Path, rounds: int = 4) -> None:
     """Prints processor times of this checkout and another, the smallest of rounds in turns."""
     here, there = Other(Path(__file__).parents[1]), Other(checkout)
-    found = []
-    print(f"{'processor time, s':20s} {'here':>8s} {'there':>8s} {'here / there':>14s}")
-    for name in NAMES:
-        turns = [(here.seconds(name), there.seconds(name)) for _ in range(rounds)]
-        one, other = np.min(turns, axis=0)
-        found.append((one, other))
-        print(f"{name:20s} {one:8.2f} {other:8.2f} {one / other:14.2f}", flush=True)
-    one, other = np.median(found, axis=0)
-    print(f"{'median':20s} {one:8.2f} {other:8.2f} {one / other:14.2f}")
+
+    def row(label: str, name: str, table: Path, turns: int) -> tuple[float, float]:
+        took = [(here.seconds(name, table), there.seconds(name, table)) for _ in range(turns)]
+        return show(label, *np.min(took, axis=0))
+
+    def show(label: str, one: float, other: float) -> tuple[float, float]:
+        print(f"{label:24s} {one:8.2f} {other:8.2f} {one / other:14.2f}", flush=True)
+        return one, other
+
+    print(f"{'processor time, s':24s} {'here':>8s} {'there':>8s} {'here / there':>14s}")
+    found = [row(name, name, DATA / f"{name}.csv", rounds) for name in NAMES]
+    show("median of these", *np.median(found, axis=0))
+    with tempfile.TemporaryDirectory() as folder:
+        for name in LONG_NAMES:
+            columns, table = tiled(name, LONG), Path(folder) / f"{name}.csv"
+            with table.open("w", encoding="utf-8", newline="") as file:
+                writer = csv.writer(file)
+                writer.writerow(columns)
+                writer.writerows(np.column_stack(list(columns.values())).tolist())
+            row(f"{name}, {len(columns['run'])} readings", name, table, 2)
 
 
 def main() -> None:
@@ -142,8 +156,8 @@ def main() -> None:
         diagnoses.append(diagnosis_ms(name, table, 3))
         rows.append((f"diagnosis of {name}, {len(table)} readings", diagnoses[-1]))
     rows.append(("median of these", float(np.median(diagnoses))))
-    for name in ("dev03", "dev05", "dev12"):
-        table = tiled(name, LONG)
+    for name in LONG_NAMES:
+        table = cbpt.read_readings(tiled(name, LONG))
         rows.append((f"diagnosis of {name}, {len(table)} readings", diagnosis_ms(name, table, 2)))
     for label, took in rows:
         print(f"{label:45s} {took:8.2f} ms")
