@@ -95,8 +95,9 @@ def refitted(fitter: Fitter, seen: Fit, signatures: Sequence[Signature], values:
     mode = solved(margin.factor, margin.x.T @ (margin.y - seen.whitener(taken)))
     values = values.copy()
     for u, units in zip(seen.unknowns, mode, strict=False):
-        x = u.mean + u.unit * units
-        value = float(np.clip(np.exp(x) if u.log else x, u.lower, u.upper))
+        low, high = (np.log(u.lower), np.log(u.upper)) if u.log else (u.lower, u.upper)
+        x = float(np.clip(u.mean + u.unit * units, low, high))
+        value = np.exp(x) if u.log else x
         # A number of the drive that is an effect too moves by both.
         value += added[u.index]
         values[u.index] = np.clip(value, fitter.model.lower[u.index], fitter.model.upper[u.index])
