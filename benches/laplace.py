@@ -105,10 +105,9 @@ def importance(fitter: Fitter, fit: Fit, noise: Noise, seed: int) -> tuple[float
     problem = Problem(fitter.campaign, fitter.model, unknowns, noise)
     found = fitter.fit(fit.hypothesis, fit.point.values, noise, free_noise=False)
     assert found is not None
-    columns = problem.whitener(problem.columns(found.point))
-    columns = columns - problem.basis @ (problem.basis.T @ columns)
+    columns = problem.at(found.point).x_left
     spread = np.linalg.cholesky(np.linalg.inv(columns.T @ columns + np.diag(problem.precision)))
-    mode = (problem.coordinates(found.point) - problem.mean) / problem.unit
+    mode = problem.off_mean(found.point)
     rng = np.random.default_rng(seed)
     normal = rng.standard_normal((DRAWS, p))
     t = normal / np.sqrt(rng.chisquare(DEGREES, DRAWS) / DEGREES)[:, None]

@@ -21,7 +21,6 @@ any two curves would be the same.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -53,10 +52,7 @@ def _with_set_up(party: Party, parties: Sequence[Party], arcsec: float) -> Party
     columns = _freely(plain, np.column_stack(ways))
     size = np.sqrt(np.mean(columns**2, axis=0))
     seen = size > 1e-9 * max(float(size.max(initial=0.0)), 1e-300)
-    problem = copy(plain)
-    problem.whitener = plain.whitener.beside(columns[:, seen] * (arcsec / size[seen]))
-    problem.offsets = problem.whitener(plain.campaign.offsets)
-    problem.basis = np.linalg.qr(problem.offsets)[0]
+    problem = plain.through(plain.whitener.beside(columns[:, seen] * (arcsec / size[seen])))
     more = _log_volume(problem) - _log_volume(plain)
     return Party(problem, party.point, party.log_noise + more)
 

@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.change.loop_widths import ALIKE_WIDTHS
-from cbpt.lab.covariance.linear_gaussian import Margin
 from cbpt.lab.inference.bounded_step import Mask, held_at_bounds
 from cbpt.lab.inference.gauss_newton import Problem, point_at
 from cbpt.lab.model.forward import Point
@@ -192,16 +191,12 @@ class _System:
         # level's do, as long as that is not far beyond what another's do.
         far = (least < self.high) & (self.high > ALIKE_WIDTHS * least)
         self.high[far] = ALIKE_WIDTHS * least[far]
-        self.bases = [np.linalg.qr(p.problem.offsets)[0] for p in parties]
 
     def mean_of(self, points: Sequence[Point]) -> Floats:
         """A start: the mean over the levels that share a slot, weighted by what they know of it."""
         total, weight = np.zeros(len(self.mean)), np.full(len(self.mean), 1e-12)
-        for party, point, row, basis in zip(
-            self.parties, points, self.slots, self.bases, strict=True
-        ):
-            jacobian = self._projected(party.problem, point, basis)[1]
-            known = np.sum(jacobian**2, axis=0) + 1e-9
+        for party, point, row in zip(self.parties, points, self.slots, strict=True):
+            known = np.sum(party.problem.at(point).x_left ** 2, axis=0) + 1e-9
             at = party.problem.coordinates(point) / party.problem.unit
             np.add.at(total, row, known * at)
             np.add.at(weight, row, known)
@@ -219,9 +214,7 @@ class _System:
         found = []
         for party, row in zip(self.parties, self.slots, strict=True):
             problem = party.problem
-            values = party.point.values.copy()
-            at = x[row] * problem.unit
-            values[problem.index] = np.where(problem.log, np.exp(np.where(problem.log, at, 0)), at)
+            values = problem.values_at(party.point.values, x[row] * problem.unit)
             point = point_at(problem.model, values, problem.unknowns)
             if point is None:
                 return None
@@ -232,28 +225,18 @@ class _System:
         """Whitened misfit after the best offsets of each level, and priors."""
         total = float(self.precision @ (x - self.mean) ** 2)
         for party, point in zip(self.parties, points, strict=True):
-            problem = party.problem
-            r = problem.whitener(problem.campaign.y_arcsec - point.angle_arcsec)
-            none = np.zeros(problem.offsets.shape[1])
-            total += Margin.of(r, problem.offsets, none).chi2
+            left = party.problem.at(point).y_left
+            total += float(left @ left)
         return total
-
-    def _projected(self, problem: Problem, point: Point, basis: Floats) -> tuple[Floats, Floats]:
-        """Whitened residual and columns with the offsets taken out."""
-        y = problem.whitener(problem.campaign.y_arcsec - point.angle_arcsec)
-        columns = problem.whitener(problem.columns(point))
-        return y - basis @ (basis.T @ y), columns - basis @ (basis.T @ columns)
 
     def _normal(self, points: Sequence[Point]) -> tuple[Floats, Floats]:
         """Second derivatives and slopes of half the misfit, without priors."""
         n = len(self.mean)
         gram, push = np.zeros((n, n)), np.zeros(n)
-        for party, point, row, basis in zip(
-            self.parties, points, self.slots, self.bases, strict=True
-        ):
-            y, columns = self._projected(party.problem, point, basis)
-            gram[np.ix_(row, row)] += columns.T @ columns
-            push[row] += columns.T @ y
+        for party, point, row in zip(self.parties, points, self.slots, strict=True):
+            seen = party.problem.at(point)
+            gram[np.ix_(row, row)] += seen.x_left.T @ seen.x_left
+            push[row] += seen.x_left.T @ seen.y_left
         return gram, push
 
     def gram(self, points: Sequence[Point]) -> Floats:

@@ -57,25 +57,17 @@ class _Reached:
 
     def __init__(self, problem: Problem, start: Point) -> None:
         self.problem, self.start = problem, start
-        self.zeros = np.linalg.qr(problem.offsets)[0]
         self.root = np.sqrt(problem.precision)
         self.points: dict[bytes, Point] = {}
 
     def __call__(self, x: Floats) -> tuple[Floats, Floats] | None:
         p = self.problem
-        values, at = self.start.values.copy(), x * p.unit
-        values[p.index] = np.where(p.log, np.exp(np.where(p.log, at, 0.0)), at)
-        point = point_at(p.model, values, p.unknowns)
+        point = point_at(p.model, p.values_at(self.start.values, x * p.unit), p.unknowns)
         if point is None:
             return None
         self.points[x.tobytes()] = point
-        misfit = p.whitener(p.campaign.y_arcsec - point.angle_arcsec)
-        slopes = p.whitener(p.columns(point))
+        seen = p.at(point)
         return (
-            np.concatenate([self._left(misfit), -self.root * p.off(point)]),
-            np.vstack([self._left(slopes), np.diag(self.root)]),
+            np.concatenate([seen.y_left, -self.root * p.off(point)]),
+            np.vstack([seen.x_left, np.diag(self.root)]),
         )
-
-    def _left(self, columns: Floats) -> Floats:
-        """What the best offsets leave."""
-        return np.asarray(columns - self.zeros @ (self.zeros.T @ columns))

@@ -11,6 +11,7 @@ bounds by projection; offsets of the readings are taken out at each step.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,7 +46,6 @@ class Seen:
     """Readings less model and columns at one point, whitened."""
 
     point: Point
-    whitener: Whitener
     y: Floats
     """Shape (n,)."""
     x: Floats
@@ -63,9 +63,6 @@ class Problem:
     ) -> None:
         self.campaign, self.model = campaign, model
         self.unknowns, self.noise = unknowns, noise
-        self.whitener = Whitener.of(noise, campaign.u_arcsec, campaign.rows)
-        self.offsets = self.whitener(campaign.offsets)
-        self.basis = np.linalg.qr(self.offsets)[0]
         self.mean = np.array([u.mean for u in unknowns])
         self.unit = np.array([u.unit for u in unknowns])
         self.precision = np.array([(u.unit / u.sd) ** 2 for u in unknowns])
@@ -74,12 +71,24 @@ class Problem:
         bounds = np.array([[u.lower, u.upper] for u in unknowns]).reshape(-1, 2)
         with np.errstate(divide="ignore", invalid="ignore"):
             self.low, self.high = np.where(self.log[:, None], np.log(bounds), bounds).T
+        self._see_through(Whitener.of(noise, campaign.u_arcsec, campaign.rows))
+
+    def _see_through(self, whitener: Whitener) -> None:
+        self.whitener = whitener
+        self.offsets = whitener(self.campaign.offsets)
+        self.basis = np.linalg.qr(self.offsets)[0]
         self._last: Seen | None = None
+
+    def through(self, whitener: Whitener) -> Problem:
+        """The same seen through another covariance."""
+        other = copy(self)
+        other._see_through(whitener)
+        return other
 
     def at(self, point: Point) -> Seen:
         """What is seen at a point; that of the last one is kept."""
         last = self._last
-        if last is None or last.point is not point or last.whitener is not self.whitener:
+        if last is None or last.point is not point:
             residual = (self.campaign.y_arcsec - point.angle_arcsec)[:, None]
             # Without slopes where only the misfit is asked for.
             asked = point.slopes.shape[1] == len(self.unknowns)
@@ -87,7 +96,7 @@ class Problem:
             white = self.whitener(both)
             left = white - self.basis @ (self.basis.T @ white)
             parts = white[:, 0], white[:, 1:], left[:, 0], left[:, 1:]
-            self._last = last = Seen(point, self.whitener, *parts)
+            self._last = last = Seen(point, *parts)
         return last
 
     def coordinates(self, point: Point) -> Floats:
@@ -118,10 +127,14 @@ class Problem:
         for bound in (self.low, self.high):
             # At a bound to the last digit, where a step ends there.
             x = np.where(np.abs(x - bound) <= 1e-12 * self.unit, bound, x)
-        values = point.values.copy()
-        values[self.index] = np.where(self.log, np.exp(np.where(self.log, x, 0.0)), x)
         # With slopes: six steps of seven are taken, and then they are wanted.
-        return point_at(self.model, values, self.unknowns)
+        return point_at(self.model, self.values_at(point.values, x), self.unknowns)
+
+    def values_at(self, values: Floats, coordinates: Floats) -> Floats:
+        """Some values with the unknowns at these coordinates."""
+        values, x = values.copy(), coordinates
+        values[self.index] = np.where(self.log, np.exp(np.where(self.log, x, 0.0)), x)
+        return values
 
     def seen(self, point: Point) -> Floats:
         """How far readings and priors see one unit of each unknown, in standard deviations."""
