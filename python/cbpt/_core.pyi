@@ -2,13 +2,13 @@
 Mechanics of a cycloid ball planetary transmission, compiled.
 """
 
-from _typeshed import SupportsGetItem
+from _typeshed import SupportsGetItem, SupportsLenAndGetItem
 from numpy import float64, int64, uint32, uint8
 from numpy.typing import NDArray
 from os import PathLike
 from typing import Any, SupportsFloat, SupportsIndex, final
 
-__all__ = ["Case", "Drive", "Effect", "EffectParameter", "EffectSpec", "Enclosure", "Finding", "Friction", "FrictionContact", "LargestAngle", "OwnEffect", "PairFriction", "PairSolution", "Prediction", "Predictor", "PreloadThresholds", "Sensitivities", "Sensitivity", "Solution", "SweepCsv", "SweepPlan", "SweepTally", "Thresholds", "Unit", "ball_loads", "design_number", "design_numbers", "effect_specs", "example_case", "friction_of_loads", "is_sweep_plan", "judge_designs", "own_effect_variables", "painted", "run_command_line", "solve_angles", "sweep_findings", "sweep_statuses", "terminal_colour", "terminal_width", "text_table", "unit_size", "units"]
+__all__ = ["Case", "Drive", "Effect", "EffectParameter", "EffectSpec", "Enclosure", "Finding", "Friction", "FrictionContact", "LargestAngle", "NoisePolynomials", "OwnEffect", "PairFriction", "PairSolution", "Prediction", "Predictor", "PreloadThresholds", "Sensitivities", "Sensitivity", "Solution", "SweepCsv", "SweepPlan", "SweepTally", "Thresholds", "Unit", "ball_loads", "design_number", "design_numbers", "effect_specs", "example_case", "friction_of_loads", "is_sweep_plan", "judge_designs", "log_scale_prior", "noise_products", "own_effect_variables", "painted", "run_command_line", "search_noise", "solve_angles", "sweep_findings", "sweep_statuses", "terminal_colour", "terminal_width", "text_table", "unit_size", "units"]
 
 @final
 class Case:
@@ -714,6 +714,25 @@ class LargestAngle:
         """
         Crank angle after which the drive repeats, degrees.
         """
+
+@final
+class NoisePolynomials:
+    """
+    Products of columns through a noise of any scale and correlation, of readings that differences whiten.
+
+    Parameters
+    ----------
+    grams : list of array, shape (m, m)
+        Products of the columns over the standard deviations: of first readings of runs, of followers, of followers with those
+        before them (twice, negative), of those before.
+    by_run : list of array, shape (runs, m + 1)
+        The same run by run, of the columns with a column of ones, and of that with itself.
+    log_det : float
+        Log determinant of the covariance at a scale of 1 without correlation.
+    readings : tuple of int
+        How many there are, and how many of them follow another one in their run.
+    """
+    def __new__(cls, /, grams: SupportsLenAndGetItem[NDArray[float64]], by_run: SupportsLenAndGetItem[NDArray[float64]], log_det: SupportsFloat | SupportsIndex, readings: SupportsLenAndGetItem[SupportsIndex]) -> NoisePolynomials: ...
 
 @final
 class OwnEffect:
@@ -1718,6 +1737,19 @@ def judge_designs(drive: Drive, torque_Nm: SupportsFloat | SupportsIndex, preloa
         For an unknown name.
     """
 
+def log_scale_prior(scales: NDArray[float64], stated_dof: SupportsFloat | SupportsIndex) -> NDArray[float64]:
+    """
+    Log prior of scales, 0 where one is 1, shape (n,).
+    """
+
+def noise_products(products: NoisePolynomials | Any, noise: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], shared: SupportsIndex) -> tuple[NDArray[float64], float]:
+    """
+    Products of columns through a noise of a scale, a correlation and offsets of runs, the last `shared` columns being a part of
+    the noise, shape (m, m); and the log determinant of its covariance.
+
+    Raises `numpy.linalg.LinAlgError` where that is no covariance.
+    """
+
 def own_effect_variables() -> list[tuple[str, str]]:
     """
     Variables that an own effect may depend on: name and meaning.
@@ -1731,6 +1763,38 @@ def painted(text: str) -> str:
 def run_command_line(arguments: SupportsGetItem[int, str]) -> int:
     """
     Runs the Rust verbs of the command line (program name first) and returns the exit code.
+    """
+
+def search_noise(products: NoisePolynomials | Any, shared: SupportsIndex, precision: NDArray[float64], start: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], given: tuple[SupportsIndex, SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], structures: bool) -> tuple[float, float, float, float]:
+    """
+    The noise that makes readings most likely, and its log likelihood with the prior of the scale, less its price.
+
+    Parameters
+    ----------
+    products : NoisePolynomials or callable
+        Of the readings, the columns of the unknowns, and those that are a part of the noise. A callable is given scale and
+        correlation and returns products, products by run, and the log determinant of the covariance.
+    shared : int
+        How many columns are a part of the noise.
+    precision : array, shape (p,)
+        Of the prior of each unknown, 0 where it is flat.
+    start : tuple of float
+        Scale, correlation and offset of runs to begin with.
+    given : tuple
+        Number of readings and of runs; typical uncertainty; repeats that what is stated is worth; the least scale; the largest
+        correlation; what a correlation and offsets have to gain, each.
+    structures : bool
+        Whether correlation and offsets are sought, too.
+
+    Returns
+    -------
+    tuple of float
+        Scale, correlation, offset of runs, and the log likelihood.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        Where the covariance or the linear problem is not positive.
     """
 
 def solve_angles(drive: Drive, torque_Nm: NDArray[float64], preload_N: NDArray[float64], input_angle_rad: NDArray[float64], shape: SupportsGetItem[int, SupportsIndex], progress: Any | None = None) -> tuple[NDArray[float64], NDArray[float64], NDArray[float64], NDArray[float64], NDArray[uint8], list[str]]:

@@ -103,6 +103,7 @@ CORE_USES: dict[str, set[str]] = {
     "interval": set(),
     "geometry": {"drive", "hertz", "real"},
     "solver": {"error"},
+    "covariance": set(),
     "pair": {"as_made", "drive", "geometry", "hertz"},
     "equilibrium": {"hertz", "interval", "pair", "solver", "status"},
     "transmission": {"drive", "geometry", "pair", "equilibrium", "status"},

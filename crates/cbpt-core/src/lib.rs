@@ -18,7 +18,7 @@
 //! - [`friction`]: losses at the contacts, efficiency, wear; [`strength`]: static safety, preload window, vibration;
 //! - [`cost`]: friction, safety and vibration by name, and how they answer to design numbers; [`judge`]: many designs;
 //! - [`effect`]: the library of effects; [`predict`]: a drive with effects on a table of readings; [`fit`]: that against
-//!   measured angles;
+//!   measured angles; [`covariance`]: how readings scatter together;
 //! - [`units`]: the one table of units;
 //! - [`error`]: bad input. A load that cannot be carried is a [`Status`], not an error.
 //!
@@ -26,6 +26,7 @@
 
 pub mod as_made;
 pub mod cost;
+pub mod covariance;
 pub mod design;
 pub mod drive;
 pub mod effect;

@@ -2,8 +2,9 @@
 
 use std::convert::Infallible;
 
+use nalgebra::DMatrix;
 use numpy::ndarray::{ArrayView1, Dimension, Ix1, Ix2};
-use numpy::{Element, PyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
+use numpy::{Element, PyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::inspect::PyStaticExpr;
 use pyo3::prelude::*;
 
@@ -94,6 +95,28 @@ impl<'a, 'py, T: Element + Named> FromPyObject<'a, 'py> for Argument<'py, T> {
     type Error = PyErr;
 
     const INPUT_TYPE: PyStaticExpr = PyStaticExpr::Subscript { value: &ND_ARRAY, slice: &T::NAME };
+
+    fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        Ok(Self(object.extract()?))
+    }
+}
+
+/// An argument: float64 of shape (n, m).
+pub struct Matrix<'py>(PyReadonlyArray2<'py, f64>);
+
+impl Matrix<'_> {
+    /// A copy.
+    pub fn matrix(&self) -> DMatrix<f64> {
+        let view = self.0.as_array();
+        let (rows, columns) = view.dim();
+        DMatrix::from_row_iterator(rows, columns, view.iter().copied())
+    }
+}
+
+impl<'a, 'py> FromPyObject<'a, 'py> for Matrix<'py> {
+    type Error = PyErr;
+
+    const INPUT_TYPE: PyStaticExpr = PyStaticExpr::Subscript { value: &ND_ARRAY, slice: &f64::NAME };
 
     fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
         Ok(Self(object.extract()?))

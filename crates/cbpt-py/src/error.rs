@@ -13,6 +13,15 @@ pub fn invalid_input(py: Python<'_>, error: &cbpt_core::InvalidInput) -> PyErr {
     raise(py, "InvalidInputError", fields)
 }
 
+/// A matrix that has to be positive and is not: `numpy.linalg.LinAlgError`.
+pub fn not_positive(py: Python<'_>) -> PyErr {
+    let class = py.import("numpy.linalg").and_then(|module| module.getattr("LinAlgError"));
+    match class.and_then(|class| class.call1(("the matrix is not positive",))) {
+        Ok(error) => PyErr::from_value(error),
+        Err(error) => error,
+    }
+}
+
 /// A mistake in a case file: `cbpt.errors.CaseError`.
 pub fn case_error(py: Python<'_>, error: &cbpt_cli::case::CaseError) -> PyErr {
     case_mistakes(py, [error.to_string(), error.shown()], &error.mistakes)

@@ -8,6 +8,7 @@
 //! - `angles`, `friction_loads`: many loads; `design`: many designs;
 //! - `sweep`: plans of sweeps, their rows and files;
 //! - `turn`: what each ball carries;
+//! - `covariance`: the search for a noise;
 //! - `units`: the table of units;
 //! - `effects`: the library of effects, and a drive with effects on a table of readings.
 
@@ -19,6 +20,7 @@
 mod angles;
 mod arrays;
 mod case;
+mod covariance;
 mod design;
 mod drive;
 mod effects;
@@ -50,6 +52,8 @@ mod _core {
     use super::angles::solve_angles;
     #[pymodule_export]
     use super::case::{Case, Effect};
+    #[pymodule_export]
+    use super::covariance::{NoisePolynomials, log_scale_prior, noise_products, search_noise};
     #[pymodule_export]
     use super::design::{design_number, design_numbers, judge_designs};
     #[pymodule_export]
