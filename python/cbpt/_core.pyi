@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from os import PathLike
 from typing import Any, SupportsFloat, SupportsIndex, final
 
-__all__ = ["Case", "Drive", "Effect", "EffectParameter", "EffectSpec", "Enclosure", "Finding", "Friction", "FrictionContact", "LargestAngle", "NoisePolynomials", "OwnEffect", "PairFriction", "PairSolution", "Prediction", "Predictor", "PreloadThresholds", "Sensitivities", "Sensitivity", "Solution", "SweepCsv", "SweepPlan", "SweepTally", "Thresholds", "Unit", "ball_loads", "design_number", "design_numbers", "effect_specs", "example_case", "friction_of_loads", "is_sweep_plan", "judge_designs", "log_scale_prior", "noise_products", "own_effect_variables", "painted", "run_command_line", "search_noise", "solve_angles", "sweep_findings", "sweep_statuses", "terminal_colour", "terminal_width", "text_table", "unit_size", "units"]
+__all__ = ["Case", "Drive", "Effect", "EffectParameter", "EffectSpec", "Enclosure", "Finding", "Friction", "FrictionContact", "LargestAngle", "NoisePolynomials", "OwnEffect", "PairFriction", "PairSolution", "Prediction", "Predictor", "PreloadThresholds", "Sensitivities", "Sensitivity", "Solution", "SweepCsv", "SweepPlan", "SweepTally", "Thresholds", "Unit", "ball_loads", "design_number", "design_numbers", "effect_specs", "example_case", "friction_of_loads", "held_at_bounds", "is_sweep_plan", "judge_designs", "log_scale_prior", "noise_products", "own_effect_variables", "painted", "quadratic_step", "run_command_line", "search_noise", "solve_angles", "sweep_findings", "sweep_statuses", "take_out", "terminal_colour", "terminal_width", "text_table", "unit_size", "units"]
 
 @final
 class Case:
@@ -1698,6 +1698,21 @@ def friction_of_loads(drive: Drive, torque_Nm: NDArray[float64], preload_N: NDAr
         For an invalid number, and for a torsion spring.
     """
 
+def held_at_bounds(asked: Any, pull: Any, lower: NDArray[float64], upper: NDArray[float64]) -> NDArray[float64]:
+    """
+    The step within bounds of a linear problem that functions tell of, shape (p,).
+
+    Parameters
+    ----------
+    asked : callable
+        Given a step, shape (p,), and which unknowns are free, a mask of shape (p,): the step of those, shape (free,), where the
+        others have made theirs.
+    pull : callable
+        Given a step, half the slope of the gain after it, shape (p,).
+    lower, upper : array, shape (p,)
+        Of the step; 0 is between them.
+    """
+
 def is_sweep_plan(path: str | PathLike[str]) -> bool:
     """
     Whether a file is a plan of a sweep and not a case; false for a file that cannot be read.
@@ -1760,12 +1775,35 @@ def painted(text: str) -> str:
     A text with the colours of the command line.
     """
 
+def quadratic_step(curved: NDArray[float64], slope: NDArray[float64], bounds: tuple[NDArray[float64], NDArray[float64]], scale: NDArray[float64], radius: SupportsFloat | SupportsIndex) -> tuple[NDArray[float64], float]:
+    """
+    The step of the least ``z' curved z - 2 slope' z`` within bounds, shape (p,), and what it promises to gain.
+
+    Parameters
+    ----------
+    curved : array, shape (p, p)
+        Symmetric.
+    slope : array, shape (p,)
+        Half the slope of the gain where the step begins.
+    bounds : tuple of array, shape (p,)
+        Lower and upper ones of the step; 0 is between them.
+    scale : array, shape (p,)
+        By which the length of a step is measured, above 0.
+    radius : float
+        The longest step.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        Where the numbers are not finite.
+    """
+
 def run_command_line(arguments: SupportsGetItem[int, str]) -> int:
     """
     Runs the Rust verbs of the command line (program name first) and returns the exit code.
     """
 
-def search_noise(products: NoisePolynomials | Any, shared: SupportsIndex, precision: NDArray[float64], start: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], given: tuple[SupportsIndex, SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], structures: bool) -> tuple[float, float, float, float]:
+def search_noise(products: NoisePolynomials | Any, columns: tuple[NDArray[float64], SupportsIndex], start: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], given: tuple[SupportsIndex, SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], structures: bool) -> tuple[float, float, float, float]:
     """
     The noise that makes readings most likely, and its log likelihood with the prior of the scale, less its price.
 
@@ -1774,10 +1812,8 @@ def search_noise(products: NoisePolynomials | Any, shared: SupportsIndex, precis
     products : NoisePolynomials or callable
         Of the readings, the columns of the unknowns, and those that are a part of the noise. A callable is given scale and
         correlation and returns products, products by run, and the log determinant of the covariance.
-    shared : int
-        How many columns are a part of the noise.
-    precision : array, shape (p,)
-        Of the prior of each unknown, 0 where it is flat.
+    columns : tuple
+        Precision of the prior of each unknown, 0 where it is flat, shape (p,); how many columns are a part of the noise.
     start : tuple of float
         Scale, correlation and offset of runs to begin with.
     given : tuple
@@ -1833,6 +1869,28 @@ def sweep_findings() -> list[str]:
 def sweep_statuses() -> list[str]:
     """
     Names of the statuses of a row, by their codes.
+    """
+
+def take_out(gram: NDArray[float64], projection: NDArray[float64], square: SupportsFloat | SupportsIndex, precision: NDArray[float64]) -> tuple[NDArray[float64], NDArray[float64], float, float]:
+    """
+    Normal unknowns taken out of readings: the upper Cholesky factor of A = X'X + precisions, shape (p, p), the mode, shape
+    (p,), misfit and priors there, and the log volume, half the log determinant of the precisions less half that of A.
+
+    Parameters
+    ----------
+    gram : array, shape (p, p)
+        X'X.
+    projection : array, shape (p,)
+        X'y.
+    square : float
+        y'y.
+    precision : array, shape (p,)
+        Of the prior of each unknown, 0 where it is flat.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        Where A is not positive.
     """
 
 def terminal_colour(error: bool) -> bool:

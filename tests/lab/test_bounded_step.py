@@ -6,13 +6,13 @@ Groups: without a radius it is the minimum; with one it is within bounds and not
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
-from cbpt.lab.inference.bounded_step import held_at_bounds
-from cbpt.lab.inference.gauss_newton import _within
+from cbpt._core import held_at_bounds, quadratic_step
 from common.drives import examples
 
 Floats = NDArray[np.float64]
@@ -32,11 +32,20 @@ def problem(seed: int) -> tuple[Floats, Floats, Floats, Floats]:
 
 
 def step_of(j: Floats, y: Floats, low: Floats, high: Floats, radius: float = np.inf) -> Floats:
+    step, promised = quadratic_step(j.T @ j, j.T @ y, (low, high), np.ones(len(low)), radius)
+    gained = float(np.sum(y**2) - np.sum((y - j @ step) ** 2))
+    assert abs(promised - gained) <= 1e-9 * (1 + np.sum(y**2))
+    return step
+
+
+def by_functions(j: Floats, y: Floats, low: Floats, high: Floats) -> Floats:
+    """The same of a problem that functions tell of."""
+
     def asked(step: Floats, free: NDArray[np.bool_]) -> Floats:
         left = y - j[:, ~free] @ step[~free]
-        return _within(j[:, free].T @ j[:, free], j[:, free].T @ left, radius)
+        return np.asarray(np.linalg.lstsq(j[:, free], left, rcond=None)[0])
 
-    return held_at_bounds(asked, lambda step: np.asarray(j.T @ (y - j @ step)), low, high)
+    return held_at_bounds(asked, lambda step: j.T @ (y - j @ step), low, high)
 
 
 @given(st.integers(0, 10**6))
@@ -44,6 +53,8 @@ def step_of(j: Floats, y: Floats, low: Floats, high: Floats, radius: float = np.
 def test_it_is_the_minimum_within_bounds(seed: int) -> None:
     j, y, low, high = problem(seed)
     found = step_of(j, y, low, high)
+    told = j @ by_functions(j, y, low, high)
+    np.testing.assert_allclose(told, j @ found, atol=1e-6 * (1 + np.abs(y).max()))
     assert (found >= low - 1e-12).all() and (found <= high + 1e-12).all()
     best = lsq_linear(j, y, (low, high), method="bvls", tol=1e-14)
     left = float(np.sum((y - j @ found) ** 2))
@@ -64,3 +75,15 @@ def test_a_step_that_is_cut_is_within_bounds_and_not_uphill(seed: int, radius: f
     found = step_of(j, y, low, high, radius)
     assert (found >= low - 1e-12).all() and (found <= high + 1e-12).all()
     assert np.sum((y - j @ found) ** 2) <= np.sum(y**2) * (1 + 1e-12)
+
+
+def test_what_a_function_raises_comes_out() -> None:
+    def asked(step: Floats, free: NDArray[np.bool_]) -> Floats:
+        raise ZeroDivisionError("as asked")
+
+    with pytest.raises(ZeroDivisionError, match="as asked"):
+        held_at_bounds(asked, asked, np.zeros(2), np.ones(2))
+    with pytest.raises(np.linalg.LinAlgError):
+        quadratic_step(
+            np.full((1, 1), np.nan), np.ones(1), (-np.ones(1), np.ones(1)), np.ones(1), 1
+        )

@@ -2,7 +2,7 @@
 
 use std::convert::Infallible;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use numpy::ndarray::{ArrayView1, Dimension, Ix1, Ix2};
 use numpy::{Element, PyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::inspect::PyStaticExpr;
@@ -52,6 +52,10 @@ impl Named for f64 {
     const NAME: PyStaticExpr = in_module(&NUMPY, "float64");
 }
 
+impl Named for bool {
+    const NAME: PyStaticExpr = in_module(&NUMPY, "bool_");
+}
+
 impl Named for u8 {
     const NAME: PyStaticExpr = in_module(&NUMPY, "uint8");
 }
@@ -88,6 +92,14 @@ pub type Integers<'py> = Argument<'py, i64>;
 impl<T: Element> Argument<'_, T> {
     pub fn view(&self) -> ArrayView1<'_, T> {
         self.0.as_array()
+    }
+}
+
+impl Floats<'_> {
+    /// A copy.
+    pub fn vector(&self) -> DVector<f64> {
+        let view = self.view();
+        DVector::from_iterator(view.len(), view.iter().copied())
     }
 }
 

@@ -2,6 +2,7 @@
 
 use cbpt_core::covariance::products::{Polynomials, Products, Whitened};
 use cbpt_core::covariance::search::{self, Failed, Task};
+use cbpt_core::covariance::solved::Solved;
 use pyo3::prelude::*;
 
 use crate::arrays::{Column, Floats, Matrix, Table};
@@ -82,10 +83,8 @@ pub fn noise_products<'py>(
 /// products : NoisePolynomials or callable
 ///     Of the readings, the columns of the unknowns, and those that are a part of the noise. A callable is given scale and
 ///     correlation and returns products, products by run, and the log determinant of the covariance.
-/// shared : int
-///     How many columns are a part of the noise.
-/// precision : array, shape (p,)
-///     Of the prior of each unknown, 0 where it is flat.
+/// columns : tuple
+///     Precision of the prior of each unknown, 0 where it is flat, shape (p,); how many columns are a part of the noise.
 /// start : tuple of float
 ///     Scale, correlation and offset of runs to begin with.
 /// given : tuple
@@ -107,8 +106,7 @@ pub fn noise_products<'py>(
 pub fn search_noise(
     py: Python<'_>,
     products: NoiseProducts<'_>,
-    shared: usize,
-    precision: Floats<'_>,
+    columns: (Floats<'_>, usize),
     start: (f64, f64, f64),
     given: (usize, usize, f64, f64, f64, f64, f64),
     structures: bool,
@@ -116,8 +114,8 @@ pub fn search_noise(
     let (readings, runs, typical, stated_dof, least_scale, most_correlation, price) = given;
     let task = Task {
         whitened: &products,
-        shared,
-        precision: &precision.view().to_vec(),
+        shared: columns.1,
+        precision: &columns.0.view().to_vec(),
         readings,
         runs,
         typical,
@@ -131,6 +129,40 @@ pub fn search_noise(
         Err(Failed::Products(error)) => Err(error),
         Err(Failed::NotPositive) => Err(not_positive(py)),
     }
+}
+
+/// Normal unknowns taken out of readings: the upper Cholesky factor of A = X'X + precisions, shape (p, p), the mode, shape
+/// (p,), misfit and priors there, and the log volume, half the log determinant of the precisions less half that of A.
+///
+/// Parameters
+/// ----------
+/// gram : array, shape (p, p)
+///     X'X.
+/// projection : array, shape (p,)
+///     X'y.
+/// square : float
+///     y'y.
+/// precision : array, shape (p,)
+///     Of the prior of each unknown, 0 where it is flat.
+///
+/// Raises
+/// ------
+/// numpy.linalg.LinAlgError
+///     Where A is not positive.
+#[pyfunction]
+pub fn take_out<'py>(
+    py: Python<'py>,
+    gram: Matrix<'py>,
+    projection: Floats<'py>,
+    square: f64,
+    precision: Floats<'py>,
+) -> PyResult<(Table<'py, f64>, Column<'py, f64>, f64, f64)> {
+    let projection = projection.vector();
+    let solved = Solved::of(gram.matrix(), &projection, square, &precision.view().to_vec());
+    let solved = solved.ok_or_else(|| not_positive(py))?;
+    // Column by column, which is the factor's transpose row by row.
+    let factor = Table::of_rows(py, solved.factor.l().as_slice(), projection.len())?;
+    Ok((factor, Column::new(py, solved.mode.iter().copied()), solved.chi2, solved.log_volume))
 }
 
 /// Log prior of scales, 0 where one is 1, shape (n,).

@@ -8,7 +8,7 @@
 //! - `angles`, `friction_loads`: many loads; `design`: many designs;
 //! - `sweep`: plans of sweeps, their rows and files;
 //! - `turn`: what each ball carries;
-//! - `covariance`: the search for a noise;
+//! - `covariance`: the search for a noise; `bounded`: the step of a linear problem within bounds;
 //! - `units`: the table of units;
 //! - `effects`: the library of effects, and a drive with effects on a table of readings.
 
@@ -19,6 +19,7 @@
 
 mod angles;
 mod arrays;
+mod bounded;
 mod case;
 mod covariance;
 mod design;
@@ -51,9 +52,11 @@ mod _core {
     #[pymodule_export]
     use super::angles::solve_angles;
     #[pymodule_export]
+    use super::bounded::{held_at_bounds, quadratic_step};
+    #[pymodule_export]
     use super::case::{Case, Effect};
     #[pymodule_export]
-    use super::covariance::{NoisePolynomials, log_scale_prior, noise_products, search_noise};
+    use super::covariance::{NoisePolynomials, log_scale_prior, noise_products, search_noise, take_out};
     #[pymodule_export]
     use super::design::{design_number, design_numbers, judge_designs};
     #[pymodule_export]

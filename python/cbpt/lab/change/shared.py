@@ -17,8 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cbpt._core import quadratic_step
 from cbpt.lab.change.loop_widths import ALIKE_WIDTHS
-from cbpt.lab.inference.bounded_step import Mask, held_at_bounds
 from cbpt.lab.inference.gauss_newton import Problem, point_at
 from cbpt.lab.model.forward import Point
 from cbpt.lab.model.priors import VARIANTS, Variant, log_size_prior
@@ -253,14 +253,8 @@ class _System:
         gram[np.diag_indices_from(gram)] += 1e-9
         push = push - self.precision * (x - self.mean)
 
-        def asked(step: Floats, free: Mask) -> Floats:
-            held = push[free] - gram[np.ix_(free, ~free)] @ step[~free]
-            return np.asarray(np.linalg.solve(gram[np.ix_(free, free)], held))
-
-        step = held_at_bounds(
-            asked, lambda step: np.asarray(push - gram @ step), self.low - x, self.high - x
-        )
-        return step, float(2 * push @ step - step @ gram @ step)
+        bounds = self.low - x, self.high - x
+        return quadratic_step(gram, push, bounds, np.ones(len(x)), np.inf)
 
     def moved(
         self, points: Sequence[Point], x: Floats, step: Floats, value: float

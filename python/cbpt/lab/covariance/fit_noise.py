@@ -131,8 +131,7 @@ def fit_noise(
     counts, least = (len(y), rows.runs), least_scale(stated_dof)
     scale, correlation, offset, value = _core.search_noise(
         sums.products,
-        sums.shared,
-        precision,
+        (precision, sums.shared),
         (start.scale, start.correlation, start.offset_arcsec),
         (*counts, typical, stated_dof, least, rows.most_correlation, PRICE),
         structures,

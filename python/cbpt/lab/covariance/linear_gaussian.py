@@ -27,6 +27,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from cbpt import _core
 from cbpt.lab.covariance.artefacts import Artefact
 
 Floats = NDArray[np.float64]
@@ -260,7 +261,7 @@ class Whitener:
         else:
             if beside is not None:
                 sd = np.hypot(sd, beside)
-            followers = int(np.count_nonzero(rows.before >= 0))
+            followers = len(sd) - rows.runs
             log_det = 2 * float(np.log(sd).sum()) + followers * np.log1p(-(noise.correlation**2))
             plain = cls(rows, 1 / sd, noise.correlation, np.zeros(0), np.zeros(0), log_det)
         if noise.offset_arcsec:
@@ -348,17 +349,28 @@ def solved(factor: Floats, b: Floats) -> Floats:
     return np.asarray(dpotrs(factor, b, lower=1)[0]) if len(factor) else b
 
 
+def inverse(factor: Floats) -> Floats:
+    """A^-1 from the lower factor of A."""
+    lower = _lower_of_inverse(factor)
+    return np.asarray(lower + np.tril(lower, -1).T)
+
+
 def inverse_diagonal(factor: Floats) -> Floats:
     """The diagonal of A^-1 from the lower factor of A."""
+    return np.diagonal(_lower_of_inverse(factor))
+
+
+def _lower_of_inverse(factor: Floats) -> Floats:
+    """The lower triangle of A^-1, with zeros above it."""
     from scipy.linalg.lapack import dpotri
 
-    return np.diagonal(dpotri(factor, lower=1)[0]) if len(factor) else np.zeros(0)
+    return np.asarray(dpotri(factor, lower=1)[0]) if len(factor) else factor
 
 
 class Solved(NamedTuple):
     """Normal unknowns taken out of readings, from scalar products alone.
 
-    With A = X'X + precision the mode is A^-1 X'y and what is left of |y|^2 is y'y - y'X A^-1 X'y.
+    Compiled: `crates/cbpt-core/src/covariance/solved.rs`.
     """
 
     factor: Floats
@@ -372,18 +384,8 @@ class Solved(NamedTuple):
     @classmethod
     def of(cls, gram: Floats, projection: Floats, square: float, precision: Floats) -> Solved:
         """gram: X'X (p, p); projection: X'y (p,); square: y'y; precision (p,), 0 for none."""
-        a = np.array(gram, order="C")
-        diagonal = a.reshape(-1)[:: len(a) + 1]
-        # A column that the table cannot see at all has no curvature; a hair of precision keeps A
-        # invertible.
-        diagonal += precision
-        diagonal += 1e-12 * max(float(diagonal.sum()), 1e-300) / max(len(a), 1)
-        factor = cholesky(a)
-        mode = solved(factor, projection)
-        known = precision > 0
-        volume = -float(np.log(np.diagonal(factor)).sum())
-        volume += 0.5 * float(np.log(precision[known]).sum())
-        return cls(factor, mode, max(float(square - projection @ mode), 0.0), volume)
+        factor, mode, chi2, log_volume = _core.take_out(gram, projection, square, precision)
+        return cls(factor.T, mode, chi2, log_volume)
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,6 @@
 
 hypothesis         variants of effects at work together, and the unknowns that come with them
 least_squares      the least sum of squares of a nonlinear model, to the last digit
-bounded_step       the step of a linear problem within bounds
 gauss_newton       the search for the most probable values, as far as a comparison needs it
 evidence           the fit at these values and its marginal likelihood
 fit                hypotheses fitted to one data set

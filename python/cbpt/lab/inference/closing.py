@@ -68,6 +68,6 @@ class _Reached:
         self.points[x.tobytes()] = point
         seen = p.at(point)
         return (
-            np.concatenate([seen.y_left, -self.root * p.off(point)]),
+            np.concatenate([seen.y_left, -self.root * seen.off]),
             np.vstack([seen.x_left, np.diag(self.root)]),
         )

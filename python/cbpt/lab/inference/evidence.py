@@ -20,7 +20,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.covariance.fit_noise import log_scale_prior, price_of
-from cbpt.lab.covariance.linear_gaussian import Linear, Margin, Noise, Whitener, log_likelihood
+from cbpt.lab.covariance.linear_gaussian import (
+    Linear,
+    Margin,
+    Noise,
+    Whitener,
+    inverse,
+    log_likelihood,
+)
 from cbpt.lab.inference.gauss_newton import Problem
 from cbpt.lab.inference.hypothesis import Hypothesis, Unknown
 from cbpt.lab.model.discrepancy import discrepancy_columns
@@ -135,7 +142,7 @@ def linearised(
     """Readings less model, columns of unknowns, discrepancies and offsets, prior precisions; in
     arcsec."""
     columns = problem.columns(point)
-    y = problem.campaign.y_arcsec - point.angle_arcsec + columns @ problem.off(point)
+    y = problem.campaign.y_arcsec - point.angle_arcsec + columns @ problem.at(point).off
     departures = _departures(problem, hypothesis, point, discrepancy)
     x = np.column_stack([columns, departures, problem.campaign.offsets])
     return Linear(y, x, _precisions(problem, departures))
@@ -194,15 +201,14 @@ def evaluated(
     """
     c, (point, converged) = problem.campaign, reached
     seen, flat = problem.at(point), np.zeros(problem.offsets.shape[1])
-    y = seen.y + seen.x @ problem.off(point)
+    y = seen.y + seen.x @ seen.off
     departures = _departures(problem, hypothesis, point, discrepancy)
     if departures.size:
         departures = problem.whitener(departures)
     x = np.column_stack([seen.x, departures, problem.offsets])
     margin = Margin.of(y, x, _precisions(problem, departures))
     p = len(problem.unknowns)
-    inverse = np.linalg.inv(margin.factor)
-    covariance = (inverse.T @ inverse)[:p, :p] * np.outer(problem.unit, problem.unit)
+    covariance = inverse(margin.factor)[:p, :p] * np.outer(problem.unit, problem.unit)
     r = c.y_arcsec - point.angle_arcsec
     offsets = Margin.of(seen.y, problem.offsets, flat).mode
     marginal = log_likelihood(margin.chi2, problem.whitener, margin.log_volume)

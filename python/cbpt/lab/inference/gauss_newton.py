@@ -17,8 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cbpt._core import quadratic_step
 from cbpt.lab.covariance.linear_gaussian import Noise, Whitener
-from cbpt.lab.inference.bounded_step import Mask, held_at_bounds
 from cbpt.lab.inference.hypothesis import Unknown
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.forward import Assembled, Point
@@ -53,6 +53,10 @@ class Seen:
     y_left: Floats
     x_left: Floats
     """The same less what the offsets take."""
+    coordinates: Floats
+    """Of the unknowns, logarithms where they are searched in these, shape (p,)."""
+    off: Floats
+    """Unknowns off the mean of their priors, in units; 0 where there is no prior."""
 
 
 class Problem:
@@ -96,7 +100,9 @@ class Problem:
             white = self.whitener(both)
             left = white - self.basis @ (self.basis.T @ white)
             parts = white[:, 0], white[:, 1:], left[:, 0], left[:, 1:]
-            self._last = last = Seen(point, *parts)
+            coordinates = self.coordinates(point)
+            off = np.where(self.precision > 0, (coordinates - self.mean) / self.unit, 0.0)
+            self._last = last = Seen(point, *parts, coordinates, off)
         return last
 
     def coordinates(self, point: Point) -> Floats:
@@ -109,21 +115,17 @@ class Problem:
         v = np.where(self.log, point.values[self.index], 1.0)
         return np.asarray(point.slopes * (v * self.unit))
 
-    def off(self, point: Point) -> Floats:
-        """Unknowns off the mean of their priors, in units; 0 where there is no prior."""
-        return np.where(self.precision > 0, self.off_mean(point), 0.0)
-
     def off_mean(self, point: Point) -> Floats:
-        """The same where there is no prior too."""
+        """Unknowns off the mean of their priors or, where they have none, off neutral; in units."""
         return np.asarray((self.coordinates(point) - self.mean) / self.unit)
 
     def objective(self, point: Point) -> float:
         """Whitened misfit after the best offsets, and priors."""
-        y = self.at(point).y_left
-        return float(y @ y + self.precision @ self.off(point) ** 2)
+        seen = self.at(point)
+        return float(seen.y_left @ seen.y_left + self.precision @ seen.off**2)
 
     def moved(self, point: Point, step: Floats) -> Point | None:
-        x = np.clip(self.coordinates(point) + step * self.unit, self.low, self.high)
+        x = np.clip(self.at(point).coordinates + step * self.unit, self.low, self.high)
         for bound in (self.low, self.high):
             # At a bound to the last digit, where a step ends there.
             x = np.where(np.abs(x - bound) <= 1e-12 * self.unit, bound, x)
@@ -151,19 +153,12 @@ class Problem:
         """
         seen = self.at(point)
         gram, slope = seen.x_left.T @ seen.x_left, seen.x_left.T @ seen.y_left
-        at, start = self.coordinates(point), self.off(point)
-        low, high = (self.low - at) / self.unit, (self.high - at) / self.unit
-        scale = np.broadcast_to(scale, len(self.unknowns))
+        at, scale = seen.coordinates, np.broadcast_to(scale, len(self.unknowns))
         # The prior's own pull: its residual is where the unknown stands now.
-        curved, slope = gram + np.diag(self.precision), slope - self.precision * start
-
-        def asked(step: Floats, free: Mask) -> Floats:
-            a = curved[np.ix_(free, free)] / np.outer(scale[free], scale[free])
-            b = (slope[free] - curved[np.ix_(free, ~free)] @ step[~free]) / scale[free]
-            return _within(a, b, radius) / scale[free]
-
-        step = held_at_bounds(asked, lambda step: slope - curved @ step, low, high)
-        return step, float(step @ (2 * slope - curved @ step))
+        gram[np.diag_indices_from(gram)] += self.precision
+        slope -= self.precision * seen.off
+        bounds = (self.low - at) / self.unit, (self.high - at) / self.unit
+        return quadratic_step(gram, slope, bounds, scale, radius)
 
 
 def search(problem: Problem, point: Point, steps: int, bound: float = np.inf) -> tuple[Point, bool]:
@@ -198,18 +193,3 @@ def search(problem: Problem, point: Point, steps: int, bound: float = np.inf) ->
         elif gained > _GOOD * promised:
             radius = max(radius, 2 * length)
     return point, False
-
-
-def _within(a: Floats, b: Floats, radius: float) -> Floats:
-    """The z of the least z' a z - 2 b' z with |z| at most the radius (More 1978, section 5)."""
-    size, directions = np.linalg.eigh(a)
-    size = np.maximum(size, 1e-12 * max(float(size[-1]), 1e-300))
-    along, damping = directions.T @ b, 0.0
-    for _ in range(50):
-        z = along / (size + damping)
-        length = float(np.linalg.norm(z))
-        if length <= 1.01 * radius:
-            break
-        slope = float(np.sum(z**2 / (size + damping))) / length
-        damping += (length / radius) * (length - radius) / slope
-    return np.asarray(directions @ z)

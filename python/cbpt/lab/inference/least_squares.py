@@ -23,11 +23,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.inference.bounded_step import Mask, held_at_bounds
+from cbpt._core import held_at_bounds
 
 __all__ = ["Aim", "Minimum", "minimise"]
 
 Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 Model = Callable[[Floats], "tuple[Floats, Floats] | None"]
 """Residual (n,) and the slopes of what was taken off, (n, p); None where there are none."""
 
