@@ -280,28 +280,30 @@ class Fitter:
                 # A fit that was given up needs no finer noise.
                 structures=reached < bound,
             )
-            problem = self._problem(unknowns, noise)
+            problem = problem.under(noise)
             if _near(before, noise) or reached >= bound:
                 break
             point, converged = search(problem, point, self.steps)
         found = evaluated(problem, hypothesis, (point, converged), exact, self.stated_dof)
         if free_noise and may_depart(hypothesis, unknowns):
-            found = self._with_discrepancy(found)
+            found = self._with_discrepancy(found, problem)
         return replace(found, reached=reached)
 
-    def _with_discrepancy(self, exact: Fit) -> Fit:
+    def _with_discrepancy(self, exact: Fit, problem: Problem) -> Fit:
         """The evidence summed over how far the effects may depart from their forms; noise and
         uncertainty are those of the likeliest departure.
+
+        problem: that of the fit, under its noise.
         """
         c = self.campaign
         seen = [exact]
         for sd, _ in DISCREPANCY_ODDS[1:]:
-            loose = self._departed(exact, exact.noise, sd)
+            loose = self._departed(exact, problem, sd)
             if loose.log_marginal > exact.log_marginal + _SEARCH.noise_worth:
                 noise, _ = fit_noise(
                     self.linear(loose), c.u_arcsec, c.rows, exact.noise, self.stated_dof
                 )
-                loose = self._departed(exact, noise, sd)
+                loose = self._departed(exact, problem.under(noise), sd)
             seen.append(loose)
         odds = [
             f.log_evidence + np.log(share)
@@ -315,16 +317,18 @@ class Fitter:
             noise_of_values=exact.noise,
         )
 
-    def _departed(self, fit: Fit, noise: Noise, discrepancy_sd: float) -> Fit:
-        return self._evaluated(fit, (fit.point, fit.converged), noise, discrepancy_sd)
-
-    def _evaluated(
-        self, fit: Fit, reached: tuple[Point, bool], noise: Noise, discrepancy_sd: float
+    def _departed(
+        self,
+        fit: Fit,
+        problem: Problem,
+        discrepancy_sd: float,
+        reached: tuple[Point, bool] | None = None,
     ) -> Fit:
+        """A fit with departures of this size, as its problem sees it; at its values or others."""
         return evaluated(
-            self._problem(fit.unknowns, noise),
+            problem,
             fit.hypothesis,
-            reached,
+            reached or (fit.point, fit.converged),
             Discrepancy(self.functions, discrepancy_sd),
             self.stated_dof,
         )
@@ -333,7 +337,9 @@ class Fitter:
         """The same fit, noise and departures, at another point (and whether it is the end of a
         search); other modes stay."""
         return replace(
-            self._evaluated(fit, reached, fit.noise, fit.discrepancy_sd),
+            self._departed(
+                fit, self._problem(fit.unknowns, fit.noise), fit.discrepancy_sd, reached
+            ),
             log_discrepancy=fit.log_discrepancy,
             noise_of_values=fit.noise_of_values,
             other_modes=fit.other_modes,
@@ -355,7 +361,8 @@ class Fitter:
     def look(self, fit: Fit, noise: Noise) -> Fit:
         """The same values through another noise."""
         return replace(
-            self._departed(fit, noise, fit.discrepancy_sd), log_discrepancy=fit.log_discrepancy
+            self._departed(fit, self._problem(fit.unknowns, noise), fit.discrepancy_sd),
+            log_discrepancy=fit.log_discrepancy,
         )
 
     def at_nominal(self, fit: Fit) -> Fit:

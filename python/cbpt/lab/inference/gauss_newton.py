@@ -66,7 +66,7 @@ class Problem:
         self, campaign: Campaign, model: Assembled, unknowns: tuple[Unknown, ...], noise: Noise
     ) -> None:
         self.campaign, self.model = campaign, model
-        self.unknowns, self.noise = unknowns, noise
+        self.unknowns = unknowns
         self.mean = np.array([u.mean for u in unknowns])
         self.unit = np.array([u.unit for u in unknowns])
         self.precision = np.array([(u.unit / u.sd) ** 2 for u in unknowns])
@@ -75,13 +75,23 @@ class Problem:
         bounds = np.array([[u.lower, u.upper] for u in unknowns]).reshape(-1, 2)
         with np.errstate(divide="ignore", invalid="ignore"):
             self.low, self.high = np.where(self.log[:, None], np.log(bounds), bounds).T
-        self._see_through(Whitener.of(noise, campaign.u_arcsec, campaign.rows))
+        self._under(noise)
+
+    def _under(self, noise: Noise) -> None:
+        self.noise = noise
+        self._see_through(Whitener.of(noise, self.campaign.u_arcsec, self.campaign.rows))
 
     def _see_through(self, whitener: Whitener) -> None:
         self.whitener = whitener
         self.offsets = whitener(self.campaign.offsets)
-        self.basis = np.linalg.qr(self.offsets)[0]
+        self.basis = _basis(self.offsets)
         self._last: Seen | None = None
+
+    def under(self, noise: Noise) -> Problem:
+        """The same unknowns under another noise."""
+        other = copy(self)
+        other._under(noise)
+        return other
 
     def through(self, whitener: Whitener) -> Problem:
         """The same seen through another covariance."""
@@ -159,6 +169,14 @@ class Problem:
         slope -= self.precision * seen.off
         bounds = (self.low - at) / self.unit, (self.high - at) / self.unit
         return quadratic_step(gram, slope, bounds, scale, radius)
+
+
+def _basis(columns: Floats) -> Floats:
+    """Orthonormal columns that span the same, shape (n, k); of a single one without LAPACK, whose
+    preparation takes longer than a table."""
+    if columns.shape[1] == 1:
+        return np.asarray(columns / np.linalg.norm(columns))
+    return np.linalg.qr(columns)[0]
 
 
 def search(problem: Problem, point: Point, steps: int, bound: float = np.inf) -> tuple[Point, bool]:
