@@ -282,6 +282,12 @@ def test_what_a_mean_torque_does_is_that_of_the_dense_normal() -> None:
     np.testing.assert_allclose(holds.most_probable(r, u**-2.0), expected, atol=1e-9)
 
 
+def test_readings_that_are_no_numbers_have_no_noise() -> None:
+    """An error, and no likelihood that looks like one."""
+    with pytest.raises(np.linalg.LinAlgError):
+        fit_noise(Linear(np.full(396, np.nan), ONE, FLAT), U, TWELVE, Noise())
+
+
 def test_a_rounding_has_no_scale() -> None:
     """It is known; only what is beside it may be larger than stated."""
     u, rounding = np.full(396, 0.3), np.full(396, 0.2)

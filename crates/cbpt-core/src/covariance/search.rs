@@ -138,8 +138,9 @@ impl<W: Whitened> Search<'_, W> {
     /// The scale at which misfit and what is stated agree; `chi2` was found with `scale`. Never far below what is stated:
     /// readings that agree better than they can are no proof of more.
     fn balanced(&self, scale: f64, chi2: f64, dof: f64) -> f64 {
-        let stated = self.task.stated_dof;
-        ((chi2 * scale * scale + stated) / (dof + stated)).sqrt().max(self.task.least_scale)
+        let (stated, least) = (self.task.stated_dof, self.task.least_scale);
+        let found = ((chi2 * scale * scale + stated) / (dof + stated)).sqrt();
+        if found < least { least } else { found }
     }
 
     /// The best of one noise and a few others, of which correlation and offsets are given.

@@ -38,7 +38,8 @@ impl Solved {
         let mode = factor.solve(projection);
         let known: f64 = precision.iter().filter(|&&value| value > 0.0).map(|value| value.ln()).sum();
         let log_volume = 0.5 * known - factor.l_dirty().diagonal().map(f64::ln).sum();
-        let chi2 = (square - projection.dot(&mode)).max(0.0);
-        Some(Self { factor, mode, chi2, log_volume })
+        let chi2 = square - projection.dot(&mode);
+        // `f64::max` would turn what is no number into 0.
+        Some(Self { factor, mode, chi2: if chi2 < 0.0 { 0.0 } else { chi2 }, log_volume })
     }
 }
