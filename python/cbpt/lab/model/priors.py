@@ -387,21 +387,26 @@ def log_size_prior(variant: Variant, size: Floats, own: Floats) -> float:
     k = len(size)
     if k == 0:
         return 0.0
-    r = max(float(np.linalg.norm(size)), float(np.linalg.norm(own)) / np.sqrt(k), 1.0)
-    return float(log_density(variant, np.array([r]))[0])
+    r = max(float(np.linalg.norm(size)), float(np.linalg.norm(own)) / math.sqrt(k), 1.0)
+    return log_density_of_one(variant) - len(variant.sizes) * math.log(r)
 
 
 def log_density(variant: Variant, r: Floats) -> Floats:
     """Equally likely in ln r over the plausible range: on a ray, a line, in a plane, in space."""
+    return np.asarray(log_density_of_one(variant) - len(variant.sizes) * np.log(r))
+
+
+def log_density_of_one(variant: Variant) -> float:
+    """The same at r = 1."""
     k = len(variant.sizes)
-    span = np.log(variant.high / variant.low)
-    around = (2.0 if variant.signed else 1.0) if k == 1 else _sphere(k) * r ** (k - 1)
-    return np.asarray(0.5 * k * np.log(2 * np.pi) - np.log(r * span * around))
+    span = math.log(variant.high / variant.low)
+    around = 1.0 if k == 1 and not variant.signed else _sphere(k)
+    return 0.5 * k * math.log(2 * math.pi) - math.log(span * around)
 
 
 def _sphere(k: int) -> float:
     """Surface of the unit sphere in k dimensions."""
-    return float(2 * np.pi ** (k / 2) / math.gamma(k / 2))
+    return float(2 * math.pi ** (k / 2) / math.gamma(k / 2))
 
 
 _CALIBRATIONS = ("torque_scale", "preload_scale", "sensor_gain", "contact_angle")
