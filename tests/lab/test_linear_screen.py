@@ -18,7 +18,7 @@ from cbpt.lab.inference.hypothesis import Hypothesis
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.priors import ARCSEC, PRIORS, VARIANTS, Variant
-from cbpt.lab.selection.linear_screen import Screen, Signature, Signatures
+from cbpt.lab.selection.linear_screen import Screen, Signature, Signatures, Stack
 from cbpt.lab.selection.starts import places
 from common.simulated import Floats, Values, drawn_numbers, hypothesis_of, plan, readings_of, truth
 
@@ -33,7 +33,7 @@ def glance() -> tuple[Fitter, Fit, tuple[Signature, ...], Screen]:
     fit = fitter.fit(Hypothesis())
     assert fit is not None
     signatures = Signatures(campaign, fitter.variants).about(fit, places(fitter))
-    return fitter, fit, tuple(signatures), Screen(fit, signatures)
+    return fitter, fit, tuple(signatures), Screen(fit, Stack(signatures))
 
 
 # --- signatures ---------------------------------------------------------------------------
@@ -88,7 +88,7 @@ def test_a_signature_is_the_difference_of_the_model(label: str) -> None:
 
 def test_every_effect_has_a_signature_that_the_readings_show() -> None:
     fitter, _, signatures, screen = glance()
-    seen = {s.variant.effect for m, s in enumerate(signatures) if screen.usable(m)}
+    seen = {s.variant.effect for m, s in enumerate(signatures) if screen.usable[m]}
     assert seen == {v.effect for v in fitter.variants}
 
 
@@ -132,7 +132,7 @@ def test_the_gain_of_a_small_effect_is_that_of_a_full_fit(
     assert null is not None
     signatures = Signatures(nothing, [bare]).about(null, places(fitter))
     (signature,) = (s for s in signatures if plain(s.variant))
-    screen = Screen(null, [signature])
+    screen = Screen(null, Stack([signature]))
     unit = 10 / np.sqrt(screen.gram[0, 0])
     made = {
         (effect, p): (unit * signature.unit[0] * v if p in variant.sizes else v)
@@ -144,7 +144,7 @@ def test_the_gain_of_a_small_effect_is_that_of_a_full_fit(
     fitter = Fitter(campaign, [bare])
     null = fitter.fit(Hypothesis(), free_noise=False)
     assert null is not None
-    gain = Screen(null, [signature]).single(0)
+    gain = Screen(null, Stack([signature])).single(0)
     start = fitter.start(
         Hypothesis((bare,)),
         {f"{effect}.{p}": x for p, x in zip(bare.sizes, signature.sizes(gain.sizes), strict=True)},
@@ -191,7 +191,7 @@ def test_the_null_of_the_maximum_is_what_noise_does() -> None:
     fitter, fit, signatures, _ = glance()
     # Every third is enough, and three times as fast.
     signatures, fit = signatures[::3], fitter.look(fit, Noise())
-    screen = Screen(fit, signatures)
+    screen = Screen(fit, Stack(signatures))
     weights = np.array([-0.1 * (m % 7) for m in range(len(signatures))])
     null = screen.null_of_maximum(weights, 400, np.random.default_rng([31, 3]))
     bar = np.quantile(null, 0.95)
@@ -202,7 +202,7 @@ def test_the_null_of_the_maximum_is_what_noise_does() -> None:
     x = fit.whitener(x)
     known = precision > 0
     rng = np.random.default_rng([31, 4])
-    usable = [m for m in range(len(signatures)) if screen.usable(m)]
+    usable = [m for m in range(len(signatures)) if screen.usable[m]]
     above = 0
     for _ in range(200):
         noise = rng.standard_normal(len(x))
@@ -240,8 +240,8 @@ def test_whole_way_from_noise_to_the_chance() -> None:
         fit = fitter.fit(Hypothesis())
         assert fit is not None
         signatures = Signatures(campaign, fitter.variants).about(fit, places(fitter))
-        screen = Screen(fit, signatures)
-        best = max(screen.single(m).log_odds for m in range(len(signatures)) if screen.usable(m))
+        screen = Screen(fit, Stack(signatures))
+        best = max(screen.single(m).log_odds for m in range(len(signatures)) if screen.usable[m])
         null = screen.null_of_maximum(weights, 200, rng)
         ranks.append(float(np.mean(null < best)))
     assert np.count_nonzero(np.array(ranks) > 0.95) <= 2

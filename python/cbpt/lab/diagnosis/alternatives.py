@@ -16,7 +16,7 @@ import numpy as np
 
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
 from cbpt.lab.model.priors import LOT, TWINS, Variant
-from cbpt.lab.selection.linear_screen import Screen
+from cbpt.lab.selection.linear_screen import Screen, Stack
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording.numbers import ARCSEC, AngleUnit, display, rounded, shown
 
@@ -66,7 +66,7 @@ class Smallest:
 
 def _screen(d: DiagnosisData) -> Screen:
     c = d.competition
-    return Screen(d.after, c.library.about(d.after, c.names, secants=False))
+    return Screen(d.after, Stack(c.library.about(d.after, c.names, secants=False)))
 
 
 def smallest(d: DiagnosisData) -> list[Smallest]:
@@ -79,7 +79,7 @@ def smallest(d: DiagnosisData) -> list[Smallest]:
     best: dict[str, tuple[tuple[int, float], Smallest]] = {}
     for m, s in enumerate(screen.signatures):
         effect, lot = s.variant.effect, bool(s.variant.spread)
-        if not screen.usable(m) or effect in d.verdict.names:
+        if not screen.usable[m] or effect in d.verdict.names:
             continue
         strength = np.diag(screen.gram)[screen.places[m]]
         # Of a lot all balls show together.

@@ -14,7 +14,7 @@ from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
 from cbpt.lab.inference.cross_validation import held_out_residual, rms
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.model.priors import CLASSES
-from cbpt.lab.selection.linear_screen import Screen
+from cbpt.lab.selection.linear_screen import Screen, Stack
 from cbpt.lab.selection.model_comparison import Competition
 from cbpt.lab.selection.posterior import posterior_of, set_of
 from cbpt.lab.selection.setting import Names
@@ -26,7 +26,7 @@ def ranking(d: DiagnosisData) -> list[dict[str, Any]]:
     chances = probabilities(c)
     # Signatures as the drive without effects shows them, looked at through the final noise.
     null = c.fitter.look(c.fits[()], d.after.noise)
-    screen = Screen(null, c.library.about(null, c.names, secants=False))
+    screen = Screen(null, Stack(c.library.about(null, c.names, secants=False)))
     best = d.verdict.names
     rows = []
     singles = sorted((n for n in c.fits if len(n) == 1), key=lambda n: -c.log_odds[n])
@@ -69,7 +69,7 @@ def _member(screen: Screen, fit: Fit) -> int | None:
     found = [
         (sum(_way(shapes.get(name, v), v) for name, v in s.shapes.items()), m)
         for m, s in enumerate(screen.signatures)
-        if s.variant == variant and screen.usable(m)
+        if s.variant == variant and screen.usable[m]
     ]
     return min(found)[1] if found else None
 
@@ -92,7 +92,7 @@ def _rival(screen: Screen, member: int | None, c: Competition) -> tuple[str | No
     for m, s in enumerate(screen.signatures):
         same = s.variant.effect == screen.signatures[member].variant.effect
         # A lot of balls can look like nearly everything, so it says nothing as a rival.
-        if same or s.variant.spread or not screen.usable(m):
+        if same or s.variant.spread or not screen.usable[m]:
             continue
         place = screen.places[m]
         a = np.linalg.cholesky(screen.gram[own, own])

@@ -32,7 +32,7 @@ from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.own_terms import campaign_of, chosen
 from cbpt.lab.model.priors import ON_REQUEST, Variant
 from cbpt.lab.readings.reader import Readings
-from cbpt.lab.selection.linear_screen import Screen, Signatures
+from cbpt.lab.selection.linear_screen import Screen, Signatures, Stack
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.selection.starts import places, start_values
 
@@ -245,9 +245,9 @@ def _starts(fitter: Fitter, null: Fit, variants: Sequence[Variant]) -> Iterator[
     """What the linear problem finds at the shapes that suit it best."""
     library = Signatures(fitter.campaign, variants)
     signatures = library.about(null, places(fitter)) + library.far(null, places(fitter))
-    screen = Screen(null, signatures)
+    screen = Screen(null, Stack(signatures))
     members = [
-        [m for m, s in enumerate(signatures) if s.variant is v and screen.usable(m)]
+        [m for m, s in enumerate(signatures) if s.variant is v and screen.usable[m]]
         for v in variants
     ]
     gains = (screen.gain(choice) for choice in product(*members))

@@ -2,7 +2,8 @@
 small.
 
     Signatures  slopes of the readings by the size of every effect, at several shapes
-    Screen      what each signature, and each pair, would gain; and what chance alone gains at most
+    Stack       signatures side by side
+    Screen      what sets of signatures would gain; and what chance alone gains at most
 
 Linear in the sizes, so hundreds of candidates cost one prediction and one matrix product. What
 comes out on top is fitted in full afterwards; the chance of the largest gain needs no more than
@@ -14,17 +15,18 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.covariance.linear_gaussian import cholesky, inverse_diagonal, solved
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.forward import Assembled, Point
-from cbpt.lab.model.priors import LOT, Variant, log_density, log_size_prior
+from cbpt.lab.model.priors import LOT, Variant, log_density_of_one, log_size_prior
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,6 +153,67 @@ class Signatures:
         return Signature(variant, shapes, change[:, None] / size, unit, secant)
 
 
+class Stack:
+    """Signatures side by side, and what of them is the same through every noise.
+
+    Arrays have a value for each signature, or for each column where they say so.
+    """
+
+    def __init__(self, signatures: Sequence[Signature]) -> None:
+        self.signatures = list(signatures)
+        variants = [s.variant for s in self.signatures]
+        self.width = np.array([s.columns.shape[1] for s in self.signatures])
+        self.first = np.cumsum(self.width) - self.width
+        """Its first column."""
+        self.places = [slice(a, a + w) for a, w in zip(self.first, self.width, strict=True)]
+        """Its columns."""
+        columns = np.column_stack([s.columns for s in self.signatures])
+        self.finite = np.isfinite(columns).all(axis=0)
+        """Of each column."""
+        self.columns = np.where(self.finite, columns, 0.0)
+        """Shape (n, columns); 0 where one is not finite."""
+        self.narrow = np.array([not v.spread for v in variants])
+        """Whether it is no lot of balls."""
+        high = [5.0 if v.spread else v.high / v.low for v in variants]
+        self.high = np.repeat(high, self.width)
+        """Largest plausible size of each column."""
+        self.precision = np.repeat(np.where(self.narrow, 0.0, 1.0), self.width)
+        """Of each column: a lot is normal about 0 with a spread of one unit."""
+        self.one_sided = np.array([s.one_sided for s in self.signatures])
+        self.density = np.array([0.0 if v.spread else log_density_of_one(v) for v in variants])
+        self.powers = np.array([0 if v.spread else len(v.sizes) for v in variants])
+        """The log density of a size r is `density` less so many ln r."""
+        self.kind = np.unique([v.effect for v in variants], return_inverse=True)[1]
+        """Signatures of one effect have the same."""
+        self.form = np.unique([v.label for v in variants], return_inverse=True)[1]
+        """The same of one variant."""
+
+    def by_width(self, wanted: NDArray[np.bool_]) -> list[Ints]:
+        """Some of the signatures, those with equally many columns together."""
+        widths = np.unique(self.width[wanted])
+        return [np.flatnonzero(wanted & (self.width == width)) for width in widths]
+
+    def padded(self, members: Ints) -> tuple[Ints, NDArray[np.bool_], list[slice]]:
+        """Columns of sets (n, m), each signature with as many as the widest that stands in its
+        place: columns, (k, n), which of them are no padding, and the part of k of each place."""
+        at, real, parts, start = [], [], [], 0
+        for m in members.T:
+            step = np.arange(self.width[m].max(initial=1))[:, None]
+            real.append(step < self.width[m])
+            at.append(self.first[m] + np.where(real[-1], step, 0))
+            parts.append(slice(start, start + len(step)))
+            start += len(step)
+        return np.concatenate(at), np.concatenate(real), parts
+
+    def log_prior(self, members: Ints, sizes: Floats, variances: Floats) -> Floats:
+        """Of sizes and their variances (k, ..., n) of n signatures, shape (..., n); minus infinity
+        where one is negative that must not be. See `priors.log_size_prior`."""
+        own = variances.sum(axis=0) / self.width[members]
+        square = np.maximum(np.maximum(np.square(sizes).sum(axis=0), own), 1.0)
+        value = self.density[members] - 0.5 * self.powers[members] * np.log(square)
+        return np.where(self.one_sided[members] & (sizes[0] <= 0), -np.inf, value)
+
+
 @dataclass(frozen=True, eq=False)
 class Gain:
     """What some signatures together would gain: Bayes factor against none of them, and their
@@ -163,50 +226,47 @@ class Gain:
     sizes: Floats
 
 
+class Gains(NamedTuple):
+    """The same of n sets, each padded to k columns."""
+
+    chi2: Floats
+    """Shape (n,); 0 where a size is negative that must not be."""
+    log_volume: Floats
+    """Shape (n,)."""
+    log_prior: Floats
+    """Shape (n,); minus infinity where a size is negative that must not be."""
+    sizes: Floats
+    """Shape (k, n), 0 in the padding."""
+    inverse: Floats
+    """Of the Gram matrix, shape (k, k, n)."""
+    columns: Ints
+    """Shape (k, n)."""
+    real: NDArray[np.bool_]
+    """Whether a column is no padding, shape (k, n)."""
+
+
 class Screen:
     """Signatures as seen by whoever refits the unknowns of a fit."""
 
-    def __init__(self, fit: Fit, signatures: Sequence[Signature]) -> None:
-        self.signatures = list(signatures)
-        self.places: list[slice] = []
-        at = 0
-        for s in self.signatures:
-            self.places.append(slice(at, at + s.columns.shape[1]))
-            at += s.columns.shape[1]
-        columns = np.column_stack([s.columns for s in self.signatures])
-        finite = np.isfinite(columns).all(axis=0)
-        seen = fit.whitener(np.where(finite, columns, 0.0))
-        left = fit.margin.left(seen)
-        self.gram = seen.T @ left
-        own = np.einsum("ij,ij->j", seen, seen)
+    def __init__(self, fit: Fit, stack: Stack) -> None:
+        self.stack, self.signatures, self.places = stack, stack.signatures, stack.places
+        margin, seen = fit.margin, fit.whitener(stack.columns)
+        refitted = np.linalg.solve(margin.factor, margin.x.T @ seen)
+        # Both products are of a matrix with itself, which take half the time.
+        self.gram = seen.T @ seen - refitted.T @ refitted
+        own = np.maximum(np.einsum("ij,ij->j", seen, seen), 1e-300)
         # Seen at all: beyond rounding, and by a standard uncertainty at the largest plausible size.
-        span = np.concatenate(
-            [
-                np.full(
-                    s.columns.shape[1], 5.0 if s.variant.spread else s.variant.high / s.variant.low
-                )
-                for s in self.signatures
-            ]
-        )
-        size = np.diag(self.gram)
-        self.alive = (
-            finite
-            & (size > 1e-12 * np.maximum(own, 1e-300))
-            & (np.sqrt(np.maximum(size, 0)) * span > 1)
-        )
-        self.gram[np.diag_indices_from(self.gram)] += 1e-9 * np.maximum(own, 1e-300)
-        self.surviving = np.sqrt(np.clip(np.diag(self.gram) / np.maximum(own, 1e-300), 0, 1))
-        self.projection = left.T @ fit.margin.y
-        self.dof = len(fit.margin.y)
-
-    def _widths(self, members: Sequence[int]) -> Iterator[tuple[Variant, int]]:
-        for m in members:
-            yield self.signatures[m].variant, self.signatures[m].columns.shape[1]
-
-    def usable(self, member: int) -> bool:
-        """Whether the readings could see it at all."""
-        alive = self.alive[self.places[member]]
-        return bool(alive.any() if self.signatures[member].variant.spread else alive.all())
+        size = np.diagonal(self.gram)
+        alive = stack.finite & (size > 1e-12 * own)
+        alive &= np.sqrt(np.maximum(size, 0)) * stack.high > 1
+        count = np.add.reduceat(alive.astype(np.int64), stack.first)
+        self.usable = np.where(stack.narrow, count == stack.width, count > 0)
+        """Of each signature: whether the readings could see it at all."""
+        self.gram[np.diag_indices_from(self.gram)] += 1e-9 * own
+        self.surviving = np.sqrt(np.clip(np.diagonal(self.gram) / own, 0, 1))
+        """Of each column: the share of it that a refit of the unknowns leaves."""
+        self.projection = seen.T @ margin.left(margin.y)
+        self.dof = len(margin.y)
 
     def single(self, member: int, projection: Floats | None = None) -> Gain:
         """One signature alone."""
@@ -214,29 +274,30 @@ class Screen:
 
     def gain(self, members: tuple[int, ...], projection: Floats | None = None) -> Gain:
         """Some signatures together; a size that must not be negative and would be is none."""
+        found = self.gains(np.array([members]), projection)
+        chi2 = float(found.chi2[0])
+        odds = 0.5 * chi2 + float(found.log_volume[0] + found.log_prior[0])
+        return Gain(members, odds, chi2, found.sizes[found.real])
+
+    def gains(self, members: Ints, projection: Floats | None = None) -> Gains:
+        """Sets of equally many signatures each, shape (n, m)."""
         b = self.projection if projection is None else projection
-        at = np.concatenate([np.arange(self.places[m].start, self.places[m].stop) for m in members])
-        g, b = self.gram[np.ix_(at, at)].copy(), b[at]
-        # A lot is normal about 0 with a spread of one unit.
-        lot = np.concatenate([np.full(w, bool(v.spread)) for v, w in self._widths(members)])
-        g[lot, lot] += 1.0
-        try:
-            factor = cholesky(g)
-        except np.linalg.LinAlgError:
-            return Gain(members, -np.inf, 0.0, np.zeros(len(at)))
-        sizes = solved(factor, b)
-        chi2 = float(b @ sizes)
-        odds = 0.5 * chi2 - float(np.log(np.diagonal(factor)).sum())
-        start = 0
-        own = np.sqrt(inverse_diagonal(factor))
-        for m in members:
-            s = self.signatures[m]
-            part = slice(start, start + s.columns.shape[1])
-            start = part.stop
-            if s.one_sided and sizes[part][0] <= 0:
-                return Gain(members, -np.inf, 0.0, sizes)
-            odds += s.log_prior(sizes[part], own[part])
-        return Gain(members, odds, chi2, sizes)
+        at, real, parts = self.stack.padded(members)
+        k = len(at)
+        system = np.zeros((k + 1, k + 1, len(members)))
+        system[:k, :k] = self.gram[at[:, None], at] * (real[:, None] & real)
+        system[range(k), range(k)] += np.where(real, self.stack.precision[at], 1.0)
+        system[:k, k] = system[k, :k] = b[at] * real
+        pivots = _swept(system, k)
+        inverse, sizes = -system[:k, :k], system[:k, k]
+        variances = np.einsum("iij->ij", inverse) * real
+        log_prior = np.zeros(len(members))
+        for part, m in zip(parts, members.T, strict=True):
+            log_prior += self.stack.log_prior(m, sizes[part], variances[part])
+        log_prior[~(pivots > 0).all(axis=0)] = -np.inf
+        chi2 = np.where(log_prior > -np.inf, -system[k, k], 0.0)
+        volume = -0.5 * np.log(np.maximum(pivots, 1e-300)).sum(axis=0)
+        return Gains(chi2, volume, log_prior, sizes, inverse, at, real)
 
     def null_of_maximum(self, weights: Floats, replicates: int, rng: np.random.Generator) -> Floats:
         """Largest weighted log odds of any single signature in noise alone, shape (replicates,).
@@ -249,28 +310,37 @@ class Screen:
         draws = root @ rng.standard_normal((len(size), replicates))
         draws /= np.sqrt(rng.chisquare(self.dof, replicates) / self.dof)
         best = np.full(replicates, -np.inf)
-        for m, weight in enumerate(weights):
-            if np.isfinite(weight) and self.usable(m):
-                best = np.maximum(best, weight + self._odds_of(m, draws))
+        for members in self.stack.by_width(self.usable & np.isfinite(weights)):
+            odds = self._odds_of(members, draws) + weights[members]
+            best = np.maximum(best, odds.max(axis=1))
         return best
 
-    def _odds_of(self, member: int, draws: Floats) -> Floats:
-        """Log odds of one signature for many projections."""
-        place = self.places[member]
-        s = self.signatures[member]
-        v = s.variant
-        g = self.gram[place, place] + (np.eye(s.columns.shape[1]) if v.spread else 0.0)
-        inverse = np.linalg.inv(g)
-        sizes = inverse @ draws[place]
-        chi2 = np.einsum("ij,ij->j", draws[place], sizes)
-        odds = 0.5 * chi2 - 0.5 * float(np.linalg.slogdet(g)[1])
-        if v.spread:
-            return np.asarray(odds)
-        own = np.sqrt(np.diag(inverse))
-        r = np.linalg.norm(sizes, axis=0)
-        odds += log_density(
-            v, np.maximum(r, max(float(np.linalg.norm(own)) / np.sqrt(len(own)), 1.0))
-        )
-        if s.one_sided:
-            odds = np.where(sizes[0] > 0, odds, -np.inf)
-        return np.asarray(odds)
+    def _odds_of(self, members: Ints, draws: Floats) -> Floats:
+        """Log odds of signatures of one width, each alone, for many projections, shape (replicates,
+        members)."""
+        alone = self.gains(members[:, None])
+        seen = draws[alone.columns]
+        sizes = np.einsum("ijm,jmr->irm", alone.inverse, seen)
+        chi2 = np.einsum("imr,irm->rm", seen, sizes)
+        variances = np.einsum("iim->im", alone.inverse)[:, None]
+        prior = self.stack.log_prior(members, sizes, variances)
+        return np.asarray(0.5 * chi2 + alone.log_volume + prior)
+
+
+def _swept(systems: Floats, count: int) -> Floats:
+    """Sweep the first rows of many symmetric matrices (k, k, n) in place (Goodnight 1979); the
+    pivots, shape (count, n), are positive where the matrix of these rows is.
+
+    Of [G, y; y', 0] swept by the rows of G what is left is [-G^-1, G^-1 y; (G^-1 y)', -y'G^-1 y].
+    One pass over all matrices for each row: LAPACK asked for each costs more than the arithmetic.
+    """
+    pivots = np.empty((count, systems.shape[2]))
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        for row in range(count):
+            pivots[row] = systems[row, row]
+            column = systems[:, row].copy()
+            share = column / pivots[row]
+            systems -= column[:, None] * share
+            systems[row] = systems[:, row] = share
+            systems[row, row] = -1.0 / pivots[row]
+    return pivots

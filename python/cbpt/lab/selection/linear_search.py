@@ -17,9 +17,9 @@ are weighed, and all triples: every pair of effects in its best forms with every
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeVar
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,13 +27,11 @@ from numpy.typing import NDArray
 from cbpt.lab.covariance.fit_noise import least_scale, log_scale_prior
 from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.inference.evidence import Fit
-from cbpt.lab.selection.linear_screen import Screen, Signature
+from cbpt.lab.selection.linear_screen import Gains, Screen, Signature, Stack
 from cbpt.lab.selection.setting import Names, Setting
 
 Floats = NDArray[np.float64]
-SomeSet = TypeVar("SomeSet")
-ScoredSet = tuple[float, tuple[int, ...]]
-"""Score and places of some signatures."""
+Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,13 +40,26 @@ class Offer:
 
     score: float
     """Log of evidence times prior odds, as the view sees it."""
-    signatures: tuple[Signature, ...]
-    """What is added to `base`."""
-    sizes: Floats
-    seen: Fit
-    """The fit that the view is about, through its noise."""
+    view: View
+    members: tuple[int, ...]
+    """Signatures of the view that are added to `base`."""
     base: Fit | None = None
     """The fit that is added to; None for the drive as stated."""
+
+    @property
+    def signatures(self) -> tuple[Signature, ...]:
+        """What is added to `base`."""
+        return tuple(self.view.signatures[m] for m in self.members)
+
+    @property
+    def sizes(self) -> Floats:
+        """Of the signatures, one after the other."""
+        return self.view.screen.gain(self.members).sizes
+
+    @property
+    def seen(self) -> Fit:
+        """The fit that the view is about, through its noise."""
+        return self.view.seen
 
     @property
     def noise(self) -> Noise:
@@ -67,36 +78,30 @@ class Offer:
         return any(s.variant.spread for s in self.signatures)
 
 
+class Sets(NamedTuple):
+    """Sets of equally many signatures of a view."""
+
+    score: Floats
+    """Shape (n,)."""
+    members: Ints
+    """Shape (n, m)."""
+
+
 class View:
     """The library about one fit, seen through one noise."""
 
-    def __init__(self, setting: Setting, seen: Fit, signatures: Sequence[Signature]) -> None:
-        self.signatures, self.seen = signatures, seen
-        self.screen = Screen(seen, signatures)
+    def __init__(self, setting: Setting, seen: Fit, stack: Stack) -> None:
+        self.stack, self.signatures, self.seen = stack, stack.signatures, seen
+        self.screen = Screen(seen, stack)
         fitter = setting.fitter
         self._stated_dof = fitter.stated_dof
         offsets = fitter.campaign.offsets.shape[1]
         self._dof = float(len(fitter.campaign) - offsets)
         self._level = setting.score(seen)
-        self.weight = np.array([setting.weight(s.variant) for s in signatures])
-        self.usable = np.array([self.screen.usable(m) for m in range(len(signatures))], dtype=bool)
-        self.narrow = np.array([not s.variant.spread for s in signatures], dtype=bool)
-        effects = [s.variant.effect for s in signatures]
-        self._kind = np.unique(effects, return_inverse=True)[1]
-        """Which effect each signature is of."""
-        self._width = np.array([s.columns.shape[1] for s in signatures])
-        self._first = np.array([place.start for place in self.screen.places])
-        self._one_sided = np.array([s.one_sided for s in signatures], dtype=bool)
-        powers = np.array([len(s.variant.sizes) for s in signatures])
-        signed = np.array([s.variant.signed for s in signatures])
-        span = np.array([np.log(s.variant.high / s.variant.low or 1.0) for s in signatures])
-        around = np.where(powers == 1, np.where(signed, 2.0, 1.0), 2 * np.pi)
-        # ln of the density of a size r: constant less as many ln r as there are components.
-        with np.errstate(divide="ignore", invalid="ignore"):
-            self._density = 0.5 * powers * np.log(2 * np.pi) - np.log(span * around)
-        self._powers = powers
+        self._weights = setting.weights(stack)
+        self.usable, self.narrow = self.screen.usable, stack.narrow
 
-    def score(self, gained: Floats, sizes: Floats | int) -> Floats:
+    def score(self, gained: Floats, sizes: Ints | int) -> Floats:
         """Score of sets that take so much off the misfit with so many sizes, without the volume and
         the prior of the sizes; the scale of the noise is the most probable one of each."""
         scale, chi2 = self.seen.noise.scale, self.seen.margin.chi2
@@ -110,154 +115,111 @@ class View:
         likelihood = 0.5 * chi2 - 0.5 * left / factor**2 - dof * np.log(factor)
         return np.asarray(self._level + likelihood + prior)
 
-    def names(self, members: Iterable[int]) -> Names:
-        """The effects of some signatures, sorted."""
-        return tuple(sorted(self.signatures[m].variant.effect for m in members))
+    def weighed(self, members: Ints) -> Floats:
+        """Scores of sets (n, m), shape (n,); minus infinity where a size is negative that must not
+        be."""
+        gains = self.screen.gains(members)
+        return self.score(gains.chi2, self._count(members)) + self._rest(members, gains)
 
-    def has_lot(self, members: Iterable[int]) -> bool:
-        """Whether some signatures have a lot of balls among them."""
-        return any(not self.narrow[m] for m in members)
+    def _count(self, members: Ints) -> Ints:
+        """How many sizes sets have."""
+        return np.asarray(self.stack.width[members].sum(axis=1))
 
-    def offer(self, members: tuple[int, ...], base: Fit | None = None) -> Offer:
-        """One set, exactly."""
-        gain = self.screen.gain(members)
-        rest = gain.log_odds - 0.5 * gain.chi2
-        count = int(self._width[list(members)].sum())
-        score = float(self.score(np.array(gain.chi2), count)) + rest
-        score += float(self.weight[list(members)].sum())
-        chosen = tuple(self.signatures[m] for m in members)
-        return Offer(score, chosen, gain.sizes, self.seen, base)
+    def _rest(self, members: Ints, gains: Gains) -> Floats:
+        """What sets score beside what they take off the misfit."""
+        weights = self._weights[members].sum(axis=1)
+        return np.asarray(gains.log_volume + gains.log_prior + weights)
 
     def singles(self) -> Floats:
         """Scores of all signatures; minus infinity where one cannot be seen."""
         score = np.full(len(self.signatures), -np.inf)
-        at = np.flatnonzero(self.usable & self.narrow)
-        nothing = np.zeros((0, len(self.screen.gram)))
-        score[at] = self._one_more(at, nothing, np.zeros(0), 0)
-        for m in np.flatnonzero(self.usable & ~self.narrow).tolist():
-            score[m] = self.offer((m,)).score
+        for members in self.stack.by_width(self.usable):
+            score[members] = self.weighed(members[:, None])
         return score
 
-    def pairs(self, members: Sequence[int]) -> tuple[Floats, NDArray[np.int64], NDArray[np.int64]]:
-        """Scores of all pairs of narrow signatures of two effects, and their places.
+    def pairs(self, count: int) -> Sets:
+        """All pairs of the first `count` signatures that are of two effects and no lots."""
+        at = np.flatnonzero((self.usable & self.narrow)[:count])
+        members = at[np.column_stack(np.triu_indices(len(at), 1))]
+        kinds = self.stack.kind[members]
+        members = members[kinds[:, 0] != kinds[:, 1]]
+        return Sets(self.weighed(members), members)
 
-        All at once: every signature is padded to two columns, every pair is a 4 x 4 system.
-        """
-        at = np.array([m for m in members if self.narrow[m] and self.usable[m]], dtype=np.int64)
-        kinds = self._kind[at]
-        one, two = np.triu_indices(len(at), 1)
-        other = kinds[one] != kinds[two]
-        a, b = at[one[other]], at[two[other]]
-        if not len(a):
-            return np.zeros(0), a, b
-        at, real, scaled, length = self._systems(np.column_stack([a, b]))
-        y = np.where(real, self.screen.projection[at], 0.0)
-        inverse = np.linalg.inv(scaled)
-        sizes = np.einsum("ijk,ik->ij", inverse, y / length)
-        gained = np.einsum("ij,ij->i", y / length, sizes)
-        sizes = sizes / length
-        own = np.where(real, np.sqrt(np.einsum("ijj->ij", inverse)) / length, 0.0)
-        volume = -0.5 * np.linalg.slogdet(scaled)[1] - np.log(length).sum(axis=1)
-        score = self.score(gained, self._width[a] + self._width[b]) + volume
-        for part, m in ((slice(0, 2), a), (slice(2, 4), b)):
-            r = np.linalg.norm(sizes[:, part], axis=1)
-            seen = np.linalg.norm(own[:, part], axis=1) / np.sqrt(self._width[m])
-            r = np.maximum(np.maximum(r, seen), 1.0)
-            score = score + self._density[m] - self._powers[m] * np.log(r) + self.weight[m]
-            score[self._one_sided[m] & (sizes[:, part.start] <= 0)] = -np.inf
-        return score, a, b
-
-    def additions(self, sets: Sequence[ScoredSet]) -> Floats:
-        """Roughly the scores of sets of equally many signatures with one more narrow signature of
-        another effect, (sets, signatures); minus infinity where that cannot be seen.
+    def additions(self, members: Ints) -> Floats:
+        """Roughly the scores of sets (n, m) with one more narrow signature of another effect, shape
+        (n, signatures); minus infinity where that cannot be seen.
 
         Roughly: the prior of the sizes and the volume of a set are those that it has alone.
         """
-        members = np.array([members for _, members in sets], dtype=np.int64)
-        at, real, scaled, length = self._systems(members)
-        unit = np.where(real, 1.0 / length, 0.0)
-        both = np.concatenate([self.screen.gram, self.screen.projection[:, None]], axis=1)
-        seen = np.linalg.solve(np.linalg.cholesky(scaled), both[at] * unit[:, :, None])
         left = np.flatnonzero(self.usable & self.narrow)
         score = np.full((len(members), len(self.signatures)), -np.inf)
-        count = self._width[members].sum(axis=1)
-        found = self._one_more(left, seen[:, :, :-1], seen[:, :, -1], count)
-        alone = np.array([score for score, _ in sets])
-        gained = np.einsum("ij,ij->i", seen[:, :, -1], seen[:, :, -1])
-        found += (alone - self.score(gained, count))[:, None]
-        have = (self._kind[members][:, :, None] == self._kind[left]).any(axis=1)
-        score[:, left] = np.where(have, -np.inf, found)
+        # A few sets at a time, so that what is worked on stays in the cache.
+        for start in range(0, len(members), _LIMITS.at_once):
+            some = members[start : start + _LIMITS.at_once]
+            have = (self.stack.kind[some][:, :, None] == self.stack.kind[left]).any(axis=1)
+            found = np.where(have, -np.inf, self._one_more(some, left))
+            score[start : start + _LIMITS.at_once, left] = found
         return score
 
-    def best_additions(
-        self, sets: Sequence[ScoredSet], count: int | None = None
-    ) -> list[ScoredSet]:
-        """Sets of equally many signatures with one more of the first `count`, each set of effects
-        in its best forms, the best first."""
-        if not sets:
-            return []
-        score = self.additions(sets)[:, :count]
-        which, more = np.indices(score.shape).reshape(2, -1)
-        members = np.array([members for _, members in sets], dtype=np.int64)
-        return self.best_forms(score.reshape(-1), np.column_stack([members[which], more]))
+    def _one_more(self, members: Ints, left: Ints) -> Floats:
+        """Rough scores of sets with one of some narrow signatures each, whatever its effect, shape
+        (sets, signatures). Of one with several columns the first and the last count."""
+        stack, gram, gains = self.stack, self.screen.gram, self.screen.gains(members)
+        first, last = stack.first[left], stack.first[left] + stack.width[left] - 1
+        wide = np.flatnonzero(first < last)
+        # Every column beside every set, (sets, columns), once the set has taken its part.
+        cross = gram[gains.columns.T]
+        seen = np.moveaxis(gains.inverse * (gains.real[:, None] & gains.real), 2, 0) @ cross
+        b = self.screen.projection - np.einsum("skc,ks->sc", cross, gains.sizes)
+        own = np.diagonal(gram)
+        # No less than the hair that every column has of its own.
+        g = np.maximum(own - np.einsum("skc,skc->sc", cross, seen), 1e-9 * own)
+        b1, g11 = b[:, first], g[:, first]
+        b2, g22, g12 = np.zeros(b1.shape), np.ones(b1.shape), np.zeros(b1.shape)
+        one, two = first[wide], last[wide]
+        b2[:, wide], g22[:, wide] = b[:, two], g[:, two]
+        both = np.einsum("skn,skn->sn", cross[:, :, one], seen[:, :, two])
+        g12[:, wide] = gram[one, two] - both
+        determinant = np.maximum(g11 * g22 - g12**2, 1e-9 * g11 * g22)
+        size1, size2 = (b1 * g22 - b2 * g12) / determinant, (b2 * g11 - b1 * g12) / determinant
+        variances = np.array([g22, np.where(first < last, g11, 0.0)]) / determinant
+        gained = gains.chi2[:, None] + b1 * size1 + b2 * size2
+        score = self.score(gained, self._count(members)[:, None] + stack.width[left])
+        score += stack.log_prior(left, np.array([size1, size2]), variances)
+        score += self._rest(members, gains)[:, None] + self._weights[left]
+        return np.asarray(score - 0.5 * np.log(determinant))
 
-    def best_forms(self, score: Floats, members: NDArray[np.int64]) -> list[ScoredSet]:
-        """Of sets (n, k) with the same effects the best one; the best of all first."""
-        seen = np.flatnonzero(np.isfinite(score))
-        order = seen[np.argsort(-score[seen], kind="stable")]
-        effects = np.sort(self._kind[members[order]], axis=1)
-        code = effects @ (len(self._kind) ** np.arange(effects.shape[1]))
-        first = np.sort(np.unique(code, return_index=True)[1])
-        return [(float(score[i]), tuple(members[i].tolist())) for i in order[first].tolist()]
+    def best_additions(self, members: Ints, count: int | None = None) -> Sets:
+        """Sets (n, m) with one more of the first `count` signatures, each set of effects in its
+        best forms, the best first."""
+        score = self.additions(members)[:, :count]
+        kind = self.stack.kind[:count]
+        # Of the forms of an effect the best one beside each set.
+        forms = [np.flatnonzero(kind == k) for k in np.unique(kind)]
+        best = np.array([at[score[:, at].argmax(axis=1)] for at in forms], dtype=np.int64)
+        which = np.tile(np.arange(len(members)), len(forms))
+        more = best.reshape(-1)
+        return self.best_forms(Sets(score[which, more], np.column_stack([members[which], more])))
 
-    def _systems(
-        self, members: NDArray[np.int64]
-    ) -> tuple[NDArray[np.int64], NDArray[np.bool_], Floats, Floats]:
-        """Gram matrices of sets (n, m), every signature padded to two columns or as many as another
-        in its place has: columns (n, k), which are no padding, matrices scaled by the lengths, and
-        these."""
-        at, real, lot = [], [], []
-        for m in members.T:
-            step = np.arange(max(2, int(self._width[m].max())))
-            real.append(step < self._width[m][:, None])
-            at.append(self._first[m][:, None] + np.where(real[-1], step, 0))
-            lot.append(real[-1] & ~self.narrow[m][:, None])
-        columns, known, of_lot = (np.concatenate(parts, axis=1) for parts in (at, real, lot))
-        g = self.screen.gram[columns[:, :, None], columns[:, None, :]]
-        g = np.where(known[:, :, None] & known[:, None, :], g, 0.0)
-        identity = np.eye(columns.shape[1])
-        g = g + np.where(known, np.where(of_lot, 1.0, 0.0), 1.0)[:, :, None] * identity
-        length = np.sqrt(np.einsum("ijj->ij", g))
-        scaled = g / (length[:, :, None] * length[:, None, :]) + 1e-9 * identity
-        return columns, known, scaled, length
+    def best_forms(self, sets: Sets) -> Sets:
+        """Of sets of the same effects the best one; the best of all first."""
+        score, members = sets
+        kinds = np.sort(self.stack.kind[members], axis=1)
+        effects = self.stack.kind.max() + 1
+        code = kinds @ (effects ** np.arange(kinds.shape[1]))
+        best = np.full(effects ** kinds.shape[1], -np.inf)
+        np.maximum.at(best, code, score)
+        found = np.flatnonzero((score == best[code]) & np.isfinite(score))
+        found = found[np.sort(np.unique(code[found], return_index=True)[1])]
+        found = found[np.argsort(-score[found], kind="stable")]
+        return Sets(score[found], members[found])
 
-    def _one_more(
-        self, left: NDArray[np.int64], cross: Floats, pull: Floats, count: NDArray[np.int64] | int
-    ) -> Floats:
-        """Scores of one narrow signature each beside sets of so many columns, (..., signatures);
-        cross, pull: the Gram matrix (..., k, columns) and the projection (..., k) as seen along the
-        axes of each set."""
-        screen = self.screen
-        first, last = self._first[left], self._first[left] + self._width[left] - 1
-        one, two = cross[..., first], cross[..., last]
-        b1 = screen.projection[first] - np.einsum("...k,...kj->...j", pull, one)
-        b2 = screen.projection[last] - np.einsum("...k,...kj->...j", pull, two)
-        g11 = screen.gram[first, first] - np.einsum("...kj,...kj->...j", one, one)
-        g22 = screen.gram[last, last] - np.einsum("...kj,...kj->...j", two, two)
-        g12 = screen.gram[first, last] - np.einsum("...kj,...kj->...j", one, two)
-        lone = self._width[left] == 1
-        g12, g22, b2 = np.where(lone, 0.0, g12), np.where(lone, 1.0, g22), np.where(lone, 0.0, b2)
-        determinant = np.maximum(g11 * g22 - g12**2, 1e-9 * np.abs(g11 * g22) + 1e-300)
-        size1 = (b1 * g22 - b2 * g12) / determinant
-        size2 = np.where(lone, 0.0, (b2 * g11 - b1 * g12) / determinant)
-        gained = b1 * size1 + b2 * size2
-        before = np.einsum("...k,...k->...", pull, pull)[..., None]
-        score = self.score(gained + before, np.asarray(count)[..., None] + self._width[left])
-        score = score - 0.5 * np.log(determinant)
-        own = (g22 + np.where(lone, 0.0, g11)) / determinant / self._width[left]
-        size = np.sqrt(np.maximum(np.maximum(size1**2 + size2**2, own), 1.0))
-        score = score + self._density[left] - self._powers[left] * np.log(size)
-        return np.where(self._one_sided[left] & (size1 <= 0), -np.inf, score + self.weight[left])
+    def offers(self, sets: Sets, base: Fit | None = None) -> list[Offer]:
+        """One of each set that has a score."""
+        found = zip(sets.score.tolist(), sets.members.tolist(), strict=True)
+        return [
+            Offer(score, self, tuple(members), base) for score, members in found if score > -np.inf
+        ]
 
 
 @dataclass(frozen=True)
@@ -273,6 +235,8 @@ class _Limits:
     """Log odds below the best pair at which a noise is no longer tried."""
     exact: int = 12
     """Sets of each size that are weighed again without a shortcut."""
+    at_once: int = 64
+    """Sets to which one more is added at once."""
 
 
 _LIMITS = _Limits()
@@ -306,24 +270,22 @@ def best_of_each(offers: Iterable[Offer]) -> list[Offer]:
     """The best offer of every set of effects, the best first."""
     best: dict[Names, Offer] = {}
     for offer in offers:
-        if not np.isfinite(offer.score):
-            continue
         if offer.names not in best or offer.score > best[offer.names].score + 1e-6:
             best[offer.names] = offer
     return sorted(best.values(), key=lambda o: -round(o.score, 6))
 
 
-def single_offers(seen: Sequence[View]) -> list[Offer]:
-    """The best offer of every variant of every effect, the best first."""
-    found: dict[str, tuple[float, View, int]] = {}
-    for view in seen:
-        score = view.singles()
-        for m in np.flatnonzero(np.isfinite(score)).tolist():
-            label = view.signatures[m].variant.label
-            if label not in found or score[m] > found[label][0] + 1e-6:
-                found[label] = float(score[m]), view, m
-    offers = [view.offer((m,)) for _, view, m in found.values()]
-    return sorted((o for o in offers if np.isfinite(o.score)), key=lambda o: -round(o.score, 6))
+def single_offers(seen: Sequence[View], base: Fit | None = None) -> list[Offer]:
+    """The best offer of every variant of every effect, the best first; of views of one stack."""
+    scores = np.array([view.singles() for view in seen])
+    form, offers = seen[0].stack.form, []
+    for members in (np.flatnonzero(form == number) for number in range(form.max() + 1)):
+        # Of equals the first.
+        best = int(np.argmax(np.round(scores[:, members], 6)))
+        view, member = best // len(members), int(members[best % len(members)])
+        if np.isfinite(scores[view, member]):
+            offers.append(Offer(float(scores[view, member]), seen[view], (member,), base))
+    return sorted(offers, key=lambda o: -round(o.score, 6))
 
 
 def variant_prices(setting: Setting, singles: Sequence[Offer]) -> dict[str, float]:
@@ -344,73 +306,73 @@ def set_offers(seen: Sequence[View], count: int) -> list[Offer]:
     top = max((o.score for o in pairs), default=-np.inf)
     # Not under a noise under which no pair comes near the best one under another.
     near = [
-        (found, view) for found, view in ranked if found and found[0][0] > top - _LIMITS.noise_room
+        (found, view)
+        for found, view in ranked
+        if len(found.score) and found.score[0] > top - _LIMITS.noise_room
     ]
     return best_of_each([*pairs, *_exact([(_triples(view, found), view) for found, view in near])])
 
 
-def _exact(ranked: Iterable[tuple[Sequence[ScoredSet], View]]) -> list[Offer]:
+def _exact(ranked: Iterable[tuple[Sets, View]]) -> list[Offer]:
     """The first sets of each view, weighed without a shortcut."""
-    return [
-        view.offer(members)
-        for found, view in ranked
-        for members in leaders([m for _, m in found], view.has_lot, _LIMITS.exact)
-    ]
+    offers = []
+    for (_, members), view in ranked:
+        first = members[leaders(_with_lot(view, members), _LIMITS.exact)]
+        offers += view.offers(Sets(view.weighed(first), first))
+    return offers
 
 
-def leaders(
-    found: Iterable[SomeSet], has_lot: Callable[[SomeSet], bool], most: int
-) -> list[SomeSet]:
-    """The first sets without a lot of balls and the first with one, at most so many of each: a lot
-    can be any function, and beside the true pair many sets of one and anything else score well."""
-    parts: dict[bool, list[SomeSet]] = {False: [], True: []}
-    for members in found:
-        parts[has_lot(members)].append(members)
-    return [members for part in parts.values() for members in part[:most]]
+def _with_lot(view: View, members: Ints) -> NDArray[np.bool_]:
+    """Which sets have a lot of balls."""
+    return np.asarray(~view.narrow[members].all(axis=1))
 
 
-def _pairs(view: View, count: int) -> list[ScoredSet]:
+def leaders(lots: Sequence[bool] | NDArray[np.bool_], most: int) -> list[int]:
+    """Places of the first sets without a lot of balls and of the first with one, at most so many of
+    each: a lot can be any function, and beside the true pair many sets of one and anything else
+    score well."""
+    with_lot = np.asarray(lots, dtype=bool)
+    return [i for part in (~with_lot, with_lot) for i in np.flatnonzero(part)[:most].tolist()]
+
+
+def _pairs(view: View, count: int) -> Sets:
     """The best pair of signatures of every pair of effects, the best first; of the first `count`
     signatures."""
-    score, a, b = view.pairs(range(count))
-    found = view.best_forms(score, np.column_stack([a, b]))
-    lots = [m for m in range(count) if view.usable[m] and not view.narrow[m]]
-    single = sorted(((view.offer((m,)).score, (m,)) for m in lots), reverse=True)
-    for lot in single[: _LIMITS.pairs_with_lots]:
-        found += view.best_additions([lot], count)
-    return view.best_forms(np.array([s for s, _ in found]), np.array([m for _, m in found]))
+    score, members = view.pairs(count)
+    lots = np.flatnonzero((view.usable & ~view.narrow)[:count])[:, None]
+    if len(lots):
+        first = np.argsort(-view.weighed(lots), kind="stable")[: _LIMITS.pairs_with_lots]
+        of_lots = view.best_additions(lots[first], count)
+        score, members = np.r_[score, of_lots.score], np.r_[members, of_lots.members]
+    return view.best_forms(Sets(score, members))
 
 
-def _triples(view: View, pairs: Sequence[ScoredSet]) -> list[ScoredSet]:
+def _triples(view: View, pairs: Sets) -> Sets:
     """The best of all triples: every pair of effects in its best forms, with every third effect in
     all of its forms; the best first."""
-    triples: list[ScoredSet] = []
-    for lot in (False, True):
-        triples += view.best_additions([s for s in pairs if view.has_lot(s[1]) == lot])
-    return view.best_forms(np.array([s for s, _ in triples]), np.array([m for _, m in triples]))
+    with_lot = _with_lot(view, pairs.members)
+    parts = [view.best_additions(pairs.members[of]) for of in (~with_lot, with_lot) if of.any()]
+    score, members = (np.concatenate(both) for both in zip(*parts, strict=True))
+    return view.best_forms(Sets(score, members))
 
 
 def additions_to(setting: Setting, base: Fit, noises: Sequence[Noise] = ()) -> list[list[Offer]]:
     """One effect more than those of a fit, about its values, each in all of its forms, the best
     first; under some noises, else under its own and those near it."""
     about = setting.library.about(base, setting.names, secants=False)
+    further = [s for s in about if s.variant.effect not in base.hypothesis.effects]
+    if not further:
+        return []
+    stack = Stack(further)
     # As the library has it: a discrepancy of the first effects may be the further one.
     exact = replace(base, discrepancy_sd=0.0)
-    have = set(base.hypothesis.effects)
-    found: dict[str, tuple[float, View, int]] = {}
-    for noise in noises or _near(base.noise, setting.flexible):
-        view = View(setting, setting.fitter.look(exact, noise), about)
-        score = view.singles()
-        for m in np.flatnonzero(np.isfinite(score)).tolist():
-            effect, label = about[m].variant.effect, about[m].variant.label
-            if effect not in have and (label not in found or score[m] > found[label][0] + 1e-6):
-                found[label] = float(score[m]), view, m
+    looks = [
+        View(setting, setting.fitter.look(exact, noise), stack)
+        for noise in noises or _near(base.noise, setting.flexible)
+    ]
     forms: dict[Names, list[Offer]] = {}
-    for offer in sorted(
-        (view.offer((m,), base) for _, view, m in found.values()), key=lambda o: -round(o.score, 6)
-    ):
-        if np.isfinite(offer.score):
-            forms.setdefault(offer.names, []).append(offer)
+    for offer in single_offers(looks, base):
+        forms.setdefault(offer.names, []).append(offer)
     return list(forms.values())
 
 

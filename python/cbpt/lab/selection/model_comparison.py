@@ -248,7 +248,7 @@ class _Contest:
             for lot in (False, True)
         }
         near = [o for o in offers if o.score > max(least[o.has_lot], fitted)]
-        near = leaders(near, lambda o: o.has_lot, _EFFORT.sets)
+        near = [near[i] for i in leaders([o.has_lot for o in near], _EFFORT.sets)]
         for number, offer in enumerate(near, 1):
             self.fit_offer(offer)
             self.report("sets of effects", 0.5 + 0.15 * number / len(near))
@@ -381,7 +381,7 @@ class _Contest:
         self.report("effects together", 0.6)
         signatures, screen = self.setting.signatures, self.views[0].screen
         variants = [
-            [m for m, s in enumerate(signatures) if s.variant.effect == e and screen.usable(m)]
+            [m for m, s in enumerate(signatures) if s.variant.effect == e and screen.usable[m]]
             for e in effects
         ]
         gains = [screen.gain(members) for members in cartesian(*variants)]
@@ -459,7 +459,6 @@ class _Contest:
         log_odds = {names: self.score(names) - null for names in self.fits}
         best = max(log_odds, key=lambda n: log_odds[n])
         screen = Screen(self.fitter.look(setting.null, self.fits[best].noise), setting.wider)
-        weights = np.array([setting.weight(s.variant) for s in setting.wider])
         return Competition(
             self.fitter,
             self.fits,
@@ -468,7 +467,7 @@ class _Contest:
             tuple(odds for odds, _ in unnamed),
             setting.library,
             setting.names,
-            screen.null_of_maximum(weights, _EFFORT.replicates, rng),
+            screen.null_of_maximum(setting.weights(setting.wider), _EFFORT.replicates, rng),
             setting.flexible,
             setting.families,
         )

@@ -22,10 +22,10 @@ from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.hypothesis import Hypothesis
 from cbpt.lab.model.dataset import Campaign
-from cbpt.lab.model.priors import ODDS, Variant
+from cbpt.lab.model.priors import ODDS
 from cbpt.lab.readings.set_points import levels_of
 from cbpt.lab.selection.lack_of_fit import Component, components
-from cbpt.lab.selection.linear_screen import Signature, Signatures
+from cbpt.lab.selection.linear_screen import Signature, Signatures, Stack
 from cbpt.lab.selection.starts import places
 
 Floats = NDArray[np.float64]
@@ -65,16 +65,17 @@ class Setting:
     """Families of basis functions by which a lack of fit is found."""
     signatures: list[Signature] = field(repr=False)
     """Of the library, about the drive as stated."""
-    wider: list[Signature] = field(repr=False)
+    wider: Stack = field(repr=False)
     """The same, and behind them those of finite sizes that only single effects are tried with."""
     variants: Mapping[str, int] = field(repr=False)
     """By effect: how many variants it has."""
     variant_price: Mapping[str, float] = field(default_factory=dict, repr=False)
     """By effect: log of how much the best of its variants exceeds their mean evidence."""
 
-    def weight(self, variant: Variant) -> float:
-        """Log prior odds of one variant of an effect."""
-        return prior((variant.effect,)) - float(np.log(self.variants[variant.effect]))
+    def weights(self, stack: Stack) -> Floats:
+        """Log prior odds of the variant of each signature."""
+        of_one = {e: prior((e,)) - np.log(count) for e, count in self.variants.items()}
+        return np.array([of_one[s.variant.effect] for s in stack.signatures])
 
     def price(self, names: Names) -> float:
         """Log price of having chosen the best of several variants of each effect."""
@@ -110,7 +111,7 @@ def prepare(fitter: Fitter) -> Setting:
     flexibles = [_flexible_noise(fitter, fit, signatures) for fit in nulls]
     flexible = flexibles[0]
     # Behind the others, so that a number means the same in both lists.
-    wider = signatures + library.far(first, names)
+    wider = Stack(signatures + library.far(first, names))
     return Setting(
         fitter=fitter,
         null=null,

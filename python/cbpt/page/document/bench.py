@@ -28,7 +28,7 @@ from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.hypothesis import Hypothesis
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.own_terms import campaign_of
-from cbpt.lab.selection.linear_screen import Gain, Screen, Signature, Signatures
+from cbpt.lab.selection.linear_screen import Gain, Screen, Signature, Signatures, Stack
 from cbpt.lab.selection.setting import Names
 from cbpt.lab.selection.starts import places, start_values
 
@@ -144,8 +144,8 @@ class Bench:
             if not gains:
                 seen = library.about(look, self._places, secants)
                 signatures = [s for s in seen if s.variant.effect == effect]
-                screen = Screen(look, signatures)
-                usable = [m for m in range(len(signatures)) if screen.usable(m)]
+                screen = Screen(look, Stack(signatures))
+                usable = [m for m in range(len(signatures)) if screen.usable[m]]
                 gains = sorted((screen.single(m) for m in usable), key=lambda g: -g.log_odds)
         if not gains:
             raise InvalidInputError(
