@@ -12,7 +12,7 @@ this.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import product
 from typing import NamedTuple
@@ -83,6 +83,18 @@ class Signatures:
         self.base = (*dict.fromkeys(own), *(LOT,) * campaign.balls)
         self.model = Assembled(campaign, [*self.base, *once])
         self.numbers = set(campaign.priors)
+        self._bare = self.model.neutral.copy()
+        """Values with the shapes of every entry."""
+        self._places: list[list[int]] = []
+        """Where the sizes of each entry are."""
+        instance = len(self.base)
+        for variant, shapes in self.entries:
+            owner = self.base.index(LOT) if variant.spread else instance
+            instance += not variant.spread
+            for name, value in (*variant.fixed, *shapes.items()):
+                self._bare[self.model.index(owner, name)] = value
+            self._places.append([self.model.index(owner, size) for size in variant.sizes])
+        self._wanted = list(dict.fromkeys(i for own in self._places for i in own))
 
     def about(
         self, fit: Fit, names: dict[int, tuple[str, str]], secants: bool = True
@@ -91,51 +103,36 @@ class Signatures:
 
         secants: also the change up to a finite size, for effects that do not grow in proportion.
         """
-        point, wanted, places = self._at(fit, names)
-        return list(self._split(point, wanted, places, secants))
+        point = self.model.at(self._values(fit, names), self._wanted)
+        column = {place: number for number, place in enumerate(self._wanted)}
+        found: list[Signature] = []
+        for (variant, shapes), own in zip(self.entries, self._places, strict=True):
+            unit = variant.low * np.array(variant.ratios or (1.0,) * len(own))
+            slopes = point.slopes[:, [column[i] for i in own]]
+            found.append(Signature(variant, shapes, slopes * unit, unit))
+            for secant in variant.secants if secants else ():
+                found.append(self._secant(point, variant, shapes, own, secant))
+        return found
 
     def far(self, fit: Fit, names: dict[int, tuple[str, str]]) -> list[Signature]:
         """The changes up to the sizes that a variant has in `far`."""
-        point, _, places = self._at(fit, names)
+        point = self.model.at(self._values(fit, names))
         return [
             self._secant(point, variant, shapes, own, secant)
-            for (variant, shapes), own in zip(self.entries, places, strict=True)
+            for (variant, shapes), own in zip(self.entries, self._places, strict=True)
             for secant in variant.far
         ]
 
-    def _at(
-        self, fit: Fit, names: dict[int, tuple[str, str]]
-    ) -> tuple[Point, list[int], list[list[int]]]:
-        """Slopes at the values of a fit, by which parameters, and where those of each entry are."""
+    def _values(self, fit: Fit, names: dict[int, tuple[str, str]]) -> Floats:
+        """Those that the model is asked at first: a fit's, and the shapes of every entry."""
         # What was asked before changes no bit of the answer.
         self.model.cold()
-        values = self.model.neutral.copy()
+        values = self._bare.copy()
         present = set(fit.hypothesis.effects) | self.numbers
         for i, (effect, name) in names.items():
             if effect in present:
                 values[self.model.index(self.base.index(effect), name)] = fit.point.values[i]
-        wanted: list[int] = []
-        places: list[list[int]] = []
-        instance = len(self.base)
-        for variant, shapes in self.entries:
-            owner = self.base.index(LOT) if variant.spread else instance
-            instance += not variant.spread
-            for name, value in (*variant.fixed, *shapes.items()):
-                values[self.model.index(owner, name)] = value
-            places.append([self.model.index(owner, size) for size in variant.sizes])
-            wanted += [i for i in places[-1] if i not in wanted]
-        return self.model.at(values, wanted), wanted, places
-
-    def _split(
-        self, point: Point, wanted: list[int], places: list[list[int]], secants: bool
-    ) -> Iterator[Signature]:
-        at = {place: column for column, place in enumerate(wanted)}
-        for (variant, shapes), own in zip(self.entries, places, strict=True):
-            unit = variant.low * np.array(variant.ratios or (1.0,) * len(own))
-            columns = point.slopes[:, [at[i] for i in own]] * unit
-            yield Signature(variant, shapes, columns, unit)
-            for secant in variant.secants if secants else ():
-                yield self._secant(point, variant, shapes, own, secant)
+        return values
 
     def _secant(
         self,
