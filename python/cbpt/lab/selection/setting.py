@@ -101,14 +101,15 @@ def prepare(fitter: Fitter) -> Setting:
     inflation = _inflation(fitter, first, signatures, families)
     if inflation is not None:
         kinds.append(replace(campaign.plain_noise, inflation=inflation))
-    freely = _flexible_fit(fitter, first, signatures, campaign.plain_noise)
-    kinds += _of_the_torque(fitter, first, signatures, freely)
-    kinds += _of_the_instrument(fitter, first, signatures, freely)
+    whole = _whole(fitter, signatures)
+    freely = _flexible_fit(fitter, first, whole, campaign.plain_noise)
+    kinds += _of_the_torque(fitter, first, whole, freely)
+    kinds += _of_the_instrument(fitter, first, whole, freely)
     nulls = [fit for kind in kinds if (fit := fitter.fit(nothing, noise=kind)) is not None]
     nulls.sort(key=lambda fit: -fit.log_evidence)
     null = nulls[0]
     bare = plain(null.noise)
-    flexibles = [_flexible_noise(fitter, fit, signatures) for fit in nulls]
+    flexibles = [_flexible_noise(fitter, fit, whole) for fit in nulls]
     flexible = flexibles[0]
     # Behind the others, so that a number means the same in both lists.
     wider = Stack(signatures + library.far(first, names))
@@ -171,7 +172,7 @@ def _of_one_place(campaign: Campaign, loose: NDArray[np.bool_]) -> bool:
 
 
 def _of_the_torque(
-    fitter: Fitter, fit: Fit, signatures: list[Signature], freely: tuple[Noise, float]
+    fitter: Fitter, fit: Fit, whole: _Whole, freely: tuple[Noise, float]
 ) -> list[Noise]:
     """Noise of the torque readings, where a fit that may follow the whole library scatters that
     way; none else. freely: such a fit under plain noise."""
@@ -185,7 +186,7 @@ def _of_the_torque(
         own = slope * (share * typical / float(np.quantile(slope, 0.9)))
         found.append(
             _flexible_fit(
-                fitter, fit, signatures, replace(noise, torque_arcsec=own), bool(noise.numbers)
+                fitter, fit, whole, replace(noise, torque_arcsec=own), bool(noise.numbers)
             )
         )
     best, of_best = max(found, key=lambda f: f[1])
@@ -193,15 +194,14 @@ def _of_the_torque(
 
 
 def _of_the_instrument(
-    fitter: Fitter, fit: Fit, signatures: list[Signature], freely: tuple[Noise, float]
+    fitter: Fitter, fit: Fit, whole: _Whole, freely: tuple[Noise, float]
 ) -> list[Noise]:
     """Artefacts of the instrument, each where a fit that may follow the whole library gains by
     it. freely: such a fit under plain noise."""
     noise, value = freely
-    columns = _library_columns(fitter, signatures)
     found = []
-    for kind in with_an_artefact(fitter, fit, noise, columns):
-        fitted, of_fitted = _flexible_fit(fitter, fit, signatures, kind, bool(noise.numbers))
+    for kind in with_an_artefact(fitter, fit, noise, whole.columns):
+        fitted, of_fitted = _flexible_fit(fitter, fit, whole, kind, bool(noise.numbers))
         if of_fitted > value:
             found.append(plain(fitted))
     return found
@@ -261,33 +261,46 @@ def plain(noise: Noise) -> Noise:
     return replace(noise, scale=1.0, correlation=0.0, offset_arcsec=0.0)
 
 
-def _flexible_noise(fitter: Fitter, fit: Fit, signatures: list[Signature]) -> Noise:
+@dataclass(frozen=True, eq=False)
+class _Whole:
+    """The whole library as columns that are free in a fit."""
+
+    columns: Floats
+    """Orthogonal in stated uncertainties, (n, m); arcsec."""
+    count: int
+    """How many there were before."""
+
+
+def _whole(fitter: Fitter, signatures: list[Signature]) -> _Whole:
+    """Each column of length 1 in stated uncertainties, and then turned: many signatures look alike,
+    and what all leave out is seen by none."""
+    u = fitter.campaign.u_arcsec[:, None]
+    columns = np.column_stack([s.columns for s in signatures])
+    columns = columns[:, np.isfinite(columns).all(axis=0)] / u
+    length = np.linalg.norm(columns, axis=0)
+    columns = columns[:, length > 1e-9] / length[length > 1e-9]
+    square, axes = np.linalg.eigh(columns.T @ columns)
+    return _Whole(u * (columns @ axes[:, square > 1e-12]), columns.shape[1])
+
+
+def _flexible_noise(fitter: Fitter, fit: Fit, whole: _Whole) -> Noise:
     """The noise as seen by a fit that may follow the whole library."""
     c = fitter.campaign
-    noise, _ = _flexible_fit(fitter, fit, signatures, plain(fit.noise))
+    noise, _ = _flexible_fit(fitter, fit, whole, plain(fit.noise))
     # What so many free columns take from the scatter by chance is given back.
-    columns = _library_columns(fitter, signatures)
-    size = np.linalg.svd(columns / c.u_arcsec[:, None], compute_uv=False)
-    taken = float(np.sum(size**2 / (size**2 + 1e-2)))
+    square = np.square(whole.columns / c.u_arcsec[:, None]).sum(axis=0)
+    taken = float(np.sum(square / (square + 1e-2)))
     return replace(noise, scale=noise.scale * np.sqrt(len(c) / max(len(c) - taken, 1.0)))
 
 
 def _flexible_fit(
-    fitter: Fitter, fit: Fit, signatures: list[Signature], start: Noise, structures: bool = True
+    fitter: Fitter, fit: Fit, whole: _Whole, start: Noise, structures: bool = True
 ) -> tuple[Noise, float]:
     """The noise that suits a fit which may follow the whole library, and its log likelihood."""
-    c, columns = fitter.campaign, _library_columns(fitter, signatures)
+    c = fitter.campaign
     y, x, precision = fitter.linear(fit)
     # Each signature may be as strong as a hundred standard deviations of the whole table.
-    free = np.full(columns.shape[1], 1e-4)
-    linear = Linear(y, np.column_stack([x, columns]), np.r_[precision, free])
-    enough = len(c) > 3 * columns.shape[1]
+    free = np.full(whole.columns.shape[1], 1e-4)
+    linear = Linear(y, np.column_stack([x, whole.columns]), np.r_[precision, free])
+    enough = len(c) > 3 * whole.count
     return fit_noise(linear, c.u_arcsec, c.rows, start, fitter.stated_dof, structures and enough)
-
-
-def _library_columns(fitter: Fitter, signatures: list[Signature]) -> Floats:
-    """Of the whole library, each of length 1 in stated uncertainties, shape (n, m)."""
-    columns = np.column_stack([s.columns for s in signatures])
-    columns = columns[:, np.isfinite(columns).all(axis=0)]
-    size = np.linalg.norm(columns / fitter.campaign.u_arcsec[:, None], axis=0)
-    return np.asarray(columns[:, size > 1e-9] / size[size > 1e-9])
