@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -145,14 +146,14 @@ class View:
         members = members[kinds[:, 0] != kinds[:, 1]]
         return Sets(self.weighed(members), members)
 
-    def additions(self, members: Ints) -> Floats:
-        """Roughly the scores of sets (n, m) with one more narrow signature of another effect, shape
-        (n, signatures); minus infinity where that cannot be seen.
+    def additions(self, members: Ints, count: int | None = None) -> Floats:
+        """Roughly the scores of sets (n, m) with one more narrow signature of another effect, of
+        the first `count`, shape (n, count); minus infinity where that cannot be seen.
 
         Roughly: the prior of the sizes and the volume of a set are those that it has alone.
         """
-        left = np.flatnonzero(self.usable & self.narrow)
-        score = np.full((len(members), len(self.signatures)), -np.inf)
+        seen = (self.usable & self.narrow)[:count]
+        left, score = np.flatnonzero(seen), np.full((len(members), len(seen)), -np.inf)
         # A few sets at a time, so that what is worked on stays in the cache.
         for start in range(0, len(members), _LIMITS.at_once):
             some = members[start : start + _LIMITS.at_once]
@@ -190,16 +191,16 @@ class View:
         return np.asarray(score - 0.5 * np.log(determinant))
 
     def best_additions(self, members: Ints, count: int | None = None) -> Sets:
-        """Sets (n, m) with one more of the first `count` signatures, each set of effects in its
-        best forms, the best first."""
-        score = self.additions(members)[:, :count]
+        """Sets (n, m) with one more of the first `count` signatures, of every effect the best form
+        beside each set."""
         kind = self.stack.kind[:count]
-        # Of the forms of an effect the best one beside each set.
-        forms = [np.flatnonzero(kind == k) for k in np.unique(kind)]
-        best = np.array([at[score[:, at].argmax(axis=1)] for at in forms], dtype=np.int64)
-        which = np.tile(np.arange(len(members)), len(forms))
-        more = best.reshape(-1)
-        return self.best_forms(Sets(score[which, more], np.column_stack([members[which], more])))
+        order = np.argsort(kind, kind="stable")
+        cuts = np.flatnonzero(np.diff(kind[order])) + 1
+        score = self.additions(members, count)[:, order]
+        of_kinds = zip(np.split(score, cuts, axis=1), np.split(order, cuts), strict=True)
+        more = np.concatenate([forms[part.argmax(axis=1)] for part, forms in of_kinds])
+        best = np.maximum.reduceat(score, np.r_[0, cuts], axis=1)
+        return Sets(best.T.reshape(-1), np.c_[np.tile(members, (best.shape[1], 1)), more])
 
     def best_forms(self, sets: Sets) -> Sets:
         """Of sets of the same effects the best one; the best of all first."""
@@ -259,10 +260,12 @@ def _noises(setting: Setting) -> list[Noise]:
     correlations = _LIMITS.correlations if rows.runs < len(c) else (0.0,)
     correlations = tuple(dict.fromkeys(min(r, rows.most_correlation) for r in correlations))
     offsets = _LIMITS.offsets if 1 < rows.runs < len(c) else (0.0,)
+    grid = product(correlations, (offset * typical for offset in offsets))
     return list(setting.noises) + [
-        replace(flexible, correlation=correlation, offset_arcsec=offset * typical)
-        for correlation in correlations
-        for offset in offsets
+        replace(flexible, correlation=correlation, offset_arcsec=offset_arcsec)
+        for correlation, offset_arcsec in grid
+        # That itself is among the first.
+        if (correlation, offset_arcsec) != (flexible.correlation, flexible.offset_arcsec)
     ]
 
 
@@ -383,5 +386,6 @@ def _near(noise: Noise, flexible: Noise) -> list[Noise]:
         found += [replace(noise, offset_arcsec=share * noise.offset_arcsec) for share in (0, 0.35)]
     if noise.correlation:
         found += [replace(n, correlation=0.5 * noise.correlation) for n in found]
-    scale = min(noise.scale, flexible.scale)
-    return [noise, *(replace(n, scale=scale) for n in found)]
+    if noise.scale <= flexible.scale:
+        return found
+    return [noise, *(replace(n, scale=flexible.scale) for n in found)]
