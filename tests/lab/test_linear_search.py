@@ -110,7 +110,7 @@ def some_of(members: list[int], count: int) -> list[int]:
 @pytest.mark.parametrize("noise", NOISES)
 def test_all_singles_at_once_are_as_each_alone(noise: Noise) -> None:
     view = view_under(noise)
-    score = view.singles()
+    score = view.singles
     assert np.isfinite(score).sum() > 10
     for m in np.flatnonzero(view.usable).tolist():
         assert score[m] == pytest.approx(alone(view, (m,)), abs=1e-6), view.signatures[m]

@@ -241,6 +241,18 @@ class Gains(NamedTuple):
     real: NDArray[np.bool_]
     """Whether a column is no padding, shape (k, n)."""
 
+    def some(self, sets: slice) -> Gains:
+        """Those of some of the sets."""
+        return Gains(
+            self.chi2[sets],
+            self.log_volume[sets],
+            self.log_prior[sets],
+            self.sizes[:, sets],
+            self.inverse[:, :, sets],
+            self.columns[:, sets],
+            self.real[:, sets],
+        )
+
 
 class Screen:
     """Signatures as seen by whoever refits the unknowns of a fit."""

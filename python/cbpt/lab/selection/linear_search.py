@@ -1,6 +1,7 @@
 """All small sets of effects at once: linear in their sizes, the noise profiled.
 
 Offer          a set of effects with the score that a view gives it, and where a full fit starts
+Sets           sets of equally many signatures, with their scores
 View           the library about one fit, seen through one noise
 views          one view for each noise that the readings may have
 single_offers  every variant of every effect
@@ -19,6 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import product
 from typing import NamedTuple
 
@@ -131,6 +133,7 @@ class View:
         weights = self._weights[members].sum(axis=1)
         return np.asarray(gains.log_volume + gains.log_prior + weights)
 
+    @cached_property
     def singles(self) -> Floats:
         """Scores of all signatures; minus infinity where one cannot be seen."""
         score = np.full(len(self.signatures), -np.inf)
@@ -154,18 +157,23 @@ class View:
         """
         seen = (self.usable & self.narrow)[:count]
         left, score = np.flatnonzero(seen), np.full((len(members), len(seen)), -np.inf)
+        gains = self.screen.gains(members)
+        alone, sizes = self._rest(members, gains), self._count(members)
         # A few sets at a time, so that what is worked on stays in the cache.
         for start in range(0, len(members), _LIMITS.at_once):
-            some = members[start : start + _LIMITS.at_once]
-            have = (self.stack.kind[some][:, :, None] == self.stack.kind[left]).any(axis=1)
-            found = np.where(have, -np.inf, self._one_more(some, left))
-            score[start : start + _LIMITS.at_once, left] = found
+            some = slice(start, start + _LIMITS.at_once)
+            more = self._one_more(gains.some(some), sizes[some, None], left)
+            have = self.stack.kind[members[some], None] == self.stack.kind[left]
+            score[some, left] = np.where(have.any(axis=1), -np.inf, alone[some, None] + more)
         return score
 
-    def _one_more(self, members: Ints, left: Ints) -> Floats:
-        """Rough scores of sets with one of some narrow signatures each, whatever its effect, shape
-        (sets, signatures). Of one with several columns the first and the last count."""
-        stack, gram, gains = self.stack, self.screen.gram, self.screen.gains(members)
+    def _one_more(self, gains: Gains, sizes: Ints, left: Ints) -> Floats:
+        """Scores of sets of so many sizes with one of some narrow signatures each, whatever its
+        effect, without what they have alone, shape (sets, signatures).
+
+        Of a signature with several columns the first and the last count.
+        """
+        stack, gram = self.stack, self.screen.gram
         first, last = stack.first[left], stack.first[left] + stack.width[left] - 1
         wide = np.flatnonzero(first < last)
         # Every column beside every set, (sets, columns), once the set has taken its part.
@@ -185,10 +193,9 @@ class View:
         size1, size2 = (b1 * g22 - b2 * g12) / determinant, (b2 * g11 - b1 * g12) / determinant
         variances = np.array([g22, np.where(first < last, g11, 0.0)]) / determinant
         gained = gains.chi2[:, None] + b1 * size1 + b2 * size2
-        score = self.score(gained, self._count(members)[:, None] + stack.width[left])
+        score = self.score(gained, sizes + stack.width[left]) - 0.5 * np.log(determinant)
         score += stack.log_prior(left, np.array([size1, size2]), variances)
-        score += self._rest(members, gains)[:, None] + self._weights[left]
-        return np.asarray(score - 0.5 * np.log(determinant))
+        return np.asarray(score + self._weights[left])
 
     def best_additions(self, members: Ints, count: int | None = None) -> Sets:
         """Sets (n, m) with one more of the first `count` signatures, of every effect the best form
@@ -280,7 +287,7 @@ def best_of_each(offers: Iterable[Offer]) -> list[Offer]:
 
 def single_offers(seen: Sequence[View], base: Fit | None = None) -> list[Offer]:
     """The best offer of every variant of every effect, the best first; of views of one stack."""
-    scores = np.array([view.singles() for view in seen])
+    scores = np.array([view.singles for view in seen])
     form, offers = seen[0].stack.form, []
     for members in (np.flatnonzero(form == number) for number in range(form.max() + 1)):
         # Of equals the first.
@@ -342,10 +349,10 @@ def _pairs(view: View, count: int) -> Sets:
     """The best pair of signatures of every pair of effects, the best first; of the first `count`
     signatures."""
     score, members = view.pairs(count)
-    lots = np.flatnonzero((view.usable & ~view.narrow)[:count])[:, None]
+    lots = np.flatnonzero((view.usable & ~view.narrow)[:count])
     if len(lots):
-        first = np.argsort(-view.weighed(lots), kind="stable")[: _LIMITS.pairs_with_lots]
-        of_lots = view.best_additions(lots[first], count)
+        first = np.argsort(-view.singles[lots], kind="stable")[: _LIMITS.pairs_with_lots]
+        of_lots = view.best_additions(lots[first, None], count)
         score, members = np.r_[score, of_lots.score], np.r_[members, of_lots.members]
     return view.best_forms(Sets(score, members))
 
