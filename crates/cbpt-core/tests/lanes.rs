@@ -2,7 +2,10 @@
 
 use crate::common;
 use crate::common::{any_pair, config, effects_up_to, preload_N};
+use cbpt_core::equilibrium::lanes::nearby::SideBySide;
 use cbpt_core::equilibrium::lanes::{BATCH, LaneOutcome, LanePair, two_thirds_powers};
+use cbpt_core::equilibrium::ready::Changes;
+use cbpt_core::equilibrium::response::{Asked, Response, respond};
 use cbpt_core::equilibrium::solve::solve_pair;
 use cbpt_core::equilibrium::{PairEquilibrium, ReadyPair};
 use cbpt_core::pair::MeshingPoints;
@@ -57,8 +60,65 @@ fn agree(points: &MeshingPoints, load: (f64, f64), found: &LaneOutcome) -> Resul
     Ok(())
 }
 
+/// All that is said of a solved load, lengths and forces in the sizes of the problem, so that it may be compared.
+fn answers(response: &Response, [turn_rad, preload_N, arm_m]: [f64; 3]) -> [f64; 6] {
+    let slopes = &response.rotation;
+    [
+        slopes.torque * preload_N * arm_m / turn_rad,
+        slopes.preload * preload_N / turn_rad,
+        slopes.sideways * preload_N / turn_rad,
+        slopes.log_stiffness / turn_rad,
+        slopes.contact_angle / turn_rad,
+        response.state.sideways_m / turn_rad / arm_m,
+    ]
+}
+
 proptest! {
     #![proptest_config(config(100))]
+
+    /// Loads one after the other, each from the one before: what is solved in lanes answers as the scalar solver has it.
+    #[test]
+    fn lanes_answer_as_the_scalar_solver(points in any_pair(), loads in loads(12), scale in 0.3..3.0_f64) {
+        let turned: Vec<f64> = (0..points.points.points.len()).map(|place| (place as f64).sin()).collect();
+        let plain = ReadyPair::new(&points);
+        let contacts = SideBySide::new(&plain, &turned);
+        let pair = plain.changed(&Changes {
+            stiffness_scale: scale, exponent: 1.5, axial_spring_N_per_m: 0.0, gaps: &[],
+        });
+        let asked = Asked { stiffness_slopes_per_rad: Some(&turned), stiffness: true, ..Asked::default() };
+        let lanes = contacts.of(&pair);
+        let mut near = None;
+        for (torque, preload) in std::iter::zip(columns(&points, &loads).0, columns(&points, &loads).1) {
+            let exact = respond(&pair, [torque, preload], [None; 2], asked);
+            let found = lanes.as_ref().and_then(|lanes| lanes.respond(&pair, [torque, preload], near.as_ref(), true));
+            // The scalar solver takes what is left; that must be little.
+            let easy = torque.abs() < 0.9 * preload * pair.holding_arm_m(torque) && exact.is_ok();
+            prop_assert!(found.is_some() || !easy, "{torque} N m, {preload} N: {exact:?}");
+            let Some((found, place)) = found else { continue };
+            let exact = exact.expect("solved in lanes");
+            prop_assert_eq!(found.status, exact.status);
+            prop_assert!(found.residual <= 1e-11, "{}", found.residual);
+            let equations = PairEquilibrium::new(&pair, torque, preload, None).unwrap();
+            let turn_rad = equations.state(&SVector::from([1.0, 1.0])).rotation_rad;
+            let allowed = 1e-10 * exact.state.rotation_rad.abs().max(turn_rad);
+            let difference = (found.state.rotation_rad - exact.state.rotation_rad).abs();
+            prop_assert!(difference <= allowed, "{} {}", found.state.rotation_rad, exact.state.rotation_rad);
+            let sizes = [turn_rad, preload, pair.holding_arm_m(1.0)];
+            for (found, exact) in answers(&found, sizes).iter().zip(answers(&exact, sizes)) {
+                prop_assert!((found - exact).abs() <= 1e-7 * exact.abs().max(1.0), "{found} {exact}");
+            }
+            prop_assert_eq!((found.carrying, found.parted), (exact.carrying, exact.parted));
+            near = Some(place);
+        }
+    }
+
+    /// What is not homogeneous is left to the scalar solver.
+    #[test]
+    fn only_homogeneous_pairs_answer_in_lanes(points in any_pair(), effects in effects_up_to(0.3, 1.0)) {
+        let ready = ReadyPair::new(&effects.on(&points, 100.0));
+        let nominal = effects.on(&points, 100.0) == *points;
+        prop_assert_eq!(SideBySide::new(&ready, &[]).of(&ready).is_some(), nominal);
+    }
 
     /// Few loads start cold, many on the curve, a single one has contacts in the lanes; all end where the scalar solver does.
     #[test]

@@ -115,9 +115,22 @@ impl Levers {
         self.offset_m += axial * self.axial + normal + in_plane * self.in_plane;
     }
 
+    /// Whether ball and grooves are nominal here.
+    // Neutral values are set, never computed.
+    #[allow(clippy::float_cmp)]
+    fn has_no_offset(&self) -> bool {
+        [self.axial_offset_m, self.in_plane_offset_m, self.offset_m] == [0.0; 3]
+    }
+
     /// Per approach, rotation about a pivot and sideways shift.
     fn per_unknown(&self, pivot_m: f64) -> [f64; 3] {
         [self.axial, self.turning_m - pivot_m * self.axial, self.in_plane]
+    }
+
+    /// What the contact angle changes of these, per rad: d sin = cos, d(+- cos) = -+ sin.
+    fn per_contact_angle(&self, pivot_m: f64) -> [f64; 3] {
+        let (cos_beta, turned) = (self.in_plane.abs(), -self.in_plane.signum() * self.axial);
+        [cos_beta, turned * self.arm_m - pivot_m * cos_beta, turned]
     }
 
     fn deformation_m(&self, state: &State) -> f64 {

@@ -209,12 +209,11 @@ fn add_point<const N: usize>(
         slopes.exponent -= force * (deformation / REFERENCE_DEFORMATION_M).ln() * w;
     }
     if let Some(stiffness_slopes) = asked.stiffness_slopes_per_rad {
-        // d sin = cos, d(+- cos) = -+ sin.
-        let (cos_beta, turned) = (levers.in_plane.abs(), -levers.in_plane.signum() * levers.axial);
+        let [cos_beta, _, turned] = levers.per_contact_angle(0.0);
         let axial = state.approach_m() + levers.axial_offset_m;
         let in_plane = levers.arm_m * state.rotation_rad + levers.in_plane_offset_m + state.sideways_m;
         let closing = cos_beta * axial + turned * in_plane;
-        let levers_turned = [cos_beta, turned * levers.arm_m - equations.pivot_m * cos_beta, turned];
+        let levers_turned = levers.per_contact_angle(equations.pivot_m);
         slopes.contact_angle -=
             (slope * closing + force * stiffness_slopes[levers.index]) * w + force * along(levers_turned);
     }

@@ -1,13 +1,14 @@
 //! All pairs of a drive at one input angle with the contacts that the effects make of them, under a load.
 //!
 //! - [`Tables`]: meshing points at one input angle, their slopes by the contact angle, the shapes of gaps;
-//! - [`Pairs`]: these with scale, exponent, spring and gaps applied, ready for loads;
+//! - [`Pairs`]: these with scale, exponent, spring and gaps applied, ready for loads; homogeneous ones are solved in lanes;
 //! - [`Mesh`]: the solved drive: its angle and how that answers to each number.
 
 use std::f64::consts::TAU;
 
 use crate::drive::{CrossSlide, Deceleration, Drive, EqualSpeed, OutputPlate, RingGroove};
 use crate::effect::port::{Ball, Contact};
+use crate::equilibrium::lanes::nearby::{Homogeneous, Place, SideBySide};
 use crate::equilibrium::ready::Changes;
 use crate::equilibrium::response::{Asked, GapShape, Response, Slopes, respond};
 use crate::equilibrium::{ReadyPair, State};
@@ -32,6 +33,7 @@ struct PairTable {
     pair: ReadyPair,
     /// d ln k / d beta of every diagonal, 1/rad.
     stiffness_slopes_per_rad: Vec<f64>,
+    contacts: SideBySide,
 }
 
 /// The drive with all its contact angles shifted.
@@ -73,7 +75,9 @@ impl Tables {
                 let slope = |point: &crate::pair::MeshingPoint| point.stiffness_slope_per_rad(groove, track);
                 let stiffness_slopes_per_rad =
                     if slopes { points.points.iter().map(slope).collect() } else { Vec::new() };
-                PairTable { pair: ReadyPair::new(&points), stiffness_slopes_per_rad }
+                let pair = ReadyPair::new(&points);
+                let contacts = SideBySide::new(&pair, &stiffness_slopes_per_rad);
+                PairTable { pair, stiffness_slopes_per_rad, contacts }
             })
             .collect();
         Self { pairs, share: points.equal_speed_share }
@@ -131,6 +135,8 @@ pub struct Gap {
 pub struct Pairs<'a> {
     tables: &'a Tables,
     pairs: Vec<ReadyPair>,
+    /// Of the pairs that are homogeneous.
+    quick: Vec<Option<Homogeneous<'a>>>,
     /// By pair, the shapes of the gaps whose answers are wanted.
     gaps: Vec<Vec<GapShape>>,
 }
@@ -154,8 +160,10 @@ impl<'a> Pairs<'a> {
                 gaps: &gaps,
             })
         };
+        let pairs: Vec<ReadyPair> = tables.pairs.iter().enumerate().map(ready).collect();
         Self {
-            pairs: tables.pairs.iter().enumerate().map(ready).collect(),
+            quick: tables.pairs.iter().zip(&pairs).map(|(table, pair)| table.contacts.of(pair)).collect(),
+            pairs,
             gaps: (0..tables.pairs.len())
                 .map(|pair| wanted.iter().map(|gap| gap.shapes[pair].clone()).collect())
                 .collect(),
@@ -185,24 +193,46 @@ impl<'a> Pairs<'a> {
         for (number, pair) in self.pairs.iter().enumerate() {
             // Torque of the pair over M0, and the share of its angle that reaches the output.
             let share = if number == 0 { 1.0 } else { self.tables.share };
-            let slopes = &self.tables.pairs[number].stiffness_slopes_per_rad;
-            let asked = wanted.map_or(Asked::default(), |wanted| Asked {
-                stiffness_slopes_per_rad: wanted.contact_angle.then_some(slopes),
-                stiffness: wanted.stiffness,
-                exponent: wanted.exponent,
-                spring: wanted.spring,
-                gaps: &self.gaps[number],
-            });
-            let [start, unloaded] = &warm.states[number];
-            match respond(pair, [load[0] * share, load[1]], [start.as_ref(), unloaded.as_ref()], asked) {
-                Ok(response) => {
-                    warm.states[number] = [Some(response.state), response.unloaded.or(*unloaded)];
-                    mesh.add(&response, share, f64::from(pair.rows()), number);
-                }
+            match self.respond(number, [load[0] * share, load[1]], wanted, warm) {
+                Ok(response) => mesh.add(&response, share, f64::from(pair.rows()), number),
                 Err(status) => failed = Some(failed.map_or(status, |before| before.worse(status))),
             }
         }
         failed.map_or(Ok(mesh), Err)
+    }
+
+    /// Solves one of the pairs: a homogeneous one in lanes, which know how it answers to most numbers.
+    fn respond(
+        &self,
+        number: usize,
+        load: [f64; 2],
+        wanted: Option<Wanted>,
+        warm: &mut Warm,
+    ) -> Result<Response, Status> {
+        let (pair, table) = (&self.pairs[number], &self.tables.pairs[number]);
+        let asked = wanted.map_or(Asked::default(), |wanted| Asked {
+            stiffness_slopes_per_rad: wanted.contact_angle.then_some(&table.stiffness_slopes_per_rad),
+            stiffness: wanted.stiffness,
+            exponent: wanted.exponent,
+            spring: wanted.spring,
+            gaps: &self.gaps[number],
+        });
+        let answered_quickly = !(asked.exponent || asked.spring || !asked.gaps.is_empty());
+        let by_angle = answered_quickly && wanted.is_some_and(|wanted| wanted.contact_angle);
+        let [start, unloaded] = &mut warm.states[number];
+        let place = &mut warm.places[number];
+        let quick = self.quick[number].as_ref();
+        if let Some((response, found)) =
+            quick.and_then(|quick| quick.respond(pair, load, place.as_ref(), by_angle))
+        {
+            (*place, *start) = (Some(found), Some(response.state));
+            if answered_quickly {
+                return Ok(response);
+            }
+        }
+        let response = respond(pair, load, [start.as_ref(), unloaded.as_ref()], asked)?;
+        (*start, *unloaded) = (Some(response.state), response.unloaded.or(*unloaded));
+        Ok(response)
     }
 }
 
@@ -224,6 +254,8 @@ pub struct Wanted {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Warm {
     states: [[Option<State>; 2]; MOST_PAIRS],
+    /// Where pairs that are homogeneous stand on their curves.
+    places: [Option<Place>; MOST_PAIRS],
 }
 
 /// Which contacts carry; of two pairs the later one.

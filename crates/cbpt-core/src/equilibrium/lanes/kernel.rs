@@ -1,4 +1,4 @@
-//! Newton's method on a homogeneous pair: one load a lane, or one load alone with a contact a lane.
+//! Newton's method on a homogeneous pair, one load a lane; `alone` has one load with a contact a lane.
 //!
 //! With deformations delta = l . x, l = (sin(beta), +- a cos(beta) - A sin(beta), +- cos(beta)), all scaled, and
 //! S = sum of k sqrt(delta) l l^T over the contacts that touch:
@@ -46,30 +46,6 @@ pub fn merged(mut contacts: Vec<Contact>) -> Vec<Contact> {
         }
     }
     merged
-}
-
-/// Contacts in one go where they are what fills the lanes: a whole number of vectors of any width.
-const BLOCK: usize = 8;
-
-/// Contacts side by side; a place that none fills has no stiffness.
-#[derive(Debug, Clone, Copy)]
-pub struct Block {
-    levers: [[f64; BLOCK]; 3],
-    stiffness: [f64; BLOCK],
-}
-
-/// Contacts in blocks, `count` of them or fewer.
-pub fn in_blocks(contacts: impl Iterator<Item = Contact>, count: usize) -> Vec<Block> {
-    let mut blocks =
-        vec![Block { levers: [[0.0; BLOCK]; 3], stiffness: [0.0; BLOCK] }; count.div_ceil(BLOCK)];
-    for (place, contact) in contacts.take(count).enumerate() {
-        let block = &mut blocks[place / BLOCK];
-        for i in 0..3 {
-            block.levers[i][place % BLOCK] = contact.levers[i];
-        }
-        block.stiffness[place % BLOCK] = contact.stiffness;
-    }
-    blocks
 }
 
 /// At most B loads in lanes, a whole number of vectors of any width: pivots and starts in, states out.
@@ -142,36 +118,6 @@ pub fn run<const B: usize>(contacts: &[Contact], floats_sideways: bool, batch: &
     }
 }
 
-/// Solves one load from the cold start, with the contacts in the lanes: a geometry that has this load alone.
-pub fn run_alone(blocks: &[Block], floats_sideways: bool, pivot: f64) -> Found {
-    if floats_sideways {
-        Arch::new().dispatch(Alone::<3> { blocks, pivot })
-    } else {
-        Arch::new().dispatch(Alone::<2> { blocks, pivot })
-    }
-}
-
-struct Alone<'a, const N: usize> {
-    blocks: &'a [Block],
-    pivot: f64,
-}
-
-impl<const N: usize> WithSimd for Alone<'_, N> {
-    type Output = Found;
-
-    // A count of passes is a small whole number.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Found {
-        let start: [f64; N] = std::array::from_fn(|i| COLD[i]);
-        let contacts = Blocks { simd, blocks: self.blocks };
-        let (found, residual, steps) = iterate(pulp::Scalar::new(), &contacts, self.pivot, start);
-        let mut x = [0.0; 3];
-        x[..N].copy_from_slice(&found);
-        Found { pivot: self.pivot, x, residual, steps: steps as u32 }
-    }
-}
-
 struct Lanes<'a, const N: usize, const B: usize> {
     contacts: &'a [Contact],
     batch: &'a mut Batch<B>,
@@ -190,29 +136,41 @@ impl<const N: usize, const B: usize> WithSimd for Lanes<'_, N, B> {
         let steps = S::as_mut_simd_f64s(&mut self.batch.steps).0;
         for v in 0..self.count.div_ceil(S::F64_LANES) {
             let start: [S::f64s; N] = std::array::from_fn(|i| unknowns[i][v]);
-            let (x, residual, taken) = iterate(simd, &OneByOne(self.contacts), pivots[v], start);
+            let stop = iterate(simd, &OneByOne(self.contacts), pivots[v], start);
             for i in 0..N {
-                unknowns[i][v] = x[i];
+                unknowns[i][v] = stop.x[i];
             }
-            (residuals[v], steps[v]) = (residual, taken);
+            (residuals[v], steps[v]) = (stop.residual, stop.steps);
         }
     }
 }
 
-/// The states, their largest residuals before the last step, within the tolerance exactly where solved, and the steps taken.
+/// Where the iteration ended, in each lane.
+pub struct Stop<F, const N: usize> {
+    pub x: [F; N],
+    /// Largest residual before the last step, within the tolerance exactly where solved.
+    pub residual: F,
+    /// Steps taken.
+    pub steps: F,
+    /// The lower triangle of S in the last pass; of a load that had solved before, it is not where that rests.
+    pub sums: [[F; N]; N],
+}
+
+/// Newton's method from a start.
 #[inline(always)]
-fn iterate<S: Simd, const N: usize>(
+pub fn iterate<S: Simd, const N: usize>(
     simd: S,
     contacts: &impl Contacts<S>,
     pivot: S::f64s,
     start: [S::f64s; N],
-) -> ([S::f64s; N], S::f64s, S::f64s) {
+) -> Stop<S::f64s, N> {
     let (tolerance, one) = (simd.splat_f64s(TOLERANCE), simd.splat_f64s(1.0));
     let mut x = start;
     let mut residual = simd.splat_f64s(f64::INFINITY);
     let mut steps = simd.splat_f64s(0.0);
+    let mut sums = [[simd.splat_f64s(0.0); N]; N];
     for _ in 0..MOST_PASSES {
-        let sums = contacts.sums(simd, pivot, &x);
+        sums = contacts.sums(simd, pivot, &x);
         let (next, before) = newton(simd, &sums, pivot, &x);
         let rests = simd.less_than_or_equal_f64s(residual, tolerance);
         for i in 0..N {
@@ -224,11 +182,11 @@ fn iterate<S: Simd, const N: usize>(
             break;
         }
     }
-    (x, residual, steps)
+    Stop { x, residual, steps, sums }
 }
 
 /// What S is summed over.
-trait Contacts<S: Simd> {
+pub trait Contacts<S: Simd> {
     /// The lower triangle of S.
     fn sums<const N: usize>(&self, simd: S, pivot: S::f64s, x: &[S::f64s; N]) -> [[S::f64s; N]; N];
 }
@@ -248,46 +206,18 @@ impl<S: Simd> Contacts<S> for OneByOne<'_> {
     }
 }
 
-/// A contact in each lane, all under one load.
-struct Blocks<'a, S> {
-    simd: S,
-    blocks: &'a [Block],
-}
-
-impl<S: Simd> Contacts<pulp::Scalar> for Blocks<'_, S> {
-    #[inline(always)]
-    fn sums<const N: usize>(&self, _: pulp::Scalar, pivot: f64, x: &[f64; N]) -> [[f64; N]; N] {
-        let simd = self.simd;
-        let pivot = simd.splat_f64s(pivot);
-        let x: [S::f64s; N] = std::array::from_fn(|i| simd.splat_f64s(x[i]));
-        let mut sums = [[simd.splat_f64s(0.0); N]; N];
-        for block in self.blocks {
-            let levers = [0, 1, 2].map(|i| S::as_simd_f64s(&block.levers[i]).0);
-            let stiffness = S::as_simd_f64s(&block.stiffness).0;
-            for v in 0..stiffness.len() {
-                add(simd, &mut sums, [levers[0][v], levers[1][v], levers[2][v]], stiffness[v], pivot, &x);
-            }
-        }
-        std::array::from_fn(|i| std::array::from_fn(|j| simd.reduce_sum_f64s(sums[i][j])))
-    }
-}
-
 /// Adds a contact's share k sqrt(delta) l l^T to the lower triangle of S.
 #[inline(always)]
-fn add<S: Simd, const N: usize>(
+pub fn add<S: Simd, const N: usize>(
     simd: S,
     sums: &mut [[S::f64s; N]; N],
-    [axial, turning, sideways]: [S::f64s; 3],
+    levers: [S::f64s; 3],
     stiffness: S::f64s,
     pivot: S::f64s,
     x: &[S::f64s; N],
 ) {
-    let about_pivot = simd.negate_mul_add_e_f64s(axial, pivot, turning);
-    let levers: [S::f64s; N] = std::array::from_fn(|i| [axial, about_pivot, sideways][i]);
-    let mut deformation = simd.mul_f64s(axial, x[0]);
-    for i in 1..N {
-        deformation = simd.mul_add_e_f64s(levers[i], x[i], deformation);
-    }
+    let levers = about_pivot::<S, N>(simd, levers, pivot);
+    let deformation = along(simd, &levers, x);
     let root = simd.sqrt_f64s(simd.max_f64s(deformation, simd.splat_f64s(0.0)));
     let weight = simd.mul_f64s(stiffness, root);
     for i in 0..N {
@@ -296,6 +226,27 @@ fn add<S: Simd, const N: usize>(
             sums[i][j] = simd.mul_add_e_f64s(weighted, levers[j], sums[i][j]);
         }
     }
+}
+
+/// Levers on approach, rotation about the pivot and shift, from those with the rotation about the axis.
+#[inline(always)]
+pub fn about_pivot<S: Simd, const N: usize>(
+    simd: S,
+    [axial, turning, sideways]: [S::f64s; 3],
+    pivot: S::f64s,
+) -> [S::f64s; N] {
+    let turning = simd.negate_mul_add_e_f64s(axial, pivot, turning);
+    std::array::from_fn(|i| [axial, turning, sideways][i])
+}
+
+/// l . x.
+#[inline(always)]
+pub fn along<S: Simd, const N: usize>(simd: S, levers: &[S::f64s; N], x: &[S::f64s; N]) -> S::f64s {
+    let mut sum = simd.mul_f64s(levers[0], x[0]);
+    for i in 1..N {
+        sum = simd.mul_add_e_f64s(levers[i], x[i], sum);
+    }
+    sum
 }
 
 /// The state after Newton's step, and the largest residual before it; infinite where a motion is nearly free.
@@ -371,15 +322,22 @@ pub fn slope(contacts: &[Contact], floats_sideways: bool, pivot: f64, x: [f64; 3
     if floats_sideways { slope_in::<3>(contacts, pivot, x) } else { slope_in::<2>(contacts, pivot, x) }
 }
 
-/// dx/dA = (x1, 0, 0) + 2/3 S^-1 (0, 1, 0), from S x = (1, 0, 0) with dl/dA = (0, -sin(beta), 0).
 fn slope_in<const N: usize>(contacts: &[Contact], pivot: f64, x: [f64; 3]) -> Option<[f64; 3]> {
-    let simd = pulp::Scalar::new();
     let state: [f64; N] = std::array::from_fn(|i| x[i]);
-    let sums = OneByOne(contacts).sums(simd, pivot, &state);
+    let sums = OneByOne(contacts).sums(pulp::Scalar::new(), pivot, &state);
+    Some(along_curve(&x, &compliance(&sums)?))
+}
+
+/// How the unknowns answer to a torque about the pivot, which is held: 2/3 S^-1 (0, 1, 0), from the Hessian 3/2 S.
+pub fn compliance<const N: usize>(sums: &[[f64; N]; N]) -> Option<[f64; 3]> {
     let torque = std::array::from_fn(|i| if i == 1 { 2.0 / 3.0 } else { 0.0 });
-    let (compliance, determined) = solve(simd, &sums, &torque);
-    let mut slope = [0.0; 3];
-    slope[..N].copy_from_slice(&compliance);
-    slope[0] += x[1];
-    determined.then_some(slope)
+    let (found, determined) = solve(pulp::Scalar::new(), sums, &torque);
+    let mut compliance = [0.0; 3];
+    compliance[..N].copy_from_slice(&found);
+    determined.then_some(compliance)
+}
+
+/// dx/dA = (x1, 0, 0) + the compliance, from S x = (1, 0, 0) with dl/dA = (0, -sin(beta), 0).
+pub fn along_curve(x: &[f64; 3], compliance: &[f64; 3]) -> [f64; 3] {
+    [compliance[0] + x[1], compliance[1], compliance[2]]
 }

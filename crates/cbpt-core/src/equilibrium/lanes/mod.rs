@@ -1,6 +1,8 @@
 //! Many loads on one pair, side by side in the lanes of the processor's vector registers.
 //!
-//! - here: which loads may run here, and what comes out; `kernel`: the iteration; `curve`: its start.
+//! - here: which loads may run here, and what comes out; `kernel`: the iteration; `curve`: its start;
+//! - `alone`: the iteration where the contacts fill the lanes, not the loads; [`nearby`]: with it from a start nearby, and how
+//!   the rotation answers.
 //!
 //! Contacts by Hertz's law without offsets, and a preload that no spring changes, make deformations linear in the
 //! unknowns and the energy homogeneous. Scaled as in the parent, with the pivot A = M0/N_Z, the unknowns then are a
@@ -16,18 +18,21 @@
 // as the algebra does.
 #![allow(clippy::inline_always, clippy::needless_range_loop)]
 
+mod alone;
 mod curve;
 mod kernel;
+pub mod nearby;
 mod powers;
 
 use std::sync::OnceLock;
 
 use super::solve::{smallness, solve_ready};
-use super::{ReadyPair, State};
-use crate::pair::{HERTZ_EXPONENT, MeshingPoint, MeshingPoints};
+use super::{Levers, ReadyPair, State};
+use crate::pair::{HERTZ_EXPONENT, MeshingPoints};
 use crate::status::Status;
+use alone::Block;
 use curve::Curve;
-use kernel::{Block, Contact};
+use kernel::Contact;
 pub use powers::two_thirds_powers;
 
 /// Loads that are solved in one go.
@@ -60,6 +65,59 @@ impl LaneOutcome {
         Self { status: Status::Indeterminate, rotation_rad: f64::NAN, residual: f64::NAN, steps: 0 };
 }
 
+/// What makes numbers of a homogeneous pair those of its scaled equations.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Scale {
+    /// Approach under a preload of 1 N, m.
+    approach_at_1N_m: f64,
+    /// By which the arms are scaled, m.
+    torque_scale_m: f64,
+    per_torque_scale: f64,
+    largest_cot: f64,
+}
+
+impl Scale {
+    fn of(pair: &ReadyPair) -> Self {
+        Self {
+            approach_at_1N_m: pair.rigid_approach_m(1.0),
+            torque_scale_m: pair.largest_torque_per_preload_m,
+            per_torque_scale: 1.0 / pair.largest_torque_per_preload_m,
+            largest_cot: pair.largest_cot,
+        }
+    }
+
+    /// None where nothing carries.
+    fn contacts(&self, pair: &ReadyPair) -> impl Iterator<Item = Contact> {
+        let levers = if self.torque_scale_m > 0.0 { pair.levers.as_slice() } else { &[] };
+        let (per_torque_scale, per_cot) = (self.per_torque_scale, 1.0 / self.largest_cot);
+        let per_force = 1.0 / pair.axial_force_at_1m_N;
+        levers.iter().map(move |levers| Contact {
+            levers: [levers.axial, levers.turning_m * per_torque_scale, levers.in_plane * per_cot],
+            stiffness: levers.stiffness * per_force,
+        })
+    }
+
+    /// Whether the load is held and what it leads to are numbers far from their ends.
+    fn holds(pair: &ReadyPair, torque_Nm: f64, preload_N: f64) -> bool {
+        PRELOADS_N.contains(&preload_N) && torque_Nm.abs() < preload_N * pair.holding_arm_m(torque_Nm)
+    }
+
+    /// The scaled pivot of a load.
+    fn pivot(&self, torque_Nm: f64, preload_N: f64) -> f64 {
+        torque_Nm / preload_N * self.per_torque_scale
+    }
+
+    /// Scaled unknowns to SI, with the approach under the preload alone (m).
+    fn state(&self, found: &kernel::Found, approach_m: f64) -> State {
+        State {
+            rotation_rad: found.x[1] * approach_m * self.per_torque_scale,
+            sideways_m: found.x[2] * approach_m / self.largest_cot,
+            pivot_approach_m: found.x[0] * approach_m,
+            pivot_m: found.pivot * self.torque_scale_m,
+        }
+    }
+}
+
 /// A pair, ready for many loads.
 #[derive(Debug)]
 pub struct LanePair {
@@ -68,11 +126,7 @@ pub struct LanePair {
     contacts: Vec<Contact>,
     /// The same side by side, instead, for a single load.
     blocks: Vec<Block>,
-    /// Approach under a preload of 1 N, m.
-    approach_at_1N_m: f64,
-    /// By which the arms are scaled, m.
-    torque_scale_m: f64,
-    per_torque_scale: f64,
+    scale: Scale,
     /// How many loads were announced.
     loads: usize,
     /// For torques to the negative and to the positive side.
@@ -83,8 +137,8 @@ impl LanePair {
     /// Ready for about `loads` loads: many are worth more preparation.
     pub fn new(points: &MeshingPoints, loads: usize) -> Self {
         let mut pair = Self::unprepared(points, loads);
-        if homogeneous(points) {
-            pair.contacts = pair.scaled_contacts().collect();
+        if homogeneous(&pair.pair) {
+            pair.contacts = pair.scale.contacts(&pair.pair).collect();
         }
         if loads >= CURVE_PAYS_FROM {
             pair.contacts = kernel::merged(pair.contacts);
@@ -95,8 +149,8 @@ impl LanePair {
     /// Ready for a single load, whose contacts run side by side.
     pub fn for_one(points: &MeshingPoints) -> Self {
         let mut pair = Self::unprepared(points, 1);
-        if homogeneous(points) {
-            pair.blocks = kernel::in_blocks(pair.scaled_contacts(), pair.pair.levers.len());
+        if homogeneous(&pair.pair) {
+            pair.blocks = alone::in_blocks(pair.scale.contacts(&pair.pair), pair.pair.levers.len());
         }
         pair
     }
@@ -106,24 +160,11 @@ impl LanePair {
         Self {
             contacts: Vec::new(),
             blocks: Vec::new(),
-            approach_at_1N_m: pair.rigid_approach_m(1.0),
-            torque_scale_m: pair.largest_torque_per_preload_m,
-            per_torque_scale: 1.0 / pair.largest_torque_per_preload_m,
+            scale: Scale::of(&pair),
             pair,
             loads,
             curves: [const { OnceLock::new() }; 2],
         }
-    }
-
-    /// None where nothing carries.
-    fn scaled_contacts(&self) -> impl Iterator<Item = Contact> {
-        let levers = if self.torque_scale_m > 0.0 { self.pair.levers.as_slice() } else { &[] };
-        let per_cot = 1.0 / self.pair.largest_cot;
-        let per_force = 1.0 / self.pair.axial_force_at_1m_N;
-        levers.iter().map(move |levers| Contact {
-            levers: [levers.axial, levers.turning_m * self.per_torque_scale, levers.in_plane * per_cot],
-            stiffness: levers.stiffness * per_force,
-        })
     }
 
     /// How many equal copies of this row are in series; their angles add.
@@ -144,9 +185,9 @@ impl LanePair {
         if !self.blocks.is_empty() {
             let loads = torque_Nm.iter().zip(preload_N).zip(preload_powers).zip(outcomes);
             for (((&torque, &preload), &power), outcome) in loads {
-                let found = self.holds(torque, preload).then(|| {
-                    let pivot = torque / preload * self.per_torque_scale;
-                    kernel::run_alone(&self.blocks, self.pair.floats_sideways, pivot)
+                let found = Scale::holds(&self.pair, torque, preload).then(|| {
+                    let pivot = self.scale.pivot(torque, preload);
+                    alone::run(&self.blocks, self.pair.floats_sideways, pivot, kernel::COLD)
                 });
                 *outcome = self.outcome(torque, preload, power, found);
             }
@@ -171,8 +212,8 @@ impl LanePair {
         let mut count = 0;
         for (&torque, &preload) in loads {
             // A load that is not held is asked about below; meanwhile its lane must only do no harm.
-            held[count] = self.holds(torque, preload);
-            let pivot = if held[count] { torque / preload * self.per_torque_scale } else { 0.0 };
+            held[count] = Scale::holds(&self.pair, torque, preload);
+            let pivot = if held[count] { self.scale.pivot(torque, preload) } else { 0.0 };
             batch.set_pivot(count, pivot);
             sides[usize::from(pivot >= 0.0)] = true;
             count += 1;
@@ -188,10 +229,6 @@ impl LanePair {
         }
     }
 
-    fn holds(&self, torque_Nm: f64, preload_N: f64) -> bool {
-        PRELOADS_N.contains(&preload_N) && torque_Nm.abs() < preload_N * self.pair.holding_arm_m(torque_Nm)
-    }
-
     fn outcome(
         &self,
         torque_Nm: f64,
@@ -199,16 +236,11 @@ impl LanePair {
         preload_power: f64,
         found: Option<kernel::Found>,
     ) -> LaneOutcome {
-        if let Some(kernel::Found { pivot, x, residual, steps }) = found.filter(kernel::Found::is_solved) {
-            let approach_m = self.approach_at_1N_m * preload_power;
-            let state = State {
-                rotation_rad: x[1] * approach_m * self.per_torque_scale,
-                sideways_m: x[2] * approach_m / self.pair.largest_cot,
-                pivot_approach_m: x[0] * approach_m,
-                pivot_m: pivot * self.torque_scale_m,
-            };
+        if let Some(found) = found.filter(kernel::Found::is_solved) {
+            let state = self.scale.state(&found, self.scale.approach_at_1N_m * preload_power);
             let status = smallness(&self.pair, &state);
-            return LaneOutcome { status, rotation_rad: state.rotation_rad, residual, steps };
+            let (rotation_rad, residual, steps) = (state.rotation_rad, found.residual, found.steps);
+            return LaneOutcome { status, rotation_rad, residual, steps };
         }
         match solve_ready(&self.pair, torque_Nm, preload_N) {
             (status, Some(solved)) => LaneOutcome {
@@ -224,7 +256,7 @@ impl LanePair {
     /// The curve to one side, where loads ask for it and are many enough.
     fn curve(&self, side: usize, asked: bool) -> Option<&Curve> {
         let sign = if side == 1 { 1.0 } else { -1.0 };
-        let make = || Curve::new(&self.pair, &self.contacts, sign, self.torque_scale_m, self.loads);
+        let make = || Curve::new(&self.pair, &self.contacts, sign, self.scale.torque_scale_m, self.loads);
         if asked && self.loads >= CURVE_PAYS_FROM {
             self.curves[side].get_or_init(make).as_ref()
         } else {
@@ -236,8 +268,8 @@ impl LanePair {
 /// Whether nothing but Hertz's law acts, so that the energy is homogeneous in the unknowns.
 // Neutral values are set, never computed.
 #[allow(clippy::float_cmp)]
-fn homogeneous(points: &MeshingPoints) -> bool {
-    points.exponent == HERTZ_EXPONENT
-        && points.axial_spring_N_per_m == 0.0
-        && points.points.iter().all(MeshingPoint::has_no_offset)
+fn homogeneous(pair: &ReadyPair) -> bool {
+    pair.law.exponent == HERTZ_EXPONENT
+        && pair.axial_spring_N_per_m == 0.0
+        && pair.levers.iter().all(Levers::has_no_offset)
 }
