@@ -6,6 +6,7 @@
 //! - [`mesh`]: the pairs at one input angle under a load, and how their angle answers to each number;
 //! - `spring`: a torsion spring in their place; `site`: either of the two;
 //! - `run`: readings of a run one after the other; first the angles, then, from the solutions kept, their sensitivities;
+//! - `table`: all of them, and what is told;
 //! - `friction`: the torque at the meshing points where friction makes a run a history;
 //! - [`slots`]: effects of both kinds and their numbers; `check`: values that cannot be;
 //! - [`loads`]: single loads instead of a table;
@@ -25,13 +26,14 @@ mod run;
 mod site;
 pub mod slots;
 mod spring;
+mod table;
 
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use crate::effect;
-use crate::effect::dual::{Dual, WIDTH};
+use crate::effect::dual::Dual;
 use crate::effect::port::{Action, DriveNumbers};
 use crate::error::{InvalidInput, require};
 use crate::geometry::undercut::undercuts;
@@ -43,10 +45,11 @@ use chain::{Chain, Link};
 pub use mesh::Regime;
 use mesh::{Gap, Pairs, Tables, Wanted, shifted};
 pub use rows::{Columns, Rows};
-use run::{Block, RowState, Solved, alike};
+use run::RowState;
 use site::{Carrier, Site};
 pub use slots::{Effect, Number, Slot};
 use spring::Spring;
+use table::Call;
 
 /// A reducer with effects on a table of readings.
 ///
@@ -89,8 +92,6 @@ pub struct Predictor {
     tables: Vec<TablesAtShift>,
     gaps: Vec<GapsOfSlot>,
     states: Vec<RowState>,
-    /// Where the states of the next prediction are made: room that is not asked for again at each.
-    spare: Vec<RowState>,
 }
 
 /// Meshing points at all input angles, with all contact angles shifted.
@@ -146,8 +147,6 @@ pub struct Contribution {
 
 /// How many shifts of the contact angle are kept: that of the fit and none.
 const KEPT_SHIFTS: usize = 2;
-/// Rows that a thread takes at a time where no history binds them.
-const CHUNK: usize = 16;
 /// Readings from which threads are worth waking: fewer are predicted within a millisecond or two, and where the machine has
 /// other work too, a thread that has to be waited for takes longer than that.
 const WORTH_THREADS: usize = 2000;
@@ -220,7 +219,6 @@ impl Predictor {
             tables: Vec::new(),
             gaps: Vec::new(),
             states,
-            spare: Vec::new(),
         })
     }
 
@@ -276,46 +274,14 @@ impl Predictor {
         }
         let gap_slots = self.gap_slots(values, wanted, on);
         self.renew_gaps(values, &gap_slots);
-        // A copy: an own effect that fails leaves the ones that there were.
-        let mut states = std::mem::take(&mut self.spare);
-        states.clone_from(&self.states);
-        let sites = self.sites(&self.tables[at_shift].at_angle, &plain, values, &gap_slots, wanted);
-        let friction = self.remembers(&plain, wanted);
-        let groups = self.groups(friction);
-        let (rows, angle_of_row) = (self.rows.by_run(), &self.angle_of_row);
-        let added = plain.ahead(&self.rows, friction)?;
-        let alike =
-            if friction { (0..rows.len()).collect() } else { alike(&plain, rows, &added, angle_of_row) };
-        let whole =
-            Block { chain: &plain, sites: &sites, rows, added: &added, site_of: angle_of_row, alike: &alike };
-        let mut solved: Vec<Solved> = vec![Solved::default(); rows.len()];
-        self.spread(in_groups(&groups, &mut states, &mut solved), |(group, states, solved)| {
-            whole.part(group).solve(asked, friction, states, solved);
-        });
-        for (row, &first) in alike.iter().enumerate().filter(|(row, first)| *row != **first) {
-            (solved[row], states[row]) = (whole.like(row, &solved[first]), states[first]);
-        }
-        let angles = plain.behind(rows, &added, totals(&solved))?;
-        let mut sensitivities = vec![f64::NAN; rows.len() * wanted.len()];
-        let wanted_gaps: Vec<usize> =
-            gap_slots.iter().copied().filter(|slot| wanted.contains(slot)).collect();
-        for (number, slots) in wanted.chunks(WIDTH).enumerate() {
-            let chain = self.chain(values, slots, on);
-            let added = chain.ahead(&self.rows, friction)?;
-            let whole = Block { chain: &chain, added: &added, ..whole };
-            let gaps: Vec<Dual> = wanted_gaps.iter().map(|slot| seeded(values, slots, *slot)).collect();
-            let mut angles = vec![NOT_SOLVED; rows.len()];
-            self.spread(in_groups(&groups, &mut solved, &mut angles), |(group, solved, angles)| {
-                whole.part(group).differentiate(&gaps, friction, solved, angles);
-            });
-            for (row, angle) in chain.behind(rows, &added, angles)?.iter().enumerate() {
-                let first = row * wanted.len() + number * WIDTH;
-                sensitivities[first..first + slots.len()].copy_from_slice(&angle.partials[..slots.len()]);
-            }
-        }
-        drop(sites);
-        self.spare = std::mem::replace(&mut self.states, states);
-        Ok(self.prediction(&angles, &solved, &sensitivities, wanted.len()))
+        let call = Call { values, wanted, on, asked, plain, gap_slots, at_shift };
+        // Kept whatever becomes of the call: they are solutions even where an own effect fails behind them. They are there
+        // again where a call before this one was unwound.
+        let mut states = std::mem::take(&mut self.states);
+        states.resize(self.rows.len(), RowState::default());
+        let found = self.predicted(&call, &mut states);
+        self.states = states;
+        found
     }
 
     /// The named parts of the angle: the model without effects, then what each effect adds as they are switched on in the
@@ -502,73 +468,6 @@ impl Predictor {
             parts.into_par_iter().map(of).collect()
         }
     }
-
-    /// Rows that one thread takes: whole histories where they have a memory.
-    fn groups(&self, friction: bool) -> Vec<std::ops::Range<usize>> {
-        if friction {
-            return self.rows.histories();
-        }
-        let count = self.rows.len();
-        (0..count.div_ceil(CHUNK)).map(|i| i * CHUNK..((i + 1) * CHUNK).min(count)).collect()
-    }
-
-    fn prediction(
-        &self,
-        angles: &[Dual],
-        solved: &[Solved],
-        sensitivities: &[f64],
-        width: usize,
-    ) -> Prediction {
-        // An angle that an own effect made not finite is no solution, whatever the meshing points say.
-        let lost = |row: usize| solved[row].mesh.is_some() && !angles[row].value.is_finite();
-        let of = |row: usize| solved[row].mesh.as_ref().filter(|_| !lost(row));
-        let rows = 0..solved.len();
-        let status = |row: usize| if lost(row) { Status::EffectNotFinite } else { solved[row].status };
-        let status: Vec<Status> = rows.clone().map(status).collect();
-        let angle = |row: usize| of(row).map_or(f64::NAN, |_| angles[row].value);
-        let angle_rad: Vec<f64> = rows.clone().map(angle).collect();
-        let carrying: Vec<[usize; 2]> =
-            rows.clone().map(|row| of(row).map_or([0; 2], |mesh| mesh.carrying)).collect();
-        let regime: Vec<Option<Regime>> =
-            rows.clone().map(|row| of(row).and_then(|mesh| mesh.regime)).collect();
-        let parts: Vec<[f64; 2]> =
-            rows.clone().map(|row| of(row).map_or([f64::NAN; 2], |mesh| mesh.parts_rad)).collect();
-        let mesh_load: Vec<[f64; 2]> = solved.iter().map(|row| row.mesh_load).collect();
-        let residual: Vec<f64> = rows.map(|row| of(row).map_or(f64::NAN, |mesh| mesh.residual)).collect();
-        Prediction {
-            angle_rad: self.rows.in_table_order(&angle_rad, 1),
-            status: self.rows.in_table_order(&status, 1),
-            sensitivities: self.rows.in_table_order(sensitivities, width),
-            carrying: self.rows.in_table_order(&carrying, 1),
-            regime: self.rows.in_table_order(&regime, 1),
-            parts_rad: self.rows.in_table_order(&parts, 1),
-            mesh_load: self.rows.in_table_order(&mesh_load, 1),
-            residual: self.rows.in_table_order(&residual, 1),
-        }
-    }
-
-    /// No row has a solution.
-    fn nowhere(&self, status: Status, width: usize) -> Prediction {
-        let count = self.rows.len();
-        Prediction {
-            angle_rad: vec![f64::NAN; count],
-            status: vec![status; count],
-            sensitivities: vec![f64::NAN; count * width],
-            carrying: vec![[0; 2]; count],
-            regime: vec![None; count],
-            parts_rad: vec![[f64::NAN; 2]; count],
-            mesh_load: vec![[f64::NAN; 2]; count],
-            residual: vec![f64::NAN; count],
-        }
-    }
-}
-
-/// The angle of a row without solution.
-const NOT_SOLVED: Dual = Dual { value: f64::NAN, partials: [f64::NAN; WIDTH] };
-
-/// Total angles without derivatives.
-fn totals(solved: &[Solved]) -> Vec<Dual> {
-    solved.iter().map(|row| Dual::constant(row.total_rad)).collect()
 }
 
 /// A number, seeded where it is one of the block.
@@ -577,20 +476,4 @@ fn seeded(values: &[f64], seeds: &[usize], slot: usize) -> Dual {
         Some(place) => Dual::parameter(values[slot], place),
         None => Dual::constant(values[slot]),
     }
-}
-
-/// Two columns cut into the same groups.
-fn in_groups<'a, A, B>(
-    groups: &[std::ops::Range<usize>],
-    mut first: &'a mut [A],
-    mut second: &'a mut [B],
-) -> Vec<(std::ops::Range<usize>, &'a mut [A], &'a mut [B])> {
-    let mut parts = Vec::with_capacity(groups.len());
-    for group in groups {
-        let (a, rest_a) = first.split_at_mut(group.len());
-        let (b, rest_b) = second.split_at_mut(group.len());
-        parts.push((group.clone(), a, b));
-        (first, second) = (rest_a, rest_b);
-    }
-    parts
 }

@@ -1,7 +1,9 @@
 //! Readings one after the other: first their angles, then the sensitivities of these.
 
 use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
 use std::ops::Range;
+use std::sync::Arc;
 
 use crate::effect::dual::Dual;
 use crate::effect::port::{Load, Row};
@@ -17,8 +19,6 @@ use super::site::Site;
 #[derive(Debug, Clone, Copy, Default)]
 pub struct RowState {
     warm: Warm,
-    /// Of the unloaded state before a history's first row.
-    unloaded: Warm,
     /// Torque at the meshing points under friction, N m.
     mesh_torque_Nm: Option<f64>,
 }
@@ -27,13 +27,14 @@ pub struct RowState {
 #[derive(Debug, Clone)]
 pub struct Solved {
     pub status: Status,
-    pub mesh: Option<Mesh>,
+    /// Shared by rows that carry the same.
+    pub mesh: Option<Arc<Mesh>>,
     /// Meshing points and what stands in series, rad.
     pub total_rad: f64,
     /// Torque (N m) and preload (N) that reach the meshing points.
     pub mesh_load: [f64; 2],
     /// The unloaded state before a history's first row, where friction acts.
-    unloaded: Option<Mesh>,
+    unloaded: Option<Arc<Mesh>>,
 }
 
 impl Default for Solved {
@@ -57,24 +58,66 @@ pub struct Block<'a> {
     /// What own effects and the torques before add to each row; without entries where that is nothing.
     pub added: &'a [Added],
     pub site_of: &'a [usize],
-    /// Of the whole table, by [`Row::place`]: the first row that carries the same at the same input angle. Only that is solved.
-    pub alike: &'a [usize],
+    /// Of the whole table.
+    pub alike: &'a Alike,
 }
 
-/// The first row that carries the same at the same input angle, for each row. Where rows have a memory, each is its own: a
-/// loading and an unloading curve through the same torques then differ.
-pub fn alike(chain: &Chain, rows: &[Row], added: &[Added], site_of: &[usize]) -> Vec<usize> {
-    let mut firsts: HashMap<(usize, u64, u64), usize> = HashMap::with_capacity(rows.len());
-    let first = |(place, row): (usize, &Row)| {
-        let added = Added::to(place, added);
-        if !added.finite {
-            return place;
+/// Which rows carry the same, by [`Row::place`]. Where rows have a memory, each is its own: a loading and an unloading
+/// curve through the same torques then differ.
+#[derive(Debug)]
+pub struct Alike {
+    /// The first row that carries the same at the same input angle. Only that is solved.
+    pub first: Vec<usize>,
+    /// Torque (N m) and preload (N) of each row; empty where rows have a memory.
+    loads: Vec<[f64; 2]>,
+}
+
+impl Alike {
+    /// Each row for itself.
+    pub fn none(rows: usize) -> Self {
+        Self { first: (0..rows).collect(), loads: Vec::new() }
+    }
+
+    /// Of rows without a memory.
+    pub fn of(chain: &Chain, rows: &[Row], added: &[Added], site_of: &[usize]) -> Self {
+        let mut firsts: HashMap<(usize, u64, u64), usize, BuildHasherDefault<Mixed>> =
+            HashMap::with_capacity_and_hasher(rows.len(), BuildHasherDefault::default());
+        let (mut first, mut loads) = (Vec::with_capacity(rows.len()), Vec::with_capacity(rows.len()));
+        for (place, row) in rows.iter().enumerate() {
+            let added = Added::to(place, added);
+            let load = chain.load(row, added);
+            let [torque_Nm, preload_N] = [load.torque_Nm.value, load.preload_N.value];
+            let carried = (site_of[place], torque_Nm.to_bits(), preload_N.to_bits());
+            first.push(if added.finite { *firsts.entry(carried).or_insert(place) } else { place });
+            loads.push([torque_Nm, preload_N]);
         }
-        let load = chain.load(row, added);
-        let carried = (site_of[place], load.torque_Nm.value.to_bits(), load.preload_N.value.to_bits());
-        *firsts.entry(carried).or_insert(place)
-    };
-    rows.iter().enumerate().map(first).collect()
+        Self { first, loads }
+    }
+}
+
+/// A hash of few numbers that no one chooses to collide: the standard one costs as much as the loads themselves.
+#[derive(Debug, Default)]
+struct Mixed(u64);
+
+impl Hasher for Mixed {
+    fn write(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            self.write_u64(u64::from(*byte));
+        }
+    }
+
+    fn write_u64(&mut self, number: u64) {
+        // The golden ratio's odd multiple; what it gathers at the upper end is turned to where tables look first.
+        self.0 = (self.0 ^ number).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(26);
+    }
+
+    fn write_usize(&mut self, number: usize) {
+        self.write_u64(number as u64);
+    }
+
+    fn finish(&self) -> u64 {
+        self.0
+    }
 }
 
 impl Block<'_> {
@@ -85,27 +128,59 @@ impl Block<'_> {
         Self { rows, added, site_of, ..*self }
     }
 
-    /// Solves the rows.
-    pub fn solve(
-        &self,
-        wanted: Option<Wanted>,
-        friction: bool,
-        states: &mut [RowState],
-        solved: &mut [Solved],
-    ) {
+    /// Solves the rows, which have no memory, but for those that carry the same as one before.
+    pub fn solve_apart(&self, wanted: Option<Wanted>, states: &mut [RowState], solved: &mut [Solved]) {
+        for (i, row) in
+            self.rows.iter().enumerate().filter(|(_, row)| self.alike.first[row.place] == row.place)
+        {
+            if !Added::to(i, self.added).finite {
+                solved[i].status = Status::EffectNotFinite;
+                continue;
+            }
+            let load @ [_, preload_N] = self.alike.loads[row.place];
+            match self.sites[self.site_of[i]].solve(load, wanted, &mut states[i].warm) {
+                Ok(mesh) => {
+                    solved[i] = Solved {
+                        status: mesh.status,
+                        total_rad: mesh.angle_rad + self.series_rad(i),
+                        mesh_load: [mesh.torque_Nm, preload_N],
+                        mesh: Some(Arc::new(mesh)),
+                        unloaded: None,
+                    };
+                }
+                Err(status) => solved[i].status = status,
+            }
+        }
+    }
+
+    /// A row that carries the same as a solved one: what stands in series is its own.
+    pub fn like(&self, i: usize, first: &Solved) -> Solved {
+        let total_rad = first.mesh.as_ref().map_or(f64::NAN, |mesh| mesh.angle_rad + self.series_rad(i));
+        Solved { total_rad, ..first.clone() }
+    }
+
+    /// What stands in series at a row without a memory, rad.
+    fn series_rad(&self, i: usize) -> f64 {
+        let row = &self.rows[i];
+        let torque_Nm = Dual::constant(self.alike.loads[row.place][0]);
+        (self.chain.series(row, torque_Nm) + Added::to(i, self.added).series_rad).value
+    }
+
+    /// Solves a history, one row after the other.
+    pub fn solve_history(&self, wanted: Option<Wanted>, states: &mut [RowState], solved: &mut [Solved]) {
         let mut memory = Memory::default();
-        for (i, row) in self.rows.iter().enumerate().filter(|(_, row)| self.alike[row.place] == row.place) {
+        for (i, row) in self.rows.iter().enumerate() {
             let (state, solved) = (&mut states[i], &mut solved[i]);
             let site = &self.sites[self.site_of[i]];
             let added = Added::to(i, self.added);
             let load = self.chain.load(row, added);
             let preload_N = load.preload_N.value;
-            if friction && i == 0 {
-                let unloaded = site.solve([0.0, preload_N], wanted, &mut state.unloaded).ok();
+            if i == 0 {
+                let unloaded = site.solve([0.0, preload_N], wanted, &mut Warm::default()).ok();
                 let series = self.chain.series(row, load.torque_Nm * 0.0) + added.series_at_rest_rad;
                 memory.angle_rad = unloaded.as_ref().map_or(0.0, |mesh| mesh.angle_rad) + series.value;
                 memory.states = vec![0.0; load.friction.len()];
-                solved.unloaded = unloaded;
+                solved.unloaded = unloaded.map(Arc::new);
             }
             if !added.finite {
                 solved.status = Status::EffectNotFinite;
@@ -127,20 +202,12 @@ impl Block<'_> {
                         *z = (friction.law)(*z, way, friction.engagement_angle_rad.value).0;
                     }
                     memory.angle_rad = total;
-                    (solved.status, solved.total_rad, solved.mesh) = (mesh.status, total, Some(mesh));
+                    (solved.status, solved.total_rad, solved.mesh) =
+                        (mesh.status, total, Some(Arc::new(mesh)));
                 }
                 Err(status) => solved.status = status,
             }
         }
-    }
-
-    /// A row that carries the same as a solved one: what stands in series is its own.
-    pub fn like(&self, i: usize, first: &Solved) -> Solved {
-        let (row, added) = (&self.rows[i], Added::to(i, self.added));
-        let load = self.chain.load(row, added);
-        let series = (self.chain.series(row, load.torque_Nm) + added.series_rad).value;
-        let total_rad = first.mesh.as_ref().map_or(f64::NAN, |mesh| mesh.angle_rad + series);
-        Solved { total_rad, ..first.clone() }
     }
 
     /// Total angles with their derivatives by the parameters that are seeded in the chain, from the solutions kept.
