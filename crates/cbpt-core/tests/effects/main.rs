@@ -1,7 +1,9 @@
 //! A drive with effects on a campaign: the limit where effects vanish, contributions, the scaling law, the loop of friction,
-//! independence of what was asked before; `sensitivities` against differences; `order`: what goes by time.
+//! independence of what was asked before, `again` of which solver is at work too; `sensitivities` against differences; `order`:
+//! what goes by time.
 #![allow(clippy::unwrap_used, clippy::panic, clippy::float_cmp)]
 
+mod again;
 mod order;
 mod sensitivities;
 

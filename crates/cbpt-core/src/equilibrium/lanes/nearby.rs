@@ -11,10 +11,11 @@
 
 use super::alone::{self, Block, Turn};
 use super::kernel::{COLD, along_curve};
+use super::powers::two_thirds_power;
 use super::{Scale, homogeneous};
-use crate::equilibrium::ReadyPair;
 use crate::equilibrium::response::{Response, Slopes};
 use crate::equilibrium::solve::smallness;
+use crate::equilibrium::{Levers, ReadyPair};
 
 /// The contacts of a pair side by side: the same for any stiffness that all share.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,7 +29,7 @@ impl SideBySide {
     /// Contacts of a pair, with d ln k / d beta of every diagonal (1/rad) or none of these.
     pub fn new(pair: &ReadyPair, stiffness_slopes_per_rad: &[f64]) -> Self {
         let scale = Scale::of(pair);
-        let turn = |levers: &crate::equilibrium::Levers| {
+        let turn = |levers: &Levers| {
             let [axial, turning_m, in_plane] = levers.per_contact_angle(0.0);
             let turned = [axial, turning_m * scale.per_torque_scale, in_plane / scale.largest_cot];
             (turned, stiffness_slopes_per_rad[levers.index])
@@ -90,7 +91,7 @@ impl Homogeneous<'_> {
         let from = |start| alone::answer(&self.contacts.blocks, turns, pair.floats_sideways, pivot, start);
         let solved = near.and_then(|place| from(place.at(pivot))).or_else(|| from(COLD))?;
 
-        let approach_m = self.scale.approach_at_1N_m * preload_N.cbrt().powi(2);
+        let approach_m = self.scale.approach_at_1N_m * two_thirds_power(preload_N);
         let state = self.scale.state(&solved.found, approach_m);
         // Rotation for one of its scale, and that for a torque of one of its scale.
         let turn_rad = approach_m * self.scale.per_torque_scale;

@@ -15,6 +15,13 @@ pub fn two_thirds_powers(preload_N: &[f64], powers: &mut [f64]) {
     }
 }
 
+/// The same of one preload.
+pub fn two_thirds_power(preload_N: f64) -> f64 {
+    let mut power = [0.0];
+    two_thirds_powers(&[preload_N], &mut power);
+    power[0]
+}
+
 struct Powers<'a> {
     preload_N: &'a [f64],
     powers: &'a mut [f64],
