@@ -62,30 +62,25 @@ class _Sums:
         self.products = self._whitened if exact else self._polynomials()
 
     def _polynomials(self) -> _core.NoisePolynomials:
-        """The parts of the polynomials."""
+        """The parts of the polynomials: products of all readings less those of the first or the
+        last ones of the runs."""
         rows, inflation = self._rows, self._bare.inflation
         sd = self._u * (1.0 if inflation is None else inflation)
-        z = np.column_stack([self._columns, np.ones(len(sd))]) / sd[:, None]
-        follows = rows.before >= 0
-        z_first, z_now, z_then = z[~follows], z[follows], z[rows.before[follows]]
-
-        def by_run(values: Floats, at: NDArray[np.bool_]) -> Floats:
-            of_all = np.zeros((len(sd), values.shape[1]))
-            of_all[at] = values
-            return rows.sums(of_all)
-
-        cross = z_now.T @ z_then
-        grams = z_first.T @ z_first, z_now.T @ z_now, -(cross + cross.T), z_then.T @ z_then
-        one_now, one_then = z_now[:, -1:], z_then[:, -1:]
-        runs = (
-            by_run(z_first * z_first[:, -1:], ~follows),
-            by_run(z_now * one_now, follows),
-            -by_run(z_then * one_now + z_now * one_then, follows),
-            by_run(z_then * one_then, follows),
-        )
-        log_det = 2 * float(np.log(sd).sum())
-        counts = len(sd), int(np.count_nonzero(follows))
-        return _core.NoisePolynomials([g[:-1, :-1] for g in grams], list(runs), log_det, counts)
+        # Run by run, with a column of ones.
+        z = (np.column_stack([self._columns, np.ones(len(sd))]) / sd[:, None])[rows.order]
+        first, last = z[rows.starts], z[np.append(rows.starts[1:], len(z)) - 1]
+        all_, of_first, of_last = z.T @ z, first.T @ first, last.T @ last
+        # A run's first reading stands behind the last one of the run before.
+        cross = z[1:].T @ z[:-1] - first[1:].T @ last[:-1]
+        grams = of_first, all_ - of_first, -(cross + cross.T), all_ - of_last
+        one, behind = z[:, -1:], np.zeros(z.shape)
+        behind[1:] = z[1:] * one[:-1] + z[:-1] * one[1:]
+        behind[rows.starts] = 0.0
+        all_by_run, crossed = np.add.reduceat(np.stack([z * one, behind]), rows.starts, axis=1)
+        first, last = first * first[:, -1:], last * last[:, -1:]
+        by_run = first, all_by_run - first, -crossed, all_by_run - last
+        log_det, counts = 2 * float(np.log(sd).sum()), (len(sd), len(sd) - rows.runs)
+        return _core.NoisePolynomials([g[:-1, :-1] for g in grams], list(by_run), log_det, counts)
 
     def _whitened(self, scale: float, correlation: float) -> tuple[Floats, Floats, float]:
         """Without offsets of runs: products, those of each run with a column of ones, and the log
