@@ -108,6 +108,11 @@ proptest! {
                 prop_assert!((found - exact).abs() <= 1e-7 * exact.abs().max(1.0), "{found} {exact}");
             }
             prop_assert_eq!((found.carrying, found.parted), (exact.carrying, exact.parted));
+            let again = lanes.as_ref().and_then(|lanes| lanes.respond(&pair, [torque, preload], Some(&place), false));
+            let again = again.expect("solved from its solution").0.state.rotation_rad;
+            if easy {
+                prop_assert_eq!(again.to_bits(), found.state.rotation_rad.to_bits());
+            }
             near = Some(place);
         }
     }
