@@ -85,7 +85,8 @@ proptest! {
         let pair = plain.changed(&Changes {
             stiffness_scale: scale, exponent: 1.5, axial_spring_N_per_m: 0.0, gaps: &[],
         });
-        let asked = Asked { stiffness_slopes_per_rad: Some(&turned), stiffness: true, ..Asked::default() };
+        let by_contact = pair.by_contact(&turned);
+        let asked = Asked { stiffness_slopes_per_rad: Some(&by_contact), stiffness: true, ..Asked::default() };
         let lanes = contacts.of(&pair);
         let mut near = None;
         for (torque, preload) in std::iter::zip(columns(&points, &loads).0, columns(&points, &loads).1) {

@@ -109,10 +109,16 @@ impl Levers {
     }
 
     /// Adds to zeta, g and p, m.
-    fn add_offset(&mut self, [axial, normal, in_plane]: [f64; 3]) {
+    fn add_offset(&mut self, offset: [f64; 3]) {
+        let [axial, _, in_plane] = offset;
         self.axial_offset_m += axial;
         self.in_plane_offset_m += in_plane;
-        self.offset_m += axial * self.axial + normal + in_plane * self.in_plane;
+        self.offset_m += self.closing(offset);
+    }
+
+    /// What zeta, g and p add to the deformation, m.
+    fn closing(&self, [axial, normal, in_plane]: [f64; 3]) -> f64 {
+        axial * self.axial + normal + in_plane * self.in_plane
     }
 
     /// Whether ball and grooves are nominal here.
@@ -158,20 +164,20 @@ impl ContactLaw {
 
     /// Force (N) of a diagonal of stiffness `stiffness` at `deformation_m`; 0 where it has parted.
     pub fn force_N(&self, stiffness: f64, deformation_m: f64) -> f64 {
-        if deformation_m <= 0.0 { 0.0 } else { self.force_and_slope(stiffness, deformation_m).0 }
+        if deformation_m <= 0.0 { 0.0 } else { self.force_per_m(stiffness, deformation_m) * deformation_m }
     }
 
-    /// Force (N) and its derivative with the deformation (N/m) of a diagonal that is pressed, `deformation_m` > 0.
-    fn force_and_slope(&self, stiffness: f64, deformation_m: f64) -> (f64, f64) {
+    /// Force over deformation (N/m) of a diagonal that is pressed, `deformation_m` > 0.
+    fn force_per_m(&self, stiffness: f64, deformation_m: f64) -> f64 {
         let k = stiffness * self.factor;
         // Exactly Hertz in nearly every call, and a square root is far cheaper than a power.
-        #[allow(clippy::float_cmp)]
-        let force_per_m = if self.exponent == HERTZ_EXPONENT {
-            k * deformation_m.sqrt()
-        } else {
-            k * deformation_m.powf(self.exponent - 1.0)
-        };
-        (force_per_m * deformation_m, self.exponent * force_per_m)
+        if self.is_hertz() { k * deformation_m.sqrt() } else { k * deformation_m.powf(self.exponent - 1.0) }
+    }
+
+    // A neutral value is set, never computed.
+    #[allow(clippy::float_cmp)]
+    fn is_hertz(&self) -> bool {
+        self.exponent == HERTZ_EXPONENT
     }
 }
 
@@ -260,27 +266,10 @@ impl<'a> PairEquilibrium<'a> {
 impl<const N: usize> Problem<N> for PairEquilibrium<'_> {
     fn evaluate(&self, x: &SVector<f64, N>) -> Evaluation<N> {
         let state = self.state(x);
-        let law = self.pair.law;
-        let mut energy = 0.0;
-        let mut residual = SVector::<f64, N>::zeros();
-        let mut jacobian = SMatrix::<f64, N, N>::zeros();
-        for levers in &self.pair.levers {
-            let deformation = levers.deformation_m(&state);
-            if deformation <= 0.0 {
-                continue;
-            }
-            let (force, slope) = law.force_and_slope(levers.stiffness, deformation);
-            energy += force * deformation;
-            let lever = levers.per_unknown(self.pivot_m);
-            for i in 0..N {
-                residual[i] += force * lever[i];
-                for j in 0..=i {
-                    jacobian[(i, j)] += slope * lever[i] * lever[j];
-                }
-            }
-        }
-        jacobian.fill_upper_triangle_with_lower_triangle();
-        energy /= law.exponent + 1.0;
+        let sums = self.pair.contacts().sums::<N>(&state);
+        let mut energy = sums.work / (self.pair.law.exponent + 1.0);
+        let mut residual = SVector::from(sums.forces);
+        let mut jacobian = SMatrix::<f64, N, N>::from_fn(|i, j| sums.slopes[i.max(j)][i.min(j)]);
         let spring = self.spring_N_per_m;
         let travel = state.approach_m() - self.unloaded_approach_m;
         let lever = [1.0, -self.pivot_m, 0.0];

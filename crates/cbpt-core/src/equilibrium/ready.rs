@@ -1,13 +1,18 @@
 //! What of a pair's equations does not depend on the load: made once, solved for many loads.
 
+use std::sync::OnceLock;
+
+use super::lanes::contacts::{ByContact, Contacts, by_contact};
 use super::{ContactLaw, Levers};
 use crate::pair::MeshingPoints;
 
 /// A pair whose meshing points are known.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct ReadyPair {
     /// Of the diagonals that exist.
     pub(super) levers: Vec<Levers>,
+    /// The same side by side, made when first asked for: most pairs never are.
+    contacts: OnceLock<Contacts>,
     pub(super) law: ContactLaw,
     pub(super) axial_spring_N_per_m: f64,
     pub(super) largest_torque_per_preload_m: f64,
@@ -41,6 +46,7 @@ impl ReadyPair {
         let torque_per_preload_m = points.torque_per_preload_m();
         let mut pair = Self {
             levers: Vec::with_capacity(points.points.len()),
+            contacts: OnceLock::new(),
             law: ContactLaw::new(points.exponent),
             axial_spring_N_per_m: points.axial_spring_N_per_m,
             largest_torque_per_preload_m: largest(
@@ -94,7 +100,24 @@ impl ReadyPair {
         (preload_N / self.axial_force_at_1m_N).powf(1.0 / self.law.exponent)
     }
 
+    /// A number of each diagonal, by the contacts that exist.
+    #[must_use]
+    pub fn by_contact(&self, number: &[f64]) -> ByContact {
+        by_contact(self.levers.iter().map(|levers| number[levers.index]))
+    }
+
+    /// What zeta, g and p of every diagonal add to the deformations of its contacts.
+    #[must_use]
+    pub fn closing(&self, shape: &[[f64; 3]]) -> ByContact {
+        by_contact(self.levers.iter().map(|levers| levers.closing(shape[levers.index])))
+    }
+
+    pub(super) fn contacts(&self) -> &Contacts {
+        self.contacts.get_or_init(|| Contacts::new(&self.levers, self.law))
+    }
+
     fn weigh(&mut self) {
+        self.contacts = OnceLock::new();
         let force = |levers: &Levers| self.law.force_N(levers.stiffness, levers.axial) * levers.axial;
         self.axial_force_at_1m_N = self.levers.iter().map(force).sum();
     }

@@ -15,9 +15,9 @@
 
 use nalgebra::{SMatrix, SVector};
 
+use super::lanes::contacts::{ByContact, Wanted};
 use super::solve::{Balance, balance, existence, smallness, unloaded};
-use super::{Levers, PairEquilibrium, ReadyPair, State};
-use crate::pair::REFERENCE_DEFORMATION_M;
+use super::{PairEquilibrium, ReadyPair, State};
 use crate::solver::newton_lm::solve_symmetric;
 use crate::status::Status;
 
@@ -27,16 +27,16 @@ pub type GapShape = Vec<[f64; 3]>;
 /// What is asked for beside the answers to torque and preload.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Asked<'a> {
-    /// d ln k / d beta of every diagonal, 1/rad, where the answer to the contact angle is wanted.
-    pub stiffness_slopes_per_rad: Option<&'a [f64]>,
+    /// d ln k / d beta of every contact, 1/rad, where the answer to the contact angle is wanted.
+    pub stiffness_slopes_per_rad: Option<&'a ByContact>,
     /// Whether the answer to the stiffness is wanted.
     pub stiffness: bool,
     /// Whether the answer to the exponent is wanted.
     pub exponent: bool,
     /// Whether the answer to an axial spring is wanted.
     pub spring: bool,
-    /// Shapes of the gaps whose answers are wanted.
-    pub gaps: &'a [GapShape],
+    /// What the shapes of the gaps whose answers are wanted add to the deformations ([`ReadyPair::closing`]).
+    pub gaps: &'a [ByContact],
 }
 
 impl Asked<'_> {
@@ -141,7 +141,7 @@ fn respond_in<const N: usize>(
             rotation.add(rotation.preload * pair.axial_spring_N_per_m, &approach);
         }
     }
-    let carrying = pair.levers.iter().filter(|levers| levers.deformation_m(&state) > 0.0).count();
+    let carrying = pair.contacts().carrying::<N>(&state);
     Ok(Response {
         status: smallness(pair, &state),
         state,
@@ -174,10 +174,17 @@ fn slopes<const N: usize>(
         ..Slopes::default()
     };
     if asked.by_point() {
-        let state = balance.state();
-        for levers in &e.pair.levers {
-            add_point(&mut slopes, e, &lambda, &state, levers, asked);
-        }
+        let wanted = Wanted {
+            stiffness_slopes_per_rad: asked.stiffness_slopes_per_rad.map(Vec::as_slice),
+            exponent: asked.exponent,
+            gaps: asked.gaps,
+        };
+        let lambda = std::array::from_fn(|i| lambda[i]);
+        let contacts = e.pair.contacts();
+        let answers = contacts.answers::<N>(&balance.state(), lambda, wanted, &mut slopes.gaps);
+        slopes.log_stiffness = answers.log_stiffness;
+        slopes.contact_angle = answers.contact_angle;
+        slopes.exponent = answers.exponent;
     }
     Ok(slopes)
 }
@@ -186,41 +193,6 @@ fn slopes<const N: usize>(
 /// little resistance to everything finds them.
 fn stiffened<const N: usize>(jacobian: SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
     jacobian + SMatrix::identity() * (1e-12 * jacobian.diagonal().amax())
-}
-
-/// What a diagonal adds to the slopes.
-fn add_point<const N: usize>(
-    slopes: &mut Slopes,
-    equations: &PairEquilibrium<'_>,
-    lambda: &SVector<f64, N>,
-    state: &State,
-    levers: &Levers,
-    asked: Asked<'_>,
-) {
-    let deformation = levers.deformation_m(state);
-    if deformation <= 0.0 {
-        return;
-    }
-    let (force, slope) = equations.pair.law.force_and_slope(levers.stiffness, deformation);
-    let along = |lever: [f64; 3]| (0..N).map(|i| lambda[i] * lever[i]).sum::<f64>();
-    let w = along(levers.per_unknown(equations.pivot_m));
-    slopes.log_stiffness -= force * w;
-    if asked.exponent {
-        slopes.exponent -= force * (deformation / REFERENCE_DEFORMATION_M).ln() * w;
-    }
-    if let Some(stiffness_slopes) = asked.stiffness_slopes_per_rad {
-        let [cos_beta, _, turned] = levers.per_contact_angle(0.0);
-        let axial = state.approach_m() + levers.axial_offset_m;
-        let in_plane = levers.arm_m * state.rotation_rad + levers.in_plane_offset_m + state.sideways_m;
-        let closing = cos_beta * axial + turned * in_plane;
-        let levers_turned = levers.per_contact_angle(equations.pivot_m);
-        slopes.contact_angle -=
-            (slope * closing + force * stiffness_slopes[levers.index]) * w + force * along(levers_turned);
-    }
-    for (gap, shape) in slopes.gaps.iter_mut().zip(asked.gaps) {
-        let [axial, normal, in_plane] = shape[levers.index];
-        *gap -= slope * w * (levers.axial * axial + normal + levers.in_plane * in_plane);
-    }
 }
 
 impl PairEquilibrium<'_> {

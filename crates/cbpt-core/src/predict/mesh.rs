@@ -8,6 +8,7 @@ use std::f64::consts::TAU;
 
 use crate::drive::{CrossSlide, Deceleration, Drive, EqualSpeed, OutputPlate, RingGroove};
 use crate::effect::port::{Ball, Contact};
+use crate::equilibrium::lanes::contacts::ByContact;
 use crate::equilibrium::lanes::nearby::{Homogeneous, Place, SideBySide};
 use crate::equilibrium::ready::Changes;
 use crate::equilibrium::response::{Asked, GapShape, Response, Slopes, respond};
@@ -31,8 +32,8 @@ pub struct Tables {
 #[derive(Debug, Clone)]
 struct PairTable {
     pair: ReadyPair,
-    /// d ln k / d beta of every diagonal, 1/rad.
-    stiffness_slopes_per_rad: Vec<f64>,
+    /// d ln k / d beta of every contact, 1/rad.
+    stiffness_slopes_per_rad: ByContact,
     contacts: SideBySide,
 }
 
@@ -73,10 +74,12 @@ impl Tables {
             .chain(points.equal_speed.into_iter().map(|row| (grooves[1], row)))
             .map(|(groove, points)| {
                 let slope = |point: &crate::pair::MeshingPoint| point.stiffness_slope_per_rad(groove, track);
-                let stiffness_slopes_per_rad =
+                let by_diagonal: Vec<f64> =
                     if slopes { points.points.iter().map(slope).collect() } else { Vec::new() };
                 let pair = ReadyPair::new(&points);
-                let contacts = SideBySide::new(&pair, &stiffness_slopes_per_rad);
+                let contacts = SideBySide::new(&pair, &by_diagonal);
+                let stiffness_slopes_per_rad =
+                    if slopes { pair.by_contact(&by_diagonal) } else { Vec::new() };
                 PairTable { pair, stiffness_slopes_per_rad, contacts }
             })
             .collect();
@@ -137,8 +140,8 @@ pub struct Pairs<'a> {
     pairs: Vec<ReadyPair>,
     /// Of the pairs that are homogeneous.
     quick: Vec<Option<Homogeneous<'a>>>,
-    /// By pair, the shapes of the gaps whose answers are wanted.
-    gaps: Vec<Vec<GapShape>>,
+    /// By pair, what the gaps whose answers are wanted add to the deformations.
+    gaps: Vec<Vec<ByContact>>,
 }
 
 impl<'a> Pairs<'a> {
@@ -163,10 +166,10 @@ impl<'a> Pairs<'a> {
         let pairs: Vec<ReadyPair> = tables.pairs.iter().enumerate().map(ready).collect();
         Self {
             quick: tables.pairs.iter().zip(&pairs).map(|(table, pair)| table.contacts.of(pair)).collect(),
-            pairs,
-            gaps: (0..tables.pairs.len())
-                .map(|pair| wanted.iter().map(|gap| gap.shapes[pair].clone()).collect())
+            gaps: (pairs.iter().enumerate())
+                .map(|(number, pair)| wanted.iter().map(|gap| pair.closing(&gap.shapes[number])).collect())
                 .collect(),
+            pairs,
             tables,
         }
     }

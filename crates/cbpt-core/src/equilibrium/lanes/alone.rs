@@ -7,10 +7,8 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
+use super::contacts::BLOCK;
 use super::kernel::{Contact, Contacts, Found, about_pivot, add, along, compliance, iterate};
-
-/// Contacts in one go: a whole number of vectors of any width.
-const BLOCK: usize = 8;
 
 /// At this residual the last digits are there: a load that is asked for again stays where it was, to the last bit.
 const FLOOR: f64 = 1e-14;

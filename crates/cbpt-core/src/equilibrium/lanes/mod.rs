@@ -2,7 +2,8 @@
 //!
 //! - here: which loads may run here, and what comes out; `kernel`: the iteration; `curve`: its start;
 //! - `alone`: the iteration where the contacts fill the lanes, not the loads; [`nearby`]: with it from a start nearby, and how
-//!   the rotation answers.
+//!   the rotation answers;
+//! - [`contacts`]: the sums of any pair's equations and answers, which are all of it that the scalar solver has in lanes.
 //!
 //! Contacts by Hertz's law without offsets, and a preload that no spring changes, make deformations linear in the
 //! unknowns and the energy homogeneous. Scaled as in the parent, with the pivot A = M0/N_Z, the unknowns then are a
@@ -19,6 +20,7 @@
 #![allow(clippy::inline_always, clippy::needless_range_loop)]
 
 mod alone;
+pub mod contacts;
 mod curve;
 mod kernel;
 pub mod nearby;
@@ -28,7 +30,7 @@ use std::sync::OnceLock;
 
 use super::solve::{smallness, solve_ready};
 use super::{Levers, ReadyPair, State};
-use crate::pair::{HERTZ_EXPONENT, MeshingPoints};
+use crate::pair::MeshingPoints;
 use crate::status::Status;
 use alone::Block;
 use curve::Curve;
@@ -269,7 +271,5 @@ impl LanePair {
 // Neutral values are set, never computed.
 #[allow(clippy::float_cmp)]
 fn homogeneous(pair: &ReadyPair) -> bool {
-    pair.law.exponent == HERTZ_EXPONENT
-        && pair.axial_spring_N_per_m == 0.0
-        && pair.levers.iter().all(Levers::has_no_offset)
+    pair.law.is_hertz() && pair.axial_spring_N_per_m == 0.0 && pair.levers.iter().all(Levers::has_no_offset)
 }
