@@ -249,6 +249,10 @@ impl Rows {
     /// From values run by run to the order of the table.
     pub(super) fn in_table_order<T: Clone>(&self, by_run: &[T], width: usize) -> Vec<T> {
         let mut sorted = by_run.to_vec();
+        // Most tables are run by run already.
+        if self.places.is_sorted() {
+            return sorted;
+        }
         for (values, &place) in by_run.chunks(width.max(1)).zip(&self.places) {
             sorted[place * width..(place + 1) * width].clone_from_slice(values);
         }

@@ -377,3 +377,95 @@ fn by_exponent(parts: &Parts, blocks: usize) -> f64 {
         .map(|(deformation, by_force)| by_force * (deformation / REFERENCE_DEFORMATION_M).ln())
         .sum()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pair::HERTZ_EXPONENT;
+
+    /// More contacts than are held at a time, the last block not full; some of them parted.
+    fn levers() -> Vec<Levers> {
+        let contact = |index: usize| {
+            let angle = index as f64;
+            let side = if index.is_multiple_of(2) { 1.0 } else { -1.0 };
+            let (axial, in_plane) = (0.6 + 0.1 * angle.sin(), side * (0.6 + 0.1 * angle.cos()));
+            let arm_m = 0.02 * (1.3 * angle).sin();
+            let mut levers = Levers {
+                index,
+                axial,
+                turning_m: in_plane * arm_m,
+                in_plane,
+                arm_m,
+                axial_offset_m: 0.0,
+                in_plane_offset_m: 0.0,
+                offset_m: 0.0,
+                stiffness: 1e10 * (1.0 + 0.2 * (0.7 * angle).cos()),
+            };
+            levers.add_offset([1e-6 * angle.cos(), 1e-6 * (2.0 * angle).sin(), 1e-6 * (3.0 * angle).cos()]);
+            levers
+        };
+        (0..2 * HELD * BLOCK + 3).map(contact).collect()
+    }
+
+    const STATE: State =
+        State { rotation_rad: 5e-5, sideways_m: 3e-7, pivot_approach_m: 1e-6, pivot_m: 4e-3 };
+
+    #[track_caller]
+    fn same(found: f64, exact: f64, size: f64) {
+        assert!((found - exact).abs() <= 1e-13 * size, "{found} {exact} of {size}");
+    }
+
+    /// Against the definitions, contact by contact.
+    #[test]
+    fn sums_of_equations_are_those_of_the_contacts() {
+        let (levers, law) = (levers(), ContactLaw::new(HERTZ_EXPONENT));
+        let contacts = Contacts::new(&levers, law);
+        let found = contacts.sums::<3>(&STATE);
+        let part = |levers: &Levers| {
+            let deformation = levers.deformation_m(&STATE);
+            (law.force_N(levers.stiffness, deformation), deformation, levers.per_unknown(STATE.pivot_m))
+        };
+        let sum = |of: &dyn Fn(f64, f64, [f64; 3]) -> f64| -> [f64; 2] {
+            let parts = levers.iter().map(part).filter(|(force, ..)| *force > 0.0);
+            let parts: Vec<f64> = parts.map(|(force, deformation, l)| of(force, deformation, l)).collect();
+            [parts.iter().sum(), parts.iter().map(|part| part.abs()).sum()]
+        };
+        let [work, size] = sum(&|force, deformation, _| force * deformation);
+        same(found.work, work, size);
+        for i in 0..3 {
+            let [along, size] = sum(&|force, _, l| force * l[i]);
+            same(found.forces[i], along, size);
+            for j in 0..=i {
+                let [slope, size] = sum(&|force, deformation, l| 1.5 * force / deformation * l[i] * l[j]);
+                same(found.slopes[i][j], slope, size);
+            }
+        }
+        let pressed = levers.iter().filter(|levers| levers.deformation_m(&STATE) > 0.0).count();
+        assert!(pressed > 0 && pressed < levers.len());
+        assert_eq!(contacts.carrying::<3>(&STATE), pressed);
+    }
+
+    /// Lanes of any width have the same sums as lanes of one, where another exponent would be.
+    #[test]
+    fn answers_do_not_depend_on_the_width() {
+        let (levers, law) = (levers(), ContactLaw::new(HERTZ_EXPONENT));
+        let contacts = Contacts::new(&levers, law);
+        let numbers = |phase: f64| by_contact((0..levers.len()).map(|place| (phase + place as f64).sin()));
+        let (grown, shapes) = (numbers(0.1), [numbers(0.2), numbers(0.3)]);
+        let wanted = Wanted { stiffness_slopes_per_rad: Some(&grown), exponent: true, gaps: &shapes };
+        let lambda = [2e-9, 3e-6, 1e-9];
+        let (mut gaps, mut gaps_of_one) = ([0.0; 2], [0.0; 2]);
+        let found = contacts.answers(&STATE, lambda, wanted, &mut gaps);
+        let one = Answering { contacts: &contacts, state: &STATE, lambda, wanted, gaps: &mut gaps_of_one };
+        let exact = one.over(Scalar::new(), law);
+        for (found, exact) in [
+            (found.log_stiffness, exact.log_stiffness),
+            (found.contact_angle, exact.contact_angle),
+            (found.exponent, exact.exponent),
+            (gaps[0], gaps_of_one[0]),
+            (gaps[1], gaps_of_one[1]),
+        ] {
+            assert!((found / exact - 1.0).abs() <= 1e-12, "{found} {exact}");
+        }
+    }
+}
