@@ -1105,6 +1105,15 @@ class Predictor:
         Raises ``InvalidInputError`` for a value out of its bounds and for a wanted parameter that is chosen, not fitted. A
         row without solution has its status, NaN angle and NaN derivatives.
         """
+    @property
+    def runs_that_go_on(self, /) -> int:
+        """
+        How many runs go on from where the one before them ended, with the friction that it has left.
+        """
+    def start_anew(self, /) -> None:
+        """
+        From now on every run is loaded from rest: friction has faded, or was released, since the run before.
+        """
 
 @final
 class PreloadThresholds:

@@ -363,6 +363,17 @@ impl Predictor {
         py.detach(|| self.predictor.lock().unwrap_or_else(PoisonError::into_inner).cold());
     }
 
+    /// How many runs go on from where the one before them ended, with the friction that it has left.
+    #[getter]
+    fn runs_that_go_on(&self, py: Python<'_>) -> usize {
+        self.look(py, |predictor| predictor.rows().runs_that_go_on())
+    }
+
+    /// From now on every run is loaded from rest: friction has faded, or was released, since the run before.
+    fn start_anew(&self, py: Python<'_>) {
+        py.detach(|| self.predictor.lock().unwrap_or_else(PoisonError::into_inner).start_anew());
+    }
+
     /// Predicts all rows at ``values`` (p,), and the exact derivatives by the parameters whose indices are ``wanted``.
     ///
     /// Raises ``InvalidInputError`` for a value out of its bounds and for a wanted parameter that is chosen, not fitted. A

@@ -242,6 +242,12 @@ impl Predictor {
         self.slots.iter().map(|slot| slot.parameter.neutral()).collect()
     }
 
+    /// From now on every run is loaded from rest; see [`Rows::starting_anew`].
+    pub fn start_anew(&mut self) {
+        self.rows = self.rows.clone().starting_anew();
+        self.cold();
+    }
+
     /// Forgets the solutions of earlier calls: what follows is to the last bit what a new predictor would say. Meshing points
     /// and shapes of gaps stay; they are the same whatever was asked.
     pub fn cold(&mut self) {

@@ -4,7 +4,7 @@
 //! time have each a clock of its own, which starts again with the run; then their order is that of the table.
 //!
 //! A run goes on from where the one before it ended, and is not loaded from rest, if nothing between them says otherwise
-//! (`Rows::histories`).
+//! (`Rows::histories`); or every run starts anew ([`Rows::starting_anew`]).
 
 use std::collections::HashMap;
 
@@ -41,6 +41,8 @@ pub struct Rows {
     starts: Vec<usize>,
     /// Whether the runs follow each other in time, by one clock.
     one_clock: bool,
+    /// Whether no run goes on from the one before it, whatever the columns say.
+    anew: bool,
     has_temperature: bool,
     has_preload: bool,
 }
@@ -107,6 +109,7 @@ impl Rows {
             places: (0..loads.len()).collect(),
             starts: (0..=loads.len()).collect(),
             one_clock: false,
+            anew: false,
             has_temperature: true,
             has_preload: loads.iter().all(|load| load.preload_N() > 0.0),
         }
@@ -143,6 +146,7 @@ impl Rows {
             places: Vec::with_capacity(shares.len()),
             starts: vec![0],
             one_clock,
+            anew: false,
             has_temperature: columns.temperature_K.is_some(),
             has_preload: columns.preload_N.is_some(),
         };
@@ -182,6 +186,17 @@ impl Rows {
     /// Never: a table has at least one reading.
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
+    }
+
+    /// The same with every run loaded from rest: the friction has faded, or was released, since the run before.
+    #[must_use]
+    pub fn starting_anew(self) -> Self {
+        Self { anew: true, ..self }
+    }
+
+    /// How many runs go on from where the one before them ended.
+    pub fn runs_that_go_on(&self) -> usize {
+        (0..self.runs()).filter(|run| self.goes_on(*run)).count()
     }
 
     /// How many runs.
@@ -226,7 +241,7 @@ impl Rows {
     /// no further from the last one than neighbours of either run are. What friction holds does not fade in a pause.
     #[allow(clippy::float_cmp)] // set, not measured: the same to the last bit, or moved
     fn goes_on(&self, number: usize) -> bool {
-        if number == 0 || !self.one_clock {
+        if number == 0 || !self.one_clock || self.anew {
             return false;
         }
         let (before, run) = (&self.rows[self.run(number - 1)], &self.rows[self.run(number)]);

@@ -178,6 +178,24 @@ fn a_run_goes_on_where_the_one_before_it_ended() {
     assert_eq!(under_friction(&cut), under_friction(&whole));
 }
 
+/// Unless every run starts anew: then it is what the same readings show by a clock that starts again.
+#[test]
+fn every_run_may_start_anew() {
+    let cut = cut_in_two();
+    assert_eq!(cut.rows().unwrap().runs_that_go_on(), 1);
+    assert_eq!(cut.rows().unwrap().starting_anew().runs_that_go_on(), 0);
+    let mut apart = cut_in_two();
+    apart.time_s[9..].iter_mut().for_each(|time| *time -= 50.0);
+    let [mut carried, mut rested] =
+        [&cut, &apart].map(|campaign| predictor(campaign, &["friction_hysteresis"], false));
+    let values = typical_values(&carried);
+    let before = carried.predict(&values, &[]).unwrap();
+    carried.start_anew();
+    let after = carried.predict(&values, &[]).unwrap();
+    assert_eq!(after.angle_rad, rested.predict(&values, &[]).unwrap().angle_rad);
+    assert_ne!(after.angle_rad, before.angle_rad);
+}
+
 /// After a leap of the torque, a turn of the input, another preload, by a clock that starts again or without one, a run is loaded
 /// from rest.
 #[test]

@@ -46,6 +46,7 @@ from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.unit_check import slips
 from cbpt.lab.selection.decision import Verdict, judge, withheld
+from cbpt.lab.selection.history import with_its_history
 from cbpt.lab.selection.model_comparison import Competition, Progress, compete
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.selection.setting import Names
@@ -152,6 +153,8 @@ def diagnosed(
 ) -> Diagnosis:
     """The diagnosis of readings that are already read."""
     campaign, notes = prepared(campaign_of(case, readings, own))
+    campaign, told = with_its_history(campaign)
+    notes += told
     rng = np.random.default_rng(seed)
     competition = compete(campaign, rng, progress)
     verdict = judge(competition)

@@ -58,6 +58,8 @@ class Campaign:
     """Forms of the own effects that are to be fitted."""
     repeats: Repeats | None = None
     """What readings taken again say of the uncertainty, where that was asked."""
+    runs_start_anew: bool = False
+    """Whether friction starts anew at each run, also where a run begins as the last one ended."""
     zero_per_run: bool = False
     """Whether every run has an offset of its own, else all share one."""
 

@@ -54,6 +54,8 @@ class Assembled:
             None if r.temperature_degC is None else r.temperature_degC,
             None if r.cycle is None else np.asarray(r.cycle, dtype=np.float64),
         )
+        if campaign.runs_start_anew:
+            self._predictor.start_anew()
         self.nothing = self._predictor.neutral()
         """Values at which every effect does nothing."""
         self.neutral = self.nothing.copy()
@@ -90,6 +92,11 @@ class Assembled:
         """Place of a parameter among the values; `3.name` is that of the third instance after."""
         number, dot, stem = name.partition(".")
         return self.places[instance + int(number), stem] if dot else self.places[instance, name]
+
+    @property
+    def runs_that_go_on(self) -> int:
+        """Runs that begin where the one before them ended, with the friction that it has left."""
+        return self._predictor.runs_that_go_on
 
     def cold(self) -> None:
         """What is asked next does not depend, to the last bit, on what was asked before."""

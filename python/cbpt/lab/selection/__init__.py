@@ -4,6 +4,7 @@ ranking            an order that rounding does not decide
 linear_screen      every effect at a glance, linearly
 starts             where a full fit starts
 lack_of_fit        what a residual depends on, without naming a cause
+history            whether friction goes on from run to run
 setting            what all hypotheses of a competition share
 model_comparison   every hypothesis fitted and weighed
 rules              thresholds of the decision

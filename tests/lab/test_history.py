@@ -1,0 +1,72 @@
+"""Friction that goes on from run to run, or starts anew at each: whichever the readings show."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import cbpt
+from cbpt.lab.model.dataset import Campaign
+from cbpt.lab.selection.history import with_its_history
+from common.comparisons import drive_of
+from common.simulated import readings_of
+
+LOOP = np.concatenate([np.linspace(0, 5, 11), np.linspace(4.5, -5, 20), np.linspace(-4.5, 0, 10)])
+FRICTION = {
+    ("friction_hysteresis", "friction_radius_m"): 6e-4,
+    ("friction_hysteresis", "engagement_angle_rad"): 4e-5,
+}
+
+
+def repeated(loops: int = 4, pause_s: float = 60.0) -> Campaign:
+    """The same loop again and again at one preload and one input angle."""
+    n = len(LOOP)
+    table = {
+        "run": np.repeat(np.arange(1, loops + 1), n),
+        "time_s": np.arange(loops * n) * 2.0 + np.repeat(np.arange(loops), n) * pause_s,
+        "torque_Nm": np.tile(LOOP, loops),
+        "preload_N": np.full(loops * n, 600.0),
+        "input_angle_deg": np.full(loops * n, 10.0),
+        "elastic_angle_arcsec": np.arange(loops * n, dtype=np.float64),
+        "u_elastic_angle_arcsec": np.full(loops * n, 0.3),
+    }
+    return Campaign.of(drive_of("dev03"), cbpt.read_readings(table))
+
+
+@pytest.mark.parametrize("anew", [True, False])
+def test_the_readings_say_whether_friction_goes_on(anew: bool) -> None:
+    campaign = replace(repeated(), runs_start_anew=anew)
+    measured = readings_of(campaign, FRICTION, np.random.default_rng(3))
+    found, notes = with_its_history(replace(measured, runs_start_anew=False))
+    assert found.runs_start_anew == anew
+    assert [note.partition(",")[0] for note in notes] == (
+        ["runs begin where the ones before them ended"] if anew else []
+    )
+
+
+def test_without_friction_and_without_runs_that_go_on_nothing_is_asked() -> None:
+    plain = readings_of(repeated(), {}, np.random.default_rng(4))
+    assert with_its_history(plain) == (plain, [])
+    other = readings_of(repeated(1), FRICTION, np.random.default_rng(5))
+    assert with_its_history(other) == (other, [])
+
+
+def test_friction_that_starts_anew_is_friction() -> None:
+    """It was creep or a lag of the torque for certain: the later runs of a table have no virgin
+    loading where friction goes on."""
+    campaign = replace(repeated(), runs_start_anew=True)
+    measured = readings_of(campaign, FRICTION, np.random.default_rng(6))
+    table = {
+        name: getattr(measured.readings, name) for name in ("time_s", "torque_Nm", "preload_N")
+    }
+    table |= {
+        "run": measured.readings.run_index + 1,
+        "input_angle_deg": measured.readings.input_angle_deg,
+        "elastic_angle_arcsec": measured.y_arcsec,
+        "u_elastic_angle_arcsec": measured.u_arcsec,
+    }
+    answer = cbpt.diagnose(drive_of("dev03"), table)
+    assert answer.verdict.effects == ("friction_hysteresis",)
+    assert any("starts anew at each run" in note for note in answer.notes)
