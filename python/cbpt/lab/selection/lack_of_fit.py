@@ -145,6 +145,7 @@ _SINGLES = (
     "cycle",
 )
 """Not `run`: what is constant within runs are their offsets, which belong to the noise."""
+_LEVELS = "input_angle_deg", "run"
 _WITH_TORQUE = (
     "preload_N",
     "preload_step",
@@ -171,6 +172,11 @@ def _components(found: dict[str, Floats], n: int) -> Iterator[Component]:
     for name in _WITH_TORQUE:
         if name in found and "torque_smooth" in found:
             yield Component(("torque_Nm", name), product([found["torque_smooth"], found[name]]))
+    for name in _LEVELS:
+        # Many levels: a gain of each is less than a curve of each, and costs a quarter.
+        if name in found and "torque_smooth" in found:
+            gain = found["torque_smooth"][:, 1:2]
+            yield Component(("torque_Nm", name), product([gain, found[name]]))
     if {"torque_smooth", "direction", "preload_N"} <= found.keys():
         loads = product([found["torque_Nm"], found["preload_N"]])
         # Every load by itself: what is left beyond the scatter of its repeats is no noise.
