@@ -33,6 +33,7 @@ pub struct Columns<'a> {
 
 /// Checked readings. Inside they stand run by run; what is given out is in the order of the table.
 #[derive(Debug, Clone, PartialEq)]
+#[allow(clippy::struct_excessive_bools)] // each a question of its own
 pub struct Rows {
     rows: Vec<Row>,
     /// Place in the table of each of `rows`.
