@@ -70,3 +70,18 @@ def test_friction_that_starts_anew_is_friction() -> None:
     answer = cbpt.diagnose(drive_of("dev03"), table)
     assert answer.verdict.effects == ("friction_hysteresis",)
     assert any("starts anew at each run" in note for note in answer.notes)
+
+
+def test_of_a_torsion_spring_friction_goes_on() -> None:
+    """Friction alone, without the play that is there too, followed the readings better by itself
+    at the start of each run."""
+    n = len(LOOP)
+    table = {
+        "run": np.repeat([1, 2], n),
+        "time_s": np.arange(2.0 * n),
+        "torque_Nm": np.tile(LOOP, 2),
+        "elastic_angle_arcsec": np.tile(LOOP, 2),
+    }
+    case = cbpt.Case.from_dict({"torsion_spring": {"torsional_stiffness_Nm_per_deg": 20.0}})
+    campaign = Campaign.of(case, cbpt.read_readings(table, need_preload=False))
+    assert with_its_history(campaign) == (campaign, [])
