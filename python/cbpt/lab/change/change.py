@@ -162,7 +162,7 @@ def change(
             "the model has no solution with the same numbers at all levels; compare each level "
             "with cbpt compare first"
         )
-    loops = widths_of(parts, reproducibility_arcsec)
+    loops = widths_of(parts, reproducibility_arcsec, states)
     answer = _answer(names, parts, weighed, answers, by, loops)
     notes = list(_notes(campaigns, weighed, named))
     if answer.kind == "changed" and reproducibility_arcsec is None:

@@ -46,27 +46,18 @@ class LoopWidths:
     differ: tuple[int, int] | None
     """The two levels whose widths differ most, where they differ by more than the loops of one
     level, a factor of 1.5 and what the steps of the torque leave open; else None."""
-
-    @property
-    def may_differ(self) -> tuple[int, int] | None:
-        """Two levels whose widths differ, or by a factor of 1.5 and twice their uncertainty: too
-        much to say that nothing changed."""
-        if self.differ is not None:
-            return self.differ
-        told = [
-            (abs(self.width_arcsec[a] - self.width_arcsec[b]) / np.hypot(u_a, u_b), (a, b))
-            for (a, u_a), (b, u_b) in combinations(enumerate(self.u_arcsec), 2)
-            if u_a and u_b and _apart(self.width_arcsec[a], self.width_arcsec[b])
-        ]
-        furthest, pair = max(told, default=(0.0, (0, 0)))
-        return pair if furthest > _UNLIKE else None
+    may_differ: tuple[int, int] | None = None
+    """Two levels whose widths differ, or too much to say that nothing changed; else None."""
 
 
 def widths_of(
-    levels: Sequence[Readings], reproducibility_arcsec: float | None = None
+    levels: Sequence[Readings],
+    reproducibility_arcsec: float | None = None,
+    repeated: Sequence[Sequence[int]] = (),
 ) -> tuple[LoopWidths, ...]:
     """Of all amplitudes at which every level has whole loops, the smallest first; a difference
-    counts as far as it goes beyond what the rig does when it is set up again."""
+    counts as far as it goes beyond what the rig does when it is set up again. repeated: places of
+    levels that repeat one state, if that is estimated from them."""
     per_level = [[loop for loop in loops_of(r) if loop.whole] for r in levels]
     found = []
     for low, high in _amplitudes([loop.amplitude_Nm for loops in per_level for loop in loops]):
@@ -76,7 +67,8 @@ def widths_of(
         ]
         if all(alike):
             amplitude_Nm = float(np.sqrt(low * high))
-            found.append(_of_one_amplitude(amplitude_Nm, alike, reproducibility_arcsec or 0.0))
+            set_up_arcsec = reproducibility_arcsec or 0.0
+            found.append(_of_one_amplitude(amplitude_Nm, alike, set_up_arcsec, repeated))
     return tuple(found)
 
 
@@ -90,7 +82,10 @@ def _amplitudes(all_Nm: Sequence[float]) -> Iterator[tuple[float, float]]:
 
 
 def _of_one_amplitude(
-    amplitude_Nm: float, loops: Sequence[Sequence[Loop]], reproducibility_arcsec: float
+    amplitude_Nm: float,
+    loops: Sequence[Sequence[Loop]],
+    reproducibility_arcsec: float,
+    repeated: Sequence[Sequence[int]],
 ) -> LoopWidths:
     """The scatter is taken as the same at all levels."""
     widths = [np.array([loop.width_arcsec for loop in of_level]) for of_level in loops]
@@ -98,18 +93,27 @@ def _of_one_amplitude(
     mean = np.array([w.mean() for w in widths])
     count = np.array([len(w) for w in widths])
     dof = int(np.sum(count - 1))
-    u = np.full(len(widths), np.nan)
+    alone = u = np.full(len(widths), np.nan)
     if dof:
         scatter = sum(float(np.sum((w - w.mean()) ** 2)) for w in widths) / dof
+        alone = np.sqrt(scatter / count)
         # A set-up that moves the branches of a loop apart widens it by twice as much.
-        u = np.sqrt(scatter / count + (2 * reproducibility_arcsec) ** 2)
-    told = np.sqrt(u**2 + left_open**2 / 3)  # anywhere between the readings with the same chance
+        u = np.hypot(alone, 2 * reproducibility_arcsec)
+    told = np.hypot(u, left_open / np.sqrt(3))  # anywhere between the readings, as likely
+    differ = _most_different(mean, u, left_open, dof) if dof else None
+    if repeated:
+        # A few repeats tell a reproducibility only roughly: it makes no widths alike that differ by
+        # more than the repeats themselves.
+        may = _perhaps_different(mean, np.hypot(alone, left_open / np.sqrt(3)), repeated)
+    else:
+        may = _perhaps_different(mean, told)
     return LoopWidths(
         amplitude_Nm=amplitude_Nm,
         width_arcsec=tuple(mean.tolist()),
         u_arcsec=tuple(value if dof else None for value in told.tolist()),
         loops=tuple(count.tolist()),
-        differ=_most_different(mean, u, left_open, dof) if dof else None,
+        differ=differ,
+        may_differ=differ or may,
     )
 
 
@@ -129,6 +133,22 @@ def _most_different(mean: Floats, u: Floats, left_open: Floats, dof: int) -> tup
     # The most of several pairs: the chance of each is that much smaller (Bonferroni).
     chance = 2 * float(t.sf(max(apart), dof)) * len(pairs)
     return (first, second) if chance < _CHANCE and _apart(mean[first], mean[second]) else None
+
+
+def _perhaps_different(
+    mean: Floats, u: Floats, repeated: Sequence[Sequence[int]] = ()
+) -> tuple[int, int] | None:
+    """Two levels, of all pairs those furthest apart in their uncertainties, that differ by a factor
+    of 1.5, by twice their uncertainty and by more than levels that repeat one state."""
+    together = [pair for state in repeated for pair in combinations(sorted(state), 2)]
+    alike = max((abs(mean[a] - mean[b]) for a, b in together), default=0.0)
+    told = [
+        (abs(mean[a] - mean[b]) / max(np.hypot(u[a], u[b]), 1e-300), (a, b))
+        for a, b in combinations(range(len(mean)), 2)
+        if _apart(mean[a], mean[b]) and abs(mean[a] - mean[b]) > alike
+    ]
+    furthest, pair = max(told, default=(0.0, (0, 0)))
+    return pair if furthest > _UNLIKE else None
 
 
 def _apart(one: float, other: float) -> bool:
