@@ -36,6 +36,15 @@ from common.comparisons import columns_of, drive_of
 from common.drives import examples
 from common.simulated import Floats, dense, plan, readings_of, truth
 
+TIMELESS = (
+    "run",
+    "torque_Nm",
+    "preload_N",
+    "input_angle_deg",
+    "elastic_angle_arcsec",
+    "u_elastic_angle_arcsec",
+)
+
 # --- patterns -----------------------------------------------------------------------------
 
 
@@ -303,3 +312,23 @@ def test_a_gain_of_each_run_is_no_lot_of_balls() -> None:
     table["elastic_angle_arcsec"] = model * gain + 0.3 * rng.standard_normal(runs * n)
     verdict = diagnose(drive, table).verdict
     assert (verdict.kind, verdict.effects) == ("unknown", ())
+
+
+@pytest.mark.parametrize(("zero", "gain"), [(1.0, 0.0), (0.0, 0.04)])
+def test_time_goes_on_though_nobody_wrote_it_down(zero: float, gain: float) -> None:
+    """A zero that wanders is a noise; a span that does is a lack of fit, and no effect of the other
+    columns is certain: a run-in was."""
+    drive, table = drive_of("dev07"), columns_of("dev07")
+    table = {name: table[name] for name in TIMELESS}
+    table["u_elastic_angle_arcsec"] = np.full(len(table["torque_Nm"]), 0.3)
+    model = truth(Campaign.of(drive, read_readings(table)), {})
+    wave = np.sin(2 * np.pi * np.linspace(0.16, 1.66, len(model)))
+    noise = 0.3 * np.random.default_rng(1).standard_normal(len(model))
+    table["elastic_angle_arcsec"] = model * (1 + gain * wave) + zero * wave + noise
+    found = diagnose(drive, table)
+    assert not found.verdict.effects
+    if zero:
+        assert found.verdict.kind in ("rig", "complete") and "wanders" in found.sentence
+    else:
+        assert found.verdict.kind == "unknown" and "order of the readings" in found.sentence
+        assert "write down the time" in found.report()

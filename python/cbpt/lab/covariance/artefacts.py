@@ -2,7 +2,7 @@
 coefficients.
 
 Artefact        one of a kind, with the size that it has
-random_walk     the zero wanders in absolute time
+random_walk     the zero wanders in absolute time; in a table without times from reading to reading
 first_reading   the first reading of every run is off, say before a clamp has settled
 gains_of        log likelihood that an artefact gains where all else has been taken out
 without         readings less what an artefact most probably does to them

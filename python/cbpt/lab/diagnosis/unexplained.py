@@ -35,8 +35,8 @@ class _Shown:
     most_levels: int = 12
     stretches: int = 6
     most_lines: int = 16
-    no_place: tuple[str, ...] = ("run", "preload_step", "torque_rate")
-    """Their values are labels, or a rate: where they lie tells people nothing."""
+    no_place: tuple[str, ...] = ("run", "preload_step", "torque_rate", "order")
+    """Their values are labels, places or a rate: where they lie tells people nothing."""
 
 
 _SHOWN = _Shown()
@@ -84,6 +84,10 @@ def measure_next(d: DiagnosisData) -> str:
         said += f"; it exceeds twice the noise only at {label_of(part, None)}"
     if not strong:
         said += "; it exceeds twice the noise nowhere"
+    if "order" in columns:
+        return (
+            f"{said}. Measure again, and write down the time and the temperature of each reading."
+        )
     free = [c for c in columns if c != "run"]
     if not free:
         return f"{said}. Repeat a run unchanged, to see whether the misfit is the same."
@@ -125,6 +129,8 @@ def column(d: DiagnosisData, name: str) -> Floats:
         return readings.direction().astype(np.float64)
     if name == "preload_step" and d.readings.preload_step is not None:
         return np.unique(d.readings.preload_step, return_inverse=True)[1].astype(np.float64)
+    if name == "order":
+        return np.arange(float(len(readings)))
     if name == "run":
         return readings.run_index.astype(np.float64)
     return np.asarray(getattr(readings, name), dtype=np.float64)

@@ -108,6 +108,9 @@ def bases(readings: Readings) -> dict[str, Floats]:
         found["run_time_s"] = hats(since, 5)
         rate = np.abs(rate_of(readings))
         found["torque_rate"] = hats(rate, 8)
+    else:
+        # Time went on though nobody wrote it down.
+        found["order"] = hats(np.arange(float(len(r))), 8)
     if r.temperature_degC is not None:
         found["temperature_degC"] = hats(r.temperature_degC, 4)
     if r.cycle is not None:
@@ -140,6 +143,7 @@ _SINGLES = (
     "input_angle_deg",
     "direction",
     "time_s",
+    "order",
     "run_time_s",
     "temperature_degC",
     "cycle",
@@ -152,6 +156,7 @@ _WITH_TORQUE = (
     "input_angle_deg",
     "direction",
     "time_s",
+    "order",
     "run_time_s",
     "torque_rate",
     "temperature_degC",

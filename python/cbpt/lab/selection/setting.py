@@ -236,9 +236,11 @@ def with_an_artefact(
 
 
 def _artefacts(campaign: Campaign) -> Iterator[Artefact]:
-    """Those that the columns of a table can show."""
+    """Those that the columns of a table can show; without times a zero wanders from reading to
+    reading."""
     time_s = campaign.readings.time_s
-    if time_s is not None and (walk := random_walk(time_s)) is not None:
+    passed = np.arange(float(len(campaign))) if time_s is None else time_s
+    if (walk := random_walk(passed)) is not None:
         yield walk
     if (first := first_reading(campaign.rows.before)) is not None:
         yield first

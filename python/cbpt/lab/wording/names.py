@@ -85,6 +85,7 @@ _COLUMNS = {
     "input_angle_deg": "the input angle",
     "direction": "the direction of loading",
     "time_s": "time",
+    "order": "the order of the readings",
     "run_time_s": "the time since a run began",
     "torque_rate": "the rate of loading",
     "temperature_degC": "the temperature",
