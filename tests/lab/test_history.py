@@ -9,7 +9,9 @@ import pytest
 
 import cbpt
 from cbpt.lab.model.dataset import Campaign
+from cbpt.lab.model.forward import Assembled
 from cbpt.lab.selection.history import with_its_history
+from cbpt.lab.selection.lack_of_fit import run_time
 from common.comparisons import drive_of
 from common.simulated import readings_of
 
@@ -85,3 +87,11 @@ def test_of_a_torsion_spring_friction_goes_on() -> None:
     case = cbpt.Case.from_dict({"torsion_spring": {"torsional_stiffness_Nm_per_deg": 20.0}})
     campaign = Campaign.of(case, cbpt.read_readings(table, need_preload=False))
     assert with_its_history(campaign) == (campaign, [])
+
+
+def test_the_remedy_of_the_note_is_one() -> None:
+    """Runs that each begin at time 0 do not go on."""
+    campaign = repeated()
+    at_rest = replace(campaign.readings, time_s=run_time(campaign.readings))
+    assert Assembled(campaign, ()).runs_that_go_on == 3
+    assert not Assembled(replace(campaign, readings=at_rest), ()).runs_that_go_on

@@ -36,7 +36,8 @@ def with_its_history(campaign: Campaign) -> tuple[Campaign, list[str]]:
         return campaign, []
     return anew, [
         "runs begin where the ones before them ended, but the readings show friction that starts "
-        "anew at each run: it faded or was released in between"
+        "anew at each run: it faded or was released in between. For cbpt compare and cbpt fit to "
+        "take it so, let time_s begin at 0 in each run"
     ]
 
 
