@@ -1088,6 +1088,10 @@ class Predictor:
         """
         Ids of the effects, in the order given.
         """
+    def go_on(self, /) -> None:
+        """
+        From now on every run that begins where the one before it ended goes on from there, by whatever clocks.
+        """
     def neutral(self, /) -> NDArray[float64]:
         """
         Values at which every effect of the library vanishes, shape (p,); what is no size has its default, and own effects

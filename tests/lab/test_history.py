@@ -10,7 +10,7 @@ import pytest
 import cbpt
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.forward import Assembled
-from cbpt.lab.selection.history import with_its_history
+from cbpt.lab.selection.history import with_its_history, with_their_history
 from cbpt.lab.selection.lack_of_fit import run_time
 from common.comparisons import drive_of
 from common.simulated import readings_of
@@ -39,10 +39,10 @@ def repeated(loops: int = 4, pause_s: float = 60.0) -> Campaign:
 
 @pytest.mark.parametrize("anew", [True, False])
 def test_the_readings_say_whether_friction_goes_on(anew: bool) -> None:
-    campaign = replace(repeated(), runs_start_anew=anew)
+    campaign = replace(repeated(), history="anew" if anew else "by clock")
     measured = readings_of(campaign, FRICTION, np.random.default_rng(3))
-    found, notes = with_its_history(replace(measured, runs_start_anew=False))
-    assert found.runs_start_anew == anew
+    found, notes = with_its_history(replace(measured, history="by clock"))
+    assert (found.history == "anew") == anew
     assert [note.partition(",")[0] for note in notes] == (
         ["runs begin where the ones before them ended"] if anew else []
     )
@@ -58,7 +58,7 @@ def test_without_friction_and_without_runs_that_go_on_nothing_is_asked() -> None
 def test_friction_that_starts_anew_is_friction() -> None:
     """It was creep or a lag of the torque for certain: the later runs of a table have no virgin
     loading where friction goes on."""
-    campaign = replace(repeated(), runs_start_anew=True)
+    campaign = replace(repeated(), history="anew")
     measured = readings_of(campaign, FRICTION, np.random.default_rng(6))
     table = {
         name: getattr(measured.readings, name) for name in ("time_s", "torque_Nm", "preload_N")
@@ -95,3 +95,47 @@ def test_the_remedy_of_the_note_is_one() -> None:
     at_rest = replace(campaign.readings, time_s=run_time(campaign.readings))
     assert Assembled(campaign, ()).runs_that_go_on == 3
     assert not Assembled(replace(campaign, readings=at_rest), ()).runs_that_go_on
+
+
+SPRING = {
+    "torsion_spring": {"torsional_stiffness_Nm_per_arcmin": 0.1},
+    "uncertainty": {"contact_stiffness_rel": 0.1},
+    "measurement": {"zero": "per_run"},
+}
+OF_SPRING = {
+    ("friction_hysteresis", "friction_torque_Nm"): 1.0,
+    ("friction_hysteresis", "engagement_angle_rad"): 1e-3,
+    ("backlash", "play_rad"): 4e-3,
+    ("backlash", "transition_torque_Nm"): 0.1,
+}
+
+
+def ramps(clocks: bool) -> Campaign:
+    """Small loops and large ones of a torsion spring, each in a run; clocks: that start again."""
+    loops = [scale * LOOP for scale in (1.0, 1.0, 4.0, 4.0)]
+    n = len(LOOP)
+    passed = np.arange(len(loops) * n) * 2.0
+    table = {
+        "run": np.repeat(np.arange(1, len(loops) + 1), n),
+        "time_s": passed % (2.0 * n) if clocks else passed,
+        "torque_Nm": np.concatenate(loops),
+        "elastic_angle_arcsec": np.arange(float(len(passed))),
+        "u_elastic_angle_arcsec": np.full(len(passed), 30.0),
+    }
+    readings = cbpt.read_readings(table, need_preload=False)
+    return Campaign.of(cbpt.Case.from_dict(SPRING), readings)
+
+
+@pytest.mark.parametrize("clocks", [True, False])
+@pytest.mark.parametrize("carried", [True, False])
+def test_loops_of_a_spring_say_it_too(clocks: bool, carried: bool) -> None:
+    """A file for each ramp has a clock for each ramp, and the friction that the last one left."""
+    campaign = replace(ramps(clocks), history="carried" if carried else "anew")
+    measured = readings_of(campaign, OF_SPRING, np.random.default_rng(7))
+    found, notes = with_its_history(replace(measured, history="by clock"))
+    assert Assembled(found, ()).runs_that_go_on == (3 if carried else 0)
+    assert bool(notes) == (clocks == carried)
+    # Several campaigns are of one rig.
+    timed = replace(measured, history="by clock")
+    both, told = with_their_history([timed, timed])
+    assert [campaign.history for campaign in both] == 2 * [found.history] and told == notes

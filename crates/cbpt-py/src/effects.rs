@@ -277,6 +277,12 @@ impl Predictor {
     fn look<T: Send>(&self, py: Python<'_>, of: impl FnOnce(&predict::Predictor) -> T + Send) -> T {
         py.detach(|| of(&self.predictor.lock().unwrap_or_else(PoisonError::into_inner)))
     }
+
+    fn take_history(&self, py: Python<'_>, history: predict::History) {
+        py.detach(|| {
+            self.predictor.lock().unwrap_or_else(PoisonError::into_inner).take_history(history);
+        });
+    }
 }
 
 #[pymethods]
@@ -371,7 +377,12 @@ impl Predictor {
 
     /// From now on every run is loaded from rest: friction has faded, or was released, since the run before.
     fn start_anew(&self, py: Python<'_>) {
-        py.detach(|| self.predictor.lock().unwrap_or_else(PoisonError::into_inner).start_anew());
+        self.take_history(py, predict::History::Anew);
+    }
+
+    /// From now on every run that begins where the one before it ended goes on from there, by whatever clocks.
+    fn go_on(&self, py: Python<'_>) {
+        self.take_history(py, predict::History::Carried);
     }
 
     /// Predicts all rows at ``values`` (p,), and the exact derivatives by the parameters whose indices are ``wanted``.

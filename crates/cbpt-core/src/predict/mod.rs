@@ -44,7 +44,7 @@ use added::Added;
 use chain::{Chain, Link};
 pub use mesh::Regime;
 use mesh::{Gap, Pairs, Tables, Wanted, shifted};
-pub use rows::{Columns, Rows};
+pub use rows::{Columns, History, Rows};
 use run::RowState;
 use site::{Carrier, Site};
 pub use slots::{Effect, Number, Slot};
@@ -242,9 +242,9 @@ impl Predictor {
         self.slots.iter().map(|slot| slot.parameter.neutral()).collect()
     }
 
-    /// From now on every run is loaded from rest; see [`Rows::starting_anew`].
-    pub fn start_anew(&mut self) {
-        self.rows = self.rows.clone().starting_anew();
+    /// From now on runs have another history.
+    pub fn take_history(&mut self, history: History) {
+        self.rows = self.rows.clone().with_history(history);
         self.cold();
     }
 

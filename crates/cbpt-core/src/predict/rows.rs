@@ -4,7 +4,7 @@
 //! time have each a clock of its own, which starts again with the run; then their order is that of the table.
 //!
 //! A run goes on from where the one before it ended, and is not loaded from rest, if nothing between them says otherwise
-//! (`Rows::histories`); or every run starts anew ([`Rows::starting_anew`]).
+//! (`Rows::histories`); or the clocks are no matter ([`History`]).
 
 use std::collections::HashMap;
 
@@ -31,9 +31,20 @@ pub struct Columns<'a> {
     pub cycle: Option<&'a [f64]>,
 }
 
+/// Whether a run that begins where the one before it ended goes on with what that has left.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum History {
+    /// If both are timed by one clock: one that starts again says that the run was loaded from rest.
+    #[default]
+    ByClock,
+    /// No: the friction has faded, or was released.
+    Anew,
+    /// Yes, by whatever clocks.
+    Carried,
+}
+
 /// Checked readings. Inside they stand run by run; what is given out is in the order of the table.
 #[derive(Debug, Clone, PartialEq)]
-#[allow(clippy::struct_excessive_bools)] // each a question of its own
 pub struct Rows {
     rows: Vec<Row>,
     /// Place in the table of each of `rows`.
@@ -42,8 +53,7 @@ pub struct Rows {
     starts: Vec<usize>,
     /// Whether the runs follow each other in time, by one clock.
     one_clock: bool,
-    /// Whether no run goes on from the one before it, whatever the columns say.
-    anew: bool,
+    history: History,
     has_temperature: bool,
     has_preload: bool,
 }
@@ -110,7 +120,7 @@ impl Rows {
             places: (0..loads.len()).collect(),
             starts: (0..=loads.len()).collect(),
             one_clock: false,
-            anew: false,
+            history: History::ByClock,
             has_temperature: true,
             has_preload: loads.iter().all(|load| load.preload_N() > 0.0),
         }
@@ -147,7 +157,7 @@ impl Rows {
             places: Vec::with_capacity(shares.len()),
             starts: vec![0],
             one_clock,
-            anew: false,
+            history: History::ByClock,
             has_temperature: columns.temperature_K.is_some(),
             has_preload: columns.preload_N.is_some(),
         };
@@ -189,10 +199,10 @@ impl Rows {
         self.rows.is_empty()
     }
 
-    /// The same with every run loaded from rest: the friction has faded, or was released, since the run before.
+    /// The same with another history.
     #[must_use]
-    pub fn starting_anew(self) -> Self {
-        Self { anew: true, ..self }
+    pub fn with_history(self, history: History) -> Self {
+        Self { history, ..self }
     }
 
     /// How many runs go on from where the one before them ended.
@@ -238,17 +248,19 @@ impl Rows {
         found
     }
 
-    /// Whether a run begins where the one before it ended: on one clock, at the same input angle and preload, and with a torque
-    /// no further from the last one than neighbours of either run are. What friction holds does not fade in a pause.
+    /// Whether a run begins where the one before it ended: by one clock where that counts, at the same input angle and preload,
+    /// and with a torque no further from the last one than neighbours of either run are. What friction holds does not fade in a
+    /// pause.
     #[allow(clippy::float_cmp)] // set, not measured: the same to the last bit, or moved
     fn goes_on(&self, number: usize) -> bool {
-        if number == 0 || !self.one_clock || self.anew {
+        let by_clock = self.history == History::ByClock;
+        if number == 0 || self.history == History::Anew || by_clock && !self.one_clock {
             return false;
         }
         let (before, run) = (&self.rows[self.run(number - 1)], &self.rows[self.run(number)]);
         let ([.., last], [first, ..]) = (before, run) else { return false };
         let timed = [before, run].iter().all(|run| run.last().is_some_and(|row| row.run_time_s > 0.0));
-        timed
+        (timed || !by_clock)
             && first.input_angle_rad == last.input_angle_rad
             && first.preload_N == last.preload_N
             && (first.torque_Nm - last.torque_Nm).abs() <= largest_step_Nm(before).max(largest_step_Nm(run))

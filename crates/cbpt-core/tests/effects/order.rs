@@ -1,7 +1,7 @@
 //! History goes by time, wherever the readings stand in the table.
 
 use super::{ARCSEC, Campaign, SHARES, drives, fitted, typical_values};
-use cbpt_core::predict::Predictor;
+use cbpt_core::predict::{History, Predictor};
 
 const IDS: [&str; 6] = ["run_in", "drift", "thermal_preload", "wear", "creep", "friction_hysteresis"];
 
@@ -183,17 +183,36 @@ fn a_run_goes_on_where_the_one_before_it_ended() {
 fn every_run_may_start_anew() {
     let cut = cut_in_two();
     assert_eq!(cut.rows().unwrap().runs_that_go_on(), 1);
-    assert_eq!(cut.rows().unwrap().starting_anew().runs_that_go_on(), 0);
+    assert_eq!(cut.rows().unwrap().with_history(History::Anew).runs_that_go_on(), 0);
     let mut apart = cut_in_two();
     apart.time_s[9..].iter_mut().for_each(|time| *time -= 50.0);
     let [mut carried, mut rested] =
         [&cut, &apart].map(|campaign| predictor(campaign, &["friction_hysteresis"], false));
     let values = typical_values(&carried);
     let before = carried.predict(&values, &[]).unwrap();
-    carried.start_anew();
+    carried.take_history(History::Anew);
     let after = carried.predict(&values, &[]).unwrap();
     assert_eq!(after.angle_rad, rested.predict(&values, &[]).unwrap().angle_rad);
     assert_ne!(after.angle_rad, before.angle_rad);
+}
+
+/// Or goes on though each run has a clock of its own, or none; not after a leap of the torque, which no clock undoes.
+#[test]
+fn a_run_may_go_on_by_another_clock() {
+    let whole = under_friction(&table(&by_one_clock()[0]));
+    for edit in [|time: &mut f64| *time -= 50.0, |time: &mut f64| *time = 0.0] {
+        let mut apart = cut_in_two();
+        apart.time_s[9..].iter_mut().for_each(edit);
+        assert_eq!(apart.rows().unwrap().runs_that_go_on(), 0);
+        let mut predictor = predictor(&apart, &["friction_hysteresis"], false);
+        predictor.take_history(History::Carried);
+        let values = typical_values(&predictor);
+        let found = predictor.predict(&values, &fitted(&predictor)).unwrap();
+        assert_eq!((found.angle_rad, found.sensitivities), whole);
+    }
+    let mut leap = cut_in_two();
+    leap.torque_Nm[9..].iter_mut().for_each(|torque| *torque += 4.0);
+    assert_eq!(leap.rows().unwrap().with_history(History::Carried).runs_that_go_on(), 0);
 }
 
 /// After a leap of the torque, a turn of the input, another preload, by a clock that starts again or without one, a run is loaded

@@ -37,6 +37,7 @@ from cbpt.lab.model.priors import PRIORS
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.selection.fit_effects import best_fit
+from cbpt.lab.selection.history import with_its_history
 from cbpt.lab.wording import html, layout
 from cbpt.lab.wording.numbers import AngleUnit, angle_unit_of, rounded
 from cbpt.sketch import Series, sketch
@@ -256,6 +257,8 @@ def fit(
         case = Case.from_toml(case.to_toml())
     with one_blas_thread():
         campaign, notes = prepared(campaign_of(case, readings, own))
+        campaign, told = with_its_history(campaign)
+        notes += told
         fitter = Fitter(campaign, asked=ids)
         names = tuple(dict.fromkeys(e.partition(":")[0] for e in ids))
         found = best_fit(fitter, ids)

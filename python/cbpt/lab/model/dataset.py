@@ -9,6 +9,7 @@ from __future__ import annotations
 import tomllib
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,7 @@ from cbpt.lab.model.priors import LOT, PRIORS, Variant
 from cbpt.lab.readings.reader import Readings
 
 Floats = NDArray[np.float64]
+History = Literal["by clock", "anew", "carried"]
 Mask = NDArray[np.bool_]
 
 # Known no better than this where a table states no uncertainty; found from the scatter instead.
@@ -58,8 +60,9 @@ class Campaign:
     """Forms of the own effects that are to be fitted."""
     repeats: Repeats | None = None
     """What readings taken again say of the uncertainty, where that was asked."""
-    runs_start_anew: bool = False
-    """Whether friction starts anew at each run, also where a run begins as the last one ended."""
+    history: History = "by clock"
+    """Whether friction goes on where a run begins as the one before it ended: if both are timed by
+    one clock, at no run, or by whatever clocks."""
     zero_per_run: bool = False
     """Whether every run has an offset of its own, else all share one."""
 

@@ -54,8 +54,10 @@ class Assembled:
             None if r.temperature_degC is None else r.temperature_degC,
             None if r.cycle is None else np.asarray(r.cycle, dtype=np.float64),
         )
-        if campaign.runs_start_anew:
+        if campaign.history == "anew":
             self._predictor.start_anew()
+        elif campaign.history == "carried":
+            self._predictor.go_on()
         self.nothing = self._predictor.neutral()
         """Values at which every effect does nothing."""
         self.neutral = self.nothing.copy()

@@ -1,51 +1,72 @@
 """Whether friction goes on from run to run, or starts anew at each: what the readings say.
 
-    with_its_history  the campaign with that of the two which they follow better
+    with_its_history    the campaign with the history that its readings follow better
+    with_their_history  the same of campaigns on one rig, together
 
 Where a run begins as the one before it ended, a real reducer keeps the friction that this has left
 (loops that were cut into runs), unless it was released, reassembled or stood for long in between.
-No column says which. So where runs go on, friction alone is fitted both ways. Not of a torsion
-spring: play is as large as its loops, and friction alone takes it for a start of its own.
+The clocks of the runs should say which: one that starts again says that the reducer was at rest.
+Many rigs start a clock with each file all the same, and others release the reducer and let the
+clock go on. So where the two differ, friction is fitted both ways; of a torsion spring beside play,
+which is as large as its loops: friction alone would take it for a start of its own.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from cbpt.errors import InvalidInputError
 from cbpt.lab.inference.fit import Fitter
-from cbpt.lab.model.dataset import Campaign
+from cbpt.lab.model.dataset import Campaign, History
 from cbpt.lab.model.forward import Assembled
-from cbpt.lab.model.own_loops import FRICTION
+from cbpt.lab.model.own_loops import FRICTION, PLAY
 from cbpt.lab.model.spring_priors import library_of
 from cbpt.lab.selection.fit_effects import fits_of_forms
 from cbpt.lab.selection.rules import RULES
 
-_FRICTION = FRICTION.partition(".")[0]
+_FRICTION, _PLAY = (name.partition(".")[0] for name in (FRICTION, PLAY))
+_NOTES: dict[History, str] = {
+    "anew": "runs begin where the ones before them ended, but the readings show friction that "
+    "starts anew at each run: it faded or was released in between. For cbpt compare to take it so, "
+    "let time_s begin at 0 in each run",
+    "carried": "the readings show friction that goes on from run to run, though no common clock "
+    "says so. For cbpt compare to take it so, let time_s go on from run to run",
+}
 
 
 def with_its_history(campaign: Campaign) -> tuple[Campaign, list[str]]:
-    """The campaign, and a note where it is not as it is without a question: friction goes on."""
-    spring = campaign.drive.kind == "torsion_spring"
-    if spring or not Assembled(campaign, ()).runs_that_go_on:
-        return campaign, []
-    anew = replace(campaign, runs_start_anew=True)
-    if _log_evidence(anew) < _log_evidence(campaign) + RULES.log_rival_odds:
-        return campaign, []
-    return anew, [
-        "runs begin where the ones before them ended, but the readings show friction that starts "
-        "anew at each run: it faded or was released in between. For cbpt compare and cbpt fit to "
-        "take it so, let time_s begin at 0 in each run"
-    ]
+    """The campaign, and a note where it is not as its clocks say."""
+    [found], notes = with_their_history([campaign])
+    return found, notes
+
+
+def with_their_history(campaigns: Sequence[Campaign]) -> tuple[list[Campaign], list[str]]:
+    """The campaigns, all with one history or as their clocks say, and a note as above."""
+    as_timed = [*campaigns]
+    for history, note in _NOTES.items():
+        other = [replace(campaign, history=history) for campaign in campaigns]
+        differ = [pair for pair in zip(other, campaigns, strict=True) if _differ(*pair)]
+        gained = sum(_log_evidence(one) - _log_evidence(timed) for one, timed in differ)
+        if differ and gained >= RULES.log_rival_odds:
+            return other, [note]
+    return as_timed, []
+
+
+def _differ(one: Campaign, other: Campaign) -> bool:
+    """Whether not the same runs go on."""
+    runs = [Assembled(campaign, ()).runs_that_go_on for campaign in (one, other)]
+    return runs[0] != runs[1]
 
 
 def _log_evidence(campaign: Campaign) -> float:
-    """Of friction alone, in its best form."""
-    fitter = Fitter(campaign, [v for v in library_of(campaign, ()) if v.effect == _FRICTION])
+    """Of friction in its best form, of a torsion spring beside play."""
+    effects = [_FRICTION, _PLAY] if campaign.drive.kind == "torsion_spring" else [_FRICTION]
+    fitter = Fitter(campaign, [v for v in library_of(campaign, ()) if v.effect in effects])
     try:
-        fits = fits_of_forms(fitter, [_FRICTION])
+        fits = fits_of_forms(fitter, effects)
     except InvalidInputError:
         return -np.inf
     return max(fit.log_evidence for fit in fits.values())
