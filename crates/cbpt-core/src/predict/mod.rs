@@ -151,6 +151,12 @@ const KEPT_SHIFTS: usize = 2;
 /// other work too, a thread that has to be waited for takes longer than that.
 const WORTH_THREADS: usize = 2000;
 
+/// Which of the angles each row has.
+fn places_of_angles(rows: &Rows, angles_rad: &[f64]) -> Vec<usize> {
+    let place = |angle: f64| angles_rad.partition_point(|known| known.total_cmp(&angle).is_lt());
+    rows.by_run().iter().map(|row| place(row.input_angle_rad)).collect()
+}
+
 impl Predictor {
     /// A predictor of a reducer with the effects of these ids, on these rows. An id may stand more than once.
     ///
@@ -191,8 +197,7 @@ impl Predictor {
         let mut angles_rad: Vec<f64> = rows.by_run().iter().map(|row| row.input_angle_rad).collect();
         angles_rad.sort_by(f64::total_cmp);
         angles_rad.dedup_by_key(|angle| angle.to_bits());
-        let angle_of = |angle: f64| angles_rad.partition_point(|known| known.total_cmp(&angle).is_lt());
-        let angle_of_row = rows.by_run().iter().map(|row| angle_of(row.input_angle_rad)).collect();
+        let angle_of_row = places_of_angles(&rows, &angles_rad);
         let numbers = match &reducer {
             Reducer::BallDrive(drive) => DriveNumbers {
                 pitch_arm_m: f64::from(drive.deceleration().output_lobes())
@@ -205,7 +210,7 @@ impl Predictor {
                 planet_turn: 0.0,
             },
         };
-        let states = vec![RowState::default(); rows.len()];
+        let states = vec![RowState::default(); rows.by_run().len()];
         Ok(Self {
             reducer,
             numbers,
@@ -244,8 +249,9 @@ impl Predictor {
 
     /// From now on runs have another history.
     pub fn take_history(&mut self, history: History) {
-        self.rows = self.rows.clone().with_history(history);
-        self.cold();
+        self.rows = self.rows.with_history(history);
+        self.angle_of_row = places_of_angles(&self.rows, &self.angles_rad);
+        self.states = vec![RowState::default(); self.rows.by_run().len()];
     }
 
     /// Forgets the solutions of earlier calls: what follows is to the last bit what a new predictor would say. Meshing points
@@ -284,7 +290,7 @@ impl Predictor {
         // Kept whatever becomes of the call: they are solutions even where an own effect fails behind them. They are there
         // again where a call before this one was unwound.
         let mut states = std::mem::take(&mut self.states);
-        states.resize(self.rows.len(), RowState::default());
+        states.resize(self.rows.by_run().len(), RowState::default());
         let found = self.predicted(&call, &mut states);
         self.states = states;
         found

@@ -39,9 +39,13 @@ pub enum History {
     ByClock,
     /// No: the friction has faded, or was released.
     Anew,
-    /// Yes, by whatever clocks.
+    /// Yes, by whatever clocks. A run that no other leads to is no first one either, if it ends where it began: it goes on from
+    /// a repetition of itself that nobody measured.
     Carried,
 }
+
+/// Place in the table of a row that nobody measured.
+const UNMEASURED: usize = usize::MAX;
 
 /// Checked readings. Inside they stand run by run; what is given out is in the order of the table.
 #[derive(Debug, Clone, PartialEq)]
@@ -191,7 +195,7 @@ impl Rows {
 
     /// How many readings.
     pub fn len(&self) -> usize {
-        self.rows.len()
+        self.places.iter().filter(|place| **place != UNMEASURED).count()
     }
 
     /// Never: a table has at least one reading.
@@ -201,11 +205,46 @@ impl Rows {
 
     /// The same with another history.
     #[must_use]
-    pub fn with_history(self, history: History) -> Self {
-        Self { history, ..self }
+    pub fn with_history(&self, history: History) -> Self {
+        let mut this =
+            Self { rows: Vec::new(), places: Vec::new(), starts: vec![0], history, ..self.clone() };
+        for number in (0..self.runs()).filter(|number| self.places[self.starts[*number]] != UNMEASURED) {
+            let (run, places) = (&self.rows[self.run(number)], &self.places[self.run(number)]);
+            this.push(run, places);
+            let led_to = this.goes_on(this.runs() - 1);
+            if history == History::Carried && !led_to && run.len() > 2 && goes_on_from(run, run) {
+                // Before it and in no time.
+                let before = run.iter().map(|row| Row {
+                    time_s: run[0].time_s,
+                    temperature_difference_K: run[0].temperature_difference_K,
+                    ..*row
+                });
+                let before: Vec<Row> = before.collect();
+                this.pop();
+                this.push(&before, &vec![UNMEASURED; run.len()]);
+                this.push(run, places);
+            }
+        }
+        this
     }
 
-    /// How many runs go on from where the one before them ended.
+    /// One run more.
+    fn push(&mut self, run: &[Row], places: &[usize]) {
+        let first = self.rows.len();
+        self.rows.extend(run.iter().enumerate().map(|(i, row)| Row { place: first + i, ..*row }));
+        self.places.extend(places);
+        self.starts.push(self.rows.len());
+    }
+
+    /// Without the last run.
+    fn pop(&mut self) {
+        self.starts.pop();
+        let end = self.starts[self.starts.len() - 1];
+        self.rows.truncate(end);
+        self.places.truncate(end);
+    }
+
+    /// How many runs go on from where the one before them ended, measured or not.
     pub fn runs_that_go_on(&self) -> usize {
         (0..self.runs()).filter(|run| self.goes_on(*run)).count()
     }
@@ -248,22 +287,16 @@ impl Rows {
         found
     }
 
-    /// Whether a run begins where the one before it ended: by one clock where that counts, at the same input angle and preload,
-    /// and with a torque no further from the last one than neighbours of either run are. What friction holds does not fade in a
+    /// Whether a run begins where the one before it ended, by one clock where that counts. What friction holds does not fade in a
     /// pause.
-    #[allow(clippy::float_cmp)] // set, not measured: the same to the last bit, or moved
     fn goes_on(&self, number: usize) -> bool {
-        let by_clock = self.history == History::ByClock;
-        if number == 0 || self.history == History::Anew || by_clock && !self.one_clock {
+        if number == 0 || self.history == History::Anew {
             return false;
         }
         let (before, run) = (&self.rows[self.run(number - 1)], &self.rows[self.run(number)]);
-        let ([.., last], [first, ..]) = (before, run) else { return false };
-        let timed = [before, run].iter().all(|run| run.last().is_some_and(|row| row.run_time_s > 0.0));
-        (timed || !by_clock)
-            && first.input_angle_rad == last.input_angle_rad
-            && first.preload_N == last.preload_N
-            && (first.torque_Nm - last.torque_Nm).abs() <= largest_step_Nm(before).max(largest_step_Nm(run))
+        let timed = |run: &[Row]| run.last().is_some_and(|row| row.run_time_s > 0.0);
+        let by_one_clock = self.one_clock && timed(before) && timed(run);
+        (by_one_clock || self.history == History::Carried) && goes_on_from(before, run)
     }
 
     /// The readings cut where time starts again: all of them, or the runs.
@@ -276,16 +309,26 @@ impl Rows {
 
     /// From values run by run to the order of the table.
     pub(super) fn in_table_order<T: Clone>(&self, by_run: &[T], width: usize) -> Vec<T> {
-        let mut sorted = by_run.to_vec();
-        // Most tables are run by run already.
+        // Most tables are run by run already, and all measured.
         if self.places.is_sorted() {
-            return sorted;
+            return by_run.to_vec();
         }
-        for (values, &place) in by_run.chunks(width.max(1)).zip(&self.places) {
+        let mut sorted = by_run[..self.len() * width].to_vec();
+        let rows = by_run.chunks(width.max(1)).zip(&self.places);
+        for (values, &place) in rows.filter(|(_, place)| **place != UNMEASURED) {
             sorted[place * width..(place + 1) * width].clone_from_slice(values);
         }
         sorted
     }
+}
+
+/// Whether a run begins under the load under which another one ended, the torque as near as neighbours of either run are.
+#[allow(clippy::float_cmp)] // set, not measured: the same to the last bit, or moved
+fn goes_on_from(before: &[Row], run: &[Row]) -> bool {
+    let ([.., last], [first, ..]) = (before, run) else { return false };
+    first.input_angle_rad == last.input_angle_rad
+        && first.preload_N == last.preload_N
+        && (first.torque_Nm - last.torque_Nm).abs() <= largest_step_Nm(before).max(largest_step_Nm(run))
 }
 
 /// Largest change of the torque from one reading of a run to the next.

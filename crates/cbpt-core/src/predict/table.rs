@@ -82,7 +82,7 @@ impl Predictor {
         if friction {
             return self.rows.histories();
         }
-        let count = self.rows.len();
+        let count = self.rows.by_run().len();
         (0..count.div_ceil(CHUNK)).map(|i| i * CHUNK..((i + 1) * CHUNK).min(count)).collect()
     }
 

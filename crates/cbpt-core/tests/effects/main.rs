@@ -70,6 +70,7 @@ fn drives() -> [(&'static str, Drive); 4] {
 const SHARES: [f64; 14] =
     [0.0, 0.21, 0.43, 0.66, 0.93, 0.71, 0.38, 0.12, -0.27, -0.58, -0.87, -0.33, 0.11, 0.52];
 
+#[derive(Clone)]
 struct Campaign {
     run: Vec<i64>,
     time_s: Vec<f64>,

@@ -196,13 +196,19 @@ fn every_run_may_start_anew() {
     assert_ne!(after.angle_rad, before.angle_rad);
 }
 
-/// Or goes on though each run has a clock of its own, or none; not after a leap of the torque, which no clock undoes.
+/// Or goes on though each run has a clock of its own, or none.
 #[test]
 fn a_run_may_go_on_by_another_clock() {
     let whole = under_friction(&table(&by_one_clock()[0]));
+    // Under the largest torque: a run that ends there does not close.
+    let cut = || {
+        let mut campaign = cut_in_two();
+        campaign.run[5..].fill(2);
+        campaign
+    };
     for edit in [|time: &mut f64| *time -= 50.0, |time: &mut f64| *time = 0.0] {
-        let mut apart = cut_in_two();
-        apart.time_s[9..].iter_mut().for_each(edit);
+        let mut apart = cut();
+        apart.time_s[5..].iter_mut().for_each(edit);
         assert_eq!(apart.rows().unwrap().runs_that_go_on(), 0);
         let mut predictor = predictor(&apart, &["friction_hysteresis"], false);
         predictor.take_history(History::Carried);
@@ -210,9 +216,38 @@ fn a_run_may_go_on_by_another_clock() {
         let found = predictor.predict(&values, &fitted(&predictor)).unwrap();
         assert_eq!((found.angle_rad, found.sensitivities), whole);
     }
-    let mut leap = cut_in_two();
-    leap.torque_Nm[9..].iter_mut().for_each(|torque| *torque += 4.0);
-    assert_eq!(leap.rows().unwrap().with_history(History::Carried).runs_that_go_on(), 0);
+}
+
+/// A closed run that no other leads to goes on from a repetition of itself: as if that stood in the table before it.
+#[test]
+fn a_closed_run_may_have_been_repeated_before() {
+    let rows = |copies: usize| {
+        let torque_Nm = [0.0, 3.0, 6.0, 3.0, 0.0, -3.0, -6.0, -3.0, 0.0].repeat(copies);
+        let count = torque_Nm.len();
+        Campaign {
+            run: (0..count as i64).map(|place| place / 9).collect(),
+            time_s: (0..count).map(|place| place as f64).collect(),
+            torque_Nm,
+            preload_N: vec![600.0; count],
+            input_angle_rad: vec![0.2; count],
+            temperature_K: vec![0.0; count],
+            cycle: vec![0.0; count],
+        }
+    };
+    let (angles, slopes) = under_friction(&rows(2));
+    let mut predictor = predictor(&rows(1), &["friction_hysteresis"], false);
+    let values = typical_values(&predictor);
+    let wanted = fitted(&predictor);
+    let virgin = predictor.predict(&values, &wanted).unwrap();
+    assert_eq!(virgin.angle_rad, angles[..9]);
+    predictor.take_history(History::Carried);
+    assert_eq!((predictor.rows().len(), predictor.rows().runs_that_go_on()), (9, 1));
+    let found = predictor.predict(&values, &wanted).unwrap();
+    assert_eq!(found.angle_rad, angles[9..]);
+    assert_eq!(found.sensitivities, slopes[slopes.len() / 2..]);
+    assert_eq!(found.status.len(), 9);
+    predictor.take_history(History::ByClock);
+    assert_eq!(predictor.predict(&values, &wanted).unwrap(), virgin);
 }
 
 /// After a leap of the torque, a turn of the input, another preload, by a clock that starts again or without one, a run is loaded
