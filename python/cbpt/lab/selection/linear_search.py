@@ -8,6 +8,7 @@ single_offers  every variant of every effect
 variant_prices what the best variant of an effect exceeds their mean by
 set_offers     pairs, and triples
 leaders        the first sets without a lot of balls, and the first with one
+with_a_part    whether each set promises more than all that it contains
 additions_to   one effect more than those of a fit
 
 A set of signatures is a linear problem; its marginal likelihood follows from the Gram matrix of a
@@ -21,7 +22,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import product
+from itertools import combinations, product
 from typing import NamedTuple
 
 import numpy as np
@@ -79,6 +80,11 @@ class Offer:
     def has_lot(self) -> bool:
         """Whether a lot of balls is added."""
         return any(s.variant.spread for s in self.signatures)
+
+    @property
+    def curved(self) -> bool:
+        """Whether an effect is added that does not grow in proportion to its size."""
+        return any(s.secant for s in self.signatures)
 
 
 class Sets(NamedTuple):
@@ -140,6 +146,13 @@ class View:
         for members in self.stack.by_width(self.usable):
             score[members] = self.weighed(members[:, None])
         return score
+
+    @cached_property
+    def best_of_effects(self) -> Floats:
+        """The best score of each effect alone, by its number in the stack."""
+        best = np.full(self.stack.kind.max() + 1, -np.inf)
+        np.maximum.at(best, self.stack.kind, self.singles)
+        return best
 
     def pairs(self, count: int) -> Sets:
         """All pairs of the first `count` signatures that are of two effects and no lots."""
@@ -326,8 +339,12 @@ def set_offers(seen: Sequence[View], count: int) -> list[Offer]:
 def _exact(ranked: Iterable[tuple[Sets, View]]) -> list[Offer]:
     """The first sets of each view, weighed without a shortcut."""
     offers = []
-    for (_, members), view in ranked:
-        first = members[leaders(_with_lot(view, members), _LIMITS.exact)]
+    for (score, members), view in ranked:
+        # Many score well by one effect that says it all: they are not to crowd out the others.
+        alone = view.best_of_effects[view.stack.kind[members]].max(axis=1, initial=-np.inf)
+        lots, own = _with_lot(view, members), np.flatnonzero(score > alone)
+        places = {*leaders(lots, _LIMITS.exact), *own[leaders(lots[own], _LIMITS.exact)].tolist()}
+        first = members[sorted(places)]
         offers += view.offers(Sets(view.weighed(first), first))
     return offers
 
@@ -343,6 +360,22 @@ def leaders(lots: Sequence[bool] | NDArray[np.bool_], most: int) -> list[int]:
     score well."""
     with_lot = np.asarray(lots, dtype=bool)
     return [i for part in (~with_lot, with_lot) for i in np.flatnonzero(part)[:most].tolist()]
+
+
+def with_a_part(sets: Sequence[Offer], singles: Sequence[Offer]) -> list[bool]:
+    """Of sets whether they promise more than every set that they contain, so that each of their
+    effects has a part in it; else one is but a passenger of the others."""
+    best: dict[Names, float] = {}
+    for offer in (*singles, *sets):
+        best[offer.names] = max(offer.score, best.get(offer.names, -np.inf))
+    return [
+        all(
+            best.get(part, -np.inf) < offer.score
+            for size in range(1, len(offer.names))
+            for part in combinations(offer.names, size)
+        )
+        for offer in sets
+    ]
 
 
 def _pairs(view: View, count: int) -> Sets:

@@ -44,6 +44,7 @@ from cbpt.lab.selection.linear_search import (
     single_offers,
     variant_prices,
     views,
+    with_a_part,
 )
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.selection.setting import (
@@ -79,6 +80,8 @@ class _Effort:
     """Pairs and triples of the linear search that are fitted in full."""
     room: float = 6.0
     """Log odds below the best at which the linear search may see a set that is fitted."""
+    curved_room: float = 10.0
+    """The same where one of effects that need one another does not grow in proportion."""
     rounds: int = 4
     """Sets to which effects are added and from which they are taken."""
     additions: int = 3
@@ -92,6 +95,9 @@ class _Effort:
     """Log density by which it may."""
     modes_room: float = 10.0
     """Log odds below the best within which an effect is searched for other modes."""
+    curved: int = 2
+    """Sets of an effect that does not grow in proportion that are searched for other modes before
+    effects are added to any."""
     large: int = 6
     """Effects of a torsion spring, those of its best pairs, of which three are fitted at once."""
 
@@ -161,6 +167,7 @@ def compete(
     contest.fit_singles()
     contest.find_modes()
     contest.fit_sets()
+    contest.find_modes_of_sets()
     if campaign.drive.kind == "torsion_spring":
         contest.fit_together()
     contest.add_drop_swap()
@@ -232,22 +239,56 @@ class _Contest:
 
     def find_modes(self) -> None:
         """Other modes of the singles that are near the best."""
+        for names in self.near_best():
+            self.fits[names] = with_modes(self.fitter, self.fits[names], RULES.log_rival_odds)
+
+    def find_modes_of_sets(self) -> None:
+        """The same of sets with an effect that does not grow in proportion to its size, in the
+        form that it has: which of its peaks the fit ends at depends on where it begins."""
+        curved = {
+            names: forms
+            for names in sorted(self.near_best(), key=self.score, reverse=True)
+            if len(names) > 1
+            and (forms := [v for v in self.fits[names].hypothesis.variants if v.secants])
+            and self.has_a_part(names)
+        }
+        for names in list(curved)[: _EFFORT.curved]:
+            found = with_modes(self.fitter, self.fits[names], RULES.log_rival_odds, curved[names])
+            # In other forms, and of other effects, none were.
+            self.fits[names] = replace(found, modes_searched=False)
+
+    def near_best(self) -> list[Names]:
+        """Sets near the best that are better than the drive as stated."""
         best = max(self.score(n) for n in self.fits) - _EFFORT.modes_room
         least = max(best, self.setting.score(self.setting.null))
-        for names in [n for n in self.fits if self.score(n) > least]:
-            self.fits[names] = with_modes(self.fitter, self.fits[names], RULES.log_rival_odds)
+        return [n for n in self.fits if self.score(n) > least]
+
+    def has_a_part(self, names: Names) -> bool:
+        """Whether no set within a set is worth as much: it has no effect for a passenger."""
+        inner = (p for size in range(1, len(names)) for p in combinations(names, size))
+        return all(self.score(p) < self.score(names) for p in inner if p in self.fits)
 
     def fit_sets(self) -> None:
         """Pairs and triples that may beat every single one."""
         self.report("sets of effects", 0.5)
         offers = set_offers(self.views, len(self.setting.signatures))
         fitted = max(self.score(n) for n in self.fits) - _EFFORT.settled_room
-        least = {
+        top = {
             # What a lot promises, which can be any function, is no measure of the others.
-            lot: max((o.score for o in offers if o.has_lot == lot), default=0.0) - _EFFORT.room
+            lot: max((o.score for o in offers if o.has_lot == lot), default=0.0)
             for lot in (False, True)
         }
-        near = [o for o in offers if o.score > max(least[o.has_lot], fitted)]
+        # Of one effect that says nearly all and anything else there are more sets than are fitted;
+        # the best of them come up again as additions to it. Before them come sets of effects that
+        # need one another, and first those that may be worth far more than the linear problem
+        # sees: how an effect that does not grow in proportion changes another it leaves out.
+        parted = dict(zip(offers, with_a_part(offers, self.singles), strict=True))
+        near = []
+        for offer, has_part in parted.items():
+            room = _EFFORT.curved_room if has_part and offer.curved else _EFFORT.room
+            if offer.score > max(top[offer.has_lot] - room, fitted):
+                near.append(offer)
+        near.sort(key=lambda o: (not parted[o], not (parted[o] and o.curved)))
         near = [near[i] for i in leaders([o.has_lot for o in near], _EFFORT.sets)]
         for number, offer in enumerate(near, 1):
             self.fit_offer(offer)
