@@ -26,6 +26,7 @@ from cbpt.lab.selection.linear_search import (
     set_offers,
     single_offers,
     views,
+    with_a_part,
 )
 from cbpt.lab.selection.setting import Setting, prepare
 from common import mostly_long
@@ -286,6 +287,18 @@ def test_sets_without_a_lot_have_places_of_their_own() -> None:
     pair."""
     kept = leaders([True] * 38 + [False] * 18, 12)
     assert kept == [*range(38, 50), *range(12)]
+
+
+def test_a_set_has_a_part_where_it_promises_more_than_all_that_it_contains() -> None:
+    """Creep and its loss of preload need one another; what comes third is a passenger."""
+    seen = [view_under(Noise())]
+    singles, sets = single_offers(seen), set_offers(seen, len(seen[0].signatures))
+    promised = {o.names: o.score for o in (*reversed(singles), *sets)}
+    for offer, has_part in zip(sets, with_a_part(sets, singles), strict=True):
+        inner = [p for k in range(1, len(offer.names)) for p in combinations(offer.names, k)]
+        assert has_part == all(promised.get(p, -np.inf) < offer.score for p in inner)
+        if set(PAIR) <= set(offer.names):
+            assert has_part == (offer.names == PAIR)
 
 
 # --- a pair that white noise hides --------------------------------------------------------
