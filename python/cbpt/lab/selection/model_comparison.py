@@ -167,6 +167,7 @@ def compete(
     contest.fit_singles()
     contest.find_modes()
     contest.fit_sets()
+    contest.add_to_curved()
     contest.find_modes_of_sets()
     if campaign.drive.kind == "torsion_spring":
         contest.fit_together()
@@ -241,6 +242,23 @@ class _Contest:
         """Other modes of the singles that are near the best."""
         for names in self.near_best():
             self.fits[names] = with_modes(self.fitter, self.fits[names], RULES.log_rival_odds)
+
+    def add_to_curved(self) -> None:
+        """What goes with an effect that does not grow in proportion to its size, about its fit.
+
+        About the drive as stated the numbers of the drive stand in for both, far from where they
+        are beside both, and the linear problem may see nothing of either.
+        """
+        best = max(self.fits, key=self.score)
+        least = self.score(best) - _EFFORT.settled_room
+        for names in [n for n in self.fits if len(n) == 1 and best and self.score(n) > least]:
+            fit = self.fits[names]
+            if any(v.secants for v in fit.hypothesis.variants):
+                offers = (forms[0] for forms in additions_to(self.setting, fit))
+                near = self.score(names) - _EFFORT.room
+                fresh = [o for o in offers if o.score > near and self.falls_short(o)]
+                for offer in fresh[: _EFFORT.curved]:
+                    self.fit_offer(offer)
 
     def find_modes_of_sets(self) -> None:
         """The same of sets with an effect that does not grow in proportion to its size, in the
@@ -352,7 +370,12 @@ class _Contest:
     def falls_short(self, offer: Offer) -> bool:
         """Whether no fit of a set is near what is offered."""
         known = self.fits.get(offer.names)
-        return known is None or self.setting.score(known) < offer.score - _EFFORT.room
+        if known is None:
+            return True
+        # What gains nothing over what it is added to is no more than its base, however it ends.
+        gains = offer.base is not None and offer.score > self.setting.score(offer.base)
+        room = _EFFORT.worse if gains else _EFFORT.room
+        return self.setting.score(known) < offer.score - room
 
     def drop(self, names: Names, again: bool = False) -> None:
         """All sets of one effect less than a set; `again`: those that are fitted too, from its
