@@ -375,12 +375,19 @@ impl Predictor {
         self.look(py, |predictor| predictor.rows().runs_that_go_on())
     }
 
+    /// How many runs go on from a repetition of themselves that nobody measured.
+    #[getter]
+    fn runs_repeated_before(&self, py: Python<'_>) -> usize {
+        self.look(py, |predictor| predictor.rows().runs_repeated_before())
+    }
+
     /// From now on every run is loaded from rest: friction has faded, or was released, since the run before.
     fn start_anew(&self, py: Python<'_>) {
         self.take_history(py, predict::History::Anew);
     }
 
-    /// From now on every run that begins where the one before it ended goes on from there, by whatever clocks.
+    /// From now on every run that begins where the one before it ended goes on from there, by whatever clocks; and a run that
+    /// no other leads to goes on from a repetition of itself, if it ends where it began.
     fn go_on(&self, py: Python<'_>) {
         self.take_history(py, predict::History::Carried);
     }

@@ -244,9 +244,14 @@ impl Rows {
         self.places.truncate(end);
     }
 
-    /// How many runs go on from where the one before them ended, measured or not.
+    /// How many runs go on from where the one before them ended, without those that do from a repetition of themselves.
     pub fn runs_that_go_on(&self) -> usize {
-        (0..self.runs()).filter(|run| self.goes_on(*run)).count()
+        (0..self.runs()).filter(|run| self.goes_on(*run)).count() - self.runs_repeated_before()
+    }
+
+    /// How many runs go on from a repetition of themselves that nobody measured.
+    pub fn runs_repeated_before(&self) -> usize {
+        (0..self.runs()).filter(|run| self.places[self.starts[*run]] == UNMEASURED).count()
     }
 
     /// How many runs.

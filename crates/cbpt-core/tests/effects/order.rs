@@ -241,7 +241,8 @@ fn a_closed_run_may_have_been_repeated_before() {
     let virgin = predictor.predict(&values, &wanted).unwrap();
     assert_eq!(virgin.angle_rad, angles[..9]);
     predictor.take_history(History::Carried);
-    assert_eq!((predictor.rows().len(), predictor.rows().runs_that_go_on()), (9, 1));
+    let rows = predictor.rows();
+    assert_eq!((rows.len(), rows.runs_that_go_on(), rows.runs_repeated_before()), (9, 0, 1));
     let found = predictor.predict(&values, &wanted).unwrap();
     assert_eq!(found.angle_rad, angles[9..]);
     assert_eq!(found.sensitivities, slopes[slopes.len() / 2..]);

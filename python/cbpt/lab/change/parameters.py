@@ -95,7 +95,8 @@ def unchanged_of(weighed: Weighed) -> list[Unchanged]:
     best, levels = weighed.best.fit, weighed.best.levels
     rivals = {name for group in weighed.rivals for name in group}
     for group in groups_of(levels):
-        if weighed.changed(group.effect) >= RULES.undecided or group.effect in rivals:
+        # What may have changed stands under `perhaps`.
+        if weighed.changed(group.effect) > RULES.likely or group.effect in rivals:
             continue
         place = group.unknowns[0]
         value, u = _si(levels, best.value(0, place), place)

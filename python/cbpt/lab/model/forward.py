@@ -100,6 +100,11 @@ class Assembled:
         """Runs that begin where the one before them ended, with the friction that it has left."""
         return self._predictor.runs_that_go_on
 
+    @property
+    def runs_repeated_before(self) -> int:
+        """Runs that go on from a repetition of themselves that nobody measured."""
+        return self._predictor.runs_repeated_before
+
     def cold(self) -> None:
         """What is asked next does not depend, to the last bit, on what was asked before."""
         self._predictor.cold()

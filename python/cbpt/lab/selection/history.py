@@ -8,7 +8,9 @@ Where a run begins as the one before it ended, a real reducer keeps the friction
 The clocks of the runs should say which: one that starts again says that the reducer was at rest.
 Many rigs start a clock with each file all the same, and others release the reducer and let the
 clock go on. So where the two differ, friction is fitted both ways; of a torsion spring beside play,
-which is as large as its loops: friction alone would take it for a start of its own.
+which is as large as its loops: friction alone would take it for a start of its own. There a single
+loop is asked as well whether it was the first one: a ball drive turns little, so little of its loop
+is a first loading, and the question is not worth its time.
 """
 
 from __future__ import annotations
@@ -57,8 +59,10 @@ def with_their_history(campaigns: Sequence[Campaign]) -> tuple[list[Campaign], l
 
 def _differ(one: Campaign, other: Campaign) -> bool:
     """Whether not the same runs go on."""
-    runs = [Assembled(campaign, ()).runs_that_go_on for campaign in (one, other)]
-    return runs[0] != runs[1]
+    first, second = (Assembled(campaign, ()) for campaign in (one, other))
+    repeated = first.runs_repeated_before != second.runs_repeated_before
+    spring = one.drive.kind == "torsion_spring"
+    return first.runs_that_go_on != second.runs_that_go_on or (spring and repeated)
 
 
 def _log_evidence(campaign: Campaign) -> float:
