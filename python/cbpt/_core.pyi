@@ -3,12 +3,12 @@ Mechanics of a cycloid ball planetary transmission, compiled.
 """
 
 from _typeshed import SupportsGetItem, SupportsLenAndGetItem
-from numpy import float64, int64, uint32, uint8
+from numpy import bool_, float64, int64, uint32, uint8
 from numpy.typing import NDArray
 from os import PathLike
 from typing import Any, SupportsFloat, SupportsIndex, final
 
-__all__ = ["Case", "Drive", "Effect", "EffectParameter", "EffectSpec", "Enclosure", "Finding", "Friction", "FrictionContact", "LargestAngle", "NoisePolynomials", "OwnEffect", "PairFriction", "PairSolution", "Prediction", "Predictor", "PreloadThresholds", "Sensitivities", "Sensitivity", "Solution", "SweepCsv", "SweepPlan", "SweepTally", "Thresholds", "Unit", "ball_loads", "design_number", "design_numbers", "effect_specs", "example_case", "friction_of_loads", "held_at_bounds", "is_sweep_plan", "judge_designs", "log_scale_prior", "noise_products", "own_effect_variables", "painted", "quadratic_step", "run_command_line", "search_noise", "solve_angles", "sweep_findings", "sweep_statuses", "take_out", "terminal_colour", "terminal_width", "text_table", "unit_size", "units"]
+__all__ = ["Case", "Drive", "Effect", "EffectParameter", "EffectSpec", "Enclosure", "Finding", "Friction", "FrictionContact", "LargestAngle", "Misfit", "NoisePolynomials", "OwnEffect", "PairFriction", "PairSolution", "Prediction", "Predictor", "PreloadThresholds", "Seen", "Sensitivities", "Sensitivity", "Solution", "SweepCsv", "SweepPlan", "SweepTally", "Thresholds", "Unit", "Whitener", "ball_loads", "design_number", "design_numbers", "effect_specs", "example_case", "friction_of_loads", "held_at_bounds", "is_sweep_plan", "judge_designs", "log_scale_prior", "noise_products", "own_effect_variables", "painted", "quadratic_step", "run_command_line", "search_noise", "solve_angles", "sweep_findings", "sweep_statuses", "take_out", "terminal_colour", "terminal_width", "text_table", "unit_size", "units"]
 
 @final
 class Case:
@@ -716,6 +716,82 @@ class LargestAngle:
         """
 
 @final
+class Misfit:
+    """
+    Misfit of n readings with the priors of p unknowns.
+
+    Parameters
+    ----------
+    readings : array, shape (n,)
+        In arcsec.
+    offsets : array, shape (n, k)
+        Columns of what is always free, whitened.
+    whitener : Whitener
+        Of the noise.
+    unknowns : tuple of array, shape (p,)
+        Place among the values of the model, mean of the prior, one step, precision of the prior by steps (0: none), whether it is
+        searched in logarithms, and the least and the most that it can be.
+    """
+    def __new__(cls, /, readings: NDArray[float64], offsets: NDArray[float64], whitener: Whitener, unknowns: tuple[NDArray[int64], NDArray[float64], NDArray[float64], NDArray[float64], NDArray[bool_], NDArray[float64], NDArray[float64]]) -> Misfit: ...
+    def at(self, /, point: tuple[NDArray[float64], NDArray[float64], NDArray[float64]]) -> Seen:
+        """
+        What is seen at a point: values, angles in arcsec, slopes by the unknowns. Without slopes only the misfit and the
+        readings less model.
+        """
+    def columns(self, /, point: tuple[NDArray[float64], NDArray[float64], NDArray[float64]]) -> NDArray[float64]:
+        """
+        Slopes by one step of each unknown, arcsec, shape (n, p).
+        """
+    def coordinates(self, /, values: NDArray[float64]) -> NDArray[float64]:
+        """
+        Of the unknowns at some values, logarithms where they are searched in these, shape (p,).
+        """
+    def search(self, /, predictor: Predictor, start: tuple[NDArray[float64], NDArray[float64], NDArray[float64]], steps: SupportsIndex, bound: SupportsFloat | SupportsIndex) -> tuple[tuple[NDArray[float64], NDArray[float64], NDArray[float64]] | None, bool]:
+        """
+        The most probable point, ``None`` where that is the start, and whether the search came to its end.
+
+        Parameters
+        ----------
+        predictor : Predictor
+            Of the readings; goes on from the solutions that it has.
+        start : tuple of array
+            Values, angles in arcsec, and slopes by the unknowns, as those of the point returned.
+        steps : int
+            Predictions after which it ends.
+        bound : float
+            It ends where what the last step promises stays above this misfit.
+
+        Raises
+        ------
+        numpy.linalg.LinAlgError
+            Where slopes are not finite.
+        InvalidInputError
+            For a value out of its bounds.
+        """
+    def step(self, /, seen: Seen, radius: SupportsFloat | SupportsIndex, scale: NDArray[float64]) -> tuple[NDArray[float64], float]:
+        """
+        The step, shape (p,), that the linear problem asks for within the bounds, and what it promises.
+
+        Parameters
+        ----------
+        seen : Seen
+            With slopes.
+        radius : float
+            The longest step.
+        scale : array, shape (p,)
+            By which each unknown is measured, above 0.
+
+        Raises
+        ------
+        numpy.linalg.LinAlgError
+            Where the slopes are not finite.
+        """
+    def values_at(self, /, values: NDArray[float64], coordinates: NDArray[float64]) -> NDArray[float64]:
+        """
+        Some values with the unknowns at these coordinates.
+        """
+
+@final
 class NoisePolynomials:
     """
     Products of columns through a noise of any scale and correlation, of readings that differences whiten.
@@ -1153,6 +1229,52 @@ class PreloadThresholds:
     def torque_Nm(self, /) -> float:
         """
         Torque on the output, N m.
+        """
+
+@final
+class Seen:
+    """
+    What a misfit sees of a point: n readings less model, and p columns.
+    """
+    @property
+    def coordinates(self, /) -> NDArray[float64]:
+        """
+        Of the unknowns, logarithms where they are searched in these, shape (p,).
+        """
+    @property
+    def misfit(self, /) -> float:
+        """
+        Whitened misfit after the best offsets, and priors.
+        """
+    @property
+    def off(self, /) -> NDArray[float64]:
+        """
+        Unknowns off the mean of their priors, in steps, shape (p,); 0 where there is no prior.
+        """
+    @property
+    def reach(self, /) -> NDArray[float64]:
+        """
+        How far readings and priors see one step of each unknown, in standard deviations, shape (p,).
+        """
+    @property
+    def x(self, /) -> NDArray[float64]:
+        """
+        Slopes by one step of each unknown, whitened, shape (n, p).
+        """
+    @property
+    def x_left(self, /) -> NDArray[float64]:
+        """
+        As ``x``, less what the offsets take.
+        """
+    @property
+    def y(self, /) -> NDArray[float64]:
+        """
+        Readings less model, whitened, shape (n,).
+        """
+    @property
+    def y_left(self, /) -> NDArray[float64]:
+        """
+        As ``y``, less what the offsets take.
         """
 
 @final
@@ -1631,6 +1753,34 @@ class Unit:
     def written(self, /) -> str:
         """
         How it is written in a sentence, as in ``5 N m``.
+        """
+
+@final
+class Whitener:
+    """
+    A root of the inverse of a covariance of n readings.
+
+    Parameters
+    ----------
+    inverse : array, shape (n,)
+        One over the standard deviation of each reading.
+    correlation : float
+        From a reading to the next of its run.
+    before : array of int, shape (n,)
+        The reading before each one in its run, or -1.
+    offsets : tuple of array, optional
+        Run of each reading, shape (n,); a column of ones, whitened, shape (n,); by how much each run's is shortened over its
+        square, shape (runs,).
+    shared : list of tuple of array
+        Of what moves many readings at once: orthonormal axes, shape (n, k), and by how much each is shortened, shape (k,).
+    stretches : list of tuple of array
+        Of noise that no differences whiten: readings that follow each other, so many stretches of m one after the other, shape
+        (stretches * m,), and below each other the inverse factors of their covariance, shape (stretches * m, m).
+    """
+    def __new__(cls, /, inverse: NDArray[float64], correlation: SupportsFloat | SupportsIndex, before: NDArray[int64], offsets: tuple[NDArray[int64], NDArray[float64], NDArray[float64]] | None, shared: SupportsGetItem[int, tuple[NDArray[float64], NDArray[float64]]], stretches: SupportsGetItem[int, tuple[NDArray[int64], NDArray[float64]]]) -> Whitener: ...
+    def whitened(self, /, columns: NDArray[float64]) -> NDArray[float64]:
+        """
+        Columns of shape (n, m), whitened.
         """
 
 def ball_loads(drive: Drive, torque_Nm: SupportsFloat | SupportsIndex, preload_N: SupportsFloat | SupportsIndex, input_angle_rad: NDArray[float64]) -> tuple[NDArray[float64], NDArray[float64], NDArray[float64], NDArray[float64], NDArray[float64], NDArray[float64]]:

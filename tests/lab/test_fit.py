@@ -6,7 +6,6 @@ Groups: values come back; uncertainties cover; evidence; bounds; starts; what wa
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import cast
 
 import numpy as np
 import pytest
@@ -20,7 +19,7 @@ from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter, Race
 from cbpt.lab.inference.gauss_newton import Problem, point_at, search
 from cbpt.lab.inference.hypothesis import Hypothesis
-from cbpt.lab.model.forward import Assembled, Point
+from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.own_terms import campaign_of
 from cbpt.lab.model.priors import ARCSEC, PRIORS, VARIANTS, joints, soft_plays
 from cbpt.lab.selection.fit_effects import best_fit
@@ -545,33 +544,6 @@ def test_no_step_goes_uphill(seed: int) -> None:
         assert promised >= -1e-9 * problem.objective(point)
         at = problem.coordinates(point) + step * problem.unit
         assert (at >= problem.low - 1e-12).all() and (at <= problem.high + 1e-12).all()
-
-
-class Bent:
-    """A valley that turns aside: only a short step leads down."""
-
-    unknowns = (None, None)
-
-    def objective(self, point: Floats) -> float:
-        return float(point @ point)
-
-    def seen(self, point: Floats) -> Floats:
-        return np.ones(len(point))
-
-    def step(self, point: Floats, radius: float, scale: Floats) -> tuple[Floats, float]:
-        length = float(np.linalg.norm(point))
-        far = 0.5 * length < radius
-        step = 0.5 * point if far else -min(radius / length, 0.5) * point
-        return step, length**2 if far else length**2 - float((point + step) @ (point + step))
-
-    def moved(self, point: Floats, step: Floats) -> Floats:
-        return np.asarray(point + step)
-
-
-def test_a_search_that_is_stuck_goes_on_with_shorter_steps() -> None:
-    start = np.array([3.0, -4.0])
-    end, _ = search(cast(Problem, Bent()), cast(Point, start), 40)
-    assert Bent().objective(cast(Floats, end)) < 1.0
 
 
 def test_a_lot_of_balls_is_found_from_equal_balls_though_some_lose_touch() -> None:

@@ -115,6 +115,7 @@ CORE_USES: dict[str, set[str]] = {
         *("reducer", "torsion_spring", "transmission", "sweep", "units"),
     },
     "fit": {"effect", "error", "predict"},
+    "posterior": {"covariance", "error", "predict", "solver", "units"},
     "turn": {"as_made", "drive", "equilibrium", "pair", "status", "sweep", "transmission"},
     "preload": {
         *("drive", "equilibrium", "geometry", "pair", "period", "real", "transmission", "turn"),

@@ -18,7 +18,7 @@
 //! - [`friction`]: losses at the contacts, efficiency, wear; [`strength`]: static safety, preload window, vibration;
 //! - [`cost`]: friction, safety and vibration by name, and how they answer to design numbers; [`judge`]: many designs;
 //! - [`effect`]: the library of effects; [`predict`]: a drive with effects on a table of readings; [`fit`]: that against
-//!   measured angles; [`covariance`]: how readings scatter together;
+//!   measured angles; [`covariance`]: how readings scatter together; [`posterior`]: the most probable numbers under that scatter;
 //! - [`units`]: the one table of units;
 //! - [`error`]: bad input. A load that cannot be carried is a [`Status`], not an error.
 //!
@@ -43,6 +43,7 @@ pub mod interval;
 pub mod judge;
 pub mod pair;
 mod period;
+pub mod posterior;
 pub mod predict;
 pub mod preload;
 pub mod real;

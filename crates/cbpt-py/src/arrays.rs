@@ -4,6 +4,7 @@ use std::convert::Infallible;
 
 use nalgebra::{DMatrix, DVector};
 use numpy::ndarray::{ArrayView1, Dimension, Ix1, Ix2};
+use numpy::npyffi::NPY_ORDER;
 use numpy::{Element, PyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::inspect::PyStaticExpr;
 use pyo3::prelude::*;
@@ -32,6 +33,14 @@ impl<'py, T: Element> Table<'py, T> {
     pub fn of_rows(py: Python<'py>, values: &[T], rows: usize) -> PyResult<Self> {
         let width = values.len().checked_div(rows).unwrap_or(0);
         Ok(Self(PyArray1::from_slice(py, values).reshape([rows, width])?))
+    }
+}
+
+impl<'py> Table<'py, f64> {
+    /// Columns of so many rows, one after the other in `values`.
+    pub fn of_columns(py: Python<'py>, values: &[f64], rows: usize) -> PyResult<Self> {
+        let shape = [rows, values.len().checked_div(rows).unwrap_or(0)];
+        Ok(Self(PyArray1::from_slice(py, values).reshape_with_order(shape, NPY_ORDER::NPY_FORTRANORDER)?))
     }
 }
 
@@ -89,6 +98,9 @@ pub type Floats<'py> = Argument<'py, f64>;
 /// An argument: int64 of shape (n,).
 pub type Integers<'py> = Argument<'py, i64>;
 
+/// An argument: bool of shape (n,).
+pub type Flags<'py> = Argument<'py, bool>;
+
 impl<T: Element> Argument<'_, T> {
     pub fn view(&self) -> ArrayView1<'_, T> {
         self.0.as_array()
@@ -122,6 +134,11 @@ impl Matrix<'_> {
         let view = self.0.as_array();
         let (rows, columns) = view.dim();
         DMatrix::from_row_iterator(rows, columns, view.iter().copied())
+    }
+
+    /// A copy, row by row.
+    pub fn by_rows(&self) -> Vec<f64> {
+        self.0.as_array().iter().copied().collect()
     }
 }
 

@@ -36,8 +36,7 @@ pub fn quadratic_step<'py>(
     radius: f64,
 ) -> PyResult<(Column<'py, f64>, f64)> {
     let problem = Quadratic { curved: curved.matrix(), slope: slope.vector(), scale: scale.vector(), radius };
-    let numbers = problem.curved.iter().chain(&problem.slope).chain(&problem.scale);
-    if !numbers.copied().all(f64::is_finite) {
+    if !problem.is_finite() {
         return Err(not_positive(py));
     }
     let Ok(step) = step_within(&problem, &bounds.0.vector(), &bounds.1.vector());

@@ -264,13 +264,23 @@ impl Predictor {
         py: Python<'_>,
         work: impl FnOnce(&mut predict::Predictor) -> Result<T, cbpt_core::InvalidInput> + Send,
     ) -> PyResult<T> {
+        self.locked(py, work)?.map_err(|error| self.told(py, &error))
+    }
+
+    /// Has the predictor at work, without the GIL.
+    pub fn locked<T: Send>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&mut predict::Predictor) -> T + Send,
+    ) -> PyResult<T> {
         // What a panic would leave behind are only starts of iterations.
-        detached(py, || work(&mut self.predictor.lock().unwrap_or_else(PoisonError::into_inner)))?
-            // What a function of Python raised is the user's to see, not how it was told on the way.
-            .map_err(|error| {
-                let raised = self.own.iter().find_map(|own| own.get().raised());
-                raised.unwrap_or_else(|| invalid_input(py, &error))
-            })
+        detached(py, || work(&mut self.predictor.lock().unwrap_or_else(PoisonError::into_inner)))
+    }
+
+    /// What a function of Python raised is the user's to see, not how it was told on the way.
+    pub fn told(&self, py: Python<'_>, error: &cbpt_core::InvalidInput) -> PyErr {
+        let raised = self.own.iter().find_map(|own| own.get().raised());
+        raised.unwrap_or_else(|| invalid_input(py, error))
     }
 
     /// Looks at the predictor without holding Python back: a function of Python may be at work in it.

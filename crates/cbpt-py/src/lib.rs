@@ -8,7 +8,7 @@
 //! - `angles`, `friction_loads`: many loads; `design`: many designs;
 //! - `sweep`: plans of sweeps, their rows and files;
 //! - `turn`: what each ball carries;
-//! - `covariance`: the search for a noise; `bounded`: the step of a linear problem within bounds;
+//! - `covariance`: the search for a noise; `posterior`: that for the most probable values under it; `bounded`: the step of a linear problem within bounds;
 //! - `units`: the table of units;
 //! - `effects`: the library of effects, and a drive with effects on a table of readings.
 
@@ -32,6 +32,7 @@ mod friction_loads;
 mod given;
 mod interrupt;
 mod own;
+mod posterior;
 mod preload;
 mod sensitivity;
 mod solution;
@@ -71,6 +72,8 @@ mod _core {
     use super::friction_loads::friction_of_loads;
     #[pymodule_export]
     use super::own::{OwnEffect, own_effect_variables};
+    #[pymodule_export]
+    use super::posterior::{Misfit, Seen, Whitener};
     #[pymodule_export]
     use super::preload::{PreloadThresholds, Thresholds};
     #[pymodule_export]

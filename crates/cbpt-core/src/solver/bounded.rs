@@ -112,6 +112,11 @@ pub struct Quadratic {
 }
 
 impl Quadratic {
+    /// Whether all of its numbers are.
+    pub fn is_finite(&self) -> bool {
+        self.curved.iter().chain(&self.slope).chain(&self.scale).copied().all(f64::is_finite)
+    }
+
     /// What a step promises to gain.
     pub fn promised(&self, step: &DVector<f64>) -> f64 {
         2.0 * step.dot(&self.slope) - step.dot(&(&self.curved * step))

@@ -22,6 +22,7 @@ rank. Beside R the autoregression is whitened stretch by stretch, and so is H.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -308,24 +309,18 @@ class Whitener:
         none = np.zeros(0)
         return cls(rows, 1 / sd, noise.correlation, none, none, log_det, tuple(blocks))
 
+    @cached_property
+    def compiled(self) -> _core.Whitener:
+        """Its parts as `crates/cbpt-core/src/covariance/whitener.rs` takes them."""
+        offsets = (self.rows.run_index, self.ones, self.shrink) if self.ones.size else None
+        stretches = [(at.reshape(-1), f.reshape(-1, at.shape[1])) for at, f in self.blocks]
+        return _core.Whitener(
+            self.inverse, self.correlation, self.rows.before, offsets, self.shared, stretches
+        )
+
     def __call__(self, columns: Floats) -> Floats:
         wide = columns.reshape(len(columns), -1)
-        out = np.empty(wide.shape) if self.blocks else wide * self.inverse[:, None]
-        for at, inverse in self.blocks:
-            out[at.reshape(-1)] = np.matmul(inverse, wide[at]).reshape(-1, wide.shape[1])
-        if self.correlation and not self.blocks:
-            follows = self.rows.before >= 0
-            past = out[self.rows.before[follows]]
-            out[follows] = (out[follows] - self.correlation * past) / np.sqrt(
-                1 - self.correlation**2
-            )
-        if self.ones.size:
-            index = self.rows.run_index
-            sums = self.rows.sums(out * self.ones[:, None])
-            out = out - self.ones[:, None] * (sums * self.shrink[:, None])[index]
-        for axes, shorter in self.shared:
-            out = out - axes @ (shorter[:, None] * (axes.T @ out))
-        return out.reshape(columns.shape)
+        return self.compiled.whitened(wide).reshape(columns.shape)
 
 
 def cholesky(a: Floats) -> Floats:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt._core import Drive, Prediction, Predictor
+from cbpt._core import Drive, Misfit, Prediction, Predictor
 from cbpt.lab.model.dataset import Campaign
 from cbpt.results import ARCSEC_PER_RAD
 
@@ -35,6 +35,11 @@ class Point:
     """Shape (n,); NaN where there is no solution."""
     slopes: Floats = field(repr=False)
     """Shape (n, wanted), arcsec per SI unit of the parameter."""
+
+    @property
+    def parts(self) -> tuple[Floats, Floats, Floats]:
+        """As compiled code takes them."""
+        return self.values, self.angle_arcsec, self.slopes
 
 
 class Assembled:
@@ -112,6 +117,11 @@ class Assembled:
     def at(self, values: Floats, wanted: Sequence[int] = ()) -> Point:
         """Prediction and the slopes of the wanted parameters."""
         return _point(values, self._predictor.predict(values, list(wanted)))
+
+    def search(self, misfit: Misfit, start: Point, steps: int, bound: float) -> tuple[Point, bool]:
+        """The most probable point from a start, and whether the search came to its end."""
+        found, ended = misfit.search(self._predictor, start.parts, steps, bound)
+        return Point(*found) if found else start, ended
 
     def states(self, values: Floats) -> tuple[Floats, NDArray[np.str_]]:
         """Angle in arcsec and status of each row."""
