@@ -1142,6 +1142,10 @@ class Predictor:
     InvalidInputError
         Names column, row and rule.
     """
+    def __copy__(self, /) -> Predictor:
+        """
+        Another one like it, for a thread of its own.
+        """
     def __new__(cls, /, drive: Drive, effects: SupportsGetItem[int, str | OwnEffect], run: NDArray[int64], time_s: NDArray[float64], torque_Nm: NDArray[float64], preload_N: NDArray[float64] | None, input_angle_rad: NDArray[float64], temperature_K: NDArray[float64] | None = None, cycle: NDArray[float64] | None = None) -> Predictor: ...
     def __repr__(self, /) -> str: ...
     def cold(self, /) -> None:

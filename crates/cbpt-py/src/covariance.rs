@@ -76,6 +76,9 @@ pub fn noise_products<'py>(
     Ok((Table::of_rows(py, gram.as_slice(), gram.nrows())?, log_det))
 }
 
+/// Of a search: see `search_noise`.
+type Given = (usize, usize, f64, f64, f64, f64, f64);
+
 /// The noise that makes readings most likely, and its log likelihood with the prior of the scale, less its price.
 ///
 /// Parameters
@@ -108,14 +111,40 @@ pub fn search_noise(
     products: NoiseProducts<'_>,
     columns: (Floats<'_>, usize),
     start: (f64, f64, f64),
-    given: (usize, usize, f64, f64, f64, f64, f64),
+    given: Given,
     structures: bool,
 ) -> PyResult<(f64, f64, f64, f64)> {
-    let (readings, runs, typical, stated_dof, least_scale, most_correlation, price) = given;
-    let task = Task {
-        whitened: &products,
-        shared: columns.1,
-        precision: &columns.0.view().to_vec(),
+    let precision = columns.0.view().to_vec();
+    let (start, shared): ([f64; 3], usize) = (start.into(), columns.1);
+    let found = match &products {
+        NoiseProducts::Polynomials(polynomials) => {
+            let polynomials = &polynomials.0;
+            let found = py.detach(|| task(polynomials, (&precision, shared), given).solve(start, structures));
+            found.map_err(|failed| match failed {
+                Failed::Products(never) => match never {},
+                Failed::NotPositive => not_positive(py),
+            })?
+        }
+        NoiseProducts::Function(_) => {
+            let found = task(&products, (&precision, shared), given).solve(start, structures);
+            found.map_err(|failed| match failed {
+                Failed::Products(error) => error,
+                Failed::NotPositive => not_positive(py),
+            })?
+        }
+    };
+    Ok((found.scale, found.correlation, found.offset, found.value))
+}
+
+fn task<'a, W>(
+    whitened: &'a W,
+    (precision, shared): (&'a [f64], usize),
+    (readings, runs, typical, stated_dof, least_scale, most_correlation, price): Given,
+) -> Task<'a, W> {
+    Task {
+        whitened,
+        shared,
+        precision,
         readings,
         runs,
         typical,
@@ -123,11 +152,6 @@ pub fn search_noise(
         least_scale,
         most_correlation,
         price,
-    };
-    match task.solve(start.into(), structures) {
-        Ok(found) => Ok((found.scale, found.correlation, found.offset, found.value)),
-        Err(Failed::Products(error)) => Err(error),
-        Err(Failed::NotPositive) => Err(not_positive(py)),
     }
 }
 

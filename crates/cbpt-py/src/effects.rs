@@ -373,6 +373,13 @@ impl Predictor {
         Column::new(py, self.look(py, predict::Predictor::neutral))
     }
 
+    /// Another one like it, for a thread of its own.
+    fn __copy__(&self, py: Python<'_>) -> Self {
+        let predictor = self.look(py, predict::Predictor::clone);
+        let own = self.own.iter().map(|own| own.clone_ref(py)).collect();
+        Self { predictor: Mutex::new(predictor), drive: self.drive.clone(), own }
+    }
+
     /// Forgets the solutions of earlier calls, from which the next one would start: what follows is to the last bit what a
     /// new predictor would say. Meshing points are kept.
     fn cold(&self, py: Python<'_>) {

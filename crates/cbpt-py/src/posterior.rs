@@ -318,7 +318,7 @@ impl Model for Watched<'_> {
 
     fn at(&mut self, values: Vec<f64>, unknown: &[usize]) -> Result<Option<Point>, Stopped> {
         if self.looked.elapsed() > POLL {
-            Python::attach(|py| py.check_signals()).map_err(Stopped::Signal)?;
+            Python::attach(|py| py.check_signals().map_err(Stopped::Signal))?;
             self.looked = Instant::now();
         }
         self.predictor.at(values, unknown).map_err(Stopped::Input)

@@ -109,6 +109,12 @@ class Fitter:
         """Largest sizes that do not contradict the table's own smaller loops, by name."""
         self.small_Nm = 0.0 if loops is None else loops.amplitude_Nm
 
+    def beside(self) -> Fitter:
+        """Another one like it, for a thread of its own."""
+        other = copy(self)
+        other.model = self.model.beside()
+        return other
+
     def with_angles(self, y_arcsec: Floats) -> Fitter:
         """The same model and loads with other measured angles, shape (n,)."""
         other = copy(self)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -109,6 +110,12 @@ class Assembled:
     def runs_repeated_before(self) -> int:
         """Runs that go on from a repetition of themselves that nobody measured."""
         return self._predictor.runs_repeated_before
+
+    def beside(self) -> Assembled:
+        """Another one like it, for a thread of its own."""
+        other = copy(self)
+        other._predictor = copy(self._predictor)
+        return other
 
     def cold(self) -> None:
         """What is asked next does not depend, to the last bit, on what was asked before."""

@@ -3,6 +3,7 @@
 ranking            an order that rounding does not decide
 linear_screen      every effect at a glance, linearly
 starts             where a full fit starts
+refits             single fits: their tasks, and what is asked of them
 lack_of_fit        what a residual depends on, without naming a cause
 history            whether friction goes on from run to run
 setting            what all hypotheses of a competition share

@@ -283,10 +283,18 @@ class Screen:
 
     def gain(self, members: tuple[int, ...], projection: Floats | None = None) -> Gain:
         """Some signatures together; a size that must not be negative and would be is none."""
-        found = self.gains(np.array([members]), projection)
-        chi2 = float(found.chi2[0])
-        odds = 0.5 * chi2 + float(found.log_volume[0] + found.log_prior[0])
-        return Gain(members, odds, chi2, found.sizes[found.real])
+        return self.each(np.array([members]), projection)[0]
+
+    def each(self, members: Ints, projection: Floats | None = None) -> list[Gain]:
+        """The same of sets of equally many signatures each, shape (n, m)."""
+        found = self.gains(members, projection)
+        odds = 0.5 * found.chi2 + found.log_volume + found.log_prior
+        return [
+            Gain(tuple(m), float(o), float(chi2), sizes[real])
+            for m, o, chi2, sizes, real in zip(
+                members.tolist(), odds, found.chi2, found.sizes.T, found.real.T, strict=True
+            )
+        ]
 
     def gains(self, members: Ints, projection: Floats | None = None) -> Gains:
         """Sets of equally many signatures each, shape (n, m)."""

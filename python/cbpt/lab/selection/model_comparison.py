@@ -2,7 +2,6 @@
 
 Competition     every hypothesis that was fitted, with its odds
 compete         screen, fit, weigh
-follows         how well a fit follows the readings
 
 Order: the setting (a first fit of the drive as stated, readings that scatter more, the library at a
 glance); single effects that may matter, and the pairs and triples that the linear search offers (of
@@ -13,20 +12,20 @@ weighed by evidence and prior odds, so no order of asking decides.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import combinations
+from functools import partial
+from itertools import combinations, count
 from itertools import product as cartesian
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.covariance.fit_noise import price_of
 from cbpt.lab.covariance.linear_gaussian import Noise
+from cbpt.lab.inference.crew import Crew, Task
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter, Race
 from cbpt.lab.inference.hypothesis import Hypothesis
-from cbpt.lab.inference.modes import with_modes
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.priors import ODDS
 from cbpt.lab.selection.lack_of_fit import (
@@ -46,7 +45,7 @@ from cbpt.lab.selection.linear_search import (
     views,
     with_a_part,
 )
-from cbpt.lab.selection.rules import RULES
+from cbpt.lab.selection.refits import again, fitting, follows, kind_of, modes_of, without_idle
 from cbpt.lab.selection.setting import (
     Names,
     Setting,
@@ -188,6 +187,7 @@ class _Contest:
 
     def __init__(self, setting: Setting, report: Progress) -> None:
         self.report, self.fitter = report, setting.fitter
+        self.crew = Crew(setting.fitter)
         self.views = views(setting)
         self.singles = single_offers(self.views)
         self.setting = replace(setting, variant_price=variant_prices(setting, self.singles))
@@ -197,7 +197,7 @@ class _Contest:
     def keep(self, fit: Fit | None) -> None:
         """Keep a fit where it is the best of its set, without the effects that it put to
         nothing."""
-        fit = _without_idle(self.fitter, fit)
+        fit = without_idle(self.fitter, fit)
         if fit is None or not np.isfinite(fit.log_evidence):
             return
         names = fit.hypothesis.effects
@@ -214,22 +214,46 @@ class _Contest:
         """Every effect that may gain, in its most probable variants."""
         promising = _promising(self.singles)
         near = self.singles[0].score - _EFFORT.modes_room if self.singles else 0.0
-        for number, (effect, forms) in enumerate(promising.items()):
-            self.report(effect, 0.1 + 0.4 * number / len(promising))
-            few = forms[: _EFFORT.variants]
-            for offer in self.ahead(forms, few) if forms[0].score > near else few:
-                self.fit_offer(offer)
-                if self.fitter.campaign.drive.kind == "torsion_spring":
-                    # Play and friction are as large as the angle itself: through correlated noise
-                    # a fit may not find its way to them.
-                    hypothesis = Hypothesis((offer.signatures[0].variant,))
-                    start = start_values(self.fitter, offer.signatures, offer.sizes)
-                    self.keep(self.fitter.fit(hypothesis, start, self.setting.plain))
+        many = [forms for forms in promising.values() if forms[0].score > near]
+        few = [forms for forms in promising.values() if forms[0].score <= near]
+        offers = self.ahead(many, _EFFORT.variants)
+        offers += [offer for forms in few for offer in forms[: _EFFORT.variants]]
+        tasks = [(o.names[0], task) for o in offers for task in self.single(o)]
+        self.fit_all(tasks, (0.1, 0.5))
 
-    def fit_offer(self, offer: Offer) -> None:
+    def fit_all(
+        self, tasks: Sequence[tuple[str, Task[Fit | None]]], shares: tuple[float, float]
+    ) -> None:
+        """Keeps what becomes of tasks, each with a word for it, and tells which is next, between
+        two shares of the work."""
+        first, last = shares
+        words = [word for word, _ in tasks]
+        done = count(1)
+
+        def take(fit: Fit | None) -> None:
+            self.keep(fit)
+            number = next(done)
+            share = first + (last - first) * number / len(words)
+            self.report(words[min(number, len(words) - 1)], share)
+
+        for word in words[:1]:
+            self.report(word, first)
+        self.crew.each((task for _, task in tasks), take)
+
+    def single(self, offer: Offer) -> Iterator[Task[Fit | None]]:
+        """The fits of one effect alone."""
+        yield self.fit_of(offer)
+        if self.fitter.campaign.drive.kind == "torsion_spring":
+            # Play and friction are as large as the angle itself: through correlated noise a fit
+            # may not find its way to them.
+            hypothesis = Hypothesis((offer.signatures[0].variant,))
+            start = start_values(self.fitter, offer.signatures, offer.sizes)
+            yield fitting(hypothesis, start, self.setting.plain)
+
+    def fit_of(self, offer: Offer) -> Task[Fit | None]:
         """The full fit of a set that the linear search offers."""
         base = offer.base or self.setting.null
-        self.keep(self.fitter.fit(*self.begun(offer), offer.noise, base=base))
+        return lambda fitter: fitter.fit(*self.begun(offer), offer.noise, base=base)
 
     def begun(self, offer: Offer) -> tuple[Hypothesis, Floats]:
         """What is offered, and the values to begin with."""
@@ -240,8 +264,8 @@ class _Contest:
 
     def find_modes(self) -> None:
         """Other modes of the singles that are near the best."""
-        for names in self.near_best():
-            self.fits[names] = with_modes(self.fitter, self.fits[names], RULES.log_rival_odds)
+        near = self.near_best()
+        self.put(near, [modes_of(self.fits[names]) for names in near])
 
     def add_to_curved(self) -> None:
         """What goes with an effect that does not grow in proportion to its size, about its fit.
@@ -257,8 +281,7 @@ class _Contest:
                 offers = (forms[0] for forms in additions_to(self.setting, fit))
                 near = self.score(names) - _EFFORT.room
                 fresh = [o for o in offers if o.score > near and self.falls_short(o)]
-                for offer in fresh[: _EFFORT.curved]:
-                    self.fit_offer(offer)
+                self.crew.each(map(self.fit_of, fresh[: _EFFORT.curved]), self.keep)
 
     def find_modes_of_sets(self) -> None:
         """The same of sets with an effect that does not grow in proportion to its size, in the
@@ -270,10 +293,17 @@ class _Contest:
             and (forms := [v for v in self.fits[names].hypothesis.variants if v.secants])
             and self.has_a_part(names)
         }
-        for names in list(curved)[: _EFFORT.curved]:
-            found = with_modes(self.fitter, self.fits[names], RULES.log_rival_odds, curved[names])
+        few = list(curved)[: _EFFORT.curved]
+        self.put(few, [modes_of(self.fits[names], curved[names]) for names in few])
+        for names in few:
             # In other forms, and of other effects, none were.
-            self.fits[names] = replace(found, modes_searched=False)
+            self.fits[names] = replace(self.fits[names], modes_searched=False)
+
+    def put(self, names: Sequence[Names], tasks: Sequence[Task[Fit]]) -> None:
+        """The fits of some sets by what becomes of a task each."""
+        found: list[Fit] = []
+        self.crew.each(tasks, found.append)
+        self.fits.update(zip(names, found, strict=True))
 
     def near_best(self) -> list[Names]:
         """Sets near the best that are better than the drive as stated."""
@@ -308,9 +338,7 @@ class _Contest:
                 near.append(offer)
         near.sort(key=lambda o: (not parted[o], not (parted[o] and o.curved)))
         near = [near[i] for i in leaders([o.has_lot for o in near], _EFFORT.sets)]
-        for number, offer in enumerate(near, 1):
-            self.fit_offer(offer)
-            self.report("sets of effects", 0.5 + 0.15 * number / len(near))
+        self.fit_all([("sets of effects", self.fit_of(offer)) for offer in near], (0.5, 0.65))
         # What a triple follows, one of its pairs may follow as well.
         best = max(self.score(n) for n in self.fits) - _EFFORT.room
         for names in [n for n in self.fits if len(n) > 2 and self.score(n) > best]:
@@ -349,17 +377,23 @@ class _Contest:
         of_best = (forms[0].score for forms in offers if forms[0].names == best)
         least = min(self.score(best), next(of_best, np.inf)) - _EFFORT.room
         fresh = [o for o in offers if o[0].score > least and self.falls_short(o[0])]
-        for forms in fresh[: _EFFORT.additions]:
-            for offer in self.ahead(forms, forms[:1]):
-                self.fit_offer(offer)
+        chosen = self.ahead(fresh[: _EFFORT.additions], 1)
+        self.crew.each(map(self.fit_of, chosen), self.keep)
 
-    def ahead(self, forms: Sequence[Offer], first: Sequence[Offer]) -> Sequence[Offer]:
-        """The first of a few forms; of many those that are ahead once each is fitted under the
-        noise of the offer, because the linear problem cannot tell forms that hardly show when
-        small."""
-        if len(forms) <= _EFFORT.variants:
-            return first
-        race = Race(self.fitter, forms[0].noise)
+    def ahead(self, effects: Sequence[Sequence[Offer]], few: int) -> list[Offer]:
+        """Of each effect the first few forms; of many those that are ahead once each is fitted
+        under the noise of the offer, because the linear problem cannot tell forms that hardly show
+        when small."""
+        many = [forms for forms in effects if len(forms) > _EFFORT.variants]
+        found: list[Sequence[Offer]] = []
+        self.crew.each((partial(self.raced, forms=forms) for forms in many), found.append)
+        raced = iter(found)
+        chosen = [next(raced) if len(f) > _EFFORT.variants else f[:few] for f in effects]
+        return [offer for offers in chosen for offer in offers]
+
+    def raced(self, fitter: Fitter, forms: Sequence[Offer]) -> Sequence[Offer]:
+        """The forms that are ahead."""
+        race = Race(fitter, forms[0].noise)
         misfit = []
         for offer in forms:
             base = offer.base or self.setting.null
@@ -381,13 +415,15 @@ class _Contest:
         """All sets of one effect less than a set; `again`: those that are fitted too, from its
         values and its noise."""
         fit = self.fits[names]
+        tasks = []
         for gone in names:
             rest = tuple(v for v in fit.hypothesis.variants if v.effect != gone)
             if again or tuple(sorted(v.effect for v in rest)) not in self.fits:
                 start = self.fitter.start(Hypothesis(rest), {})
                 kept = [u.index for u in fit.unknowns if u.name.partition(".")[0] != gone]
                 start[kept] = fit.point.values[kept]
-                self.keep(self.fitter.fit(Hypothesis(rest), start, fit.noise))
+                tasks.append(fitting(Hypothesis(rest), start, fit.noise))
+        self.crew.each(tasks, self.keep)
 
     def settle(self) -> None:
         """No set may owe its place to values or a noise that another has not been tried with."""
@@ -422,7 +458,7 @@ class _Contest:
                 start[kept] = smaller.point.values[kept]
                 found = self.fitter.fit(hypothesis, start, smaller.noise)
                 self.keep(found)
-                bare = _without_idle(self.fitter, found)
+                bare = without_idle(self.fitter, found)
                 if bare is not None and bare.hypothesis.effects != names:
                     # What it had was the noise of another fit: nothing of its own is left.
                     del self.fits[names]
@@ -433,22 +469,30 @@ class _Contest:
         Play, friction and what comes with them are each as large as the loop: from a fit that has
         taken the loop for one of them there is no way to the others.
         """
-        for two in combinations(self.setting.variants, 2):
-            self.fit_at_once(two)
+        self.fit_at_once(combinations(self.setting.variants, 2))
         pairs = sorted((n for n in self.fits if len(n) == 2), key=self.score, reverse=True)
         best = list(dict.fromkeys(effect for pair in pairs for effect in pair))
-        for three in combinations(best[: _EFFORT.large], 3):
-            self.fit_at_once(three)
+        self.fit_at_once(combinations(best[: _EFFORT.large], 3))
 
-    def fit_at_once(self, effects: Sequence[str]) -> None:
-        """Some effects in full, from the best start of a few choices of their variants."""
+    def fit_at_once(self, sets: Iterable[tuple[str, ...]]) -> None:
+        """Sets of effects in full."""
         self.report("effects together", 0.6)
+
+        def take(fit: Fit | None) -> None:
+            self.keep(fit)
+            self.report("effects together", 0.6)
+
+        self.crew.each((task for effects in sets for task in self.at_once(effects)), take)
+
+    def at_once(self, effects: Sequence[str]) -> Iterator[Task[Fit | None]]:
+        """Fits of some effects from the best start of a few choices of their variants."""
         signatures, screen = self.setting.signatures, self.views[0].screen
         variants = [
             [m for m, s in enumerate(signatures) if s.variant.effect == e and screen.usable[m]]
             for e in effects
         ]
-        gains = [screen.gain(members) for members in cartesian(*variants)]
+        sets = np.array(list(cartesian(*variants)), dtype=np.int64).reshape(-1, len(effects))
+        gains = screen.each(sets) if len(sets) else []
         best: dict[tuple[str, ...], Gain] = {}
         for gain in sorted(gains, key=lambda g: -g.log_odds):
             labels = tuple(signatures[m].variant.label for m in gain.members)
@@ -456,25 +500,24 @@ class _Contest:
         for gain in list(best.values())[: _EFFORT.variants]:
             members = [signatures[m] for m in gain.members]
             hypothesis = Hypothesis(tuple(s.variant for s in members))
-            start = start_values(self.fitter, members, gain.sizes)
-            self.keep(self.fitter.fit(hypothesis, start, self.setting.plain))
+            yield fitting(
+                hypothesis, start_values(self.fitter, members, gain.sizes), self.setting.plain
+            )
 
     def ask_the_instrument(self) -> None:
         """What is left of the drive as stated and of the best set may be what the instrument does:
         beside few readings a fit that may follow the whole library does not show it. And what the
         instrument seems to do may be an effect: sets near the best are tried without it."""
         near = max(self.score(n) for n in self.fits) - _EFFORT.modes_room
-        for names in [n for n in self.fits if n and self.score(n) > near]:
-            fit = self.fits[names]
-            if fit.noise.artefact is not None:
-                bare = replace(fit.noise, artefact=None)
-                self.keep(self.fitter.fit(fit.hypothesis, fit.point.values, bare))
-        for names in sorted({(), max(self.fits, key=self.score)}):
-            fit = self.fits[names]
-            # A correlation may stand in for what the instrument does.
-            for start in (fit.noise, plain(fit.noise)):
-                for noise in with_an_artefact(self.fitter, fit, start):
-                    self.keep(self.fitter.fit(fit.hypothesis, fit.point.values, noise))
+        fits = [self.fits[n] for n in self.fits if n and self.score(n) > near]
+        seen = [fit for fit in fits if fit.noise.artefact is not None]
+        bare = (again(fit, replace(fit.noise, artefact=None)) for fit in seen)
+        self.crew.each(bare, self.keep)
+        fits = [self.fits[n] for n in sorted({(), max(self.fits, key=self.score)})]
+        # A correlation may stand in for what the instrument does.
+        starts = ((fit, start) for fit in fits for start in (fit.noise, plain(fit.noise)))
+        tasks = (again(f, n) for f, s in starts for n in with_an_artefact(self.fitter, f, s))
+        self.crew.each(tasks, self.keep)
         # What it does in the best set it may do in a smaller one.
         self.drop(max(self.fits, key=self.score), again=True)
 
@@ -483,16 +526,15 @@ class _Contest:
         that it began with, so that one may owe its place to that alone."""
         best = max(self.fits, key=self.score)
         near, noise = self.score(best) - _EFFORT.settled_room, self.fits[best].noise
-        for names in [n for n in self.fits if self.score(n) > near]:
-            fit = self.fits[names]
-            if _kind(fit.noise) != _kind(noise):
-                self.keep(self.fitter.fit(fit.hypothesis, fit.point.values, noise))
+        fits = [self.fits[n] for n in self.fits if self.score(n) > near]
+        others = [fit for fit in fits if kind_of(fit.noise) != kind_of(noise)]
+        self.crew.each((again(fit, noise) for fit in others), self.keep)
 
     def find_modes_of_best(self) -> None:
         """Other modes of the best set, where they were not searched for yet."""
         top = max(self.fits, key=self.score)
         if not self.fits[top].modes_searched:
-            self.fits[top] = with_modes(self.fitter, self.fits[top], RULES.log_rival_odds)
+            self.put([top], [modes_of(self.fits[top])])
 
     def unnamed(self) -> list[tuple[float, LackOfFit]]:
         """Lack of fit without a name on the drive as stated and on the best set, with log odds, the
@@ -537,16 +579,6 @@ class _Contest:
         )
 
 
-def _kind(noise: Noise) -> tuple[bool, str]:
-    """What there is beside a scale, a correlation and offsets of runs, which every fit finds."""
-    return noise.torque_arcsec is not None, noise.artefact.kind if noise.artefact else ""
-
-
-def follows(fit: Fit) -> float:
-    """Log density of the readings at the mode, with what the noise costs."""
-    return -0.5 * (fit.margin.chi2 + fit.whitener.log_det) - price_of(fit.noise)
-
-
 def _promising(singles: Sequence[Offer]) -> dict[str, list[Offer]]:
     """The forms of every effect that may matter, the most promising first."""
     out: dict[str, list[Offer]] = {}
@@ -557,22 +589,3 @@ def _promising(singles: Sequence[Offer]) -> dict[str, list[Offer]]:
         if not forms or offer.score > forms[0].score - _EFFORT.variant_room:
             forms.append(offer)
     return out
-
-
-def _without_idle(fitter: Fitter, fit: Fit | None) -> Fit | None:
-    """A fit without the effects that it put to nothing: they are no part of what it found, but the
-    noise may be."""
-    if fit is None:
-        return None
-    idle = {
-        v.effect
-        for v in fit.hypothesis.variants
-        if all(
-            fit.point.values[fitter.place(v.effect, size)] == fitter.neutral(v.effect, size)
-            for size in v.sizes
-        )
-    }
-    if not idle:
-        return fit
-    rest = tuple(v for v in fit.hypothesis.variants if v.effect not in idle)
-    return fitter.fit(Hypothesis(rest), fit.point.values, fit.noise)

@@ -1,0 +1,72 @@
+"""What is asked of single fits, and tasks for a crew that fit again.
+
+fitting       a fit from some values
+again         the same effects from their values, under another noise
+modes_of      the best mode of the effects of a fit
+without_idle  a fit without the effects that it put to nothing
+follows       how well a fit follows the readings
+kind_of       what a noise has that a fit keeps to
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cbpt.lab.covariance.fit_noise import price_of
+from cbpt.lab.covariance.linear_gaussian import Noise
+from cbpt.lab.inference.crew import Task
+from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.inference.fit import Fitter
+from cbpt.lab.inference.hypothesis import Hypothesis
+from cbpt.lab.inference.modes import with_modes
+from cbpt.lab.model.priors import Variant
+from cbpt.lab.selection.rules import RULES
+
+Floats = NDArray[np.float64]
+
+
+def fitting(hypothesis: Hypothesis, start: Floats, noise: Noise) -> Task[Fit | None]:
+    """A fit from some values."""
+    return lambda fitter: fitter.fit(hypothesis, start, noise)
+
+
+def again(fit: Fit, noise: Noise) -> Task[Fit | None]:
+    """The same effects from their values, under another noise."""
+    return fitting(fit.hypothesis, fit.point.values, noise)
+
+
+def modes_of(fit: Fit, forms: Sequence[Variant] = ()) -> Task[Fit]:
+    """The best mode of the effects of a fit, in these forms or any."""
+    return lambda fitter: with_modes(fitter, fit, RULES.log_rival_odds, forms)
+
+
+def kind_of(noise: Noise) -> tuple[bool, str]:
+    """What there is beside a scale, a correlation and offsets of runs, which every fit finds."""
+    return noise.torque_arcsec is not None, noise.artefact.kind if noise.artefact else ""
+
+
+def follows(fit: Fit) -> float:
+    """Log density of the readings at the mode, with what the noise costs."""
+    return -0.5 * (fit.margin.chi2 + fit.whitener.log_det) - price_of(fit.noise)
+
+
+def without_idle(fitter: Fitter, fit: Fit | None) -> Fit | None:
+    """A fit without the effects that it put to nothing: they are no part of what it found, but the
+    noise may be."""
+    if fit is None:
+        return None
+    idle = {
+        v.effect
+        for v in fit.hypothesis.variants
+        if all(
+            fit.point.values[fitter.place(v.effect, size)] == fitter.neutral(v.effect, size)
+            for size in v.sizes
+        )
+    }
+    if not idle:
+        return fit
+    rest = tuple(v for v in fit.hypothesis.variants if v.effect not in idle)
+    return fitter.fit(Hypothesis(rest), fit.point.values, fit.noise)
