@@ -172,6 +172,7 @@ fn the_loop_is_as_wide_as_the_friction_that_grows_with_the_load() {
 fn typical(id: &str, stem: &str) -> f64 {
     match (id, stem) {
         (_, "stiffness_scale" | "torque_gain" | "sensor_gain") => 0.9,
+        ("shaft_shift", "shift") => -2e-5,
         (_, "quadratic") => 0.5,
         (_, "cubic") => 20.0,
         (_, "flattening" | "reference_rate") => 1e-3,

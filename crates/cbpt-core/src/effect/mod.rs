@@ -47,6 +47,7 @@ pub mod run_in;
 pub mod run_offset;
 pub mod sensor_gain;
 pub mod sensor_nonlinearity;
+pub mod shaft_shift;
 pub mod span_drift;
 pub mod stiffness_curve;
 pub mod thermal_preload;
@@ -63,7 +64,7 @@ pub use own::{AddsTo, OwnEffect, OwnParameter};
 pub use spec::{Class, Parameter, Port, Reducers, Scale, Spec};
 
 /// Every effect, in the order in which all documents list them.
-pub static LIBRARY: [&Spec; 34] = [
+pub static LIBRARY: [&Spec; 35] = [
     &contact_stiffness::SPEC,
     &contact_angle::SPEC,
     &torque_scale::SPEC,
@@ -72,6 +73,7 @@ pub static LIBRARY: [&Spec; 34] = [
     &torque_hysteresis::SPEC,
     &preload_scale::SPEC,
     &preload_crosstalk::SPEC,
+    &shaft_shift::SPEC,
     &sensor_gain::SPEC,
     &sensor_nonlinearity::SPEC,
     &run_offset::SPEC,

@@ -176,6 +176,8 @@ pub enum Action {
     Reading(fn(&[Dual], &Row, Dual) -> Dual),
     /// The same with the temperature of a part before the angle; see [`Self::ThermalLoad`].
     ThermalReading(usize, fn(&[Dual], &Row, Dual, Dual) -> Dual),
+    /// What the instrument shows of an angle (rad) while the output carries the torque M0 (N m), which stands before it.
+    TorqueReading(fn(&[Dual], Dual, Dual) -> Dual),
 }
 
 impl Action {

@@ -95,12 +95,18 @@ pub fn history(spec: &Spec, own: &[f64], run: &[(f64, f64)]) -> Vec<f64> {
 }
 
 pub fn reading(spec: &Spec, own: &[f64], angle_rad: f64) -> f64 {
+    reading_under(spec, own, ROW.torque_Nm, angle_rad)
+}
+
+/// The same while the output carries a torque, N m.
+pub fn reading_under(spec: &Spec, own: &[f64], torque_Nm: f64, angle_rad: f64) -> f64 {
     let angle = Dual::constant(angle_rad);
     let shown = match spec.action {
         Action::Reading(act) => act(&duals(own), &ROW, angle),
         Action::ThermalReading(_, act) => {
             act(&duals(own), &ROW, Dual::constant(ROW.temperature_difference_K), angle)
         }
+        Action::TorqueReading(act) => act(&duals(own), Dual::constant(torque_Nm), angle),
         _ => panic!("{} acts elsewhere", spec.id),
     };
     shown.value
@@ -141,7 +147,7 @@ pub fn vanishes(spec: &Spec) {
             let run = [(0.0, -3.0), (5.0, 0.0), (60.0, 5.0)];
             assert!(history(spec, &own, &run).iter().all(|angle| *angle == 0.0));
         }
-        Action::Reading(_) | Action::ThermalReading(..) => {
+        Action::Reading(_) | Action::ThermalReading(..) | Action::TorqueReading(_) => {
             for angle_rad in [-3e-4, 0.0, 1e-5] {
                 assert_eq!(reading(spec, &own, angle_rad), angle_rad);
             }

@@ -123,13 +123,16 @@ impl Chain {
         self.links.iter().any(|link| matches!(link.action, Action::History(_)))
     }
 
-    /// What the instrument shows of an angle.
-    pub fn reading(&self, row: &Row, mut angle: Dual) -> Dual {
+    /// What the instrument shows of an angle at a row.
+    pub fn reading(&self, row: &Row, added: &Added, mut angle: Dual) -> Dual {
         for link in &self.links {
             match link.action {
                 Action::Reading(act) => angle = act(&link.own, row, angle),
                 Action::ThermalReading(_, act) => {
                     angle = act(&link.own, row, link.temperature(row), angle);
+                }
+                Action::TorqueReading(act) => {
+                    angle = act(&link.own, self.load(row, added).torque_Nm, angle);
                 }
                 _ => {}
             }

@@ -79,8 +79,8 @@ impl Chain {
         let loads = if waiting().next().is_some() { self.loads(rows, added) } else { Vec::new() };
         for port in [AddsTo::Series, AddsTo::Reading] {
             if port == AddsTo::Reading {
-                for (angle, row) in angles.iter_mut().zip(rows) {
-                    *angle = self.reading(row, *angle);
+                for (place, (angle, row)) in angles.iter_mut().zip(rows).enumerate() {
+                    *angle = self.reading(row, Added::to(place, added), *angle);
                 }
             }
             for (effect, own) in waiting().filter(|(effect, _)| effect.adds_to() == port) {

@@ -159,6 +159,7 @@ fn typical(id: &str, name: &str) -> f64 {
         (_, "lag_s") => 0.02,
         (_, "preload_gain") => 0.95,
         (_, "sensor_gain") => 1.1,
+        (_, "shift_rad_per_Nm") => -1.5e-6,
         (_, "quadratic_per_rad") => 300.0,
         (_, "cubic_per_rad2") => 1e6,
         (_, "flattening_rad") => 8.0 * ARCSEC,
