@@ -23,7 +23,7 @@ RIG = frozenset(
     (
         *("run_offset", "drift", "sensor_nonlinearity", "sensor_gain"),
         *("torque_scale", "torque_zero", "torque_lag", "torque_hysteresis"),
-        *("preload_scale", "preload_crosstalk"),
+        *("preload_scale", "preload_crosstalk", "shaft_shift"),
     )
 )
 """What belongs to the instrument, not to the drive."""

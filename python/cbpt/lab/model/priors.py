@@ -128,6 +128,7 @@ _TABLE: tuple[Variant, ...] = (
     Variant("contact_angle", ("contact_angle_shift_rad",), 0.002, _OF_CORE, signed=True),
     Variant("torque_scale", ("torque_gain",), 0.005, _OF_CORE, signed=True),
     Variant("preload_scale", ("preload_gain",), 0.005, _OF_CORE, signed=True),
+    Variant("shaft_shift", ("shift_rad_per_Nm",), 1e-7, _OF_CORE, signed=True),
     Variant("sensor_gain", ("sensor_gain",), 0.005, _OF_CORE, signed=True),
     Variant(
         "sensor_nonlinearity",

@@ -25,6 +25,7 @@ from cbpt.lab.model.priors import (
     LAG,
     SETTLING,
     VARIANTS,
+    Floats,
     Shape,
     Variant,
     constant_frictions,
@@ -208,7 +209,12 @@ def _of_spring(campaign: Campaign) -> Iterator[Variant]:
             lag = Shape(LAG[0], 60.0, 1200.0, LAG[1], log=True)
             yield replace(_signed(drift, name="lagging temperature"), shapes=(lag,))
     spring = tomllib.loads(campaign.drive.to_toml())["torsion_spring"]
-    yield from _joints(angle / torque, torque, curved="torque_Nm" in spring)
+    curved = "torque_Nm" in spring
+    yield from _joints(angle / torque, torque, curved)
+    # Under torques of one sign it is the stiffness, as a joint without a shape is.
+    if curved or _both_signs(readings.torque_Nm):
+        shift = _of("shaft_shift", ("shift_rad_per_Nm",), angle / torque, 1e-3, 1.0)
+        yield _signed(shift)
     radius = spring.get("reference_radius_m")
     if radius is not None:
         at_100_N = angle * radius * (100 * radius / torque) ** 0.9
@@ -217,6 +223,12 @@ def _of_spring(campaign: Campaign) -> Iterator[Variant]:
         )
         offset = ("offset_sine_m", "offset_cosine_m")
         yield _signed(_of("eccentricity_error", offset, angle * radius, 1e-3, 1.0))
+
+
+def _both_signs(torque_Nm: Floats) -> bool:
+    """Whether the lesser sign reaches a twentieth of what the other does."""
+    reached = sorted((float(torque_Nm.max()), -float(torque_Nm.min())))
+    return reached[0] > 0.05 * reached[1]
 
 
 def _run_ins(angle: float) -> Iterator[Variant]:

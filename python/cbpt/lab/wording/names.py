@@ -24,6 +24,7 @@ NAMES = {
     "torque_hysteresis": "hysteresis of the torque sensor",
     "preload_crosstalk": "a preload that depends on the torque",
     "preload_scale": "a wrong gain of the preload readings",
+    "shaft_shift": "a sideways shift of the output shaft under load",
     "sensor_gain": "a wrong gain of the angle sensor",
     "sensor_nonlinearity": "a nonlinear angle sensor",
     "run_offset": "an offset that differs from run to run",
@@ -70,6 +71,8 @@ _TELL_TALES = {spec.id: spec.tell_tale for spec in effect_specs()}
 _TELL_TALES_OF_SPRINGS = {
     "torque_scale": "shifts the bends of the curve along the torque axis",
     "torque_zero": "shifts the whole curve along the torque axis, its loop with it",
+    "shaft_shift": "one sign at torques of both signs, in proportion to the torque; under one sign "
+    "a softer spring",
     "sensor_gain": "scales every angle; the bends of the curve stay at their torques",
     "eccentric_bearing": "grows with torque, less than in proportion",
     "output_torsion": "linear in torque, no loop",
