@@ -168,7 +168,8 @@ def test_every_effect_that_the_rig_has_is_compared() -> None:
     ids = [spec.id for spec in _core.effect_specs() if "ball_drive" in spec.reducers]
     # test_loop_forms.py, test_breakaway.py
     of_loops = {"hard_stop", "distributed_friction", "rate_friction", "breakaway_friction"}
-    instruments = {"torque_zero", "torque_lag", "torque_hysteresis", "preload_crosstalk"}
+    of_torque = {"torque_zero", "torque_lag", "torque_hysteresis"}
+    instruments = {*of_torque, "preload_crosstalk", "shaft_shift"}
     alone = {"run_offset", "span_drift", *instruments, *of_loops}
     assert set(SAME) == set(ids) - alone == set(LIBRARY) - {"run_offset"}
 
@@ -266,6 +267,27 @@ def test_crosstalk_is_another_preload(case: str) -> None:
     numbers = [{"crosstalk_force_N": -30.0, "reference_torque_Nm": 4.0}]
     other = replace(ROWS, preload_N=ROWS.preload_N - 7.5 * ROWS.torque_Nm)
     wanted = simulate(rig_drive(CASES[case]), other)
+    angle = found.predict(values_of(found, numbers)).angle_rad
+    np.testing.assert_allclose(angle, wanted, rtol=1e-8, atol=1e-12)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_shaft_shifts_by_the_true_torque_ahead_of_the_sensor(case: str) -> None:
+    """Not by what a torque sensor off zero and off gain reads, which here has the other sign too;
+    the angle sensor scales the shift as it scales the angle."""
+    true_Nm = 0.85 * ROWS.torque_Nm - 1.3
+    assert (true_Nm * ROWS.torque_Nm < 0).any()
+    found = predictor(
+        Drive.from_dict(CASES[case]), ["sensor_gain", "shaft_shift", "torque_scale", "torque_zero"]
+    )
+    numbers = [
+        {"sensor_gain": 0.9},
+        {"shift_rad_per_Nm": -3e-6},
+        {"torque_gain": 0.85},
+        {"zero_error_Nm": 1.3},
+    ]
+    plain = simulate(rig_drive(CASES[case]), replace(ROWS, torque_Nm=true_Nm))
+    wanted = 0.9 * (plain - 3e-6 * np.abs(true_Nm))
     angle = found.predict(values_of(found, numbers)).angle_rad
     np.testing.assert_allclose(angle, wanted, rtol=1e-8, atol=1e-12)
 

@@ -21,7 +21,7 @@ pub static SPEC: Spec = Spec {
     parameters: &[Parameter::size(
         "shift",
         Quantity::AnglePerTorque,
-        "angle s that the shift reads as, per torque of either sign; times the radius of the sensor the shift itself",
+        "angle s per torque, alike under both signs; the shift itself is x = s h |M0|",
     )
     .within(-1.0, 1.0)
     .likely(-1e-4, 1e-4)],

@@ -65,8 +65,13 @@ def library_of(
     offered = {v.effect for v in proposed}
     if all(a.partition(":")[0] in offered for a in asked):
         return proposed
-    torque = _reach(campaign)[0]
-    further = (*_on_request(campaign), *_of_instruments(campaign, torque), *torque_zeros(torque))
+    torque, angle = _reach(campaign)
+    further = (
+        *_on_request(campaign),
+        *_of_instruments(campaign, torque),
+        *torque_zeros(torque),
+        _shift(angle / torque),
+    )
     return *proposed, *(
         v for v in further if v.effect not in offered and (v.effect in asked or v.label in asked)
     )
@@ -213,8 +218,7 @@ def _of_spring(campaign: Campaign) -> Iterator[Variant]:
     yield from _joints(angle / torque, torque, curved)
     # Under torques of one sign it is the stiffness, as a joint without a shape is.
     if curved or _both_signs(readings.torque_Nm):
-        shift = _of("shaft_shift", ("shift_rad_per_Nm",), angle / torque, 1e-3, 1.0)
-        yield _signed(shift)
+        yield _shift(angle / torque)
     radius = spring.get("reference_radius_m")
     if radius is not None:
         at_100_N = angle * radius * (100 * radius / torque) ** 0.9
@@ -229,6 +233,10 @@ def _both_signs(torque_Nm: Floats) -> bool:
     """Whether the lesser sign reaches a twentieth of what the other does."""
     reached = sorted((float(torque_Nm.max()), -float(torque_Nm.min())))
     return reached[0] > 0.05 * reached[1]
+
+
+def _shift(compliance: float) -> Variant:
+    return _signed(_of("shaft_shift", ("shift_rad_per_Nm",), compliance, 1e-3, 1.0))
 
 
 def _run_ins(angle: float) -> Iterator[Variant]:
