@@ -1,8 +1,9 @@
 //! Sideways shift of the output shaft, which a sensor on a lever reads as an angle.
 //!
-//! The instrument shows alpha + s |M0|. A side load (a coupling or a brake out of line, a belt, a chain, a dead weight on one
-//! side) pushes the shaft the same way whatever the sign of the torque, by x in proportion to it. A sensor at the radius h of
-//! a lever on the shaft reads x as the angle x/h, so s = x/(h |M0|): x = s h |M0|. At h = 0.1 m, 1 um reads as 2.06 arcsec.
+//! The instrument shows alpha + s |M0|. A side load (a coupling or a brake out of line, a belt, a
+//! chain, a dead weight on one side) pushes the shaft the same way whatever the sign of the torque,
+//! by x in proportion to it. A sensor at the radius h of a lever on the shaft reads x as the angle
+//! x/h, so s = x/(h |M0|): x = s h |M0|. At h = 0.1 m, 1 um reads as 2.06 arcsec.
 
 use super::dual::Dual;
 use super::port::Action;

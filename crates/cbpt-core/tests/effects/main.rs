@@ -145,7 +145,7 @@ fn library(ids: &[&str]) -> Vec<Effect> {
 #[allow(clippy::match_same_arms)] // one line a quantity
 fn typical(id: &str, name: &str) -> f64 {
     match (id, name) {
-        ("output_torsion", "compliance_rad_per_Nm") => 2e-6,
+        ("output_torsion", "compliance_rad_per_Nm") | (_, "shift_rad_per_Nm") => 2e-6,
         (_, "asymmetry") => 0.3,
         (_, "preload_exponent") => 0.5,
         (_, "stiffening_per_Nm") => 0.2,
@@ -159,7 +159,6 @@ fn typical(id: &str, name: &str) -> f64 {
         (_, "lag_s") => 0.02,
         (_, "preload_gain") => 0.95,
         (_, "sensor_gain") => 1.1,
-        (_, "shift_rad_per_Nm") => -1.5e-6,
         (_, "quadratic_per_rad") => 300.0,
         (_, "cubic_per_rad2") => 1e6,
         (_, "flattening_rad") => 8.0 * ARCSEC,
