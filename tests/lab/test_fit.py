@@ -64,6 +64,7 @@ PLANTED: list[tuple[str, str, dict[str, float]]] = [
     ("torque_scale", "", {"torque_gain": 1.08}),
     ("preload_scale", "", {"preload_gain": 0.92}),
     ("contact_angle", "", {"contact_angle_shift_rad": -0.05}),
+    ("shaft_shift", "", {"shift_rad_per_Nm": -1e-6}),
     ("sensor_gain", "", {"sensor_gain": 0.8}),
     ("sensor_nonlinearity", "", {"quadratic_per_rad": 40.0, "cubic_per_rad2": 1e5}),
     ("drift", "time", {"rate_rad_per_s": 2e-9}),
