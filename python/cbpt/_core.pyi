@@ -1170,7 +1170,8 @@ class Predictor:
         """
     def go_on(self, /) -> None:
         """
-        From now on every run that begins where the one before it ended goes on from there, by whatever clocks.
+        From now on every run that begins where the one before it ended goes on from there, by whatever clocks; and a run that
+        no other leads to goes on from a repetition of itself, if it ends where it began.
         """
     def neutral(self, /) -> NDArray[float64]:
         """
@@ -1188,6 +1189,11 @@ class Predictor:
 
         Raises ``InvalidInputError`` for a value out of its bounds and for a wanted parameter that is chosen, not fitted. A
         row without solution has its status, NaN angle and NaN derivatives.
+        """
+    @property
+    def runs_repeated_before(self, /) -> int:
+        """
+        How many runs go on from a repetition of themselves that nobody measured.
         """
     @property
     def runs_that_go_on(self, /) -> int:

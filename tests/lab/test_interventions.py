@@ -131,15 +131,30 @@ def directions(found: cbpt.Change) -> dict[str, str]:
 def test_preload_takes_play_and_raises_friction() -> None:
     """With the stiffness that the large loops show."""
     found = between("split_onyx_1", "after_run_in", "preload_12", case=DATA / "reducer.toml")
-    assert directions(found) == {"backlash": "down", "friction_hysteresis": "up"}
+    assert {"backlash": "down", "friction_hysteresis": "up"}.items() <= directions(found).items()
     found = between("conic_pccf_1", "after_run_in", "preload_5", case=DATA / "reducer.toml")
-    assert directions(found)["backlash"] == "down"
-    # What friction moves is less than what these effects leave differs between both.
-    assert found.hidden == ("friction_hysteresis",)
+    assert directions(found) == {"backlash": "down"}
+    # What a stiffness moves is less than what these effects leave differs between both.
+    assert found.hidden == ("contact_stiffness",)
     verdict = found.to_dict()["verdict"]
-    assert [p["effect"] for p in verdict["perhaps"]] == ["friction_hysteresis"]
-    assert found.moves_arcsec["friction_hysteresis"] < found.not_followed_arcsec
-    assert "Not decided beside it: friction_hysteresis" in found.sentence
+    assert "contact_stiffness" in [p["effect"] for p in verdict["perhaps"]]
+    assert "contact_stiffness" not in [u.effect for u in found.unchanged]
+    assert "Not decided beside it: contact_stiffness" in found.sentence
+
+
+def test_a_state_that_is_measured_twice_did_not_change() -> None:
+    """Its small loops are 1.07 and 1.86 deg wide: that is how well this rig comes back to it, and
+    not what was done to the reducer. Who does not say that it is one state is told so."""
+    table, moments = DATA / "conic_pccf_1.csv", ("after_run_in_repeated", "after_run_in")
+    parts = [
+        cbpt.read_readings(table, need_preload=False, only={"moment": moment}) for moment in moments
+    ]
+    found = cbpt.change(DATA / "reducer.toml", *parts, effects=EFFECTS)
+    assert found.kind == "nothing"
+    unsaid = between("conic_pccf_1", *moments, case=DATA / "reducer.toml")
+    assert directions(unsaid) == {"backlash": "up"}
+    [rests_on] = unsaid.to_dict()["verdict"]["rests_on"]
+    assert rests_on["would_undo"] == pytest.approx(946, rel=0.05)
 
 
 def test_a_stiffness_that_is_far_off_is_told_to_be_corrected_first() -> None:
@@ -177,8 +192,6 @@ def test_play_falls_and_friction_rises_by_itself(build: str, last: int, case: st
 @pytest.mark.parametrize(
     ("build", "before", "after"),
     [
-        # Their small loops are 1.07 and 1.86 deg wide, and no other reproducibility is stated.
-        ("conic_pccf_1", "after_run_in_repeated", "after_run_in"),
         # Where the effects leave more than what they say changed, a gain is not what did.
         ("split_undersized_pccf_1", "after_run_in", "preload_4"),
     ],
