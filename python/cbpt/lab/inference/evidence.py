@@ -2,8 +2,8 @@
 
 Fit          values, uncertainties, noise, evidence
 Closing      how near the values of a fit are to the minimum
-Discrepancy  how far the effects may depart from their equations
-evaluated    the fit at a point of the search
+Ground       a hypothesis at a point of the search
+evaluated    the fit there
 linearised   its linear problem
 
 The evidence is Laplace's: likelihood at the mode, times prior density, times the volume of the
@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -114,16 +115,6 @@ class Fit:
         return self.log_marginal + self.log_size_prior + self.log_discrepancy
 
 
-@dataclass(frozen=True, eq=False)
-class Discrepancy:
-    """How far the effects of a fit may depart from their equations."""
-
-    functions: Floats
-    """Of the columns of the table, which the share of an effect may follow, shape (n, m)."""
-    sd: float = 0.0
-    """Standard deviation of each of them; 0: the equations hold exactly."""
-
-
 def may_depart(hypothesis: Hypothesis, unknowns: tuple[Unknown, ...]) -> list[list[int]]:
     """Places of the sizes of each effect that has an equation to depart from.
 
@@ -136,91 +127,131 @@ def may_depart(hypothesis: Hypothesis, unknowns: tuple[Unknown, ...]) -> list[li
     ]
 
 
-def linearised(
-    problem: Problem, hypothesis: Hypothesis, point: Point, discrepancy: Discrepancy
-) -> Linear:
-    """Readings less model, columns of unknowns, discrepancies and offsets, prior precisions; in
-    arcsec."""
-    columns = problem.columns(point)
-    y = problem.campaign.y_arcsec - point.angle_arcsec + columns @ problem.at(point).off
-    departures = _departures(problem, hypothesis, point, discrepancy)
-    x = np.column_stack([columns, departures, problem.campaign.offsets])
-    return Linear(y, x, _precisions(problem, departures))
+class Ground:
+    """A hypothesis at a point of the search, with what is the same however far its effects may
+    depart from their equations.
 
-
-def _precisions(problem: Problem, departures: Floats) -> Floats:
-    """Of the priors of unknowns, departures and offsets."""
-    flat = np.zeros(problem.offsets.shape[1])
-    return np.concatenate([problem.precision, np.ones(departures.shape[1]), flat])
-
-
-def _departures(
-    problem: Problem, hypothesis: Hypothesis, point: Point, discrepancy: Discrepancy
-) -> Floats:
-    """Columns by which the effects may depart from their equations, of one standard deviation each,
-    arcsec, shape (n, k)."""
-    found = [np.zeros((len(problem.campaign), 0))]
-    if discrepancy.sd:
-        columns, size = problem.columns(point), problem.off_mean(point)
-        for at in may_depart(hypothesis, problem.unknowns):
-            contribution = columns[:, at] @ size[at]
-            sd = discrepancy.sd * _own_share(problem, point, size, at)
-            found.append(sd * discrepancy_columns(contribution, discrepancy.functions))
-    return np.column_stack(found)
-
-
-def _own_share(problem: Problem, point: Point, size: Floats, at: Sequence[int]) -> float:
-    """How much of what an effect contributes the numbers of the drive and the offsets do not take.
-
-    An effect may depart from its form by a share of what it shows itself: one whose contribution
-    is that of a number of the drive would lend its departures to anything.
+    functions: of the columns of the table, which the share of an effect may follow, shape (n, m).
     """
-    columns, precision = problem.at(point).x, problem.precision
-    known = [i for i in range(len(precision)) if precision[i] > 0 and i not in set(at)]
-    contribution = columns[:, at] @ size[at]
-    x = np.column_stack([columns[:, known], problem.offsets])
-    flat = np.zeros(problem.offsets.shape[1])
-    total = float(contribution @ contribution)
-    left = Margin.of(contribution, x, np.r_[precision[known], flat]).chi2
-    return float(np.sqrt(left / total)) if total > 0 else 0.0
+
+    def __init__(
+        self, problem: Problem, hypothesis: Hypothesis, point: Point, functions: Floats
+    ) -> None:
+        self.problem, self.hypothesis, self.point = problem, hypothesis, point
+        self._functions = functions
+        self.seen = problem.at(point)
+
+    @cached_property
+    def x(self) -> Floats:
+        """Columns of the unknowns, whitened."""
+        return self.seen.x
+
+    @cached_property
+    def y(self) -> Floats:
+        """Readings less model with the unknowns at the means of their priors, whitened."""
+        return np.asarray(self.seen.y + self.x @ self.seen.off)
+
+    @cached_property
+    def columns(self) -> Floats:
+        """Of the unknowns, arcsec."""
+        return self.problem.columns(self.point)
+
+    @cached_property
+    def flat(self) -> Floats:
+        """Precisions of the offsets."""
+        return np.zeros(self.problem.offsets.shape[1])
+
+    @cached_property
+    def offsets(self) -> Floats:
+        """The most probable ones, the unknowns where they are."""
+        return Margin.of(self.seen.y, self.problem.offsets, self.flat).mode
+
+    @cached_property
+    def exact(self) -> Margin:
+        """Unknowns and offsets taken out, the equations taken for right."""
+        x = np.column_stack([self.x, self.problem.offsets])
+        return Margin.of(self.y, x, np.r_[self.problem.precision, self.flat])
+
+    @cached_property
+    def promised(self) -> float:
+        """What a step within the bounds would gain."""
+        return self.problem.step(self.point)[1] if len(self.problem.unknowns) else 0.0
+
+    @cached_property
+    def departures(self) -> Floats:
+        """Columns by which the effects may depart from their equations, of one standard deviation
+        each, in arcsec, where each function of the columns has one of all of the share, (n, k)."""
+        found = [np.zeros((len(self.problem.campaign), 0))]
+        size = self.problem.off_mean(self.point)
+        for at in may_depart(self.hypothesis, self.problem.unknowns):
+            contribution = self.columns[:, at] @ size[at]
+            own = self._own_share(size, at)
+            found.append(own * discrepancy_columns(contribution, self._functions))
+        return np.column_stack(found)
+
+    @cached_property
+    def departures_seen(self) -> Floats:
+        """The same, whitened."""
+        return self.problem.whitener(self.departures) if self.departures.size else self.departures
+
+    def _own_share(self, size: Floats, at: Sequence[int]) -> float:
+        """How much of what an effect contributes the numbers of the drive and the offsets do not
+        take.
+
+        An effect may depart from its form by a share of what it shows itself: one whose
+        contribution is that of a number of the drive would lend its departures to anything.
+        """
+        precision = self.problem.precision
+        known = [i for i in range(len(precision)) if precision[i] > 0 and i not in set(at)]
+        contribution = self.x[:, at] @ size[at]
+        x = np.column_stack([self.x[:, known], self.problem.offsets])
+        total = float(contribution @ contribution)
+        left = Margin.of(contribution, x, np.r_[precision[known], self.flat]).chi2
+        return float(np.sqrt(left / total)) if total > 0 else 0.0
 
 
-def evaluated(
-    problem: Problem,
-    hypothesis: Hypothesis,
-    reached: tuple[Point, bool],
-    discrepancy: Discrepancy,
-    stated_dof: float,
-) -> Fit:
+def linearised(ground: Ground, discrepancy_sd: float) -> Linear:
+    """Readings less model, columns of unknowns, discrepancies and offsets, prior precisions; in
+    arcsec.
+
+    discrepancy_sd: how far the effects may depart from their equations; 0: these hold exactly.
+    """
+    problem, columns = ground.problem, ground.columns
+    y = problem.campaign.y_arcsec - ground.point.angle_arcsec + columns @ ground.seen.off
+    departures = [discrepancy_sd * ground.departures] if discrepancy_sd else []
+    x = np.column_stack([columns, *departures, problem.campaign.offsets])
+    return Linear(y, x, _precisions(ground, x))
+
+
+def _precisions(ground: Ground, x: Floats) -> Floats:
+    """Of the priors of unknowns, departures and offsets, which are the columns."""
+    own = ground.problem.precision
+    return np.concatenate([own, np.ones(x.shape[1] - len(own) - len(ground.flat)), ground.flat])
+
+
+def evaluated(ground: Ground, converged: bool, discrepancy_sd: float, stated_dof: float) -> Fit:
     """The fit at a point of the search.
 
     Parameters
     ----------
-    reached: the point, and whether the search came to its end there.
+    converged: whether the search came to its end there.
+    discrepancy_sd: how far the effects may depart from their equations; 0: these hold exactly.
     stated_dof: so many repeats the stated uncertainty is worth.
     """
-    c, (point, converged) = problem.campaign, reached
-    seen, flat = problem.at(point), np.zeros(problem.offsets.shape[1])
-    y = seen.y + seen.x @ seen.off
-    departures = _departures(problem, hypothesis, point, discrepancy)
-    if departures.size:
-        departures = problem.whitener(departures)
-    x = np.column_stack([seen.x, departures, problem.offsets])
-    margin = Margin.of(y, x, _precisions(problem, departures))
+    problem, hypothesis, point = ground.problem, ground.hypothesis, ground.point
+    c, margin = problem.campaign, ground.exact
+    if discrepancy_sd:
+        departures = discrepancy_sd * ground.departures_seen
+        x = np.column_stack([ground.x, departures, problem.offsets])
+        margin = Margin.of(ground.y, x, _precisions(ground, x))
     p = len(problem.unknowns)
     covariance = inverse(margin.factor)[:p, :p] * np.outer(problem.unit, problem.unit)
-    r = c.y_arcsec - point.angle_arcsec
-    offsets = Margin.of(seen.y, problem.offsets, flat).mode
     marginal = log_likelihood(margin.chi2, problem.whitener, margin.log_volume)
     marginal += float(log_scale_prior(np.array(problem.noise.scale), stated_dof))
     marginal -= price_of(problem.noise)
     # The linear problem counts as reached what lies beyond a bound or where no search came.
-    within = problem.step(point)[1] if p else 0.0
-    exact = margin
-    if discrepancy.sd:
-        x = np.column_stack([seen.x, problem.offsets])
-        exact = Margin.of(y, x, np.r_[problem.precision, flat])
-    promised = problem.objective(point) - exact.chi2
+    within = ground.promised
+    promised = problem.objective(point) - ground.exact.chi2
     marginal -= 0.5 * (max(promised - within, 0.0) + max(within, 0.0))
     return Fit(
         hypothesis=hypothesis,
@@ -230,13 +261,13 @@ def evaluated(
         whitener=problem.whitener,
         margin=margin,
         covariance=covariance,
-        offsets_arcsec=offsets,
-        residual_arcsec=r - c.offsets @ offsets,
+        offsets_arcsec=ground.offsets,
+        residual_arcsec=c.y_arcsec - point.angle_arcsec - c.offsets @ ground.offsets,
         log_marginal=marginal,
         log_size_prior=sum(_log_prior_of_sizes(problem, hypothesis, point, covariance)),
         converged=converged,
         noise_of_values=problem.noise,
-        discrepancy_sd=discrepancy.sd,
+        discrepancy_sd=discrepancy_sd,
     )
 
 

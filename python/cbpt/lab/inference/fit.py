@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from cbpt.lab.covariance.fit_noise import HIDDEN_DOF, STATED_DOF, fit_noise
 from cbpt.lab.covariance.linear_gaussian import Linear, Noise
-from cbpt.lab.inference.evidence import Discrepancy, Fit, evaluated, linearised, may_depart
+from cbpt.lab.inference.evidence import Fit, Ground, evaluated, linearised, may_depart
 from cbpt.lab.inference.gauss_newton import Problem, point_at, search
 from cbpt.lab.inference.hypothesis import Hypothesis, Unknown, unknown_of_shape
 from cbpt.lab.model.dataset import Campaign
@@ -274,11 +274,10 @@ class Fitter:
             return None
         point, converged = search(problem, point, self.steps, bound)
         reached = problem.objective(point)
-        exact = Discrepancy(self.functions)
         for _ in range(2 if free_noise and reached < bound else int(free_noise)):
             before = noise
             noise, _ = fit_noise(
-                linearised(problem, hypothesis, point, exact),
+                linearised(self._ground(problem, hypothesis, point), 0.0),
                 self.campaign.u_arcsec,
                 self.campaign.rows,
                 noise,
@@ -290,26 +289,28 @@ class Fitter:
             if _near(before, noise) or reached >= bound:
                 break
             point, converged = search(problem, point, self.steps)
-        found = evaluated(problem, hypothesis, (point, converged), exact, self.stated_dof)
+        ground = self._ground(problem, hypothesis, point)
+        found = evaluated(ground, converged, 0.0, self.stated_dof)
         if free_noise and may_depart(hypothesis, unknowns):
-            found = self._with_discrepancy(found, problem)
+            found = self._with_discrepancy(found, ground)
         return replace(found, reached=reached)
 
-    def _with_discrepancy(self, exact: Fit, problem: Problem) -> Fit:
+    def _with_discrepancy(self, exact: Fit, ground: Ground) -> Fit:
         """The evidence summed over how far the effects may depart from their forms; noise and
         uncertainty are those of the likeliest departure.
 
-        problem: that of the fit, under its noise.
+        ground: that of the fit.
         """
-        c = self.campaign
+        c, dof = self.campaign, self.stated_dof
         seen = [exact]
         for sd, _ in DISCREPANCY_ODDS[1:]:
-            loose = self._departed(exact, problem, sd)
+            loose = evaluated(ground, exact.converged, sd, dof)
             if loose.log_marginal > exact.log_marginal + _SEARCH.noise_worth:
                 noise, _ = fit_noise(
-                    self.linear(loose), c.u_arcsec, c.rows, exact.noise, self.stated_dof
+                    linearised(ground, sd), c.u_arcsec, c.rows, exact.noise, self.stated_dof
                 )
-                loose = self._departed(exact, problem.under(noise), sd)
+                other = self._ground(ground.problem.under(noise), exact.hypothesis, exact.point)
+                loose = evaluated(other, exact.converged, sd, dof)
             seen.append(loose)
         odds = [
             f.log_evidence + np.log(share)
@@ -323,29 +324,22 @@ class Fitter:
             noise_of_values=exact.noise,
         )
 
+    def _ground(self, problem: Problem, hypothesis: Hypothesis, point: Point) -> Ground:
+        return Ground(problem, hypothesis, point, self.functions)
+
     def _departed(
-        self,
-        fit: Fit,
-        problem: Problem,
-        discrepancy_sd: float,
-        reached: tuple[Point, bool] | None = None,
+        self, fit: Fit, problem: Problem, reached: tuple[Point, bool] | None = None
     ) -> Fit:
-        """A fit with departures of this size, as its problem sees it; at its values or others."""
-        return evaluated(
-            problem,
-            fit.hypothesis,
-            reached or (fit.point, fit.converged),
-            Discrepancy(self.functions, discrepancy_sd),
-            self.stated_dof,
-        )
+        """A fit with its departures as a problem sees it; at its values or others."""
+        point, converged = reached or (fit.point, fit.converged)
+        ground = self._ground(problem, fit.hypothesis, point)
+        return evaluated(ground, converged, fit.discrepancy_sd, self.stated_dof)
 
     def moved(self, fit: Fit, reached: tuple[Point, bool]) -> Fit:
         """The same fit, noise and departures, at another point (and whether it is the end of a
         search); other modes stay."""
         return replace(
-            self._departed(
-                fit, self._problem(fit.unknowns, fit.noise), fit.discrepancy_sd, reached
-            ),
+            self._departed(fit, self._problem(fit.unknowns, fit.noise), reached),
             log_discrepancy=fit.log_discrepancy,
             noise_of_values=fit.noise_of_values,
             other_modes=fit.other_modes,
@@ -367,28 +361,22 @@ class Fitter:
     def look(self, fit: Fit, noise: Noise) -> Fit:
         """The same values through another noise."""
         return replace(
-            self._departed(fit, self._problem(fit.unknowns, noise), fit.discrepancy_sd),
+            self._departed(fit, self._problem(fit.unknowns, noise)),
             log_discrepancy=fit.log_discrepancy,
         )
 
     def at_nominal(self, fit: Fit) -> Fit:
         """The drive exactly as stated but for its offsets, seen through the noise of a fit."""
         self.model.cold()
-        return evaluated(
-            self._problem((), fit.noise),
-            Hypothesis(),
-            (self.model.at(self.model.neutral), True),
-            Discrepancy(self.functions),
-            self.stated_dof,
-        )
+        problem, point = self._problem((), fit.noise), self.model.at(self.model.neutral)
+        return evaluated(self._ground(problem, Hypothesis(), point), True, 0.0, self.stated_dof)
 
     def linear(self, fit: Fit) -> Linear:
         """Readings less model, columns of unknowns and offsets, prior precisions, about a fit; in
         arcsec.
         """
         problem = self._problem(fit.unknowns, fit.noise)
-        discrepancy = Discrepancy(self.functions, fit.discrepancy_sd)
-        return linearised(problem, fit.hypothesis, fit.point, discrepancy)
+        return linearised(self._ground(problem, fit.hypothesis, fit.point), fit.discrepancy_sd)
 
     def place(self, effect: str, name: str) -> int:
         """Where a parameter stands among the values."""
