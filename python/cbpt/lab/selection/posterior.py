@@ -52,28 +52,26 @@ class Posterior:
     def of_any(self, effects: Iterable[str]) -> float:
         """Probability that one or more of some effects are at work."""
         wanted = set(effects)
-        return float(sum(p for names, p in self.sets.items() if wanted & set(names)))
+        return _together(p for names, p in self.sets.items() if wanted & set(names))
 
     def of_several(self, effects: Iterable[str]) -> float:
         """Probability that two or more of some effects are at work."""
         wanted = set(effects)
-        return float(sum(p for names, p in self.sets.items() if len(wanted & set(names)) > 1))
+        return _together(p for names, p in self.sets.items() if len(wanted & set(names)) > 1)
 
     def of_all(self, certain: Iterable[str], groups: Iterable[Iterable[str]] = ()) -> float:
         """Probability that all of some effects are at work, and one of each group."""
         needed, one_of = set(certain), [set(g) for g in groups]
-        return float(
-            sum(
-                p
-                for names, p in self.sets.items()
-                if needed <= set(names) and all(set(names) & g for g in one_of)
-            )
+        return _together(
+            p
+            for names, p in self.sets.items()
+            if needed <= set(names) and all(set(names) & g for g in one_of)
         )
 
     def within(self, allowed: Iterable[str]) -> float:
         """Probability that nothing but some effects is at work."""
         names = set(allowed)
-        return float(sum(p for found, p in self.sets.items() if set(found) <= names))
+        return _together(p for found, p in self.sets.items() if set(found) <= names)
 
     def demands_at_most(self, allowed: Iterable[str]) -> float:
         """Probability that the readings demand nothing but some effects."""
@@ -84,6 +82,11 @@ class Posterior:
             if not set(found) <= names and found not in self.undemanded
         )
         return 1.0 - float(more)
+
+
+def _together(probabilities: Iterable[float]) -> float:
+    """Of sets of which one holds; rounding may have made it more than 1."""
+    return min(float(sum(probabilities)), 1.0)
 
 
 @dataclass(frozen=True)
