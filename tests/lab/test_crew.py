@@ -7,6 +7,7 @@ user's are asked one at a time.
 from __future__ import annotations
 
 import threading
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -75,6 +76,7 @@ def test_what_is_raised_ends_all_others(where: str) -> None:
         def of(_: Fitter) -> int:
             if where == "task" and number == 1:
                 raise RuntimeError("enough")
+            time.sleep(1e-3)
             done.append(number)
             return number
 

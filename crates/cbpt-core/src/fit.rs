@@ -6,8 +6,8 @@
 //! One zero of the angle is fitted to all readings. With residuals r_i = y_i - zero - model_i and the uncertainties u_i, the
 //! misfit is chi^2 = sum (r_i/u_i)^2. Gauss-Newton with exact derivatives, damped after Levenberg and Marquardt, within the
 //! limits of the numbers; uncertainties are those of the linear problem at the minimum (Bevington and Robinson, Data Reduction
-//! and Error Analysis, 2003, chapter 8). Noise that is correlated, priors and the weighing of effects against each other are
-//! in the Python package.
+//! and Error Analysis, 2003, chapter 8). Correlated noise and priors are in [`crate::posterior`], the weighing of effects
+//! against each other is in the Python package.
 
 use nalgebra::{DMatrix, DVector};
 

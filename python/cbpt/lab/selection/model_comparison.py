@@ -233,7 +233,8 @@ class _Contest:
         def take(fit: Fit | None) -> None:
             self.keep(fit)
             number = next(done)
-            share = first + (last - first) * number / len(words)
+            done_of_it = number / len(words)
+            share = first * (1 - done_of_it) + last * done_of_it
             self.report(words[min(number, len(words) - 1)], share)
 
         for word in words[:1]:
