@@ -225,7 +225,7 @@ fn a_closed_run_may_have_been_repeated_before() {
         let torque_Nm = [0.0, 3.0, 6.0, 3.0, 0.0, -3.0, -6.0, -3.0, 0.0].repeat(copies);
         let count = torque_Nm.len();
         Campaign {
-            run: (0..count as i64).map(|place| place / 9).collect(),
+            run: (0..).take(count).map(|place: i64| place / 9).collect(),
             time_s: (0..count).map(|place| place as f64).collect(),
             torque_Nm,
             preload_N: vec![600.0; count],
