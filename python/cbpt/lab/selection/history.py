@@ -30,13 +30,19 @@ from cbpt.lab.selection.fit_effects import fits_of_forms
 from cbpt.lab.selection.rules import RULES
 
 _FRICTION, _PLAY = (name.partition(".")[0] for name in (FRICTION, PLAY))
-_NOTES: dict[History, str] = {
-    "anew": "runs begin where the ones before them ended, but the readings show friction that "
-    "starts anew at each run: it faded or was released in between. For cbpt compare to take it so, "
-    "let time_s begin at 0 in each run",
-    "carried": "the readings show friction that goes on from run to run, though no common clock "
-    "says so. For cbpt compare to take it so, let time_s go on from run to run",
-}
+_ANEW = (
+    "runs begin where the ones before them ended, but the readings show friction that starts anew "
+    "at each run: it faded or was released in between. For cbpt compare to take it so, let time_s "
+    "begin at 0 in each run"
+)
+_CARRIED = (
+    "the readings show friction that goes on from run to run, though no common clock says so. For "
+    "cbpt compare to take it so, let time_s go on from run to run"
+)
+_REPEATED = (
+    "the readings show friction that loops before the first ones have left: these are fitted as if "
+    "repeated before, and cbpt compare takes them as loaded from rest"
+)
 
 
 def with_its_history(campaign: Campaign) -> tuple[Campaign, list[str]]:
@@ -47,22 +53,30 @@ def with_its_history(campaign: Campaign) -> tuple[Campaign, list[str]]:
 
 def with_their_history(campaigns: Sequence[Campaign]) -> tuple[list[Campaign], list[str]]:
     """The campaigns, all with one history or as their clocks say, and a note as above."""
-    as_timed = [*campaigns]
-    for history, note in _NOTES.items():
-        other = [replace(campaign, history=history) for campaign in campaigns]
-        differ = [pair for pair in zip(other, campaigns, strict=True) if _differ(*pair)]
-        gained = sum(_log_evidence(one) - _log_evidence(timed) for one, timed in differ)
-        if differ and gained >= RULES.log_rival_odds:
-            return other, [note]
-    return as_timed, []
+    timed, found = [*campaigns], [*campaigns]
+    known: dict[int, float] = {}
+    """Log evidence of campaigns as their clocks say, by their places."""
+    gained_most, notes = RULES.log_rival_odds, list[str]()
+    histories: tuple[History, ...] = "anew", "carried"
+    for history in histories:
+        other = [replace(campaign, history=history) for campaign in timed]
+        pairs = enumerate(zip(other, timed, strict=True))
+        told = {place: note for place, pair in pairs if (note := _what_differs(*pair))}
+        for place in told.keys() - known.keys():
+            known[place] = _log_evidence(timed[place])
+        gained = sum(_log_evidence(other[place]) - known[place] for place in told)
+        if told and gained >= gained_most:
+            gained_most, found, notes = gained, other, [*dict.fromkeys(told.values())]
+    return found, notes
 
 
-def _differ(one: Campaign, other: Campaign) -> bool:
-    """Whether not the same runs go on."""
-    first, second = (Assembled(campaign, ()) for campaign in (one, other))
-    repeated = first.runs_repeated_before != second.runs_repeated_before
-    spring = one.drive.kind == "torsion_spring"
-    return first.runs_that_go_on != second.runs_that_go_on or (spring and repeated)
+def _what_differs(other: Campaign, timed: Campaign) -> str:
+    """What runs do that they do not as their clocks say; empty where they do the same."""
+    here, there = (Assembled(campaign, ()) for campaign in (other, timed))
+    if here.runs_that_go_on != there.runs_that_go_on:
+        return _ANEW if other.history == "anew" else _CARRIED
+    spring = other.drive.kind == "torsion_spring"
+    return _REPEATED if spring and here.runs_repeated_before else ""
 
 
 def _log_evidence(campaign: Campaign) -> float:
