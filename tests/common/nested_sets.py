@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from cbpt.lab.selection.model_comparison import _EFFORT, Competition, follows
+from cbpt.lab.selection.model_comparison import _EFFORT, Competition
+from cbpt.lab.selection.refits import follows
 from cbpt.lab.selection.setting import Names
 
 

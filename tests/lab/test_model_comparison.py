@@ -20,9 +20,9 @@ from cbpt.lab.selection.model_comparison import (
     _EFFORT,
     _Contest,
     compete,
-    follows,
 )
 from cbpt.lab.selection.ranking import ranked
+from cbpt.lab.selection.refits import follows
 from cbpt.lab.selection.setting import prepare
 from common.hidden import TRUTH, diagnosed
 from common.nested_sets import worse_than_a_part
