@@ -332,4 +332,4 @@ def test_time_goes_on_though_nobody_wrote_it_down(zero: float, gain: float) -> N
         assert found.verdict.kind in ("rig", "complete") and "wanders" in found.sentence
     else:
         assert found.verdict.kind == "unknown" and "order of the readings" in found.sentence
-        assert "write down time" in measure_next(found)
+        assert "write down the time" in measure_next(found)
