@@ -36,6 +36,8 @@ LIMIT = RULES.log_rival_odds
 """Log odds that decide between two hypotheses."""
 _OPTIONAL = ("time_s", "temperature_degC", "cycle")
 """Columns of a table that effects depend on where they are there."""
+_BEYOND_DOUBT = 100.0
+"""Log evidence: more makes nothing more certain."""
 # Spread of the offset of a further run over the noise: it is not known at all.
 _ZERO_PER_U = 100.0
 
@@ -125,8 +127,11 @@ class Prospect:
                 found[self.names[i], self.names[j]] = float(gain)
         return found
 
-    def mean_gain(self, pairs: Mapping[tuple[str, str], float], most: float = np.inf) -> float:
-        """Of what is true against the others, each weighed by its probability."""
+    def mean_gain(
+        self, pairs: Mapping[tuple[str, str], float], most: float = _BEYOND_DOUBT
+    ) -> float:
+        """Of what is true against the others, each weighed by its probability and counted up to
+        `most`: far beyond the readings a line through what a model says there says anything."""
         weights = [
             self.share[self.names.index(a)] * self.share[self.names.index(b)] for a, b in pairs
         ]
