@@ -415,15 +415,13 @@ _INSTRUMENTS = ("torque_lag", "torque_hysteresis", "preload_crosstalk", "span_dr
 ODDS: dict[str, float] = {
     "": 0.03,
     **dict.fromkeys((*_CALIBRATIONS, *_INSTRUMENTS, "rate_friction"), 2e-4),
-    **dict.fromkeys(("ball_diameter_lot", "shaft_shift"), 0.01),
+    "ball_diameter_lot": 0.01,
     "unknown": 0.03,
 }
 """Prior odds of an effect against nothing; "" stands for those not listed. A calibration or an
 angle that is wrong by far more than its stated uncertainty is a hundred times less likely than a
 missing effect, and so is an error of an instrument beyond gain, zero and drift, or friction that
-grows with the rate, its twin: without evidence of their own they are no rivals of friction. A shaft
-that is pushed aside is a fault of a set-up, which few have; at torques of one sign it stays a rival
-of a joint that twists.
+grows with the rate, its twin: without evidence of their own they are no rivals of friction.
 """
 
 CLASSES: dict[str, str] = {spec.id: spec.kind for spec in effect_specs()}
