@@ -210,8 +210,8 @@ impl Rows {
             Self { rows: Vec::new(), places: Vec::new(), starts: vec![0], history, ..self.clone() };
         for number in (0..self.runs()).filter(|number| self.places[self.starts[*number]] != UNMEASURED) {
             let (run, places) = (&self.rows[self.run(number)], &self.places[self.run(number)]);
-            this.push(run, places);
-            let led_to = this.goes_on(this.runs() - 1);
+            let before = this.runs().checked_sub(1).map(|last| this.run(last));
+            let led_to = before.is_some_and(|before| this.leads_to(&this.rows[before], run));
             if history == History::Carried && !led_to && run.len() > 2 && goes_on_from(run, run) {
                 // Before it and in no time.
                 let before = run.iter().map(|row| Row {
@@ -220,10 +220,9 @@ impl Rows {
                     ..*row
                 });
                 let before: Vec<Row> = before.collect();
-                this.pop();
                 this.push(&before, &vec![UNMEASURED; run.len()]);
-                this.push(run, places);
             }
+            this.push(run, places);
         }
         this
     }
@@ -234,14 +233,6 @@ impl Rows {
         self.rows.extend(run.iter().enumerate().map(|(i, row)| Row { place: first + i, ..*row }));
         self.places.extend(places);
         self.starts.push(self.rows.len());
-    }
-
-    /// Without the last run.
-    fn pop(&mut self) {
-        self.starts.pop();
-        let end = self.starts[self.starts.len() - 1];
-        self.rows.truncate(end);
-        self.places.truncate(end);
     }
 
     /// How many runs go on from where the one before them ended, without those that do from a repetition of themselves.
@@ -292,16 +283,21 @@ impl Rows {
         found
     }
 
-    /// Whether a run begins where the one before it ended, by one clock where that counts. What friction holds does not fade in a
-    /// pause.
+    /// Whether a run begins where the one before it ended, by one clock where that counts.
     fn goes_on(&self, number: usize) -> bool {
-        if number == 0 || self.history == History::Anew {
-            return false;
-        }
-        let (before, run) = (&self.rows[self.run(number - 1)], &self.rows[self.run(number)]);
+        let before = number.checked_sub(1).map(|before| &self.rows[self.run(before)]);
+        before.is_some_and(|before| self.leads_to(before, &self.rows[self.run(number)]))
+    }
+
+    /// Whether a run goes on from where another one ended. What friction holds does not fade in a pause.
+    fn leads_to(&self, before: &[Row], run: &[Row]) -> bool {
         let timed = |run: &[Row]| run.last().is_some_and(|row| row.run_time_s > 0.0);
-        let by_one_clock = self.one_clock && timed(before) && timed(run);
-        (by_one_clock || self.history == History::Carried) && goes_on_from(before, run)
+        let told = match self.history {
+            History::Anew => false,
+            History::Carried => true,
+            History::ByClock => self.one_clock && timed(before) && timed(run),
+        };
+        told && goes_on_from(before, run)
     }
 
     /// The readings cut where time starts again: all of them, or the runs.

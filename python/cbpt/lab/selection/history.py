@@ -30,19 +30,15 @@ from cbpt.lab.selection.fit_effects import fits_of_forms
 from cbpt.lab.selection.rules import RULES
 
 _FRICTION, _PLAY = (name.partition(".")[0] for name in (FRICTION, PLAY))
-_ANEW = (
-    "runs begin where the ones before them ended, but the readings show friction that starts anew "
-    "at each run: it faded or was released in between. For cbpt compare to take it so, let time_s "
-    "begin at 0 in each run"
-)
-_CARRIED = (
-    "the readings show friction that goes on from run to run, though no common clock says so. For "
-    "cbpt compare to take it so, let time_s go on from run to run"
-)
-_REPEATED = (
-    "the readings show friction that loops before the first ones have left: these are fitted as if "
-    "repeated before, and cbpt compare takes them as loaded from rest"
-)
+_NOTES = {
+    "anew": "runs begin where the ones before them ended, but the readings show friction that "
+    "starts anew at each run: it faded or was released in between. For cbpt compare to take it so, "
+    "let time_s begin at 0 in each run",
+    "carried": "the readings show friction that goes on from run to run, though no common clock "
+    "says so. For cbpt compare to take it so, let time_s go on from run to run",
+    "repeated": "the readings show friction that loops before the first ones have left: these are "
+    "fitted as if repeated before, and cbpt compare takes them as loaded from rest",
+}
 
 
 def with_its_history(campaign: Campaign) -> tuple[Campaign, list[str]]:
@@ -74,9 +70,9 @@ def _what_differs(other: Campaign, timed: Campaign) -> str:
     """What runs do that they do not as their clocks say; empty where they do the same."""
     here, there = (Assembled(campaign, ()) for campaign in (other, timed))
     if here.runs_that_go_on != there.runs_that_go_on:
-        return _ANEW if other.history == "anew" else _CARRIED
+        return _NOTES[other.history]
     spring = other.drive.kind == "torsion_spring"
-    return _REPEATED if spring and here.runs_repeated_before else ""
+    return _NOTES["repeated"] if spring and here.runs_repeated_before else ""
 
 
 def _log_evidence(campaign: Campaign) -> float:
