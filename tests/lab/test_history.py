@@ -126,10 +126,13 @@ def ramps(clocks: bool) -> Campaign:
     return Campaign.of(cbpt.Case.from_dict(SPRING), readings)
 
 
-REPEATED = "the readings show friction that loops before the first ones have left"
+REPEATED = (
+    "the readings show that the first loops begin with friction of loops before them, which were "
+    "not measured"
+)
 CARRIED = (
-    "the readings show friction that goes on from run to run, though no common clock says so. For "
-    "cbpt compare to take it so, let time_s go on from run to run"
+    "the readings show friction that goes on from run to run, though time_s does not. For cbpt "
+    "compare to take it so, let time_s go on from run to run"
 )
 ANEW = (
     "runs begin where the ones before them ended, but the readings show friction that starts anew "

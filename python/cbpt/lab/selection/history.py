@@ -34,10 +34,11 @@ _NOTES = {
     "anew": "runs begin where the ones before them ended, but the readings show friction that "
     "starts anew at each run: it faded or was released in between. For cbpt compare to take it so, "
     "let time_s begin at 0 in each run",
-    "carried": "the readings show friction that goes on from run to run, though no common clock "
-    "says so. For cbpt compare to take it so, let time_s go on from run to run",
-    "repeated": "the readings show friction that loops before the first ones have left: these are "
-    "fitted as if repeated before, and cbpt compare takes them as loaded from rest",
+    "carried": "the readings show friction that goes on from run to run, though time_s does not. "
+    "For cbpt compare to take it so, let time_s go on from run to run",
+    "repeated": "the readings show that the first loops begin with friction of loops before them, "
+    "which were not measured: they are fitted as if the same loop had been run before. cbpt compare "
+    "takes them as loaded from rest",
 }
 
 
