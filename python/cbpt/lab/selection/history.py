@@ -37,8 +37,8 @@ _NOTES = {
     "carried": "the readings show friction that goes on from run to run, though time_s does not. "
     "For cbpt compare to take it so, let time_s go on from run to run",
     "repeated": "the readings show that the first loops begin with friction of loops before them, "
-    "which were not measured: they are fitted as if the same loop had been run before. cbpt compare "
-    "takes them as loaded from rest",
+    "which were not measured: they are fitted as if the same loop had been run before. "
+    "cbpt compare takes them as loaded from rest",
 }
 
 
