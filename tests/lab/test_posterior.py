@@ -210,6 +210,17 @@ def test_it_may_take_an_improbable_one_for_a_group_to_be_certain() -> None:
     assert spoken_of(zeros, RULES).rivals == (("bearing", "torsion"),)
 
 
+def test_offsets_of_runs_are_not_certain_by_their_prior_odds_alone() -> None:
+    """An eccentricity that follows the readings as well has the likelihood of the offsets, and
+    0.03 of their odds. Certain is what the readings say, so each of both may be it."""
+    twins = Posterior({(OFFSET,): 0.97, ("eccentricity",): 0.03 * 0.97, ("loss",): 0.0009})
+    said = spoken_of(twins, RULES)
+    assert said.effects == () and said.rivals == (("eccentricity", OFFSET),)
+    # An effect that follows them less well is no rival.
+    ahead = Posterior({(OFFSET,): 0.999, ("eccentricity",): 0.001})
+    assert spoken_of(ahead, RULES) == Spoken((OFFSET,), (), ())
+
+
 # --- likely -------------------------------------------------------------------------------
 
 

@@ -39,6 +39,13 @@ class Posterior:
     these readings has the probability that it had before, and speaks against no other."""
 
     @property
+    def even(self) -> Posterior:
+        """The same with even prior odds of all sets: what the readings alone say."""
+        sets = {names: p / np.exp(prior(_odds_of(names))) for names, p in self.sets.items()}
+        total = sum(sets.values())
+        return Posterior({names: p / total for names, p in sets.items()}, self.undemanded)
+
+    @property
     def best(self) -> Names:
         """The most probable set."""
         return max(self.sets, key=lambda names: self.sets[names])
@@ -105,6 +112,11 @@ def named_of(names: Names) -> Names:
     return tuple(n for n in names if n not in (OFFSET, UNKNOWN))
 
 
+def _odds_of(names: Names) -> Names:
+    """The members of a set that have prior odds; offsets of runs have a price as noise instead."""
+    return tuple(n for n in names if n != OFFSET)
+
+
 def posterior_of(competition: Competition) -> Posterior:
     """From the odds of a competition; of sets that were fitted with and without offsets of runs the
     more probable form counts."""
@@ -150,13 +162,27 @@ def spoken_of(posterior: Posterior, rules: DecisionRules) -> Spoken:
     for group in _groups(posterior, open_[:_MOST_OPEN], rules):
         if not set(group) & set().union(*groups):
             groups.append(tuple(sorted(group)))
-    if not set(certain) - {OFFSET} and not groups:
+    if certain == [OFFSET] and (instead := _instead_of_offsets(posterior, rules)):
+        certain, groups = [], [tuple(sorted((OFFSET, *instead)))]
+    elif not set(certain) - {OFFSET} and not groups:
         # One or more of them are at work, and nobody can say which. It may take improbable ones.
         ranked = sorted(set(inclusion) - set(certain), key=lambda e: -inclusion[e])
         groups = _one_or_more(posterior, ranked[:_MOST_OPEN], rules)
     grouped = set().union(*groups)
     perhaps = tuple((e, inclusion[e]) for e in open_ if e not in grouped)
     return Spoken(tuple(certain), tuple(sorted(groups)), perhaps)
+
+
+def _instead_of_offsets(posterior: Posterior, rules: DecisionRules) -> Names:
+    """What follows the readings as well as offsets of runs do, which then owe their probability to
+    the prior odds alone: where each run has an input angle of its own, an eccentricity, say."""
+    if posterior.even.of_any([OFFSET]) >= rules.certain:
+        return ()
+    return max(
+        (names for names in posterior.sets if OFFSET not in names),
+        key=lambda names: posterior.sets[names],
+        default=(),
+    )
 
 
 def _groups(
