@@ -186,9 +186,12 @@ def test_offsets_of_runs_are_a_member_of_the_sets() -> None:
     assert rivals.names == (RUNOUT,)
     ahead = judge(with_offsets({(): 0.02, (RUNOUT,): 0.98}, (RUNOUT,)))
     assert said(ahead) == ("effect", (RUNOUT,), ())
-    behind = judge(with_offsets({(): 0.98, (RUNOUT,): 0.02}, (RUNOUT,)))
+    behind = judge(with_offsets({(): 0.999, (RUNOUT,): 0.001}, (RUNOUT,)))
     assert said(behind) == ("rig", ("run_offset",), ())
-    assert behind.probability == pytest.approx(1.0) and behind.exactly == pytest.approx(0.98)
+    assert behind.probability == pytest.approx(1.0) and behind.exactly == pytest.approx(0.999)
+    # The readings say as much of both, and only the prior odds do not.
+    alike = judge(with_offsets({(): 0.98, (RUNOUT,): 0.02}, (RUNOUT,)))
+    assert said(alike) == ("ambiguous", (), ((RUNOUT, "run_offset"),))
 
 
 def test_offsets_beside_an_effect_are_told() -> None:

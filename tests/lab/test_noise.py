@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
-from scipy import stats
+from scipy import integrate, stats
 from scipy.optimize import minimize
 
 from cbpt.lab.covariance.artefacts import (
@@ -150,15 +150,38 @@ def test_what_is_known_of_each_reading_is_selected_with_it() -> None:
     assert shared.numbers == 1
 
 
-def test_the_price_of_inflation_is_what_students_t_says_less() -> None:
-    z = np.array([1.5, 4.0, 8.0])
-    inflation = np.sqrt((4 + z**2) / 5)
-    claimed = stats.norm.logpdf(z, scale=inflation) - stats.t.logpdf(z, 4)
-    assert price_of_inflation(inflation) == pytest.approx(claimed.sum(), abs=1e-9)
-    z = stats.norm.ppf(np.linspace(stats.norm.cdf(-1), stats.norm.cdf(1), 2001))
-    mean = float(np.mean(stats.norm.logpdf(z) - stats.t.logpdf(z, 4)))
-    assert price_of_inflation(np.ones(50)) == pytest.approx(50 * mean, rel=0.05)
-    assert price_of(Noise(correlation=0.3, inflation=inflation)) > price_of(Noise()) + PRICE
+def factors_of(z: Floats) -> Floats:
+    return np.sqrt(np.maximum((4 + z**2) / 5, 1.0))
+
+
+def test_heavy_tails_cost_what_students_t_says_less() -> None:
+    z = stats.t.ppf((np.arange(400) + 0.5) / 400, 4)
+    claimed = stats.norm.logpdf(z, scale=factors_of(z)) - stats.t.logpdf(z, 4)
+    assert price_of_inflation(factors_of(z)) == pytest.approx(claimed.sum(), rel=0.02)
+    noise = Noise(correlation=0.3, inflation=factors_of(z))
+    assert price_of(noise) > price_of(Noise()) + PRICE
+
+
+@pytest.mark.parametrize("n", [40, 400])
+def test_one_outlier_costs_its_share_and_its_place_alone(n: int) -> None:
+    """A normal distribution of which a share from 0.002 to 0.1 is wrong, by Cauchy's of scale 10.
+    All other readings are normal, and pay nothing for tails that they do not show."""
+    z = 19.0
+    inflation = np.ones(n)
+    inflation[0] = factors_of(np.array([z]))[0]
+
+    def says(log_share: float) -> float:
+        share = np.exp(log_share)
+        rest = (1 - share) ** (n - 1)
+        one = share * stats.cauchy.pdf(z, scale=10) + (1 - share) * stats.norm.pdf(z)
+        return float(one * rest)
+
+    ends = np.log([0.002, 0.1])
+    said = integrate.quad(says, *ends)[0] / np.ptp(ends)
+    claimed = stats.norm.logpdf(z, scale=inflation[0]) - np.log(said)
+    assert price_of_inflation(inflation) == pytest.approx(claimed, abs=0.1)
+    heavy = stats.norm.logpdf(z, scale=inflation[0]) - stats.t.logpdf(z, 4) + 0.09 * (n - 1)
+    assert price_of_inflation(inflation) < heavy - 3
 
 
 def test_likelihood_is_that_of_the_dense_normal() -> None:

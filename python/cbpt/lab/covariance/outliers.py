@@ -40,8 +40,13 @@ _LIMITS = _Limits()
 _STUDENT = lgamma((_LIMITS.degrees + 1) / 2) - lgamma(_LIMITS.degrees / 2)
 _STUDENT -= 0.5 * log(_LIMITS.degrees * pi)
 """Log density of Student's t at 0."""
+_NORMAL = -0.5 * log(2 * pi)
 _WITHIN = 0.09
-"""The same difference where a factor is 1, on average."""
+"""Of a reading whose factor is 1: what a normal distribution claims beyond Student's t, on average."""
+_SHARES = np.geomspace(0.002, 0.1, 9)
+"""Shares of the readings that may be outliers, each as probable as the next."""
+_WRONG = 10.0
+"""Standard deviations by which half of them are off or more (Cauchy)."""
 
 
 def inflation_of(
@@ -74,17 +79,25 @@ def inflation_of(
 
 
 def price_of_inflation(inflation: Floats) -> float:
-    """Log density that a normal distribution with these factors claims beyond Student's t, which
-    knows no factors.
+    """Log density that a normal distribution with these factors claims beyond one that knows no
+    factors: Student's t (heavy tails), or a normal one in which a small share of the readings is
+    wrong by far (outliers; Box and Tiao, Biometrika 55 (1968) 119), whichever claims less.
 
     A factor w belongs to a reading (5 w^2 - 4)^(1/2) standard deviations off; where w is 1 the mean
     over readings within one standard deviation counts.
     """
     v = _LIMITS.degrees
-    beyond = (v + 1) * inflation**2 - v
+    far = inflation > 1
+    w = inflation[far]
+    beyond = (v + 1) * w**2 - v
+    normal = _NORMAL - np.log(w) - 0.5 * beyond / w**2
     student = _STUDENT - 0.5 * (v + 1) * np.log1p(beyond / v)
-    normal = -0.5 * np.log(2 * np.pi) - np.log(inflation) - 0.5 * beyond / inflation**2
-    return float(np.where(inflation > 1, normal - student, _WITHIN).sum())
+    heavy = float((normal - student).sum()) + _WITHIN * np.count_nonzero(~far)
+    share = _SHARES[:, None]
+    wrong = np.log(share) - np.log(np.pi * _WRONG * (1 + beyond / _WRONG**2))
+    mixed = np.logaddexp(np.log1p(-share) + _NORMAL - 0.5 * beyond, wrong)
+    few = (normal - mixed).sum(axis=1) - np.log1p(-_SHARES) * np.count_nonzero(~far)
+    return min(heavy, -float(np.logaddexp.reduce(-few) - np.log(len(few))))
 
 
 def _alike(z: Floats) -> bool:
