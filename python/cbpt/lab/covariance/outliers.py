@@ -42,7 +42,7 @@ _STUDENT -= 0.5 * log(_LIMITS.degrees * pi)
 """Log density of Student's t at 0."""
 _NORMAL = -0.5 * log(2 * pi)
 _WITHIN = 0.09
-"""Of a reading whose factor is 1: what a normal distribution claims beyond Student's t, on average."""
+"""What a normal distribution claims beyond Student's t of a reading whose factor is 1, on average."""
 _SHARES = np.geomspace(0.002, 0.1, 9)
 """Shares of the readings that may be outliers, each as probable as the next."""
 _WRONG = 10.0
