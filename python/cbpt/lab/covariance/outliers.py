@@ -75,7 +75,7 @@ def inflation_of(
         loose = new
         if turn == 0 and _alike(z):
             return None
-    return None if _alike(z) else loose
+    return None if _alike(z) else _those_wrong(z, loose)
 
 
 def price_of_inflation(inflation: Floats) -> float:
@@ -86,18 +86,45 @@ def price_of_inflation(inflation: Floats) -> float:
     A factor w belongs to a reading (5 w^2 - 4)^(1/2) standard deviations off; where w is 1 the mean
     over readings within one standard deviation counts.
     """
+    w = inflation[inflation > 1]
+    within = len(inflation) - len(w)
+    z2 = (_LIMITS.degrees + 1) * w**2 - _LIMITS.degrees
+    normal = float((_NORMAL - np.log(w) - 0.5 * z2 / w**2).sum())
+    few = _few(z2) + np.log1p(-_SHARES) * within
+    return normal - max(float(_heavy(z2).sum()) - _WITHIN * within, _mean_exp(few))
+
+
+def _heavy(z2: Floats) -> Floats:
+    """Log density of Student's t, by the squares of readings in standard deviations."""
     v = _LIMITS.degrees
-    far = inflation > 1
-    w = inflation[far]
-    beyond = (v + 1) * w**2 - v
-    normal = _NORMAL - np.log(w) - 0.5 * beyond / w**2
-    student = _STUDENT - 0.5 * (v + 1) * np.log1p(beyond / v)
-    heavy = float((normal - student).sum()) + _WITHIN * np.count_nonzero(~far)
-    share = _SHARES[:, None]
-    wrong = np.log(share) - np.log(np.pi * _WRONG * (1 + beyond / _WRONG**2))
-    mixed = np.logaddexp(np.log1p(-share) + _NORMAL - 0.5 * beyond, wrong)
-    few = (normal - mixed).sum(axis=1) - np.log1p(-_SHARES) * np.count_nonzero(~far)
-    return min(heavy, -float(np.logaddexp.reduce(-few) - np.log(len(few))))
+    return np.asarray(_STUDENT - 0.5 * (v + 1) * np.log1p(z2 / v))
+
+
+def _few(z2: Floats) -> Floats:
+    """Log density of all readings where a share of them is wrong by far, for each such share."""
+    right, wrong = _NORMAL - 0.5 * z2, _wrong(z2)
+    both = np.logaddexp(np.log1p(-_SHARES)[:, None] + right, np.log(_SHARES)[:, None] + wrong)
+    return np.asarray(both.sum(axis=1))
+
+
+def _wrong(z2: Floats) -> Floats:
+    """The same of a reading that is wrong."""
+    return -np.log(np.pi * _WRONG * (1 + z2 / _WRONG**2))
+
+
+def _mean_exp(values: Floats) -> float:
+    return float(np.logaddexp.reduce(values) - np.log(len(values)))
+
+
+def _those_wrong(z: Floats, loose: Floats) -> Floats:
+    """Where few readings are wrong rather than all have heavy tails, only those are loose."""
+    z2 = z**2
+    few = _few(z2)
+    if _mean_exp(few) < _heavy(z2).sum():
+        return loose
+    share = _SHARES[int(np.argmax(few))]
+    likelier = np.log(share) + _wrong(z2) > np.log1p(-share) + _NORMAL - 0.5 * z2
+    return np.where(likelier, loose, 1.0)
 
 
 def _alike(z: Floats) -> bool:
