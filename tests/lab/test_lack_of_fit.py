@@ -245,7 +245,8 @@ def test_planted_outliers_are_found(seed: int) -> None:
     assert found is not None
     assert set(np.argsort(found)[-8:]) == set(at)
     assert found[at].min() > 2.5
-    assert np.count_nonzero(np.delete(found, at) > 2) <= 4
+    # The others are normal, and stay as they are.
+    assert np.count_nonzero(np.delete(found, at) > 1) <= 4
 
 
 @pytest.mark.parametrize(

@@ -7,9 +7,10 @@ named.
 Each reading is predicted from all others by a smooth field that can follow every effect of the
 library and every pattern of the table (a Gaussian process; leave-one-out in closed form, Rasmussen
 and Williams 2006, eq. 5.12). What is far from its prediction gets the weight that Student's t with
-4 degrees of freedom gives it. A cause that is real moves its neighbours too, so it is hardly
-mistaken for a loose reading; where it is, the price decides: readings that scatter unlike and a
-cause that explains them are hypotheses of one competition.
+4 degrees of freedom gives it; where few readings are wrong and the others normal, only those. A
+cause that is real moves its neighbours too, so it is hardly mistaken for a loose reading; where it
+is, the price decides: readings that scatter unlike and a cause that explains them are hypotheses of
+one competition.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ _STUDENT -= 0.5 * log(_LIMITS.degrees * pi)
 """Log density of Student's t at 0."""
 _NORMAL = -0.5 * log(2 * pi)
 _WITHIN = 0.09
-"""What a normal distribution claims beyond Student's t of a reading whose factor is 1, on average."""
+"""What a normal distribution claims beyond Student's t where a factor is 1, on average."""
 _SHARES = np.geomspace(0.002, 0.1, 9)
 """Shares of the readings that may be outliers, each as probable as the next."""
 _WRONG = 10.0
