@@ -133,8 +133,7 @@ def _inflation(
 ) -> Floats | None:
     """Inflation factor of each reading's standard deviation; None where all scatter alike."""
     c = fitter.campaign
-    # Beside a loop of play and friction still to be explained, what looks loose is part of it.
-    if len(c) < 12 or c.drive.kind == "torsion_spring":
+    if len(c) < 12:
         return None
     numbers = fit.point.slopes * np.array([u.unit for u in fit.unknowns])
     seen = [np.where(np.isfinite(s.columns), s.columns, 0.0) for s in signatures]
