@@ -35,6 +35,7 @@ from cbpt.lab.diagnosis.fit_text import (
 from cbpt.lab.diagnosis.held_torque import held_torque
 from cbpt.lab.diagnosis.preflight_units import input_side
 from cbpt.lab.diagnosis.rungs import rung_of, rung_of_lack_of_fit
+from cbpt.lab.diagnosis.torque_scatter import with_torque_scatter
 from cbpt.lab.inference.closing import closed
 from cbpt.lab.inference.cross_validation import folds
 from cbpt.lab.inference.evidence import Fit
@@ -273,6 +274,9 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
     known = campaign.u_stated or campaign.u_repeated
     if campaign.drive.kind == "torsion_spring" and not known:
         campaign = _of_the_scatter(campaign, model)
+    if campaign.drive.kind == "torsion_spring":
+        campaign, told = with_torque_scatter(campaign)
+        notes += told
     if campaign.step_arcsec:
         notes.append(
             f"the angle is recorded in steps of {campaign.step_arcsec:g} arcsec, which is coarse "

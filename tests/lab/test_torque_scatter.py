@@ -1,0 +1,118 @@
+"""Property: scatter of the torque readings about their ramps is part of the uncertainty of an
+angle, where the angle does not follow it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import cbpt
+from cbpt.lab.diagnosis.torque_scatter import with_torque_scatter
+from cbpt.lab.model.dataset import Campaign
+from common.springs import Reducer, loops
+
+Floats = NDArray[np.float64]
+JOINTS = [
+    Reducer(0.0, 1260.0, 0.0105, 0.02, friction_Nm=1.0, engagement_rad=2e-3),
+    Reducer(0.0, 1260.0, 0.0105, 0.02, friction_Nm=2.5, engagement_rad=5e-4),
+]
+SPRING = {
+    "torsion_spring": {"torsional_stiffness_Nm_per_deg": 11.0},
+    "measurement": {"zero": "per_run"},
+    "uncertainty": {"contact_stiffness_rel": 0.1},
+}
+U_ARCSEC = 10.0
+
+
+def case() -> cbpt.Case:
+    return cbpt.Case.from_dict(SPRING)
+
+
+def campaign(torque_Nm: Floats, angle_arcsec: Floats, run: Any = 1) -> Campaign:
+    table = {
+        "run": np.broadcast_to(run, torque_Nm.shape),
+        "time_s": np.arange(float(len(torque_Nm))),
+        "torque_Nm": torque_Nm,
+        "elastic_angle_arcsec": angle_arcsec,
+        "u_elastic_angle_arcsec": np.full(len(torque_Nm), U_ARCSEC),
+    }
+    return Campaign.of(case(), cbpt.read_readings(table, need_preload=False))
+
+
+def ramp(count: int = 200, largest_Nm: float = 20.0) -> Floats:
+    return np.interp(np.linspace(0, 4, count), [0, 1, 3, 4], [0, largest_Nm, -largest_Nm, 0])
+
+
+def noise(count: int, seed: int = 3) -> Floats:
+    return np.random.default_rng(seed).standard_normal(count)
+
+
+SLOPE = 300.0
+"""arcsec/(N m)"""
+
+
+def test_scatter_counts_by_the_slope_of_the_curve() -> None:
+    torque = ramp()
+    angle = SLOPE * torque + U_ARCSEC * noise(200)
+    found, notes = with_torque_scatter(campaign(torque + 0.1 * noise(200, 5), angle))
+    assert float(np.median(found.u_arcsec)) == pytest.approx(
+        np.hypot(U_ARCSEC, 0.1 * SLOPE), rel=0.4
+    )
+    assert len(notes) == 1 and "N m that the angle does not follow" in notes[0]
+    # A curve that is flat is moved by nothing, wherever its torque was.
+    flat, _ = with_torque_scatter(campaign(torque + 0.1 * noise(200, 5), U_ARCSEC * noise(200)))
+    assert flat.u_arcsec.max() < 3 * U_ARCSEC
+
+
+def test_a_jump_within_one_step_is_uncertain_by_its_share_of_the_step() -> None:
+    """Play of 2000 arcsec is crossed at zero torque: a torque 0.1 N m off is behind or before it in
+    one of four cases, where readings are 0.4 N m apart."""
+    torque = ramp()
+    angle = 10 * torque + 1000 * np.sign(torque) + U_ARCSEC * noise(200)
+    found, _ = with_torque_scatter(campaign(torque + 0.1 * noise(200, 5), angle))
+    near = np.abs(torque) < 0.3
+    assert found.u_arcsec[near].min() > 0.2 * 2000
+    far = (np.abs(torque) > 3) & (np.abs(torque) < 18)
+    assert float(np.median(found.u_arcsec[far])) < 2 * U_ARCSEC
+
+
+@pytest.mark.parametrize("kind", ["jitter", "chosen", "at random", "exact"])
+def test_torques_that_the_angle_follows_do_not_scatter(kind: str) -> None:
+    """Nor do those that somebody chose, evenly spaced or not."""
+    torque = {
+        "jitter": ramp() + 0.1 * noise(200, 5),
+        "chosen": np.tile([0, 1, 2, 5, 10, 15, 20, 15, 10, 5, 2, 1.0], 6),
+        "at random": 10 * noise(200, 5),
+        "exact": ramp(),
+    }[kind]
+    given = campaign(torque, SLOPE * torque + U_ARCSEC * noise(len(torque)))
+    found, notes = with_torque_scatter(given)
+    assert found is given and notes == []
+
+
+def protocol(small: int, large: int, seed: int) -> dict[str, Any]:
+    """Loops of 4 and 40 N m of two joints in series, each with play and a friction of its own,
+    which no effect of the library is; torque readings scatter."""
+    tables = []
+    for count, peak_Nm in ((small, 4.0), (large, 40.0)):
+        if count:
+            table, other = (loops([j] * count, 2e-5, seed, peak_Nm) for j in JOINTS)
+            table["elastic_angle_rad"] += other["elastic_angle_rad"]
+            tables.append(table)
+    table = {name: np.concatenate([t[name] for t in tables]) for name in tables[0]}
+    count = len(table["torque_Nm"])
+    table["run"] = np.repeat(np.arange(small + large), count // (small + large))
+    del table["preload_step"]
+    return {**table, "torque_Nm": table["torque_Nm"] + 0.12 * noise(count, seed)}
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_other_ramps_of_the_same_reducer_are_no_change(seed: int) -> None:
+    """Readings that cross the play in one step decided: a zero of the torque, or a play, that had
+    changed by a hundred of its uncertainties."""
+    effects = ["backlash", "friction_hysteresis"]
+    found = cbpt.change(case(), protocol(5, 3, seed), protocol(0, 4, seed + 10), effects=effects)
+    assert found.kind == "nothing", found.sentence
