@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cbpt.lab.change.agreement import runs_agree
 from cbpt.lab.change.parties import Levels
 from cbpt.lab.change.posterior import Weighed
 from cbpt.lab.change.reproducibility import moves_of, reproducibility_of, rms_arcsec
@@ -38,7 +39,8 @@ class Rest:
     """Of what may have changed: by how much the levels differ by its values alone."""
     hidden: tuple[str, ...]
     """What moves the angles by less than the rests of runs with the same torques differ from level
-    to level; without such runs, by less than the rest."""
+    to level, or without such runs by less than the rest; and what the runs of a level do not agree
+    on."""
 
     @property
     def hides_all(self) -> bool:
@@ -67,7 +69,11 @@ def rest_of(weighed: Weighed) -> Rest:
         not_followed_arcsec=not_followed_arcsec,
         apart_arcsec=reproducibility_of(levels, [range(len(campaigns))]),
         moves_arcsec=moves_arcsec,
-        hidden=tuple(e for e, arcsec in moves_arcsec.items() if arcsec < least_arcsec),
+        hidden=tuple(
+            effect
+            for effect, arcsec in moves_arcsec.items()
+            if arcsec < least_arcsec or not runs_agree(weighed.best_with(effect), effect)
+        ),
     )
 
 

@@ -3,6 +3,7 @@
     ComesAgain        what runs differ by, and the chance that noise alone agrees as much
     comes_again       whether what a model leaves comes again
     runs_alike        which runs have the same torques
+    groups_of_runs    the same over several tables
     most_correlation  how much neighbours of a run can be alike by noise
     kinds_of_runs     how much runs of one kind scatter beside those of another
     differing_arcsec  by how much what a model leaves differs from table to table
@@ -170,7 +171,7 @@ def differing_arcsec(
     the mean of those of a table, readings weighted by their uncertainties; None where no run of a
     table has the torques of another's."""
     squares, weight = 0.0, 0.0
-    for group in _groups(tables):
+    for group in groups_of_runs(tables):
         places = sorted({place for place, _ in group})
         if len(places) < 2:
             continue
@@ -191,7 +192,7 @@ def differing_arcsec(
 def runs_alike(readings: Readings) -> list[Ints]:
     """Rows of runs with the same torques, each group of shape (runs, readings of a run); a run that
     nothing repeats is a group by itself. Short runs are left."""
-    return [np.array([rows for _, rows in group]) for group in _groups([readings])]
+    return [np.array([rows for _, rows in group]) for group in groups_of_runs([readings])]
 
 
 def _alike(readings: Readings) -> list[Ints]:
@@ -199,7 +200,7 @@ def _alike(readings: Readings) -> list[Ints]:
     return [rows for rows in runs_alike(readings) if len(rows) > 1]
 
 
-def _groups(tables: Sequence[Readings]) -> list[list[tuple[int, Ints]]]:
+def groups_of_runs(tables: Sequence[Readings]) -> list[list[tuple[int, Ints]]]:
     """Runs that repeat each other over all tables: each with the place of its table and its rows.
     Short runs are left."""
     groups: list[list[tuple[int, Ints]]] = []
