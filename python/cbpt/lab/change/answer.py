@@ -49,6 +49,7 @@ class Change(Reported, ChangeData):
             "not_followed_arcsec": self.not_followed_arcsec,
             "moves_arcsec": {e: m if isfinite(m) else None for e, m in self.moves_arcsec.items()},
             "hidden": list(self.hidden),
+            "runs_differ": list(self.runs_differ),
             "levels": [
                 {
                     "level": level,

@@ -113,7 +113,9 @@ class ChangeData:
     hidden: tuple[str, ...]
     """Of that: what moves the angles by less than what the effects leave differs between levels,
     and, where that is no noise, effects of which no number moved by more than twice its
-    uncertainty."""
+    uncertainty; and what runs of one level do not agree on."""
+    runs_differ: tuple[str, ...]
+    """Of these: what runs of one level with the same torques do not agree on."""
     effects: tuple[str, ...]
     """Fitted at every level."""
     by: str | None

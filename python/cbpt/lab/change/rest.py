@@ -37,10 +37,11 @@ class Rest:
     """By how much the fitted curves of the levels differ; None where one has no solution."""
     moves_arcsec: Mapping[str, float]
     """Of what may have changed: by how much the levels differ by its values alone."""
+    runs_differ: tuple[str, ...]
+    """Of that: what runs of one level with the same torques do not agree on."""
     hidden: tuple[str, ...]
-    """What moves the angles by less than the rests of runs with the same torques differ from level
-    to level, or without such runs by less than the rest; and what the runs of a level do not agree
-    on."""
+    """These, and what moves the angles by less than the rests of runs with the same torques differ
+    from level to level; without such runs, by less than the rest."""
 
     @property
     def hides_all(self) -> bool:
@@ -64,15 +65,15 @@ def rest_of(weighed: Weighed) -> Rest:
         [c.readings for c in campaigns], left, [c.u_arcsec for c in campaigns]
     )
     least_arcsec = min(not_followed_arcsec, np.inf if differ_arcsec is None else differ_arcsec)
+    runs_differ = tuple(e for e in moves_arcsec if not runs_agree(weighed.best_with(e), e))
     return Rest(
         is_law=is_law,
         not_followed_arcsec=not_followed_arcsec,
         apart_arcsec=reproducibility_of(levels, [range(len(campaigns))]),
         moves_arcsec=moves_arcsec,
+        runs_differ=runs_differ,
         hidden=tuple(
-            effect
-            for effect, arcsec in moves_arcsec.items()
-            if arcsec < least_arcsec or not runs_agree(weighed.best_with(effect), effect)
+            e for e, arcsec in moves_arcsec.items() if arcsec < least_arcsec or e in runs_differ
         ),
     )
 

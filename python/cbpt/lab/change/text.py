@@ -38,12 +38,13 @@ def sentence(found: ChangeData) -> str:
     if found.moved_less_than_is_left:
         size = found.levels_differ_by_arcsec
         by = "" if size is None else f", and the angles with it by {rounded(size)} arcsec"
+        rest = _rest(found)
+        rest = f"{rest} That may look like such a change." if rest else ""
+        remedy = " Name other effects to fit." if rest else ""
         return (
             "What changed cannot be told. By the fitted effects "
-            f"{listed(found.weighed.likely, 'or')} changed{by}.{_rest(found)} That may look like "
-            f"such a change.{_loops_differ(found)} Name other effects to fit."
-            + _by_itself(found)
-            + _noise(found)
+            f"{listed(found.weighed.likely, 'or')} changed{by}.{_runs(found)}{rest}"
+            f"{_loops_differ(found)}{remedy}" + _by_itself(found) + _noise(found)
         )
     if found.kind == "undecided":
         return (
@@ -72,18 +73,30 @@ def _changes(found: ChangeData) -> str:
     return text[0].upper() + text[1:] if text.startswith("one of") else text
 
 
+def _runs(found: ChangeData) -> str:
+    """That runs of one level contradict each other."""
+    if not found.runs_differ:
+        return ""
+    return (
+        " But runs of one level with the same torques do not agree on "
+        f"{listed(found.runs_differ)}: they differ by as much. Look at the runs one by one, and "
+        "repeat them."
+    )
+
+
 def _hidden(found: ChangeData) -> str:
     """What the fitted effects do not follow, and what follows from it."""
     rest = _rest(found)
     if not rest:
-        return ""
+        return _runs(found) if found.kind == "changed" else ""
     each = [
         f"{e} (moves the angles by {rounded(found.moves_arcsec[e])} arcsec, rms)"
         for e in found.hidden
     ]
     also = f" Not decided beside it: {listed(each)}." if each and found.kind == "changed" else ""
     loops = _loops_differ(found) if found.foremost else ""
-    return f"{rest} A smaller change cannot be seen.{also}{loops}{_by_itself(found)}"
+    runs = _runs(found) if found.kind == "changed" else ""
+    return f"{rest} A smaller change cannot be seen.{also}{runs}{loops}{_by_itself(found)}"
 
 
 def _rest(found: ChangeData) -> str:
