@@ -115,6 +115,10 @@ def test_what_the_model_does_not_follow_is_no_scatter(runs: int) -> None:
     assert not other_law.changed
     assert np.allclose(other_law.u_arcsec, 0.3, rtol=0.2)
     assert scatter(level(4, 0.3, 1), level(4, 0.9, 2)).changed
+    # Neighbours that are six times further apart see the bend of the law.
+    every = slice(None, None, 6)
+    coarser = {name: column[every] for name, column in level(6, 0.1, 1).items()}
+    assert not scatter(level(6, 0.1, 1), coarser).changed
 
 
 def by_step(*friction_Nm: float) -> dict[str, NDArray[np.float64]]:

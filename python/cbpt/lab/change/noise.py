@@ -5,7 +5,8 @@ noise_change   from what the levels' fits leave
 
 What a model does not follow is left beside the scatter, and changes with what changed. It is smooth
 along a run but for few places: so the scatter is what half of the readings differ by from the
-middle of their neighbours.
+middle of their neighbours. Neighbours further apart see more of its bend, so levels whose torques
+go in other steps are not compared.
 """
 
 from __future__ import annotations
@@ -30,6 +31,8 @@ _OWN = 0.37 * 36 / 70
 """How many readings without correlation tell their scatter as well as one second difference
 y_1 - 2 y_2 + y_3, whose covariances are as 6, -4 and 1: 6^2/(6^2 + 2 (4^2 + 1^2)); of that 0.37, as
 the median of sizes tells less than their mean square."""
+_STEPS = 1.5
+"""Factor from which the steps of the torque are not those of another level."""
 _NORMAL = 1.4826
 """Standard deviation over the median size."""
 
@@ -71,8 +74,19 @@ def noise_change(readings: Sequence[Readings], fits: Sequence[Fit]) -> NoiseChan
         mean = float(w @ log / w.sum())
         return float(0.5 * np.sum(np.log(w)) - 0.5 * np.log(w.sum()) - 0.5 * w @ (log - mean) ** 2)
 
-    odds = _ODDS * np.exp(min(evidence(_SPREAD**2) - evidence(0.0), 500.0))
+    steps = [_step(r) for r in readings]
+    alike = max(steps) <= _STEPS * min(steps)
+    gained = min(evidence(_SPREAD**2) - evidence(0.0), 500.0) if alike else 0.0
+    odds = _ODDS * np.exp(gained)
     return NoiseChange(tuple(size), float(odds / (1 + odds)))
+
+
+def _step(readings: Readings) -> float:
+    """Typical step of the torque along the runs, N m."""
+    order = np.argsort(readings.run_index, kind="stable")
+    torque, run = readings.torque_Nm[order], readings.run_index[order]
+    steps = np.abs(np.diff(torque))[run[1:] == run[:-1]]
+    return float(np.median(steps)) if len(steps) else 0.0
 
 
 def _left(fit: Fit) -> Floats:

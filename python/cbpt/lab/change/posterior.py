@@ -13,7 +13,7 @@ such a thing changes between two campaigns on one reducer; they are the same for
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -102,12 +102,17 @@ class Weighed:
 
     def changed(self, effect: str) -> float:
         """Probability that it changed."""
-        return float(sum(c.probability for c in self.choices if effect in c.changed))
+        return self._together(c for c in self.choices if effect in c.changed)
 
     @property
     def something(self) -> float:
         """Probability that anything changed."""
-        return float(sum(c.probability for c in self.choices if c.changed))
+        return self._together(c for c in self.choices if c.changed)
+
+    @staticmethod
+    def _together(choices: Iterable[Choice]) -> float:
+        """Of choices of which one holds; rounding may have made it more than 1."""
+        return min(float(sum(c.probability for c in choices)), 1.0)
 
     @property
     def likely(self) -> tuple[str, ...]:

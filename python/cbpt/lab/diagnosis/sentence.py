@@ -143,7 +143,10 @@ def _fall(d: DiagnosisData, angle: AngleUnit) -> str:
 
 def likely(d: DiagnosisData) -> str:
     """What is likely but not certain, the most probable first, with probabilities."""
-    return _with_chances(d, d.verdict.perhaps[:_MOST_LIKELY])
+    v = d.verdict
+    # What remains without a name is told already where that is the answer.
+    found = [(e, p) for e, p in v.perhaps if not (v.kind == "unknown" and e == "unknown")]
+    return _with_chances(d, found[:_MOST_LIKELY])
 
 
 def _with_chances(d: DiagnosisData, found: Sequence[tuple[str, float]]) -> str:
@@ -156,11 +159,11 @@ def _with_chances(d: DiagnosisData, found: Sequence[tuple[str, float]]) -> str:
 
 
 def _also(d: DiagnosisData) -> str:
-    return f"; perhaps also {likely(d)}" if d.verdict.perhaps else ""
+    return f"; perhaps also {said}" if (said := likely(d)) else ""
 
 
 def _besides(d: DiagnosisData) -> str:
-    return f" Possible all the same: {likely(d)}." if d.verdict.perhaps else ""
+    return f" Possible all the same: {said}." if (said := likely(d)) else ""
 
 
 def _with(d: DiagnosisData) -> str:
