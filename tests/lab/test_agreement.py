@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 
 import cbpt
@@ -54,3 +55,15 @@ def test_runs_that_differ_less_than_the_change_do_not_hide_it() -> None:
     found = changed(near, far)
     assert found.kind == "changed"
     assert {c.effect for c in found.changed} == {"friction_hysteresis"}
+
+
+def test_of_more_levels_those_most_apart_count() -> None:
+    """The level between the others says little of either."""
+    frictions = (1.5, 1.8, 2.2)
+    parts = [runs([replace(STATE, friction_Nm=f)] * 3, seed) for seed, f in enumerate(frictions, 1)]
+    table = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    table["run"] = np.repeat(np.arange(9), len(table["run"]) // 9)
+    table["step"] = np.repeat(np.arange(3), len(table["run"]) // 3)
+    found = cbpt.change(cbpt.Case.from_dict(CASE), table, by="step", effects=EFFECTS)
+    assert found.kind == "changed" and found.runs_differ == ()
+    assert [c.effect for c in found.changed] == ["friction_hysteresis"]

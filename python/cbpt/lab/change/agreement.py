@@ -14,6 +14,7 @@ of freedom of Welch and Satterthwaite.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,7 @@ from numpy.typing import NDArray
 from cbpt.lab.change.posterior import Choice, groups_of
 from cbpt.lab.covariance.repeated_runs import groups_of_runs
 from cbpt.lab.inference.gauss_newton import Problem, point_at
+from cbpt.lab.readings.readings import Readings
 
 Floats = NDArray[np.float64]
 
@@ -29,57 +31,86 @@ CHANCE = 0.01
 
 
 def runs_agree(choice: Choice, effect: str) -> bool:
-    """True as well where no level repeats a run, or the model has no solution between levels."""
-    from scipy.special import stdtrit
-
-    scores = [_scores(choice, level, effect) for level in range(len(choice.levels.parties))]
-    tables = [party.problem.campaign.readings for party in choice.levels.parties]
-    if any(score is None for score in scores):
-        return True
-    seen = [score for score in scores if score is not None]
-    whole = np.array([weight.sum() for _, weight in seen])
-    variance, squares, freedom, repeated, alone = [], [], [], 0.0, 0.0
-    for group in groups_of_runs(tables):
-        shares, weights = [], []
-        for level in sorted({level for level, _ in group}):
-            score, weight = seen[level]
-            here = [rows for at, rows in group if at == level]
-            own = np.array([weight[rows].sum() for rows in here])
-            shown = np.array([score[rows].sum() for rows in here]) / np.maximum(own, 1e-300)
-            shares.append(shown - shown.mean())
-            weights.append((own / whole[level]) ** 2)
-        off, free = np.concatenate(shares), len(group) - len(shares)
-        if free:
-            variance.append(float(off @ off) / free)
-            squares.append(float(np.concatenate(weights).sum()))
-            freedom.append(free)
-            repeated += float(off @ off)
-        else:
-            alone += float(np.concatenate(weights).sum())
-    if not freedom:
-        return True
-    # A run that nothing repeats scatters as the others do.
-    parts = np.array(variance) * squares
-    parts[int(np.argmax(parts))] += alone * repeated / sum(freedom)
-    total = float(parts.sum()) * 2 / len(seen)
-    nu = float(parts.sum() ** 2 / np.sum(parts**2 / freedom)) if total > 0 else 1.0
-    return total == 0 or 1 / np.sqrt(total) > float(stdtrit(nu, 1 - CHANCE / 2))
+    """Between the levels that it moves most apart. True as well where no level repeats a run, or
+    the model has no solution with the values of the other level."""
+    pairs = [_Pair.of(choice, effect, levels) for levels in _furthest(choice, effect)]
+    known = [pair for pair in pairs if pair is not None]
+    return not known or max(known, key=lambda pair: pair.size).agrees()
 
 
-def _scores(choice: Choice, level: int, effect: str) -> tuple[Floats, Floats] | None:
-    """z d and d d of each reading of a level; None without a solution."""
-    problem, point = choice.levels.parties[level].problem, choice.fit.points[level]
+def _furthest(choice: Choice, effect: str) -> set[tuple[int, int]]:
+    """Pairs of levels between which some number of an effect differs most."""
+    problem = choice.levels.parties[0].problem
     group = next(g for g in groups_of(choice.levels) if g.effect == effect)
-    places = problem.index[list(group.unknowns)]
-    values = point.values.copy()
-    others = [p.values[places] for k, p in enumerate(choice.fit.points) if k != level]
-    values[places] = np.mean(others, axis=0)
-    moved = point_at(problem.model, values, ())
-    if moved is None:
-        return None
-    left = problem.campaign.y_arcsec - point.angle_arcsec
-    z, d = _freely(problem, left, point.angle_arcsec - moved.angle_arcsec)
-    return z * d, d * d
+    values = np.array([p.values[problem.index[list(group.unknowns)]] for p in choice.fit.points])
+    least, most = values.argmin(axis=0).tolist(), values.argmax(axis=0).tolist()
+    return {(min(pair), max(pair)) for pair in zip(least, most, strict=True) if pair[0] != pair[1]}
+
+
+@dataclass(frozen=True, eq=False)
+class _Pair:
+    """Two levels, and of each reading of both z d and d d."""
+
+    tables: tuple[Readings, Readings]
+    score: tuple[Floats, Floats]
+    weight: tuple[Floats, Floats]
+
+    @classmethod
+    def of(cls, choice: Choice, effect: str, levels: tuple[int, int]) -> _Pair | None:
+        found = []
+        group = next(g for g in groups_of(choice.levels) if g.effect == effect)
+        for level, other in (levels, levels[::-1]):
+            problem, point = choice.levels.parties[level].problem, choice.fit.points[level]
+            places = problem.index[list(group.unknowns)]
+            values = point.values.copy()
+            values[places] = choice.fit.points[other].values[places]
+            moved = point_at(problem.model, values, ())
+            if moved is None:
+                return None
+            left = problem.campaign.y_arcsec - point.angle_arcsec
+            z, d = _freely(problem, left, point.angle_arcsec - moved.angle_arcsec)
+            found.append((problem.campaign.readings, z * d, d * d))
+        (one, u, v), (two, s, t) = found
+        return cls((one, two), (u, s), (v, t))
+
+    @property
+    def size(self) -> float:
+        """Square of the change, whitened."""
+        return float(sum(weight.sum() for weight in self.weight))
+
+    def agrees(self) -> bool:
+        """Whether the change is more than runs of one level differ by."""
+        from scipy.special import stdtrit
+
+        variance, share, freedom, repeated, alone = [], [], [], 0.0, 0.0
+        for group in groups_of_runs(self.tables):
+            off, weights = [], []
+            for level in sorted({level for level, _ in group}):
+                here = [rows for at, rows in group if at == level]
+                own = np.array([self.weight[level][rows].sum() for rows in here])
+                score = np.array([self.score[level][rows].sum() for rows in here])
+                shown = score / np.maximum(own, 1e-300)
+                off.append(shown - shown.mean())
+                weights.append((own / self.weight[level].sum()) ** 2)
+            free = len(group) - len(off)
+            if free:
+                squares = float(np.sum(np.concatenate(off) ** 2))
+                variance.append(squares / free)
+                share.append(float(np.concatenate(weights).sum()))
+                freedom.append(free)
+                repeated += squares
+            else:
+                alone += float(np.concatenate(weights).sum())
+        if not freedom:
+            return True
+        parts = np.array(variance) * share
+        # A run that nothing repeats scatters as the others do.
+        parts[int(np.argmax(parts))] += alone * repeated / sum(freedom)
+        total = float(parts.sum())
+        if total == 0:
+            return True
+        nu = float(total**2 / np.sum(parts**2 / freedom))
+        return bool(1 / np.sqrt(total) > stdtrit(nu, 1 - CHANCE / 2))
 
 
 def _freely(problem: Problem, *curves: Floats) -> Iterator[Floats]:
