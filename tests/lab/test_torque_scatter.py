@@ -3,6 +3,7 @@ angle, where the angle does not follow it."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,13 +13,9 @@ from numpy.typing import NDArray
 import cbpt
 from cbpt.lab.diagnosis.torque_scatter import with_torque_scatter
 from cbpt.lab.model.dataset import Campaign
-from common.springs import Reducer, loops
 
 Floats = NDArray[np.float64]
-JOINTS = [
-    Reducer(0.0, 1260.0, 0.0105, 0.02, friction_Nm=1.0, engagement_rad=2e-3),
-    Reducer(0.0, 1260.0, 0.0105, 0.02, friction_Nm=2.5, engagement_rad=5e-4),
-]
+DATA = Path(__file__).parents[1] / "data" / "independent"
 SPRING = {
     "torsion_spring": {"torsional_stiffness_Nm_per_deg": 11.0},
     "measurement": {"zero": "per_run"},
@@ -93,26 +90,21 @@ def test_torques_that_the_angle_follows_do_not_scatter(kind: str) -> None:
     assert found is given and notes == []
 
 
-def protocol(small: int, large: int, seed: int) -> dict[str, Any]:
-    """Loops of 4 and 40 N m of two joints in series, each with play and a friction of its own,
-    which no effect of the library is; torque readings scatter."""
-    tables = []
-    for count, peak_Nm in ((small, 4.0), (large, 40.0)):
-        if count:
-            table, other = (loops([j] * count, 2e-5, seed, peak_Nm) for j in JOINTS)
-            table["elastic_angle_rad"] += other["elastic_angle_rad"]
-            tables.append(table)
-    table = {name: np.concatenate([t[name] for t in tables]) for name in tables[0]}
-    count = len(table["torque_Nm"])
-    table["run"] = np.repeat(np.arange(small + large), count // (small + large))
-    del table["preload_step"]
-    return {**table, "torque_Nm": table["torque_Nm"] + 0.12 * noise(count, seed)}
+def between(before: str, after: str) -> cbpt.Change:
+    """Tables of an independent generator (tests/data/README.md)."""
+    tables = (str(DATA / f"{name}.csv") for name in (before, after))
+    return cbpt.change(case(), *tables, effects=["backlash", "friction_hysteresis"])
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_other_ramps_of_the_same_reducer_are_no_change(seed: int) -> None:
-    """Readings that cross the play in one step decided: a zero of the torque, or a play, that had
-    changed by a hundred of its uncertainties."""
-    effects = ["backlash", "friction_hysteresis"]
-    found = cbpt.change(case(), protocol(5, 3, seed), protocol(0, 4, seed + 10), effects=effects)
+def test_other_ramps_of_the_same_reducer_are_no_change() -> None:
+    """Readings that cross the play in one step decided: friction had fallen by 16 of its
+    uncertainties."""
+    found = between("ramps_before", "large_ramps_after")
     assert found.kind == "nothing", found.sentence
+
+
+def test_a_stiffness_that_rose_is_what_changed() -> None:
+    """It was the gain of the torque cell, from 0.8 to the limit of its range."""
+    found = between("stiffness_before", "stiffness_after")
+    assert [c.effect for c in found.changed] == ["contact_stiffness"]
+    assert found.changed[0].after == pytest.approx(1.1 * found.changed[0].before, rel=0.02)

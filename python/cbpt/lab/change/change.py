@@ -28,7 +28,7 @@ from cbpt.lab.change.parameters import by_itself, changed_of, unchanged_of
 from cbpt.lab.change.parties import Levels, levels_of
 from cbpt.lab.change.posterior import Choice, Weighed, choices_of, weigh
 from cbpt.lab.change.progress import part_of, untold
-from cbpt.lab.change.record import Kind
+from cbpt.lab.change.record import Changed, Kind
 from cbpt.lab.change.reproducibility import (
     dispersed,
     dispersion_of,
@@ -360,11 +360,23 @@ def _answer(
         kind = "nothing"
     changed = changed_of(weighed, rest.is_law) if kind == "changed" else []
     # Beside such a rest an effect of which no number moved is one of those that are not told.
-    moved = {c.effect for c in changed if c.moved or not rest.not_followed_arcsec}
-    hidden = {*rest.hidden, *(c.effect for c in changed if c.effect not in moved)}
-    changed = [c for c in changed if not {c.effect, *c.rivals} <= hidden]
+    still = {c.effect for c in changed if rest.not_followed_arcsec and not c.moved}
+    still -= {c.effect for c in changed if c.moved}
+    hidden = {*rest.hidden, *still}
+    doubtful = {*rest.runs_differ, *still}
+
+    def is_told(c: Changed) -> bool:
+        """Of a group, those of which numbers moved, alike in all runs, must be certain alone."""
+        group = {c.effect, *c.rivals}
+        alone = not c.rivals or weighed.of_any(group - doubtful) >= RULES.certain
+        return alone and not group <= hidden
+
+    hidden |= {c.effect for c in changed if not is_told(c)}
+    changed = [c for c in changed if is_told(c)]
     # One of a group that is told is not said to be too small.
     hidden -= {c.effect for c in changed}
+    if kind == "changed" and hidden and not changed:
+        kind = "undecided"
     # What the effects do not follow may hide a change of any number, or take its place.
     told = kind != "undecided" and not rest.not_followed_arcsec
     # No rest of a level is one that the effects of all levels follow.

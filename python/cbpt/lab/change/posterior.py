@@ -13,7 +13,7 @@ such a thing changes between two campaigns on one reducer; they are the same for
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -103,6 +103,10 @@ class Weighed:
     def changed(self, effect: str) -> float:
         """Probability that it changed."""
         return self._together(c for c in self.choices if effect in c.changed)
+
+    def of_any(self, effects: Collection[str]) -> float:
+        """Probability that one or more of some effects changed."""
+        return self._together(c for c in self.choices if not c.changed.isdisjoint(effects))
 
     @property
     def something(self) -> float:

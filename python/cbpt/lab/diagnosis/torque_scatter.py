@@ -115,18 +115,18 @@ def _followed(torque: Floats, angle: Floats, runs: list[Ints]) -> tuple[float, f
 
 def _moved(torque: Floats, angle: Floats, scatter_Nm: float) -> Floats:
     """What the scatter makes of each angle, arcsec: of a curve that goes on evenly from reading to
-    reading, its share of the step of the torque. What happens within one step, as where play is
-    crossed, happens before or behind a torque that is off, with that share as its chance. As near
-    to each reading as its torque may be off."""
+    reading, its share of the step of the torque. What happens within a step or two alone, as where
+    play is crossed, happens before or behind a torque that is off, with that share as its chance.
+    As near to each reading as its torque may be off."""
     step = float(np.median(np.abs(np.diff(torque))))
     share = min(scatter_Nm / step, 1.0)
     change = np.abs(np.diff(angle))
-    within = np.abs(np.diff(change))
+    around = np.pad(change, 2)
+    alone = np.maximum(change - np.maximum(around[:-4], around[4:]), 0.0)
     reach = 1 + int(np.ceil(2 * share))
 
     def nearby(values: Floats) -> Floats:
         """The largest so near to each reading."""
-        wide = np.pad(values, (len(angle) - len(values) + 2 * reach) // 2)
-        return np.asarray(sliding_window_view(wide, len(wide) - len(angle) + 1).max(axis=1))
+        return np.asarray(sliding_window_view(np.pad(values, reach), 2 * reach).max(axis=1))
 
-    return np.asarray(np.hypot(share * nearby(change), np.sqrt(share) * nearby(within)))
+    return np.asarray(np.hypot(share * nearby(change), np.sqrt(share) * nearby(alone)))
