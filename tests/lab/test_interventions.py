@@ -135,7 +135,7 @@ def test_preload_takes_play_and_raises_friction() -> None:
     found = between("conic_pccf_1", "after_run_in", "preload_5", case=DATA / "reducer.toml")
     assert directions(found) == {"backlash": "down"}
     # What a stiffness moves is less than what these effects leave differs between both.
-    assert found.hidden == ("contact_stiffness",)
+    assert set(found.hidden) == {"contact_stiffness", "sensor_gain", "torque_scale"}
     verdict = found.to_dict()["verdict"]
     assert "contact_stiffness" in [p["effect"] for p in verdict["perhaps"]]
     assert "contact_stiffness" not in [u.effect for u in found.unchanged]
@@ -154,7 +154,7 @@ def test_a_state_that_is_measured_twice_did_not_change() -> None:
     unsaid = between("conic_pccf_1", *moments, case=DATA / "reducer.toml")
     assert directions(unsaid) == {"backlash": "up"}
     [rests_on] = unsaid.to_dict()["verdict"]["rests_on"]
-    assert rests_on["would_undo"] == pytest.approx(946, rel=0.05)
+    assert rests_on["would_undo"] == pytest.approx(913, rel=0.05)
 
 
 def test_a_stiffness_that_is_far_off_is_told_to_be_corrected_first() -> None:
@@ -227,7 +227,7 @@ def without_a_second_large_loop(moment: str) -> cbpt.Readings:
 def test_no_cause_is_certain_where_nothing_tells_the_scatter() -> None:
     """Ramps of which neighbours go together, and no uncertainty is stated: the scatter is what the
     fit leaves, 3000 arcsec of them, which may as well be a law."""
-    found = cbpt.diagnose(CASES[STIFF], without_a_second_large_loop("preload_4"))
+    found = cbpt.diagnose(CASES["soft"], without_a_second_large_loop("preload_4"))
     assert found.verdict.probability < 0.95
     assert all(row["probability"] < 0.95 for row in found.to_dict()["combinations"])
     assert "nothing else tells what they scatter by" in found.report()
@@ -235,10 +235,9 @@ def test_no_cause_is_certain_where_nothing_tells_the_scatter() -> None:
 
 def test_what_is_not_certain_is_not_told_as_a_fact() -> None:
     found = cbpt.diagnose(CASES[STIFF], without_a_second_large_loop("preload_12"))
-    assert found.verdict.kind == "unknown"
-    assert found.verdict.names and not found.verdict.effects
+    assert found.verdict.probability < 0.95 and found.verdict.perhaps
     assert "In addition there is" not in found.sentence
-    assert "not certain" in found.sentence
+    assert "perhaps also" in found.sentence
 
 
 def test_runs_with_the_same_torques_are_one_run_in_the_uncertainty_beside_a_rest() -> None:
