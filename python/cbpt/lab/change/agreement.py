@@ -7,8 +7,8 @@ rest, a slip, a first loop. Runs of one level that repeat each other say how muc
 of them shows. With d the change of the fitted curve and z what the fit leaves, both whitened, run r
 shows the share c_r = 1 + z.d/d.d of it. The scatter of c among runs with the same torques, within a
 level, is that of the change beside the noise model (a sandwich of the scores of clusters: Liang and
-Zeger, Biometrika 73 (1986) 13), and Student's t tells whether the change is more, with the degrees
-of freedom of Welch and Satterthwaite.
+Zeger, Biometrika 73 (1986) 13), and Student's t tells whether the change is more (two-sided, with
+the chance that widths of loops have, and the degrees of freedom of Welch and Satterthwaite).
 """
 
 from __future__ import annotations
@@ -19,15 +19,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cbpt.lab.change.loop_widths import CHANCE
 from cbpt.lab.change.posterior import Choice, groups_of
 from cbpt.lab.covariance.repeated_runs import groups_of_runs
 from cbpt.lab.inference.gauss_newton import Problem, point_at
 from cbpt.lab.readings.readings import Readings
 
 Floats = NDArray[np.float64]
-
-CHANCE = 0.01
-"""Two-sided, as for the widths of loops."""
 
 
 def runs_agree(choice: Choice, effect: str) -> bool:

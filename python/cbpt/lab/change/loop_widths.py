@@ -27,7 +27,7 @@ ALIKE_WIDTHS = 1.5
 """Widths that differ by less may differ by what a fitted friction or play does not follow."""
 _UNLIKE = 2.0
 """Standard uncertainties by which widths differ that are not said to be one."""
-_CHANCE = 0.01
+CHANCE = 0.01
 """Largest chance at which loops of one width would differ as much (Student's t)."""
 
 
@@ -132,7 +132,7 @@ def _most_different(mean: Floats, u: Floats, left_open: Floats, dof: int) -> tup
     first, second = pairs[int(np.argmax(apart))]
     # The most of several pairs: the chance of each is that much smaller (Bonferroni).
     chance = 2 * float(t.sf(max(apart), dof)) * len(pairs)
-    return (first, second) if chance < _CHANCE and _apart(mean[first], mean[second]) else None
+    return (first, second) if chance < CHANCE and _apart(mean[first], mean[second]) else None
 
 
 def _perhaps_different(
