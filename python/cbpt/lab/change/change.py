@@ -36,7 +36,7 @@ from cbpt.lab.change.reproducibility import (
     reproducibility_of,
     with_set_ups,
 )
-from cbpt.lab.change.rest import again, rest_of
+from cbpt.lab.change.rest import Rest, again, rest_of
 from cbpt.lab.change.text import unless_repeated
 from cbpt.lab.covariance.one_thread import one_blas_thread
 from cbpt.lab.diagnosis.by_level import MOST_LEVELS
@@ -339,6 +339,28 @@ def _levels(readings: Readings, by: str) -> tuple[list[str], list[Readings]]:
 # --- the answer ---------------------------------------------------------------------------
 
 
+def _told(
+    weighed: Weighed, changed: Sequence[Changed], rest: Rest
+) -> tuple[list[Changed], set[str]]:
+    """What of the changes is told, and what is hidden by what the effects leave or by runs that
+    differ. Beside such a rest an effect of which no number moved is one of those."""
+    still = {c.effect for c in changed if rest.not_followed_arcsec and not c.moved}
+    still -= {c.effect for c in changed if c.moved}
+    hidden = {*rest.hidden, *still}
+    doubtful = {*rest.runs_differ, *still}
+
+    def is_told(c: Changed) -> bool:
+        """Of a group, those of which numbers moved, alike in all runs, must be certain alone."""
+        group = {c.effect, *c.rivals}
+        alone = not c.rivals or weighed.of_any(group - doubtful) >= RULES.certain
+        return alone and not group <= hidden
+
+    told = [c for c in changed if is_told(c)]
+    hidden |= {c.effect for c in changed if not is_told(c)}
+    # One of a group that is told is not said to be too small.
+    return told, hidden - {c.effect for c in told}
+
+
 def _answer(
     names: Sequence[str],
     parts: Sequence[Readings],
@@ -359,22 +381,7 @@ def _answer(
     elif something < RULES.undecided and not any(widths.may_differ for widths in loops):
         kind = "nothing"
     changed = changed_of(weighed, rest.is_law) if kind == "changed" else []
-    # Beside such a rest an effect of which no number moved is one of those that are not told.
-    still = {c.effect for c in changed if rest.not_followed_arcsec and not c.moved}
-    still -= {c.effect for c in changed if c.moved}
-    hidden = {*rest.hidden, *still}
-    doubtful = {*rest.runs_differ, *still}
-
-    def is_told(c: Changed) -> bool:
-        """Of a group, those of which numbers moved, alike in all runs, must be certain alone."""
-        group = {c.effect, *c.rivals}
-        alone = not c.rivals or weighed.of_any(group - doubtful) >= RULES.certain
-        return alone and not group <= hidden
-
-    hidden |= {c.effect for c in changed if not is_told(c)}
-    changed = [c for c in changed if is_told(c)]
-    # One of a group that is told is not said to be too small.
-    hidden -= {c.effect for c in changed}
+    changed, hidden = _told(weighed, changed, rest)
     if kind == "changed" and hidden and not changed:
         kind = "undecided"
     # What the effects do not follow may hide a change of any number, or take its place.
