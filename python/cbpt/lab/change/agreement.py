@@ -20,9 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.change.loop_widths import CHANCE
-from cbpt.lab.change.posterior import Choice, groups_of
+from cbpt.lab.change.posterior import Choice
+from cbpt.lab.change.reproducibility import places_of, with_values_of
 from cbpt.lab.covariance.repeated_runs import groups_of_runs
-from cbpt.lab.inference.gauss_newton import Problem, point_at
+from cbpt.lab.inference.gauss_newton import Problem
 from cbpt.lab.readings.readings import Readings
 
 Floats = NDArray[np.float64]
@@ -38,9 +39,8 @@ def runs_agree(choice: Choice, effect: str) -> bool:
 
 def _furthest(choice: Choice, effect: str) -> set[tuple[int, int]]:
     """Pairs of levels between which some number of an effect differs most."""
-    problem = choice.levels.parties[0].problem
-    group = next(g for g in groups_of(choice.levels) if g.effect == effect)
-    values = np.array([p.values[problem.index[list(group.unknowns)]] for p in choice.fit.points])
+    places = places_of(choice, effect)
+    values = np.array([point.values[places] for point in choice.fit.points])
     least, most = values.argmin(axis=0).tolist(), values.argmax(axis=0).tolist()
     return {(min(pair), max(pair)) for pair in zip(least, most, strict=True) if pair[0] != pair[1]}
 
@@ -56,17 +56,13 @@ class _Pair:
     @classmethod
     def of(cls, choice: Choice, effect: str, levels: tuple[int, int]) -> _Pair | None:
         found = []
-        group = next(g for g in groups_of(choice.levels) if g.effect == effect)
         for level, other in (levels, levels[::-1]):
-            problem, point = choice.levels.parties[level].problem, choice.fit.points[level]
-            places = problem.index[list(group.unknowns)]
-            values = point.values.copy()
-            values[places] = choice.fit.points[other].values[places]
-            moved = point_at(problem.model, values, ())
+            moved = with_values_of(choice, effect, level, other)
             if moved is None:
                 return None
+            problem, point = choice.levels.parties[level].problem, choice.fit.points[level]
             left = problem.campaign.y_arcsec - point.angle_arcsec
-            z, d = _freely(problem, left, point.angle_arcsec - moved.angle_arcsec)
+            z, d = _freely(problem, left, point.angle_arcsec - moved)
             found.append((problem.campaign.readings, z * d, d * d))
         (one, u, v), (two, s, t) = found
         return cls((one, two), (u, s), (v, t))
@@ -113,7 +109,7 @@ class _Pair:
 
 def _freely(problem: Problem, *curves: Floats) -> Iterator[Floats]:
     """Curves whitened, without what the offsets of the readings take up."""
-    offsets = np.linalg.qr(problem.whitener(problem.campaign.offsets))[0]
+    offsets = np.linalg.qr(problem.offsets)[0]
     for curve in curves:
         white = problem.whitener(curve)
         yield white - offsets @ (offsets.T @ white)

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cbpt.lab.covariance.robust import scatter_of
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.readings.readings import Readings
 
@@ -33,8 +34,6 @@ y_1 - 2 y_2 + y_3, whose covariances are as 6, -4 and 1: 6^2/(6^2 + 2 (4^2 + 1^2
 the median of sizes tells less than their mean square."""
 _STEPS = 1.5
 """Factor from which the steps of the torque are not those of another level."""
-_NORMAL = 1.4826
-"""Standard deviation over the median size."""
 
 
 @dataclass(frozen=True)
@@ -83,10 +82,15 @@ def noise_change(readings: Sequence[Readings], fits: Sequence[Fit]) -> NoiseChan
 
 def _step(readings: Readings) -> float:
     """Typical step of the torque along the runs, N m."""
-    order = np.argsort(readings.run_index, kind="stable")
-    torque, run = readings.torque_Nm[order], readings.run_index[order]
-    steps = np.abs(np.diff(torque))[run[1:] == run[:-1]]
+    steps = np.concatenate([np.abs(np.diff(t)) for t in _of_runs(readings, readings.torque_Nm)])
     return float(np.median(steps)) if len(steps) else 0.0
+
+
+def _of_runs(readings: Readings, values: Floats) -> list[Floats]:
+    """Values of the readings, run by run."""
+    order = np.argsort(readings.run_index, kind="stable")
+    ends = np.flatnonzero(np.diff(readings.run_index[order])) + 1
+    return np.split(values[order], ends)
 
 
 def _left(fit: Fit) -> Floats:
@@ -98,10 +102,8 @@ def _left(fit: Fit) -> Floats:
 def _scatter(readings: Readings, left_arcsec: Floats) -> tuple[float, float]:
     """Scatter from second differences along the runs, and how many readings tell it; of all
     readings where half of them bend nowhere."""
-    order = np.argsort(readings.run_index, kind="stable")
-    y, run = left_arcsec[order], readings.run_index[order]
-    bend = (y[:-2] - 2 * y[1:-1] + y[2:])[run[:-2] == run[2:]] / np.sqrt(6)
-    size = _NORMAL * float(np.median(np.abs(bend))) if len(bend) else 0.0
+    runs = _of_runs(readings, left_arcsec)
+    size = scatter_of(runs, 2)
     if size > 0:
-        return size, _OWN * len(bend)
+        return size, _OWN * sum(max(len(run) - 2, 0) for run in runs)
     return float(np.sqrt(np.mean(left_arcsec**2))), float(len(left_arcsec))

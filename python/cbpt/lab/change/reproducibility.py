@@ -4,6 +4,8 @@ with_set_ups        levels whose noise has what a new set-up changes
 reproducibility_of  that, from levels that repeat one state
 rms_arcsec          of angles, as the fit weighs them
 moves_of            by how much the values of one effect make levels differ
+with_values_of      the curve of a level with those of another one
+places_of           where they stand
 dispersed           levels whose readings count for less
 dispersion_of       by how much, from levels that repeat one state
 pattern_of          by how much, from the pattern of what their fits leave
@@ -162,20 +164,31 @@ def reproducibility_of(levels: Levels, places: Sequence[Sequence[int]]) -> float
 def moves_of(choice: Choice, effect: str) -> float:
     """Standard deviation in arcsec by which levels differ if they have their own values of this
     effect alone; infinite where the model has no solution with them."""
-    levels, at = choice.levels, choice.fit.points
-    group = next(g for g in groups_of(levels) if g.effect == effect)
-    problem = levels.parties[0].problem
-    places = problem.index[list(group.unknowns)]
-    curves = [at[0].angle_arcsec]
-    for point in at[1:]:
-        values = at[0].values.copy()
-        values[places] = point.values[places]
-        moved = point_at(problem.model, values, ())
+    problem = choice.levels.parties[0].problem
+    curves = [choice.fit.points[0].angle_arcsec]
+    for other in range(1, len(choice.fit.points)):
+        moved = with_values_of(choice, effect, 0, other)
         if moved is None:
             return float("inf")
-        curves.append(moved.angle_arcsec)
+        curves.append(moved)
     free = _freely(problem, np.column_stack(curves))
     return rms_arcsec(problem.campaign, np.std(free, axis=1, ddof=1))
+
+
+def with_values_of(choice: Choice, effect: str, level: int, other: int) -> Floats | None:
+    """Angles at the loads of a level by its own values, and those of another level for one effect,
+    arcsec; None without a solution."""
+    problem, places = choice.levels.parties[level].problem, places_of(choice, effect)
+    values = choice.fit.points[level].values.copy()
+    values[places] = choice.fit.points[other].values[places]
+    moved = point_at(problem.model, values, ())
+    return None if moved is None else moved.angle_arcsec
+
+
+def places_of(choice: Choice, effect: str) -> NDArray[np.int64]:
+    """Where the numbers of an effect stand among the values of a point."""
+    group = next(g for g in groups_of(choice.levels) if g.effect == effect)
+    return np.asarray(choice.levels.parties[0].problem.index[list(group.unknowns)])
 
 
 def rms_arcsec(campaign: Campaign, values: Floats) -> float:

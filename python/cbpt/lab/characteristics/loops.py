@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from cbpt.lab.covariance.robust import scatter_of
 from cbpt.lab.readings.readings import Readings
 
 Floats = NDArray[np.float64]
@@ -250,9 +251,7 @@ def _turns(torque: Floats, share: float) -> list[int]:
     """Where the torque turns by a share of its range, with its first and last extreme."""
     if len(torque) < 3 or not np.ptp(torque) > 0:
         return []
-    second = np.abs(np.diff(torque, 2))
-    scatter = 1.4826 * float(np.median(second)) / 6**0.5
-    least = max(share * float(np.ptp(torque)), _LIMITS.of_scatter * scatter)
+    least = max(share * float(np.ptp(torque)), _LIMITS.of_scatter * scatter_of([torque], 2))
     found: list[int] = []
     way, extreme, low, high = 0, 0, 0, 0
     for i, value in enumerate(torque.tolist()):

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.covariance.linear_gaussian import Whitener, cholesky, solved
+from cbpt.lab.covariance.robust import typical_size
 
 Floats = NDArray[np.float64]
 
@@ -35,6 +36,10 @@ class _Limits:
     far: float = 4.2
     kurtosis: float = 1.2
     amplitudes: tuple[float, ...] = (0.0, 1.0, 4.0, 16.0, 64.0)
+    shares: tuple[float, ...] = tuple(np.geomspace(0.002, 0.1, 9).tolist())
+    """Shares of the readings that may be outliers, each as probable as the next."""
+    wrong: float = 10.0
+    """Standard deviations by which half of them are off or more (Cauchy)."""
 
 
 _LIMITS = _Limits()
@@ -44,10 +49,7 @@ _STUDENT -= 0.5 * log(_LIMITS.degrees * pi)
 _NORMAL = -0.5 * log(2 * pi)
 _WITHIN = 0.09
 """What a normal distribution claims beyond Student's t where a factor is 1, on average."""
-_SHARES = np.geomspace(0.002, 0.1, 9)
-"""Shares of the readings that may be outliers, each as probable as the next."""
-_WRONG = 10.0
-"""Standard deviations by which half of them are off or more (Cauchy)."""
+_SHARES = np.array(_LIMITS.shares)
 
 
 def inflation_of(
@@ -110,7 +112,7 @@ def _few(z2: Floats) -> Floats:
 
 def _wrong(z2: Floats) -> Floats:
     """The same of a reading that is wrong."""
-    return -np.log(np.pi * _WRONG * (1 + z2 / _WRONG**2))
+    return -np.log(np.pi * _LIMITS.wrong * (1 + z2 / _LIMITS.wrong**2))
 
 
 def _mean_exp(values: Floats) -> float:
@@ -162,4 +164,4 @@ def _left_out(y: Floats, covariance: Floats, loose: Floats) -> Floats:
     error = (precision @ y) / own
     # Standardised as if none were loose, so that the next weights start afresh.
     out = error / np.sqrt(np.maximum(1 / own - loose**2 + 1, 1.0))
-    return np.asarray(out / (1.4826 * np.median(np.abs(out))))
+    return np.asarray(out / typical_size(out))

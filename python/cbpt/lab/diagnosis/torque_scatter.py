@@ -23,6 +23,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
+from cbpt.lab.covariance.robust import scatter_of, typical_size
 from cbpt.lab.model.dataset import Campaign
 
 __all__ = ["with_torque_scatter"]
@@ -55,7 +56,7 @@ def with_torque_scatter(campaign: Campaign) -> tuple[Campaign, list[str]]:
     runs = list(_runs(campaign))
     if not runs:
         return campaign, []
-    scatter_Nm = float(np.median([_scatter_of(torque[run]) for run in runs]))
+    scatter_Nm = float(np.median([scatter_of([torque[run]], 2) for run in runs]))
     largest_Nm = float(np.abs(torque).max())
     if not 1e-6 * largest_Nm < scatter_Nm < _LIMITS.largest * largest_Nm:
         return campaign, []
@@ -83,15 +84,6 @@ def _runs(campaign: Campaign) -> Iterator[Ints]:
             yield run
 
 
-def _second(values: Floats) -> Floats:
-    return values[2:] - 2 * values[1:-1] + values[:-2]
-
-
-def _scatter_of(torque: Floats) -> float:
-    """Standard deviation by the median second difference, which turns of a ramp do not move."""
-    return float(1.4826 * np.median(np.abs(_second(torque))) / np.sqrt(6))
-
-
 def _followed(torque: Floats, angle: Floats, runs: list[Ints]) -> tuple[float, float]:
     """Share of the second differences of the torque that those of the angle show, and its standard
     deviation: by the slope over a wider window, where the curve is neither steep nor turns; each
@@ -104,8 +96,8 @@ def _followed(torque: Floats, angle: Floats, runs: list[Ints]) -> tuple[float, f
         across = t[2 * w :] - t[: -2 * w]
         straight = np.abs(across) > 0.6 * way
         slope = (y[2 * w :] - y[: -2 * w]) / np.where(straight, across, np.inf)
-        x, e = slope * _second(t)[w - 1 : 1 - w], _second(y)[w - 1 : 1 - w]
-        size = 1.4826 * float(np.median(np.abs(e)))
+        x, e = slope * np.diff(t, 2)[w - 1 : 1 - w], np.diff(y, 2)[w - 1 : 1 - w]
+        size = typical_size(e)
         use = straight & (np.abs(e) < 4 * size) & (slope <= np.median(slope[straight]))
         if size > 0 and use.any():
             shown += float(x[use] @ e[use]) / size**2
