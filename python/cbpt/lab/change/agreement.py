@@ -30,8 +30,8 @@ Floats = NDArray[np.float64]
 
 
 def runs_agree(choice: Choice, effect: str) -> bool:
-    """Between the levels that it moves most apart. True as well where no level repeats a run, or
-    the model has no solution with the values of the other level."""
+    """Between the levels that it moves most apart. True as well where no level repeats a run, or a
+    level has no solution with the values of the other one, or the same curve."""
     pairs = [_Pair.of(choice, effect, levels) for levels in _furthest(choice, effect)]
     known = [pair for pair in pairs if pair is not None]
     return not known or max(known, key=lambda pair: pair.size).agrees()
@@ -58,7 +58,7 @@ class _Pair:
         found = []
         for level, other in (levels, levels[::-1]):
             moved = with_values_of(choice, effect, level, other)
-            if moved is None:
+            if moved is None or not (moved != choice.fit.points[level].angle_arcsec).any():
                 return None
             problem, point = choice.levels.parties[level].problem, choice.fit.points[level]
             left = problem.campaign.y_arcsec - point.angle_arcsec
