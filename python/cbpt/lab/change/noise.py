@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.covariance.robust import scatter_of
+from cbpt.lab.covariance.robust import neighbour_scatter
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.readings.readings import Readings
 
@@ -103,7 +103,7 @@ def _scatter(readings: Readings, left_arcsec: Floats) -> tuple[float, float]:
     """Scatter from second differences along the runs, and how many readings tell it; of all
     readings where half of them bend nowhere."""
     runs = _of_runs(readings, left_arcsec)
-    size = scatter_of(runs, 2)
+    size = neighbour_scatter(runs, 2)
     if size > 0:
         return size, _OWN * sum(max(len(run) - 2, 0) for run in runs)
     return float(np.sqrt(np.mean(left_arcsec**2))), float(len(left_arcsec))

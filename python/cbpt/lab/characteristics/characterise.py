@@ -24,7 +24,7 @@ from cbpt.lab.characteristics.simulated import Conditions, simulated
 from cbpt.lab.characteristics.uncertainty import Figure, LoopSet, Sources, estimated
 from cbpt.lab.characteristics.warnings import cautions
 from cbpt.lab.covariance.one_thread import one_blas_thread
-from cbpt.lab.covariance.robust import scatter_of
+from cbpt.lab.covariance.robust import neighbour_scatter
 from cbpt.lab.covariance.within_run import display_step
 from cbpt.lab.model.dataset import stated_uncertainty
 from cbpt.lab.readings.inputs import case_and_readings, case_of
@@ -249,7 +249,7 @@ def _of_readings(
 
 def _scatter(used: LoopSet) -> float:
     """Standard deviation of a reading from second differences along the branches."""
-    return scatter_of([b.angle_arcsec for loop in used.full for b in loop.branches], 2)
+    return neighbour_scatter([b.angle_arcsec for loop in used.full for b in loop.branches], 2)
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cbpt.lab.covariance.robust import scatter_of
+from cbpt.lab.covariance.robust import neighbour_scatter
 from cbpt.lab.readings.readings import Readings
 
 Floats = NDArray[np.float64]
@@ -251,7 +251,7 @@ def _turns(torque: Floats, share: float) -> list[int]:
     """Where the torque turns by a share of its range, with its first and last extreme."""
     if len(torque) < 3 or not np.ptp(torque) > 0:
         return []
-    least = max(share * float(np.ptp(torque)), _LIMITS.of_scatter * scatter_of([torque], 2))
+    least = max(share * float(np.ptp(torque)), _LIMITS.of_scatter * neighbour_scatter([torque], 2))
     found: list[int] = []
     way, extreme, low, high = 0, 0, 0, 0
     for i, value in enumerate(torque.tolist()):

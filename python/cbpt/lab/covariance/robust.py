@@ -1,7 +1,7 @@
 """Scatter by medians, which a few values that stand apart do not move.
 
-typical_size  standard deviation of normal values about 0
-scatter_of    of the values of series beside their neighbours
+typical_size       standard deviation of normal values about 0
+neighbour_scatter  of the values of series beside their neighbours
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def typical_size(values: Floats) -> float:
     return _NORMAL * float(np.median(np.abs(values))) if len(values) else 0.0
 
 
-def scatter_of(series: Sequence[Floats], order: int) -> float:
+def neighbour_scatter(series: Sequence[Floats], order: int) -> float:
     """By the differences of this order, which a curve through the values hardly shows: of second
     differences y_1 - 2 y_2 + y_3 the variance is 6 times that of a value, of third ones 20 times.
     """

@@ -268,13 +268,16 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
     if told:
         model = _as_given(campaign)
     notes += told
+    spring = campaign.drive.kind == "torsion_spring"
+    if spring and campaign.u_stated:
+        campaign, told = with_torque_scatter(campaign)
+        notes += told
     campaign, told = _believed(campaign, model)
     notes += told
     campaign = _repeated(campaign, model)
-    known = campaign.u_stated or campaign.u_repeated
-    if campaign.drive.kind == "torsion_spring" and not known:
-        campaign = _of_the_scatter(campaign, model)
-    if campaign.drive.kind == "torsion_spring":
+    if spring and not campaign.u_stated:
+        if not campaign.u_repeated:
+            campaign = _of_the_scatter(campaign, model)
         campaign, told = with_torque_scatter(campaign)
         notes += told
     if campaign.step_arcsec:
@@ -412,7 +415,7 @@ def _factors(campaign: Campaign) -> Iterator[tuple[str, float]]:
 
 def _believed(campaign: Campaign, model: Floats) -> tuple[Campaign, list[str]]:
     """The stated uncertainty, unless the readings scatter by far more inside their runs."""
-    if not campaign.u_stated or campaign.step_arcsec:
+    if not campaign.u_stated or campaign.step_arcsec or campaign.torque_scatter_Nm:
         return campaign, []
     u = campaign.u_arcsec
     if float(u.max()) > 1.5 * float(u.min()):

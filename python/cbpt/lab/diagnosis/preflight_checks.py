@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from cbpt._core import Case, Drive, effect_specs
 from cbpt.lab.characteristics.loops import Loop, loops_of
 from cbpt.lab.characteristics.warnings import step_near_zero_Nm
-from cbpt.lab.covariance.robust import scatter_of
+from cbpt.lab.covariance.robust import neighbour_scatter
 from cbpt.lab.diagnosis.preflight_record import Blind, Check
 from cbpt.lab.diagnosis.preflight_repeats import display_check, repeats_check
 from cbpt.lab.diagnosis.preflight_saturation import follows_torque, saturated, saturation_check
@@ -127,7 +127,7 @@ def _torque_noise(r: Readings, loops: list[Loop]) -> Check:
     for run in range(int(r.run_index.max()) + 1):
         torque = r.torque_Nm[r.run_index == run]
         if len(torque) > 4:
-            size.append(scatter_of([torque], 3))
+            size.append(neighbour_scatter([torque], 3))
     words = (
         f"in {scattered} of {len(loops)} loops the torque goes back and forth along a branch; it "
         f"scatters by about {rounded(float(np.median(size)))} N m"

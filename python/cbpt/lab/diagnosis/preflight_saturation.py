@@ -19,7 +19,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.covariance.robust import scatter_of
+from cbpt.lab.covariance.robust import neighbour_scatter
 from cbpt.lab.covariance.within_run import display_step
 from cbpt.lab.diagnosis.preflight_record import Check
 from cbpt.lab.readings.readings import Readings
@@ -162,7 +162,7 @@ def _at_one_end(
 
 def _stays(values: Floats, step: float) -> tuple[list[slice], float]:
     """Where a column stays at its upper end, and how near to it that is."""
-    scatter = scatter_of([values], 3)
+    scatter = neighbour_scatter([values], 3)
     usual = float(np.median(np.abs(np.diff(values))))
     near = max(_LIMITS.of_scatter * scatter, _LIMITS.of_step * usual, step)
     # The end is what most of the highest readings have, not the one with the most scatter.

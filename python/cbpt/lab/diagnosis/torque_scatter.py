@@ -23,7 +23,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from cbpt.lab.covariance.robust import scatter_of, typical_size
+from cbpt.lab.covariance.robust import neighbour_scatter, typical_size
 from cbpt.lab.model.dataset import Campaign
 
 __all__ = ["with_torque_scatter"]
@@ -56,7 +56,7 @@ def with_torque_scatter(campaign: Campaign) -> tuple[Campaign, list[str]]:
     runs = list(_runs(campaign))
     if not runs:
         return campaign, []
-    scatter_Nm = float(np.median([scatter_of([torque[run]], 2) for run in runs]))
+    scatter_Nm = float(np.median([neighbour_scatter([torque[run]], 2) for run in runs]))
     largest_Nm = float(np.abs(torque).max())
     if not 1e-6 * largest_Nm < scatter_Nm < _LIMITS.largest * largest_Nm:
         return campaign, []
@@ -73,7 +73,8 @@ def with_torque_scatter(campaign: Campaign) -> tuple[Campaign, list[str]]:
         f"does not follow, which makes up to {moved.max():.2g} arcsec of an angle: it was added to "
         "the uncertainty of each reading"
     )
-    return replace(campaign, u_arcsec=np.hypot(campaign.u_arcsec, moved)), [told]
+    u_arcsec = np.hypot(campaign.u_arcsec, moved)
+    return replace(campaign, u_arcsec=u_arcsec, torque_scatter_Nm=scatter_Nm), [told]
 
 
 def _runs(campaign: Campaign) -> Iterator[Ints]:

@@ -58,6 +58,8 @@ class Campaign:
     """Effects of the user's own by id: those of the case, and those to be fitted."""
     candidates: tuple[Variant, ...] = ()
     """Forms of the own effects that are to be fitted."""
+    torque_scatter_Nm: float = 0.0
+    """Scatter of the torques about their ramps that `u_arcsec` holds, beside what is stated."""
     repeats: Repeats | None = None
     """What readings taken again say of the uncertainty, where that was asked."""
     history: History = "by clock"

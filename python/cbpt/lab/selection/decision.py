@@ -451,7 +451,7 @@ def noise_words(competition: Competition, fit: Fit, noise: Noise | None = None) 
         words.append("run_offset")
     if noise.correlation:
         words.append("correlated")
-    if noise.torque_arcsec is not None:
+    if noise.torque_arcsec is not None or competition.campaign.torque_scatter_Nm:
         words.append("torque_noise")
     if noise.artefact is not None:
         words.append(noise.artefact.kind)
@@ -468,7 +468,9 @@ def _misstated(competition: Competition, noise: Noise) -> bool:
     """Whether readings scatter by another uncertainty than the stated one."""
     c = competition.campaign
     sigma = abs(np.log(noise.scale)) * np.sqrt(2 * len(c))
-    return c.u_believed != 1 or bool(c.u_stated and sigma > RULES.misstated_sigma)
+    # What the scatter of the torque adds is estimated, and nobody stated it.
+    stated = c.u_stated and not c.torque_scatter_Nm
+    return c.u_believed != 1 or bool(stated and sigma > RULES.misstated_sigma)
 
 
 def _misstated_shown(competition: Competition, fit: Fit) -> bool:

@@ -95,6 +95,10 @@ def prepare(fitter: Fitter) -> Setting:
         raise ValueError("the model has no solution at some rows: remove these rows first")
     names = places(fitter)
     families = components(campaign.readings)
+    if campaign.torque_scatter_Nm:
+        # Ramps that are alike have their torques by the time since they began, and what scatters
+        # about them is a function of that time and of the torques that were read.
+        families = tuple(f for f in families if "run_time_s" not in f.columns)
     library = Signatures(campaign, fitter.variants)
     signatures = library.about(first, names)
     kinds = [campaign.plain_noise]
