@@ -268,18 +268,8 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
     if told:
         model = _as_given(campaign)
     notes += told
-    spring = campaign.drive.kind == "torsion_spring"
-    if spring and campaign.u_stated:
-        campaign, told = with_torque_scatter(campaign)
-        notes += told
-    campaign, told = _believed(campaign, model)
+    campaign, told = _uncertain(campaign, model)
     notes += told
-    campaign = _repeated(campaign, model)
-    if spring and not campaign.u_stated:
-        if not campaign.u_repeated:
-            campaign = _of_the_scatter(campaign, model)
-        campaign, told = with_torque_scatter(campaign)
-        notes += told
     if campaign.step_arcsec:
         notes.append(
             f"the angle is recorded in steps of {campaign.step_arcsec:g} arcsec, which is coarse "
@@ -299,6 +289,23 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
             "scatter; an error of the model that is as small as this scatter cannot be detected"
         )
     return campaign, notes
+
+
+def _uncertain(campaign: Campaign, model: Floats) -> tuple[Campaign, list[str]]:
+    """What readings scatter by, from all that tells it, and what is to be said of that."""
+    if campaign.drive.kind != "torsion_spring":
+        campaign, notes = _believed(campaign, model)
+        return _repeated(campaign, model), notes
+    notes = []
+    if campaign.u_stated:
+        campaign, notes = with_torque_scatter(campaign)
+    campaign, told = _believed(campaign, model)
+    campaign = _repeated(campaign, model)
+    if campaign.u_stated:
+        return campaign, notes + told
+    if not campaign.u_repeated:
+        campaign = _of_the_scatter(campaign, model)
+    return with_torque_scatter(campaign)
 
 
 def _stop_if_too_little(campaign: Campaign, n: int, solved: int) -> None:
