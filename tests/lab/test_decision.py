@@ -22,6 +22,7 @@ from hypothesis import strategies as st
 
 from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.covariance.repeatability import Repeats
+from cbpt.lab.diagnosis.rarer import by_prior_odds_alone
 from cbpt.lab.model.dataset import DEFAULT_UNCERTAINTY, Campaign
 from cbpt.lab.model.priors import PRIORS, TWINS
 from cbpt.lab.selection.adequacy import Source
@@ -95,6 +96,19 @@ def test_what_all_sets_have_is_certain_and_the_rest_rivals() -> None:
     verdict = judge(competition(shares))
     assert said(verdict) == ("ambiguous", (FRICTION,), ((BEARING, TORSION),))
     assert verdict.probability == pytest.approx(0.989)
+
+
+def test_what_is_less_probable_by_its_prior_odds_alone_is_told() -> None:
+    """A gain that drifts is taken to be 150 times rarer than wear."""
+    made_up = competition({(): 0.001, ("wear",): 0.9934, ("span_drift",): 0.0056})
+    verdict = judge(made_up)
+    assert said(verdict) == ("effect", ("wear",), ())
+    (note,) = by_prior_odds_alone(made_up, verdict)
+    assert note.startswith("span_drift would explain these readings about as well as wear")
+    assert "150 times as likely" in note
+    # What the readings themselves speak against is not told.
+    behind = competition({(): 0.001, ("wear",): 0.9989, ("span_drift",): 0.0001})
+    assert list(by_prior_odds_alone(behind, judge(behind))) == []
 
 
 POOL = (BEARING, TORSION, FRICTION, LOSS, SPRING, CREEP)

@@ -34,6 +34,7 @@ from cbpt.lab.diagnosis.fit_text import (
 )
 from cbpt.lab.diagnosis.held_torque import held_torque
 from cbpt.lab.diagnosis.preflight_units import input_side
+from cbpt.lab.diagnosis.rarer import by_prior_odds_alone
 from cbpt.lab.diagnosis.rungs import rung_of, rung_of_lack_of_fit
 from cbpt.lab.diagnosis.torque_scatter import with_torque_scatter
 from cbpt.lab.inference.closing import closed
@@ -165,6 +166,7 @@ def diagnosed(
     fits = competition.fits
     fits[verdict.names] = closed(competition.fitter, fits[verdict.names])
     notes += _notes(campaign, fits[verdict.names])
+    notes += by_prior_odds_alone(competition, verdict)
     nominal = competition.fitter.at_nominal(fits[verdict.names])
     ladder = tuple(_ladder(competition, verdict, nominal, fold))
     if progress:

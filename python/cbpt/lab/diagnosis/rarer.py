@@ -1,0 +1,62 @@
+"""Effects that follow the readings as well as one that is certain, which then owes its place to the
+prior odds alone.
+
+by_prior_odds_alone  told as notes, one for each certain effect
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from cbpt.lab.selection.decision import Verdict
+from cbpt.lab.selection.model_comparison import Competition
+from cbpt.lab.selection.posterior import named_of
+from cbpt.lab.selection.rules import RULES
+from cbpt.lab.selection.setting import Names, prior
+from cbpt.lab.wording.numbers import listed, rounded
+
+
+def by_prior_odds_alone(competition: Competition, verdict: Verdict) -> Iterator[str]:
+    """Of each certain effect: those that may stand in its place beside the other effects of the
+    best set, by the odds of `certain` if all were equally likely beforehand."""
+    best = verdict.names
+    if best not in competition.log_odds:
+        return
+    for effect in named_of(verdict.effects):
+        instead = _instead(competition, best, effect)
+        if instead:
+            names = sorted(instead, key=lambda name: -instead[name])
+            rarer = min(_log_rarer(effect, name) for name in names)
+            yield (
+                f"{listed(names, 'or')} would explain these readings about as well as {effect}, "
+                f"which is named because it is taken to be {rounded(float(np.exp(rarer)))} times "
+                "as likely beforehand. If your rig makes the other likely, fit it "
+                f"(cbpt fit --with {names[0]})"
+            )
+
+
+def _instead(competition: Competition, best: Names, effect: str) -> dict[str, float]:
+    """Effects that follow the readings about as well in the place of one, with the log odds by
+    which they do."""
+    rest = set(best) - {effect}
+    least = _of_the_readings(competition, best) - RULES.log_rival_odds
+    found = {}
+    for names in competition.log_odds:
+        come = set(names) - set(best)
+        if len(come) == 1 and set(names) - come == rest:
+            (name,) = come
+            log_odds = _of_the_readings(competition, names)
+            if log_odds >= least and _log_rarer(effect, name) >= RULES.log_rival_odds:
+                found[name] = log_odds
+    return found
+
+
+def _log_rarer(effect: str, other: str) -> float:
+    return prior((effect,)) - prior((other,))
+
+
+def _of_the_readings(competition: Competition, names: Names) -> float:
+    """Log odds without the prior ones."""
+    return competition.log_odds[names] - prior(names)
