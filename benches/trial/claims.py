@@ -21,7 +21,8 @@ from trial.adapter import NOTHING_MISSING
 Outcome = Mapping[str, Any]
 RIG = frozenset(
     (
-        *("run_offset", "drift", "sensor_nonlinearity", "sensor_gain"),
+        *("run_offset", "drift", "span_drift"),
+        *("sensor_nonlinearity", "sensor_hysteresis", "sensor_gain"),
         *("torque_scale", "torque_zero", "torque_lag", "torque_hysteresis"),
         *("preload_scale", "preload_crosstalk", "shaft_shift"),
     )

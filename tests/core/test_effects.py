@@ -169,7 +169,7 @@ def test_every_effect_that_the_rig_has_is_compared() -> None:
     # test_loop_forms.py, test_breakaway.py
     of_loops = {"hard_stop", "distributed_friction", "rate_friction", "breakaway_friction"}
     of_torque = {"torque_zero", "torque_lag", "torque_hysteresis"}
-    instruments = {*of_torque, "preload_crosstalk", "shaft_shift"}
+    instruments = {*of_torque, "preload_crosstalk", "shaft_shift", "sensor_hysteresis"}
     alone = {"run_offset", "span_drift", *instruments, *of_loops}
     assert set(SAME) == set(ids) - alone == set(LIBRARY) - {"run_offset"}
 
@@ -220,6 +220,23 @@ def test_a_torque_that_lags_and_one_with_hysteresis_are_other_torques(case: str)
         angle = found.predict(values_of(found, [{number: value}])).angle_rad
         wanted = simulate(rig_drive(CASES[case]), replace(ROWS, torque_Nm=loads))
         np.testing.assert_allclose(angle, wanted, rtol=1e-8, atol=1e-12)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_sensor_with_hysteresis_shows_what_follows_the_angle_through_a_slack(case: str) -> None:
+    """By its equation, reading for reading, ahead of what the sensor makes of the angle."""
+    half, gain = 0.8 * ARCSEC, 1.02
+    found = predictor(Drive.from_dict(CASES[case]), ["sensor_gain", "sensor_hysteresis"])
+    shown = found.predict(values_of(found, [{"sensor_gain": gain}, {"half_width_rad": half}]))
+    true = simulate(rig_drive(CASES[case]), ROWS)
+    wanted = np.empty(len(true))
+    for run in np.unique(ROWS.run):
+        follows = 0.0
+        for i in np.flatnonzero(ROWS.run == run):
+            follows = np.clip(follows, true[i] - half, true[i] + half)
+            wanted[i] = gain * follows
+    assert np.ptp(wanted / gain - true) > 1.9 * half
+    np.testing.assert_allclose(shown.angle_rad, wanted, rtol=1e-8, atol=1e-12)
 
 
 def _added(effect: str, value: float, time_s: Floats, torque_Nm: Floats) -> Floats:

@@ -8,6 +8,7 @@
 //! - [`dual`]: numbers that carry derivatives, in which all formulas are written;
 //! - `friction_limit`: the parameters of the largest friction torque;
 //! - [`lag`]: the temperature of a part that follows the measured one;
+//! - `play`: what follows a value through a slack;
 //! - [`own`]: effects of the user's own, which are no part of the table.
 //!
 //! Ports act in the order load, gap, contact, series, reading; the errors of torque and preload readings change the row
@@ -18,6 +19,7 @@ pub mod dual;
 mod friction_limit;
 pub mod lag;
 pub mod own;
+mod play;
 pub mod port;
 pub mod spec;
 
@@ -46,6 +48,7 @@ pub mod rough_contact;
 pub mod run_in;
 pub mod run_offset;
 pub mod sensor_gain;
+pub mod sensor_hysteresis;
 pub mod sensor_nonlinearity;
 pub mod shaft_shift;
 pub mod span_drift;
@@ -64,7 +67,7 @@ pub use own::{AddsTo, OwnEffect, OwnParameter};
 pub use spec::{Class, Parameter, Port, Reducers, Scale, Spec};
 
 /// Every effect, in the order in which all documents list them.
-pub static LIBRARY: [&Spec; 35] = [
+pub static LIBRARY: [&Spec; 36] = [
     &contact_stiffness::SPEC,
     &contact_angle::SPEC,
     &torque_scale::SPEC,
@@ -74,6 +77,7 @@ pub static LIBRARY: [&Spec; 35] = [
     &preload_scale::SPEC,
     &preload_crosstalk::SPEC,
     &shaft_shift::SPEC,
+    &sensor_hysteresis::SPEC,
     &sensor_gain::SPEC,
     &sensor_nonlinearity::SPEC,
     &run_offset::SPEC,

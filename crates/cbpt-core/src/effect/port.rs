@@ -174,7 +174,10 @@ pub enum Action {
     History(OfRun),
     /// What the instrument shows of an angle, rad.
     Reading(fn(&[Dual], &Row, Dual) -> Dual),
-    /// The same with the temperature of a part before the angle; see [`Self::ThermalLoad`].
+    /// The same at every reading of a run, given the readings and the angle (rad) at each: for what depends on the angles
+    /// before.
+    Readings(OfRun),
+    /// What the instrument shows of an angle with the temperature of a part before it; see [`Self::ThermalLoad`].
     ThermalReading(usize, fn(&[Dual], &Row, Dual, Dual) -> Dual),
     /// What the instrument shows of an angle (rad) while the output carries the torque M0 (N m), which stands before it.
     TorqueReading(fn(&[Dual], Dual, Dual) -> Dual),

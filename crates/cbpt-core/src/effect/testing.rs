@@ -152,5 +152,9 @@ pub fn vanishes(spec: &Spec) {
                 assert_eq!(reading(spec, &own, angle_rad), angle_rad);
             }
         }
+        Action::Readings(act) => {
+            let angles = duals(&[-3e-4, 0.0, 1e-5]);
+            assert_eq!(act(&duals(&own), &[ROW; 3], &angles), angles);
+        }
     }
 }

@@ -1,10 +1,11 @@
 //! Hysteresis of the torque sensor.
 //!
-//! P_h(M) is the play operator: it stays until the torque has gone on by h, and then follows h behind. h > 0: what is read is late,
+//! P_h(M) is the play operator ([`super::play`]). h > 0: what is read is late,
 //! so that the load on a branch is larger than what is read by h after a way of 2 h. h < 0: the load follows what is read, as
 //! behind friction between the sensor and the reducer. Every run begins without a history.
 
 use super::dual::Dual;
+use super::play;
 use super::port::{Action, Row};
 use super::spec::{Class, Parameter, Port, Reducers, Spec};
 use crate::units::Quantity;
@@ -30,22 +31,10 @@ pub static SPEC: Spec = Spec {
 };
 
 fn act(own: &[Dual], run: &[Row]) -> Vec<Dual> {
-    let width_Nm = own[0].abs();
-    // What follows, less the torque that is read.
-    let mut lag_Nm = Dual::constant(0.0);
-    let mut before_Nm = 0.0;
-    run.iter()
-        .map(|row| {
-            let fall_Nm = std::mem::replace(&mut before_Nm, row.torque_Nm) - row.torque_Nm;
-            lag_Nm = lag_Nm + fall_Nm;
-            if lag_Nm.value > width_Nm.value {
-                lag_Nm = width_Nm;
-            } else if lag_Nm.value < -width_Nm.value {
-                lag_Nm = -width_Nm;
-            }
-            if own[0].value < 0.0 { lag_Nm } else { -lag_Nm }
-        })
-        .collect()
+    let read = || run.iter().map(|row| Dual::constant(row.torque_Nm));
+    let sign = if own[0].value < 0.0 { -1.0 } else { 1.0 };
+    let following = play::following(own[0].abs(), read());
+    read().zip(following).map(|(read_Nm, follows_Nm)| (read_Nm - follows_Nm) * sign).collect()
 }
 
 #[cfg(test)]

@@ -123,20 +123,33 @@ impl Chain {
         self.links.iter().any(|link| matches!(link.action, Action::History(_)))
     }
 
-    /// What the instrument shows of an angle at a row.
-    pub fn reading(&self, row: &Row, added: &Added, mut angle: Dual) -> Dual {
-        for link in &self.links {
-            match link.action {
-                Action::Reading(act) => angle = act(&link.own, row, angle),
-                Action::ThermalReading(_, act) => {
-                    angle = act(&link.own, row, link.temperature(row), angle);
+    /// What the instrument shows of the angles of a table, rad.
+    pub fn readings(&self, table: &Rows, added: &[Added], mut angles: Vec<Dual>) -> Vec<Dual> {
+        let rows = table.by_run();
+        for link in self.links.iter().filter(|link| link.port == Port::Reading) {
+            if let Action::Readings(act) = link.action {
+                for run in (0..table.runs()).map(|number| table.run(number)) {
+                    let shown = act(&link.own, &rows[run.clone()], &angles[run.clone()]);
+                    angles[run].copy_from_slice(&shown);
                 }
-                Action::TorqueReading(act) => {
-                    angle = act(&link.own, self.load(row, added).torque_Nm, angle);
+            } else {
+                for (row, angle) in rows.iter().zip(&mut angles) {
+                    *angle = self.reading(link, row, added, *angle);
                 }
-                _ => {}
             }
         }
-        angle
+        angles
+    }
+
+    /// The same of one effect at a row.
+    fn reading(&self, link: &Link, row: &Row, added: &[Added], angle: Dual) -> Dual {
+        match link.action {
+            Action::Reading(act) => act(&link.own, row, angle),
+            Action::ThermalReading(_, act) => act(&link.own, row, link.temperature(row), angle),
+            Action::TorqueReading(act) => {
+                act(&link.own, self.load(row, Added::to(row.place, added)).torque_Nm, angle)
+            }
+            _ => angle,
+        }
     }
 }

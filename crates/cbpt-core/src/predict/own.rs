@@ -70,18 +70,17 @@ impl Chain {
     /// reading, own ones of the reading.
     pub fn behind(
         &self,
-        rows: &[Row],
+        table: &Rows,
         added: &[Added],
         totals: Vec<Dual>,
     ) -> Result<Vec<Dual>, InvalidInput> {
+        let rows = table.by_run();
         let mut angles = totals;
         let waiting = || self.own.iter().filter(|(effect, _)| waits(&**effect));
         let loads = if waiting().next().is_some() { self.loads(rows, added) } else { Vec::new() };
         for port in [AddsTo::Series, AddsTo::Reading] {
             if port == AddsTo::Reading {
-                for (place, (angle, row)) in angles.iter_mut().zip(rows).enumerate() {
-                    *angle = self.reading(row, Added::to(place, added), *angle);
-                }
+                angles = self.readings(table, added, angles);
             }
             for (effect, own) in waiting().filter(|(effect, _)| effect.adds_to() == port) {
                 let values = self.values(&**effect, own, rows, &loads, &angles)?;

@@ -56,7 +56,7 @@ impl Predictor {
         for (row, &first) in alike.first.iter().enumerate().filter(|(row, first)| *row != **first) {
             (solved[row], states[row]) = (whole.like(row, &solved[first]), states[first]);
         }
-        let angles = plain.behind(rows, &added, totals(&solved))?;
+        let angles = plain.behind(&self.rows, &added, totals(&solved))?;
         let mut sensitivities = vec![f64::NAN; rows.len() * wanted.len()];
         let wanted_gaps: Vec<usize> =
             gap_slots.iter().copied().filter(|slot| wanted.contains(slot)).collect();
@@ -69,7 +69,7 @@ impl Predictor {
             self.spread(in_groups(&groups, &mut solved, &mut angles), |(group, solved, angles)| {
                 whole.part(group).differentiate(&gaps, friction, solved, angles);
             });
-            for (row, angle) in chain.behind(rows, &added, angles)?.iter().enumerate() {
+            for (row, angle) in chain.behind(&self.rows, &added, angles)?.iter().enumerate() {
                 let first = row * wanted.len() + number * WIDTH;
                 sensitivities[first..first + slots.len()].copy_from_slice(&angle.partials[..slots.len()]);
             }

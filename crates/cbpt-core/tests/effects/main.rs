@@ -169,6 +169,7 @@ fn typical(id: &str, name: &str) -> f64 {
         (_, "rate_per_s") => 2e-5,
         (_, "rate_per_K") => 1e-3,
         (_, "half_width_Nm") => 0.02,
+        (_, "half_width_rad") => 0.3 * ARCSEC,
         (_, "crosstalk_force_N") => 30.0,
         ("preload_crosstalk", "reference_torque_Nm") => 4.5,
         (_, "reference_deflection_m" | "clearance_m") => 1.5e-6,

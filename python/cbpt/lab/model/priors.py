@@ -343,6 +343,12 @@ def torque_hystereses(torque_Nm: float) -> tuple[Variant, ...]:
     return (Variant("torque_hysteresis", ("half_width_Nm",), low, high, True, scaled=True),)
 
 
+def sensor_hystereses(angle_rad: float) -> tuple[Variant, ...]:
+    """Half a loop's width of an angle sensor or its coupling: 0.05 to 5 % of the largest angle."""
+    low, high = 5e-4 * angle_rad, 0.05 * angle_rad
+    return (Variant("sensor_hysteresis", ("half_width_rad",), low, high, scaled=True),)
+
+
 def crosstalks(torque_Nm: float, preload_N: float) -> tuple[Variant, ...]:
     """A preload that is off by 0.2 to 20 % at the largest torque."""
     low, high = 0.002 * preload_N, 0.2 * preload_N
@@ -411,7 +417,9 @@ def _sphere(k: int) -> float:
 
 
 _CALIBRATIONS = ("torque_scale", "preload_scale", "sensor_gain", "contact_angle")
-_INSTRUMENTS = ("torque_lag", "torque_hysteresis", "preload_crosstalk", "span_drift")
+_INSTRUMENTS = (
+    *("torque_lag", "torque_hysteresis", "sensor_hysteresis", "preload_crosstalk", "span_drift"),
+)
 ODDS: dict[str, float] = {
     "": 0.03,
     **dict.fromkeys((*_CALIBRATIONS, *_INSTRUMENTS, "rate_friction"), 2e-4),

@@ -31,6 +31,7 @@ from cbpt.lab.model.priors import (
     constant_frictions,
     crosstalks,
     joints,
+    sensor_hystereses,
     soft_plays,
     span_drifts,
     torque_hystereses,
@@ -82,6 +83,7 @@ def _of_instruments(campaign: Campaign, torque_Nm: float) -> Iterator[Variant]:
     readings = campaign.readings
     yield from _lags(campaign, torque_Nm)
     yield from torque_hystereses(torque_Nm)
+    yield from sensor_hystereses(_reach(campaign)[1])
     if readings.preload_N is not None:
         yield from crosstalks(torque_Nm, float(readings.preload_N.mean()))
     length = None if readings.time_s is None else float(np.ptp(readings.time_s))
