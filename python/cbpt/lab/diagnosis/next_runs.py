@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -122,7 +122,7 @@ class NextRuns:
                     d["direction"],
                     f"{angles[0]:g}" if len(angles) == 1 else "a turn",
                     f"{s.gain:.1f}",
-                    ", ".join(d["separates"]),
+                    self._separated(d["separates"], ", ".join),
                 ]
             )
         yield (
@@ -141,6 +141,10 @@ class NextRuns:
                 "calibration, can."
             )
 
+    def _separated(self, names: Sequence[str], joined: Callable[[Sequence[str]], str]) -> str:
+        """The hypotheses that a run tells apart, in a cell of a table."""
+        return "all" if set(names) == set(self.open) else joined(names)
+
     def __repr__(self) -> str:
         return self.report()
 
@@ -152,7 +156,7 @@ class NextRuns:
                 d["torque_Nm"],
                 d["direction"],
                 rounded(s.gain),
-                listed(d["separates"]),
+                self._separated(d["separates"], listed),
             ]
             for s in self.ranked[:5]
             for d in [s.to_dict()]

@@ -1,31 +1,32 @@
-"""Effects that follow the readings as well as one that is certain, which then owes its place to the
+"""Effects that follow the readings as well as one that is told, which then owes its place to the
 prior odds alone.
 
-by_prior_odds_alone  told as notes, one for each certain effect
+by_prior_odds_alone  told as notes, one for each effect of the best set
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 
 import numpy as np
 
 from cbpt.lab.selection.decision import Verdict
 from cbpt.lab.selection.model_comparison import Competition
-from cbpt.lab.selection.posterior import named_of
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.selection.setting import Names, prior
 from cbpt.lab.wording.numbers import listed, rounded
 
 
 def by_prior_odds_alone(competition: Competition, verdict: Verdict) -> Iterator[str]:
-    """Of each certain effect: those that may stand in its place beside the other effects of the
-    best set, by the odds of `certain` if all were equally likely beforehand."""
+    """Of each effect that is told: rarer ones that are not, and may stand in its place beside the
+    other effects of the best set, by the odds of `certain` if all were equally likely beforehand.
+    """
     best = verdict.names
+    told = {*verdict.effects, *(e for group in verdict.rivals for e in group)}
     if best not in competition.log_odds:
         return
-    for effect in named_of(verdict.effects):
-        instead = _instead(competition, best, effect)
+    for effect in (name for name in best if name in told):
+        instead = _instead(competition, best, effect, told)
         if instead:
             names = sorted(instead, key=lambda name: -instead[name])
             rarer = min(_log_rarer(effect, name) for name in names)
@@ -37,7 +38,9 @@ def by_prior_odds_alone(competition: Competition, verdict: Verdict) -> Iterator[
             )
 
 
-def _instead(competition: Competition, best: Names, effect: str) -> dict[str, float]:
+def _instead(
+    competition: Competition, best: Names, effect: str, told: Container[str]
+) -> dict[str, float]:
     """Effects that follow the readings about as well in the place of one, with the log odds by
     which they do."""
     rest = set(best) - {effect}
@@ -48,7 +51,7 @@ def _instead(competition: Competition, best: Names, effect: str) -> dict[str, fl
         if len(come) == 1 and set(names) - come == rest:
             (name,) = come
             log_odds = _of_the_readings(competition, names)
-            if log_odds >= least and _log_rarer(effect, name) >= RULES.log_rival_odds:
+            if name not in told and log_odds >= least and _log_rarer(effect, name) > 0:
                 found[name] = log_odds
     return found
 

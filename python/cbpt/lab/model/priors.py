@@ -424,12 +424,15 @@ ODDS: dict[str, float] = {
     "": 0.03,
     **dict.fromkeys((*_CALIBRATIONS, *_INSTRUMENTS, "rate_friction"), 2e-4),
     "ball_diameter_lot": 0.01,
+    "shaft_shift": 3e-3,
     "unknown": 0.03,
 }
 """Prior odds of an effect against nothing; "" stands for those not listed. A calibration or an
 angle that is wrong by far more than its stated uncertainty is a hundred times less likely than a
 missing effect, and so is an error of an instrument beyond gain, zero and drift, or friction that
-grows with the rate, its twin: without evidence of their own they are no rivals of friction.
+grows with the rate, its twin: without evidence of their own they are no rivals of friction. A shaft
+that a side load moves takes an open lever to be seen at all, so it is ten times rarer than an
+effect; odds of 0.03 let it stand in for rough contacts and bearings (docs/explanation/trial-notes).
 """
 
 CLASSES: dict[str, str] = {spec.id: spec.kind for spec in effect_specs()}
