@@ -182,6 +182,8 @@ fn typical(id: &str, stem: &str) -> f64 {
         ("eccentric_bearing", "exponent") => 0.8,
         (_, "play") => 5e-3,
         ("sensor_hysteresis", "half_width") => 4e-4,
+        (_, "warm_up") => 3e-4,
+        (_, "warm_up_time") => 9.0,
         (_, "taken_share" | "half_width") => 0.3,
         ("hard_stop", "stop_torque") => 11.3,
         (_, "transition_torque") => 1.5,

@@ -34,7 +34,7 @@ pub(super) const ENGAGEMENT_ANGLE: Parameter = Parameter::shape(
     "angle alpha_p over which the friction builds up",
 )
 .within(1e-3 * ARCSEC, 1e6 * ARCSEC)
-.likely(1.0 * ARCSEC, 60.0 * ARCSEC)
+.likely(0.3 * ARCSEC, 60.0 * ARCSEC)
 .log();
 
 fn act(own: &[Dual], _: &Row, load: &mut Load) {

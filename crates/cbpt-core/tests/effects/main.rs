@@ -170,6 +170,8 @@ fn typical(id: &str, name: &str) -> f64 {
         (_, "rate_per_K") => 1e-3,
         (_, "half_width_Nm") => 0.02,
         (_, "half_width_rad") => 0.3 * ARCSEC,
+        (_, "warm_up_rad") => 2.0 * ARCSEC,
+        (_, "warm_up_time_s") => 300.0,
         (_, "crosstalk_force_N") => 30.0,
         ("preload_crosstalk", "reference_torque_Nm") => 4.5,
         (_, "reference_deflection_m" | "clearance_m") => 1.5e-6,

@@ -141,7 +141,7 @@ def _own(case: Case | Drive, effects: Sequence[str | OwnEffect]) -> list[OwnEffe
     for other in set(ids) - {effect.id for effect in own}:
         raise InvalidInputError(
             f"effect {other!r}: the case has no own effect with this id; give ids of own effects "
-            "only, because the effects of the library are always compared"
+            "only. What a diagnosis compares of the library is fixed; `fit` takes any effect"
         )
     return own
 

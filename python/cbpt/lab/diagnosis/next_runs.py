@@ -122,7 +122,7 @@ class NextRuns:
                     d["direction"],
                     f"{angles[0]:g}" if len(angles) == 1 else "a turn",
                     f"{s.gain:.1f}",
-                    self._separated(d["separates"], ", ".join),
+                    self._separated(s, ", ".join),
                 ]
             )
         yield (
@@ -141,9 +141,10 @@ class NextRuns:
                 "calibration, can."
             )
 
-    def _separated(self, names: Sequence[str], joined: Callable[[Sequence[str]], str]) -> str:
+    def _separated(self, run: Suggested, joined: Callable[[Sequence[str]], str]) -> str:
         """The hypotheses that a run tells apart, in a cell of a table."""
-        return "all" if set(names) == set(self.open) else joined(names)
+        decided = all(gain > LIMIT for gain in run.pairs.values())
+        return "all" if decided else joined(run.separates)
 
     def __repr__(self) -> str:
         return self.report()
@@ -156,7 +157,7 @@ class NextRuns:
                 d["torque_Nm"],
                 d["direction"],
                 rounded(s.gain),
-                self._separated(d["separates"], listed),
+                self._separated(s, listed),
             ]
             for s in self.ranked[:5]
             for d in [s.to_dict()]

@@ -34,7 +34,7 @@ def by_prior_odds_alone(competition: Competition, verdict: Verdict) -> Iterator[
                 f"{listed(names, 'or')} would explain these readings about as well as {effect}, "
                 f"which is named because it is taken to be {rounded(float(np.exp(rarer)))} times "
                 "as likely beforehand. If your rig makes the other likely, fit it "
-                f"(cbpt fit --with {names[0]})"
+                f"(cbpt fit --with {' '.join((*(n for n in best if n != effect), names[0]))})"
             )
 
 

@@ -97,7 +97,7 @@ EXPONENT = _shape("eccentric_bearing", "exponent", (2 / 3, 0.9))
 _ENGAGEMENT = _shape(
     "friction_hysteresis",
     "engagement_angle_rad",
-    tuple(a * ARCSEC for a in (2.0, 4.5, 10.0, 22.0)),
+    tuple(a * ARCSEC for a in (0.5, 3.0, 8.0, 22.0)),
     log=True,
 )
 CREEP = ("compliance_rad_per_Nm", ""), ("superposed_compliance_rad_per_Nm", "superposed")
@@ -344,8 +344,8 @@ def torque_hystereses(torque_Nm: float) -> tuple[Variant, ...]:
 
 
 def sensor_hystereses(angle_rad: float) -> tuple[Variant, ...]:
-    """Half a loop's width of an angle sensor or its coupling: 0.05 to 5 % of the largest angle."""
-    low, high = 5e-4 * angle_rad, 0.05 * angle_rad
+    """Half a loop's width of an angle sensor or its coupling: 0.02 to 5 % of the largest angle."""
+    low, high = 2e-4 * angle_rad, 0.05 * angle_rad
     return (Variant("sensor_hysteresis", ("half_width_rad",), low, high, scaled=True),)
 
 
@@ -355,6 +355,17 @@ def crosstalks(torque_Nm: float, preload_N: float) -> tuple[Variant, ...]:
     at = (("reference_torque_Nm", torque_Nm),)
     size = ("crosstalk_force_N",)
     return (Variant("preload_crosstalk", size, low, high, True, fixed=at, scaled=True),)
+
+
+def warm_ups(length_s: float | None, low_rad: float, high_rad: float) -> tuple[Variant, ...]:
+    """A zero that drifts until the instrument is warm, within a thirtieth of the table's time or
+    longer; what takes more than all of it is a drift in proportion to time."""
+    if not length_s:
+        return ()
+    grid = (length_s / 12, length_s / 3)
+    time = Shape("warm_up_time_s", length_s / 30, length_s, grid, log=True)
+    form = Variant("drift", ("warm_up_rad",), low_rad, high_rad, True, (time,), needs="time_s")
+    return (replace(form, name="warm-up"),)
 
 
 def span_drifts(length_s: float | None, with_temperature: bool) -> tuple[Variant, ...]:

@@ -37,6 +37,7 @@ from cbpt.lab.model.priors import (
     torque_hystereses,
     torque_lags,
     torque_zeros,
+    warm_ups,
 )
 from cbpt.results import solve_many
 
@@ -58,6 +59,7 @@ def library_of(
             *soft_plays(torque),
             *joints(torque),
             *torque_zeros(torque),
+            *warm_ups(_length_s(campaign), 0.1 * ARCSEC, 30.0 * ARCSEC),
             *_of_instruments(campaign, torque),
             *_rate_frictions(campaign),
         )
@@ -86,8 +88,13 @@ def _of_instruments(campaign: Campaign, torque_Nm: float) -> Iterator[Variant]:
     yield from sensor_hystereses(_reach(campaign)[1])
     if readings.preload_N is not None:
         yield from crosstalks(torque_Nm, float(readings.preload_N.mean()))
-    length = None if readings.time_s is None else float(np.ptp(readings.time_s))
-    yield from span_drifts(length, readings.temperature_degC is not None)
+    yield from span_drifts(_length_s(campaign), readings.temperature_degC is not None)
+
+
+def _length_s(campaign: Campaign) -> float | None:
+    """From the first reading to the last; None without times."""
+    time_s = campaign.readings.time_s
+    return None if time_s is None else float(np.ptp(time_s))
 
 
 def _rate_frictions(campaign: Campaign) -> Iterator[Variant]:
@@ -163,7 +170,7 @@ def _frictions(campaign: Campaign, torque: float, angle: float) -> Iterator[Vari
     """Friction that follows the preload or not, and that grows with the load or not."""
     # Before contacts slip they yield along their surface by less than across it, by a share of the
     # order of the coefficient of friction (Mindlin, J. Appl. Mech. 16, 1949).
-    engagement = _ranged("engagement_angle_rad", angle, 1e-3, 0.5, (0.003, 0.01, 0.04, 0.15))
+    engagement = _ranged("engagement_angle_rad", angle, 1e-4, 0.5, (0.001, 0.01, 0.04, 0.15))
     for size, unit, needs in (
         ("friction_torque_Nm", torque, ""),
         ("friction_radius_m", torque / _mean_preload(campaign), "preload_N"),
@@ -196,6 +203,7 @@ def _of_spring(campaign: Campaign) -> Iterator[Variant]:
         "sensor_nonlinearity", ("quadratic_per_rad", "cubic_per_rad2"), 1 / angle, 1e-3, 0.5
     )
     yield _signed(nonlinear, ratios=(1.0, 1 / angle))
+    yield from sensor_hystereses(angle)
     # Without friction or play nothing tells it from a sensor that bends.
     curve = _of("stiffness_curve", ("squared_rad", "cubed_rad"), angle, 1e-3, 0.5)
     yield replace(_signed(curve), fixed=(("reference_torque_Nm", torque),))
@@ -208,6 +216,7 @@ def _of_spring(campaign: Campaign) -> Iterator[Variant]:
         for size, name in CREEP:
             yield _with(_of("creep", (size,), compliance, 1e-4, 1.0), (time,), name)
         yield _signed(_of("drift", ("rate_rad_per_s",), angle / length, 1e-3, 1.0), name="time")
+        yield from warm_ups(length, 1e-3 * angle, angle)
     if readings.temperature_degC is not None:
         span = float(np.ptp(readings.temperature_degC)) or 1.0
         drift = _of("drift", ("rate_rad_per_K",), angle / span, 1e-3, 1.0)

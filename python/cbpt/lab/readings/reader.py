@@ -180,6 +180,13 @@ class _Use:
     unit: Unit | None
 
 
+def _overlooked(header: str, below: str, columns: Mapping[str, str], kept: Sequence[str]) -> str:
+    """Why a column is not used that has a unit, and so may be meant to be."""
+    wanted = header in columns or header in kept
+    has_unit = find_unit(below or unit_at_end(header)) is not None
+    return "its header names no quantity that is known" if has_unit and not wanted else ""
+
+
 class _Reader:
     """One table on its way to Readings; gathers mistakes and notes as it goes."""
 
@@ -282,7 +289,7 @@ class _Reader:
                 found = f"{name!r} with the unit {below!r}" if below else repr(name)
                 self.wrong(name, found, said.expected, said.remedy)
             if said.quantity is None:
-                hints[name] = said.hint
+                hints[name] = said.hint or _overlooked(name, below, self.columns, self.kept)
             elif said.quantity.key in uses:
                 key = said.quantity.key
                 found = f"{uses[key].header!r} and {name!r}"

@@ -102,9 +102,10 @@ def prepare(fitter: Fitter) -> Setting:
     library = Signatures(campaign, fitter.variants)
     signatures = library.about(first, names)
     kinds = [campaign.plain_noise]
-    inflation = _inflation(fitter, first, signatures, families)
-    if inflation is not None:
-        kinds.append(replace(campaign.plain_noise, inflation=inflation))
+    kinds += [
+        replace(campaign.plain_noise, inflation=inflation)
+        for inflation in _inflations(fitter, first, signatures, families)
+    ]
     whole = _whole(fitter, signatures)
     freely = _flexible_fit(fitter, first, whole, campaign.plain_noise)
     kinds += _of_the_torque(fitter, first, whole, freely)
@@ -132,19 +133,27 @@ def prepare(fitter: Fitter) -> Setting:
     )
 
 
-def _inflation(
+def _inflations(
     fitter: Fitter, fit: Fit, signatures: list[Signature], families: tuple[Component, ...]
-) -> Floats | None:
-    """Inflation factor of each reading's standard deviation; None where all scatter alike."""
+) -> Iterator[Floats]:
+    """Inflation factors of the readings' standard deviations where they do not scatter alike: as
+    all that the library and the table may show leaves them, and as the drive alone does. A reading
+    at the end of a loop is followed by a curve that nothing else demands."""
     c = fitter.campaign
     if len(c) < 12:
-        return None
+        return
     numbers = fit.point.slopes * np.array([u.unit for u in fit.unknowns])
     seen = [np.where(np.isfinite(s.columns), s.columns, 0.0) for s in signatures]
-    fields = [numbers, *seen, *(f.patterns for f in families)]
     y = c.y_arcsec - fit.point.angle_arcsec
-    inflation = inflation_of(y, c.offsets, fields, Whitener.of(c.plain_noise, c.u_arcsec, c.rows))
-    return None if inflation is None or _of_one_place(c, inflation > 1.5) else inflation
+    whitener = Whitener.of(c.plain_noise, c.u_arcsec, c.rows)
+    found: list[Floats] = []
+    for fields in ([numbers, *seen, *(f.patterns for f in families)], [numbers]):
+        inflation = inflation_of(y, c.offsets, fields, whitener)
+        if inflation is None or _of_one_place(c, inflation > 1.5):
+            continue
+        if not any(np.allclose(inflation, other) for other in found):
+            found.append(inflation)
+            yield inflation
 
 
 def _of_one_place(campaign: Campaign, loose: NDArray[np.bool_]) -> bool:
