@@ -410,6 +410,8 @@ def test_a_case_takes_effects_and_gives_them_back_in_SI() -> None:
         "rate_rad_per_s": pytest.approx(ARCSEC),
         "rate_rad_per_K": 0.0,
         "time_constant_s": 0.0,
+        "warm_up_rad": 0.0,
+        "warm_up_time_s": 600.0,
     }
     assert found[4] == ("eccentric_bearing", {"reference_deflection_m": 2e-6, "exponent": 0.9})
     assert cbpt.Case.from_toml(more.to_toml()) == more

@@ -417,6 +417,24 @@ def test_a_header_without_a_unit_gives_way_to_one_that_states_it() -> None:
     assert any("'moment_Nm' as torque in N m" in note for note in read.notes)
 
 
+def test_a_column_with_a_unit_that_is_not_used_is_told() -> None:
+    """It may be meant to be; one without a unit is a remark of the user's."""
+    table = {
+        "torque_Nm": [0.0, 1.0],
+        "preload_N": [500.0, 500.0],
+        "elastic_angle_arcsec": [0.0, 5.0],
+        "Crank [deg]": [0.0, 0.0],
+        "operator": [1.0, 1.0],
+    }
+    notes = cbpt.read_readings(table).notes
+    assert any(note.startswith("column 'Crank [deg]' is not used") for note in notes)
+    assert not any("operator" in note for note in notes)
+    assert not any(
+        "Crank" in note
+        for note in cbpt.read_readings(table, columns={"Crank [deg]": "extra"}).notes
+    )
+
+
 def test_readings_of_several_labels_are_told_to_be_taken_together() -> None:
     table = {
         "torque_Nm": np.linspace(-5, 5, 12),
