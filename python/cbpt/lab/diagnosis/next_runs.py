@@ -31,6 +31,7 @@ from cbpt.lab.wording.versions import versions
 __all__ = ["NextRuns", "next_runs", "ranked"]
 
 SCHEMA = "cbpt.next_run/1"
+_FROM_LEADING = "tells from the most probable"
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +130,10 @@ class NextRuns:
             "gain: expected log evidence for the true hypothesis over the others "
             f"({LIMIT:.1f} or more, {np.exp(LIMIT):.0f} : 1, decide):"
         )
-        headers = ["preload_N", "torque_Nm", "torque goes", "input_angle_deg", "gain", "separates"]
+        headers = [
+            *("preload_N", "torque_Nm", "torque goes", "input_angle_deg", "gain"),
+            _FROM_LEADING,
+        ]
         yield layout.table(headers, table)
         count = self.runs_like_it()
         if count is not None and count > 1:
@@ -142,9 +146,15 @@ class NextRuns:
             )
 
     def _separated(self, run: Suggested, joined: Callable[[Sequence[str]], str]) -> str:
-        """The hypotheses that a run tells apart, in a cell of a table."""
-        decided = all(gain > LIMIT for gain in run.pairs.values())
-        return "all" if decided else joined(run.separates)
+        """The hypotheses that a run tells from the most probable one, in a cell of a table."""
+        leading = max(self.open, key=lambda name: self.open[name])
+        gains = {
+            (set(pair) - {leading}).pop(): gain
+            for pair, gain in run.pairs.items()
+            if leading in pair
+        }
+        told = [name for name, gain in gains.items() if gain > LIMIT]
+        return "all others" if len(told) == len(gains) else joined(told)
 
     def __repr__(self) -> str:
         return self.report()
@@ -162,7 +172,7 @@ class NextRuns:
             for s in self.ranked[:5]
             for d in [s.to_dict()]
         ]
-        headers = ["preload_N", "torque_Nm", "torque goes", "gain", "separates"]
+        headers = ["preload_N", "torque_Nm", "torque goes", "gain", _FROM_LEADING]
         found = html.table(headers, rows) if rows else html.paragraph(self.why_none)
         return found + html.folded("the whole report", self.report())
 

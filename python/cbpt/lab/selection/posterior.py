@@ -20,6 +20,7 @@ from itertools import combinations as subsets
 import numpy as np
 
 from cbpt.lab.covariance.linear_gaussian import Noise
+from cbpt.lab.model.priors import CLASSES
 from cbpt.lab.selection.model_comparison import Competition
 from cbpt.lab.selection.rules import DecisionRules
 from cbpt.lab.selection.setting import Names, prior
@@ -40,8 +41,9 @@ class Posterior:
 
     @property
     def even(self) -> Posterior:
-        """The same with even prior odds of all sets: what the readings alone say."""
-        sets = {names: p / np.exp(prior(_odds_of(names))) for names, p in self.sets.items()}
+        """The same where one effect is as likely beforehand as none, and each further one as
+        improbable as ever: what the readings say of one effect against offsets of runs."""
+        sets = {names: p / np.exp(_one_of(names)) for names, p in self.sets.items()}
         total = sum(sets.values())
         return Posterior({names: p / total for names, p in sets.items()}, self.undemanded)
 
@@ -112,9 +114,9 @@ def named_of(names: Names) -> Names:
     return tuple(n for n in names if n not in (OFFSET, UNKNOWN))
 
 
-def _odds_of(names: Names) -> Names:
-    """The members of a set that have prior odds; offsets of runs have a price as noise instead."""
-    return tuple(n for n in names if n != OFFSET)
+def _one_of(names: Names) -> float:
+    """Log prior odds of the likeliest effect of a set; offsets of runs have a price as noise."""
+    return max((prior((n,)) for n in names if n != OFFSET), default=0.0)
 
 
 def posterior_of(competition: Competition) -> Posterior:
@@ -175,14 +177,17 @@ def spoken_of(posterior: Posterior, rules: DecisionRules) -> Spoken:
 
 def _instead_of_offsets(posterior: Posterior, rules: DecisionRules) -> Names:
     """What follows the readings as well as offsets of runs do, which then owe their probability to
-    the prior odds alone: where each run has an input angle of its own, an eccentricity, say."""
+    the prior odds alone: where each run has an input angle of its own, an eccentricity, say. A
+    drift of the zero is an error of the instrument as they are, and no reason to doubt the drive.
+    """
     if posterior.even.of_any([OFFSET]) >= rules.certain:
         return ()
-    return max(
+    instead = max(
         (names for names in posterior.sets if OFFSET not in names),
         key=lambda names: posterior.sets[names],
         default=(),
     )
+    return () if all(CLASSES.get(name) == "rig" for name in instead) else instead
 
 
 def _groups(
