@@ -443,7 +443,8 @@ angle that is wrong by far more than its stated uncertainty is a hundred times l
 missing effect, and so is an error of an instrument beyond gain, zero and drift, or friction that
 grows with the rate, its twin: without evidence of their own they are no rivals of friction. A shaft
 that a side load moves takes an open lever to be seen at all, so it is ten times rarer than an
-effect; odds of 0.03 let it stand in for rough contacts and bearings (docs/explanation/trial-notes).
+effect; odds of 0.03 let it stand in for rough contacts and bearings
+(docs/explanation/trial-notes.md).
 """
 
 CLASSES: dict[str, str] = {spec.id: spec.kind for spec in effect_specs()}
