@@ -182,7 +182,6 @@ fn typical(id: &str, stem: &str) -> f64 {
         ("eccentric_bearing", "exponent") => 0.8,
         (_, "play") => 5e-3,
         ("sensor_hysteresis", "half_width") => 4e-4,
-        (_, "warm_up") => 3e-4,
         (_, "warm_up_time") => 9.0,
         (_, "taken_share" | "half_width") => 0.3,
         ("hard_stop", "stop_torque") => 11.3,
@@ -201,7 +200,7 @@ fn typical(id: &str, stem: &str) -> f64 {
         (_, "load_share") => 0.09,
         (_, "breakaway_share") => 0.4,
         (_, "weakening_ratio") => 4.5,
-        (_, "permanent_set" | "permanent_set_of_run" | "settled") => 3e-4,
+        (_, "permanent_set" | "permanent_set_of_run" | "settled" | "warm_up") => 3e-4,
         (_, "time_constant") => 7.0,
         (_, "settling_cycles") => 2.0,
         (

@@ -107,7 +107,7 @@ fn clocks_of_runs_start_again() {
         })
         .collect();
     let all: Vec<Reading> = runs.concat();
-    let values = [0.0, 1e-6, 40.0];
+    let values = [0.0, 1e-6, 40.0, 0.0, 600.0];
     let whole = predictor(&table(&all), &["drift"], true).predict(&values, &[]).unwrap().angle_rad;
     let bare = predictor(&table(&all), &[], true).predict(&[], &[]).unwrap().angle_rad;
     for (number, run) in runs.iter().enumerate() {
