@@ -1,6 +1,6 @@
 //! Hysteresis of the angle sensor: slack of its coupling or mount, friction in its bearing.
 //!
-//! The instrument shows P_h(alpha), the play operator ([`super::play`]): what it shows stays until the angle has gone on by h, and
+//! The instrument shows P_h(alpha), the play operator (`play`): what it shows stays until the angle has gone on by h, and
 //! then follows h behind. Every run begins without a history.
 
 use super::dual::Dual;

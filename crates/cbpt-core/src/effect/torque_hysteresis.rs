@@ -1,6 +1,6 @@
 //! Hysteresis of the torque sensor.
 //!
-//! P_h(M) is the play operator ([`super::play`]). h > 0: what is read is late,
+//! P_h(M) is the play operator (`play`). h > 0: what is read is late,
 //! so that the load on a branch is larger than what is read by h after a way of 2 h. h < 0: the load follows what is read, as
 //! behind friction between the sensor and the reducer. Every run begins without a history.
 
