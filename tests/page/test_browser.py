@@ -125,7 +125,7 @@ def every_card(page: Any) -> None:
 
 def test_any_combination_is_fitted_live(dev04: Any) -> None:
     every_card(dev04)
-    for effect in ("creep", "plate_tilt"):
+    for effect in ("creep", "preload_spring"):
         dev04.click(f"#missing [data-effect={effect}]")
         dev04.wait_for_selector(f"#missing [data-effect={effect}][aria-checked=true]")
     both = number(dev04, "#rmse")
@@ -141,9 +141,9 @@ def test_any_combination_is_fitted_live(dev04: Any) -> None:
 
 def test_a_switch_leaves_what_does_not_change_and_the_focus_where_they_are(dev04: Any) -> None:
     every_card(dev04)
-    card = "#missing [data-card=plate_tilt]"
+    card = "#missing [data-card=preload_spring]"
     dev04.evaluate("card => document.querySelector(card).marked = true", card)
-    for effect in ("plate_tilt", "creep"):
+    for effect in ("preload_spring", "creep"):
         dev04.locator(f"#missing [data-effect={effect}]").focus()
         dev04.keyboard.press("Space")
         dev04.wait_for_selector(f"#missing [data-effect={effect}][aria-checked=true]")

@@ -17,7 +17,7 @@ pub static SPEC: Spec = Spec {
     reducers: Reducers::All,
     equation: "reading = P_h(alpha), P_h the play operator of the half width h",
     source: "play operator: Visintin, Differential Models of Hysteresis (1994), chapter III",
-    tell_tale: "loading and unloading form a loop of one width in angle, at every load, preload and rate; angles stay the same after the torque turns",
+    tell_tale: "loading and unloading form a loop of one width in angle, at every load and rate; angles stay the same after the torque turns",
     parameters: &[Parameter::size(
         "half_width",
         Quantity::Angle,

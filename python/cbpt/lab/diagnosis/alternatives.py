@@ -101,11 +101,9 @@ def _largest_spread(variants: Iterable[Variant]) -> float:
 
 
 def unseen(d: DiagnosisData, angle: AngleUnit = ARCSEC) -> list[str]:
-    """In words; an effect that would not be seen at any likely size says so. A number that is free
-    within its stated uncertainty is none."""
-    numbers = d.competition.campaign.priors
-    found = [one for one in smallest(d) if one.effect not in numbers]
-    known = {one.effect for one in found} | set(d.verdict.names) | set(numbers)
+    """In words; an effect that would not be seen at any likely size says so."""
+    found = smallest(d)
+    known = {one.effect for one in found} | set(d.verdict.names)
     blind = {v.effect for v in d.competition.fitter.variants} - known
     return [one.says(angle) for one in found if one.share > 0.5] + [
         f"{effect} of any likely size" for effect in sorted(blind)
