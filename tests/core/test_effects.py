@@ -16,6 +16,7 @@ from scipy.integrate import solve_ivp
 
 import cbpt
 from cbpt import Drive, InvalidInputError, _core
+from common.play import following
 from common.rings import PLAN, RINGS, CaseDict
 from reference.rig import ARCSEC, Rows, drive_of, simulate
 from reference.rig.campaign import rows_of
@@ -229,25 +230,28 @@ def test_a_sensor_with_hysteresis_shows_what_follows_the_angle_through_a_slack(c
     found = predictor(Drive.from_dict(CASES[case]), ["sensor_gain", "sensor_hysteresis"])
     shown = found.predict(values_of(found, [{"sensor_gain": gain}, {"half_width_rad": half}]))
     true = simulate(rig_drive(CASES[case]), ROWS)
-    wanted = np.empty(len(true))
-    for run in np.unique(ROWS.run):
-        follows = 0.0
-        for i in np.flatnonzero(ROWS.run == run):
-            follows = np.clip(follows, true[i] - half, true[i] + half)
-            wanted[i] = gain * follows
+    wanted = gain * following(true, half, ROWS.run)
     assert np.ptp(wanted / gain - true) > 1.9 * half
     np.testing.assert_allclose(shown.angle_rad, wanted, rtol=1e-8, atol=1e-12)
 
 
+@pytest.mark.parametrize("case", CASES)
+def test_an_instrument_that_warms_up_drifts_until_it_is_warm(case: str) -> None:
+    """In the time of the table, whatever the runs do."""
+    found = predictor(Drive.from_dict(CASES[case]), ["drift"])
+    passed = ROWS.time_s - ROWS.time_s[0]
+    time_s = float(passed.max()) / 4
+    numbers = [{"warm_up_rad": 3 * ARCSEC, "warm_up_time_s": time_s}]
+    wanted = simulate(rig_drive(CASES[case]), ROWS) + 3 * ARCSEC * (1 - np.exp(-passed / time_s))
+    angle = found.predict(values_of(found, numbers)).angle_rad
+    np.testing.assert_allclose(angle, wanted, rtol=1e-8, atol=1e-12)
+
+
 def _added(effect: str, value: float, time_s: Floats, torque_Nm: Floats) -> Floats:
     """To the torques of a run, N m."""
-    added = np.zeros(len(torque_Nm))
     if effect == "torque_hysteresis":
-        follows = 0.0
-        for i, torque in enumerate(torque_Nm):
-            follows = np.clip(follows, torque - abs(value), torque + abs(value))
-            added[i] = np.sign(value) * (torque - follows)
-        return added
+        run = np.zeros(len(torque_Nm), dtype=np.int64)
+        return np.asarray(np.sign(value) * (torque_Nm - following(torque_Nm, abs(value), run)))
     after = np.r_[np.arange(1, len(time_s)), len(time_s) - 1]
     before = np.r_[0, np.arange(len(time_s) - 1)]
     rate = (torque_Nm[after] - torque_Nm[before]) / (time_s[after] - time_s[before])

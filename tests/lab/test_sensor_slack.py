@@ -15,22 +15,12 @@ from numpy.typing import NDArray
 import cbpt
 from common.comparisons import EXAMPLES
 from common.friction_loops import LOOP, SPRING
+from common.play import following
 
 Floats = NDArray[np.float64]
 CASE = EXAMPLES / "campaign.toml"
 TABLE = cbpt.read_readings(EXAMPLES / "campaign.csv")
 U_ARCSEC = 0.3
-
-
-def behind(values: Floats, half_width: float, runs: NDArray[np.int64]) -> Floats:
-    """What follows values through a slack, in each run from 0."""
-    follows = np.zeros(len(values))
-    for run in np.unique(runs):
-        at = 0.0
-        for i in np.flatnonzero(runs == run):
-            at = float(np.clip(at, values[i] - half_width, values[i] + half_width))
-            follows[i] = at
-    return follows
 
 
 def read(true_arcsec: Floats, seed: int = 1) -> cbpt.Readings:
@@ -52,7 +42,7 @@ def told(found: cbpt.Diagnosis) -> set[str]:
 
 
 def test_a_slack_of_the_sensor_is_no_certain_friction() -> None:
-    found = cbpt.diagnose(CASE, read(behind(plain(), 4 * U_ARCSEC, TABLE.run_index)))
+    found = cbpt.diagnose(CASE, read(following(plain(), 4 * U_ARCSEC, TABLE.run_index)))
     assert "sensor_hysteresis" in told(found), found.sentence
     assert "friction_hysteresis" not in found.verdict.effects
     value = found.parameters(found.after, "sensor_hysteresis")["half_width_rad"]
@@ -62,7 +52,7 @@ def test_a_slack_of_the_sensor_is_no_certain_friction() -> None:
 
 def test_friction_that_turns_over_at_once_is_no_certain_torque_sensor() -> None:
     """Coulomb's friction: the load lags behind the torque by it, whatever the angle."""
-    load = behind(TABLE.torque_Nm, 0.3, TABLE.run_index)
+    load = following(TABLE.torque_Nm, 0.3, TABLE.run_index)
     found = cbpt.diagnose(CASE, read(plain(load)))
     assert "friction_hysteresis" in told(found), found.sentence
 
@@ -80,7 +70,7 @@ def test_on_a_spring_a_note_has_the_slack_that_looks_like_friction() -> None:
     """A linear spring with friction and one whose sensor has a slack read the same."""
     runs = np.repeat([0, 1, 2], len(LOOP))
     torque = np.tile(LOOP, 3)
-    shown = behind(60 * torque, 36.0, runs)
+    shown = following(60 * torque, 36.0, runs)
     table = {
         "run": runs.astype(float),
         "torque_Nm": torque,

@@ -40,8 +40,7 @@ pub static SPEC: Spec = Spec {
 };
 
 fn act(own: &[Dual], row: &Row, part_temperature_K: Dual, angle_rad: Dual) -> Dual {
-    let share = row.time_s / own[4].value;
-    let warm = own[4].chain(-(-share).exp_m1(), -share * (-share).exp() / own[4].value);
+    let warm = own[4].settled(row.time_s);
     angle_rad + own[0] * row.time_s + own[1] * part_temperature_K + own[3] * warm
 }
 

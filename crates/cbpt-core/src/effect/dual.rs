@@ -65,6 +65,12 @@ impl Dual {
         power
     }
 
+    /// 1 - exp(-x/self): how far what settles over this scale has come after x.
+    pub fn settled(&self, x: f64) -> Self {
+        let share = x / self.value;
+        self.chain(-(-share).exp_m1(), -share * (-share).exp() / self.value)
+    }
+
     /// Adds `slope` times what `of` depends on: one term of a total derivative; the value stays.
     pub fn add_slope(&mut self, slope: f64, of: &Self) {
         for (mine, theirs) in self.partials.iter_mut().zip(&of.partials) {

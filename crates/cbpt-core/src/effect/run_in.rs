@@ -43,13 +43,7 @@ const fn set(stem: &'static str, meaning: &'static str) -> Parameter {
 fn act(own: &[Dual], row: &Row, _: &DriveNumbers, _: Dual) -> Dual {
     own[0] * row.largest_torque_share
         + own[1] * row.largest_torque_share_of_run
-        + own[2] * settled(row.cycles_done, &own[3])
-}
-
-/// 1 - exp(-c/c0).
-fn settled(cycles_done: f64, settling_cycles: &Dual) -> Dual {
-    let share = cycles_done / settling_cycles.value;
-    settling_cycles.chain(-(-share).exp_m1(), -share * (-share).exp() / settling_cycles.value)
+        + own[2] * own[3].settled(row.cycles_done)
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 """The run that would decide what a diagnosis leaves open, or that none within reach can.
 
 RankedRuns        runs ranked by what they are expected to bring
+most_probable     of the hypotheses that are open
 rank              ranks them; rank_if_open, where something is open
 next_run          the best of them, as the document of the answer has it
 why_no_run        why there is none, and what helps in its place
@@ -57,7 +58,7 @@ class RankedRuns:
     @property
     def leading(self) -> str:
         """The most probable hypothesis."""
-        return max(self.open, key=lambda name: self.open[name])
+        return most_probable(self.open)
 
     def closest(self, run: Suggested) -> tuple[str, str]:
         """The pair that a run tells most about, where it decides none; one with the most probable
@@ -69,14 +70,8 @@ class RankedRuns:
     def told_from_leading(self, run: Suggested) -> list[str]:
         """The most probable hypothesis and those that a run is expected to tell from it beyond the
         limit of odds; empty where it tells none."""
-        told = {
-            n
-            for pair, gain in run.pairs.items()
-            if gain > LIMIT
-            for n in pair
-            if self.leading in pair
-        }
-        return sorted(told)
+        told = [n for n, gain in run.against(self.leading).items() if gain > LIMIT]
+        return sorted([*told, self.leading]) if told else []
 
     def runs_like(self, run: Suggested) -> int | None:
         """About how many such runs decide the pair that it tells most about; None where hardly any
@@ -89,11 +84,14 @@ class RankedRuns:
         """Hypotheses that no run within reach tells from the most probable one."""
         most: dict[str, float] = {}
         for suggested in self.ranked:
-            for pair, gain in suggested.pairs.items():
-                if self.leading in pair:
-                    other = pair[1] if pair[0] == self.leading else pair[0]
-                    most[other] = max(most.get(other, 0.0), gain)
+            for other, gain in suggested.against(self.leading).items():
+                most[other] = max(most.get(other, 0.0), gain)
         return [name for name, gain in most.items() if gain <= HARDLY]
+
+
+def most_probable(open_: Mapping[str, float]) -> str:
+    """Of hypotheses with their shares."""
+    return max(open_, key=lambda name: open_[name])
 
 
 def rank(d: DiagnosisData, limits: Limits | None = None, most: int = CANDIDATES) -> RankedRuns:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cbpt._core import Case, Drive
-from cbpt.lab.diagnosis.deciding_runs import CANDIDATES, HARDLY, rank
+from cbpt.lab.diagnosis.deciding_runs import CANDIDATES, HARDLY, most_probable, rank
 from cbpt.lab.diagnosis.diagnose import diagnose
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.experiment.candidates import Limits, described
@@ -147,12 +147,7 @@ class NextRuns:
 
     def _separated(self, run: Suggested, joined: Callable[[Sequence[str]], str]) -> str:
         """The hypotheses that a run tells from the most probable one, in a cell of a table."""
-        leading = max(self.open, key=lambda name: self.open[name])
-        gains = {
-            (set(pair) - {leading}).pop(): gain
-            for pair, gain in run.pairs.items()
-            if leading in pair
-        }
+        gains = run.against(most_probable(self.open))
         told = [name for name, gain in gains.items() if gain > LIMIT]
         return "all others" if len(told) == len(gains) else joined(told)
 

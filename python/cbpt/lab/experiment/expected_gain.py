@@ -57,6 +57,11 @@ class Suggested:
         """That of the two hypotheses that it tells apart best."""
         return max(self.pairs.values())
 
+    def against(self, name: str) -> dict[str, float]:
+        """The same of one hypothesis against each other one."""
+        pairs = self.pairs.items()
+        return {b if a == name else a: gain for (a, b), gain in pairs if name in (a, b)}
+
     @property
     def separates(self) -> list[str]:
         """Hypotheses that the run is expected to tell from another one beyond the limit of odds."""

@@ -209,7 +209,7 @@ def _of_spring(campaign: Campaign) -> Iterator[Variant]:
     yield replace(_signed(curve), fixed=(("reference_torque_Nm", torque),))
     yield from _run_ins(angle)
     if readings.time_s is not None:
-        length = float(np.ptp(readings.time_s)) or 1.0
+        length = _length_s(campaign) or 1.0
         run = max(_longest_run(campaign), 1e-3 * length)
         time = _ranged("time_constant_s", run, 1e-3, 10.0, (0.01, 0.05, 0.2, 1.0))
         compliance = angle / torque
