@@ -105,7 +105,7 @@ def test_what_is_less_probable_by_its_prior_odds_alone_is_told() -> None:
     assert said(verdict) == ("effect", ("wear",), ())
     (note,) = by_prior_odds_alone(made_up, verdict)
     assert note.startswith("span_drift would explain these readings about as well as wear")
-    assert "150 times as likely" in note
+    assert "at least 150 times as high" in note
     # What the readings themselves speak against is not told.
     behind = competition({(): 0.001, ("wear",): 0.9989, ("span_drift",): 0.0001})
     assert list(by_prior_odds_alone(behind, judge(behind))) == []

@@ -31,7 +31,7 @@ from cbpt.lab.wording.versions import versions
 __all__ = ["NextRuns", "next_runs", "ranked"]
 
 SCHEMA = "cbpt.next_run/1"
-_FROM_LEADING = "tells from the most probable"
+_FROM_LEADING = "separates the most probable from"
 
 
 @dataclass(frozen=True, eq=False)

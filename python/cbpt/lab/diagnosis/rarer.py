@@ -29,12 +29,14 @@ def by_prior_odds_alone(competition: Competition, verdict: Verdict) -> Iterator[
         instead = _instead(competition, best, effect, told)
         if instead:
             names = sorted(instead, key=lambda name: -instead[name])
+            others = (*(name for name in best if name != effect), names[0])
             rarer = min(_log_rarer(effect, name) for name in names)
             yield (
-                f"{listed(names, 'or')} would explain these readings about as well as {effect}, "
-                f"which is named because it is taken to be {rounded(float(np.exp(rarer)))} times "
-                "as likely beforehand. If your rig makes the other likely, fit it "
-                f"(cbpt fit --with {' '.join((*(n for n in best if n != effect), names[0]))})"
+                f"{listed(names, 'or')} would explain these readings about as well as {effect}; "
+                f"{effect} is named because its odds before any reading are taken to be at least "
+                f"{rounded(float(np.exp(rarer)))} times as high. If your rig may have such an "
+                "error, fit it in its place and compare what is left: cbpt fit CASE TABLE --with "
+                f"{' '.join(others)}"
             )
 
 

@@ -184,7 +184,11 @@ def _overlooked(header: str, below: str, columns: Mapping[str, str], kept: Seque
     """Why a column is not used that has a unit, and so may be meant to be."""
     wanted = header in columns or header in kept
     has_unit = find_unit(below or unit_at_end(header)) is not None
-    return "its header names no quantity that is known" if has_unit and not wanted else ""
+    if wanted or not has_unit:
+        return ""
+    return Words(
+        "no quantity is read from this header; to use it, name its quantity by ", Setting("columns")
+    )
 
 
 class _Reader:
@@ -308,7 +312,7 @@ class _Reader:
         self.require(uses, asked, hints)
         self.notes += [f"read {', '.join(told)}"] if told else []
         self.notes += [
-            f"column {name!r} is not used: {hint}" for name, hint in hints.items() if hint
+            Words(f"column {name!r} is not used: ", hint) for name, hint in hints.items() if hint
         ]
         return uses
 
