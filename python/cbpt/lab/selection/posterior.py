@@ -20,7 +20,6 @@ from itertools import combinations as subsets
 import numpy as np
 
 from cbpt.lab.covariance.linear_gaussian import Noise
-from cbpt.lab.model.priors import CLASSES
 from cbpt.lab.selection.model_comparison import Competition
 from cbpt.lab.selection.rules import DecisionRules
 from cbpt.lab.selection.setting import Names, prior
@@ -177,17 +176,14 @@ def spoken_of(posterior: Posterior, rules: DecisionRules) -> Spoken:
 
 def _instead_of_offsets(posterior: Posterior, rules: DecisionRules) -> Names:
     """What follows the readings as well as offsets of runs do, which then owe their probability to
-    the prior odds alone: where each run has an input angle of its own, an eccentricity, say. A
-    drift of the zero is an error of the instrument as they are, and no reason to doubt the drive.
-    """
+    the prior odds alone: where each run has an input angle of its own, an eccentricity, say."""
     if posterior.even.of_any([OFFSET]) >= rules.certain:
         return ()
-    instead = max(
+    return max(
         (names for names in posterior.sets if OFFSET not in names),
         key=lambda names: posterior.sets[names],
         default=(),
     )
-    return () if all(CLASSES.get(name) == "rig" for name in instead) else instead
 
 
 def _groups(
