@@ -66,6 +66,7 @@ impl Dual {
     }
 
     /// 1 - exp(-x/self): how far what settles over this scale has come after x.
+    #[must_use]
     pub fn settled(&self, x: f64) -> Self {
         let share = x / self.value;
         self.chain(-(-share).exp_m1(), -share * (-share).exp() / self.value)
