@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError, ReadingsError
+from cbpt.lab.covariance.loose_runs import loose_runs
 from cbpt.lab.covariance.one_thread import one_blas_thread
 from cbpt.lab.covariance.repeatability import no_uncertainty_of, pooled
 from cbpt.lab.covariance.repeated_runs import kinds_of_runs, most_correlation
@@ -53,6 +54,7 @@ from cbpt.lab.selection.model_comparison import Competition, Progress, compete
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.selection.setting import Names
 from cbpt.lab.wording.names import number_called
+from cbpt.lab.wording.numbers import listed
 from cbpt.results import solve_many
 
 __all__ = ["diagnose"]
@@ -272,6 +274,8 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
     notes += told
     campaign, told = _uncertain(campaign, model)
     notes += told
+    campaign, told = _with_loose_runs(campaign, model)
+    notes += told
     if campaign.step_arcsec:
         notes.append(
             f"the angle is recorded in steps of {campaign.step_arcsec:g} arcsec, which is coarse "
@@ -308,6 +312,22 @@ def _uncertain(campaign: Campaign, model: Floats) -> tuple[Campaign, list[str]]:
     if not campaign.u_repeated:
         campaign = _of_the_scatter(campaign, model)
     return with_torque_scatter(campaign)
+
+
+def _with_loose_runs(campaign: Campaign, model: Floats) -> tuple[Campaign, list[str]]:
+    """The campaign with a larger uncertainty for runs that scatter more than the others."""
+    if campaign.torque_scatter_Nm or campaign.step_arcsec:
+        return campaign, []
+    weighted = (campaign.y_arcsec - model) / campaign.u_arcsec
+    factor = loose_runs(campaign.readings, weighted)
+    _, first = np.unique(campaign.readings.run_index, return_index=True)
+    loose = [i for i in first if factor[i] > 1]
+    if not loose:
+        return campaign, []
+    told = listed([f"{campaign.readings.run[i]} ({factor[i]:.2g} times as much)" for i in loose])
+    scatter = f"run {told} scatters" if len(loose) == 1 else f"the runs {told} scatter"
+    note = f"{scatter} more than the others; the uncertainty of these readings was taken larger"
+    return replace(campaign, u_arcsec=campaign.u_arcsec * factor), [note]
 
 
 def _stop_if_too_little(campaign: Campaign, n: int, solved: int) -> None:

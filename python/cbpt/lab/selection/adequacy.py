@@ -17,7 +17,7 @@ that it is shown in: what is left is then the scatter that the steps ask for.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -108,11 +108,14 @@ def _expected(fitter: Fitter, fit: Fit) -> tuple[float, float, Source]:
         # Of noise whose neighbours are alike they show a share, which is as well known as that.
         share = independent_share(c.readings, fit.noise.correlation)
         return c.repeats.u_arcsec / share**0.5, c.repeats.dof * share**2, "repeats"
-    scatter = estimate(c.readings, fit.residual_arcsec, fit.noise.correlation or None)
+    correlation = fit.noise.correlation or None
     if coarse:
-        return _expected_behind(c, scatter)
-    if scatter is not None and scatter.u_arcsec > 0:
-        return scatter.u_arcsec, scatter.dof, "scatter within runs"
+        return _expected_behind(c, estimate(c.readings, fit.residual_arcsec, correlation))
+    weighing = replace(c.readings, u_elastic_angle_arcsec=c.u_reading_arcsec)
+    scatter = estimate(weighing, fit.residual_arcsec, correlation)
+    if scatter is not None and scatter.ratio:
+        u_arcsec = scatter.ratio * _root_mean_square(c.u_reading_arcsec)
+        return u_arcsec, scatter.dof, "scatter within runs"
     if c.u_stated:
         return _root_mean_square(c.u_reading_arcsec), STATED_DOF, "stated"
     return float("nan"), 0.0, "nothing"
