@@ -179,6 +179,8 @@ _WHY: dict[Why, str] = {
     "few readings": "there are too few readings for the parameters that would have to be fitted",
     "scatter or law": "the misfit could be scatter or a missing effect: the readings deviate by "
     "more than the stated uncertainty, and no reading was repeated",
+    "uneven misfit": "the misfit could be noise or a missing effect: it is larger at some torques "
+    "or in some runs than elsewhere, and nearly the same from one reading to the next there",
     "no prediction": "what explains the readings does not predict those that are kept back",
     "input side": "the angle changes with the torque many times more than in the model, about as "
     "often as the transmission ratio says",
@@ -188,6 +190,8 @@ _REMEDY: dict[Why, str] = {
     "few readings": "Take three readings or more for each parameter",
     "scatter or law": "Repeat some readings under the same conditions, or take them closer "
     "together along a run",
+    "uneven misfit": "Repeat runs in which it is large: noise differs from run to run, an effect "
+    "comes again",
     "no prediction": "Measure more preloads and runs, and check the instruments",
     "input side": "Is the torque that of the input side? Then multiply it by the ratio. If not, "
     "check the stiffness in the case",

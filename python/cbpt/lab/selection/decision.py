@@ -51,15 +51,22 @@ from cbpt.lab.selection.posterior import (
 from cbpt.lab.selection.rest import beside_rest, rest_arcsec
 from cbpt.lab.selection.rules import RULES, DecisionRules
 from cbpt.lab.selection.setting import Names
+from cbpt.lab.selection.uneven_noise import may_be_local_law
 
 _TOLD_SIGMA = 0.3
 """Standard uncertainties: smaller shifts are not listed among what an answer rests on."""
 Why = Literal[
-    "no answer is probable", "few readings", "scatter or law", "no prediction", "input side"
+    "no answer is probable",
+    "few readings",
+    "scatter or law",
+    "uneven misfit",
+    "no prediction",
+    "input side",
 ]
 """Why nothing can be said: no answer has a probability of one half; fewer than about three readings
-for each free number; scatter and a law that is missing cannot be told apart; what explains the
-readings does not predict those that are kept back; torques may be those of the input side."""
+for each free number; scatter and a law that is missing cannot be told apart, by their size alone or
+because what is left is larger in places and smooth there; what explains the readings does not
+predict those that are kept back; torques may be those of the input side."""
 
 
 @dataclass(frozen=True)
@@ -139,6 +146,13 @@ def _checked(
             return _undecided(competition, posterior, "scatter or law", rules)
         verdict = _with_remains(competition, verdict)
     verdict = _with_what_comes_again(competition, verdict, rules)
+    nothing = not (set(verdict.effects) - {OFFSET} or verdict.rivals or verdict.lack_of_fit)
+    if (
+        nothing
+        and adequacy.source != "repeats"
+        and may_be_local_law(fitter, fit, rules.left_chance)
+    ):
+        return _undecided(competition, posterior, "uneven misfit", rules)
     verdict = _beside_rest(competition, verdict, rules)
     if adequacy.source == "nothing" and not competition.campaign.u_stated:
         verdict = _untested(verdict, rules)
@@ -146,7 +160,7 @@ def _checked(
     if verdict.lack_of_fit is not None:
         free += verdict.lack_of_fit.free_numbers
     readings = float(readings_of_the_curve(competition.campaign))
-    if not (set(verdict.effects) - {OFFSET} or verdict.rivals or verdict.lack_of_fit):
+    if nothing:
         readings = min(readings, readings_that_could_show(competition.campaign))
     if readings < rules.readings_per_number * free:
         return _undecided(competition, posterior, "few readings", rules)
