@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from os import PathLike
 from typing import Any, SupportsFloat, SupportsIndex, final
 
-__all__ = ["Case", "Drive", "Effect", "EffectParameter", "EffectSpec", "Enclosure", "Finding", "Friction", "FrictionContact", "LargestAngle", "Misfit", "NoisePolynomials", "OwnEffect", "PairFriction", "PairSolution", "Prediction", "Predictor", "PreloadThresholds", "Seen", "Sensitivities", "Sensitivity", "Solution", "SweepCsv", "SweepPlan", "SweepTally", "Thresholds", "Unit", "Whitener", "ball_loads", "design_number", "design_numbers", "effect_specs", "example_case", "friction_of_loads", "held_at_bounds", "is_sweep_plan", "judge_designs", "log_scale_prior", "noise_products", "own_effect_variables", "painted", "quadratic_step", "run_command_line", "search_noise", "solve_angles", "sweep_findings", "sweep_statuses", "take_out", "terminal_colour", "terminal_width", "text_table", "unit_size", "units"]
+__all__ = ["Case", "Drive", "Effect", "EffectParameter", "EffectSpec", "Enclosure", "Finding", "Friction", "FrictionContact", "LargestAngle", "Misfit", "NoiseFilter", "NoisePolynomials", "OwnEffect", "PairFriction", "PairSolution", "Prediction", "Predictor", "PreloadThresholds", "Seen", "Sensitivities", "Sensitivity", "Solution", "SweepCsv", "SweepPlan", "SweepTally", "Thresholds", "Unit", "Whitener", "ball_loads", "design_number", "design_numbers", "effect_specs", "example_case", "friction_of_loads", "held_at_bounds", "is_sweep_plan", "judge_designs", "log_scale_prior", "noise_products", "own_effect_variables", "painted", "quadratic_step", "run_command_line", "search_noise", "solve_angles", "sweep_findings", "sweep_statuses", "take_out", "terminal_colour", "terminal_width", "text_table", "unit_size", "units"]
 
 @final
 class Case:
@@ -789,6 +789,34 @@ class Misfit:
     def values_at(self, /, values: NDArray[float64], coordinates: NDArray[float64]) -> NDArray[float64]:
         """
         Some values with the unknowns at these coordinates.
+        """
+
+@final
+class NoiseFilter:
+    """
+    Whitens n readings that scatter beside an autoregression along their runs.
+
+    Parameters
+    ----------
+    sd : array, shape (n,)
+        Standard deviation of each reading by the autoregression.
+    correlation : float
+        From a reading to the next of its run.
+    order : array of int, shape (n,)
+        The readings run by run.
+    before : array of int, shape (n,)
+        The reading before each one in its run, or -1.
+    own : array, shape (n,), optional
+        Standard deviation by which each reading scatters by itself.
+    held : tuple of array, optional
+        Of what readings share while a torque was held: the standard deviation of each reading, shape (n,), and its hold, int,
+        shape (n,).
+    """
+    def __new__(cls, /, sd: NDArray[float64], correlation: SupportsFloat | SupportsIndex, order: NDArray[int64], before: NDArray[int64], own: NDArray[float64] | None, held: tuple[NDArray[float64], NDArray[int64]] | None) -> NoiseFilter: ...
+    @property
+    def log_det(self, /) -> float:
+        """
+        Logarithm of the determinant of the covariance.
         """
 
 @final
@@ -1783,11 +1811,10 @@ class Whitener:
         square, shape (runs,).
     shared : list of tuple of array
         Of what moves many readings at once: orthonormal axes, shape (n, k), and by how much each is shortened, shape (k,).
-    stretches : list of tuple of array
-        Of noise that no differences whiten: readings that follow each other, so many stretches of m one after the other, shape
-        (stretches * m,), and below each other the inverse factors of their covariance, shape (stretches * m, m).
+    filter : NoiseFilter, optional
+        Of noise that no differences whiten.
     """
-    def __new__(cls, /, inverse: NDArray[float64], correlation: SupportsFloat | SupportsIndex, before: NDArray[int64], offsets: tuple[NDArray[int64], NDArray[float64], NDArray[float64]] | None, shared: SupportsGetItem[int, tuple[NDArray[float64], NDArray[float64]]], stretches: SupportsGetItem[int, tuple[NDArray[int64], NDArray[float64]]]) -> Whitener: ...
+    def __new__(cls, /, inverse: NDArray[float64], correlation: SupportsFloat | SupportsIndex, before: NDArray[int64], offsets: tuple[NDArray[int64], NDArray[float64], NDArray[float64]] | None, shared: SupportsGetItem[int, tuple[NDArray[float64], NDArray[float64]]], filter: NoiseFilter | None) -> Whitener: ...
     def whitened(self, /, columns: NDArray[float64]) -> NDArray[float64]:
         """
         Columns of shape (n, m), whitened.

@@ -73,7 +73,7 @@ mod _core {
     #[pymodule_export]
     use super::own::{OwnEffect, own_effect_variables};
     #[pymodule_export]
-    use super::posterior::{Misfit, Seen, Whitener};
+    use super::posterior::{Misfit, NoiseFilter, Seen, Whitener};
     #[pymodule_export]
     use super::preload::{PreloadThresholds, Thresholds};
     #[pymodule_export]

@@ -3,7 +3,8 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use cbpt_core::covariance::whitener::{self, Offsets, Shared, Stretches};
+use cbpt_core::covariance::filter::{self, Beside};
+use cbpt_core::covariance::whitener::{self, Offsets, Shared};
 use cbpt_core::posterior::misfit::{self, Point, Unknowns};
 use cbpt_core::posterior::search::{Failed, Limits, Model, search};
 use cbpt_core::{InvalidInput, predict};
@@ -13,6 +14,53 @@ use pyo3::prelude::*;
 use crate::arrays::{Column, Flags, Floats, Integers, Matrix, Table};
 use crate::effects::Predictor;
 use crate::error::not_positive;
+
+/// Whitens n readings that scatter beside an autoregression along their runs.
+///
+/// Parameters
+/// ----------
+/// sd : array, shape (n,)
+///     Standard deviation of each reading by the autoregression.
+/// correlation : float
+///     From a reading to the next of its run.
+/// order : array of int, shape (n,)
+///     The readings run by run.
+/// before : array of int, shape (n,)
+///     The reading before each one in its run, or -1.
+/// own : array, shape (n,), optional
+///     Standard deviation by which each reading scatters by itself.
+/// held : tuple of array, optional
+///     Of what readings share while a torque was held: the standard deviation of each reading, shape (n,), and its hold, int,
+///     shape (n,).
+#[pyclass(frozen, module = "cbpt._core")]
+pub struct NoiseFilter(filter::Filter);
+
+#[pymethods]
+impl NoiseFilter {
+    #[new]
+    #[pyo3(signature = (sd, correlation, order, before, own, held))]
+    fn new(
+        sd: Floats<'_>,
+        correlation: f64,
+        order: Integers<'_>,
+        before: Integers<'_>,
+        own: Option<Floats<'_>>,
+        held: Option<(Floats<'_>, Integers<'_>)>,
+    ) -> Self {
+        let own = own.map(|own| own.view().to_vec()).unwrap_or_default();
+        let (shared, hold) =
+            held.map(|(sd, hold)| (sd.view().to_vec(), hold.view().to_vec())).unwrap_or_default();
+        let beside = Beside { own: &own, shared: &shared, hold: &hold };
+        let (order, before) = (places(&order), readings_before(&before));
+        Self(filter::Filter::new(&sd.view().to_vec(), correlation, &order, &before, beside))
+    }
+
+    /// Logarithm of the determinant of the covariance.
+    #[getter]
+    fn log_det(&self) -> f64 {
+        self.0.log_det
+    }
+}
 
 /// A root of the inverse of a covariance of n readings.
 ///
@@ -29,9 +77,8 @@ use crate::error::not_positive;
 ///     square, shape (runs,).
 /// shared : list of tuple of array
 ///     Of what moves many readings at once: orthonormal axes, shape (n, k), and by how much each is shortened, shape (k,).
-/// stretches : list of tuple of array
-///     Of noise that no differences whiten: readings that follow each other, so many stretches of m one after the other, shape
-///     (stretches * m,), and below each other the inverse factors of their covariance, shape (stretches * m, m).
+/// filter : NoiseFilter, optional
+///     Of noise that no differences whiten.
 #[pyclass(frozen, module = "cbpt._core")]
 pub struct Whitener(Arc<whitener::Whitener>);
 
@@ -41,26 +88,20 @@ type RunOffsets<'py> = (Integers<'py>, Floats<'py>, Floats<'py>);
 #[pymethods]
 impl Whitener {
     #[new]
-    #[pyo3(signature = (inverse, correlation, before, offsets, shared, stretches))]
+    #[pyo3(signature = (inverse, correlation, before, offsets, shared, filter))]
     fn new(
         inverse: Floats<'_>,
         correlation: f64,
         before: Integers<'_>,
         offsets: Option<RunOffsets<'_>>,
         shared: Vec<(Matrix<'_>, Floats<'_>)>,
-        stretches: Vec<(Integers<'_>, Matrix<'_>)>,
+        filter: Option<&NoiseFilter>,
     ) -> Self {
-        let stretch = |(at, inverse): (Integers<'_>, Matrix<'_>)| {
-            let (at, inverse) = (places(&at), inverse.matrix());
-            let length = inverse.ncols().max(1);
-            let one = |place: usize| inverse.rows(place * length, length).into_owned();
-            Stretches { inverse: (0..at.len() / length).map(one).collect(), at }
-        };
         Self(Arc::new(whitener::Whitener {
             inverse: inverse.view().to_vec(),
-            stretches: stretches.into_iter().map(stretch).collect(),
+            filter: filter.map(|filter| filter.0.clone()),
             correlation,
-            before: before.view().iter().map(|place| usize::try_from(*place).ok()).collect(),
+            before: readings_before(&before),
             offsets: offsets.map(|(run, ones, shrink)| Offsets {
                 run: places(&run),
                 ones: ones.view().to_vec(),
@@ -79,6 +120,10 @@ impl Whitener {
         self.0.whiten(&mut columns);
         Table::of_columns(py, columns.as_slice(), columns.nrows())
     }
+}
+
+fn readings_before(before: &Integers<'_>) -> Vec<Option<usize>> {
+    before.view().iter().map(|place| usize::try_from(*place).ok()).collect()
 }
 
 fn places(integers: &Integers<'_>) -> Vec<usize> {

@@ -2,17 +2,19 @@
 //!
 //! The covariance is that of an autoregression along each run beside offsets of runs and columns that many readings share. The
 //! autoregression is undone by differences (Cochrane and Orcutt 1949), the offset of a run by a step of rank one, shared columns
-//! by one of their rank. Where no differences whiten, stretches of a run are whitened by a factor of their own.
+//! by one of their rank. Where no differences whiten, a [`Filter`] does.
 
 use nalgebra::{DMatrix, DVector, DVectorView, DVectorViewMut};
+
+use super::filter::Filter;
 
 /// A root of the inverse of a covariance; see the fields for its parts, which act in their order.
 #[derive(Debug, Clone, Default)]
 pub struct Whitener {
     /// One over the standard deviation of each reading.
     pub inverse: Vec<f64>,
-    /// Stretches that are whitened by factors; without any, standard deviations and differences whiten.
-    pub stretches: Vec<Stretches>,
+    /// What whitens in place of standard deviations and differences.
+    pub filter: Option<Filter>,
     /// From a reading to the next of its run.
     pub correlation: f64,
     /// The reading before each one in its run.
@@ -21,15 +23,6 @@ pub struct Whitener {
     pub offsets: Option<Offsets>,
     /// What moves many readings at once.
     pub shared: Vec<Shared>,
-}
-
-/// Readings that follow each other, so many stretches of one length.
-#[derive(Debug, Clone)]
-pub struct Stretches {
-    /// Readings of one stretch after the other.
-    pub at: Vec<usize>,
-    /// Of each stretch the inverse of the lower factor of its covariance.
-    pub inverse: Vec<DMatrix<f64>>,
 }
 
 /// An offset in each run, seen through what comes before it.
@@ -58,7 +51,9 @@ impl Whitener {
         let mut past = vec![0.0; columns.nrows()];
         let left = (1.0 - self.correlation * self.correlation).sqrt();
         for mut column in columns.column_iter_mut() {
-            if self.stretches.is_empty() {
+            if let Some(filter) = &self.filter {
+                filter.whiten(&mut column);
+            } else {
                 column.iter_mut().zip(&self.inverse).for_each(|(value, inverse)| *value *= inverse);
                 if self.correlation != 0.0 {
                     past.iter_mut().zip(&column).for_each(|(past, value)| *past = *value);
@@ -68,11 +63,6 @@ impl Whitener {
                         }
                     }
                 }
-            } else {
-                past.iter_mut().zip(&column).for_each(|(past, value)| *past = *value);
-                for stretches in &self.stretches {
-                    stretches.whiten(&past, &mut column);
-                }
             }
             if let Some(offsets) = &self.offsets {
                 offsets.whiten(&mut column);
@@ -80,23 +70,6 @@ impl Whitener {
             for Shared { axes, shorter } in &self.shared {
                 take(axes, |axis, along| shorter[axis] * along, &mut column);
             }
-        }
-    }
-}
-
-impl Stretches {
-    fn whiten(&self, given: &[f64], column: &mut DVectorViewMut<'_, f64>) {
-        let length = self.at.len().checked_div(self.inverse.len()).unwrap_or(0);
-        let mut white = vec![0.0; length];
-        for (at, inverse) in self.at.chunks(length.max(1)).zip(&self.inverse) {
-            white.fill(0.0);
-            let factors = inverse.as_slice().chunks(length.max(1));
-            for (first, (reading, factor)) in at.iter().zip(factors).enumerate() {
-                let by = given[*reading];
-                // Nothing above the diagonal.
-                white[first..].iter_mut().zip(&factor[first..]).for_each(|(white, row)| *white += row * by);
-            }
-            at.iter().zip(&white).for_each(|(reading, white)| column[*reading] = *white);
         }
     }
 }
@@ -129,8 +102,8 @@ pub(crate) fn take(
 }
 
 #[cfg(test)]
-#[allow(clippy::panic)]
 mod tests {
+    use super::super::filter::Beside;
     use super::*;
 
     const SD: [f64; 5] = [0.5, 0.7, 0.9, 1.1, 0.6];
@@ -192,15 +165,21 @@ mod tests {
     }
 
     #[test]
-    fn factors_whiten_stretches_one_by_one() {
-        let covariance = along_runs();
-        let stretch = |at: &[usize]| {
-            let own = DMatrix::from_fn(at.len(), at.len(), |i, j| covariance[(at[i], at[j])]);
-            let inverse = own.cholesky().and_then(|factor| factor.l().try_inverse());
-            let Some(inverse) = inverse else { panic!("no covariance") };
-            Stretches { at: at.to_vec(), inverse: vec![inverse] }
-        };
-        let stretches = vec![stretch(&[0, 2, 4]), stretch(&[1, 3])];
-        whitens(&Whitener { stretches, ..Whitener::default() }, &covariance);
+    fn a_filter_whitens_what_scatters_beside_it() {
+        let (order, own, shared) = ([0, 2, 4, 1, 3], [0.2, 0.0, 0.5, 0.3, 0.1], [0.4, 0.7, 0.3, 0.7, 0.6]);
+        // Two holds in the first run, one in the second.
+        let hold = [0, 2, 0, 2, 1];
+        for (own, shared) in [(&own[..], &shared[..]), (&own, &[]), (&[], &shared), (&[], &[])] {
+            let filter = Filter::new(&SD, RHO, &order, &BEFORE, Beside { own, shared, hold: &hold });
+            let mut covariance = along_runs();
+            for i in 0..5 {
+                covariance[(i, i)] += own.get(i).map_or(0.0, |sd| sd * sd);
+                for j in (0..5).filter(|j| hold[i] == hold[*j] && !shared.is_empty()) {
+                    covariance[(i, j)] += shared[i] * shared[j];
+                }
+            }
+            assert!((filter.log_det - covariance.determinant().ln()).abs() < 1e-12);
+            whitens(&Whitener { filter: Some(filter), ..Whitener::default() }, &covariance);
+        }
     }
 }

@@ -35,10 +35,6 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
-_LONGEST = 64
-"""Readings that are whitened together where a rounding stands beside correlated noise."""
-
-
 @dataclass(frozen=True)
 class Rows:
     """The order of n readings: `run_index` of each, and `before`, the one before it in its run or
@@ -54,10 +50,6 @@ class Rows:
     order: Ints
     starts: Ints
     most_correlation: float = 1.0
-    _stretches: dict[tuple[int, bytes], list[Ints]] = field(
-        default_factory=dict, repr=False, compare=False
-    )
-    """Those that were asked for, as every noise of a kind asks for the same."""
 
     @classmethod
     def of(cls, run_index: Ints) -> Rows:
@@ -96,32 +88,6 @@ class Rows:
         """Some of the rows."""
         return replace(Rows.of(self.run_index[rows]), most_correlation=self.most_correlation)
 
-    def stretches(self, longest: int, together: Ints | None = None) -> list[Ints]:
-        """Readings of one run that follow each other, at most so many, stretches of one length as
-        the rows of one array. What shares a value of `together` stays in one where it fits."""
-        key = longest, b"" if together is None else together.tobytes()
-        if key in self._stretches:
-            return self._stretches[key]
-        found: dict[int, list[Ints]] = {}
-        for run in np.split(self.order, self.starts[1:]):
-            whole = [run] if together is None else _packed(run, together, longest)
-            for some in whole:
-                for part in np.array_split(some, -(-len(some) // longest)):
-                    found.setdefault(len(part), []).append(part)
-        self._stretches[key] = [np.array(parts) for parts in found.values()]
-        return self._stretches[key]
-
-
-def _packed(run: Ints, together: Ints, longest: int) -> list[Ints]:
-    """A run cut where the value of `together` changes, into as few stretches as hold so many."""
-    found: list[Ints] = []
-    for part in np.split(run, np.flatnonzero(np.diff(together[run])) + 1):
-        if found and len(found[-1]) + len(part) <= longest:
-            found[-1] = np.concatenate([found[-1], part])
-        else:
-            found.append(part)
-    return found
-
 
 @dataclass(frozen=True, eq=False)
 class Held:
@@ -131,7 +97,7 @@ class Held:
     sd_arcsec: Floats
     """What it does to each reading, shape (n,); 0 where no torque was held."""
     index: Ints
-    """Readings of one value share it, shape (n,)."""
+    """The hold of each reading, shape (n,): those of one follow each other in one run."""
 
     def select(self, rows: NDArray[np.bool_]) -> Held:
         """That of some of the readings."""
@@ -245,9 +211,8 @@ class Whitener:
     shrink: Floats = field(repr=False)
     log_det: float
     """Logarithm of the determinant of the covariance."""
-    blocks: tuple[tuple[Ints, Floats], ...] = field(default=(), repr=False)
-    """Of noise that no differences whiten: readings that follow each other,
-    shape (blocks, m), and inverse factors of their covariance, (blocks, m, m)."""
+    filter: _core.NoiseFilter | None = field(default=None, repr=False)
+    """Of noise that no differences whiten."""
     shared: tuple[tuple[Floats, Floats], ...] = field(default=(), repr=False)
     """Of what moves many readings at once, seen through the rest: orthonormal axes, shape (n, k),
     and by how much each is shortened, (k,)."""
@@ -258,7 +223,7 @@ class Whitener:
         sd = noise.scale * u_arcsec * (1.0 if noise.inflation is None else noise.inflation)
         beside = noise.beside_arcsec
         if not noise.differences:
-            plain = cls._in_blocks(noise, sd, rows)
+            plain = cls._filtered(noise, sd, rows)
         else:
             if beside is not None:
                 sd = np.hypot(sd, beside)
@@ -287,35 +252,20 @@ class Whitener:
         return replace(self, shared=(*self.shared, (axes, 1 - 1 / np.sqrt(grown))), log_det=log_det)
 
     @classmethod
-    def _in_blocks(cls, noise: Noise, sd: Floats, rows: Rows) -> Whitener:
-        """Of noise that no differences whiten: stretches of a run are whitened by their covariance,
-        as if independent of each other."""
-        blocks, log_det = [], 0.0
-        beside, held = noise.beside_arcsec, noise.held
-        for at in rows.stretches(_LONGEST, None if held is None else held.index):
-            steps = np.abs(np.subtract.outer(np.arange(at.shape[1]), np.arange(at.shape[1])))
-            covariance = sd[at][:, :, None] * sd[at][:, None, :] * noise.correlation**steps
-            place = np.arange(at.shape[1])
-            if beside is not None:
-                covariance[:, place, place] += beside[at] ** 2
-            if held is not None:
-                shared, of = held.sd_arcsec[at], held.index[at]
-                covariance += (
-                    shared[:, :, None] * shared[:, None, :] * (of[:, :, None] == of[:, None, :])
-                )
-            factor = np.linalg.cholesky(covariance)
-            log_det += 2 * float(np.log(np.einsum("bii->bi", factor)).sum())
-            blocks.append((at, np.linalg.inv(factor)))
+    def _filtered(cls, noise: Noise, sd: Floats, rows: Rows) -> Whitener:
+        """Of noise that no differences whiten."""
+        held = None if noise.held is None else (noise.held.sd_arcsec, noise.held.index)
+        numbers = sd, noise.correlation, rows.order, rows.before
+        found = _core.NoiseFilter(*numbers, noise.beside_arcsec, held)
         none = np.zeros(0)
-        return cls(rows, 1 / sd, noise.correlation, none, none, log_det, tuple(blocks))
+        return cls(rows, 1 / sd, noise.correlation, none, none, found.log_det, found)
 
     @cached_property
     def compiled(self) -> _core.Whitener:
         """Its parts as `crates/cbpt-core/src/covariance/whitener.rs` takes them."""
         offsets = (self.rows.run_index, self.ones, self.shrink) if self.ones.size else None
-        stretches = [(at.reshape(-1), f.reshape(-1, at.shape[1])) for at, f in self.blocks]
         return _core.Whitener(
-            self.inverse, self.correlation, self.rows.before, offsets, self.shared, stretches
+            self.inverse, self.correlation, self.rows.before, offsets, self.shared, self.filter
         )
 
     def __call__(self, columns: Floats) -> Floats:
