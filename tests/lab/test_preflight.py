@@ -112,6 +112,15 @@ def test_a_slip_of_a_unit_or_a_sign_is_asked_about(
     assert "?" in check.remedy
 
 
+def test_a_header_in_kilonewton_metres_over_newton_metres_is_asked_about() -> None:
+    """N mm alone were asked about, though the header has kN m."""
+    table = {name: values for name, values in TABLE.items() if name != "torque_Nm"}
+    slipped = cbpt.preflight(SPRING, table | {"torque_kNm": column("torque_Nm")})
+    assert "in N m, not in kN m" in slipped.checks[0].remedy
+    right = cbpt.preflight(SPRING, table | {"torque_kNm": column("torque_Nm") / 1e3})
+    assert right.checks[0].state == "good"
+
+
 @pytest.mark.parametrize("factor", [0.3, 1.0, 3.0])
 def test_a_drive_that_differs_from_its_model_is_no_slip(factor: float) -> None:
     turned = column("elastic_angle_arcsec") * factor
