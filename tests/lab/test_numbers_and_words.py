@@ -167,6 +167,8 @@ def test_compare_diagnose_and_fit_start_from_one_error_and_say_what_is_subtracte
     assert "for each of 3 runs and subtracted, as diagnose and fit do" in compared.report()
     for told in (words(d), fitted.report()):
         assert "); an offset for each run is subtracted:" in told
+        # Its three steps of the preload may be compared, too.
+        assert "cbpt change --by preload_step (change) says what differs between them" in told
 
 
 def test_of_a_common_zero_compare_says_that_it_stays_in() -> None:

@@ -444,6 +444,7 @@ def test_readings_of_several_labels_are_told_to_be_taken_together() -> None:
     two = cbpt.read_readings(table | {"design": ["conic"] * 6 + ["split"] * 6})
     (told,) = [note for note in two.notes if "taken together" in note]
     assert "2 values of 'design' (conic, split)" in told and "--only design=conic" in told
+    assert "cbpt change --by design (change) says what differs" in told
     for labels in (["conic"] * 12, [f"remark {n}" for n in range(12)]):
         one = cbpt.read_readings(table | {"design": labels})
         assert not any("taken together" in note for note in one.notes)
