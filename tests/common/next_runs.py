@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 import cbpt
-from cbpt.lab.diagnosis.deciding_runs import DECIDED, open_hypotheses
+from cbpt.lab.diagnosis.deciding_runs import open_hypotheses
 from cbpt.lab.experiment.candidates import candidates, limits_of
 from cbpt.lab.experiment.expected_gain import LIMIT, Prospect, prospect
 from cbpt.lab.experiment.plan import Plan, PlannedRun, sequence
@@ -106,8 +106,7 @@ def _greedy(view: Prospect, solved: list[int]) -> Iterator[int]:
     while len(chosen) < len(solved):
         left = [r for r in solved if r not in chosen]
         worth = [
-            view.mean_gain(view.gains(np.isin(view.rows.run_index, [*chosen, r])), DECIDED)
-            for r in left
+            view.mean_gain(view.gains(np.isin(view.rows.run_index, [*chosen, r]))) for r in left
         ]
         chosen.append(left[int(np.argmax(worth))])
         yield chosen[-1]

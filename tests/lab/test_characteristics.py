@@ -258,6 +258,23 @@ def test_each_preload_and_each_level_of_a_column_has_figures() -> None:
     assert found.figure("backlash", "moment after").value == pytest.approx(12)
 
 
+def test_what_all_settings_and_several_figures_share_is_said_once() -> None:
+    """Three settings had the same warnings each, and five figures one convention."""
+    coarse = np.r_[0.0, CYCLES[::10], 0.0]
+    table = {
+        "moment": np.repeat(["before", "after"], len(coarse)),
+        "run": np.repeat([1, 2], len(coarse)),
+        "torque_Nm": np.tile(coarse, 2),
+        "elastic_angle_arcsec": np.r_[60 * coarse, 30 * coarse],
+    }
+    by_moment = cbpt.characterise(SPRING, table, by="moment")
+    report = by_moment.report()
+    assert all(len(group.warnings) for group in by_moment.groups)
+    assert report.count("are coarser than the window") == 1
+    assert "\n\nWarning, at every setting: The steps of the torque" in report
+    assert "\n- K1, K2, K3, T1, T2: three straight pieces" in report
+
+
 @pytest.mark.parametrize(
     ("given", "told"),
     [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
@@ -140,6 +141,10 @@ def test_preload_takes_play_and_raises_friction() -> None:
     assert "contact_stiffness" in [p["effect"] for p in verdict["perhaps"]]
     assert "contact_stiffness" not in [u.effect for u in found.unchanged]
     assert "Not decided beside it: contact_stiffness" in found.sentence
+    # What could have been told is said with its size, as the fitted numbers of others differ too.
+    size = re.search(r"moves the angles by less than (\d+) arcsec \(rms\) cannot", found.sentence)
+    assert size and float(size[1]) == pytest.approx(found.told_from_arcsec, rel=0.01)
+    assert 0 < found.told_from_arcsec < found.moves_arcsec["backlash"]
 
 
 def test_a_state_that_is_measured_twice_did_not_change() -> None:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cbpt import Case, compare, simulate
+from cbpt import Case, compare, fit, simulate
 from cbpt.lab.diagnosis.alternatives import smallest
 from cbpt.lab.diagnosis.diagnose import diagnose
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
@@ -152,6 +152,29 @@ def test_zeros_of_runs_are_no_error_anywhere() -> None:
     for residual in (d.residual_before_arcsec, d.residual_after_arcsec):
         assert np.sqrt(np.mean(residual**2)) == pytest.approx(d.noise_floor_arcsec, rel=0.05)
     assert "with an offset for each run" in document["noise"]["u_says"]
+
+
+def test_compare_diagnose_and_fit_start_from_one_error_and_say_what_is_subtracted() -> None:
+    """Beside correlated noise, zeros of runs stayed in the error of a fit: it began at 368 arcsec,
+    the comparison at 358."""
+    files = EXAMPLES / "reducer.toml", EXAMPLES / "reducer.csv"
+    compared, d, fitted = compare(*files), diagnose(*files), fit(*files, ["backlash"])
+    assert compared.overall is not None
+    start = compared.overall.rmse_arcsec
+    assert fitted.before.rmse_arcsec == pytest.approx(start, rel=1e-9)
+    # Outliers, which a diagnosis looks for, count less in its zeros.
+    assert d.ladder[0].rmse_arcsec == pytest.approx(start, rel=0.005)
+    assert "for each of 3 runs and subtracted, as diagnose and fit do" in compared.report()
+    for told in (words(d), fitted.report()):
+        assert "); an offset for each run is subtracted:" in told
+        # Its three steps of the preload may be compared, too.
+        assert "cbpt change --by preload_step (change) says what differs between them" in told
+
+
+def test_of_a_common_zero_compare_says_that_it_stays_in() -> None:
+    files = EXAMPLES / "campaign.toml", EXAMPLES / "campaign.csv"
+    assert "; diagnose and fit always subtract one" in compare(*files).report()
+    assert "); a common offset is subtracted:" in words(diagnose(*files))
 
 
 def test_a_noise_floor_is_claimed_only_of_a_model_that_holds_all() -> None:

@@ -43,7 +43,7 @@ def states(**changed: ArrayLike) -> dict[str, str]:
 
 def test_a_good_table_is_called_good() -> None:
     found = states()
-    lost = {"preload", "input angle"}  # which a table of one loop cannot have
+    lost = {"input angle"}  # which a table of one loop cannot have
     assert {name for name, state in found.items() if state != "good"} == lost
 
 
@@ -110,6 +110,15 @@ def test_a_slip_of_a_unit_or_a_sign_is_asked_about(
     check = next(check for check in found.checks if check.subject == subject)
     assert check.state == "look" and said in f"{check.finding} {check.remedy}"
     assert "?" in check.remedy
+
+
+def test_a_header_in_kilonewton_metres_over_newton_metres_is_asked_about() -> None:
+    """N mm alone were asked about, though the header has kN m."""
+    table = {name: values for name, values in TABLE.items() if name != "torque_Nm"}
+    slipped = cbpt.preflight(SPRING, table | {"torque_kNm": column("torque_Nm")})
+    assert "in N m, not in kN m" in slipped.checks[0].remedy
+    right = cbpt.preflight(SPRING, table | {"torque_kNm": column("torque_Nm") / 1e3})
+    assert right.checks[0].state == "good"
 
 
 @pytest.mark.parametrize("factor", [0.3, 1.0, 3.0])
@@ -194,6 +203,16 @@ def test_a_column_of_numbers_that_runs_share_is_told(jitter_Nm: float) -> None:
     assert "whatever 'state' is" in words and "--only" in words
     counted = np.repeat(np.arange(float(RUNS)), len(LOOP))
     assert "whatever" not in check_of("repeats", torque_Nm=torque, number=counted).finding
+
+
+@pytest.mark.parametrize("column", [{}, {"preload_N": np.full(RUNS * len(LOOP), 400.0)}])
+def test_a_spring_is_asked_for_no_preload(column: dict[str, ArrayLike]) -> None:
+    """Its model has none."""
+    found = cbpt.preflight(SPRING, TABLE | column)
+    assert not any("preload" in check.remedy for check in found.checks)
+    assert "preload_N column" not in found.report()
+    drive = next(c for c in cbpt.preflight(None, TABLE | column).checks if c.subject == "preload")
+    assert drive.state == "lost" and "Repeat the torques at" in drive.remedy
 
 
 def test_steps_of_the_preload_are_no_forces() -> None:

@@ -248,12 +248,12 @@ def test_absent_columns_are_told(write: Write) -> None:
     for name in (
         "run",
         "time_s",
-        "preload_N",
         "input_angle_deg",
         "temperature_degC",
         "u_elastic_angle_arcsec",
     ):
         assert any(note.startswith(f"the table has no {name} column") for note in read.notes), name
+    assert "preload" not in " ".join(read.notes)  # none is needed
 
 
 def test_other_columns(write: Write) -> None:
@@ -444,6 +444,7 @@ def test_readings_of_several_labels_are_told_to_be_taken_together() -> None:
     two = cbpt.read_readings(table | {"design": ["conic"] * 6 + ["split"] * 6})
     (told,) = [note for note in two.notes if "taken together" in note]
     assert "2 values of 'design' (conic, split)" in told and "--only design=conic" in told
+    assert "cbpt change --by design (change) says what differs" in told
     for labels in (["conic"] * 12, [f"remark {n}" for n in range(12)]):
         one = cbpt.read_readings(table | {"design": labels})
         assert not any("taken together" in note for note in one.notes)

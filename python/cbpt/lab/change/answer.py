@@ -48,6 +48,7 @@ class Change(Reported, ChangeData):
             "remains": self.remains,
             "not_followed_arcsec": self.not_followed_arcsec,
             "moves_arcsec": {e: m if isfinite(m) else None for e, m in self.moves_arcsec.items()},
+            "told_from_arcsec": self.told_from_arcsec,
             "hidden": list(self.hidden),
             "runs_differ": list(self.runs_differ),
             "levels": [

@@ -401,6 +401,7 @@ def _answer(
         rmse_arcsec=rmse_arcsec,
         not_followed_arcsec=rest.not_followed_arcsec,
         moves_arcsec=rest.moves_arcsec,
+        told_from_arcsec=rest.told_from_arcsec,
         hidden=tuple(e for e in rest.moves_arcsec if e in hidden),
         runs_differ=tuple(e for e in rest.runs_differ if e in hidden),
         levels_differ_by_arcsec=rest.apart_arcsec if something >= RULES.certain else None,

@@ -110,10 +110,12 @@ class ChangeData:
     moves_arcsec: Mapping[str, float]
     """Of what may have changed: by how much the angles of levels differ by its values alone,
     standard deviation."""
+    told_from_arcsec: float
+    """From which of these on a change of one effect is told: how much of what the effects leave
+    differs between levels."""
     hidden: tuple[str, ...]
-    """Of that: what moves the angles by less than what the effects leave differs between levels,
-    and, where that is no noise, effects of which no number moved by more than twice its
-    uncertainty; and what runs of one level do not agree on."""
+    """Of that: what moves the angles by less, and, where that is no noise, effects of which no
+    number moved by more than twice its uncertainty; and what runs of one level do not agree on."""
     runs_differ: tuple[str, ...]
     """Of these: what runs of one level with the same torques do not agree on."""
     effects: tuple[str, ...]

@@ -37,11 +37,13 @@ class Rest:
     """By how much the fitted curves of the levels differ; None where one has no solution."""
     moves_arcsec: Mapping[str, float]
     """Of what may have changed: by how much the levels differ by its values alone."""
+    told_from_arcsec: float
+    """From which of these on a change of one effect is told: what the rests of runs with the same
+    torques differ by from level to level; without such runs, the rest."""
     runs_differ: tuple[str, ...]
     """Of that: what runs of one level with the same torques do not agree on."""
     hidden: tuple[str, ...]
-    """These, and what moves the angles by less than the rests of runs with the same torques differ
-    from level to level; without such runs, by less than the rest."""
+    """These, and what moves the angles by less than `told_from_arcsec`."""
 
     @property
     def hides_all(self) -> bool:
@@ -64,16 +66,17 @@ def rest_of(weighed: Weighed) -> Rest:
     differ_arcsec = differing_arcsec(
         [c.readings for c in campaigns], left, [c.u_arcsec for c in campaigns]
     )
-    least_arcsec = min(not_followed_arcsec, np.inf if differ_arcsec is None else differ_arcsec)
+    told_from_arcsec = min(not_followed_arcsec, np.inf if differ_arcsec is None else differ_arcsec)
     runs_differ = tuple(e for e in moves_arcsec if not runs_agree(weighed.best_with(e), e))
     return Rest(
         is_law=is_law,
         not_followed_arcsec=not_followed_arcsec,
         apart_arcsec=reproducibility_of(levels, [range(len(campaigns))]),
         moves_arcsec=moves_arcsec,
+        told_from_arcsec=told_from_arcsec,
         runs_differ=runs_differ,
         hidden=tuple(
-            e for e, arcsec in moves_arcsec.items() if arcsec < least_arcsec or e in runs_differ
+            e for e, arcsec in moves_arcsec.items() if arcsec < told_from_arcsec or e in runs_differ
         ),
     )
 

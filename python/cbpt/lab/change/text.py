@@ -96,7 +96,13 @@ def _hidden(found: ChangeData) -> str:
     also = f" Not decided beside it: {listed(each)}." if each and found.kind == "changed" else ""
     loops = _loops_differ(found) if found.foremost else ""
     runs = _runs(found) if found.kind == "changed" else ""
-    return f"{rest} A smaller change cannot be seen.{also}{runs}{loops}{_by_itself(found)}"
+    # Of one effect among several; of all together the angles have to move by more than the rest.
+    least = found.told_from_arcsec if found.kind == "changed" else found.not_followed_arcsec
+    size = (
+        f" A change that moves the angles by less than {rounded(least)} arcsec (rms) cannot be "
+        "told beside that, even where the fitted numbers differ."
+    )
+    return f"{rest}{size}{also}{runs}{loops}{_by_itself(found)}"
 
 
 def _rest(found: ChangeData) -> str:

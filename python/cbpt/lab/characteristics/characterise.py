@@ -296,9 +296,10 @@ def _words(name: str, convention: Convention, loops: LoopSet | None) -> tuple[st
     unit, words = DEFINITIONS[name]
     if name == "backlash":
         words = (
-            "angle between both sides of zero where the torque of the spring, the mean torque of "
-            "both branches, goes to none: a parabola through each branch and side, from one and a "
-            "half times the torque of friction, or 5 % of the largest torque, to 50 % of it"
+            "free play without the part of friction: the angle between the two sides of zero, "
+            "where the mean torque of both branches, in which friction cancels, is zero. It "
+            "is read off parabolas through each branch on each side, from one and a half times the "
+            "torque of friction (5 % of the largest torque at least) to 50 % of the largest torque"
         )
         return unit, f"{words}. A preloaded reducer usually has none"
     if name[0] in "KT" and convention.breaks_Nm is not None:

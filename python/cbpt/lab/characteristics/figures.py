@@ -64,9 +64,10 @@ CURVE_POINTS = 19
 ROUNDING = 1e-6
 """Share of a figure, or of the angle of a loop, that is rounding, and what extrapolation leaves."""
 
-_PIECE = (
-    "three straight pieces through the centre line from zero torque to where friction turns back "
-    "(twice its torque below the end of the loop), "
+_PIECES = (
+    "three straight pieces laid through the centre line: K1, K2 and K3 are their stiffnesses, T1 "
+    "and T2 the torques where they meet. They go from zero torque to twice the torque of friction "
+    "below the end of the loop, as a loop that turns round first takes up its friction"
 )
 DEFINITIONS: Mapping[str, tuple[str, str]] = {
     "lost_motion": (
@@ -81,15 +82,15 @@ DEFINITIONS: Mapping[str, tuple[str, str]] = {
     "backlash": ("arcsec", ""),
     "torsional_rigidity": (
         "N m/arcmin",
-        "slope b/a between 50 % and 100 % of rated torque, where a is the mean angle of both "
-        "branches and both signs",
+        "change of torque over change of angle between 50 % and 100 % of rated torque; the angle "
+        "is the mean of both branches and both signs",
     ),
-    "K1": ("N m/arcmin", _PIECE + "the first"),
-    "K2": ("N m/arcmin", _PIECE + "the second"),
-    "K3": ("N m/arcmin", _PIECE + "the third"),
-    "T1": ("N m", _PIECE + "the break between the first and the second"),
-    "T2": ("N m", _PIECE + "the break between the second and the third"),
-    "loop_energy": ("J", "area of the loop"),
+    "K1": ("N m/arcmin", _PIECES),
+    "K2": ("N m/arcmin", _PIECES),
+    "K3": ("N m/arcmin", _PIECES),
+    "T1": ("N m", _PIECES),
+    "T2": ("N m", _PIECES),
+    "loop_energy": ("J", "area of the loop: the energy that a cycle loses"),
 }
 NAMES = tuple(DEFINITIONS)
 

@@ -23,13 +23,29 @@ def lines(found: CharacteristicsData, angle_unit: str) -> Iterator[str]:
         yield f"{len(found.source)} readings of {found.source.source}"
     rated = rounded(found.convention.rated_torque_Nm, 4)
     yield f"Rated torque {rated} N m, {found.rated_torque_from}."
+    everywhere = _of_every_setting(found)
     for group in found.groups:
         yield ""
         yield from _group(group, angle_unit)
+        yield from (f"Warning: {w}" for w in group.warnings if w not in everywhere)
+    if everywhere:
+        yield ""
+    yield from (f"Warning, at every setting: {warning}" for warning in everywhere)
     yield ""
-    yield "Conventions:"
+    yield (
+        "Conventions (a loop has two branches, one as the torque rises and one as it falls; the "
+        "centre line lies midway between them):"
+    )
+    by_words: dict[str, list[str]] = {}
     for figure in found.groups[0].figures:
-        yield f"- {figure.name}: {figure.convention}"
+        by_words.setdefault(figure.convention, []).append(figure.name)
+    yield from (f"- {', '.join(names)}: {words}" for words, names in by_words.items())
+
+
+def _of_every_setting(found: CharacteristicsData) -> list[str]:
+    """Warnings that all of several settings have, which are said once."""
+    first, *others = found.groups
+    return [w for w in first.warnings if others and all(w in group.warnings for group in others)]
 
 
 def _loops(count: int, used: LoopSet) -> str:
@@ -74,8 +90,6 @@ def _group(group: Group, angle_unit: str) -> Iterator[str]:
                 reasons.setdefault(figure.reason, []).append(figure.name)
         for reason, names in reasons.items():
             yield f"No {', '.join(names)} of the {kind}: {reason}."
-    for warning in group.warnings:
-        yield f"Warning: {warning}"
 
 
 def cell(figure: Figure, angle_unit: str = "arcsec") -> str:

@@ -48,8 +48,8 @@ def _coarse(loops: LoopSet, convention: Convention) -> Iterator[str]:
         yield (
             f"The steps of the torque near zero ({rounded(step)} N m) are coarser than the "
             f"window of lost motion ({rounded(window)} N m), so lost motion, hysteresis loss, K1 "
-            "and T1 are interpolated across the steepest part of the loop (DOI "
-            "10.1177/00202940231217338), and as uncertain. Take finer steps near zero."
+            "and T1 are interpolated where the angle changes most (DOI 10.1177/00202940231217338); "
+            "their uncertainties include that. Take finer steps near zero."
         )
 
 
@@ -106,16 +106,17 @@ def _open(loops: LoopSet) -> Iterator[str]:
     worst = max(loops.full, key=lambda loop: abs(loop.open_arcsec or 0.0))
     if worst.open_arcsec is not None:
         yield (
-            f"A loop does not close: its end is {rounded(worst.open_arcsec)} arcsec from its "
-            f"start, with a hysteresis loss of {rounded(worst.width_arcsec)} arcsec. Repeat the "
-            "cycle until it closes, and use the last one."
+            f"A loop does not close: its angle ends {rounded(worst.open_arcsec)} arcsec from where "
+            f"it began, beside a hysteresis loss of {rounded(worst.width_arcsec)} arcsec. Repeat "
+            "the cycle until it closes, and use the last one."
         )
     count = sum(loop.composed for loop in loops.full)
     if count:
         yield (
-            f"{count} of {len(loops.full)} loops start and end at zero torque: one branch consists "
-            "of the last and the first leg of the run. The first leg may be a first loading. Run "
-            "each loop for one and a quarter cycles."
+            f"{count} of {len(loops.full)} loops start and end at zero torque, so one branch is "
+            "put together from the end and the beginning of the run. The beginning may differ, as "
+            "the first loading after a rest. Go on for a quarter of a cycle more, to the largest "
+            "torque, and the branch is whole."
         )
 
 

@@ -59,10 +59,14 @@ def lines(c: ComparisonData, angle_unit: str, say: Say) -> Iterator[str]:
         yield (
             f"offset: none subtracted; subtracting a common offset of "
             f"{_angle(c.best_common_zero_arcsec, angle_unit, 4)} would give an RMSE of "
-            f"{_angle(c.rmse_with_best_zero_arcsec, angle_unit, 4)}"
+            f"{_angle(c.rmse_with_best_zero_arcsec, angle_unit, 4)}; diagnose and fit always "
+            "subtract one"
         )
     else:
-        yield f"offset: one fitted for each of {len(c.zero_arcsec)} runs and subtracted"
+        yield (
+            f"offset: one fitted for each of {len(c.zero_arcsec)} runs and subtracted, as diagnose "
+            "and fit do"
+        )
     for note in c.readings.notes:
         yield f"Note: {said(note, say)}"
 

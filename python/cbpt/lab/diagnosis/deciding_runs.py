@@ -37,8 +37,6 @@ _OPEN = float(np.log(1000.0))
 _MOST_OPEN = 6
 _LIMIT_OF = {"time_s": "dwell_s", "temperature_degC": "temperature_degC", "cycle": "cycles"}
 """What gives further runs a column."""
-DECIDED = 5.0
-"""Log odds from which a pair counts as decided and need not be decided further."""
 HARDLY = 0.1
 """Log odds below which a run hardly touches a pair."""
 
@@ -110,27 +108,25 @@ def rank(d: DiagnosisData, limits: Limits | None = None, most: int = CANDIDATES)
         view = prospect(hypotheses, runs)
         if view is None:
             return RankedRuns({}, (), _why_not(hypotheses, runs))
-        found = []
+        found: list[Suggested] = []
         for number, run in enumerate(runs):
             pairs = view.gains(view.rows.run_index == number)
             if np.isfinite(list(pairs.values())).all():
-                found.append((view.mean_gain(pairs, DECIDED), number, run, pairs))
-    # A pair that is decided need not be decided further.
-    found.sort(key=lambda f: (-f[0], f[1]))
-    ranked = tuple(Suggested(run, view.mean_gain(pairs), pairs) for _, _, run, pairs in found)
+                found.append(Suggested(run, view.mean_gain(pairs), pairs))
+    found.sort(key=lambda suggested: -suggested.gain)
     shares = dict(zip(view.names, view.share.tolist(), strict=True))
     twins = tuple(p for p in combinations(view.names, 2) if p[1] in TWINS.get(p[0], []))
     if not found:
         return RankedRuns(
             shares, (), "The model has no solution for any run within the limits.", twins
         )
-    if found[0][0] < HARDLY or len(twins) == len(found[0][3]):
+    if found[0].gain < HARDLY or len(twins) == len(found[0].pairs):
         why = (
             "No run within the limits can decide between the hypotheses; other knowledge, such as "
             "a drawing, can."
         )
         return RankedRuns(shares, (), why, twins)
-    return RankedRuns(shares, ranked, "", twins)
+    return RankedRuns(shares, tuple(found), "", twins)
 
 
 def rank_if_open(d: DiagnosisData) -> RankedRuns | None:

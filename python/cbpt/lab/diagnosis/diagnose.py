@@ -248,7 +248,8 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
     if steps is not None and len(np.unique(steps)) > 1:
         notes.append(
             f"{len(np.unique(steps))} preload steps are fitted together, with the same parameters; "
-            "--by preload_step (diagnose_by) diagnoses each step separately"
+            "--by preload_step (diagnose_by) diagnoses each step separately, and cbpt change --by "
+            "preload_step (change) says what differs between them"
         )
     n = len(campaign)
     if n > MOST:

@@ -31,6 +31,7 @@ from cbpt.lab.inference.estimates import parameters_of
 from cbpt.lab.inference.evidence import Closing, Fit
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.prediction import AtLoad, Load, angle_at, load_of_choice
+from cbpt.lab.inference.residuals import zeros_out
 from cbpt.lab.inference.results import Results, results_of
 from cbpt.lab.model.own_terms import campaign_of, chosen
 from cbpt.lab.model.priors import PRIORS
@@ -168,7 +169,8 @@ class Fitted:
             ]
             for name, r in (("as given", self.before), ("fitted", self.after))
         ]
-        yield f"Error, in sample and held out (cross-validation by {self.held_out_by}):"
+        zeros = zeros_out(self.fitter.campaign, self.result.noise)
+        yield f"Error, in sample and held out (cross-validation by {self.held_out_by}); {zeros}:"
         yield layout.table(
             ["", f"rmse_{angle.symbol}", f"held_out_{angle.symbol}", "chi2/dof"], rows
         )

@@ -21,7 +21,7 @@ from cbpt.lab.diagnosis.deciding_runs import CANDIDATES, HARDLY, most_probable, 
 from cbpt.lab.diagnosis.diagnose import diagnose
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.experiment.candidates import Limits, described
-from cbpt.lab.experiment.expected_gain import LIMIT, Suggested
+from cbpt.lab.experiment.expected_gain import DECIDED, LIMIT, Suggested
 from cbpt.lab.experiment.plan import Plan
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.wording import html, layout
@@ -127,8 +127,9 @@ class NextRuns:
                 ]
             )
         yield (
-            "gain: expected log evidence for the true hypothesis over the others "
-            f"({LIMIT:.1f} or more, {np.exp(LIMIT):.0f} : 1, decide):"
+            "Runs, the most useful first. gain: expected log evidence for the true hypothesis over "
+            f"the others ({LIMIT:.1f} or more, {np.exp(LIMIT):.0f} : 1, decide; over each other at "
+            f"most {DECIDED:g} count):"
         )
         headers = [
             *("preload_N", "torque_Nm", "torque goes", "input_angle_deg", "gain"),

@@ -81,29 +81,39 @@ def _coverage(r: Readings, case: Case | Drive | None) -> Iterator[Check]:
         yield Check("torque", "look", words, "Take 5 or more torques, or a bend has no shape.")
     else:
         yield Check("torque", "good", words)
-    if r.preload_N is None and r.preload_step is None:
-        remedy = "Repeat the torques at 2 or more preloads; add the column preload_N."
-        if _kind(case) == "ball_drive":
-            remedy += (
-                " A model of a ball drive needs the preload: where there was one, state preload_N "
-                "under [load] of the case."
-            )
-        yield Check("preload", "lost", "no preload in the table", remedy)
-    else:
-        count, of_what = 0, "preload"
-        if r.preload_N is not None:
-            count = len(levels_of(r.preload_N))
-        elif r.preload_step is not None:
-            count, of_what = len(np.unique(r.preload_step)), "preload step"
-        words = f"{count} {of_what}{'s' * (count != 1)}"
-        if r.preload_N is None:
-            words += ", no force in newtons"
-        remedy = "Repeat the torques at a second preload that differs by a factor 1.5 or more."
-        yield Check("preload", "good" if count > 1 else "lost", words, remedy * (count == 1))
+    yield from _preload(r, _kind(case))
     angles = len(np.unique(np.round(np.mod(r.input_angle_deg, 360.0), 3)))
     words = f"{angles} input angle{'s' * (angles != 1)}"
     remedy = "Repeat at 4 or more input angles that are not multiples of each other."
     yield Check("input angle", "good" if angles > 3 else "lost", words, remedy * (angles < 4))
+
+
+def _preload(r: Readings, kind: str | None) -> Iterator[Check]:
+    """A spring has no preload in its model: levels of one are told, none are asked for."""
+    spring = kind == "torsion_spring"
+    if r.preload_N is None and r.preload_step is None:
+        remedy = "Repeat the torques at 2 or more preloads; add the column preload_N."
+        if kind == "ball_drive":
+            remedy += (
+                " A model of a ball drive needs the preload: where there was one, state preload_N "
+                "under [load] of the case."
+            )
+        if not spring:
+            yield Check("preload", "lost", "no preload in the table", remedy)
+        return
+    count, of_what = 0, "preload"
+    if r.preload_N is not None:
+        count = len(levels_of(r.preload_N))
+    elif r.preload_step is not None:
+        count, of_what = len(np.unique(r.preload_step)), "preload step"
+    words = f"{count} {of_what}{'s' * (count != 1)}"
+    if r.preload_N is None:
+        words += ", no force in newtons"
+    if count > 1 or spring:
+        yield Check("preload", "good", words)
+    else:
+        remedy = "Repeat the torques at a second preload that differs by a factor 1.5 or more."
+        yield Check("preload", "lost", words, remedy)
 
 
 def _steps(loops: list[Loop]) -> Iterator[Check]:

@@ -65,7 +65,7 @@ class _Slip:
 
 _ARCSEC_PER_MRAD = 648 / np.pi
 _SLIPS = (
-    _Slip("are the torques in N mm, not in N m", torque=1e-3),
+    _Slip("are the torques in N mm, not in N m (or in N m, not in kN m)", torque=1e-3),
     _Slip("are the torques in N cm, not in N m", torque=1e-2),
     _Slip("are the torques in kgf cm or lbf in, not in N m", torque=0.1),
     _Slip("are the torques in kgf m, not in N m", torque=9.81),

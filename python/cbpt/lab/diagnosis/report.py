@@ -18,6 +18,7 @@ from cbpt.lab.diagnosis.unexplained import shape_of
 from cbpt.lab.diagnosis.why import Why
 from cbpt.lab.diagnosis.why import sentence as sentence_of_rival
 from cbpt.lab.experiment.candidates import BOTH_WAYS
+from cbpt.lab.inference.residuals import zeros_out
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording import layout
 from cbpt.lab.wording.names import called, columns_in_words, number_called, scatter_from
@@ -171,7 +172,8 @@ def _ladder(d: DiagnosisData, angle: AngleUnit) -> Iterator[str]:
     noise = f"the noise floor {of}" if floor is None else f"noise {angle.text(floor)}"
     yield from wrap(
         "Error that is left with each step and all steps above it (the rows do not add up), in "
-        f"sample and held out (cross-validation by {d.held_out_by}; {noise}):",
+        f"sample and held out (cross-validation by {d.held_out_by}; {noise}); "
+        f"{zeros_out(d.competition.campaign, d.noise)}:",
         layout.prose_width(),
     )
     rows = [

@@ -36,8 +36,8 @@ LIMIT = RULES.log_rival_odds
 """Log odds that decide between two hypotheses."""
 _OPTIONAL = ("time_s", "temperature_degC", "cycle")
 """Columns of a table that effects depend on where they are there."""
-_BEYOND_DOUBT = 100.0
-"""Log evidence: more makes nothing more certain."""
+DECIDED = 5.0
+"""Log odds from which a pair counts as decided and need not be decided further."""
 # Spread of the offset of a further run over the noise: it is not known at all.
 _ZERO_PER_U = 100.0
 
@@ -48,7 +48,8 @@ class Suggested:
 
     run: PlannedRun
     gain: float
-    """Log odds of what is true against the others, on average over what may be true."""
+    """Log odds of what is true against the others, on average over what may be true, each pair
+    counted up to `DECIDED`: runs are ranked by it."""
     pairs: Mapping[tuple[str, str], float]
     """The same for each two hypotheses."""
 
@@ -132,15 +133,13 @@ class Prospect:
                 found[self.names[i], self.names[j]] = float(gain)
         return found
 
-    def mean_gain(
-        self, pairs: Mapping[tuple[str, str], float], most: float = _BEYOND_DOUBT
-    ) -> float:
+    def mean_gain(self, pairs: Mapping[tuple[str, str], float]) -> float:
         """Of what is true against the others, each weighed by its probability and counted up to
-        `most`: far beyond the readings a line through what a model says there says anything."""
+        `DECIDED`: far beyond the readings a line through what a model says there says anything."""
         weights = [
             self.share[self.names.index(a)] * self.share[self.names.index(b)] for a, b in pairs
         ]
-        gains = np.minimum(np.array(list(pairs.values())), most)
+        gains = np.minimum(np.array(list(pairs.values())), DECIDED)
         return float(np.average(gains, weights=np.array(weights) + 1e-300))
 
     def _noise(self, run: NDArray[np.int64]) -> Floats:

@@ -1,7 +1,9 @@
 """What a fit leaves of the readings: one convention for every error that an answer states.
 
-    left_by         residuals of a fit, less the offset of each run where the noise has offsets
+    left_by         residuals of a fit, less the offset of each run where runs have their own
     without_offsets the same of any residuals
+    zero_per_run    whether every run has a zero of its own
+    zeros_out       which offsets are subtracted, in words
     rmse_of         their root mean square
     chi2_of         their chi-squared per degree of freedom
     free_of         degrees of freedom that they have
@@ -34,7 +36,7 @@ def left_by(campaign: Campaign, fit: Fit) -> Floats:
 def without_offsets(campaign: Campaign, residual_arcsec: Floats, noise: Noise) -> Floats:
     """Nor what an artefact of the instrument or the error of a mean torque does; arcsec, shape
     (n,)."""
-    if not noise.offset_arcsec and noise.artefact is None and noise.held is None:
+    if not zero_per_run(campaign, noise) and noise.artefact is None and noise.held is None:
         return residual_arcsec
     index, weight = campaign.rows.run_index, campaign.u_arcsec**-2.0
     if noise.inflation is not None:
@@ -44,16 +46,28 @@ def without_offsets(campaign: Campaign, residual_arcsec: Floats, noise: Noise) -
         offset = np.bincount(index, weight * values) / np.bincount(index, weight)
         return np.asarray(values - offset[index])
 
-    found = centred(residual_arcsec) if noise.offset_arcsec else residual_arcsec
+    by_run = zero_per_run(campaign, noise)
+    found = centred(residual_arcsec) if by_run else residual_arcsec
     if noise.held is not None:
         found = found - noise.held.most_probable(found, weight / noise.scale**2)
     if noise.artefact is None:
         return found
     artefact = noise.artefact
-    if noise.offset_arcsec:
+    if by_run:
         columns = np.column_stack([centred(c) for c in artefact.columns_arcsec.T])
         artefact = replace(artefact, columns_arcsec=columns)
     return without(artefact, found, weight / noise.scale**2)
+
+
+def zero_per_run(campaign: Campaign, noise: Noise) -> bool:
+    """Whether every run has a zero of its own: the case says so, or the readings show it."""
+    return campaign.zero_per_run or bool(noise.offset_arcsec)
+
+
+def zeros_out(campaign: Campaign, noise: Noise) -> str:
+    """Which offsets an error does not hold, as every error of an answer is said with them."""
+    which = "an offset for each run" if zero_per_run(campaign, noise) else "a common offset"
+    return f"{which} is subtracted"
 
 
 def rmse_of(campaign: Campaign, fit: Fit) -> float:
@@ -76,7 +90,7 @@ def u_judging(campaign: Campaign, noise: Noise) -> Floats:
 def free_of(fitter: Fitter, fit: Fit) -> int:
     """Readings less what was fitted to them: numbers without a prior, and offsets."""
     c = fitter.campaign
-    offsets = c.rows.runs if fit.noise.offset_arcsec else c.offsets.shape[1]
+    offsets = c.rows.runs if zero_per_run(c, fit.noise) else 1
     return max(len(c) - offsets - sum(bool(np.isinf(u.sd)) for u in fit.unknowns), 0)
 
 

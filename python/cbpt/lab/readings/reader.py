@@ -77,7 +77,7 @@ def read_readings(
         Sheet of a workbook, struct of a MATLAB file or group of a TDMS file. Without it, the first
         one that has readings is taken.
     need_preload : bool
-        Whether a table without a preload is an error.
+        Whether a table without a preload is an error. If not, nothing is said of it.
     fill : mapping of str to float, optional
         Value for every reading where the table has no such column: `preload_N`, `input_angle_deg`.
         A note says where it was used.
@@ -160,7 +160,8 @@ _SENSOR = {"sensor_displacement": "elastic_angle", "u_sensor_displacement": "u_e
 _WITHOUT = {
     "run": "all rows are treated as one run, so differences between runs cannot be detected",
     "time": "the rows are used in file order, and drift and creep cannot be detected",
-    "preload": "effects on the preload cannot be detected",
+    # Where the model needs a preload, a table without one is a mistake; where not, nothing is lost.
+    "preload": "",
     "input_angle": "0 deg is used for every row, so effects that vary with the input angle "
     "cannot be detected",
     "temperature": "thermal effects cannot be detected",
@@ -366,7 +367,8 @@ class _Reader:
             column = _QUANTITY[key].column
             if key in self.fill:
                 lost = f"{self.fill[key]:g} is used for every reading"
-            self.notes.append(f"the table has no {column} column: {lost}")
+            if lost:
+                self.notes.append(f"the table has no {column} column: {lost}")
 
     def missing(self, quantity: Quantity, hints: dict[str, str]) -> None:
         """A mistake that names the free headers which may have been meant."""

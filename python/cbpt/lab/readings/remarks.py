@@ -58,5 +58,6 @@ def taken_together(name: str, cells: Sequence[str]) -> str:
     some = ", ".join(values[:_SHOWN_LABELS]) + (", ..." if len(values) > _SHOWN_LABELS else "")
     return (
         f"readings of {len(values)} values of {name!r} ({some}) are taken together; --by {name} "
-        f"(diagnose_by) or --only {name}={values[0]} keeps them apart"
+        f"(diagnose_by) or --only {name}={values[0]} keeps them apart, and cbpt change --by {name} "
+        "(change) says what differs between them"
     )

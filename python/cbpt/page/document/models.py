@@ -28,7 +28,7 @@ from cbpt.lab.inference.estimates import parameters_of
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.prediction import Load as Asked
 from cbpt.lab.inference.prediction import around_loop
-from cbpt.lab.inference.residuals import chi2_of, rmse_of, without_offsets
+from cbpt.lab.inference.residuals import chi2_of, rmse_of, without_offsets, zero_per_run
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.own_terms import campaign_of
@@ -180,12 +180,12 @@ class Models:
         return np.asarray(zero[runs])
 
     def _left(self, residual: Floats) -> Floats:
-        """A residual without the offset of each run, where the noise has offsets; of readings that
+        """A residual without the offset of each run, where runs have their own; of readings that
         were judged as the diagnosis has it."""
         d = self.diagnosis
         left = residual.copy()
         left[self.used] = without_offsets(d.competition.campaign, residual[self.used], d.noise)
-        if d.noise.offset_arcsec:
+        if zero_per_run(d.competition.campaign, d.noise):
             there = np.isfinite(residual) & self._telling
             weight = np.where(there, self._whole.u_arcsec**-2.0, 0.0)
             if d.noise.inflation is not None:
