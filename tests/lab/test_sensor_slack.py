@@ -80,3 +80,50 @@ def test_on_a_spring_a_note_has_the_slack_that_looks_like_friction() -> None:
     found = cbpt.diagnose(SPRING, cbpt.read_readings(table, need_preload=False))
     noted = any(note.startswith("sensor_hysteresis would explain") for note in found.notes)
     assert noted or "sensor_hysteresis" in told(found), found.sentence
+
+
+def on_a_spring(
+    shown_Nm: Floats, angle_arcsec: Floats, time_s: Floats, seed: int = 1, **case: float
+) -> cbpt.Diagnosis:
+    """Two runs of so many readings each; 2 arcsec of noise."""
+    noise = 2 * np.random.default_rng(seed).standard_normal(2 * len(time_s))
+    table = {
+        "run": np.repeat([1.0, 2.0], len(time_s)),
+        "time_s": np.tile(time_s, 2),
+        "torque_Nm": np.tile(shown_Nm, 2),
+        "elastic_angle_arcsec": np.tile(angle_arcsec, 2) + noise,
+        "u_elastic_angle_arcsec": np.full(len(noise), 2.0),
+    }
+    spring = {**SPRING, "torsion_spring": {**SPRING["torsion_spring"], **case}}
+    return cbpt.diagnose(spring, cbpt.read_readings(table, need_preload=False))
+
+
+def test_on_a_spring_a_late_torque_sensor_has_a_name() -> None:
+    """Its filter of 1.5 s, in small steps; torques that swing faster and faster."""
+    fine = np.arange(0.0, 60.0, 0.01)
+    load = 8 * np.sin(2 * np.pi * (fine / 40 + (fine / 60) ** 2))
+    shown = np.zeros(len(fine))
+    for i in range(1, len(fine)):
+        shown[i] = shown[i - 1] + 0.01 / 1.5 * (load[i - 1] - shown[i - 1])
+    found = on_a_spring(shown[::60], 60 * load[::60], fine[::60])
+    assert told(found) == {"torque_lag"}, found.sentence
+    value = found.parameters(found.after, "torque_lag")["lag_s"]
+    assert value["value"] == pytest.approx(1.5, abs=0.15)
+
+
+def test_on_a_spring_a_ratio_that_drifts_is_no_certain_creep_without_a_note() -> None:
+    """A stiffness that falls by 5 % along the runs."""
+    time = np.arange(0.0, 80.0, 2.0)
+    load = 8 * np.sin(2 * np.pi * time / 80)
+    found = on_a_spring(load, 60 * load * (1 + 0.05 * time / 80), time)
+    noted = any("span_drift would explain" in note for note in found.notes)
+    assert noted or "creep" not in found.verdict.effects, found.sentence
+
+
+def test_play_that_friction_does_not_hold_has_a_name_on_a_spring() -> None:
+    """It is taken up by the whole torque, and the spring by what friction leaves of it."""
+    one = np.zeros(len(LOOP), dtype=np.int64)
+    carried = np.mean([following(LOOP, half, one) for half in (0.4, 0.6, 0.8, 1.0, 1.2)], axis=0)
+    angle = 60 * carried + 40 * np.tanh(LOOP / 0.05)
+    found = on_a_spring(LOOP, angle, np.arange(float(len(LOOP))), reference_radius_mm=30.0)
+    assert told(found) >= {"bearing_play", "friction_hysteresis"}, found.sentence

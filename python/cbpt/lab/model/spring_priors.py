@@ -204,6 +204,8 @@ def _of_spring(campaign: Campaign) -> Iterator[Variant]:
     )
     yield _signed(nonlinear, ratios=(1.0, 1 / angle))
     yield from sensor_hystereses(angle)
+    yield from _lags(campaign, torque)
+    yield from span_drifts(_length_s(campaign), readings.temperature_degC is not None)
     # Without friction or play nothing tells it from a sensor that bends.
     curve = _of("stiffness_curve", ("squared_rad", "cubed_rad"), angle, 1e-3, 0.5)
     yield replace(_signed(curve), fixed=(("reference_torque_Nm", torque),))
@@ -238,6 +240,9 @@ def _of_spring(campaign: Campaign) -> Iterator[Variant]:
         )
         offset = ("offset_sine_m", "offset_cosine_m")
         yield _signed(_of("eccentricity_error", offset, angle * radius, 1e-3, 1.0))
+        # Under the whole torque, so that friction does not hold it as it holds `backlash`.
+        clearance = _of("bearing_play", ("clearance_m",), 2 * angle * radius, 1e-3, 1.0)
+        yield _with(clearance, (transition,))
 
 
 def _both_signs(torque_Nm: Floats) -> bool:
