@@ -193,6 +193,14 @@ def test_an_undercut_drive_is_compared_with_nothing() -> None:
     assert list(c.without_solution) == ["undercut"]
 
 
+def test_a_bias_that_was_subtracted_is_nought() -> None:
+    """And no rounding error such as 3e-14 arcsec."""
+    c = compare(EXAMPLES / "reducer.toml", EXAMPLES / "reducer.csv")
+    assert c.overall is not None
+    assert c.overall.bias_arcsec == 0.0
+    assert c.overall.rmse_arcsec > 100
+
+
 def test_a_run_without_solution_gets_no_zero() -> None:
     columns = synthetic(base(), offset=0.5)
     columns["run"] = np.where(columns["torque_Nm"] > 7, 2, 1)

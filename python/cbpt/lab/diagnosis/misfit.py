@@ -95,13 +95,19 @@ def misfit_of(
         chi2 = float(np.sum((r / u[rows]) ** 2) / (r.size - fitted))
     return Misfit(
         readings=int(r.size),
-        bias_arcsec=float(r.mean()),
+        bias_arcsec=_mean(r),
         excess_arcsec=float((r * sign).sum() / max(np.count_nonzero(sign), 1)),
         rmse_arcsec=float(np.sqrt(np.mean(r**2))),
         largest_error_arcsec=float(r[largest]),
         largest_error_line=int(readings.line[rows][largest]),
         chi2_per_dof=chi2,
     )
+
+
+def _mean(values: Floats) -> float:
+    """0 where only rounding is left, as of residuals whose mean was subtracted."""
+    mean = float(values.mean())
+    return mean if abs(mean) > 1e-12 * float(np.abs(values).max()) else 0.0
 
 
 def p_value(readings: Readings, residual: Floats, rows: Mask, fitted: int) -> float | None:
