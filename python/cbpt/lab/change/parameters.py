@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -68,6 +69,7 @@ def _of_place(choice: Choice, place: int, chance: float, doubts: Sequence[float]
         u=u,
         limits=limits,
         trend=trend_of(values, all_u),
+        apart=max(best.apart(a, b, place) for a, b in combinations(levels_k, 2)) / max(doubts),
     )
 
 
