@@ -147,6 +147,16 @@ def test_a_value_at_the_limit_of_its_range_has_no_uncertainty(c: Changed, said: 
     assert said in told and ("+-" in told) == (c.moved and None in c.limits)
 
 
+def test_of_an_effect_of_which_only_the_shape_moved_that_is_told() -> None:
+    """A transition torque that falls is no less play; it was "backlash fell"."""
+    both = found(loops(1.0), loops(1.0, seed=2, engagement_arcsec=60))
+    assert [(c.parameter, c.is_shape) for c in both.foremost] == [("engagement_angle_rad", True)]
+    told = "friction_hysteresis changed: engagement_angle_arcsec rose from"
+    assert told in both.sentence.replace("Friction", "friction")
+    size = found(loops(1.0), loops(1.5, seed=2))
+    assert not size.foremost[0].is_shape and f"{FRICTION} rose: friction_torque" in size.sentence
+
+
 @pytest.mark.parametrize(("limit", "direction"), [(None, "gone"), ("own loops", "down")])
 def test_what_ends_at_a_limit_has_not_disappeared(limit: Limit | None, direction: str) -> None:
     """However uncertain it is: a play as large as the small loops allow is there."""

@@ -54,6 +54,8 @@ class Changed:
     apart: float = 0.0
     """The most by which two values differ, in standard uncertainties of that difference: less than
     by those of the values, where a number that all levels share makes them uncertain together."""
+    is_shape: bool = False
+    """Whether it says how an effect looks, and not how large it is."""
 
     @property
     def moved(self) -> bool:
